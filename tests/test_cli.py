@@ -323,8 +323,8 @@ def test_a_result_goes_to_a_file_in_a_folder_that_exists_and_never_over_an_input
     assert rig.read_text() == Path(RIG).read_text()
 
 
-def test_progress_is_shown_in_a_terminal_alone(tmp_path, capsys):
-    """A stream that is no terminal stays empty; the messages themselves carry the seconds since the start."""
+def test_progress_of_short_commands_is_shown_in_a_terminal_alone(tmp_path, capsys):
+    """The messages themselves carry the seconds since the start."""
     import io
     import logging
 

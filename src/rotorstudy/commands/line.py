@@ -31,6 +31,7 @@ from rotorstudy.model.shown_units import QUANTITY, asked, shown_for
 
 COMMANDS = (demo, analyse, simulate, import_records, identify, diagnose, compare, balance, plugins, new, check, blind)
 INTERRUPTED, TERMINATED = 130, 143  # statuses, 128 and the number of the signal
+LONG = (compare.run, diagnose.run)  # commands that tell their progress also to a file
 QUIET_S = 5.0  # seconds after which a detail is shown
 EPILOG = """examples:
   rotorstudy demo
@@ -55,7 +56,7 @@ def parser():
     top = argparse.ArgumentParser(
         prog="rotorstudy", description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    top.add_argument("--quiet", action="store_true", help="do not show progress (shown in a terminal only)")
+    top.add_argument("--quiet", action="store_true", help="do not show progress")
     top.add_argument("--version", action="version", version=f"rotorstudy {__version__}")
     commands = top.add_subparsers(required=True, metavar="COMMAND")
     for command in COMMANDS:
@@ -155,8 +156,8 @@ def main(arguments=None):
     commands = parser()
     complete(commands)
     given = commands.parse_args(arguments)
-    if sys.stderr.isatty() and not given.quiet:
-        show_progress(sys.stderr)
+    told = sys.stderr.isatty() or given.func in LONG
+    handler = show_progress(sys.stderr) if told and not given.quiet else None
     if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL and threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _terminate)  # so that partial files are removed
     try:
@@ -179,6 +180,8 @@ def main(arguments=None):
         message = blamed(error)
         if not message:
             raise
+    finally:
+        logging.getLogger("rotorstudy").removeHandler(handler)
     print(f"error: {message}", file=sys.stderr)
     if given.json:
         print(json.dumps({"error": str(message)}))

@@ -47,6 +47,7 @@ class Search:
     unstable        : (speed,) bool, where a free motion of the rig without causes grows; None during the search
     upheld          : whether the best explanation keeps its odds with the held-out speeds
     has_form_errors : whether every explanation was fitted with an error of the form of its causes
+    stopped         : whether the search was stopped before its end
     """
 
     rig: Model
@@ -68,6 +69,7 @@ class Search:
     unstable: np.ndarray | None = None
     upheld: bool = True
     has_form_errors: bool = False
+    stopped: bool = False
 
     @property
     def whole(self):

@@ -115,11 +115,30 @@ def search(begun: Search) -> Search:
         found={frozenset(): Explanation((), base, 0.0)},
         cause_error=settings.cause_error,
     )
+    try:
+        settled = _settled(work, missing, imitates)
+    except KeyboardInterrupt as stop:
+        if not is_asked_to_stop(stop):
+            raise
+        settled = replace(work, stopped=True)
+    settled = replace(settled, unstable=grows(settled.base, spectrum.speed))
+    drop_impossible(settled)
+    return settled
+
+
+def is_asked_to_stop(error):
+    """Whether an exception is that of Ctrl-C, after which what was found is kept, and not of a termination."""
+    return type(error) is KeyboardInterrupt
+
+
+def _settled(work, missing, imitates):
+    """The Search at its end: with the least error of the causes that its best explanation needs."""
+    whole, prior, widened, base = work.model, work.prior, work.spectrum, work.base
     work.screened.extend(work.screen(base, work.candidates))
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
     best = with_formulas(work, best)
     log.info("fitting the best of %d explanations again", len(work.found))
-    settled = settled_with_least_error(work, spectrum, missing, best)
+    settled = settled_with_least_error(work, work.stated, missing, best)
     first = max(settled.explanations, key=odds_of)
     if not (settled is work and first is best):  # to which nothing was found that could be added
         first = _added(settled, first)
@@ -132,8 +151,6 @@ def search(begun: Search) -> Search:
     if exact is not settled:
         settled = exact
         _added(settled, max(settled.explanations, key=odds_of))  # parts of its faults
-    settled = replace(settled, unstable=grows(settled.base, spectrum.speed))
-    drop_impossible(settled)
     return settled
 
 

@@ -7,7 +7,7 @@ from rotorstudy.diagnosis.by_form.search import search_by_form
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.impossible import unstable_rig
 from rotorstudy.diagnosis.search.odds import faults_of
-from rotorstudy.diagnosis.search.search import begin, search, unsearched
+from rotorstudy.diagnosis.search.search import begin, is_asked_to_stop, search, unsearched
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.causes import cause_of, causes_of, corrects_model
 from rotorstudy.diagnosis.verdict.evidence import (
@@ -22,6 +22,7 @@ from rotorstudy.diagnosis.verdict.evidence import (
 )
 from rotorstudy.diagnosis.verdict.excluded import excluded
 from rotorstudy.diagnosis.verdict.far_from_the_rig import far_from_the_rig
+from rotorstudy.diagnosis.verdict.first_answer import first_answer, stopped_early
 from rotorstudy.diagnosis.verdict.form_error import with_form_error
 from rotorstudy.diagnosis.verdict.held_out import gain_of, is_upheld, is_worse, split
 from rotorstudy.diagnosis.verdict.next_run import next_runs
@@ -116,7 +117,7 @@ def investigate(
         base, best.fit, expected, settings, gain, is_several=len(best.faults) > 1 and not found.has_form_errors
     )
     kind = _kind(found, p_values, p_parameters, probability, is_alone=not stated, is_worse=worse)
-    is_tested = not chain and _is_tested_for_one_force(found, fitted, kind)
+    is_tested = not (chain or found.stopped) and _is_tested_for_one_force(found, fitted, kind)
     places = _places_of_one_force(found, fitted, kind, instead) if is_tested else []
     kind = "unknown" if places else kind
     labels = parameter_labels(best.fit.model, best.causes)
@@ -127,7 +128,7 @@ def investigate(
         findings = [*findings, *far_from_the_rig(found, moved, labels)]
     else:
         findings = [*findings, *within_uncertainty(found)]
-    findings = [*findings, *unstable_rig(found.unstable, fitted.speed)]
+    findings = [*findings, *unstable_rig(found.unstable, fitted.speed), *stopped_early(found)]
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
         verdict=kind,
@@ -170,17 +171,24 @@ def _searched(model, measured, fitted, held, settings):
     returns  : also what `replacing_places` says of the best explanation, if it has several causes
     """
     begun = begin(model, fitted, settings)
-    log.info("testing whether conventions of the records are wrongly stated")
-    tested = tested_convention(begun, measured) if model.before is None else None  # shared by both states
-    chain = clear_convention(begun, tested) if tested else None
+    log.info("%s", first_answer(begun))
+    tested, chain = None, None
     carried_out = search_by_form if settings.search == "by_form" else search
-    found = unsearched(begun) if chain else carried_out(begun)
-    found, instead = _with_one_fault(found, fitted)
+    try:
+        log.info("testing whether conventions of the records are wrongly stated")
+        tested = tested_convention(begun, measured) if model.before is None else None  # shared by both states
+        chain = clear_convention(begun, tested) if tested else None
+        found = unsearched(begun) if chain else carried_out(begun)
+    except KeyboardInterrupt as stop:
+        if not is_asked_to_stop(stop):
+            raise
+        found = replace(unsearched(begun), stopped=True)
+    found, instead = (found, []) if found.stopped else _with_one_fault(found, fitted)
     expected = None
     if held is not None:
         missing = held.amplitude - predicted(found.base.model, held, found.base.theta)
         expected = with_cause_error(held, missing, found.cause_error)
-    if tested and not chain:
+    if tested and not (chain or found.stopped):
         chain = chain_hypothesis(found, begun.base, tested)
     return replace(found, upheld=chain is None and is_upheld(found, expected)), chain, expected, instead
 
@@ -192,6 +200,8 @@ def _kind(found, p_values, p_parameters, probability, *, is_alone, is_worse):
     is_worse    : whether the causes predict the held-out speeds worse
     """
     settings, best = found.settings, found.best
+    if found.stopped:
+        return "unknown"
     if not best.causes:
         return "nothing" if min(p_values.before, p_parameters) >= settings.significance else "unknown"
     if is_worse or _is_rejected(found, p_values.after, p_parameters):

@@ -69,6 +69,18 @@ def replacing_places(work: Search, spectrum: Spectrum) -> list[tuple[OnePlace, b
     return sorted(found, key=lambda one: -one[0].p_value)
 
 
+def linearised_places(work: Search, spectrum: Spectrum) -> list[tuple[tuple, float]]:
+    """((kind of place, its number, kind of force), cost) of one free force at each node about the base fit, the least
+    first.
+    """
+    known = {one: rows for one, rows in _places(work.rig.structure) if one[2] == "force"}
+    try:
+        found = _trials(work, spectrum, work.base.stated_theta, known)
+    except NoSteadyState:
+        return []
+    return sorted(((place, one.expected) for place, one in found.items()), key=lambda pair: pair[1])
+
+
 def _one_place(place, p_value):
     return OnePlace(where={place[0]: place[1]}, motion=place[2], p_value=p_value)
 

@@ -76,6 +76,9 @@ def doubts(verdict):
 
 def _said(verdict, of_change):
     residual = f"residual: {p_value(verdict.residual_p_value.before)}"
+    if any(finding.name == "search stopped" for finding in verdict.findings):
+        near = " together with ".join(map(place, verdict.causes)) or "none"
+        return f"The search was stopped before its end ({residual}). The closest explanation so far: {near}."
     something = "Something changed" if of_change else "Something is missing"
     if verdict.verdict == "nothing":
         why = "missing: noise and the stated model error explain the residual"

@@ -1,0 +1,71 @@
+"""The first answer of a diagnosis, and what is left of one that is stopped by Ctrl-C."""
+
+import numpy as np
+import pytest
+from test_places_of_forces import FAULTY, MODEL, begun
+from test_search import HARMONICS, JEFFCOTT, ONE, SPEEDS, hidden
+
+from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.search import begin, unsearched
+from rotorstudy.diagnosis.verdict.first_answer import first_answer
+from rotorstudy.diagnosis.verdict.investigate import investigate
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.rig import build_model
+from rotorstudy.response.measured import measured_response
+
+
+class Terminated(KeyboardInterrupt):
+    """As the command line raises for SIGTERM."""
+
+
+def records(model, noise=1e-8):
+    shown = measured_response(model, SPEEDS, HARMONICS)
+    draws = np.random.default_rng(3).normal(0, noise, (2, *shown.shape))
+    covariance = independent_covariance(np.full(shown.shape, noise**2))
+    return Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, model.sensors, covariance)
+
+
+def test_the_first_answer_says_where_most_of_the_missing_force_acts():
+    said = first_answer(begun())
+    assert f"a force at node {FAULTY} would leave" in said and FAULTY in MODEL.structure.nodes
+    clean = build_model(JEFFCOTT)
+    assert "the rig explains the records" in first_answer(begin(clean, records(clean), ONE))
+
+
+@pytest.mark.parametrize("fits", [0, 10])
+def test_a_search_that_is_stopped_keeps_what_it_found_and_says_so(monkeypatch, fits):
+    """By Ctrl-C in the first or a later fit; a termination ends it at once."""
+    clean = build_model(JEFFCOTT)
+    data = records(clean.plus(hidden(clean, "support_anisotropy", support_anisotropy_N_per_m=2e4)))
+    carried_out, signal, done = Search._fit, KeyboardInterrupt, []
+
+    def interrupted(*given, **more):
+        done.append(1)
+        if len(done) == fits + 1:
+            raise signal
+        return carried_out(*given, **more)
+
+    monkeypatch.setattr(Search, "_fit", interrupted)
+    verdict = investigate(data, clean, settings=ONE).verdict
+    assert verdict.verdict == "unknown" and "stopped before its end" in verdict.summary
+    assert [finding.name for finding in verdict.findings] == ["search stopped"]
+    assert bool(verdict.causes) == bool(fits)
+    done.clear()
+    signal = Terminated
+    with pytest.raises(Terminated):
+        investigate(data, clean, settings=ONE)
+
+
+def test_a_diagnosis_tells_its_progress_also_to_a_file(spectrum, tmp_path, capsys):
+    """Unless it is asked to be quiet."""
+    data, rig = spectrum
+    arguments = ["diagnose", str(data), "--rig", str(rig), "--out", str(tmp_path / "out")]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rotorstudy.diagnosis.verdict.investigate.search", unsearched)
+        capsys.readouterr()
+        assert main(arguments) == 0
+        told = capsys.readouterr().err
+        assert main([*arguments, "--quiet"]) == 0
+    assert " s  first answer: " in told and " s  testing whether" in told
+    assert "first answer" not in capsys.readouterr().err
