@@ -1,19 +1,13 @@
 """A wrong rig file: one line that says what was wrong with which value, where, what is allowed, and what to do."""
 
 import pytest
+from machines import jeffcott_rig
 from one_line_errors import DROP, changed, refused
 
 from rotorstudy import build_model, load_rig, measured_response
 from rotorstudy.studies.config import load_study
 
-RIG = {
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "cracks": [{"kind": "switching", "stiffness_loss_N_per_m": 2.5e5}],
-    "effects": [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-        {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": 0.5},
-    ],
-}
+RIG = jeffcott_rig(5e-6, 0.5, cracks=[{"kind": "switching", "stiffness_loss_N_per_m": 2.5e5}])
 
 
 def rig(*path, to):
