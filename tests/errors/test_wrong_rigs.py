@@ -77,6 +77,7 @@ def test_the_rig_itself_is_right():
             ["participation = [1, 2]", "effects[2]", "dict"],
         ),
         (("effects",), also(kind="crack_force", harmonics=[1, 1]), ["stiffness_loss_p1"]),
+        (("effects",), also(kind="couple_unbalance", node=1), ["effects[2]", "no tilt coordinates", "'places='"]),
         ((1,), 2, ["unknown section '1'", "known: bearings, cracks"]),
     ],
     ids=lambda part: ".".join(map(str, part)) if isinstance(part, tuple) else "",
