@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from machines import jeffcott_rig, shaft
 from scipy.stats import binom
 from slow_effects import SLOW
 
@@ -29,13 +30,7 @@ from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 
 SPEEDS, HARMONICS, NOISE = np.array([200.0, 220.0, 240.0]), np.array([0, 1, -1, 2]), 2e-7
-MODEL = build_model({
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "effects": [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-        {"kind": "unbalance", "eccentricity_m": 5e-6},
-    ],
-})  # fmt: skip
+MODEL = build_model(jeffcott_rig())
 RUNS = 100  # simulated
 ONE_IN_A_THOUSAND = (5e-4, 1 - 5e-4)
 
@@ -174,7 +169,7 @@ def test_divergence_is_the_mean_log_ratio_of_two_normal_densities():
 
 def test_speeds_beyond_the_table_of_a_bearing_are_left_out():
     table = {"speeds_rad_per_s": [0.0, 300.0], "stiffness_N_per_m": {"xx": [1e6, 2e6], "yy": [1e6, 2e6]}}
-    rotor = {"kind": "finite_element", "elements": [{"length_m": 0.6, "count": 2}], "outer_diameter_m": 0.02}
+    rotor = shaft(0.6, 2)
     bearings = [{"kind": "speed_tabulated", "node": n, "label": str(n), "bearing_scale": 1.0} | table for n in (1, 3)]
     unbalance = {"kind": "unbalance", "node": 2, "eccentricity_m": 1e-5}
     model = build_model({"rotor": rotor, "bearings": bearings, "effects": [unbalance], "sensors": [2]})

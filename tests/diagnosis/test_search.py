@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from machines import disc, jeffcott_rig, shaft, springs, unbalance
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.candidates import candidates
@@ -26,34 +27,16 @@ HARMONICS = np.array([0, 1, -1, 2, -2, 3])
 SPEEDS = np.array([120.0, 200.0, 280.0, 360.0, 440.0, 520.0])
 KNOWN = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0, leave_out=SLOW)
 ONE = KNOWN.model_copy(update={"most_causes": 1, "candidates_per_round": 2})
-JEFFCOTT = {
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "effects": [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-        {"kind": "unbalance", "eccentricity_m": 5e-6},
-    ],
-}
+JEFFCOTT = jeffcott_rig()
 TWO_DISCS = {
-    "rotor": {
-        "kind": "finite_element",
-        "elements": [{"length_m": 0.6, "count": 4}],
-        "outer_diameter_m": 0.02,
-        "discs": [
-            {"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024},
-            {"node": 4, "mass_kg": 1.5, "polar_moment_kg_m2": 0.0030, "diametral_moment_kg_m2": 0.0015},
-        ],
-    },
-    "bearings": [
-        {"kind": "linear", "node": node, "label": label, "coefficients": "isotropic",
-         "bearing_stiffness_N_per_m": 1e6, "bearing_damping_N_s_per_m": 300.0}
-        for node, label in ((1, "left"), (5, "right"))
-    ],
+    "rotor": shaft(0.6, 4, disc(2), disc(4, 1.5, 0.0030, 0.0015)),
+    "bearings": springs({1: "left", 5: "right"}),
     "effects": [
-        {"kind": "unbalance", "node": 2, "label": "disc 1", "eccentricity_m": 1e-5, "eccentricity_phase_rad": 0.8},
-        {"kind": "unbalance", "node": 4, "label": "disc 2", "eccentricity_m": 8e-6, "eccentricity_phase_rad": -1.0},
+        unbalance(2, 1e-5, 0.8, label="disc 1"),
+        unbalance(4, 8e-6, -1.0, label="disc 2"),
     ],
     "sensors": [2, 3, 4],
-}  # fmt: skip
+}
 
 
 def hidden(model, kind, **values):

@@ -14,15 +14,7 @@ from rotorstudy.model.scales import Scales
 from rotorstudy.model.shaft_parts import RigidDisc
 from rotorstudy.model.terms import Term
 from rotorstudy.model.under_weight import UnderWeight
-
-
-class Matrices(NamedTuple):
-    """Mass, stiffness and gyroscopic matrix (..., dof, dof), and static load (..., dof), of a rotor."""
-
-    mass: np.ndarray
-    stiffness: np.ndarray
-    gyroscopic: np.ndarray
-    static_load: np.ndarray
+from rotorstudy.model.variation import Matrices
 
 
 class Origin(NamedTuple):
@@ -119,7 +111,14 @@ class Structure(CrackPlaces, UnderWeight):
     @cached_property
     def scales(self) -> Scales:
         """Usual sizes of this rotor on its supports, for the typical sizes of effects."""
-        return Scales(self)
+
+        def coordinate(node, motion):
+            return self.index(self.default_node() if node is None else node, motion)
+
+        return Scales(
+            self.mass, self.supported_stiffness, self.along, self.acceleration_of_gravity, self.length, self.vibration,
+            coordinate,
+        )  # fmt: skip
 
     @property
     def supported_stiffness(self) -> np.ndarray:
@@ -162,9 +161,13 @@ class Structure(CrackPlaces, UnderWeight):
                 "only node with structure.default_node())"
             )
         if (node, motion) not in self.dofs:
-            raise unknown_name(
-                f"{motion} at node", node, [n for n, m in self.dofs if m == motion], "the rotor", CannotAct
-            )
+            known = [n for n, m in self.dofs if m == motion]
+            if not known:
+                raise CannotAct(
+                    f"this rotor has no {motion} coordinates; a plugin that needs them offers the nodes that have one "
+                    "by 'places='"
+                )
+            raise unknown_name(f"{motion} at node", node, known, "the rotor", CannotAct)
         return self.dofs.index((node, motion))
 
     def unit(self, node: int | None, motion: str = "translation") -> np.ndarray:
