@@ -112,6 +112,7 @@ class Conventions(Strict):
     table_phase: Literal["lead", "lag"] = "lead"
     table_amplitude: Literal["peak", "peak_to_peak", "rms"] = "peak"
     displacement_zero: Literal["at_rest", "unloaded_line"] = "at_rest"
+    slow_roll_below_rpm: Annotated[float, Gt(0)] | None = None
     node_of_label: dict[int | str, int] = {}
 
     @property
