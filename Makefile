@@ -1,5 +1,6 @@
 # make        set up .venv, rebuild all results, write the report
 # make test   set up .venv, run all checks and tests
+# make blind   400 blind cases instead of the 12 of make, about an hour on 2 cores: results/blind_400
 # make foreign  diagnose 300 records of the independent simulator (rotorstudy.blind.machines), several hours on 2 cores
 # make outside  learn again when a verdict misses the true cause, from 200 cases of the independent simulator
 # make browser  open the charts of the pages in Chromium (Debian: apt install chromium), driven by Playwright
@@ -17,7 +18,7 @@ SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
 # else each of the hundred processes of the workflow and of the tests compiles the package again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: all results report test check browser bench foreign outside cracks elasticity ross peers docs lock newest clean
+.PHONY: all results report test check browser bench blind foreign outside cracks elasticity ross peers docs lock newest clean
 
 all: report
 	@echo
@@ -51,6 +52,9 @@ browser: .venv/ready
 
 bench: .venv/ready
 	.venv/bin/python benchmarks/run.py
+
+blind: .venv/ready
+	.venv/bin/rotorstudy blind --cases 400 --cores 2 --out results/blind_400
 
 foreign: .venv/ready
 	.venv/bin/python benchmarks/foreign.py --cases 300 --processes 2 --out results/foreign

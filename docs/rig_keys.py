@@ -1,6 +1,7 @@
 """Write docs/rig_keys.md, the keys of every plugin that a rig file may name: python docs/rig_keys.py"""
 
 import inspect
+import re
 from itertools import product
 from pathlib import Path
 from typing import Literal, get_args, get_origin
@@ -25,13 +26,15 @@ COMMON = {
     "crack": "Every crack has `node` or `element` (not needed for a rotor with one place), and may have `angle_rad`, "
     "`weight_dominance`, `order`, `label`, and `depth` or the stiffness loss: `stiffness_loss` of an element, "
     "`stiffness_loss_N_per_m` of a node.",
-    "effect": "Every effect may have a `label`. A parameter with a phase also has the key that ends in `_phase_rad`.",
+    "effect": "Every effect may have a `label`, and a `node` unless it acts everywhere. "
+    "A parameter with a phase also has the key that ends in `_phase_rad`.",
 }
 HEAD = """# Every key of a rig file
 
 Written by `python docs/rig_keys.py` from the plugins; `rotorstudy plugins --name NAME` shows the same, with source and
 typical sizes. [your_rig.md](your_rig.md) explains how a rig file is made. Angles may end in `_deg` instead of `_rad`;
-an unbalance may be `unbalance_g_mm` or `unbalance_kg_m` instead of `mass_kg` and `eccentricity_m`.
+an unbalance may be `unbalance_g_mm` or `unbalance_kg_m` instead of `mass_kg` and `eccentricity_m`. A key with `?` is
+optional, one with `=` has that default, any other is needed. `xx/yy` stands for one key with each.
 """
 
 
@@ -40,14 +43,32 @@ def page():
     parts = [HEAD]
     for kind, title in SECTIONS.items():
         parts.append(f"\n## {title}\n\n" + (COMMON[kind] + "\n\n" if kind in COMMON else ""))
-        parts.append("| kind | what it is | options | parameters |\n|---|---|---|---|\n")
+        without = all(not facts(kind, one).get("parameters") for one in registry().plugins[kind].values())
+        columns = ["kind", "what it is", "options", "parameters"][: 3 if without else 4]
+        parts.append(f"| {' | '.join(columns)} |\n{'|---' * len(columns)}|\n")
         for name, plugin in sorted(registry().plugins[kind].items()):
             found = facts(kind, plugin)
             keys = _bearing_keys(plugin) if kind == "bearing" else _keys(found.get("parameters", ""))
             options = "; ".join([found.get("options", ""), *_inside(plugin.function)])
-            cells = [f"`{name}`", found["what it is"], options, ", ".join(f"`{key}`" for key in keys)]
+            cells = [f"`{name}`", found["what it is"], _short(options), ", ".join(_gathered(keys))][: len(columns)]
             parts.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |\n")
     return "".join(parts)
+
+
+def _short(options):
+    """Marks instead of words; the node of an effect or a bearing, which all have, is not repeated."""
+    text = options.replace(" (optional)", "?").replace(" (needed)", "")
+    return re.sub(r"^node\?(, |$)|, node\?(?=;|$|,)", "", text)
+
+
+def _gathered(keys):
+    """Keys that differ in one part only, as a direction or an order, in one: k_xx_N, k_yy_N -> k_xx/yy_N."""
+    found = {}
+    for key in keys:
+        varied = re.search(r"_(xx|xy|yx|yy|p?-?\d+X?)_", key)
+        stem = (key[: varied.start()], key[varied.end() :]) if varied else (key, None)
+        found.setdefault(stem, []).append(varied[1] if varied else "")
+    return [stem if end is None else f"{stem}_{'/'.join(parts)}_{end}" for (stem, end), parts in found.items()]
 
 
 def _keys(parameters):
@@ -73,7 +94,7 @@ def _inside(function):
             found.append(f"{name}: {' or '.join(map(str, get_args(annotation)))}")
         for inner in [annotation, *get_args(annotation), *(b for a in get_args(annotation) for b in get_args(a))]:
             if is_typeddict(inner):
-                keys = [key if key in inner.__required_keys__ else f"{key} (optional)" for key in inner.__annotations__]
+                keys = [key if key in inner.__required_keys__ else f"{key}?" for key in inner.__annotations__]
                 found.append(f"{name} with {', '.join(keys)}")
     return found
 

@@ -1,30 +1,42 @@
-"""Files are whole or not there, bring back what was put in, and come out the same twice."""
+"""Files are whole or not there, bring back what was put in to the bit, come out the same twice, and say whence."""
 
+import hashlib
+import json
+import os
+import re
 import subprocess
 import sys
 
 import numpy as np
 import pytest
 
-from rotorstudy.model.registry import registry
+from rotorstudy import __version__, registry
 from rotorstudy.presentation.plots import figure, save_figure
 from rotorstudy.store import as_complex, atomic, dataset, load, provenance, save, write_text
 
-
-def sample():
-    values = np.array([[1 + 2j, 3 - 4j]])
-    return dataset(
-        {"displacement": (("speed", "harmonic"), values, "m", "full spectrum")},
-        {"speed": ([88.0], "rad/s", "spin speed"), "harmonic": ([1, -1], "1", "harmonic")},
-        title="sample",
-    )
+VALUES = np.array([[1 + 2j, -3e-9j, 0], [np.pi, 1e-300 + 1e300j, -0.5]])
 
 
-def test_complex_values_come_back(tmp_path):
-    save(sample(), tmp_path / "a.nc")
-    found = load(tmp_path / "a.nc")
-    assert as_complex(found.displacement).tolist() == [[1 + 2j, 3 - 4j]]
-    assert found.displacement.attrs["units"] == "m" and list(found.part.values) == ["real", "imag"]
+def sample(values=VALUES):
+    variables = {"displacement": (("speed", "harmonic"), values, "m", "harmonic"),
+                 "misfit": (("speed",), np.array([1.0, 2.0]), "1", "misfit")}  # fmt: skip
+    coordinates = {"speed": ([88.0, 308.0], "rad/s", "spin speed"), "harmonic": ([0, 1, -1], "1", "harmonic")}
+    return dataset(variables, coordinates, title="sample")
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_save_that_fails_keeps_the_old_file_and_leaves_nothing_behind(tmp_path):
+    path = tmp_path / "kept.nc"
+    save(sample(), path)
+    old = path.read_bytes()
+    with pytest.raises((ValueError, TypeError)):  # xarray's own: NetCDF has no type for a dict
+        save(sample().assign(bad=("speed", np.array([{}, {}], object))), path)
+    assert path.read_bytes() == old and names(tmp_path) == ["kept.nc"]
+    save(sample(VALUES.conj()), path)
+    assert path.read_bytes() != old
 
 
 def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(tmp_path):
@@ -34,23 +46,67 @@ def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(tmp_path):
         temporary.write_text("half")
         raise RuntimeError
     assert path.read_text() == "old"
-    assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+    assert names(tmp_path) == ["a.txt"]
 
 
 def test_what_a_killed_process_left_is_removed_and_what_another_one_writes_is_not(tmp_path):
     ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()
-    names = [f".{stem}.{process}.partial.txt" for process in (ended.pid, 1) for stem in ("a", "b")]
-    for name in names:
+    left = [f".{stem}.{process}.partial.txt" for process in (ended.pid, 1) for stem in ("a", "b")]
+    for name in left:
         (tmp_path / name).write_text("half")
     write_text(tmp_path / "a.txt", "whole")
-    assert sorted(p.name for p in tmp_path.iterdir()) == sorted([*names[1:], "a.txt"])
+    assert names(tmp_path) == sorted([*left[1:], "a.txt"])
 
 
-def test_two_saves_are_the_same_bytes(tmp_path):
-    for name in ("a.nc", "b.nc"):
-        save(sample(), tmp_path / name)
-    assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
+def test_the_temporary_file_lies_beside_the_target_so_that_the_move_is_one_step(tmp_path):
+    with atomic(tmp_path / "new" / "a.nc") as temporary:
+        assert temporary.parent == tmp_path / "new" and temporary.suffix == ".nc"
+        temporary.write_text("x")
+        assert names(tmp_path / "new") == [temporary.name]
+    assert names(tmp_path / "new") == ["a.nc"]
+
+
+def test_a_block_that_writes_nothing_is_an_error_and_keeps_the_old_file(tmp_path):
+    write_text(tmp_path / "a.txt", "old")
+    with pytest.raises(FileNotFoundError), atomic(tmp_path / "a.txt"):
+        pass
+    assert (tmp_path / "a.txt").read_text() == "old" and names(tmp_path) == ["a.txt"]
+
+
+def test_text_is_written_in_utf_8_whatever_the_locale(tmp_path):
+    code = "import sys, locale; from rotorstudy.store import write_text; from rotorstudy.yaml_file import read_yaml"
+    code += "; print(locale.getpreferredencoding())"
+    code += "; write_text(sys.argv[1], 'name: 12 \\u00b5m \\u03c3\\n'); assert read_yaml(sys.argv[1])"
+    environment = {**os.environ, "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "LC_ALL": "C"}
+    run = [sys.executable, "-c", code, str(tmp_path / "a.yaml")]
+    told = subprocess.run(run, env=environment, capture_output=True, text=True, check=True).stdout
+    assert "UTF-8" not in told.upper()
+    assert (tmp_path / "a.yaml").read_bytes() == "name: 12 \u00b5m \u03c3\n".encode()
+
+
+def test_complex_values_come_back_bit_for_bit_and_real_ones_stay_real(tmp_path):
+    save(sample(), tmp_path / "x.nc")
+    found = load(tmp_path / "x.nc")
+    assert as_complex(found.displacement).tobytes() == VALUES.tobytes()
+    assert np.array_equal(as_complex(found.displacement.transpose("part", "harmonic", "speed")), VALUES.T)
+    assert found.displacement.dims == ("speed", "harmonic", "part") and found.misfit.dims == ("speed",)
+    assert "part" not in sample(VALUES.real).coords
+    for name in (*found.data_vars, *found.coords):
+        assert found[name].attrs["units"] and found[name].attrs["long_name"]
+
+
+def test_a_loaded_file_can_be_overwritten_at_once(tmp_path):
+    save(sample(), tmp_path / "x.nc")
+    save(load(tmp_path / "x.nc").assign_attrs(title="again"), tmp_path / "x.nc")
+    assert load(tmp_path / "x.nc").attrs["title"] == "again"
+
+
+def test_two_saves_are_the_same_bytes_and_another_value_gives_other_ones(tmp_path):
+    for name, values in (("a", VALUES), ("b", VALUES), ("c", VALUES + 1e-15)):
+        save(sample(values), tmp_path / f"{name}.nc")
+    first, second, other = ((tmp_path / f"{name}.nc").read_bytes() for name in "abc")
+    assert first == second != other
 
 
 @pytest.mark.parametrize("kind", ["png", "svg"])
@@ -62,9 +118,22 @@ def test_two_pictures_are_the_same_bytes(tmp_path, kind):
     assert (tmp_path / f"a.{kind}").read_bytes() == (tmp_path / f"b.{kind}").read_bytes()
 
 
-def test_provenance_says_where_a_file_comes_from_and_changes_with_the_configuration():
-    plugin = registry().get("crack", "switching")
-    found = provenance({"a": 1}, [plugin], seed=5)
-    assert found["seed"] == 5 and found["plugins"].startswith("switching ") and len(found["git_commit"]) >= 12
-    assert provenance({"a": 2}, [plugin])["configuration_sha256"] != found["configuration_sha256"]
-    assert "seed" not in provenance({"a": 1})
+def test_provenance_has_version_commit_configuration_plugins_and_seed_and_survives_the_file(tmp_path):
+    jeffcott, switching = registry().get("rotor", "jeffcott"), registry().get("crack", "switching")
+    found = provenance({"b": 2, "a": [1.5, "x"]}, [switching, jeffcott, switching], seed=np.int64(7))
+    assert found["seed"] == 7 and "seed" not in provenance({"a": 1})
+    assert found["Conventions"].startswith("CF-") and found["rotorstudy_version"] == __version__
+    assert re.fullmatch(r"[0-9a-f]{40}.*|not a git checkout", found["git_commit"])
+    assert found["plugins"] == f"jeffcott {jeffcott.version}, switching {switching.version}"
+    assert found["configuration_sha256"] == hashlib.sha256(json.dumps({"a": [1.5, "x"], "b": 2}).encode()).hexdigest()
+    save(sample().assign_attrs(found), tmp_path / "x.nc")
+    assert {key: load(tmp_path / "x.nc").attrs[key] for key in found} == found
+
+
+def test_provenance_depends_on_the_configuration_and_not_on_its_order():
+    def digest(configuration):
+        return provenance(configuration)["configuration_sha256"]
+
+    assert digest({"a": 1, "b": 2}) == digest({"b": 2, "a": 1})
+    assert digest({"a": 1, "b": 2}) != digest({"a": 1, "b": 3})
+    assert digest({0: 0.25, 1: 0.3}) != digest({0: 0.25, 1: 0.31})

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from machines import unbalance
 from scipy.stats import norm, rayleigh
 from test_runs import RIG, machine, write_table
 from test_runs import SPEEDS as RUN_SPEEDS
@@ -110,8 +111,7 @@ def balanced(corrections, nodes):
     """Semi-major axes (speed, sensor) of the true machine with corrections added."""
     model = machine((0.0, 0))
     for node, size in zip(nodes, corrections @ [1, 1j], strict=True):
-        item = {"kind": "unbalance", "node": node, "mass_kg": 1e-3, "label": f"correction {node}",
-                "eccentricity_m": 1e3 * abs(size), "eccentricity_phase_rad": np.angle(size)}  # fmt: skip
+        item = unbalance(node, 1e3 * abs(size), np.angle(size), mass_kg=1e-3, label=f"correction {node}")  # fmt: skip
         model = model.plus(make_term("effect", item, model.structure, model.sensors))
     return np.abs(measured_response(model, RUN_SPEEDS, [1, -1])).sum(axis=1)
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from machines import disc, shaft, unbalance
 from test_runs import SPEEDS, write_table
 
 from rotorstudy import build_model, registry
@@ -22,23 +23,19 @@ FILM = {"kind": "short_journal", "node": 1, "label": "left", **registry().plugin
 SPRING = {"kind": "linear", "node": 5, "label": "right", "bearing_stiffness_N_per_m": 2e7,
           "bearing_damping_N_s_per_m": 2e4}  # fmt: skip
 RIG = {
-    "rotor": {
-        "kind": "finite_element",
-        "outer_diameter_m": 0.05,
-        "elements": [{"length_m": 0.8, "count": 4}],
-        "discs": [{"node": 3, "mass_kg": 60.0, "polar_moment_kg_m2": 0.6, "diametral_moment_kg_m2": 0.3}],
-    },
+    "rotor": shaft(0.8, 4, disc(3, 60.0, 0.6, 0.3), outer_diameter_m=0.05),
     "bearings": [FILM, SPRING],
-    "effects": [
-        {"kind": "unbalance", "node": 3, "mass_kg": 1e-3, "eccentricity_m": 1.0, "eccentricity_phase_rad": 0.4}
-    ],
+    "effects": [unbalance(3, 1.0, 0.4, mass_kg=1e-3)],
     "sensors": [1, 3],
     "measurement": {"harmonics": [1, -1], "table_noise_m": NOISE},
-    "diagnosis": {"nuisance": {}, "model_error": 0.0, "model_floor": 0.0, "uncertainty": {
-        "default": 0.0, "rotor": 0, "eccentricity": 0.3, VISCOSITY: 0.2}},
-}  # fmt: skip
-TRIAL = {"kind": "unbalance", "node": 3, "mass_kg": 1e-3, "label": "trial", "eccentricity_m": 0.5,
-         "eccentricity_phase_rad": 1.0}  # fmt: skip
+    "diagnosis": {
+        "nuisance": {},
+        "model_error": 0.0,
+        "model_floor": 0.0,
+        "uncertainty": {"default": 0.0, "rotor": 0, "eccentricity": 0.3, VISCOSITY: 0.2},
+    },
+}
+TRIAL = unbalance(3, 0.5, 1.0, mass_kg=1e-3, label="trial")  # fmt: skip
 
 
 def machine(**changes):

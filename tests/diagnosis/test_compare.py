@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from machines import disc, shaft
 from page_checks import problems
 from slow_effects import SLOW
 
@@ -216,16 +217,19 @@ def on_pedestals(share):
     item = {"kind": "flexible_pedestal", "bearing_stiffness_N_per_m": {"xx": 5e7}, "pedestal_mass_kg": {"xx": 30.0},
             "bearing_damping_N_s_per_m": {"xx": 4000.0}, "pedestal_damping_N_s_per_m": {"xx": 2000.0}}  # fmt: skip
     stiffness = {1: {"xx": 2e7 * (1 + share), "yy": 1.2e7 * (1 - share)}, 5: {"xx": 2e7 / (1 + share), "yy": 1.2e7}}
-    return build_model({
-        "rotor": {"kind": "finite_element", "outer_diameter_m": 0.06, "elements": [{"length_m": 1.0, "count": 4}],
-                  "discs": [{"node": 2, "mass_kg": 22.0, "polar_moment_kg_m2": 0.25, "diametral_moment_kg_m2": 0.13}]},
-        "bearings": [
-            {**item, "node": n, "label": str(n), "pedestal_stiffness_N_per_m": k} for n, k in stiffness.items()
-        ],
-        "effects": [{"kind": "shaft_damping", "shaft_damping_s": 1e-5},
-                    {"kind": "unbalance", "node": 2, "unbalance_kg_m": 2e-4}],
-        "sensors": [1, 5],
-    })  # fmt: skip
+    return build_model(
+        {
+            "rotor": shaft(1.0, 4, disc(2, 22.0, 0.25, 0.13), outer_diameter_m=0.06),
+            "bearings": [
+                {**item, "node": n, "label": str(n), "pedestal_stiffness_N_per_m": k} for n, k in stiffness.items()
+            ],
+            "effects": [
+                {"kind": "shaft_damping", "shaft_damping_s": 1e-5},
+                {"kind": "unbalance", "node": 2, "unbalance_kg_m": 2e-4},
+            ],
+            "sensors": [1, 5],
+        }
+    )
 
 
 @pytest.mark.parametrize(("uncertainty", "told"), [({}, False), ({"bearings": 0}, True)])

@@ -1,6 +1,7 @@
 """Which causes are special cases of others, and that both are not named together."""
 
 import pytest
+from machines import disc, shaft, springs
 
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.contained import is_contained
@@ -8,19 +9,10 @@ from rotorstudy.model.rig import build_model
 
 MODEL = build_model(
     {
-        "rotor": {
-            "kind": "finite_element",
-            "elements": [{"length_m": 0.6, "count": 3}],
-            "outer_diameter_m": 0.02,
-            "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}],
-        },
-        "bearings": [
-            {"kind": "linear", "node": node, "label": label, "coefficients": "isotropic",
-             "bearing_stiffness_N_per_m": 1e6, "bearing_damping_N_s_per_m": 300.0}
-            for node, label in ((1, "left"), (4, "right"))
-        ],
+        "rotor": shaft(0.6, 3, disc(2)),
+        "bearings": springs({1: "left", 4: "right"}),
     }
-)  # fmt: skip
+)
 
 
 def cause(effect, node=1, **shape):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import disc, shaft, springs
 
 from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
 from rotorstudy.diagnosis.search.explanations import Search
@@ -19,20 +20,11 @@ from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 
 RIG = {
-    "rotor": {
-        "kind": "finite_element",
-        "elements": [{"length_m": 0.6, "count": 3}],
-        "outer_diameter_m": 0.02,
-        "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}],
-    },
-    "bearings": [
-        {"kind": "linear", "node": node, "label": label, "coefficients": "isotropic",
-         "bearing_stiffness_N_per_m": 1e6, "bearing_damping_N_s_per_m": 300.0}
-        for node, label in ((1, "left"), (4, "right"))
-    ],
+    "rotor": shaft(0.6, 3, disc(2)),
+    "bearings": springs({1: "left", 4: "right"}),
     "effects": [{"kind": "unbalance", "node": 2, "eccentricity_m": 1e-5}],
     "sensors": [2, 3],
-}  # fmt: skip
+}
 SPEED, HARMONICS = np.array([60.0, 100.0, 140.0]), np.array([0, 1, -1, 2, -2, 3, -3])
 TRUTH = {"position_m": 0.3, "depth_ratio": 0.45, "angle_rad": 0.3}
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import disc, shaft, springs
 
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import candidate, shape_ranges, with_vibration
@@ -12,20 +13,14 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.response.neighbourhood import carried_motion
 
 SPEEDS, HARMONICS = np.array([100.0, 140.0, 170.0, 200.0, 230.0]), np.array([0, 1, -1, 2, -2, 3, -3])
-MODEL = build_model({
-    "rotor": {
-        "kind": "finite_element",
-        "elements": [{"length_m": 0.6, "count": 2}],
-        "outer_diameter_m": 0.02,
-        "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}],
-    },
-    "bearings": [
-        {"kind": "linear", "node": n, "label": str(n), "bearing_stiffness_N_per_m": 1e8,
-         "bearing_damping_N_s_per_m": 1e3} for n in (1, 3)
-    ],
-    "effects": [{"kind": "unbalance", "node": 2, "eccentricity_m": 2e-5}],
-    "sensors": [1, 2, 3],
-})  # fmt: skip
+MODEL = build_model(
+    {
+        "rotor": shaft(0.6, 2, disc(2)),
+        "bearings": springs((1, 3), 1e8, 1e3),
+        "effects": [{"kind": "unbalance", "node": 2, "eccentricity_m": 2e-5}],
+        "sensors": [1, 2, 3],
+    }
+)
 OTHERS = [name for name, one in registry().plugins["effect"].items() if one.candidate and name != "looseness"]
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import disc, shaft, unbalance
 
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.odds import Explanation
@@ -17,16 +18,9 @@ BEARING = {"kind": "linear", "coefficients": "anisotropic", "bearing_damping_xx_
 BEARING |= {"bearing_stiffness_xx_N_per_m": 1e6, "bearing_stiffness_yy_N_per_m": 1.6e6}
 BEARING |= {"bearing_damping_yy_N_s_per_m": 300.0}
 RIG = {  # three bearings, so that the rotor does not fall where one of them gives way
-    "rotor": {
-        "kind": "finite_element",
-        "elements": [{"length_m": 0.8, "count": 4, "outer_diameter_m": 0.02}],
-        "outer_diameter_m": 0.02,
-        "youngs_modulus_Pa": 2.1e11,
-        "density_kg_per_m3": 7800.0,
-        "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 4e-3, "diametral_moment_kg_m2": 2.1e-3}],
-    },
+    "rotor": shaft(0.8, 4, disc(2, 2.0, 4e-3, 2.1e-3), youngs_modulus_Pa=2.1e11, density_kg_per_m3=7800.0),
     "bearings": [{**BEARING, "node": node, "label": str(node)} for node in (1, 3, 5)],
-    "effects": [{"kind": "unbalance", "node": 2, "eccentricity_m": 2e-5, "eccentricity_phase_rad": 0.4}],
+    "effects": [unbalance(2, 2e-5, 0.4)],
     "sensors": [2, 4],
 }
 MODEL = build_model(RIG)

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from machines import unbalance
 
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
@@ -47,7 +48,7 @@ RIG = {
         for node in (1, 4)
     ],
     "effects": [
-        {"kind": "unbalance", "node": 2, "label": "2", "eccentricity_m": 2e-5, "eccentricity_phase_rad": 0.4},
+        unbalance(2, 2e-5, 0.4, label="2"),
         {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.02},
         {"kind": "external_damping", "node": 2, "label": "2", "external_damping_N_s_per_m": 20.0},
     ],
@@ -137,7 +138,7 @@ def test_a_wrong_unit_beside_a_fault_is_told():
 
 
 FAULTS = [
-    {"kind": "unbalance", "node": 3, "label": "more", "eccentricity_m": 2e-5, "eccentricity_phase_rad": 1.0},
+    unbalance(3, 2e-5, 1.0, label="more"),
     {"kind": "bow", "node": 2, "label": "more", "bow_m": 2e-5, "bow_phase_rad": -2.0},
     {"kind": "static_preload", "node": 2, "label": "more", "static_preload_N": 30.0, "static_preload_phase_rad": 0.3},
     {"kind": "reversed_probe", "node": 3, "probe": "x", "reversed_probe_x": 1.0},

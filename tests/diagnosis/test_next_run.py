@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from machines import shaft
 from scipy.stats import binom
 from slow_effects import SLOW
 
@@ -174,7 +175,7 @@ def test_divergence_is_the_mean_log_ratio_of_two_normal_densities():
 
 def test_speeds_beyond_the_table_of_a_bearing_are_left_out():
     table = {"speeds_rad_per_s": [0.0, 300.0], "stiffness_N_per_m": {"xx": [1e6, 2e6], "yy": [1e6, 2e6]}}
-    rotor = {"kind": "finite_element", "elements": [{"length_m": 0.6, "count": 2}], "outer_diameter_m": 0.02}
+    rotor = shaft(0.6, 2)
     bearings = [{"kind": "speed_tabulated", "node": n, "label": str(n), "bearing_scale": 1.0} | table for n in (1, 3)]
     unbalance = {"kind": "unbalance", "node": 2, "eccentricity_m": 1e-5}
     model = build_model({"rotor": rotor, "bearings": bearings, "effects": [unbalance], "sensors": [2]})

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import disc, shaft, springs, unbalance
 
 from rotorstudy import RotorstudyError, build_model
 from rotorstudy.diagnosis.one_cause import shape_starts
@@ -19,24 +20,14 @@ SETTINGS = Settings(uncertainty={"default": 0.02}, nuisance={})
 
 def rig(*effects, eccentricity=3e-5):
     return {
-        "rotor": {
-            "kind": "finite_element",
-            "elements": [{"length_m": 0.6, "count": 4}],
-            "outer_diameter_m": 0.02,
-            "discs": [{"node": 3, "mass_kg": 3.0, "polar_moment_kg_m2": 4e-3, "diametral_moment_kg_m2": 2e-3}],
-        },
-        "bearings": [
-            {"kind": "linear", "label": str(node), "node": node, "bearing_stiffness_N_per_m": 2e6,
-             "bearing_damping_N_s_per_m": 400.0}
-            for node in (1, 5)
-        ],
+        "rotor": shaft(0.6, 4, disc(3, 3.0, 4e-3, 2e-3)),
+        "bearings": springs((1, 5), 2e6, 400.0),
         "effects": [
-            {"kind": "unbalance", "node": 3, "mass_kg": 3.0, "eccentricity_m": eccentricity,
-             "eccentricity_phase_rad": 0.4},
+            unbalance(3, eccentricity, 0.4, mass_kg=3.0),
             *effects,
         ],
         "sensors": [2, 4],
-    }  # fmt: skip
+    }
 
 
 def crack(breathing="gradual", **shape):

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from machines import shaft
 from scipy.stats import chi2
 
 from rotorstudy.diagnosis import investigate
@@ -17,12 +18,9 @@ NOISE, HARMONICS = 5e-7, np.array([1, -1])
 DISC = {"mass_kg": 0.8, "polar_moment_kg_m2": 5.8e-4, "diametral_moment_kg_m2": 3.3e-4}
 SUPPORT = {"kind": "linear", "bearing_stiffness_N_per_m": 1e6, "bearing_damping_N_s_per_m": 50.0}
 RIG = {
-    "rotor": {
-        "kind": "finite_element",
-        "outer_diameter_m": 0.01,
-        "elements": [{"length_m": 0.56, "count": 8}],
-        "discs": [{"node": 3, "label": "disc 1", **DISC}, {"node": 7, "label": "disc 2", **DISC}],
-    },
+    "rotor": shaft(
+        0.56, 8, {"node": 3, "label": "disc 1", **DISC}, {"node": 7, "label": "disc 2", **DISC}, outer_diameter_m=0.01
+    ),
     "bearings": [{**SUPPORT, "node": 1, "label": "left"}, {**SUPPORT, "node": 9, "label": "right"}],
     "sensors": [2, 8],
 }

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from machines import shaft
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.runs import contradicting
@@ -28,25 +29,21 @@ SPEEDS = np.array([80.0, 120.0, 150.0])
 DISC = {"mass_kg": 0.8, "polar_moment_kg_m2": 5.8e-4, "diametral_moment_kg_m2": 3.3e-4}
 SUPPORT = {"bearing_stiffness_N_per_m": 2e5, "bearing_damping_N_s_per_m": 50.0}
 RIG = {
-    "rotor": {
-        "kind": "finite_element",
-        "outer_diameter_m": 0.01,
-        "elements": [{"length_m": 0.56, "count": 8}],
-        "discs": [{"node": 3, **DISC}, {"node": 7, **DISC}],
-    },
-    "bearings": [
-        {"kind": "linear", "node": n, "label": label} | SUPPORT
-        for n, label in ((1, "left"), (9, "right"))
-    ],
+    "rotor": shaft(0.56, 8, {"node": 3, **DISC}, {"node": 7, **DISC}, outer_diameter_m=0.01),
+    "bearings": [{"kind": "linear", "node": n, "label": label} | SUPPORT for n, label in ((1, "left"), (9, "right"))],
     "effects": [
         {"kind": "unbalance", "node": 3, "label": "disc 1", "mass_kg": 1e-3, "eccentricity_m": 0.0},
         {"kind": "unbalance", "node": 7, "label": "disc 2", "mass_kg": 1e-3, "eccentricity_m": 0.0},
     ],
     "sensors": [2, 8],
     "measurement": {"harmonics": [1, -1], "table_noise_m": 2e-8, "node_of_label": {"disc 1": 3, "2": 2, "8": 8}},
-    "diagnosis": {"nuisance": {}, "model_error": 0.0, "model_floor": 0.0, "uncertainty": {
-        "default": 0.2, "rotor": 0, "rotor.youngs_modulus_Pa": 0.1, "eccentricity": 10.0}},
-}  # fmt: skip
+    "diagnosis": {
+        "nuisance": {},
+        "model_error": 0.0,
+        "model_floor": 0.0,
+        "uncertainty": {"default": 0.2, "rotor": 0, "rotor.youngs_modulus_Pa": 0.1, "eccentricity": 10.0},
+    },
+}
 TRUE = {"bearing_stiffness[left]": 2.3e5, "bearing_stiffness[right]": 1.8e5, "rotor.youngs_modulus_Pa": -0.08}
 
 

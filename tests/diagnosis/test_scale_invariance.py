@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from machines import disc, shaft
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
@@ -29,15 +30,7 @@ JEFFCOTT = {
     "effects": [{"kind": "unbalance", "eccentricity_m": 5e-6}],
 }
 SHAFT = {
-    "rotor": {
-        "kind": "finite_element",
-        "elements": [{"length_m": 0.6, "count": 3}],
-        "outer_diameter_m": 0.02,
-        "youngs_modulus_Pa": 2.1e11,
-        "density_kg_per_m3": 7850.0,
-        "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}],
-        "gravity_m_per_s2": 9.81,
-    },
+    "rotor": shaft(0.6, 3, disc(2), youngs_modulus_Pa=2.1e11, density_kg_per_m3=7850.0, gravity_m_per_s2=9.81),
     "bearings": [
         {
             "kind": "linear",

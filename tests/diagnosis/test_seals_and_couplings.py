@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import disc, shaft, springs
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.odds import SCALES, log_scales
@@ -14,20 +15,14 @@ SPEEDS = np.array([120.0, 170.0, 230.0, 300.0, 380.0])
 HARMONICS = np.array([0, 1, -1, 2, -2, 3, -3])
 NOISE = 2e-8  # m
 NODES, UNBALANCE, SUPPORT, DAMPING = (1, 2, 3, 4), 1e-5, 1e6, 300.0  # kg m at node 2, N/m and N s/m at both ends
-MODEL = build_model({
-    "rotor": {
-        "kind": "finite_element",
-        "elements": [{"length_m": 0.6, "count": 3}],
-        "outer_diameter_m": 0.02,
-        "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}],
-    },
-    "bearings": [
-        {"kind": "linear", "node": n, "label": str(n), "bearing_stiffness_N_per_m": SUPPORT,
-         "bearing_damping_N_s_per_m": DAMPING} for n in (1, 4)
-    ],
-    "effects": [{"kind": "unbalance", "node": 2, "mass_kg": 1.0, "eccentricity_m": UNBALANCE}],
-    "sensors": list(NODES),
-})  # fmt: skip
+MODEL = build_model(
+    {
+        "rotor": shaft(0.6, 3, disc(2)),
+        "bearings": springs((1, 4), SUPPORT, DAMPING),
+        "effects": [{"kind": "unbalance", "node": 2, "mass_kg": 1.0, "eccentricity_m": UNBALANCE}],
+        "sensors": list(NODES),
+    }
+)
 SETTINGS = {"uncertainty": {"default": 0.02}, "leave_out": SLOW, "most_causes": 1, "candidates_per_round": 2}
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import unbalance
 from test_resultant import HARMONICS, NOISE, RIG
 
 from rotorstudy.diagnosis.runs.compare import compare, of_changes
@@ -20,8 +21,7 @@ def stated(loads, **given):
     base = build_model(RIG)
     model = base
     for node, load in loads.items():
-        item = {"kind": "unbalance", "node": node, "mass_kg": 1.0, "label": f"at {node}",
-                "eccentricity_m": abs(load), "eccentricity_phase_rad": float(np.angle(load))}  # fmt: skip
+        item = unbalance(node, abs(load), float(np.angle(load)), mass_kg=1.0, label=f"at {node}")  # fmt: skip
         model = model.plus(make_term("effect", item, model.structure, model.sensors))
     random, states = np.random.default_rng(3), []
     for one in (base, model):

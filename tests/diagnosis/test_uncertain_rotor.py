@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from machines import disc, shaft, unbalance
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
@@ -21,21 +22,12 @@ from rotorstudy.response.measured import measured_response
 
 HARMONICS, SPEEDS = np.array([0, 1, -1, 2, -2]), [60.0, 90.0, 120.0, 150.0, 180.0, 230.0, 280.0]
 RIG = {
-    "rotor": {
-        "kind": "finite_element",
-        "elements": [{"length_m": 0.6, "count": 4}],
-        "outer_diameter_m": 0.02,
-        "discs": [
-            {"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024},
-            {"node": 4, "mass_kg": 1.5, "polar_moment_kg_m2": 0.0030, "diametral_moment_kg_m2": 0.0015},
-        ],
-        "pinned_nodes": [1, 5],
-    },
+    "rotor": shaft(0.6, 4, disc(2), disc(4, 1.5, 0.0030, 0.0015), pinned_nodes=[1, 5]),
     "effects": [
         {"kind": "external_damping", "node": 3, "external_damping_N_s_per_m": 60.0},
         # the mass of an unbalance is that of its node, so it changes with the disc
-        {"kind": "unbalance", "node": 2, "label": "1", "eccentricity_m": 1e-5, "eccentricity_phase_rad": 0.8},
-        {"kind": "unbalance", "node": 4, "label": "2", "eccentricity_m": 8e-6, "eccentricity_phase_rad": -1.0},
+        unbalance(2, 1e-5, 0.8, label="1"),
+        unbalance(4, 8e-6, -1.0, label="2"),
     ],
     "sensors": [2, 3, 4],
 }

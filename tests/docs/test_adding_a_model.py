@@ -47,10 +47,9 @@ def followed(tmp_path_factory):
     return folder, said.getvalue()
 
 
-def test_every_block_runs_and_both_figures_are_there(followed):
+def test_every_block_runs_and_the_figure_is_there(followed):
     folder, _ = followed
-    for name in ("cracks.png", "bearings.png"):
-        assert (folder / name).stat().st_size > 5000
+    assert (folder / "cracks.png").stat().st_size > 5000
 
 
 def test_the_plugins_of_every_kind_hold_every_invariant(followed):

@@ -6,6 +6,8 @@ import pytest
 
 from rotorstudy.errors import RotorstudyError
 
+DROP = object()
+
 
 def refused(function, *words):
     """The message of the error that a function raises; each of some words has to be in it."""
@@ -19,13 +21,13 @@ def refused(function, *words):
 
 
 def changed(part, path, to):
-    """A copy of nested mappings and lists with the value at a path replaced; None takes the key out."""
+    """A copy of nested mappings and lists with the value at a path replaced, or its key taken out by DROP."""
     part = copy.deepcopy(part)
     *above, last = path
     inner = part
     for key in above:
         inner = inner[key]
-    if to is None:
+    if to is DROP:
         del inner[last]
     else:
         inner[last] = to

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from machines import disc, shaft, unbalance
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.blind.machines.beam import Element
@@ -54,26 +55,23 @@ def rig():
     """The rig file of the machine on the films as drawn."""
     journal = {"kind": "short_journal", "diameter_m": 0.06, "length_m": 0.03, "radial_clearance_m": 1e-4}
     return {
-        "rotor": {
-            "kind": "finite_element",
-            "elements": [{"length_m": 0.9, "count": 6}],
-            "outer_diameter_m": 0.06,
-            "gravity_m_per_s2": GRAVITY,
-            "discs": [
-                {"node": d.node + 1, "mass_kg": d.mass, "polar_moment_kg_m2": d.polar_moment,
-                 "diametral_moment_kg_m2": d.diametral_moment} for d in DISCS
-            ],
-        },
+        "rotor": shaft(
+            0.9,
+            6,
+            *[disc(d.node + 1, d.mass, d.polar_moment, d.diametral_moment) for d in DISCS],
+            outer_diameter_m=0.06,
+            gravity_m_per_s2=GRAVITY,
+        ),
         "bearings": [
             {**journal, "node": film.node + 1, "label": label, "viscosity_Pa_s": film.viscosity, "load_N": film.load}
             for film, label in zip(FILMS, ("left", "right"), strict=True)
         ],
         "effects": [
-            {"kind": "unbalance", "node": node + 1, "label": str(node), "mass_kg": 1.0, "eccentricity_m": abs(value),
-             "eccentricity_phase_rad": float(np.angle(value))} for node, value in UNBALANCE.items()
+            unbalance(node + 1, abs(value), float(np.angle(value)), label=str(node), mass_kg=1.0)
+            for node, value in UNBALANCE.items()
         ],
         "sensors": [node + 1 for node in NODES],
-    }  # fmt: skip
+    }
 
 
 @pytest.fixture(scope="module")

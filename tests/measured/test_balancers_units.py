@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from machines import shaft
 
 from rotorstudy import load_rig
 from rotorstudy.commands.line import main
@@ -85,11 +86,12 @@ def test_speeds_in_rpm(tmp_path):
 def test_a_cause_is_named_by_the_label_of_the_disc_or_bearing():
     disc = {"mass_kg": 1.0, "polar_moment_kg_m2": 1e-3, "diametral_moment_kg_m2": 5e-4}
     bearing = {"kind": "linear", "bearing_stiffness_N_per_m": 1e6}
-    structure = build_model({
-        "rotor": {"kind": "finite_element", "elements": [{"length_m": 0.2, "count": 4}], "outer_diameter_m": 0.01,
-                  "discs": [{"node": 2, "label": "fan", **disc}, {"node": 3, **disc}]},
-        "bearings": [{**bearing, "node": 1, "label": "DE"}, {**bearing, "node": 5, "label": "rear bearing"}],
-    }).structure  # fmt: skip
+    structure = build_model(
+        {
+            "rotor": shaft(0.2, 4, {"node": 2, "label": "fan", **disc}, {"node": 3, **disc}, outer_diameter_m=0.01),
+            "bearings": [{**bearing, "node": 1, "label": "DE"}, {**bearing, "node": 5, "label": "rear bearing"}],
+        }
+    ).structure
     assert structure.labels == {1: "bearing DE", 2: "fan", 5: "rear bearing"}
     assert [one.node for one in structure.discs] == [2, 3]
     told = {2: "at node 2 (fan)", 3: "at node 3", (2, 3): "at node 2 and 3"}

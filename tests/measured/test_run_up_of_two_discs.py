@@ -3,6 +3,7 @@
 import numpy as np
 import xarray as xr
 import yaml
+from machines import shaft, unbalance
 from scipy.linalg import expm
 
 from rotorstudy import build_model
@@ -20,23 +21,18 @@ STIFFNESS, DAMPING, MODULUS, STATED = 2e5, 200.0, 2.1e11, 2.06e11
 def rig(modulus, damping, unbalances=(1e-5, 1e-5)):
     bearing = {"kind": "linear", "bearing_stiffness_N_per_m": STIFFNESS}
     return {
-        "rotor": {
-            "kind": "finite_element",
-            "elements": [{"length_m": 0.25, "count": 3}],
-            "outer_diameter_m": 0.01,
-            "youngs_modulus_Pa": modulus,
-            "discs": [{"node": node, **DISC} for node in NODES],
-        },
+        "rotor": shaft(
+            0.25, 3, *[{"node": node, **DISC} for node in NODES], outer_diameter_m=0.01, youngs_modulus_Pa=modulus
+        ),
         "bearings": [
             {**bearing, "node": node, "label": str(node), "bearing_damping_N_s_per_m": damping} for node in (1, 4)
         ],
         "effects": [
-            {"kind": "unbalance", "node": node, "label": str(node), "mass_kg": 1.0, "eccentricity_m": abs(u),
-             "eccentricity_phase_rad": float(np.angle(u))}
+            unbalance(node, abs(u), float(np.angle(u)), label=str(node), mass_kg=1.0)
             for node, u in zip(NODES, unbalances, strict=True)
         ],
         "measurement": {"harmonics": [0, 1, -1]},
-    }  # fmt: skip
+    }
 
 
 def motion(structure):

@@ -3,30 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorstudy import Entry, Model, Parameter, Structure, Term, build_model
-
-HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]
-
-
-def jeffcott(*, weight_dominance=True, stiffness_loss=2.5e5, order=15, effects=()):
-    """The cracked 2-DOF rotor of Table 2.1."""
-    crack = {"kind": "switching", "weight_dominance": weight_dominance, "order": order}
-    return build_model(
-        {
-            "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-            "cracks": [{**crack, "stiffness_loss_N_per_m": stiffness_loss}],
-            "effects": [
-                {"kind": "internal_damping", "internal_damping_N_s_per_m": 20.0},
-                {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-                {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": np.pi / 6},
-                *effects,
-            ],
-        }
-    )
-
-
-def entries(*table):
-    return tuple(Entry(*row) for row in table)
+from rotorstudy import Entry, Model, Parameter, Structure, Term
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,7 @@
 """A shaft with a disc in the middle, and a transverse crack in it."""
 
 import numpy as np
+from machines import springs, unbalance
 
 from rotorstudy import build_model, harmonic_response
 
@@ -23,18 +24,13 @@ def rotor(count, *effects, density=7850.0, bearings=True, **options):
                 "pinned_nodes": [] if bearings else list(ends),
                 **options,
             },
-            "bearings": [
-                {"kind": "linear", "label": str(n), "node": n, "bearing_stiffness_N_per_m": 1e7,
-                 "bearing_damping_N_s_per_m": 500.0}
-                for n in (ends if bearings else ())
-            ],
+            "bearings": springs(ends if bearings else (), 1e7, 500.0),
             "effects": [
-                {"kind": "unbalance", "node": disc["node"], "eccentricity_m": 2e-5, "mass_kg": MASS,
-                 "eccentricity_phase_rad": 0.7},
+                unbalance(disc["node"], 2e-5, 0.7, mass_kg=MASS),
                 *effects,
             ],
         }
-    )  # fmt: skip
+    )
 
 
 def crack(position=0.23, depth=0.25, **options):

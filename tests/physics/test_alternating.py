@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from machines import disc, shaft
 from scipy.integrate import solve_ivp
 
 from rotorstudy import (
@@ -266,13 +267,7 @@ def test_a_rub_of_a_shaft_settles_as_integrated():
     """Several coordinates, and supports that couple forward with backward harmonics."""
     stiff = {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 1e5}
     rig = {
-        "rotor": {
-            "kind": "finite_element",
-            "elements": [{"length_m": 0.6, "count": 2}],
-            "outer_diameter_m": 0.02,
-            "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}],
-            "pinned_nodes": [1, 3],
-        },
+        "rotor": shaft(0.6, 2, disc(2), pinned_nodes=[1, 3]),
         "effects": [
             {"kind": "external_damping", "node": 2, "external_damping_N_s_per_m": 300.0},
             {"kind": "shaft_damping", "shaft_damping_s": 3e-5},

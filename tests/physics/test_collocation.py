@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from collocation import collocated, four_coordinates, term
-from conftest import jeffcott
+from machines import jeffcott
 
 from rotorstudy import Entry, Model, Problem, Spectrum, harmonic_response
 from rotorstudy.inference.linear import solve_linear

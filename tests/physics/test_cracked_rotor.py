@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from cracked_rotor import OPENINGS, Shaft
+from machines import disc, shaft, unbalance
 from scipy.integrate import solve_ivp
 
 from rotorstudy.model.rig import build_model
@@ -112,31 +113,38 @@ OVERHUNG = {
 
 def finite_elements(machine, crack=None):
     """The same shaft as `Shaft(0.15, 4, 0.02, ..., beta=1e-4)`; crack : options of the effect."""
-    return build_model({
-        "rotor": {
-            "kind": "finite_element", "outer_diameter_m": 0.02, "theory": "euler_bernoulli",
-            "shaft_inertia": "translation", "elements": [{"length_m": 0.6, "count": 4}],
-            "discs": [
-                {"node": n, "mass_kg": m, "polar_moment_kg_m2": p, "diametral_moment_kg_m2": d}
-                for n, (m, p, d) in machine["discs"].items()
-            ],
-        },
-        "bearings": [
-            {"kind": "linear", "node": n, "label": str(n), "coefficients": "anisotropic",
-             "bearing_stiffness_xx_N_per_m": kx, "bearing_stiffness_yy_N_per_m": ky,
-             "bearing_damping_xx_N_s_per_m": c, "bearing_damping_yy_N_s_per_m": c}
-            for n, (kx, ky, c) in machine["bearings"].items()
-        ],
-        "effects": [
-            {"kind": "shaft_damping", "shaft_damping_s": 1e-4},
-            *(
-                {"kind": "unbalance", "node": n, "label": str(n), "mass_kg": 1.0, "eccentricity_m": float(abs(u)),
-                 "eccentricity_phase_rad": float(np.angle(u))}
-                for n, u in machine["unbalance"].items()
+    return build_model(
+        {
+            "rotor": shaft(
+                0.6,
+                4,
+                *[disc(n, m, p, d) for n, (m, p, d) in machine["discs"].items()],
+                theory="euler_bernoulli",
+                shaft_inertia="translation",
             ),
-            *([{"kind": "breathing_crack", **crack}] if crack else []),
-        ],
-    })  # fmt: skip
+            "bearings": [
+                {
+                    "kind": "linear",
+                    "node": n,
+                    "label": str(n),
+                    "coefficients": "anisotropic",
+                    "bearing_stiffness_xx_N_per_m": kx,
+                    "bearing_stiffness_yy_N_per_m": ky,
+                    "bearing_damping_xx_N_s_per_m": c,
+                    "bearing_damping_yy_N_s_per_m": c,
+                }
+                for n, (kx, ky, c) in machine["bearings"].items()
+            ],
+            "effects": [
+                {"kind": "shaft_damping", "shaft_damping_s": 1e-4},
+                *(
+                    unbalance(n, float(abs(u)), float(np.angle(u)), label=str(n), mass_kg=1.0)
+                    for n, u in machine["unbalance"].items()
+                ),
+                *([{"kind": "breathing_crack", **crack}] if crack else []),
+            ],
+        }
+    )
 
 
 def moved_by_a_crack(machine, crack):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import unbalance
 from shaft_with_a_crack import MASS, crack, rotor
 
 from rotorstudy import simulate_records
@@ -12,10 +13,7 @@ from rotorstudy.response.stability import check_stable
 
 TWICE = 820.0  # rad/s, about twice the natural frequency of the cracked shaft, where its stiffness pumps a whirl
 LIGHT = {"density": 1e-3, "bearings": False, "theory": "euler_bernoulli"}
-BALANCED = {
-    "kind": "unbalance", "label": "against", "node": 2, "eccentricity_m": 2e-5, "mass_kg": MASS,
-    "eccentricity_phase_rad": 0.7 + np.pi,
-}  # fmt: skip
+BALANCED = unbalance(2, 2e-5, 0.7 + np.pi, label="against", mass_kg=MASS)  # fmt: skip
 
 
 def cracked(damping, *effects, **law):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from machines import disc, shaft
 
 from rotorstudy import (
     Model,
@@ -36,18 +37,7 @@ TILTING = build_model(
         }
     }
 ).structure
-SHAFT = build_model(
-    {
-        "rotor": {
-            "kind": "finite_element",
-            "elements": [{"length_m": 0.6, "count": 60}],
-            "outer_diameter_m": 0.02,
-            "theory": "euler_bernoulli",  # else a couple of forces also shears the shaft between them
-            "discs": [{"node": 21, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}],
-            "pinned_nodes": [1, 61],
-        }
-    }
-).structure
+SHAFT = build_model({"rotor": shaft(0.6, 60, disc(21), theory="euler_bernoulli", pinned_nodes=[1, 61])}).structure
 SHAKEN = (
     {"kind": "unbalance", "eccentricity_m": 1e-5, "eccentricity_phase_rad": 0.4},
     {"kind": "external_damping", "external_damping_N_s_per_m": 60.0},

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from collocation import four_coordinates
-from conftest import HARMONICS, jeffcott
+from machines import HARMONICS, jeffcott
 from random_rotor import random_model
 
 from rotorstudy import (

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import HARMONICS, jeffcott
+from machines import HARMONICS, jeffcott
 from scipy import optimize, stats
 
 from rotorstudy import Problem, Spectrum, cramer_rao_bound, magnitude_and_phase, measured_response, registry

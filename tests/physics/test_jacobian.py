@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import HARMONICS, jeffcott
+from machines import HARMONICS, jeffcott, unbalance
 
 from rotorstudy import (
     Entry,
@@ -75,7 +75,7 @@ def carried(**crack):
             "cracks": [{"kind": "switching", "node": 3, **losses, **crack}],
             "effects": [
                 {"kind": "internal_damping", "node": 3, "internal_damping_N_s_per_m": 10.0},
-                {"kind": "unbalance", "node": 2, "mass_kg": 2.0, "eccentricity_m": 3e-5, "eccentricity_phase_rad": 1.0},
+                unbalance(2, 3e-5, 1.0, mass_kg=2.0),
             ],
         }
     )

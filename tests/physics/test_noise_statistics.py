@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import HARMONICS, jeffcott
+from machines import HARMONICS, jeffcott
 from scipy.stats import chi2, norm
 
 from rotorstudy import (

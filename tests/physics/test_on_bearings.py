@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from machines import disc, shaft
 from scipy.linalg import eigh
 
 from rotorstudy.model.rig import build_model
@@ -24,12 +25,7 @@ def rotor(*effects, count=6):
     ]  # fmt: skip
     return build_model(
         {
-            "rotor": {
-                "kind": "finite_element",
-                "elements": [{"length_m": 0.6, "count": count}],
-                "outer_diameter_m": 0.02,
-                "discs": [{"node": 3, "mass_kg": 2.0, "polar_moment_kg_m2": 5e-3, "diametral_moment_kg_m2": 2e-3}],
-            },
+            "rotor": shaft(0.6, count, disc(3, 2.0, 5e-3, 2e-3)),
             "bearings": bearings,
             "effects": [{"kind": "unbalance", "node": 3, "eccentricity_m": 1e-5}, *effects],
             "sensors": [3, 5],

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from cracked_rotor import OPENINGS
+from machines import disc, shaft, springs
 from scipy.integrate import solve_ivp
 
 from rotorstudy.errors import NoSteadyState
@@ -96,18 +97,10 @@ def test_a_breathing_crack_grows_as_its_integrated_turn(opening, ratio):
 
 DRAG = {"kind": "external_damping", "node": 2, "external_damping_N_s_per_m": 30.0}
 SHAFT = {  # whose modes above the lowest are hardly damped
-    "rotor": {
-        "kind": "finite_element", "elements": [{"length_m": 1.2, "count": 4}], "outer_diameter_m": 0.02,
-        "discs": [{"node": 2, "mass_kg": 2.0, "diametral_moment_kg_m2": 4e-3, "polar_moment_kg_m2": 8e-3}],
-    },
-    "bearings": [
-        {"kind": "linear", "node": node, "label": str(node), "coefficients": "anisotropic",
-         "bearing_stiffness_xx_N_per_m": 2e5, "bearing_stiffness_yy_N_per_m": 1.5e5,
-         "bearing_damping_xx_N_s_per_m": 2.0, "bearing_damping_yy_N_s_per_m": 1.5}
-        for node in (1, 5)
-    ],
+    "rotor": shaft(1.2, 4, disc(2, 2.0, 8e-3, 4e-3)),
+    "bearings": springs((1, 5), (2e5, 1.5e5), (2.0, 1.5)),
     "effects": [DRAG],
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("speed", [5.0, 40.0, 300.0])

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import HARMONICS, jeffcott
+from machines import HARMONICS, jeffcott
 
 from rotorstudy import Model, RotorstudyError, Spectrum, Term, build_model, harmonic_response, measured_response
 from rotorstudy.errors import UnidentifiableError

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from conftest import HARMONICS, jeffcott
+from machines import HARMONICS, jeffcott
 
 from rotorstudy import (
     Entry,

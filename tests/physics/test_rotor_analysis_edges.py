@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import yaml
+from machines import disc, shaft
 from scipy.linalg import eigvals
 
 from rotorstudy import build_model
@@ -18,14 +19,7 @@ MASS, STIFFNESS = 2.0, 3.2e5
 NATURAL = np.sqrt(STIFFNESS / MASS)  # 400 rad/s
 ROTOR = {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS}
 UNBALANCE = {"kind": "unbalance", "mass_kg": MASS, "eccentricity_m": 1e-5}
-SHAFT = {
-    "kind": "finite_element",
-    "elements": [{"length_m": 0.6, "count": 4}],
-    "outer_diameter_m": 0.02,
-    "youngs_modulus_Pa": 2.1e11,
-    "density_kg_per_m3": 7800.0,
-    "discs": [{"node": 3, "mass_kg": 2.0, "polar_moment_kg_m2": 4.8e-3, "diametral_moment_kg_m2": 2.4e-3}],
-}
+SHAFT = shaft(0.6, 4, disc(3), youngs_modulus_Pa=2.1e11, density_kg_per_m3=7800.0)
 FILM = {
     "kind": "squeeze_film",
     "diameter_m": 0.1,
@@ -166,7 +160,7 @@ def test_critical_speeds_on_a_bearing_that_is_isotropic_at_some_speeds_only():
 
 def test_a_slender_shaft_is_drawn_and_a_vertical_one_names_its_bearings(tmp_path):
     """A shaft of 30 diameters is not drawn to scale; without weight each bearing still has its own node."""
-    thick = {"kind": "finite_element", "outer_diameter_m": 0.02, "elements": [{"length_m": 0.6, "count": 4}]}
+    thick = shaft(0.6, 4)
     rig = {"rotor": thick, "bearings": [linear(1), linear(5)], "effects": []}
     rig["rotor"]["gravity_m_per_s2"] = 0.0
     path = tmp_path / "rig.yaml"

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import springs, unbalance
 
 from rotorstudy import registry
 from rotorstudy.errors import RotorstudyError
@@ -30,21 +31,9 @@ SHAFT = {
 # effects that do not take a matrix of the rotor into their own table
 EFFECTS = [
     {"kind": "external_damping", "node": 4, "external_damping_N_s_per_m": 80.0},
-    {"kind": "unbalance", "node": 3, "mass_kg": 2.0, "eccentricity_m": 1e-5, "eccentricity_phase_rad": 0.4},
+    unbalance(3, 1e-5, 0.4, mass_kg=2.0),
 ]
-BEARINGS = [
-    {
-        "kind": "linear",
-        "node": node,
-        "label": str(node),
-        "coefficients": "anisotropic",
-        "bearing_stiffness_xx_N_per_m": 8e5,
-        "bearing_stiffness_yy_N_per_m": 5e5,
-        "bearing_damping_xx_N_s_per_m": 300.0,
-        "bearing_damping_yy_N_s_per_m": 250.0,
-    }
-    for node in (1, 8)
-]
+BEARINGS = springs((1, 8), (8e5, 5e5), (300.0, 250.0))
 SPRINGS = [
     {"kind": "support_stiffness", "node": node, "label": str(node), "support_stiffness_N_per_m": 6e5} for node in (1, 8)
 ]

@@ -7,7 +7,7 @@ would be the quantile (N/2 - p) / (N - p), or (N/2) / (N - p), of the noise. At 
 
 import numpy as np
 import pytest
-from conftest import HARMONICS
+from machines import HARMONICS
 
 from rotorstudy import Record, registry
 from rotorstudy.measurement.records import check_record

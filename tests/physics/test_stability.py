@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import jeffcott
+from machines import jeffcott
 
 from rotorstudy import Entry, Parameter, RotorstudyError, Term, build_model, eigenvalues, stability_threshold
 from rotorstudy.response.integration import time_response

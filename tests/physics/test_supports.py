@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import disc, shaft, unbalance
 
 from rotorstudy import build_model, harmonic_response
 from rotorstudy.errors import CannotAct
@@ -10,7 +11,7 @@ SPEEDS = np.array([60.0, 180.0, 400.0, 700.0])
 HARMONICS = [1, -1, 2, -2]
 STIFF, DAMPED = 2e6, 300.0
 PUSHED = [
-    {"kind": "unbalance", "node": 2, "mass_kg": 2.0, "eccentricity_m": 1e-5, "eccentricity_phase_rad": 0.4},
+    unbalance(2, 1e-5, 0.4, mass_kg=2.0),
     {"kind": "parallel_misalignment", "node": 3, "harmonics": [2, -1], "misalignment_force_2X_N": 3.0,
      "misalignment_force_-1X_N": 1.0},
 ]  # fmt: skip
@@ -27,19 +28,16 @@ def isotropic(node):
 def response(bearing, *effects):
     """Harmonics of a shaft on a bearing at node 1 and a usual one at node 4."""
     return harmonic_response(
-        build_model({
-            "rotor": {
-                "kind": "finite_element",
-                "elements": [{"length_m": 0.6, "count": 3}],
-                "outer_diameter_m": 0.02,
-                "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.004, "diametral_moment_kg_m2": 0.002}],
-            },
-            "bearings": [bearing, isotropic(4)],
-            "effects": [*PUSHED, *effects],
-        }),
+        build_model(
+            {
+                "rotor": shaft(0.6, 3, disc(2, 2.0, 0.004, 0.002)),
+                "bearings": [bearing, isotropic(4)],
+                "effects": [*PUSHED, *effects],
+            }
+        ),
         SPEEDS,
         HARMONICS,
-    )  # fmt: skip
+    )
 
 
 def same(found, expected, tolerance):

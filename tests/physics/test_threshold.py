@@ -5,6 +5,7 @@ import pytest
 
 from rotorstudy import Entry, Parameter, Term, build_model, eigenvalues, harmonic_response, stability_threshold
 from rotorstudy.response.integration import time_response
+from rotorstudy.response.stability import check_stable
 
 M, K = 2.0, 7.6e5
 NATURAL = np.sqrt(K / M)
@@ -118,3 +119,24 @@ def test_the_threshold_of_a_gyroscopic_rotor_is_where_its_own_equations_stop_dec
 @pytest.mark.parametrize("kind", [JEFFCOTT, OFF_MID_SPAN], ids=["jeffcott", "off mid-span"])
 def test_external_damping_alone_has_no_threshold(kind):
     assert stability_threshold(rotor(kind, 0.0, 100.0), 5000.0) is None
+
+
+@pytest.mark.parametrize("kind", [JEFFCOTT, MID_SPAN, OFF_MID_SPAN], ids=["jeffcott", "mid-span", "off mid-span"])
+def test_round_off_of_an_undamped_rotor_is_no_threshold(kind):
+    check_stable(rotor(kind), [12.5, 62.5, 500.0])
+    assert stability_threshold(rotor(kind), 5000.0) is None
+
+
+def test_round_off_of_an_undamped_tilt_is_no_threshold():
+    """External damping of the translation; at mid-span the tilt has none, and nothing that feeds it either."""
+    assert stability_threshold(rotor(MID_SPAN, 0.0, 100.0), 5000.0) is None
+
+
+def test_an_undamped_tilt_does_not_hide_the_threshold_of_the_translation():
+    assert stability_threshold(rotor(MID_SPAN, 20.0, 100.0), 5000.0) == pytest.approx(6 * NATURAL, rel=1e-8)
+
+
+@pytest.mark.parametrize("up_to", [4e3, 4e4, 4e5, 4e6])
+def test_the_threshold_does_not_depend_on_how_far_it_is_looked_for(up_to):
+    """Up to 4e6 rad/s the first speed tried is far above it."""
+    assert stability_threshold(rotor(JEFFCOTT, 20.0, 100.0), up_to) == pytest.approx(6 * NATURAL, rel=1e-8)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import shaft
 from scipy.optimize import brentq
 from test_transient import OFFSET_DISC, RIGS
 
@@ -70,14 +71,7 @@ def test_only_what_turns_is_taken_off():
 
 
 def test_modes_of_a_simply_supported_beam_are_sines():
-    rotor = {
-        "kind": "finite_element",
-        "elements": [{"length_m": 1.0, "count": 16}],
-        "outer_diameter_m": 0.02,
-        "pinned_nodes": [1, 17],
-        "theory": "euler_bernoulli",
-        "shaft_inertia": "translation",
-    }
+    rotor = shaft(1.0, 16, pinned_nodes=[1, 17], theory="euler_bernoulli", shaft_inertia="translation")
     model = build_model({"rotor": rotor})
     values, shapes = whirl_modes(model, 1e-3)
     nodes = np.arange(2, 17)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from machines import disc, shaft, unbalance
 
 from rotorstudy import RotorstudyError, registry
 from rotorstudy.commands.line import main
@@ -21,14 +22,9 @@ from rotorstudy.response.measured import measured_response, measured_response_an
 from rotorstudy.response.stability import eigenvalues
 
 SPEEDS, HARMONICS = [60.0, 140.0, 260.0], [0, 1, -1, 2]
-ROTOR = {
-    "kind": "finite_element",
-    "outer_diameter_m": 0.05,
-    "elements": [{"length_m": 0.8, "count": 4}],
-    "discs": [{"node": 3, "mass_kg": 60.0, "polar_moment_kg_m2": 0.6, "diametral_moment_kg_m2": 0.3}],
-}
+ROTOR = shaft(0.8, 4, disc(3, 60.0, 0.6, 0.3), outer_diameter_m=0.05)
 JOURNAL = {"kind": "short_journal", **registry().plugins["bearing"]["short_journal"].example}
-UNBALANCE = {"kind": "unbalance", "node": 3, "eccentricity_m": 2e-5, "eccentricity_phase_rad": 0.4}
+UNBALANCE = unbalance(3, 2e-5, 0.4)
 
 
 def rig_on(item):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from machines import disc, shaft
 
 from rotorstudy import build_model, eigenvalues, harmonic_response, registry, stability_threshold
 from rotorstudy.commands.line import main
@@ -12,12 +13,7 @@ from rotorstudy.presentation.bearing_figures import plot_bearing_coefficients
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.studies.bearings import all_bearings, bearing_coefficients
 
-SHAFT = {
-    "kind": "finite_element",
-    "elements": [{"length_m": 1.0, "count": 4}],
-    "outer_diameter_m": 0.06,
-    "discs": [{"node": 3, "mass_kg": 80.0, "polar_moment_kg_m2": 0.9, "diametral_moment_kg_m2": 0.5}],
-}
+SHAFT = shaft(1.0, 4, disc(3, 80.0, 0.9, 0.5), outer_diameter_m=0.06)
 UNBALANCE = {"kind": "unbalance", "node": 3, "mass_kg": 80.0, "eccentricity_m": 1e-5}
 BEARINGS = registry().plugins["bearing"].values()
 

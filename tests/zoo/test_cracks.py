@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from cracked_jeffcott import CRACKS, DAMPING, HARMONICS, JEFFCOTT, crack, rig
+from machines import disc, shaft
 
 from rotorstudy import RotorstudyError, build_model, harmonic_response, time_response
 from rotorstudy.model.cracks import crack_series
@@ -125,13 +126,7 @@ def test_two_notches_across_each_other_make_a_round_shaft():
 
 
 def shaft_with(*cracks):
-    rotor = {
-        "kind": "finite_element",
-        "elements": [{"length_m": 0.6, "count": 3}],
-        "outer_diameter_m": 0.02,
-        "pinned_nodes": [1, 4],
-        "discs": [{"node": 2, "mass_kg": 3.0, "polar_moment_kg_m2": 0.004, "diametral_moment_kg_m2": 0.003}],
-    }
+    rotor = shaft(0.6, 3, disc(2, 3.0, 0.004, 0.003), pinned_nodes=[1, 4])
     dampers = [{**DAMPING, "node": node, "label": f"at {node}"} for node in (2, 3)]
     return build_model({"rotor": rotor, "cracks": list(cracks), "effects": dampers})
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from machines import disc, shaft
 
 from rotorstudy import (
     Model,
@@ -273,13 +274,7 @@ def rig_of_two_films(second, **first):
     """A shaft of 20 kg without weight of its own, at one third of its span, on films at nodes 1 and 4."""
     film = {k: v for k, v in JOURNAL.items() if k not in ("load_N", "bearing_scale")}
     return {
-        "rotor": {
-            "kind": "finite_element",
-            "elements": [{"length_m": 0.6, "count": 3}],
-            "outer_diameter_m": 0.02,
-            "density_kg_per_m3": 1e-6,
-            "discs": [{"node": 2, "mass_kg": 20.0, "polar_moment_kg_m2": 0.1, "diametral_moment_kg_m2": 0.05}],
-        },
+        "rotor": shaft(0.6, 3, disc(2, 20.0, 0.1, 0.05), density_kg_per_m3=1e-6),
         "bearings": [{**film, "node": 1, "label": "a", **first}, {**film, "node": second, "label": "b"}],
     }
 

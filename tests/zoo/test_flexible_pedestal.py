@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import disc, shaft
 
 from rotorstudy import Entry, Model, Parameter, RotorstudyError, Term, build_model, harmonic_response, make_term
 from rotorstudy.model.entries import planar_entries
@@ -20,16 +21,7 @@ PEDESTAL = {
     "pedestal_mass_kg": {"xx": 20.0, "yy": 35.0},
     "bearing_scale": 1.0,
 }
-SHAFT = build_model(
-    {
-        "rotor": {
-            "kind": "finite_element",
-            "elements": [{"length_m": 0.6, "count": 4}],
-            "outer_diameter_m": 0.02,
-            "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.004, "diametral_moment_kg_m2": 0.002}],
-        }
-    }
-).structure
+SHAFT = build_model({"rotor": shaft(0.6, 4, disc(2, 2.0, 0.004, 0.002))}).structure
 
 
 def extended(structure):

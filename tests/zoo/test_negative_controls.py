@@ -55,6 +55,7 @@ from rotorstudy.authoring.invariants.spectrum import (
     spectrum_tolerates_wrong_speed,
 )
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.entries import planar_entries
 from rotorstudy.model.kinds import Bearing, Crack, CrackDepth, Effect, Estimator, Rotor, SpectrumMethod
 
 ZOO = registry()
@@ -88,8 +89,14 @@ def depth(xi, eta=lambda d: 0.5 * d, valid=(0.0, 0.5)):
     return CrackDepth("wrong", lambda depth_ratio: (xi(depth_ratio), eta(depth_ratio)), valid=valid, **SAYS)
 
 
-def term(kind, *entries, typical=1.0, **more):
-    return kind("wrong", lambda structure: [Parameter("k", "N/m", entries, typical)], **SAYS, **more)
+def term(kind, *entries, typical=1.0, unit="N/m", **more):
+    return kind("wrong", lambda structure: [Parameter("k", unit, entries, typical)], **SAYS, **more)
+
+
+def planar(stiffness=(), damping=()):
+    """A bearing with some coefficients {direction: value}."""
+    entries = [e for ab, k in dict(stiffness).items() for e in planar_entries(ab, np.array([[-k]]), 0)]
+    return [*entries, *(e for ab, c in dict(damping).items() for e in planar_entries(ab, np.array([[-c]]), 1))]
 
 
 def spring(stiffness=-1e5, **more):
@@ -176,7 +183,14 @@ CONTROLS = [
         "10 %",
     ),
     (bearing_takes_energy, term(Bearing, spring(order=1, stiffness=300.0), positive_damping=True), "gains energy"),
+    (
+        bearing_takes_energy,
+        term(Bearing, *planar(damping={"xx": 300.0, "xy": 90.0, "yx": 90.0, "yy": 20.0}), positive_damping=True),
+        "gains energy from its damping",
+    ),
     (bearing_takes_energy, flipped("bearing", "linear", "positive_damping"), "set positive_damping=True"),
+    (bearing_is_symmetric, term(Bearing, *planar({"xy": 3e4, "yx": -3e4}), symmetric=True), "drive a whirl"),
+    (bearing_is_symmetric, term(Bearing, *planar(damping={"xy": 20.0}), symmetric=True), "xy and yx differ"),
     (bearing_is_symmetric, flipped("bearing", "short_journal", "symmetric"), "drive a whirl"),
     (bearing_is_symmetric, flipped("bearing", "linear", "symmetric"), "set symmetric=True"),
     (effect_offers_places, effect(places=lambda structure, sensors: []), "no place"),
@@ -185,6 +199,7 @@ CONTROLS = [
     (effect_shape_is_open, effect(shape={"clearance_m": (0, 1)}), "not an option"),
     (effect_shape_is_open, effect(shape={"node": (1, 0)}), "range"),
     (term_states_units, term(Effect, spring(), typical=0.0), "typical size 0"),
+    (term_states_units, term(Effect, spring(), unit=""), "no unit"),
     (term_is_one_table, term(Effect, Forgetful(np.eye(1), gain=np.ones_like)), "differ"),
     (term_is_found_again, term(Effect, spring(0.0)), "do not depend on k"),
     (spectrum_is_exact, spectrum("fft", lambda a, c: (a * 1.001, c)), "is off by"),

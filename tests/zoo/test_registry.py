@@ -1,16 +1,17 @@
-"""How plugins are found, and what is said when one is wrong."""
+"""How plugins are found, and what is said when one is wrong: the rest of the library stays whole."""
 
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
-from rotorstudy.errors import PluginError, RotorstudyError
-from rotorstudy.model.registry import Registry
+from rotorstudy import RotorstudyError, registry
+from rotorstudy.errors import PluginError
+from rotorstudy.model.registry import Registry, plugin_folders
 
-GOOD = '''
-from rotorstudy.plugins import Crack, hookimpl
+CRACK = '''from rotorstudy.plugins import Crack, hookimpl
 
 
 def {name}(angle):
@@ -22,100 +23,222 @@ def {name}(angle):
 def rotorstudy_crack():
     return Crack("{name}", {name}, source="a test", series=lambda order: {{0: 1.0}})
 '''
+LIST = "from rotorstudy import registry; print(*registry().plugins['crack']); print(*registry().failures, sep='\\n')"
 
 
-def write(folder, **files):
-    folder.mkdir(exist_ok=True)
-    for name, text in files.items():
-        (folder / f"{name}.py").write_text(text)
-    return folder
+def write(folder, name, text):
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"{name}.py").write_text(text)
+    return folder / f"{name}.py"
+
+
+def alone(*folders):
+    return Registry(folders, entry_points=False)
+
+
+def in_subprocess(code, **environment):
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, **environment}, timeout=60
+    )
+
+
+def distribution(folder, module, text):
+    """An installed distribution with one entry point, as pip leaves it."""
+    write(folder, module, text)
+    info = folder / f"{module}-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(f"[rotorstudy]\n{module} = {module}\n")
 
 
 def test_a_file_in_a_folder_is_found(tmp_path):
-    zoo = Registry([write(tmp_path / "a", mine=GOOD.format(name="mine"))], entry_points=False)
-    assert zoo.get("crack", "mine").summary == "Always open."
-    assert zoo.get("crack", "mine").file == str(tmp_path / "a" / "mine.py")
-
-
-def test_folders_may_hold_files_of_the_same_name(tmp_path):
-    folders = [write(tmp_path / name, mine=GOOD.format(name=name)) for name in ("a", "b")]
-    assert set(Registry(folders, entry_points=False).plugins["crack"]) == {"a", "b"}
-
-
-def test_two_plugins_of_one_name_clash_and_both_files_are_named(tmp_path):
-    folder = write(tmp_path / "a", first=GOOD.format(name="mine"), second=GOOD.format(name="mine"))
-    with pytest.raises(PluginError, match=r"two plugins are called crack 'mine': .*first\.py and .*second\.py"):
-        Registry([folder], entry_points=False)
+    file = write(tmp_path, "mine", CRACK.format(name="mine"))
+    found = alone(tmp_path).get("crack", "mine")
+    assert (found.summary, found.file) == ("Always open.", str(file))
 
 
 def test_a_file_that_does_not_import_is_named_with_its_line_and_the_rest_loads(tmp_path):
-    broken = "import numpy as np\n\nx = undefined_name\n"
-    folder = write(tmp_path / "a", broken=broken, typo="def f(:\n", good=GOOD.format(name="mine"))
-    zoo = Registry([folder], entry_points=False)
-    assert "mine" in zoo.plugins["crack"]
-    assert len(zoo.failures) == 2
+    write(tmp_path, "broken", "import numpy as np\n\nx = undefined_name\n")
+    write(tmp_path, "typo", "def f(:\n")
+    write(tmp_path, "good", CRACK.format(name="mine"))
+    zoo = alone(tmp_path)
+    assert "mine" in zoo.plugins["crack"] and len(zoo.failures) == 2
     assert any("broken.py:3: NameError" in failure for failure in zoo.failures)
     assert any("typo.py:1: SyntaxError" in failure for failure in zoo.failures)
 
 
 def test_an_unknown_name_recalls_what_did_not_load(tmp_path):
-    folder = write(tmp_path / "a", broken="1 / 0\n", good=GOOD.format(name="mine"))
-    with pytest.raises(
-        RotorstudyError, match=r"unknown crack 'mein'.*did you mean 'mine'.*broken\.py:1: ZeroDivisionError"
-    ):
-        Registry([folder], entry_points=False).get("crack", "mein")
+    write(tmp_path, "broken", "1 / 0\n")
+    write(tmp_path, "good", CRACK.format(name="mine"))
+    said = r"unknown crack 'mein'.*did you mean 'mine'.*broken\.py:1: ZeroDivisionError"
+    with pytest.raises(RotorstudyError, match=said):
+        alone(tmp_path).get("crack", "mein")
 
 
 def test_a_misspelt_hook_is_reported_and_does_not_spoil_the_next_file(tmp_path):
-    wrong = GOOD.format(name="wrong").replace("def rotorstudy_crack", "def rotorstudy_crak")
-    folder = write(tmp_path / "a", a_wrong=wrong, b_good=GOOD.format(name="mine"))
-    zoo = Registry([folder], entry_points=False)
+    write(tmp_path, "a_wrong", CRACK.format(name="wrong").replace("def rotorstudy_crack", "def rotorstudy_crak"))
+    write(tmp_path, "b_good", CRACK.format(name="mine"))
+    zoo = alone(tmp_path)
     assert len(zoo.failures) == 1 and "a_wrong.py" in zoo.failures[0] and "rotorstudy_crak" in zoo.failures[0]
     assert "mine" in zoo.plugins["crack"]
 
 
-def test_a_hook_that_returns_something_else_is_reported(tmp_path):
-    text = "from rotorstudy.plugins import hookimpl\n\n@hookimpl\ndef rotorstudy_crack():\n    return 'switching'\n"
-    zoo = Registry([write(tmp_path / "a", wrong=text)], entry_points=False)
-    assert len(zoo.failures) == 1 and "must return a Crack, not str" in zoo.failures[0]
-
-
 def test_a_hook_that_fails_is_reported(tmp_path):
     text = "from rotorstudy.plugins import hookimpl\n\n@hookimpl\ndef rotorstudy_crack():\n    return 1 / 0\n"
-    zoo = Registry([write(tmp_path / "a", wrong=text, good=GOOD.format(name="mine"))], entry_points=False)
+    write(tmp_path, "wrong", text)
+    write(tmp_path, "good", CRACK.format(name="mine"))
+    zoo = alone(tmp_path)
     assert len(zoo.failures) == 1 and "wrong.py:5: ZeroDivisionError" in zoo.failures[0]
     assert "mine" in zoo.plugins["crack"]
 
 
 def test_a_folder_that_does_not_exist_is_named(tmp_path):
     with pytest.raises(PluginError, match=r"plugin folder '.*none' does not exist"):
-        Registry([tmp_path / "none"], entry_points=False)
+        alone(tmp_path / "none")
 
 
-def run(code, **environment):
-    return subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env={**os.environ, **environment}
-    ).stdout
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [("ValueError", "ValueError"), ("RuntimeError('')", "RuntimeError"), ("RuntimeError('a\\nb')", "RuntimeError: a")],
+)
+def test_a_file_that_fails_with_any_message_is_named_in_one_line_and_the_rest_loads(tmp_path, error, words):
+    broken = write(tmp_path, "a_broken", f"raise {error}\n")  # before the good one in the order of the folder
+    write(tmp_path, "b_good", CRACK.format(name="good"))
+    zoo = alone(tmp_path)
+    assert len(zoo.failures) == 1 and "\n" not in zoo.failures[0]
+    assert f"{broken}:1: {words}" in zoo.failures[0]
+    assert set(zoo.plugins["crack"]) == {"good"}
 
 
-LIST = "import rotorstudy; print(sorted(rotorstudy.registry().plugins['crack']), rotorstudy.registry().failures)"
+def test_the_blame_lies_on_the_line_of_the_plugin_not_of_what_it_calls(tmp_path):
+    broken = write(tmp_path, "broken", "import json\n\n\njson.loads('{')\n")
+    assert f"{broken}:4: JSONDecodeError" in alone(tmp_path).failures[0]
+
+
+def test_files_of_one_name_in_folders_of_one_name_both_load(tmp_path):
+    """As a user's own cracks/ folder beside the project's."""
+    folders = [tmp_path / "one" / "cracks", tmp_path / "two" / "cracks"]
+    for folder, name in zip(folders, ("first", "second"), strict=True):
+        write(folder, "mine", CRACK.format(name=name))
+    zoo = alone(*folders)
+    assert zoo.failures == []
+    assert set(zoo.plugins["crack"]) == {"first", "second"}
+
+
+def test_a_copied_plugin_file_is_refused_as_a_second_plugin_of_its_name(tmp_path):
+    files = [write(tmp_path / user / "cracks", "mine", CRACK.format(name="same")) for user in ("one", "two")]
+    with pytest.raises(PluginError, match="two plugins are called crack 'same'") as refused:
+        alone(*(file.parent for file in files))
+    assert all(str(file) in str(refused.value) for file in files)
+
+
+def test_two_plugins_of_one_name_clash_and_both_files_are_named(tmp_path):
+    write(tmp_path, "first", CRACK.format(name="mine"))
+    write(tmp_path, "second", CRACK.format(name="mine").replace("+ 1", "+ 0.5"))
+    with pytest.raises(PluginError, match=r"two plugins are called crack 'mine': .*first\.py and .*second\.py"):
+        alone(tmp_path)
+
+
+def test_a_name_of_the_projects_own_zoo_cannot_be_taken(tmp_path):
+    mine = write(tmp_path, "mine", CRACK.format(name="switching"))
+    found = in_subprocess(
+        "import sys; from rotorstudy.commands.line import main; sys.exit(main(['plugins']))",
+        ROTORSTUDY_PLUGINS=str(tmp_path),
+    )
+    assert found.returncode == 1 and found.stderr.startswith("error: ") and found.stderr.count("\n") == 1
+    assert str(mine) in found.stderr and str(Path("cracks") / "switching.py") in found.stderr
 
 
 def test_the_variable_names_further_folders(tmp_path):
-    folders = [str(write(tmp_path / name, mine=GOOD.format(name=name))) for name in ("one", "two")]
-    found = run(LIST, ROTORSTUDY_PLUGINS=os.pathsep.join(folders))
-    assert "'one'" in found and "'two'" in found and "'switching'" in found and found.strip().endswith("[]")
+    for name in ("one", "two"):
+        write(tmp_path / name, "mine", CRACK.format(name=name))
+    folders = os.pathsep.join(str(tmp_path / name) for name in ("one", "two"))
+    cracks, *failures = in_subprocess(LIST, ROTORSTUDY_PLUGINS=folders).stdout.splitlines()
+    assert {"one", "two", "switching"} <= set(cracks.split()) and not any(failures)
 
 
 def test_an_installed_distribution_is_found_by_entry_point(tmp_path):
-    (tmp_path / "their_cracks.py").write_text(GOOD.format(name="theirs"))
-    info = tmp_path / "their_cracks-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: their-cracks\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text("[rotorstudy]\ntheirs = their_cracks\n")
-    found = run(LIST, PYTHONPATH=str(tmp_path))
-    assert "'theirs'" in found and found.strip().endswith("[]")
-    assert "'theirs'" not in run(LIST)
+    distribution(tmp_path, "their_cracks", CRACK.format(name="theirs"))
+    cracks, *failures = in_subprocess(LIST, PYTHONPATH=str(tmp_path)).stdout.splitlines()
+    assert "theirs" in cracks.split() and not any(failures)
+    assert "theirs" not in in_subprocess(LIST).stdout
+
+
+def test_an_installed_distribution_that_does_not_import_is_named_and_the_next_loads(tmp_path):
+    distribution(tmp_path, "a_fake_plugin", "\nimport a_module_nobody_has\n")
+    distribution(tmp_path, "b_fake_plugin", CRACK.format(name="installed"))
+    cracks, *failures = in_subprocess(LIST, PYTHONPATH=str(tmp_path)).stdout.splitlines()
+    assert "switching" in cracks.split() and cracks.endswith("installed")
+    assert len(failures) == 1 and "a_fake_plugin" in failures[0] and "a_module_nobody_has" in failures[0]
+
+
+def test_a_misspelt_hook_of_an_installed_distribution_does_not_spoil_the_next(tmp_path):
+    distribution(tmp_path, "a_fake_plugin", CRACK.format(name="wrong").replace("rotorstudy_crack", "rotorstudy_crak"))
+    distribution(tmp_path, "b_fake_plugin", CRACK.format(name="installed"))
+    cracks, *failures = in_subprocess(LIST, PYTHONPATH=str(tmp_path)).stdout.splitlines()
+    assert len(failures) == 1 and "a_fake_plugin" in failures[0] and "rotorstudy_crak" in failures[0]
+    assert "switching" in cracks.split() and cracks.endswith("installed")
+
+
+def test_a_forgotten_hookimpl_does_not_lose_the_plugin_in_silence(tmp_path):
+    write(tmp_path, "bare", CRACK.format(name="bare").replace("@hookimpl\n", ""))
+    zoo = alone(tmp_path)
+    assert len(zoo.failures) == 1 and "bare.py" in zoo.failures[0] and "write @hookimpl above" in zoo.failures[0]
+
+
+@pytest.mark.parametrize("wrong", ["None", "Crack", "[3]", "Effect('e', len, source='a test')"])
+def test_a_hook_that_returns_the_wrong_thing_is_reported_and_the_rest_loads(tmp_path, wrong):
+    text = "from rotorstudy.plugins import Crack, Effect, hookimpl\n\n\n@hookimpl\ndef rotorstudy_crack():\n    return "
+    file = write(tmp_path, "a_wrong", f"{text}{wrong}\n")
+    write(tmp_path, "b_good", CRACK.format(name="good"))
+    zoo = alone(tmp_path)
+    assert len(zoo.failures) == 1 and str(file) in zoo.failures[0]
+    assert "rotorstudy_crack must return a Crack" in zoo.failures[0]
+    assert set(zoo.plugins["crack"]) == {"good"}
+
+
+def test_a_list_of_plugins_is_taken_from_a_folder_below(tmp_path):
+    text = CRACK.format(name="one").replace("return Crack(", "return [Crack(").rstrip()
+    write(tmp_path / "below" / "deeper", "both", f"{text}, Crack('two', one, source='a test', series=None)]\n")
+    assert set(alone(tmp_path).plugins["crack"]) == {"one", "two"}
+
+
+def test_a_folder_listed_twice_is_read_once(tmp_path, monkeypatch):
+    write(tmp_path, "mine", CRACK.format(name="listed_twice"))
+    monkeypatch.setenv("ROTORSTUDY_PLUGINS", os.pathsep.join([str(tmp_path), "", str(tmp_path / ".." / tmp_path.name)]))
+    assert plugin_folders()[1:] == (tmp_path.resolve(),)
+    found = set(registry().plugins["crack"])
+    monkeypatch.delenv("ROTORSTUDY_PLUGINS")
+    assert found == {*registry().plugins["crack"], "listed_twice"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "near"),
+    [
+        ("crack", "swiching", "switching"),
+        ("rotor", "jefcott", "jeffcott"),
+        ("effect", "unbalanse", "unbalance"),
+        ("spectrum", "ftt", "fft"),
+        ("estimator", "least_square", "least_squares"),
+    ],
+)
+def test_an_unknown_name_of_every_kind_gives_the_near_miss(kind, name, near):
+    with pytest.raises(RotorstudyError, match=f"unknown {kind} '{name}' in rig.yaml; did you mean '{near}'"):
+        registry().get(kind, name, "rig.yaml")
+
+
+def test_a_name_far_from_all_is_answered_with_those_known():
+    with pytest.raises(RotorstudyError, match=r"^unknown crack 'zzz' \(known: .*switching") as refused:
+        registry().get("crack", "zzz")
+    assert "did you mean" not in str(refused.value)
+
+
+def test_the_version_of_a_plugin_changes_with_its_file(tmp_path):
+    file = write(tmp_path, "mine", CRACK.format(name="mine"))
+    first = alone(tmp_path).get("crack", "mine").version
+    assert alone(tmp_path).get("crack", "mine").version == first
+    file.write_text(file.read_text() + "\n# changed\n")
+    assert alone(tmp_path).get("crack", "mine").version != first
 
 
 def test_a_plugin_with_a_matrix_of_the_wrong_shape_or_nan_is_named_with_the_shapes(tmp_path):
@@ -140,11 +263,6 @@ def rotorstudy_effect():
         "'stiffness_N_per_m': 1.0}, 'effects': [{'kind': 'wrong', 'wrong_N_per_m': 1.0}]})"
     )
     for matrix, words in (("[[1.0, 2.0]]", "shape (1, 2); on 'z' it must be (1, 1)"), ("[[np.nan]]", "is not finite")):
-        folder = write(tmp_path / "a", wrong=text.replace("MATRIX", matrix))
-        found = subprocess.run(
-            [sys.executable, "-c", build],
-            capture_output=True,
-            text=True,
-            env={**os.environ, "ROTORSTUDY_PLUGINS": str(folder)},
-        )
-        assert "plugin 'wrong'" in found.stderr and words in found.stderr
+        write(tmp_path, "wrong", text.replace("MATRIX", matrix))
+        said = in_subprocess(build, ROTORSTUDY_PLUGINS=str(tmp_path)).stderr
+        assert "plugin 'wrong'" in said and words in said

@@ -21,22 +21,11 @@ METHOD = 0.02  # relative standard deviation: two spectrum methods differ by 1 t
 def hypotheses(rig, forward, backward, receptance, std):
     """Fits of -1X by a share of conj(+1X), by runout and by a constant force, by weighted least squares.
 
-    Parameters
-    ----------
-    rig : array (reading,)
-        Number of the rig, int.
-    forward, backward : array (reading,)
-        +1X and -1X, complex, m.
-    receptance : array (reading,)
-        -1X of a backward force of 1 N, complex, m/N.
-    std : array (reading,)
-        Standard deviation of the real and of the imaginary part of -1X, m.
-
-    Returns
-    -------
-    DataFrame
-        One row a hypothesis: chi-square, its degrees of freedom and p-value, magnitude, standard deviation (1) and
-        angle (deg) of the shares, each a list.
+    rig               : (reading,) number of the rig, int;  forward, backward : (reading,) +1X and -1X, complex, m
+    receptance        : (reading,) -1X of a backward force of 1 N, complex, m/N
+    std               : (reading,) standard deviation of the real and of the imaginary part of -1X, m
+    returns           : DataFrame, one row a hypothesis: chi-square, its degrees of freedom and p-value, magnitude,
+                        standard deviation (1) and angle (deg) of the shares, each a list
     """
     from scipy.special import chdtrc
 
@@ -74,19 +63,9 @@ def hypotheses(rig, forward, backward, receptance, std):
 def readings(replays):
     """+1X and -1X of every published speed, slow roll included.
 
-    Parameters
-    ----------
-    replays : list
-        (ReplayConfig, identification, spectra) of each rig.
-
-    Returns
-    -------
-    rig : ndarray (reading,)
-        Number of the rig, int.
-    forward, backward : ndarray (reading,)
-        Complex, m, with the phase from the mark.
-    receptance : ndarray (reading,)
-        As for `hypotheses`.
+    replays : (ReplayConfig, identification, spectra) of each rig
+    returns : rig (reading,) number of the rig, int; forward, backward (reading,) complex, m, with the phase from the
+              mark; receptance (reading,) as for `hypotheses`
     """
     found = []
     for number, (config, _, spectra) in enumerate(replays):
@@ -108,14 +87,7 @@ def receptance_at(model, speeds):
 def backward_1x_table(replays):
     """What the published -1X of both rigs says about the probes and the runout.
 
-    Parameters
-    ----------
-    replays : list
-        (ReplayConfig, identification, spectra) of each rig.
-
-    Returns
-    -------
-    Table
+    replays : (ReplayConfig, identification, spectra) of each rig;  returns : Table
     """
     rig, forward, backward, receptance = readings(replays)
     rows = hypotheses(rig, forward, backward, receptance, np.hypot(READING_M, METHOD * np.abs(backward)))

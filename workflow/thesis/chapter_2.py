@@ -96,22 +96,12 @@ def assumed_parameters(config, true):
 def tables(config, reference, spectra, identification, monte_carlo, reasons):
     """The tables of Chapter 2 beside the thesis's.
 
-    Parameters
-    ----------
-    config : StudyConfig
-    reference : path
-        Folder of the printed values.
-    spectra, identification : Dataset
-        Of the rig "thesis", see `studies.simulate.spectra` and `studies.identify.identify`.
-    monte_carlo : dict
-        File name of a case -> Dataset of `studies.identify.monte_carlo`, rig "thesis".
-    reasons : path
-        YAML list of the reasons for differences.
-
-    Returns
-    -------
-    tuple
-        Rows of the scoreboard (DataFrame), and name -> Table.
+    config                  : StudyConfig;  reference : folder of the printed values
+    spectra, identification : Dataset of the rig "thesis", see `studies.simulate.spectra` and
+                              `studies.identify.identify`
+    monte_carlo             : file name of a case -> Dataset of `studies.identify.monte_carlo`, rig "thesis"
+    reasons                 : YAML list of the reasons for differences
+    returns                 : rows of the scoreboard (DataFrame), and name -> Table
     """
     identification = identification.sel(source="steady state", record="one sample late")
     rows = spectrum_rows(spectra, spectrum_columns(config))

@@ -88,21 +88,10 @@ def noise_rows(printed, noisy, parameters, models, mean_of):
 def scored_against(printed, rows, reasons, measured_again=()):
     """The scoreboard of computed rows; reasons may quote their `deviation` from the printed values and its `percent`.
 
-    Parameters
-    ----------
-    printed : DataFrame
-        Of `published`.
-    rows : list of dict
-        With KEYS and `computed`, and perhaps further columns that reasons quote.
-    reasons : path
-        YAML list of the reasons for differences.
-    measured_again : list of str, optional
-        See `score`.
-
-    Returns
-    -------
-    DataFrame
-        See `score`.
+    printed        : DataFrame of `published`
+    rows           : with KEYS and `computed`, and perhaps further columns that reasons quote
+    reasons        : YAML list of the reasons for differences;  measured_again : see `score`
+    returns        : DataFrame, see `score`
     """
     computed, values = pd.DataFrame(rows), printed.set_index(KEYS).published
     known = np.array([values.get(tuple(key), np.nan) for key in computed[KEYS].values])

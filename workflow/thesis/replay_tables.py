@@ -233,20 +233,10 @@ def response_table(config, spectra, identification, thesis_response):
 def tables(config, reference, spectra, identification, reasons):
     """The tables of a replayed experiment.
 
-    Parameters
-    ----------
-    config : ReplayConfig
-    reference : path
-        Folder of the printed values.
-    spectra, identification : Dataset
-        Of `thesis.replay.spectra` and `thesis.replay.identify`.
-    reasons : path
-        YAML list of the reasons for differences.
-
-    Returns
-    -------
-    tuple
-        Rows of the scoreboard (DataFrame), and name -> Table.
+    config                  : ReplayConfig;  reference : folder of the printed values
+    spectra, identification : Dataset of `thesis.replay.spectra` and `thesis.replay.identify`
+    reasons                 : YAML list of the reasons for differences
+    returns                 : rows of the scoreboard (DataFrame), and name -> Table
     """
     groups = published(reference, [config.estimates_table]).case.unique()
     responses = thesis_responses(config, reference, groups)

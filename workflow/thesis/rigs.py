@@ -22,18 +22,9 @@ def _scales(config, bow):
 def relative_estimates(config, reference, identification, spectra):
     """Estimates of a replay from all speeds, made dimensionless; without phases.
 
-    Parameters
-    ----------
-    config : ReplayConfig
-    reference : path
-        Folder of the printed values.
-    identification, spectra : Dataset
-        Of `thesis.replay.identify` and `thesis.replay.spectra`.
-
-    Returns
-    -------
-    list of dict
-        One row per parameter.
+    config                  : ReplayConfig;  reference : folder of the printed values
+    identification, spectra : Dataset of `thesis.replay.identify` and `thesis.replay.spectra`
+    returns                 : one row per parameter
     """
     model, bow = config.model, slow_roll_bow(config, spectra, COLUMN)
     theta = dict(zip(model.names, thesis_estimates(config, reference, config.all_speeds), strict=True))
@@ -88,16 +79,8 @@ def slow_roll_note(config, spectra):
 def rigs_table(replays, reference):
     """Parameters identified for several rigs.
 
-    Parameters
-    ----------
-    replays : list
-        (ReplayConfig, identification, spectra) of each.
-    reference : path
-        Folder of the printed values.
-
-    Returns
-    -------
-    Table
+    replays   : (ReplayConfig, identification, spectra) of each;  reference : folder of the printed values
+    returns   : Table
     """
     rows = [row for config, found, seen in replays for row in relative_estimates(config, reference, found, seen)]
     return Table(

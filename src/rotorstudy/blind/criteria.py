@@ -27,25 +27,14 @@ Kind = Literal["share", "coverage", "calibration", "median"]
 class Criterion:
     """One acceptance criterion and its result.
 
-    Attributes
-    ----------
-    key
-        Name used by files, pages and figures.
-    what
-        The quantity in words.
-    kind
-        "share" of cases; "coverage", share of stated sets or intervals that hold the truth; "calibration" error of
-        the stated posterior probabilities; "median" of a ratio of errors.
-    needed
-        Lowest and highest accepted value; None if the quantity is reported for information only.
-    reached, low, high
-        The value and its 95 % bounds; without cases nan, and the widest possible bounds.
-    found, cases
-        Counts behind the value: of cases, or of intervals where these are counted.
-    status
-        "reached" or "not reached" if the whole range between the bounds is, else "undecided".
-    reasons
-        What went wrong most often, if it is not reached.
+    key                : name used by files, pages and figures;  what : the quantity in words
+    kind               : "share" of cases; "coverage", share of stated sets or intervals that hold the truth;
+                         "calibration" error of the stated posterior probabilities; "median" of a ratio of errors
+    needed             : lowest and highest accepted value; None if the quantity is reported for information only
+    reached, low, high : the value and its 95 % bounds; without cases nan, and the widest possible bounds
+    found, cases       : counts behind the value: of cases, or of intervals where these are counted
+    status             : "reached" or "not reached" if the whole range between the bounds is, else "undecided"
+    reasons            : what went wrong most often, if it is not reached
     """
 
     key: str

@@ -33,14 +33,9 @@ def answers_of(rows: "DataFrame", source: str = OWN) -> "DataFrame":
 def counted(source: str, clean, single) -> "DataFrame":
     """A row for each of ANSWERS: answer, source, found, cases, share and its 95 % bounds low and high.
 
-    Parameters
-    ----------
-    source
-        Where the truth comes from.
-    clean
-        For each clean record, whether it was called clean.
-    single
-        Every other key of ANSWERS -> for each single effect of the library, whether that was the answer.
+    source : where the truth comes from
+    clean  : for each clean record, whether it was called clean
+    single : every other key of ANSWERS -> for each single effect of the library, whether that was the answer
     """
     import pandas as pd
 

@@ -214,17 +214,9 @@ def score(truths, answers):
 def calibration(probability, right):
     """Calibration of the stated posterior probabilities.
 
-    Parameters
-    ----------
-    probability, right : (case,)
-        Stated posterior probability of the first cause, and 1 where that cause is true, else 0.
-
-    Returns
-    -------
-    stated, right, count : (probability bin,)
-        Sum of the stated probabilities, number of true causes, and cases, by bin of PROBABILITY_EDGES.
-    error : float
-        Expected calibration error; nan without cases.
+    probability, right : (case,) stated posterior probability of the first cause, and 1 where that cause is true, else 0
+    returns            : stated, right, count (probability bin,) sum of the stated probabilities, number of true causes,
+                         and cases, by bin of PROBABILITY_EDGES; error: expected calibration error; nan without cases
     """
     bins = len(PROBABILITY_EDGES) - 1
     place = np.clip(np.digitize(probability, PROBABILITY_EDGES) - 1, 0, bins - 1)

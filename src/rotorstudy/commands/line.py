@@ -146,16 +146,9 @@ def _terminate(number, frame):
 def main(arguments=None):
     """Run the command line.
 
-    Parameters
-    ----------
-    arguments : list of str, optional
-        By default those of the process.
-
-    Returns
-    -------
-    int
-        The exit status: 0; 1 after an error, which is printed in one line, or if a check found one; 2 for a command
-        line that cannot be read; 130 or 143 if interrupted or terminated.
+    arguments : by default those of the process
+    returns   : the exit status: 0; 1 after an error, which is printed in one line, or if a check found one; 2 for a
+                command line that cannot be read; 130 or 143 if interrupted or terminated
     """
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):

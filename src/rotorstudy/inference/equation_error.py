@@ -32,14 +32,8 @@ from rotorstudy.response.statics import static_deflection
 class Regression:
     """Equations columns @ theta = right_side, in newtons, a complex row for each measured harmonic and sensor.
 
-    Parameters
-    ----------
-    columns : ndarray (..., speed, row, parameter)
-        Complex.
-    right_side : ndarray (..., speed, row)
-        Complex.
-    names : tuple of str
-        The unknowns.
+    columns    : (..., speed, row, parameter) complex;  right_side : (..., speed, row) complex
+    names      : the unknowns
     """
 
     columns: np.ndarray

@@ -22,25 +22,13 @@ MOST_LEVELS = 12
 class Fit:
     """A model fitted within a prior.
 
-    Parameters
-    ----------
-    model : Model
-    theta : ndarray (parameter,)
-        In the order of `model.names`.
-    prior : Prior
-        Of the free parameters, in the order of `names`.
-    covariance : ndarray (free, free)
-        Of the posterior.
-    misfit, penalty : float
-        Weighted sums of squares of the data, and of the distance from the prior mean.
-    residual : ndarray (component,)
-        Whitened measured minus predicted.
-    jacobian : ndarray (component, free)
-        Derivatives of the whitened prediction.
-    evidence : float
-        Logarithm of the marginal likelihood less a constant, by Laplace's approximation.
-    converged : bool
-        Whether more steps would change nothing.
+    model           : Model;  theta : (parameter,) in the order of `model.names`
+    prior           : Prior of the free parameters, in the order of `names`;  covariance : (free, free) of the posterior
+    misfit, penalty : weighted sums of squares of the data, and of the distance from the prior mean
+    residual        : (component,) whitened measured minus predicted
+    jacobian        : (component, free) derivatives of the whitened prediction
+    evidence        : logarithm of the marginal likelihood less a constant, by Laplace's approximation
+    converged       : whether more steps would change nothing
     """
 
     model: Model

@@ -18,18 +18,11 @@ ROUND_OFF = 1e-12  # relative increase of the cost that is accepted as round-off
 class Convergence:
     """Convergence tolerances of a fit; the first one that is met ends it.
 
-    Parameters
-    ----------
-    step_in_sigma : float
-        Length of a step in standard deviations of the fit, scaled by the root of the reduced misfit where above one.
-    step_relative : float
-        Step of each amplitude relative to it, for data without noise.
-    gain_relative : float
-        Decrease of the cost relative to the cost.
-    steps : int
-        Largest number of steps.
-    first_damping : float
-        Of the normal matrix with a unit diagonal; a large one if the start may be far off.
+    step_in_sigma : length of a step in standard deviations of the fit, scaled by the root of the reduced misfit where
+                    above one
+    step_relative : step of each amplitude relative to it, for data without noise
+    gain_relative : decrease of the cost relative to the cost;  steps : largest number of steps
+    first_damping : of the normal matrix with a unit diagonal; a large one if the start may be far off
     """
 
     step_in_sigma: float
@@ -49,18 +42,11 @@ HYPOTHESIS = Convergence(step_in_sigma=1e-3, step_relative=0.0, gain_relative=1e
 class Minimum:
     """End of a fit, for each trial.
 
-    Parameters
-    ----------
-    theta : ndarray (trial, parameter)
-    cost : ndarray (trial,)
-        Loss of the data plus the squared distance from the prior mean.
-    residual : ndarray (trial, row)
-        Whitened measured minus predicted; with a prior its rows follow those of the data.
-    jacobian : ndarray (trial, row, parameter)
-        Derivatives of the prediction.
-    normal : ndarray (trial, parameter, parameter)
-        Weighted J^T J of the last step.
-    converged : ndarray (trial,)
+    theta     : (trial, parameter)
+    cost      : (trial,) loss of the data plus the squared distance from the prior mean
+    residual  : (trial, row) whitened measured minus predicted; with a prior its rows follow those of the data
+    jacobian  : (trial, row, parameter) derivatives of the prediction
+    normal    : (trial, parameter, parameter) weighted J^T J of the last step;  converged : (trial,)
     """
 
     theta: np.ndarray

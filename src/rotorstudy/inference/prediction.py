@@ -93,16 +93,11 @@ def predicted_derivatives(problem, theta: np.ndarray) -> tuple[np.ndarray, np.nd
 def with_model_error(spectrum: Spectrum, settings) -> Spectrum:
     """The spectrum with its covariance enlarged by the model error.
 
-    Parameters
-    ----------
     spectrum : Spectrum
-    settings : Settings
-        `model_error` is a fraction of each harmonic, `model_floor` one of the rms vibration at a sensor and a speed
-        (all harmonics but 0X, which may be a probe gap), `covariance_error` one of the stated variances.
-
-    Returns
-    -------
-    Spectrum
+    settings : Settings, `model_error` is a fraction of each harmonic, `model_floor` one of the rms vibration at a
+               sensor and a speed (all harmonics but 0X, which may be a probe gap), `covariance_error` one of the stated
+               variances
+    returns  : Spectrum
     """
     size = np.abs(spectrum.amplitude)
     moving = (spectrum.harmonics != 0)[:, None]

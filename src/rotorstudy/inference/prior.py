@@ -15,13 +15,8 @@ from rotorstudy.model.rig_numbers import uncertain_numbers
 class Prior:
     """A normal distribution of some amplitudes.
 
-    Parameters
-    ----------
-    names : tuple of str
-        As in `model.names`.
-    mean : ndarray (parameter,)
-    covariance : ndarray (parameter, parameter)
-        Positive definite.
+    names      : as in `model.names`;  mean : (parameter,)
+    covariance : (parameter, parameter) positive definite
     """
 
     names: tuple[str, ...]

@@ -100,8 +100,9 @@ def read_probe_table(path, conventions, nodes):
     spectra = []
     dead = _dead(probe, np.abs(vector), np.sqrt(along))
     alive = np.array([(p.node, p.channel) not in dead for p in probe])
-    for one, again in dict.fromkeys(zip(speed.tolist(), repeat.tolist(), strict=True)):
-        rows = np.flatnonzero((speed == one) & (repeat == again) & alive)
+    records = list(zip(speed.tolist(), repeat.tolist(), strict=True))
+    for (one, again), rows in _rows_of(records).items():
+        rows = rows[alive[rows]]
         of_node, directions = {}, {}
         for node in sorted({p.node for p in probe[rows]}):
             place = f"{where}, {one * 30 / np.pi:.6g} rpm, {f'repeat {again + 1}, ' * bool(again)}node {node}"
@@ -147,12 +148,20 @@ def _dead(probe, size, std):
 
     probe : (row,) Probe;  size, std : (row,) peak of a reading and its standard deviation, m
     """
-    keys = [(p.node, p.channel) for p in probe]
-    rows = {key: [i for i, one in enumerate(keys) if one == key] for key in keys}
-    least = {key: max(size[own].max(), std[own].max()) for key, own in rows.items()}
+    rows = _rows_of([(p.node, p.channel) for p in probe])
+    largest = {key: size[own].max() for key, own in rows.items()}
+    least = {key: max(largest[key], std[own].max()) for key, own in rows.items()}
     silent = {key for key, own in rows.items() if (size[own] <= SIGNIFICANT * std[own]).all()}
-    shown = {node: max(size[i] for i, one in enumerate(keys) if one[0] == node) for node, _ in keys}
+    shown = {node: max(one for (place, _), one in largest.items() if place == node) for node, _ in rows}
     return {(node, name) for node, name in silent if shown[node] > DEAD * least[node, name]}
+
+
+def _rows_of(keys):
+    """{key: (row,) positions of its rows}, in the order of the first ones."""
+    found = {}
+    for i, key in enumerate(keys):
+        found.setdefault(key, []).append(i)
+    return {key: np.array(own) for key, own in found.items()}
 
 
 def _repeats(rows):
@@ -181,16 +190,17 @@ def _probes(text, conventions, nodes, where):
         raise RotorstudyError(f"{where}: no probes; list them with their angles under 'measurement: probes:'")
     if "probe" not in text and len(known) > 1:
         raise RotorstudyError(f"{where}: no column 'probe', and the rig file has {', '.join(known)}; add it")
-    found = []
-    for name in text["probe"] if "probe" in text else list(known) * len(text):
+    found = {}
+    names = list(text["probe"]) if "probe" in text else list(known) * len(text)
+    for name in dict.fromkeys(names):
         if name not in known:
             raise unknown_name("probe", name, known, f"{where}; list it under 'measurement: probes:'")
         probe = known[name]
         node = nodes[0] if probe.node is None and len(nodes) == 1 else probe.node
         if node not in nodes:
             raise unknown_name("node", node, nodes, f"'measurement: probes:' of the rig file, of the probe '{name}'")
-        found.append(probe.model_copy(update={"node": node}))
-    return np.array(found, object)
+        found[name] = probe.model_copy(update={"node": node})
+    return np.array([found[name] for name in names], object)
 
 
 def _node(rows, probe, harmonic, vector, along, across, conventions, where):

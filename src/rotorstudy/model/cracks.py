@@ -29,24 +29,10 @@ NOTHING = 1e-13  # coefficients below this are round-off
 def breathing_function(crack, angle, options=None):
     """Shares of the stiffness loss of a crack at given shaft angles.
 
-    Parameters
-    ----------
-    crack : Crack
-        The plugin.
-    angle : array (...)
-        Shaft angle in rad, 0 where the crack edge points down.
-    options : dict, optional
-        Options of the plugin.
-
-    Returns
-    -------
-    array (direction, ...)
-        Shares along xi, along eta, and xi-eta; 0 closed, 1 open.
-
-    Raises
-    ------
-    PluginError
-        If the plugin gives another shape, or a value that is not finite.
+    crack   : Crack, the plugin
+    angle   : (...) shaft angle in rad, 0 where the crack edge points down;  options : options of the plugin
+    returns : (direction, ...) shares along xi, along eta, and xi-eta; 0 closed, 1 open
+    raises  : PluginError if the plugin gives another shape, or a value that is not finite
     """
     angle = np.asarray(angle, float)
     found = crack.function(angle, **(options or {}))

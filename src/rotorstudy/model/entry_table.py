@@ -78,14 +78,9 @@ class _Still(NamedTuple):
 class EntryTable:
     """The entries of some amplitudes.
 
-    Parameters
-    ----------
-    unknowns : sequence of Unknown
-    size : int
-        Number of coordinates.
-    motion : sequence of int (unknown,), optional
-        Which of several motions each amplitude acts on; the coordinates of the motions then follow one another. By
-        default there is one motion.
+    unknowns : sequence of Unknown;  size : number of coordinates
+    motion   : sequence of int (unknown,), which of several motions each amplitude acts on; the coordinates of the
+               motions then follow one another. By default there is one motion.
     """
 
     def __init__(self, unknowns: tuple[Unknown, ...], size: int, motion: Sequence[int] | None = None):
@@ -96,13 +91,7 @@ class EntryTable:
     def with_gains_of(self, unknowns: Sequence[Unknown]) -> "EntryTable":
         """The table of other amplitudes; what is arranged here is kept if their entries differ in gains alone.
 
-        Parameters
-        ----------
-        unknowns : sequence of Unknown (unknown,)
-
-        Returns
-        -------
-        EntryTable
+        unknowns : sequence of Unknown (unknown,);  returns : EntryTable
         """
         other = EntryTable(unknowns, self.size, self.motion)
         same = same_but_gains(self.unknowns, other.unknowns)
@@ -119,20 +108,12 @@ class EntryTable:
     def columns(self, amplitudes, speed, harmonics, deflection=None) -> Columns:
         """Force harmonics by one unit of each amplitude at given displacement harmonics.
 
-        Parameters
-        ----------
-        amplitudes : ndarray (..., speed, harmonic, motion * coordinate)
-            Complex, m; harmonics that are not listed are taken as zero.
-        speed : ndarray (speed,)
-            In rad/s.
-        harmonics : ndarray (harmonic,)
-        deflection : ndarray (motion * coordinate,) or (..., speed, motion * coordinate), optional
-            Static deflection, m, on which amplitudes act that do not carry load.
-
-        Returns
-        -------
-        Columns
-            None of a force in time.
+        amplitudes : (..., speed, harmonic, motion * coordinate) complex, m; harmonics that are not listed are taken as
+                     zero
+        speed      : (speed,) in rad/s;  harmonics : (harmonic,)
+        deflection : (motion * coordinate,) or (..., speed, motion * coordinate) static deflection, m, on which
+                     amplitudes act that do not carry load
+        returns    : Columns, None of a force in time
         """
         lead = np.broadcast_shapes(amplitudes.shape[:-3], np.shape(deflection)[:-2])
         amplitudes = np.broadcast_to(amplitudes, (*lead, *amplitudes.shape[-3:]))

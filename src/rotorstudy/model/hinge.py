@@ -120,15 +120,7 @@ class Hinge:
     def entries_by_weight(self, along: bool = False) -> tuple[Entry, ...]:
         """The crack opened by the static moment, which stretches the lower or the upper side of the shaft.
 
-        Parameters
-        ----------
-        along : bool
-            As for `_entries`.
-
-        Returns
-        -------
-        tuple of Entry
-            Of a flexibility factor of 1.
+        along   : as for `_entries`;  returns : tuple of Entry of a flexibility factor of 1
         """
         shares = zip(range(-ORDER, ORDER + 1), *self._series_by_weight(), strict=True)
         signed = {-k: (self.side**k * direct, self.side**k * mirrored) for k, direct, mirrored in shares}
@@ -137,15 +129,7 @@ class Hinge:
     def open_entries(self, along: bool = False) -> tuple[Entry, ...]:
         """The crack that never closes, such as a notch.
 
-        Parameters
-        ----------
-        along : bool
-            As for `_entries`.
-
-        Returns
-        -------
-        tuple of Entry
-            Of a flexibility factor of 1.
+        along   : as for `_entries`;  returns : tuple of Entry of a flexibility factor of 1
         """
         xi, eta = self.open_shares
         return self._entries({0: ((xi + eta) / 2, 0.0), 2: (0.0, (xi - eta) / 2)}, along)
@@ -153,15 +137,7 @@ class Hinge:
     def entries_by_turning(self, along: bool = False) -> tuple[Entry, ...]:
         """The crack whose flexibility opens as (1 + cos) / 2 by its angle to the side that the weight stretches.
 
-        Parameters
-        ----------
-        along : bool
-            As for `_entries`.
-
-        Returns
-        -------
-        tuple of Entry
-            Of a flexibility factor of 1.
+        along   : as for `_entries`;  returns : tuple of Entry of a flexibility factor of 1
         """
         share = (1 + self.side * np.cos(_pull())) / 2
         softer = self.section.stiffness * np.multiply.outer(self._open_compliance, share)

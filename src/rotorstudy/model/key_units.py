@@ -12,26 +12,11 @@ SUFFIXES = {"_deg": ("_rad", np.pi / 180), "_g_mm": ("_kg_m", 1e-6)}
 def in_si(given, known, where, aliases=None):
     """Options or values with the keys that stand for known ones replaced by these.
 
-    Parameters
-    ----------
-    given : dict
-        Keys and values as in the file.
-    known : iterable of str
-        Keys in SI.
-    where : str
-        Place in error messages.
-    aliases : dict, optional
-        Other key in SI -> (known key, factor), as `aliases_of` gives them.
-
-    Returns
-    -------
-    dict
-        Keys that stand for nothing known stay as they are, for the check of the keys.
-
-    Raises
-    ------
-    RotorstudyError
-        If a quantity is given by two keys, or one by a text.
+    given   : keys and values as in the file;  known : iterable of str, keys in SI
+    where   : place in error messages
+    aliases : other key in SI -> (known key, factor), as `aliases_of` gives them
+    returns : keys that stand for nothing known stay as they are, for the check of the keys
+    raises  : RotorstudyError if a quantity is given by two keys, or one by a text
     """
     known, aliases, found, source = set(known), aliases or {}, {}, {}
     for key, value in given.items():

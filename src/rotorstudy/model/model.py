@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,12 +12,9 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.amplitudes import Amplitudes
 from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.rebuilt_bearings import with_bearings_at
-from rotorstudy.model.structure import Matrices, Structure
+from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import NonlinearForce, Term, Unknown
-from rotorstudy.model.variation import Variation
-
-if TYPE_CHECKING:  # pydantic behind it takes half of the time in which the plugin library loads
-    from rotorstudy.model.uncertainty import Uncertainty
+from rotorstudy.model.variation import Matrices, Variation
 
 
 class Varied(NamedTuple):
@@ -25,6 +22,17 @@ class Varied(NamedTuple):
 
     positions: tuple[int, ...]
     variation: Variation
+
+
+class Uncertainty(NamedTuple):
+    """Joint uncertainty of some amplitudes.
+
+    names      : (parameter,) as in `Model.names`
+    covariance : (parameter, parameter), in the units of the model, about its values
+    """
+
+    names: tuple[str, ...]
+    covariance: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)  # hashed by identity, so that what follows from a model can be kept
@@ -44,7 +52,7 @@ class Model(Amplitudes):
     terms: tuple[Term, ...] = ()
     sensors: tuple[int, ...] = ()
     held_deflection: np.ndarray | None = None
-    uncertainty: "Uncertainty | None" = None
+    uncertainty: Uncertainty | None = None
     from_unloaded_line: bool = False
     before: frozenset[str] | None = None
 
@@ -174,7 +182,7 @@ class Model(Amplitudes):
 
     @cached_property
     def recent(self) -> dict:
-        """Responses of the machine computed last, by what they are of: that of an earlier state is asked for often."""
+        """Responses of the machine computed last, keyed by their inputs; an earlier state is asked for often."""
         return {}
 
     @cached_property

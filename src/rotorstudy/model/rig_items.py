@@ -115,25 +115,10 @@ def make_term(
 def with_options(term: Term, options: dict, structure: Structure, sensors: tuple[int, ...]) -> Term:
     """The Term of an effect without stated values with other options, of which only what the plugin gives is checked.
 
-    Parameters
-    ----------
-    term : Term
-        Of an effect, as `make_term` gives it.
-    options : dict
-        Those that change, within the limits that the plugin states; by name, in SI.
-    structure : Structure
-        The rotor it acts on.
-    sensors : ints (sensor,)
-        Nodes with a sensor.
-
-    Returns
-    -------
-    Term
-
-    Raises
-    ------
-    RotorstudyError, PluginError
-        As `make_term`.
+    term      : Term of an effect, as `make_term` gives it
+    options   : those that change, within the limits that the plugin states; by name, in SI
+    structure : Structure, the rotor it acts on;  sensors : ints (sensor,), nodes with a sensor
+    returns   : Term;  raises : RotorstudyError, PluginError as `make_term`
     """
     plugin, options, where = registry().get("effect", term.kind), {**term.options, **options}, f"effect {term.kind}"
     fixed = _fixed(plugin, "effect", structure, sensors)

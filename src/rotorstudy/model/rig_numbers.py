@@ -14,9 +14,9 @@ from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
 from rotorstudy.model.option_numbers import Holder, is_number, is_of, number_paths, path_pattern
 from rotorstudy.model.rebuilt_bearings import bearings_of, number_term, with_bearings_at
-from rotorstudy.model.structure import Matrices, Structure
+from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Parameter, Term
-from rotorstudy.model.variation import Variation
+from rotorstudy.model.variation import Matrices, Variation
 
 
 def numbers(model: Model) -> list[str]:

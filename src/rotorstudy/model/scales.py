@@ -4,14 +4,11 @@ A gram-sized rotor and a turbine have the same damping ratios, eccentricities ov
 over local stiffness. Mass, length and time of the rotor are therefore the units in which effects state what is usual.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from rotorstudy.model.structure import Structure
 
 SINGULAR = 1e-13  # eigenvalue of the stiffness with a unit diagonal below which a motion is rigid
 RIGID_FREQUENCY = 314.0  # rad/s, of a rigid body without supports, which has none: that of the mains
@@ -25,17 +22,26 @@ class Scales:
     Without supports the elastic flexibility is that of the freely accelerating body (inertia relief), which does not
     depend on the mesh.
 
-    Parameters
-    ----------
-    structure : Structure
+    inertia    : (dof, dof) mass matrix, kg
+    rigidity   : (dof, dof) stiffness with that of the bearings where known, N/m
+    along      : (dof,) motion of all nodes by one in the same direction
+    gravity    : acceleration, m/s^2;  shaft : length of the shaft, m, 0 if unknown
+    measured   : usual vibration in the records to be explained, m, 0 if unknown
+    coordinate : function(node, motion) -> position of the coordinate; of the only node of a rotor if it is None
     """
 
-    structure: "Structure"
+    inertia: np.ndarray
+    rigidity: np.ndarray
+    along: np.ndarray
+    gravity: float
+    shaft: float
+    measured: float
+    coordinate: Callable
 
     @cached_property
     def flexibility(self) -> np.ndarray:
         """Displacement (dof, dof) per unit force, m/N, the acceleration of a body without supports subtracted."""
-        mass, stiffness = self.structure.mass, self.structure.supported_stiffness
+        mass, stiffness = self.inertia, self.rigidity
         if not np.any(stiffness):
             stiffness = RIGID_FREQUENCY**2 * mass
         size = np.sqrt(np.abs(np.diag(stiffness)))  # translations and tilts have different units
@@ -52,7 +58,7 @@ class Scales:
     @cached_property
     def frequency(self) -> float:
         """Lowest natural frequency of bending at rest, rad/s."""
-        return float(np.linalg.eigvals(self.flexibility @ self.structure.mass).real.max() ** -0.5)
+        return float(np.linalg.eigvals(self.flexibility @ self.inertia).real.max() ** -0.5)
 
     @property
     def time(self) -> float:
@@ -62,7 +68,7 @@ class Scales:
     @cached_property
     def softest(self) -> float:
         """Stiffness against a force where the rotor is softest, N/m."""
-        return float(1 / np.diag(self.flexibility)[self.structure.along > 0].max())
+        return float(1 / np.diag(self.flexibility)[self.along > 0].max())
 
     @property
     def mass(self) -> float:
@@ -72,18 +78,13 @@ class Scales:
     @property
     def length(self) -> float:
         """Usual displacement, m: the static deflection g / w^2 or the vibration measured, whichever is larger."""
-        sag = self.structure.acceleration_of_gravity / self.frequency**2
-        return max(sag, self.structure.vibration) or STILL_LENGTH
+        sag = self.gravity / self.frequency**2
+        return max(sag, self.measured) or STILL_LENGTH
 
     @property
     def vibration(self) -> float:
         """Usual vibration, m: the one measured, which may be far below the static deflection; else the usual length."""
-        return self.structure.vibration or self.length
-
-    @property
-    def shaft(self) -> float:
-        """Length of the shaft, m; 0 if unknown."""
-        return self.structure.length
+        return self.measured or self.length
 
     def usual(self, scale: str, node: int | None = None) -> float:
         """The size of that name; of a vibration or length at a node less where the node is stiff.
@@ -127,7 +128,7 @@ class Scales:
         CannotAct
             If the rotor has no such coordinate, or has several nodes and none is given.
         """
-        here = self.structure.index(self.structure.default_node() if node is None else node, motion)
+        here = self.coordinate(node, motion)
         return float(1 / self.flexibility[here, here])
 
     def displacement(self, node: int | None) -> float:

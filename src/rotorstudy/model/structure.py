@@ -14,15 +14,7 @@ from rotorstudy.model.scales import Scales
 from rotorstudy.model.shaft_parts import RigidDisc
 from rotorstudy.model.terms import Term
 from rotorstudy.model.under_weight import UnderWeight
-
-
-class Matrices(NamedTuple):
-    """Mass, stiffness and gyroscopic matrix (..., dof, dof), and static load (..., dof), of a rotor."""
-
-    mass: np.ndarray
-    stiffness: np.ndarray
-    gyroscopic: np.ndarray
-    static_load: np.ndarray
+from rotorstudy.model.variation import Matrices
 
 
 class Origin(NamedTuple):
@@ -122,7 +114,14 @@ class Structure(CrackPlaces, UnderWeight):
     @cached_property
     def scales(self) -> Scales:
         """Usual sizes of this rotor on its supports, for the typical sizes of effects."""
-        return Scales(self)
+
+        def coordinate(node, motion):
+            return self.index(self.default_node() if node is None else node, motion)
+
+        return Scales(
+            self.mass, self.supported_stiffness, self.along, self.acceleration_of_gravity, self.length, self.vibration,
+            coordinate,
+        )  # fmt: skip
 
     @property
     def supported_stiffness(self) -> np.ndarray:

@@ -8,16 +8,14 @@ NonlinearForce.
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorstudy.errors import PluginError
 from rotorstudy.model.entries import Entry
-
-if TYPE_CHECKING:
-    from rotorstudy.model.variation import Variation
+from rotorstudy.model.variation import Variation
 
 SPEEDS_COMPARED = np.array([1.0, 31.0, 470.0])  # rad/s; gains that agree there are taken as the same function
 
@@ -155,7 +153,7 @@ class Term:
     acts_on: Literal["rotor", "output"] = "rotor"
     label: str = ""
     carries: bool = False
-    variation: "Variation | None" = None
+    variation: Variation | None = None
     is_bearing_number: bool = False
     options: dict = field(default_factory=dict)
     is_foundation: bool = False

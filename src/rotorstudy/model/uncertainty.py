@@ -13,30 +13,19 @@ The values themselves stay in the items of the rig.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
-from rotorstudy.model.model import Model
+from rotorstudy.model.model import Model, Uncertainty
 from rotorstudy.model.rig_numbers import with_numbers
 
 ROUND_OFF = 1e-9  # of a correlation: tolerated asymmetry of a matrix that is read
 REGULAR = 1e-9  # least eigenvalue of correlations that are written: smaller ones are round-off of a singular fit
 SINGULAR = 1e-12  # eigenvalue of correlations up to which their Cholesky factor would be round-off
-
-
-class Uncertainty(NamedTuple):
-    """Joint uncertainty of some amplitudes.
-
-    names      : (parameter,) as in `Model.names`
-    covariance : (parameter, parameter), in the units of the model, about its values
-    """
-
-    names: tuple[str, ...]
-    covariance: np.ndarray
 
 
 class Section(Strict):

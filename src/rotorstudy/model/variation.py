@@ -3,15 +3,24 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.errors import NoSteadyState, RotorstudyError
-from rotorstudy.model.structure import Matrices
 
 STEP = 1e-7  # relative, of forward differences: errors of a few 1e-7 (d^4) by truncation, 1e-9 by round-off
 FAR = 0.5  # relative change at which it is tried whether the matrices are linear
 LINEAR = 1e-8  # relative difference up to which they are, by round-off of the slopes
+
+
+class Matrices(NamedTuple):
+    """Mass, stiffness and gyroscopic matrix (..., dof, dof), and static load (..., dof), of a rotor."""
+
+    mass: np.ndarray
+    stiffness: np.ndarray
+    gyroscopic: np.ndarray
+    static_load: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,6 @@ def blind_figures(data):
         "confusion": confusion(data),
         "calibration": calibration(data),
         "coverage": coverage(data),
-        "detection_limits": detection_limits(data),
         "gain": gain(data),
     }
 
@@ -34,7 +33,7 @@ def answers_figure(answers):
         rows = answers[(answers.source == source) & (answers.cases > 0)]
         place = np.array([list(ANSWERS).index(key) for key in rows.answer]) + 0.3 * (i - (len(sources) - 1) / 2)
         reach = 100 * np.array([rows.share - rows.low, rows.high - rows.share])
-        style = {"fmt": MARKERS[i], "color": COLOURS[i], "capsize": 2, "label": f"truth of {source}"}
+        style = {"fmt": MARKERS[i], "color": COLOURS[i], "capsize": 2, "label": source}
         axes.errorbar(100 * rows.share, place, xerr=reach, **style)
         for y, row in zip(place, rows.itertuples(), strict=True):
             axes.text(103, y, f"{row.found} of {row.cases}", va="center", fontsize=7, color=COLOURS[i])
@@ -84,14 +83,13 @@ def confusion(data):
     data = data.isel(truth=rows, answer=columns)
     truths, answers, counts = data.truth.values, data.answer.values, data.confusion.values
     whole = np.maximum(counts.sum(axis=1, keepdims=True), 1)
-    width, height = 0.19 * len(answers) + 2.2, 0.19 * len(truths) + 1.9
+    width, height = 0.19 * len(answers) + 1.6, 0.19 * len(truths) + 1.9
     picture, axes = figure(1, 1, height=height, width=width)
     axes = axes[0, 0]
     axes.grid(False)
-    image = axes.imshow(counts / whole, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    axes.imshow(counts / whole, cmap="Blues", vmin=0, vmax=3, aspect="auto")  # tinted: a count is read, not guessed
     for i, j in zip(*np.nonzero(counts), strict=True):
-        light = counts[i, j] / whole[i, 0] < 0.5
-        axes.text(j, i, counts[i, j], ha="center", va="center", fontsize=6, color="k" if light else "w")
+        axes.text(j, i, counts[i, j], ha="center", va="center", fontsize=7)
     for i, j in zip(*np.nonzero(data.accepted.values), strict=True):
         right = data.accepted.values[i, j] == 1
         style = {"edgecolor": "k", "linewidth": 1.2} if right else {"edgecolor": "#E69F00", "linewidth": 0.9}
@@ -103,7 +101,6 @@ def confusion(data):
     axes.set_title(
         f"First answer right in {_percent(share)} of cases of every size; box: right, dashed: declared confounder"
     )
-    picture.colorbar(image, ax=axes, label="share of the hidden effect", shrink=0.6)
     return picture
 
 
@@ -144,25 +141,6 @@ def coverage(data):
     axes.set_xlabel("share, 95 % bounds")
     below = int((part.criterion_high.values < NOMINAL).sum())
     picture.suptitle(f"Coverage is below 95 % in {below} of {len(value)} rows, by their 95 % bounds", fontsize=8)
-    return picture
-
-
-def detection_limits(data):
-    """Size at which half the effects of a kind are found; kinds without an estimate are counted."""
-    half, low, high = (data[f"found_half{end}"].values for end in ("", "_low", "_high"))
-    known = np.flatnonzero((half > low) & (half < high))  # not where all were found, or none
-    order = known[np.argsort(half[known])]
-    picture, axes = figure(1, 1, height=0.2 * max(len(order), 4) + 1.0, width=4.4)
-    axes = axes[0, 0]
-    reach = [half[order] - low[order], high[order] - half[order]]
-    axes.errorbar(half[order], np.arange(len(order)), xerr=reach, fmt="o", color=COLOURS[0], capsize=2)
-    axes.axvline(LARGE, color="0.5", linewidth=0.8, linestyle=":")
-    axes.set_yticks(range(len(order)), list(map(_called, data.family.values[order])))
-    axes.set_xscale("log")
-    axes.set_xlabel("size at which half are found (1)")
-    others = len(half) - len(order)
-    told = f"The limit is known for {len(order)} of {len(half)} effects;\nof {others} all cases were found, or none"
-    picture.suptitle(told, fontsize=8)
     return picture
 
 

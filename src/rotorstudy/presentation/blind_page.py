@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from rotorstudy.blind.criteria import LARGE, statement, table, tally
-from rotorstudy.blind.glance import PUBLISHED, answers_of, sentences
+from rotorstudy.blind.criteria import LARGE, judge, statement, table, tally
+from rotorstudy.blind.glance import OWN, PUBLISHED, answers_of, sentences
 from rotorstudy.presentation.blind_figures import answers_figure, blind_figures
 from rotorstudy.presentation.captions import BLIND_FIGURES
 from rotorstudy.presentation.pages import inline_png, render, to_index
@@ -17,7 +17,7 @@ NOTES = (
     "calibration cannot absorb, in standard deviations, rms. Of two effects the smaller counts.",
     "low and high are 95 % bounds: of Clopper and Pearson for shares, by order statistics for medians, by bootstrap "
     "over the cases for the calibration error. A criterion is reached, or not reached, if the whole range "
-    "between the bounds is; otherwise it is undecided.",
+    "between the bounds is; otherwise it is undecided: too few cases. Criteria without cases are not listed.",
     "The stated set has the causes that are named and those that are not ruled out. A cause is right if effect and "
     "place are; an effect of another form than the library's has its physics in another formula.",
     "Outside the library are physics that it lacks, and effects that were left out of it.",
@@ -38,9 +38,11 @@ def write_pages(data, criteria, rows, folder, independent=None, index=None):
     import pandas as pd
 
     folder = Path(folder)
-    answers = answers_of(rows)
+    answers, judged = answers_of(rows), {OWN: criteria}
     if independent:
-        answers = pd.concat([answers, answers_of(pd.read_csv(independent), PUBLISHED)])
+        published = pd.read_csv(independent)
+        answers = pd.concat([answers, answers_of(published, PUBLISHED)])
+        judged = {PUBLISHED: judge(published)} | judged
     write_csv(answers, folder / "answers.csv")
     for name, picture in ({"answers": answers_figure(answers)} | blind_figures(data)).items():
         save_figure(picture, *(folder / "figures" / f"{name}.{kind}" for kind in ("png", "svg")))
@@ -57,33 +59,34 @@ def write_pages(data, criteria, rows, folder, independent=None, index=None):
     ]
     links = to_index(folder / "criteria.html", index)
     wrong = links | {"Cases with a wrong answer": "cases.html"}
-    write_text(folder / "criteria.html", criteria_page(answers, criteria, source, figures, wrong))
+    write_text(folder / "criteria.html", criteria_page(answers, judged, source, figures, wrong))
     _write_cases(cases, source, folder, links | {"How often the diagnosis is right": "criteria.html"})
 
 
-def criteria_page(answers, criteria, source, figures, links=None):
+def criteria_page(answers, judged, source, figures, links=None):
     """The page as HTML.
 
-    answers  : pandas.DataFrame; as `blind.glance.counted` returns it
-    criteria : list of Criterion
-    source   : where the cases come from
-    figures  : list of (label, source of the image, caption)
-    links    : text -> address of pages to go to from the top (optional)
+    answers : pandas.DataFrame; as `blind.glance.counted` returns it
+    judged  : source of the truth -> list of Criterion
+    source  : where the cases of this run come from
+    figures : list of (label, source of the image, caption)
+    links   : text -> address of pages to go to from the top (optional)
     """
-    shown = table([c for c in criteria if c.cases]).drop(columns=["key", "kind"])
-    without = len(criteria) - len(shown)
-    notes = [*NOTES, f"{without} criteria have no cases in this run and are not listed."] if without else NOTES
-    found = tally(criteria)
     return render(
         "blind.html",
         title="Blind tests: how often the diagnosis is right",
         opening=sentences(answers),
         source=source,
-        criteria=statement(criteria),
-        open={status: found[status] for status in ("not reached", "undecided")},
-        table=cells(shown, 3, "reasons"),
+        runs={
+            name: {
+                "statement": statement(criteria),
+                "missed": tally(criteria)["not reached"],
+                "table": cells(table([c for c in criteria if c.cases]).drop(columns=["key", "kind"]), 3, "reasons"),
+            }
+            for name, criteria in judged.items()
+        },
         marks=MARKS,
-        notes=notes,
+        notes=NOTES,
         figures=figures,
         links=links or {},
     )

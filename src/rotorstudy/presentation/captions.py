@@ -42,8 +42,6 @@ BLIND_FIGURES = {
     "of cases.",
     "coverage": "Shares with 95 % bounds; dotted: 95 %. The stated set of causes holds those that a verdict names and "
     "those it cannot rule out.",
-    "detection_limits": "Size at which half of the effects of a kind are found, with 95 % bounds, where "
-    "some cases were found and some not. Dotted: size 3.",
     "gain": "Error of the extended model over that of the base model on speeds that no fit has seen, for effects of "
     "size 3 and more. Dotted: a tenth; right of the solid line the extension increases the error.",
 }

@@ -161,7 +161,8 @@ QUOTED = (  # heading, file, its sentences, and beside it a picture and a page; 
     ("Diagnosis of measured records: {name}", "diagnosis/*/verdict.json", _of_verdict,
      "figures/before_and_after.png", "index.html"),
     ("How often the diagnosis is right", "blind/answers.csv", _of_answers, "figures/answers.png", "criteria.html"),
-    ("The smallest crack that is found", "chapter_7/limits.nc", _of_limits, "figures/smallest_crack.png", None),
-    ("Which method for which data", "compare/advice.csv", _of_advice, "figures/faults.png", "advice.html"),
+    ("The smallest crack that is found", "chapter_7/limits.nc", _of_limits, "figures/smallest_crack.png",
+     "figures/smallest_crack.png"),
+    ("Which method for which data", "compare/advice.csv", _of_advice, "figures/spectra.png", "advice.html"),
     ("The thesis, recomputed", "scoreboard.csv", _of_scoreboard, "rigs/comparison.png", "scoreboard.html"),
 )  # fmt: skip

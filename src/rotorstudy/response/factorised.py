@@ -15,17 +15,10 @@ WIDEST = 0.25  # of the unknowns: bandwidth below which it is
 def factorised(matrices, order=None):
     """Function that solves systems of equations.
 
-    Parameters
-    ----------
-    matrices : complex array (..., n, n)
-        May be overwritten.
-    order : ints (n,), optional
-        In which the unknowns are taken, so that coupled ones lie close to each other; as they are by default.
-
-    Returns
-    -------
-    callable
-        From right sides (..., n, column) to solutions (..., n, column); LinAlgError if a matrix is singular.
+    matrices : complex array (..., n, n), may be overwritten
+    order    : (n,) in which the unknowns are taken, so that coupled ones lie close to each other; as they are by
+               default
+    returns  : from right sides (..., n, column) to solutions (..., n, column); LinAlgError if a matrix is singular
     """
     count = matrices.shape[-1]
     if count < FEWEST:

@@ -66,16 +66,8 @@ def _crossing(speed, amplitude):
 def separation_margin(speed, operating):
     """Distance of a critical speed from the operating range, relative to its nearer end; 0 inside it.
 
-    Parameters
-    ----------
-    speed : float
-        rad/s.
-    operating : (float, float)
-        Lowest and highest operating speed, rad/s.
-
-    Returns
-    -------
-    float
+    speed     : rad/s
+    operating : (float, float) lowest and highest operating speed, rad/s
     """
     lowest, highest = operating
     return max((lowest - speed) / lowest, (speed - highest) / highest, 0.0)

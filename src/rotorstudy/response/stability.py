@@ -141,19 +141,10 @@ def damping_of_effects(model, speed, theta=None):
     The derivative of the eigenvalue times the amplitudes of the effect. Effects on stiffness and mass act through the
     shape of the mode, so the sum is not the growth rate itself.
 
-    Parameters
-    ----------
-    model : Model
-        Time-invariant.
-    speed : float
-        rad/s.
-    theta : array (parameter,), optional
-        Amplitudes, SI; the model's own by default.
-
-    Returns
-    -------
-    dict
-        Kind of each effect, with its label -> change of the growth rate, 1/s, the largest first; negative if it damps.
+    model   : Model, time-invariant;  speed : rad/s
+    theta   : (parameter,) amplitudes, SI; the model's own by default
+    returns : kind of each effect, with its label -> change of the growth rate, 1/s, the largest first; negative if it
+              damps
     """
     theta = np.asarray(model.theta if theta is None else theta, float)
     values, right = np.linalg.eig(state_matrix(model, [speed], theta)[0])

@@ -41,18 +41,8 @@ class Load(NamedTuple):
 def static_loads(model, deflection, speed):
     """Static loads of the bearings.
 
-    Parameters
-    ----------
-    model : Model
-        With a value for every amplitude.
-    deflection : array (dof,)
-        Static deflection, m (rad).
-    speed : float
-        rad/s, for bearings that depend on it.
-
-    Returns
-    -------
-    list of Load
+    model      : Model with a value for every amplitude;  deflection : (dof,) static deflection, m (rad)
+    speed      : rad/s, for bearings that depend on it;  returns : list of Load
     """
     dofs = model.structure.dofs
     moves = np.flatnonzero([motion == "translation" for _, motion in dofs])

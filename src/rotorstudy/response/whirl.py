@@ -116,20 +116,9 @@ def damped_modes(model, speed, count, theta=None):
 
     Overdamped motions, which do not whirl, are left out.
 
-    Parameters
-    ----------
-    model : Model
-        Time-invariant, see `time_invariant`.
-    speed : array (speed,)
-        rad/s.
-    count : int
-        Number of modes.
-    theta : array (parameter,), optional
-        Amplitudes, SI; the model's own by default.
-
-    Returns
-    -------
-    Modes
+    model   : Model, time-invariant, see `time_invariant`;  speed : (speed,) rad/s
+    count   : number of modes
+    theta   : (parameter,) amplitudes, SI; the model's own by default;  returns : Modes
     """
     dof, moves = len(model.structure.dofs), model.structure.along > 0
     found = Modes(
@@ -170,23 +159,12 @@ def whirl_modes(model, speed, theta=None):
 def critical_speeds(model, up_to, orders=(1,), theta=None, speeds=None):
     """Speeds at which a whirl frequency equals a multiple of the spin speed.
 
-    Parameters
-    ----------
-    model : Model
-        Time-invariant, see `time_invariant`.
-    up_to : float
-        Highest speed, rad/s.
-    orders : sequence of int
-        n > 0 forward, n < 0 backward; n = 1 are the critical speeds of unbalance.
-    theta : array (parameter,), optional
-        Amplitudes, SI; the model's own by default.
-    speeds : array (speed,), optional
-        Between which crossings are sought, rad/s, ascending; 600 up to `up_to` by default.
-
-    Returns
-    -------
-    list of array (critical,)
-        For each order, rad/s, ascending; damped frequencies are used, so an overdamped mode has none.
+    model   : Model, time-invariant, see `time_invariant`;  up_to : highest speed, rad/s
+    orders  : sequence of int, n > 0 forward, n < 0 backward; n = 1 are the critical speeds of unbalance
+    theta   : (parameter,) amplitudes, SI; the model's own by default
+    speeds  : (speed,) between which crossings are sought, rad/s, ascending; 600 up to `up_to` by default
+    returns : list of array (critical,), for each order, rad/s, ascending; damped frequencies are used, so an overdamped
+              mode has none
     """
     from scipy.optimize import brentq
 

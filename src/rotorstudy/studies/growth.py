@@ -60,17 +60,8 @@ def growth_over_speed(model, still, speeds):
 def parametric_resonances(model, speeds):
     """Speeds, rad/s, at which a rotating stiffness may make two of the lowest whirl motions grow.
 
-    Parameters
-    ----------
-    model : Model
-        Whose stiffness rotates with the shaft.
-    speeds : array (speed,)
-        Range of speeds, rad/s, ascending.
-
-    Returns
-    -------
-    array (resonance,)
-        Ascending.
+    model   : Model whose stiffness rotates with the shaft;  speeds : (speed,) range of speeds, rad/s, ascending
+    returns : (resonance,) rad/s, ascending
     """
     turning = {abs(e.shift) for u in model.rotor_unknowns for e in u.entries if e.reads_motion and e.shift}
     turning |= set(BY_NONLINEAR_FORCES) if model.nonlinear_forces else set()

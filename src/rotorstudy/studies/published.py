@@ -35,21 +35,11 @@ CROSSINGS = 80  # speeds between which critical speeds are sought
 def beside_printed(rig: str | Path):
     """The printed numbers of a rig file, beside ours.
 
-    Parameters
-    ----------
-    rig : path
-        Of the rig file (YAML); the table has the same name, with the suffix .csv.
-
-    Returns
-    -------
-    pandas.DataFrame
-        The rows of the table with `model`, the `computed` value in the unit printed, their relative `deviation`,
-        the `allowed` difference in that unit, and whether it `agrees`.
-
-    Raises
-    ------
-    RotorstudyError
-        For an unknown column, quantity or unit, a number that cannot be read, or a tolerance without a reason.
+    rig     : path of the rig file (YAML); the table has the same name, with the suffix .csv
+    returns : pandas.DataFrame, the rows of the table with `model`, the `computed` value in the unit printed, their
+              relative `deviation`, the `allowed` difference in that unit, and whether it `agrees`
+    raises  : RotorstudyError for an unknown column, quantity or unit, a number that cannot be read, or a tolerance
+              without a reason
     """
     import pandas as pd
 

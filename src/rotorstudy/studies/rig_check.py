@@ -48,14 +48,7 @@ class RigCheck(NamedTuple):
 def check_rig(path):
     """Check a rig file.
 
-    Parameters
-    ----------
-    path : path
-
-    Returns
-    -------
-    RigCheck
-        Whatever is wrong with the file is a finding.
+    returns : RigCheck, whatever is wrong with the file is a finding
     """
     rig = None
     try:

@@ -97,24 +97,12 @@ class RotorAnalysis(NamedTuple):
 def analyse_rotor(model, lowest=None, highest=None, reading=None):
     """Analyse a rotor.
 
-    Parameters
-    ----------
-    model : Model
-        With a value for every amplitude.
-    lowest, highest : float, optional
-        Range of speeds, rad/s; up to 3.5 times the lowest natural frequency by default.
-    reading : Reading, optional
-        Directions of the probes; along x and y at each sensor by default.
-
-    Returns
-    -------
-    RotorAnalysis
-
-    Raises
-    ------
-    RotorstudyError
-        For an amplitude without a value, an empty range of speeds, bearings that are not defined in it, or a rotor that
-        its bearings do not hold.
+    model           : Model with a value for every amplitude
+    lowest, highest : range of speeds, rad/s; up to 3.5 times the lowest natural frequency by default
+    reading         : Reading, directions of the probes; along x and y at each sensor by default
+    returns         : RotorAnalysis
+    raises          : RotorstudyError for an amplitude without a value, an empty range of speeds, bearings that are not
+                      defined in it, or a rotor that its bearings do not hold
     """
     model.require_values()
     still, steady = time_invariant(model), without_rotation(model)

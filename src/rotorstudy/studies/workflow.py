@@ -100,16 +100,9 @@ def job(snakemake):
 def opened(inputs):
     """The results among the inputs of a rule.
 
-    Parameters
-    ----------
-    inputs : mapping
-        Name of an input -> path, or several.
-
-    Returns
-    -------
-    dict
-        Name -> Dataset of a NetCDF file; of several, name of the file without its ending -> Dataset. Others are left
-        out.
+    inputs  : name of an input -> path, or several
+    returns : name -> Dataset of a NetCDF file; of several, name of the file without its ending -> Dataset. Others are
+              left out.
     """
     found = {}
     for name, given in inputs.items():
@@ -156,18 +149,10 @@ def _file(module):
 def imported_files(script, *functions):
     """Files of the packages a job depends on: Snakemake notices changes of scripts but not of the modules they import.
 
-    Parameters
-    ----------
-    script : path
-        Script of the job.
-    functions : str
-        Names of functions that the script is given, see `named_function`.
-
-    Returns
-    -------
-    list of str
-        The modules of the packages that the script and the functions name, all that these import, directly or through
-        others (also inside functions), and the page templates beside them; the script is not included.
+    script    : script of the job
+    functions : names of functions that the script is given, see `named_function`
+    returns   : the modules of the packages that the script and the functions name, all that these import, directly or
+                through others (also inside functions), and the page templates beside them; the script is not included
     """
     graph = _graph()
     named = {*NAMED.findall(Path(script).read_text(encoding="utf-8")), *(one.rpartition(".")[0] for one in functions)}

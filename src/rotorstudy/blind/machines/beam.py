@@ -19,19 +19,12 @@ Y_SIGNS = np.array([1.0, -1.0, 1.0, -1.0])
 class Element:
     """A uniform piece of round shaft.
 
-    Parameters
-    ----------
-    length, outer_diameter, inner_diameter : float
-        In m.
-    youngs_modulus : float
-        In Pa.
-    density : float
-        In kg/m³.
-    poissons_ratio : float
-    theory : str
-        `timoshenko` (rotary inertia and shear) or `euler_bernoulli` (rotary inertia, no shear).
-    internal_damping : float
-        Viscous damping of the material, proportional to stiffness, in s; it acts in the rotating frame.
+    length, outer_diameter, inner_diameter : in m;  youngs_modulus : in Pa
+    density                                : in kg/m³
+    theory                                 : `timoshenko` (rotary inertia and shear) or `euler_bernoulli` (rotary
+                                             inertia, no shear)
+    internal_damping                       : viscous damping of the material, proportional to stiffness, in s; it acts
+                                             in the rotating frame
     """
 
     length: float

@@ -26,33 +26,17 @@ RUNOUT = 0.01  # of an ordinary surface over the usual motion
 class Case:
     """A machine with one effect, as it is and as it was measured.
 
-    Parameters
-    ----------
-    family : str
-        Of `faults.FAMILIES`, `forms.FORMS` or `failures.ADDED`; several joined by "+".
-    rotor : Rotor or PointRotor
-        The true one without the effect.
-    unbalance : dict
-        Node (from 0) to complex moment, kg m.
-    effects : list of dict
-        What was added, where and how large; nodes and elements from 1.
-    steady, healthy : Steady
-        True motion with and without it.
-    alone : list of Steady
-        True motion with each effect alone.
-    sag, zero : ndarray (coordinates,)
-        Rest position of the healthy machine, and where the probes read zero: there, or on the unloaded line.
-    nodes : list of int
-        With probes, from 0.
-    probes : dict
-        Node to its two `Probe`.
-    chain : Chain
-    records : dict
-        See `measuring.record`.
-    picture : dict
-        `rotation` and `gravity_angle_deg` of the rig file's angles.
-    truth : dict
-        All of it in plain numbers.
+    family          : of `faults.FAMILIES`, `forms.FORMS` or `failures.ADDED`; several joined by "+"
+    rotor           : Rotor or PointRotor, the true one without the effect
+    unbalance       : node (from 0) to complex moment, kg m
+    effects         : what was added, where and how large; nodes and elements from 1
+    steady, healthy : Steady, true motion with and without it
+    alone           : list of Steady, true motion with each effect alone
+    sag, zero       : (coordinates,) rest position of the healthy machine, and where the probes read zero: there, or on
+                      the unloaded line
+    nodes           : with probes, from 0;  probes : node to its two `Probe`
+    chain           : Chain;  records : see `measuring.record`
+    picture         : `rotation` and `gravity_angle_deg` of the rig file's angles;  truth : all of it in plain numbers
     """
 
     family: str
@@ -170,32 +154,16 @@ def draw_case(
 ):
     """A random case.
 
-    Parameters
-    ----------
-    seed : int or numpy.random.Generator
-    family : str
-        Of `faults.FAMILIES`, `forms.FORMS` or `failures.ADDED`; several on one machine joined by "+".
-    speeds : int
-        How many.
-    steps, modes : int
-        Of the integration, see `stepping.steady_state`.
-    chain_fault : str or None
-        Of `CHAIN_FAULTS`.
-    mass, count : float, int or None
-        Of the rotor, see `draw.draw_rotor`.
-    visible : float
-        Least change of some harmonic but 0X by the effect, over the healthy 1X; a case that changes less (a loose foot
-        that the weight holds down, say) is drawn again. Of `SHOWN_BY_THE_MEAN` 0X counts too.
-    tries : int
-        Machines drawn until one moves steadily and shows its effect; then NoSteadyState.
-    machine : str
-        Of `draw.MACHINES` or `failures.ROTORS`; mass and count are for `any` alone.
-    severity : float
-        Times the usual size, of the effects of `forms.FORMS`.
-
-    Returns
-    -------
-    Case
+    seed         : int or numpy.random.Generator
+    family       : of `faults.FAMILIES`, `forms.FORMS` or `failures.ADDED`; several on one machine joined by "+"
+    speeds       : how many
+    steps, modes : of the integration, see `stepping.steady_state`;  chain_fault : of `CHAIN_FAULTS`, or None
+    mass, count  : of the rotor, see `draw.draw_rotor`
+    visible      : least change of some harmonic but 0X by the effect, over the healthy 1X; a case that changes less (a
+                   loose foot that the weight holds down, say) is drawn again. Of `SHOWN_BY_THE_MEAN` 0X counts too.
+    tries        : machines drawn until one moves steadily and shows its effect; then NoSteadyState
+    machine      : one of `draw.MACHINES` or `failures.ROTORS`; mass and count are for `any` alone
+    severity     : times the usual size, of the effects of `forms.FORMS`;  returns : Case
     """
     if chain_fault not in (None, *CHAIN_FAULTS):
         raise ValueError(f"no fault of the chain: {chain_fault}")

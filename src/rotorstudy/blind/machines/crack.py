@@ -37,15 +37,8 @@ def strip_bending(ratio):
 def crack_face(depth_ratio, count=120):
     """Quadrature over the crack's face in radii: weights, and K of a unit of each moment.
 
-    Parameters
-    ----------
-    depth_ratio : float
-        Depth over radius, up to 1.
-
-    Returns
-    -------
-    weights, k_opening, k_sideways : ndarray
-        K for moments scaled so that 32 int K_i K_j dA is the dimensionless compliance.
+    depth_ratio : depth over radius, up to 1
+    returns     : K for moments scaled so that 32 int K_i K_j dA is the dimensionless compliance
     """
     half = np.sqrt(1 - (1 - depth_ratio) ** 2)
     points, weights = np.polynomial.legendre.leggauss(count)
@@ -74,17 +67,10 @@ def dimensionless_compliance(depth_ratio):
 def breathing_table(depth_ratio, kind, count=720):
     """Dimensionless kink of a crack by the direction of the moment (opening component, sideways component).
 
-    Parameters
-    ----------
-    depth_ratio : float
-    kind : str
-        `open`: a slot, always open. `switching`: only the opening component, while it is positive. `gradual`: the part
-        of the face is open where the stress intensity is positive; as energy int max(K, 0)² it is conservative.
-
-    Returns
-    -------
-    moments, kinks : ndarray, (count, 2)
-        Unit moments and their kinks.
+    kind    : `open`: a slot, always open. `switching`: only the opening component, while it is positive. `gradual`: the
+              part of the face is open where the stress intensity is positive; as energy int max(K, 0)² it is
+              conservative.
+    returns : (count, 2) unit moments and their kinks
     """
     turn = 2 * np.pi * np.arange(count) / count
     moments = np.stack([np.cos(turn), np.sin(turn)], axis=1)
@@ -110,16 +96,9 @@ class TabulatedHinge:
     Laws of degree one in m are solved beforehand: the direction of y alone decides, and a table by that direction holds
     the solution. A residual stress that closes the crack shifts both m and y by its moment.
 
-    Parameters
-    ----------
-    moments, kinks : ndarray, (count, 2)
-        Unit moments (opening, sideways) around the circle, in N m, and their kinks, in rad.
-    angle : float
-        Of the middle of the cracked side from the shaft's reference line, rad.
-    kink_stiffness : float
-        k, N m/rad.
-    closing : float
-        Moment that just opens the crack, N m.
+    moments, kinks : (count, 2) unit moments (opening, sideways) around the circle, in N m, and their kinks, in rad
+    angle          : of the middle of the cracked side from the shaft's reference line, rad
+    kink_stiffness : k, N m/rad;  closing : moment that just opens the crack, N m
     """
 
     def __init__(self, moments, kinks, angle, kink_stiffness, closing=0.0, count=1440):
@@ -159,17 +138,9 @@ def add_crack(machine, element, position, depth_ratio, angle=0.0, kind="gradual"
     second node by the kink; the moment at the crack is S.T K (u - S kink). Exact for the element's stiffness; its mass
     is taken as unkinked, an error of the order of the element's mass, like the beam's own discretization.
 
-    Parameters
-    ----------
-    element : int
-    position : float
-        Along the element, 0 to 1.
-    depth_ratio : float
-        Depth over radius, up to 1.
-    angle : float
-        Of the middle of the cracked side from the shaft's reference line, rad.
-    kind : str
-        `gradual`, `switching` or `open`.
+    position    : along the element, 0 to 1;  depth_ratio : depth over radius, up to 1
+    angle       : of the middle of the cracked side from the shaft's reference line, rad
+    kind        : `gradual`, `switching` or `open`
     """
     part = machine.rotor.elements[element]
     stiffness = plane_matrices(part)[0]

@@ -62,20 +62,9 @@ def draw_bearing(rng, node, stiffness, frequency):
 def draw_rotor(rng, mass=None, count=None, overhung=None):
     """A rotor between bearings or overhung.
 
-    Parameters
-    ----------
-    rng : numpy.random.Generator
-    mass : float or None
-        In kg; None: 1 g to 10 t.
-    count : int or None
-        Elements; None: 2 to 20.
-    overhung : bool or None
-        None: three of ten.
-
-    Returns
-    -------
-    Rotor
-        Damped by its bearings, by external damping at its discs and by the shaft's material.
+    rng      : numpy.random.Generator;  mass : float or None, kg: 1 g to 10 t by default
+    count    : int or None, elements: 2 to 20 by default;  overhung : bool or None: three of ten by default
+    returns  : Rotor, damped by its bearings, by external damping at its discs and by the shaft's material
     """
     mass = between(rng, 1e-3, 1e4) if mass is None else mass
     count = int(rng.integers(2, 21)) if count is None else count

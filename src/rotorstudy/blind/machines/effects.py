@@ -38,12 +38,9 @@ def add_added_mass(machine, node, mass, radius, length, eccentricity=0.0, angle=
 def add_bow(machine, shape):
     """Shaft bow: the unloaded shaft is bent as `shape`; it pulls with its own stiffness, K_s shape, turning with it.
 
-    Parameters
-    ----------
-    shape : ndarray, (nodes, 2), complex
-        Deflection x + j y (m) and slope dx/dz + j dy/dz (rad) at angle zero. Source: J. C. Nicholas, E. J. Gunter, P.
-        E. Allaire, "Effect of residual shaft bow on unbalance response and balancing of a single mass flexible rotor",
-        J. Eng. Power 98 (1976) 171-181.
+    shape : (nodes, 2) deflection x + j y (m) and slope dx/dz + j dy/dz (rad) at angle zero. Source: J. C. Nicholas, E.
+            J. Gunter, P. E. Allaire, "Effect of residual shaft bow on unbalance response and balancing of a single mass
+            flexible rotor", J. Eng. Power 98 (1976) 171-181.
     """
     vector = np.zeros(machine.size, complex)
     count = 4 * machine.rotor.nodes

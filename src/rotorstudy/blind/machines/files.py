@@ -244,21 +244,13 @@ def write_case(
 ):
     """Write `record.nc`, `rig.yaml` of the nominal machine and, if asked for, `truth.json`.
 
-    Parameters
-    ----------
-    case : Case
-    folder : path
-    modulus_error, bearing_error, unbalance_error : float
-        Relative standard deviations of the nominal numbers about the true ones.
-    seed : int
-        Of those errors.
-    harmonics : sequence of int or None
-        To be read; None: those of the format's default.
-
-    Returns
-    -------
-    pathlib.Path
-        The folder.
+    case                                          : Case
+    modulus_error, bearing_error, unbalance_error : relative standard deviations of the nominal numbers about the true
+                                                    ones
+    seed                                          : of those errors
+    harmonics                                     : sequence of int or None, to be read; None: those of the format's
+                                                    default
+    returns                                       : pathlib.Path, the folder
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

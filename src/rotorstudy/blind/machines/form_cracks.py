@@ -29,18 +29,13 @@ LAWS = (*BY_MOMENT, *BY_ANGLE, "open")
 class Form:
     """How a crack yields and closes.
 
-    Parameters
-    ----------
-    compliance : ndarray, (2, 2)
-        Open, across and along the front, rad/(N m); symmetric.
-    law : str
-        `energy`: the open share of its energy follows the direction of the instantaneous moment. `whole`: the share of
-        its kink does (not conservative). `flexibility_by_angle`, `stiffness_by_angle`: the share of its flexibility, or
-        of the stiffness that it takes away, follows the angle to the side that the weight stretches. `open`.
-    share : callable
-        Open share (0 to 1) by the angle (rad) between the front's middle and the direction that opens it most.
-    closing : float
-        Moment that just opens it, N m; of laws by moment.
+    compliance : (2, 2) open, across and along the front, rad/(N m); symmetric
+    law        : `energy`: the open share of its energy follows the direction of the instantaneous moment. `whole`: the
+                 share of its kink does (not conservative). `flexibility_by_angle`, `stiffness_by_angle`: the share of
+                 its flexibility, or of the stiffness that it takes away, follows the angle to the side that the weight
+                 stretches. `open`.
+    share      : open share (0 to 1) by the angle (rad) between the front's middle and the direction that opens it most
+    closing    : moment that just opens it, N m; of laws by moment
     """
 
     compliance: np.ndarray

@@ -159,14 +159,9 @@ class PointRotor:
 class LocalForce:
     """A force that depends on the state, on few coordinates.
 
-    Parameters
-    ----------
-    selection : ndarray, (degrees of freedom, p)
-        Local coordinates are y = selection.T u; the law's forces act as selection f.
-    law : callable
-        `law(angle, y, v, speed)`, y and v = dy/dt of shape (speeds, p): force (speeds, p) and its derivatives by y and
-        by v (speeds, p, p).
-    name : str
+    selection : (degrees of freedom, p) local coordinates are y = selection.T u; the law's forces act as selection f
+    law       : `law(angle, y, v, speed)`, y and v = dy/dt of shape (speeds, p): force (speeds, p) and its derivatives
+                by y and by v (speeds, p, p)
     """
 
     selection: np.ndarray
@@ -202,11 +197,8 @@ class Machine:
     def add_rotating(self, node, value, power=0, rotations=False):
         """Add a force (or moment of the slopes) that turns with the shaft.
 
-        Parameters
-        ----------
-        value : complex
-            Fx + j Fy at angle zero, N (N/(rad/s)**power); with `rotations` the moment on the slopes dx/dz + j dy/dz, N
-            m.
+        value : fx + j Fy at angle zero, N (N/(rad/s)**power); with `rotations` the moment on the slopes dx/dz + j
+                dy/dz, N m
         """
         vector = np.zeros(self.size, complex)
         if rotations:
@@ -255,10 +247,7 @@ def add_internal_damping(machine, weights):
 
     In the fixed frame it is a damping and a circulatory, skew-symmetric stiffness that grows with speed.
 
-    Parameters
-    ----------
-    weights : sequence of float
-        Damping over stiffness of each element, s.
+    weights : sequence of float, damping over stiffness of each element, s
     """
     rotor, count = machine.rotor, 4 * machine.rotor.nodes
     matrix = shaft_stiffness(rotor, weights)

@@ -13,20 +13,10 @@ import numpy as np
 class Probe:
     """A displacement probe.
 
-    Parameters
-    ----------
-    angle : float
-        Where it is meant to sit, rad.
-    gain : float
-        True sensitivity over the nominal one.
-    angle_error : float
-        Where it really sits beyond `angle`, rad.
-    runout : dict
-        Complex amplitude (m) of exp(j k angle) of the surface it sees, by k >= 1.
-    reversed : bool
-        Its reading falls as the shaft comes towards its angle.
-    gap : float
-        Constant reading, m.
+    angle       : where it is meant to sit, rad;  gain : true sensitivity over the nominal one
+    angle_error : where it really sits beyond `angle`, rad
+    runout      : complex amplitude (m) of exp(j k angle) of the surface it sees, by k >= 1
+    reversed    : its reading falls as the shaft comes towards its angle;  gap : constant reading, m
     """
 
     angle: float
@@ -41,30 +31,16 @@ class Probe:
 class Chain:
     """What the recorder adds to all channels of a machine.
 
-    Parameters
-    ----------
-    rate : float
-        Samples a second.
-    revolutions : float
-        Length of the record at the lowest speed.
-    noise, coloured_noise : float
-        Standard deviations, m: white, and 1/f in power down to the record's own length.
-    quantum : float
-        One step of the converter, m (0: none).
-    swapped : tuple of int
-        Nodes whose two channels are exchanged.
-    phase_offset : float
-        The mark's true angle beyond the one of the rig file, rad.
-    delay : float
-        Of the displacement channels against the keyphasor, s.
-    amplitude_scatter, phase_scatter : float
-        Run to run, relative and rad, of the dynamic motion at each speed.
-    jitter : float
-        Standard deviation of the speed over the mean speed, slow (1/f).
-    sensor_angle, mark_angle : float
-        Of the keyphasor's sensor, and of the mark from the shaft's reference line, rad.
-    pulse_width : float
-        Of the keyphasor's pulse, rad of the shaft.
+    rate                             : samples a second;  revolutions : length of the record at the lowest speed
+    noise, coloured_noise            : standard deviations, m: white, and 1/f in power down to the record's own length
+    quantum                          : one step of the converter, m (0: none)
+    swapped                          : nodes whose two channels are exchanged
+    phase_offset                     : the mark's true angle beyond the one of the rig file, rad
+    delay                            : of the displacement channels against the keyphasor, s
+    amplitude_scatter, phase_scatter : run to run, relative and rad, of the dynamic motion at each speed
+    jitter                           : standard deviation of the speed over the mean speed, slow (1/f)
+    sensor_angle, mark_angle         : of the keyphasor's sensor, and of the mark from the shaft's reference line, rad
+    pulse_width                      : of the keyphasor's pulse, rad of the shaft
     """
 
     rate: float
@@ -118,25 +94,13 @@ def keyphasor(angle, chain):
 def record(rng, steady, nodes, probes, chain, zero=None, orders=24):
     """Records of steady motion.
 
-    Parameters
-    ----------
-    rng : numpy.random.Generator
-    steady : Steady
-    nodes : sequence of int
-        Nodes with probes, from 0.
-    probes : dict
-        Node to its two `Probe`.
-    chain : Chain
-    zero : ndarray or None
-        Coordinates (degrees of freedom,) at which all probes read zero; None: the unloaded line.
-    orders : int
-        Highest harmonic kept of the motion.
-
-    Returns
-    -------
-    dict
-        `time` (s), `displacement` (speeds, nodes, 2, samples) m, `keyphasor` (speeds, samples) V, `speed` (speeds,)
-        mean rad/s.
+    rng     : numpy.random.Generator;  steady : Steady
+    nodes   : sequence of int, nodes with probes, from 0;  probes : node to its two `Probe`
+    chain   : Chain
+    zero    : ndarray or None, coordinates (degrees of freedom,) at which all probes read zero; None: the unloaded line
+    orders  : highest harmonic kept of the motion
+    returns : `time` (s), `displacement` (speeds, nodes, 2, samples) m, `keyphasor` (speeds, samples) V, `speed`
+              (speeds,) mean rad/s
     """
     time = np.arange(round(chain.revolutions * 2 * np.pi / steady.speed.min() * chain.rate)) / chain.rate
     count = len(steady.speed)
@@ -174,10 +138,7 @@ def expected_harmonics(steady, nodes, probes, chain, harmonics, zero=None):
 
     Takes the probes at their nominal angles and the mark at its nominal place.
 
-    Returns
-    -------
-    ndarray (speeds, harmonics, nodes), complex
-        In m.
+    returns : (speeds, harmonics, nodes) in m
     """
     harmonics, zero = np.asarray(harmonics), np.zeros(steady.displacement.shape[-1]) if zero is None else zero
     out = np.empty((len(steady.speed), len(harmonics), len(nodes)), complex)

@@ -81,15 +81,9 @@ def times(matrix, vector):
 class Stepper:
     """The stepped map of a machine at several speeds.
 
-    Parameters
-    ----------
-    machine : Machine
-    speeds : array_like
-        In rad/s.
-    steps : int
-        In one revolution.
-    modes : int or None
-        Modes kept beside the static shapes (see `basis`).
+    machine : Machine;  speeds : in rad/s
+    steps   : in one revolution
+    modes   : modes kept beside the static shapes (see `basis`)
     """
 
     def __init__(self, machine, speeds, steps=512, modes=None):
@@ -197,28 +191,13 @@ class Stepper:
 def steady_state(machine, speeds, steps=512, modes=None, tolerance=1e-8, most=60):
     """Steady motion of a machine, stable and checked over free revolutions.
 
-    Parameters
-    ----------
-    machine : Machine
-    speeds : array_like
-        In rad/s.
-    steps : int
-        In one revolution.
-    modes : int or None
-        Modes kept beside the static shapes; None: all.
-    tolerance : float
-        Largest change of the state over a revolution, relative to its largest value.
-    most : int
-        Revolutions to try.
-
-    Returns
-    -------
-    Steady
-
-    Raises
-    ------
-    NoSteadyState
-        If no periodic motion of one revolution is found, or it is unstable, or free revolutions leave it.
+    machine   : Machine;  speeds : in rad/s
+    steps     : in one revolution
+    modes     : modes kept beside the static shapes; None: all
+    tolerance : largest change of the state over a revolution, relative to its largest value;  most : revolutions to try
+    returns   : Steady
+    raises    : NoSteadyState if no periodic motion of one revolution is found, or it is unstable, or free revolutions
+                leave it
     """
     stepper = Stepper(machine, speeds, steps, modes)
     state = np.zeros((len(stepper.speed), stepper.propagate.shape[1]))

@@ -28,11 +28,10 @@ from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import Entry
-from rotorstudy.model.model import Model
+from rotorstudy.model.model import Model, Uncertainty
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_numbers import with_numbers
 from rotorstudy.model.terms import Parameter, Term
-from rotorstudy.model.uncertainty import Uncertainty
 from rotorstudy.response.measured import measured_response
 from rotorstudy.units import percent
 

@@ -70,11 +70,13 @@ def grows(fitted, speed):
     return growth_of_free_motion(fitted.model, speed, fitted.theta) > GROWTH * speed
 
 
-def unstable_rig(unstable, speed):
-    """A list with a warning if the rig without causes is unstable at some measured speeds, else an empty list.
+def unstable_rig(unstable, fitted, speed):
+    """A list with a warning if the rig is unstable at some measured speeds with the best explanation too, else empty.
 
-    unstable : (speed,) bool;  speed : (speed,) rad/s
+    unstable : (speed,) bool, of the rig without causes;  fitted : Fit of the best explanation;  speed : (speed,) rad/s
     """
+    if unstable.any():
+        unstable = unstable & grows(fitted, speed)
     if not unstable.any():
         return []
     at = speed[unstable] / RAD_PER_S["rpm"]

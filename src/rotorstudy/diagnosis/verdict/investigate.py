@@ -128,7 +128,7 @@ def investigate(
         findings = [*findings, *far_from_the_rig(found, moved, labels)]
     else:
         findings = [*findings, *within_uncertainty(found)]
-    findings = [*findings, *unstable_rig(found.unstable, fitted.speed), *stopped_early(found)]
+    findings = [*findings, *unstable_rig(found.unstable, best.fit, fitted.speed), *stopped_early(found)]
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
         verdict=kind,

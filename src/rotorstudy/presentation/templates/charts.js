@@ -22,7 +22,7 @@ function chart(place, first, height = 260) {
     const xs = spec.x.range || extent(spec.series.flatMap(s => s.x).concat((spec.circles || []).flatMap(r => [-r, r])));
     let ys = spec.y.range || extent(spec.series.flatMap(s => [s.y, s.low, s.high].flatMap(v => (v || []).filter((_, i) => inside(s, i)))).concat((spec.circles || []).flatMap(r => [-r, r])).filter(v => !spec.y.log || v > 0));
     if (!Number.isFinite(ys[0])) ys = [0, 1];
-    if (!spec.y.range) ys = spec.y.log ? [ys[0] / 1.3, ys[1] * 1.3] : pad(ys, 0.06);
+    if (!spec.y.range) ys = spec.y.log ? pad(ys.map(Math.log10), 0.05).map(v => 10 ** v) : pad(ys, 0.06);
     return {x: window || (spec.x.range ? xs : spec.equal ? pad(xs, 0.06) : pad(xs, 0)), y: ys};
   }
   const pad = ([low, high], share) => { const more = share * (high - low) || (low === high ? Math.abs(low) || 1 : 0); return [low - more, high + more]; };
@@ -53,7 +53,7 @@ function chart(place, first, height = 260) {
     }
     for (const r of spec.circles || []) { c.beginPath(); c.ellipse(X(0), Y(0), Math.abs(X(r) - X(0)), Math.abs(Y(r) - Y(0)), 0, 0, 7); c.stroke(); }
     for (const s of spec.series) {
-      c.strokeStyle = c.fillStyle = colour(s); c.lineWidth = 1.6 * px; c.setLineDash((s.dash || []).map(d => d * px));
+      c.strokeStyle = c.fillStyle = colour(s); c.lineWidth = (s.width || 1.6) * px; c.setLineDash((s.dash || []).map(d => d * px));
       if (s.line) {
         c.beginPath(); let pen = false;
         s.x.forEach((x, i) => { if (s.y[i] == null) { pen = false; return; } c[pen ? "lineTo" : "moveTo"](X(x), Y(s.y[i])); pen = true; });
@@ -172,7 +172,7 @@ function key(series) {
   line.className = "note key";
   for (const s of series) {
     const one = document.createElement("span"), sign = document.createElement("b");
-    sign.textContent = s.line ? (s.dash ? "┄ " : "— ") : s.mark === "square" ? "■ " : s.mark === "triangle" ? "▲ " : "● ";
+    sign.textContent = s.drawn ? `${s.drawn} ` : s.line ? (s.dash ? "┄ " : "— ") : s.mark === "square" ? "■ " : s.mark === "triangle" ? "▲ " : "● ";
     sign.className = `c${s.colour}`;
     one.append(sign, s.label);
     line.append(one, " ");
@@ -185,6 +185,7 @@ function view(place, data) {
   const form = place.querySelector("form"), row = document.createElement("div"), order = data.harmonic.map((_, i) => i).sort((a, b) => data.harmonic[a] - data.harmonic[b]);
   row.className = "panels";
   place.append(row);
+  // in a waveform x is the thick line, y the thin one
   const marks = ["circle", "square", "triangle"], dashes = [[2, 2], [6, 3], null];
   const part = (name, s, k, h) => [data.values[name].real[s][k][h], data.values[name].imag[s][k][h]];
   const motion = (name, s, k) => Array.from({length: STEPS + 1}, (_, i) => data.harmonic.reduce(([x, y], n, h) => {
@@ -199,10 +200,10 @@ function view(place, data) {
     const orbit = lines.flatMap(({label, hue, dash, at}) => [
       {label, colour: hue, line: true, dash, x: at.map(p => p[1]), y: at.map(p => p[0]), note: turns.map(a => `${short(a)}° after the mark`)},
       {label: `${label}, phase mark`, colour: hue, mark: "circle", size: 4, x: [at[0][1]], y: [at[0][0]]}]);
-    const wave = lines.flatMap(({label, hue, dash, at}) => [0, 1].map(axis => ({label: `${label}, ${"xy"[axis]}`, colour: hue, line: true, dash: axis ? [6, 3] : dash, x: turns, y: at.map(p => p[axis])})));
+    const wave = lines.flatMap(({label, hue, dash, at}) => [0, 1].map(axis => ({label: `${label}, ${"xy"[axis]}`, colour: hue, line: true, dash, width: axis ? 0.8 : 1.8, x: turns, y: at.map(p => p[axis])})));
     if (raw) {
       orbit.push({label: "measured", colour: 0, line: true, x: raw.y, y: raw.x}, {label: "phase mark", colour: 1, mark: "circle", size: 4, x: raw.marks.map(i => raw.y[i]), y: raw.marks.map(i => raw.x[i])});
-      wave.push(...["x", "y"].map((axis, i) => ({label: axis, colour: i, line: true, dash: i ? [6, 3] : null, x: raw.angle, y: raw[axis]})));
+      wave.push(...["x", "y"].map((axis, i) => ({label: axis, colour: i, line: true, width: i ? 0.8 : 1.8, x: raw.angle, y: raw[axis]})));
     }
     const place_of = (h, i, count) => order.indexOf(h) + (count > 1 ? 0.22 * (i - (count - 1) / 2) : 0);
     const size = (name, h) => Math.hypot(...part(name, s, k, h));
@@ -224,7 +225,7 @@ function view(place, data) {
   }
   const now = () => [+form.speed.value, +form.node.value], first = specs(...now());
   const made = first.map((spec, i) => { const one = document.createElement("figure"), text = document.createElement("b"); text.textContent = spec.title; const inner = document.createElement("div"); one.append(text, inner); row.append(one); return {text, ...{chart: chart(inner, spec, 280)}}; });
-  row.before(key(data.names.map(([, label, hue], i) => ({label, colour: hue, mark: marks[i]}))));
+  row.before(key(data.names.map(([, label, hue], i) => ({label, colour: hue, drawn: data.names.length > 2 ? ["┈●", "╌■", "─▲"][i] : "─●"}))));
   const show = () => {
     form.querySelector("output").value = data.speed[now()[0]];
     specs(...now()).forEach((spec, i) => { made[i].text.textContent = spec.title; made[i].chart.update(spec); });

@@ -94,16 +94,9 @@ def advice(ranked):
 def with_words(told, use_if):
     """Advice with the column "use this if", its faults in the order of `use_if`.
 
-    Parameters
-    ----------
-    told : pandas.DataFrame
-        As `advice` returns it.
-    use_if : dict
-        Fault -> when to follow its advice, in words; by default the name of the fault.
-
-    Returns
-    -------
-    pandas.DataFrame
+    told    : pandas.DataFrame as `advice` returns it
+    use_if  : fault -> when to follow its advice, in words; by default the name of the fault
+    returns : pandas.DataFrame
     """
     words = {fault: text for fault, text in use_if.items() if text} | {
         ANY_FAULT: "you do not know which of these holds"

@@ -23,10 +23,7 @@ class Machine:
 
     Rows (component,) are real and imaginary parts of the harmonics, m, in the order (speed, sensor, part, harmonic).
 
-    Parameters
-    ----------
-    study : CrackStudy
-    rotor : CrackedRotor
+    study : CrackStudy;  rotor : CrackedRotor
     """
 
     def __init__(self, study, rotor):

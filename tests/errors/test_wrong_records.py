@@ -1,0 +1,213 @@
+"""Wrong speeds, records, spectra and unknowns: none escapes as another error, or passes with a wrong number."""
+
+import numpy as np
+import pytest
+import yaml
+from one_line_errors import refused
+
+from rotorstudy import (
+    Problem,
+    Record,
+    Spectrum,
+    build_model,
+    full_spectrum,
+    measured_response,
+    read_measurement,
+    registry,
+)
+from rotorstudy.measurement.records import keyphasor_signal, records_dataset, reference_signal
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.response.series import synthesize
+from rotorstudy.store import save
+
+RIG = {
+    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+    "effects": [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
+        {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": 0.5},
+    ],
+}
+H, W = [0, 1, 2, 3, 5, 7, -1, -3, -5], 88.0
+TURN = 2 * np.pi / W
+TIME = np.arange(4000) * 10 * TURN / 4000  # ten whole turns
+METHODS = list(registry().plugins["spectrum"].values())
+REGRESSION = registry().get("spectrum", "regression")
+ESTIMATORS = list(registry().plugins["estimator"].values())
+MODEL = build_model(RIG)
+
+
+@pytest.mark.parametrize("speed", [0.0, -5.0, np.nan, np.inf])
+def test_a_speed_at_which_there_are_no_harmonics_is_refused(speed):
+    refused(lambda: measured_response(MODEL, [88.0, speed], [1]), f"speed {speed:g} rad/s", "> 0")
+
+
+@pytest.mark.parametrize("harmonics", [[1, 1], [1.5]])
+def test_harmonics_that_are_not_distinct_whole_numbers_are_refused_by_a_simulation(harmonics):
+    refused(lambda: measured_response(MODEL, [88.0], harmonics), "harmonic")
+
+
+def test_resonance_without_damping_is_refused():
+    undamped = {
+        "rotor": {"kind": "jeffcott", "mass_kg": 1.0, "stiffness_N_per_m": 1e4},
+        "effects": [{"kind": "unbalance", "eccentricity_m": 1e-6}],
+    }
+    assert np.isfinite(measured_response(build_model(undamped), [99.0], [1])).all()
+    with np.errstate(all="ignore"):
+        refused(lambda: measured_response(build_model(undamped), [100.0], [1]), "100 rad/s")
+
+
+def record(samples=4000, turns=10.0, **changes):
+    time = np.arange(samples) * (turns * TURN / samples)
+    parts = {
+        "time": time,
+        "displacement": synthesize(np.ones(len(H)), W, H, time)[None],
+        "speed": W,
+        "sensors": (1,),
+        "reference": reference_signal(W, H, time),
+        "keyphasor": keyphasor_signal(W, time + 0.01),
+        "where": "rec.nc",
+    }
+    for name, change in changes.items():
+        parts[name] = change(parts[name]) if callable(change) else change
+    return Record(**parts)
+
+
+def hole(signal):
+    signal = np.array(signal)
+    signal[..., 100] = np.nan
+    return signal
+
+
+def without_pulses(signal):
+    signal = signal.copy()
+    signal[: len(signal) // 2] = 0
+    return signal
+
+
+def doubled(signal):
+    return keyphasor_signal(2 * W, TIME)
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
+def test_the_record_itself_is_right(method):
+    for phase in ("reference", "keyphasor", "none"):
+        full_spectrum([record()], H, method, phase)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "phase", "words"),
+    [
+        (record(speed=0.0), "none", ["rec.nc", "speed 0", "> 0"]),
+        (record(speed=-88.0), "none", ["speed -88", "> 0"]),
+        (record(samples=12), "none", ["12 samples are too few for 9 harmonics", "19"]),
+        (record(turns=0.8), "none", ["0.80 revolutions", "at least one"]),
+        (record(samples=120), "none", ["harmonic 7", "Nyquist", "up to"]),
+        (record(displacement=hole), "none", ["displacement has NaN", "first at"]),
+        (record(reference=hole), "reference", ["reference has NaN"]),
+        (record(keyphasor=hole), "keyphasor", ["keyphasor has NaN"]),
+        (record(reference=None), "reference", ["no reference signal", "keyphasor"]),
+        (record(keyphasor=None), "keyphasor", ["no keyphasor", "reference"]),
+        (record(keyphasor=without_pulses), "keyphasor", ["5 keyphasor pulses in 10.0 revolutions", "one a revolution"]),
+        (record(keyphasor=doubled), "keyphasor", ["keyphasor pulses", "one a revolution"]),
+        (record(keyphasor=lambda s: 0 * s), "keyphasor", ["0 keyphasor pulses"]),
+        (record(reference=lambda s: 0 * s), "reference", ["reference signal has no harmonic"]),
+        (record(time=lambda t: t**1.01), "none", ["not evenly spaced"]),
+        (record(time=lambda t: t[:-1]), "none", ["samples of displacement but 3999 of time"]),
+        (record(reference=lambda s: s[:-1]), "reference", ["3999 samples of reference but 4000 of time"]),
+        (record(), "refrence", ["unknown phase 'refrence'", "did you mean 'reference'"]),
+    ],
+    ids=lambda part: part[0] if isinstance(part, list) else "",
+)
+def test_a_wrong_record_is_refused(wrong, phase, words):
+    refused(lambda: full_spectrum([wrong], H, REGRESSION, phase), *words)
+
+
+def marks(*turns):
+    """A keyphasor with a pulse at each of these turns."""
+    return sum(keyphasor_signal(W, TIME - t * TURN) * (abs(TIME - t * TURN) < TURN / 2) for t in turns)
+
+
+REGULAR = np.arange(10) + 0.3
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
+@pytest.mark.parametrize("harmonics", [[], [1, 1, 2], [1.5]])
+def test_harmonics_that_are_not_distinct_whole_numbers_are_refused_by_a_spectrum(method, harmonics):
+    refused(lambda: full_spectrum([record()], harmonics, method, "none"), "harmonic")
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (record(displacement=record().displacement[0]), ["rec.nc", "displacement"]),
+        (record(sensors=(1, 2)), ["rec.nc", "sensors"]),
+        (record(time=np.where(TIME[5] == TIME, np.nan, TIME)), ["rec.nc", "time"]),
+        (record(time=0 * TIME), ["rec.nc", "time"]),
+        (record(time=TIME[::-1]), ["rec.nc", "increasing"]),
+        (record(speed=np.nan), ["rec.nc", "speed nan"]),
+    ],
+    ids=lambda part: " ".join(part) if isinstance(part, list) else "",
+)
+def test_a_wrong_record_is_refused_by_every_method(method, wrong, words):
+    refused(lambda: full_spectrum([wrong], H, method, "none"), *words)
+
+
+def test_no_records_at_all_are_refused(tmp_path):
+    refused(lambda: full_spectrum([], H, METHODS[0], "none"), "no record")
+    data = records_dataset([record(), record(speed=100.0)]).isel(speed=slice(0, 0))
+    save(data, tmp_path / "empty.nc")
+    rig = tmp_path / "rig.yaml"
+    rig.write_text(yaml.safe_dump(RIG))
+    refused(lambda: read_measurement(tmp_path / "empty.nc", rig), "no record")
+    refused(lambda: read_measurement([], rig), "no record")
+
+
+def test_one_missing_pulse_is_bridged():
+    low = [0, 1, 2, -1]
+    expected = np.exp(2j * np.pi * 0.3 * np.array(low))[:, None]
+    for pulses in (REGULAR, np.delete(REGULAR, 4)):
+        found = full_spectrum([record(keyphasor=marks(*pulses))], low, METHODS[0], "keyphasor").amplitude[0]
+        # flanks by straight lines between samples 0.016 rad apart on pulses 0.1 rad wide: 0.016^2 / 0.1 / 8 at worst
+        assert found == pytest.approx(expected, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    "pulses",
+    [
+        np.delete(REGULAR, [3, 4, 5]),
+        np.concatenate([REGULAR, REGULAR + 0.5]),
+        [*REGULAR, 4.8],  # half-way between two
+        [*np.delete(REGULAR, 6), 4.8],  # one lost and one spurious: the count is right, the marks are not
+    ],
+    ids=["three missing", "double", "one spurious", "one missing, one spurious"],
+)
+def test_a_keyphasor_whose_pulses_are_not_one_a_turn_is_refused(pulses):
+    wrong = record(keyphasor=marks(*pulses))
+    refused(lambda: full_spectrum([wrong], H, METHODS[0], "keyphasor"), "rec.nc", "keyphasor")
+
+
+def spectrum(**changes):
+    amplitude = measured_response(MODEL, [88.0, 308.0], H)
+    covariance = independent_covariance(np.full(amplitude.shape, 1e-18))
+    parts = {"amplitude": amplitude, "speed": np.array([88.0, 308.0]), "harmonics": np.array(H), "sensors": (1,)}
+    return Spectrum(**{**parts, "covariance": covariance, **changes})
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS, ids=lambda e: e.name)
+@pytest.mark.parametrize(
+    ("wrong", "names", "words"),
+    [
+        (spectrum(amplitude=spectrum().amplitude * np.nan), ("external_damping",), ["NaN"]),
+        (spectrum(covariance=spectrum().covariance * np.nan), ("external_damping",), ["covariance"]),
+        (spectrum(sensors=(2,)), ("external_damping",), ["sensors"]),
+        (spectrum(speed=np.array([88.0, 0.0])), ("external_damping",), ["speed 0", "> 0"]),
+        (spectrum(), (), ["unknown"]),
+        (spectrum(), ("external_dampin",), ["did you mean 'external_damping'"]),
+        (spectrum(), ("external_damping", "external_damping"), ["external_damping"]),
+    ],
+    ids=["NaN harmonics", "NaN covariance", "other sensors", "speed zero", "no unknowns", "misspelt", "twice"],
+)
+def test_a_problem_that_cannot_be_solved_is_refused(estimator, wrong, names, words):
+    assert estimator.function(Problem(MODEL, spectrum(), ("external_damping",))).theta == pytest.approx(100.0)
+    refused(lambda: estimator.function(Problem(MODEL, wrong, names)), *words)

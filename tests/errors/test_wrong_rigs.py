@@ -1,0 +1,160 @@
+"""A wrong rig file: one line that says what was wrong with which value, where, what is allowed, and what to do."""
+
+import pytest
+from one_line_errors import DROP, changed, refused
+
+from rotorstudy import build_model, load_rig, measured_response
+from rotorstudy.studies.config import load_study
+
+RIG = {
+    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+    "cracks": [{"kind": "switching", "stiffness_loss_N_per_m": 2.5e5}],
+    "effects": [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
+        {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": 0.5},
+    ],
+}
+
+
+def rig(*path, to):
+    return changed(RIG, path, to)
+
+
+def also(**effect):
+    """The effects of the rig and another one."""
+    return [*RIG["effects"], effect]
+
+
+def test_the_rig_itself_is_right():
+    assert build_model(RIG).sensors == (1,)
+    assert build_model(rig("sensors", to=[1])).sensors == (1,)
+
+
+@pytest.mark.parametrize(
+    ("path", "to", "words"),
+    [
+        (("rotor", "kind"), "jefcott", ["unknown rotor 'jefcott'", "did you mean 'jeffcott'", "rig.yaml, rotor"]),
+        (("cracks", 0, "kind"), "swich", ["unknown crack 'swich'", "switching", "rig.yaml, cracks[0]"]),
+        (("effects", 1, "kind"), "unbalanced", ["unknown effect", "'unbalance'", "effects[1]"]),
+        (("effects", 1, "kind"), DROP, ["key 'kind' is missing", "effects[1]"]),
+        (("rotor", "kind"), DROP, ["key 'kind' is missing", "rotor"]),
+        (("rotor",), DROP, ["section 'rotor' is missing", "rig.yaml"]),
+        (("rotor", "mass_kg"), DROP, ["key 'mass_kg' is missing", "rig.yaml, rotor"]),
+        (("rotor", "mass_kg"), -2.0, ["mass_kg = -2.0", "greater than 0"]),
+        (("rotor", "mass_kg"), 0, ["mass_kg = 0", "greater than 0"]),
+        (("rotor", "mass_kg"), "heavy", ["mass_kg = 'heavy'", "number"]),
+        (("rotor", "mass_kg"), float("nan"), ["mass_kg = nan"]),
+        (("rotor", "mass_kg"), float("inf"), ["mass_kg = inf"]),
+        (("rotor", "stiffness_N_per_m"), -1.0, ["stiffness_N_per_m = -1.0", "greater than 0"]),
+        (("rotor", "stiffnes_N_per_m"), 1.0, ["unknown key 'stiffnes_N_per_m'", "did you mean 'stiffness_N_per_m'"]),
+        (("cracks", 0, "stiffness_loss_N_per_m"), "2.5e5", ["'2.5e5'", "without quotes"]),
+        (("cracks", 0, "stiffness_loss"), 1.0, ["unknown key 'stiffness_loss'", "'stiffness_loss_N_per_m'"]),
+        (("cracks", 0, "order"), -3, ["order = -3", "greater than or equal to 1"]),
+        (("effects", 1, "eccentricity_mm"), 1.0, ["unknown key 'eccentricity_mm'", "'eccentricity_m'"]),
+        (("effects", 1, "eccentricity_m"), DROP, ["eccentricity_phase_rad", "no magnitude", "eccentricity_m"]),
+        (("effects", 1, "eccentricity_m"), float("nan"), ["eccentricity_m = nan", "finite"]),
+        (("effects", 0, "external_damping_N_s_per_m"), DROP, ["no value for external_damping"]),
+        (("effects", 1, "node"), 3, ["unknown translation at node '3'", "known: 1"]),
+        (("sensors",), [2], ["node 2", "does not exist", "[1]"]),
+        (("bearing",), [], ["unknown section 'bearing'", "did you mean 'bearings'"]),
+        (("effects", 0), RIG["effects"][1], ["'eccentricity_real'", "label"]),
+        (("effects",), {"kind": "unbalance"}, ["effects", "list"]),
+        (("rotor",), "jeffcott", ["rotor", "kind"]),
+        (("sensors",), 1, ["rig.yaml", "sensors"]),
+        (("sensors",), [1, 1], ["sensors", "1"]),  # twice the data that there are
+        (("rotor", "kind"), ["jeffcott"], ["rig.yaml, rotor", "kind"]),
+        (("effects", 0, "kind"), {}, ["rig.yaml, effects[0]", "kind"]),
+        (("effects", 0), "unbalance", ["rig.yaml, effects[0]", "kind"]),
+        (("effects", 0, "node"), "one", ["node = 'one'", "effects[0]", "integer"]),
+        (("effects", 0, "node"), 1.5, ["node = 1.5", "effects[0]"]),
+        (("effects",), also(kind="runout", node=4, runout_1X_m=1e-6), ["node", "4", "known: 1"]),
+        (("effects",), also(kind="sensor_gap", node=4, sensor_gap_m=1e-3), ["node", "4", "known: 1"]),
+        (("effects",), also(kind="bow", node=4, bow_m=1e-3), ["node '4'", "known: 1"]),
+        (("rotor", "mass_kg"), True, ["mass_kg = True", "rig.yaml, rotor", "number"]),  # YAML reads yes as True
+        (("rotor", "mass_kg"), None, ["mass_kg = None", "number"]),
+        (("rotor", "gravity_m_per_s2"), -1.0, ["gravity_m_per_s2 = -1.0", "greater than or equal to 0"]),
+        (("effects", 0, "external_damping_N_s_per_m"), True, ["external_damping_N_s_per_m = True", "number"]),
+        (("effects", 0, "external_damping_N_s_per_m"), [1.0], ["= [1.0]", "effects[0]", "number"]),
+        (("effects", 0, "external_damping_N_s_per_m"), None, ["= None", "effects[0]", "number"]),
+        (("effects", 1, "eccentricity_phase_rad"), float("inf"), ["eccentricity_phase_rad = inf", "finite"]),
+        (
+            ("effects",),
+            also(kind="crack_force", participation=[1, 2]),
+            ["participation = [1, 2]", "effects[2]", "dict"],
+        ),
+        (("effects",), also(kind="crack_force", harmonics=[1, 1]), ["stiffness_loss_p1"]),
+        ((1,), 2, ["unknown section '1'", "known: bearings, cracks"]),
+    ],
+    ids=lambda part: ".".join(map(str, part)) if isinstance(part, tuple) else "",
+)
+def test_a_wrong_rig_is_refused(path, to, words):
+    refused(lambda: measured_response(build_model(rig(*path, to=to), "rig.yaml"), [88.0], [0, 1]), *words)
+
+
+def test_a_rig_that_is_empty_or_nothing_is_refused():
+    refused(lambda: build_model({}, "rig.yaml"), "section 'rotor' is missing in rig.yaml")
+    refused(lambda: build_model(None, "rig.yaml"), "rig.yaml")
+
+
+def test_a_label_tells_two_of_a_kind_apart():
+    second = also(kind="unbalance", label="second", eccentricity_m=1e-6)
+    assert "eccentricity[second]_real" in build_model(rig("effects", to=second)).names
+
+
+def test_a_rig_entry_without_items_is_a_rig_without_them():
+    assert build_model({"rotor": RIG["rotor"], "effects": None}).names == ()
+
+
+def test_a_node_that_is_text_is_not_answered_with_itself():
+    message = refused(lambda: build_model(rig("sensors", to=["1"])))
+    assert "did you mean '1'" not in message
+
+
+@pytest.mark.parametrize(("value", "said"), [("5.0e6", True), ("0.5", True), ("small", False)])
+def test_a_number_in_quotes_is_told_to_be_written_without_them(value, said):
+    quoted = rig("effects", 1, "eccentricity_m", to=value)
+    assert ("without quotes" in refused(lambda: build_model(quoted), f"eccentricity_m = {value!r}")) == said
+
+
+def test_a_model_without_parameters_says_so_when_asked_for_unknowns():
+    message = refused(lambda: build_model({"rotor": RIG["rotor"]}).unknown_names())
+    assert "(of )" not in message
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (b"", ["expected keys and values", "x.yaml"]),
+        (b"3\n", ["expected keys and values"]),
+        (b"rotor:\n\tkind: x\n", ["line 2", "not valid YAML"]),
+        (b"rotor: !!python/object:os.system {}\n", ["line 1", "not valid YAML"]),
+        (b"a: \x00b\n", ["not valid YAML"]),
+        (b"- a\n- b\n", ["expected keys and values"]),
+        (b"rotor: {kind: jeffcott\n", ["not valid YAML"]),
+        (b"\xff\xfe\x00\xd8", ["x.yaml"]),  # a binary file given by mistake
+        (b"rotor: {kind: jeffcott, mass_kg: 2, mass_kg: 3, stiffness_N_per_m: 1}\n", ["mass_kg", "twice"]),
+        (b"rotor: {kind: jeffcott, mass_kg: 2020-01-01, stiffness_N_per_m: 1}\n", ["line 1", "timestamp"]),
+    ],
+    ids=["empty", "number", "tab", "tag", "nul", "list", "open", "binary", "key twice", "date"],
+)
+def test_a_file_that_is_no_rig_is_refused_with_its_name(tmp_path, text, words):
+    (tmp_path / "x.yaml").write_bytes(text)
+    refused(lambda: load_rig(tmp_path / "x.yaml"), "x.yaml", *words)
+
+
+def test_files_that_are_folders_or_missing_are_refused(tmp_path):
+    for load in (load_rig, load_study):
+        refused(lambda load=load: load(tmp_path), str(tmp_path))
+        refused(lambda load=load: load(tmp_path / "none.yaml"), "none.yaml", "does not exist")
+
+
+def test_a_parameter_without_its_label_is_that_of_all_labels():
+    unbalances = [{"kind": "unbalance", "label": label, "eccentricity_m": 1e-6} for label in "ab"]
+    model = build_model({"rotor": RIG["rotor"], "effects": unbalances})
+    assert model.unknown_names(["eccentricity"]) == model.names
+    assert model.unknown_names(["eccentricity[b]"]) == model.names[2:]
+
+
+def test_parameters_asked_for_by_a_wrong_name_are_refused():
+    model = build_model(RIG)
+    refused(lambda: model.unknown_names(["excentricity"]), "unknown parameter 'excentricity'", "eccentricity")

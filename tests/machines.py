@@ -1,0 +1,60 @@
+"""Rigs of the tests, as in a rig file: a finite-element shaft of equal elements with discs, on springs with dampers.
+
+And a model, the rotor with a crack of Chapter 2.
+"""
+
+import numpy as np
+
+from rotorstudy import build_model
+
+HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]  # those of the thesis
+
+
+def shaft(length_m, count, *discs, outer_diameter_m=0.02, **options):
+    """A rotor of equal elements, each so long, with discs, of `disc`, and further options."""
+    elements = [{"length_m": length_m, "count": count}]
+    rotor = {"kind": "finite_element", "elements": elements, "outer_diameter_m": outer_diameter_m}
+    return {**rotor, **({"discs": list(discs)} if discs else {}), **options}
+
+
+def disc(node, mass_kg=2.0, polar=0.0048, diametral=0.0024, **more):
+    """A disc with its moments of inertia, kg m2."""
+    return {"node": node, "mass_kg": mass_kg, "polar_moment_kg_m2": polar, "diametral_moment_kg_m2": diametral, **more}
+
+
+def springs(nodes, stiffness=1e6, damping=300.0):
+    """Equal bearings at some nodes, N/m and N s/m, of two numbers along x and y; labelled by node unless it is given.
+
+    nodes : numbers, or {number: label}
+    """
+    labels = nodes if isinstance(nodes, dict) else {node: str(node) for node in nodes}
+    if isinstance(stiffness, tuple):
+        keys = {f"bearing_stiffness_{d}{d}_N_per_m": value for d, value in zip("xy", stiffness, strict=True)}
+        keys |= {f"bearing_damping_{d}{d}_N_s_per_m": value for d, value in zip("xy", damping, strict=True)}
+        keys["coefficients"] = "anisotropic"
+    else:
+        keys = {"bearing_stiffness_N_per_m": stiffness, "bearing_damping_N_s_per_m": damping}
+    return [{"kind": "linear", "node": node, "label": label, **keys} for node, label in labels.items()]
+
+
+def unbalance(node, eccentricity_m, phase_rad=0.0, **more):
+    """An unbalance at a node, of its disc unless a mass is given."""
+    size = {"eccentricity_m": eccentricity_m, "eccentricity_phase_rad": phase_rad}
+    return {"kind": "unbalance", "node": node, **size, **more}
+
+
+def jeffcott(*, weight_dominance=True, stiffness_loss=2.5e5, order=15, effects=()):
+    """The cracked 2-DOF rotor of Table 2.1."""
+    crack = {"kind": "switching", "weight_dominance": weight_dominance, "order": order}
+    return build_model(
+        {
+            "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+            "cracks": [{**crack, "stiffness_loss_N_per_m": stiffness_loss}],
+            "effects": [
+                {"kind": "internal_damping", "internal_damping_N_s_per_m": 20.0},
+                {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
+                {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": np.pi / 6},
+                *effects,
+            ],
+        }
+    )
