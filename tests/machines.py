@@ -43,18 +43,30 @@ def unbalance(node, eccentricity_m, phase_rad=0.0, **more):
     return {"kind": "unbalance", "node": node, **size, **more}
 
 
+OFFSET_DISC = {
+    "kind": "offset_disc",
+    "mass_kg": 2.0,
+    "polar_moment_kg_m2": 0.0048,
+    "diametral_moment_kg_m2": 0.0024,
+    "a_m": 0.2,
+    "b_m": 0.16,
+    "diameter_m": 0.015,
+}  # of Chapter 4
+
+
+def jeffcott_rig(eccentricity_m=5e-6, phase_rad=None, *effects, internal=None, **sections):
+    """A rotor with one disc, damped from outside, with an unbalance; internal : damping, N s/m."""
+    damping = {} if internal is None else {"internal": internal}
+    damping["external"] = 100.0
+    known = [{"kind": f"{name}_damping", f"{name}_damping_N_s_per_m": size} for name, size in damping.items()]
+    phase = {} if phase_rad is None else {"eccentricity_phase_rad": phase_rad}
+    known.append({"kind": "unbalance", "eccentricity_m": eccentricity_m, **phase})
+    rotor = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
+    return {"rotor": rotor, **sections, "effects": [*known, *effects]}
+
+
 def jeffcott(*, weight_dominance=True, stiffness_loss=2.5e5, order=15, effects=()):
     """The cracked 2-DOF rotor of Table 2.1."""
     crack = {"kind": "switching", "weight_dominance": weight_dominance, "order": order}
-    return build_model(
-        {
-            "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-            "cracks": [{**crack, "stiffness_loss_N_per_m": stiffness_loss}],
-            "effects": [
-                {"kind": "internal_damping", "internal_damping_N_s_per_m": 20.0},
-                {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-                {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": np.pi / 6},
-                *effects,
-            ],
-        }
-    )
+    cracks = [{**crack, "stiffness_loss_N_per_m": stiffness_loss}]
+    return build_model(jeffcott_rig(5e-6, np.pi / 6, *effects, internal=20.0, cracks=cracks))

@@ -1,5 +1,7 @@
 """What commands refuse, and a small rig whose records they accept."""
 
+from machines import jeffcott_rig
+
 from rotorstudy.commands.line import main
 
 
@@ -14,11 +16,4 @@ def refused(capsys, folder, rig, path, *words):
     assert not (folder / "out").exists() and not list(folder.glob(".*partial"))
 
 
-RIG = {
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "effects": [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-        {"kind": "unbalance", "eccentricity_m": 5e-6},
-    ],
-    "measurement": {"harmonics": [0, 1, -1]},
-}
+RIG = jeffcott_rig(measurement={"harmonics": [0, 1, -1]})

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import disc, shaft
+from machines import disc, jeffcott_rig, shaft
 from page_checks import problems
 from slow_effects import SLOW
 
@@ -30,13 +30,7 @@ HARMONICS, NOISE = np.array([1, -1, 2]), 2e-8
 SPEEDS = np.array([200.0, 300.0, 400.0, 480.0])
 CHAIN = {"probe_gain": 0.05, "probe_angle": 0.09}
 SETTINGS = Settings(nuisance=CHAIN, hold_out_rad_s=[], leave_out=SLOW)
-RIG = {
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "effects": [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-        {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": 0.52},
-    ],
-}
+RIG = jeffcott_rig(5e-6, 0.52)
 TRUE = yaml.safe_load(yaml.safe_dump(RIG))
 TRUE["effects"][0]["external_damping_N_s_per_m"] = 112.0
 TRUE["effects"][1]["eccentricity_m"] = 5.4e-6

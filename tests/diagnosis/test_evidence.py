@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from machines import jeffcott_rig
 from scipy.stats import multivariate_normal, norm
 from slow_effects import SLOW
 
@@ -24,13 +25,7 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.response.neighbourhood import carried_motion
 
 SPEEDS, HARMONICS, NOISE = np.array([150.0, 300.0, 450.0]), np.array([0, 1, -1, 2]), 1e-7
-MODEL = build_model({
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "effects": [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-        {"kind": "unbalance", "eccentricity_m": 5e-6},
-    ],
-})  # fmt: skip
+MODEL = build_model(jeffcott_rig())
 
 
 def spectrum(amplitude):

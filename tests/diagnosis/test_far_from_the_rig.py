@@ -1,6 +1,7 @@
 """Records of another machine are told; a large fault of the machine itself is no reason to doubt the records."""
 
 import numpy as np
+from machines import jeffcott_rig
 
 from rotorstudy.diagnosis.verdict.far_from_the_rig import CONTRADICTED
 from rotorstudy.diagnosis.verdict.investigate import investigate
@@ -10,13 +11,7 @@ from rotorstudy.model.rig import build_model
 from rotorstudy.response.measured import measured_response
 
 SPEEDS, HARMONICS = np.array([400.0, 550.0, 650.0, 800.0]), np.array([0, 1, -1, 2, -2])
-RIG = {
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "effects": [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-        {"kind": "unbalance", "eccentricity_m": 2e-5, "eccentricity_phase_rad": 0.7},
-    ],
-}
+RIG = jeffcott_rig(2e-5, 0.7)
 CONSIDERED = ("unbalance", "bow", "static_preload", "probe_gain", "phase_reference")
 SETTINGS = {
     "most_causes": 1,

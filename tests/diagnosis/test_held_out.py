@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from machines import jeffcott_rig
 
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
@@ -17,13 +18,7 @@ from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
 
-RIG = {
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "effects": [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-        {"kind": "unbalance", "eccentricity_m": 5e-6},
-    ],
-}
+RIG = jeffcott_rig()
 SETTINGS = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0)
 SPEED, HELD, HARMONICS = np.array([200.0, 300.0, 400.0, 500.0]), np.array([250.0, 350.0]), np.array([0, 1, -1, 2])
 NOISE = 1e-7

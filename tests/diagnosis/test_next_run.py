@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import shaft
+from machines import jeffcott_rig, shaft
 from scipy.stats import binom
 from slow_effects import SLOW
 
@@ -30,13 +30,7 @@ from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 
 SPEEDS, HARMONICS, NOISE = np.array([200.0, 220.0, 240.0]), np.array([0, 1, -1, 2]), 2e-7
-MODEL = build_model({
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "effects": [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-        {"kind": "unbalance", "eccentricity_m": 5e-6},
-    ],
-})  # fmt: skip
+MODEL = build_model(jeffcott_rig())
 RUNS = 100  # simulated
 ONE_IN_A_THOUSAND = (5e-4, 1 - 5e-4)
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from machines import jeffcott_rig
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
@@ -26,15 +27,7 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.store import load
 
 HARMONICS, NOISE = np.array([0, 1, -1, 2, 3]), 2e-9
-RIG = {
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "cracks": [{"kind": "switching", "stiffness_loss_N_per_m": 2.5e5}],
-    "effects": [
-        {"kind": "internal_damping", "internal_damping_N_s_per_m": 20.0},
-        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-        {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": 0.52},
-    ],
-}
+RIG = jeffcott_rig(5e-6, 0.52, internal=20.0, cracks=[{"kind": "switching", "stiffness_loss_N_per_m": 2.5e5}])
 MODEL = build_model(RIG)
 KNOWN = ("external_damping", "eccentricity_real", "eccentricity_imag")
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from machines import jeffcott_rig
 from page_checks import BROWSER, problems, seen_in_browser
 from slow_effects import SLOW
 
@@ -26,15 +27,7 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
 
 SPEEDS = [100.0, 150.0, 200.0, 250.0, 300.0, 350.0, 400.0]
-RIG = {
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "effects": [
-        {"kind": "internal_damping", "internal_damping_N_s_per_m": 20.0},
-        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-        {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": 0.52},
-    ],
-    "measurement": {"harmonics": [0, 1, -1, 2, -2, 3, -3]},
-}
+RIG = jeffcott_rig(5e-6, 0.52, internal=20.0, measurement={"harmonics": [0, 1, -1, 2, -2, 3, -3]})
 ASYMMETRY = {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.03, "shaft_asymmetry_phase_rad": 0.7}
 PRELOAD = {"kind": "static_preload", "static_preload_N": 3.0, "static_preload_phase_rad": -1.0}
 SKEW = {"kind": "probe_angle", "probe_rotation_rad": 0.0, "probe_skew_rad": 0.08}

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import disc, shaft, springs, unbalance
+from machines import disc, jeffcott_rig, shaft, springs, unbalance
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.candidates import candidates
@@ -27,13 +27,7 @@ HARMONICS = np.array([0, 1, -1, 2, -2, 3])
 SPEEDS = np.array([120.0, 200.0, 280.0, 360.0, 440.0, 520.0])
 KNOWN = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0, leave_out=SLOW)
 ONE = KNOWN.model_copy(update={"most_causes": 1, "candidates_per_round": 2})
-JEFFCOTT = {
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "effects": [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-        {"kind": "unbalance", "eccentricity_m": 5e-6},
-    ],
-}
+JEFFCOTT = jeffcott_rig()
 TWO_DISCS = {
     "rotor": shaft(0.6, 4, disc(2), disc(4, 1.5, 0.0030, 0.0015)),
     "bearings": springs({1: "left", 5: "right"}),

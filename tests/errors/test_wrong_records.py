@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import yaml
+from machines import jeffcott_rig
 from one_line_errors import refused
 
 from rotorstudy import (
@@ -20,13 +21,7 @@ from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import save
 
-RIG = {
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "effects": [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-        {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": 0.5},
-    ],
-}
+RIG = jeffcott_rig(5e-6, 0.5)
 H, W = [0, 1, 2, 3, 5, 7, -1, -3, -5], 88.0
 TURN = 2 * np.pi / W
 TIME = np.arange(4000) * 10 * TURN / 4000  # ten whole turns

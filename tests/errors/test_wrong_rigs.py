@@ -1,19 +1,13 @@
 """A wrong rig file: one line that says what was wrong with which value, where, what is allowed, and what to do."""
 
 import pytest
+from machines import jeffcott_rig
 from one_line_errors import DROP, changed, refused
 
 from rotorstudy import build_model, load_rig, measured_response
 from rotorstudy.studies.config import load_study
 
-RIG = {
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "cracks": [{"kind": "switching", "stiffness_loss_N_per_m": 2.5e5}],
-    "effects": [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-        {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": 0.5},
-    ],
-}
+RIG = jeffcott_rig(5e-6, 0.5, cracks=[{"kind": "switching", "stiffness_loss_N_per_m": 2.5e5}])
 
 
 def rig(*path, to):
@@ -83,6 +77,7 @@ def test_the_rig_itself_is_right():
             ["participation = [1, 2]", "effects[2]", "dict"],
         ),
         (("effects",), also(kind="crack_force", harmonics=[1, 1]), ["stiffness_loss_p1"]),
+        (("effects",), also(kind="couple_unbalance", node=1), ["effects[2]", "no tilt coordinates", "'places='"]),
         ((1,), 2, ["unknown section '1'", "known: bearings, cracks"]),
     ],
     ids=lambda part: ".".join(map(str, part)) if isinstance(part, tuple) else "",

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import yaml
+from machines import jeffcott_rig
 
 from rotorstudy import RotorstudyError, load_rig, measured_response
 from rotorstudy.measurement.measurement import measured_spectrum, read_measurement
@@ -11,13 +12,7 @@ from rotorstudy.measurement.spectrum_file import measurement_dataset
 from rotorstudy.store import save
 
 HARMONICS = [0, 1, -1]
-RIG = {
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "effects": [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
-        {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": 0.7},
-    ],
-}
+RIG = jeffcott_rig(5e-6, 0.7)
 SAG = 2.0 * 9.81 / 7.6e5
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from machines import disc, shaft
 from uniform_shaft import ANISOTROPIC, GOOD, E, rotor
 
 from rotorstudy import Model, RotorstudyError, build_model, harmonic_response, make_term, time_response
@@ -51,12 +52,7 @@ def test_two_cracks_are_told_apart_by_label_and_the_crack_force_acts_where_they_
 
 def test_harmonics_and_time_integration_agree_for_a_cracked_shaft_on_anisotropic_bearings():
     rig = {
-        "rotor": {
-            "kind": "finite_element",
-            "elements": [{"length_m": 0.4, "count": 2}],
-            "outer_diameter_m": 0.02,
-            "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.004, "diametral_moment_kg_m2": 0.002}],
-        },
+        "rotor": shaft(0.4, 2, disc(2, 2.0, 0.004, 0.002)),
         "cracks": [{"kind": "switching", "order": 1, "element": 1, "weight_dominance": False, "stiffness_loss": 0.1}],
         "bearings": [{"kind": "linear", "node": node, "label": str(node), **ANISOTROPIC} for node in (1, 3)],
         "effects": [

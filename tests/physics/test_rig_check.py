@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 import yaml
+from machines import disc, shaft, springs
 
 from rotorstudy import harmonic_response
 from rotorstudy.commands.line import main
@@ -14,21 +15,14 @@ from rotorstudy.studies import rotor_analysis
 from rotorstudy.studies.rig_check import check_rig
 
 SOUND = {
-    "rotor": {
-        "kind": "finite_element",
-        "outer_diameter_m": 0.03,
-        "elements": [{"length_m": 0.6, "count": 4}],
-        "discs": [{"node": 3, "mass_kg": 3.1, "polar_moment_kg_m2": 0.0087, "diametral_moment_kg_m2": 0.0045}],
-    },
-    "bearings": [
-        {"kind": "linear", "node": n, "label": label, "bearing_stiffness_N_per_m": 1e7,
-         "bearing_damping_N_s_per_m": 2000.0} for n, label in ((1, "a"), (5, "b"))
-    ],
+    "rotor": shaft(0.6, 4, disc(3, 3.1, 0.0087, 0.0045), outer_diameter_m=0.03),
+    "bearings": springs({1: "a", 5: "b"}, 1e7, 2000.0),
     "effects": [{"kind": "unbalance", "node": 3, "unbalance_g_mm": 30.0}],
     "sensors": [2],
-    "measurement": {"probes": [{"channel": "x", "node": 2, "angle_deg": 45.0},
-                               {"channel": "y", "node": 2, "angle_deg": 135.0}]},
-}  # fmt: skip
+    "measurement": {
+        "probes": [{"channel": "x", "node": 2, "angle_deg": 45.0}, {"channel": "y", "node": 2, "angle_deg": 135.0}]
+    },
+}
 FILM = {
     "kind": "short_journal",
     "diameter_m": 0.03,

@@ -2,20 +2,12 @@
 
 import numpy as np
 import pytest
+from machines import OFFSET_DISC
 
 from rotorstudy import RotorstudyError, build_model, harmonic_response, time_response
 from rotorstudy.response.integration import transient_response
 from rotorstudy.response.series import synthesize
 
-OFFSET_DISC = {
-    "kind": "offset_disc",
-    "mass_kg": 2.0,
-    "polar_moment_kg_m2": 0.0048,
-    "diametral_moment_kg_m2": 0.0024,
-    "a_m": 0.2,
-    "b_m": 0.16,
-    "diameter_m": 0.015,
-}
 DAMPINGS = [
     {"kind": "external_damping", "external_damping_N_s_per_m": 27.0},
     {"kind": "internal_damping", "internal_damping_N_s_per_m": 20.0},

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import disc, shaft
 
 from rotorstudy import Model, Problem, RotorstudyError, Spectrum, build_model, eigenvalues, harmonic_response, make_term
 from rotorstudy.inference.output_error import output_error_fit
@@ -11,12 +12,7 @@ from rotorstudy.response.integration import force_in_time
 from rotorstudy.response.measured import measured_response
 
 PLAIN = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
-SHAFT = {
-    "kind": "finite_element",
-    "elements": [{"length_m": 0.6, "count": 4}],
-    "outer_diameter_m": 0.02,
-    "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.004, "diametral_moment_kg_m2": 0.002}],
-}
+SHAFT = shaft(0.6, 4, disc(2, 2.0, 0.004, 0.002))
 STRUCTURE = build_model({"rotor": PLAIN}).structure
 K = {"xx": 3e5, "xy": 0.7e5, "yx": -0.4e5, "yy": 1.8e5}
 C = {"xx": 300.0, "xy": -20.0, "yx": 35.0, "yy": 150.0}

@@ -59,7 +59,7 @@ class Fit:
 
     @property
     def excess(self) -> float:
-        """What the cost exceeds that of noise by, on average; zero if it does not."""
+        """Cost above that expected of noise; zero if it is below."""
         return max(self.cost - len(self.residual), 0.0)
 
     def is_rejected(self, significance: float) -> bool:

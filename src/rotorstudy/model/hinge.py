@@ -44,7 +44,7 @@ ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left ou
 
 @dataclass(frozen=True)
 class Hinge:
-    """A crack in a section of the shaft.
+    """A crack in a section of the shaft; its force and its tables of entries are of a flexibility factor of 1.
 
     section     : where it is
     depth       : plugin that gives the flexibility
@@ -53,6 +53,7 @@ class Hinge:
     sudden      : whether it opens as a whole while the moment pulls on the middle of its edge, and bends along xi alone
     side        : 1 if the weight stretches the lower side of the shaft there, else -1
     options     : further options of the depth plugin, ((name, value), ...)
+    `along` of the tables and of the force: whether of what is along the front alone, see `_entries`
     """
 
     section: Section
@@ -118,27 +119,18 @@ class Hinge:
         return NonlinearForce(self.row[None], moment, takes_angle=True, takes_velocity=False)
 
     def entries_by_weight(self, along: bool = False) -> tuple[Entry, ...]:
-        """The crack opened by the static moment, which stretches the lower or the upper side of the shaft.
-
-        along   : as for `_entries`;  returns : tuple of Entry of a flexibility factor of 1
-        """
+        """The crack opened by the static moment, which stretches the lower or the upper side of the shaft."""
         shares = zip(range(-ORDER, ORDER + 1), *self._series_by_weight(), strict=True)
         signed = {-k: (self.side**k * direct, self.side**k * mirrored) for k, direct, mirrored in shares}
         return self._entries(signed, along)
 
     def open_entries(self, along: bool = False) -> tuple[Entry, ...]:
-        """The crack that never closes, such as a notch.
-
-        along   : as for `_entries`;  returns : tuple of Entry of a flexibility factor of 1
-        """
+        """The crack that never closes, such as a notch."""
         xi, eta = self.open_shares
         return self._entries({0: ((xi + eta) / 2, 0.0), 2: (0.0, (xi - eta) / 2)}, along)
 
     def entries_by_turning(self, along: bool = False) -> tuple[Entry, ...]:
-        """The crack whose flexibility opens as (1 + cos) / 2 by its angle to the side that the weight stretches.
-
-        along   : as for `_entries`;  returns : tuple of Entry of a flexibility factor of 1
-        """
+        """The crack whose flexibility opens as (1 + cos) / 2 by its angle to the side that the weight stretches."""
         share = (1 + self.side * np.cos(_pull())) / 2
         softer = self.section.stiffness * np.multiply.outer(self._open_compliance, share)
         return self._entries(_turning_shares(*softer / (1 + softer)), along)
@@ -150,8 +142,6 @@ class Hinge:
         while the cosine is positive. Unlike the other laws, the first one depends on the length of the element.
 
         switching : whether it opens and closes as a whole
-        along     : as for `_entries`
-        returns   : of a flexibility factor of 1
         """
         cosine = self.side * np.cos(_pull())
         share = np.where(np.abs(cosine) > ROUND_OFF, cosine > 0, 0.5) if switching else (1 + cosine) / 2

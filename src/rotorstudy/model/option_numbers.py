@@ -82,7 +82,7 @@ class Holder:
         return f"{self.section}[{self.which}].{path}" if self.which else f"{self.section}.{path}"
 
     def pattern(self, name: str) -> re.Pattern | None:
-        """Pattern of the paths of its numbers that a name means; None if it means none of them."""
+        """Pattern of the paths of its numbers that a name means; None if nothing matches."""
         section, which, path = NAME.fullmatch(name).group("section", "which", "path")
         if section != self.section or which not in (None, self.which):
             return None

@@ -169,9 +169,13 @@ class Structure(CrackPlaces, UnderWeight):
                 "only node with structure.default_node())"
             )
         if (node, motion) not in self.dofs:
-            raise unknown_name(
-                f"{motion} at node", node, [n for n, m in self.dofs if m == motion], "the rotor", CannotAct
-            )
+            known = [n for n, m in self.dofs if m == motion]
+            if not known:
+                raise CannotAct(
+                    f"this rotor has no {motion} coordinates; a plugin that needs them offers the nodes that have one "
+                    "by 'places='"
+                )
+            raise unknown_name(f"{motion} at node", node, known, "the rotor", CannotAct)
         return self.dofs.index((node, motion))
 
     def unit(self, node: int | None, motion: str = "translation") -> np.ndarray:
