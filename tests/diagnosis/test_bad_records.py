@@ -13,9 +13,9 @@ from rotorstudy.measurement.records import records_dataset
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "measured"))
 from machine import TIME, channels, records, section, write, write_rig
+from phase_marks import MARKS, SPEED, pulses
 from refusals import refused
-
-SPEED = 80.0
+from test_quality import clipped, original, with_gap
 
 
 @pytest.fixture(scope="module")
@@ -24,40 +24,30 @@ def record():
     return found, channels(found)
 
 
-def changed(name, record):
-    """Channels of the record with a fault."""
-    left, right = record["disc 1 left"].copy(), record["disc 1 right"]
-    middle = left.mean()
-    holed = left.copy()
-    holed[1000:3000] = np.nan
-    marks = np.arange(1, 31) * 2 * np.pi / SPEED
-    pulses = 5 * np.exp(-0.5 * ((TIME[:, None] - marks) * SPEED / 0.1) ** 2).sum(axis=1)
+def swapped_wires():
+    """The wires of left and right exchanged, each in the unit of the other."""
+    record = original()
     return {
-        "gaps": {"disc 1 left": holed},
-        "clipping": {"disc 1 left": np.minimum(left, middle + 0.8 * (left.max() - middle))},
-        # the wires of left and right exchanged, each in the unit of the other
-        "swapped probes": {
-            "disc 1 left": right * 1e-3 * -7874.0,
-            "disc 1 right": left / 7874.0 * -1e3,
-        },
-        "speed label": {"speed": record["speed"] * 1.03},
-        "dead keyphasor": {"key": np.full(len(TIME), 1.0)},
-        "keyphasor polarity": {"key": -pulses},
-        "too few revolutions": {},
-    }[name]
+        "disc 1 left": record["disc 1 right"] * 1e-3 * -7874.0,
+        "disc 1 right": record["disc 1 left"] / 7874.0 * -1e3,
+    }
 
 
-FAULTS = [
-    "gaps", "clipping", "swapped probes", "speed label", "dead keyphasor", "keyphasor polarity",
-    "too few revolutions",
-]  # fmt: skip
+FAULTS = {
+    "gaps": lambda: with_gap(2000),
+    "clipping": lambda: clipped(0.8),
+    "swapped probes": swapped_wires,
+    "speed label": lambda: {"speed": original()["speed"] * 1.03},
+    "dead keyphasor": lambda: {"key": np.full(len(TIME), 1.0)},
+    "keyphasor polarity": lambda: pulses(MARKS, -1),
+    "too few revolutions": dict,
+}
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_record_with_an_error_is_not_diagnosed(fault, record, tmp_path, capsys):
-    found, original = record
     rig = write_rig(tmp_path / "rig.yaml", keyphasor=section()["keyphasor"] | {"polarity": "positive"})
-    path = write("csv", tmp_path, found, name="run", **changed(fault, original))
+    path = write("csv", tmp_path, record[0], name="run", **FAULTS[fault]())
     if fault == "too few revolutions":
         path.write_text("".join(path.read_text().splitlines(keepends=True)[:300]))
     refused(capsys, tmp_path, rig, path, "run.csv", fault)
@@ -92,11 +82,11 @@ def test_the_same_record_without_a_fault_is_accepted(record, tmp_path):
 
 
 def test_a_shaft_that_turns_the_other_way_is_refused(record, tmp_path, capsys):
-    found, original = record
+    found, channel = record
     path = write("csv", tmp_path, found, name="run")
     wrong_way = write_rig(tmp_path / "a.yaml", rotation="with_angles")
     refused(capsys, tmp_path, wrong_way, path, "sense of rotation", "Correct 'rotation:'")
-    backwards = {name: values[::-1] for name, values in original.items() if name != "time"}
+    backwards = {name: values[::-1] for name, values in channel.items() if name != "time"}
     path = write("csv", tmp_path, found, name="backwards", **backwards)
     refused(capsys, tmp_path, write_rig(tmp_path / "b.yaml"), path, "backwards.csv", "sense of rotation")
 

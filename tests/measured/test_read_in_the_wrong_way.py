@@ -12,12 +12,6 @@ SPEED = 80.0
 IN_RADIANS = [{**probe, "angle_deg": float(np.deg2rad(probe["angle_deg"]))} for probe in section()["probes"]]
 
 
-def cut_off(text):
-    """A recorder that stopped within the time of sample 1000."""
-    lines = text.splitlines()
-    return "\n".join([*lines[:1000], lines[1000][:3]])
-
-
 @pytest.mark.parametrize(
     ("alter", "stated", "said"),
     [
@@ -29,7 +23,6 @@ def cut_off(text):
             {},
             r'line 2, column .*\'V\' is not a number.*{"unit_rows": 1}',
         ),
-        (cut_off, {}, "file is cut off: remove its last line"),
         (str, {"speed_unit": "Hz"}, "in rpm, and stated in Hz"),
         (str, {"sample_rate_Hz": 4e6}, "a sampling rate in Hz?"),
     ],

@@ -22,23 +22,9 @@ def condensed_regression(
 
     The transformation leaves the gyroscopic moments out, so what is not measured is eliminated only approximately.
 
-    Parameters
-    ----------
-    model, spectrum, names, deflection
-        See `regression`.
-
-    Returns
-    -------
-    Regression
-
-    Raises
-    ------
-    RotorstudyError
-        For terms that couple harmonics.
-
-    References
-    ----------
-    Thesis Eqs. (6.31) to (6.34).
+    model, spectrum, names, deflection : see `regression`;  returns : Regression
+    raises                             : RotorstudyError for terms that couple harmonics
+    source                             : Thesis Eqs. (6.31) to (6.34)
     """
     structure, speed, harmonics = model.structure, check_speed(spectrum.speed), np.asarray(spectrum.harmonics)
     check_absolute(model)

@@ -101,32 +101,13 @@ def fit(
 ) -> Fit:
     """Fit a model to a spectrum within a prior, whether or not the steps allowed suffice to converge.
 
-    Parameters
-    ----------
-    model : Model
-        Gives the values of all amplitudes that have no prior.
-    spectrum : Spectrum
-    prior : Prior
-        Of the amplitudes that are free.
-    start : ndarray (parameter,), optional
-        In the order of `model.names`; the prior mean by default.
-    steps : int
-        Largest number of steps; 0 evaluates the start.
-    from_afar : bool, optional
-        Whether another way is tried too, if the parameters end where the prior makes them implausible.
-
-    Returns
-    -------
-    Fit
-
-    Raises
-    ------
-    NoSteadyState
-        If the model has none at the start.
-
-    References
-    ----------
-    MacKay, Information Theory, Inference, and Learning Algorithms, 2003, ch. 27 and 28.
+    model    : gives the values of all amplitudes that have no prior;  spectrum : Spectrum
+    prior    : Prior of the amplitudes that are free
+    start    : (parameter,) in the order of `model.names`; the prior mean by default
+    steps    : largest number of steps; 0 evaluates the start;  returns : Fit
+    from_afar : whether another way is tried too, if the parameters end where the prior makes them implausible
+    raises   : NoSteadyState if the model has none at the start
+    source   : MacKay, Information Theory, Inference, and Learning Algorithms, 2003, ch. 27 and 28
     """
     place = model.position(prior.names)
     given = (

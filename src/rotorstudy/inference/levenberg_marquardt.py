@@ -73,37 +73,17 @@ def levenberg_marquardt(
     All trials are fitted at once. A step without a steady state is rejected like one that raises the cost. The prior is
     whitened by its Cholesky factor and appended to the data as rows.
 
-    Parameters
-    ----------
-    predict : callable
-        theta (trial, parameter) -> whitened prediction (trial, component), derivatives (trial, component, parameter).
-    measured : ndarray (trial, component)
-        Whitened data.
-    start : ndarray (trial, parameter)
-    names : sequence of str
-        The parameters.
-    prior : Prior, optional
-        Of these parameters; without it the data must identify them.
-    clip : float
-        Standard deviations beyond which the loss is linear (Huber); data only.
-    longest : ndarray (parameter,) or float
-        Longest step of each parameter; a longer one is shortened in its direction.
-    convergence : Convergence
-
-    Returns
-    -------
-    Minimum
-
-    Raises
-    ------
-    UnidentifiableError
-        If the parameters trade off at the start and there is no prior.
-    NoSteadyState
-        If the model has none at the start.
-
-    References
-    ----------
-    Nocedal and Wright, Numerical Optimization, 2006, section 10.3.
+    predict     : theta (trial, parameter) -> whitened prediction (trial, component), derivatives (trial, component,
+                  parameter)
+    measured    : (trial, component) whitened data;  start : (trial, parameter)
+    names       : of the parameters
+    prior       : Prior of these parameters; without it the data must identify them
+    clip        : standard deviations beyond which the loss is linear (Huber); data only
+    longest     : (parameter,) or float, longest step of each parameter; a longer one is shortened in its direction
+    convergence : Convergence;  returns : Minimum
+    raises      : UnidentifiableError if the parameters trade off at the start and there is no prior; NoSteadyState if
+                  the model has none at the start
+    source      : Nocedal and Wright, Numerical Optimization, 2006, section 10.3
     """
     count, rows = len(names), measured.shape[-1] + (0 if prior is None else len(names))
     clips = np.full(rows, np.inf)

@@ -89,16 +89,8 @@ class Scales:
     def usual(self, scale: str, node: int | None = None) -> float:
         """The size of that name; of a vibration or length at a node less where the node is stiff.
 
-        Parameters
-        ----------
-        scale : str
-            "vibration", "length", "shaft" or another size of this class.
-        node : int or None
-            None where the rotor moves most.
-
-        Returns
-        -------
-        float
+        scale : "vibration", "length", "shaft" or another size of this class
+        node  : None where the rotor moves most
         """
         size = getattr(self, scale)
         local = node is not None and scale in ("vibration", "length")
@@ -112,21 +104,8 @@ class Scales:
     def stiffness(self, node: int | None, motion: str = "translation") -> float:
         """Local stiffness of the supported rotor, N/m (N m of a tilt).
 
-        Parameters
-        ----------
-        node : int or None
-            None is the only node of a rotor that has one.
-        motion : str
-            "translation" or "tilt".
-
-        Returns
-        -------
-        float
-
-        Raises
-        ------
-        CannotAct
-            If the rotor has no such coordinate, or has several nodes and none is given.
+        node   : None is the only node of a rotor that has one;  motion : "translation" or "tilt"
+        raises : CannotAct if the rotor has no such coordinate, or has several nodes and none is given
         """
         here = self.coordinate(node, motion)
         return float(1 / self.flexibility[here, here])

@@ -57,10 +57,7 @@ class Variation:
     def at(self, change: np.ndarray) -> Matrices:
         """Matrices (..., dof, dof) and load (..., dof) at relative changes (..., number).
 
-        Raises
-        ------
-        NoSteadyState
-            If the plugin builds no rotor with these numbers.
+        raises : NoSteadyState if the plugin builds no rotor with these numbers
         """
         if self.is_linear:
             return _unpacked(self.base + change @ self.slopes)

@@ -37,30 +37,11 @@ def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None
     statically. Constant coefficients leave no error at all; of the rotor of Chapter 6 with a crack of 40 % the result
     is within 2 % of that with all modes integrated.
 
-    Parameters
-    ----------
-    model : Model
-        Rotor with its terms.
-    speed : array (speed,)
-        Spin speeds in rad/s.
-    theta : array (parameter,), optional
-        Amplitudes in the units of `model.units`; the model's own by default.
-
-    Returns
-    -------
-    array (speed,)
-        In 1/s; unstable if > 0.
-
-    Raises
-    ------
-    RotorstudyError
-        For an effect without a time-domain form.
-    NoSteadyState
-        If nonlinear forces leave no steady state.
-
-    References
-    ----------
-    Hochbruck and Ostermann, Acta Numerica 19 (2010) 209, sec. 3 (Magnus integrators).
+    model   : Model;  speed : (speed,) spin speeds in rad/s
+    theta   : (parameter,) amplitudes in the units of `model.units`; the model's own by default
+    returns : (speed,) in 1/s; unstable if > 0
+    raises  : RotorstudyError for an effect without a time-domain form, NoSteadyState if nonlinear forces leave none
+    source  : Hochbruck and Ostermann, Acta Numerica 19 (2010) 209, sec. 3 (Magnus integrators)
     """
     model, theta = model.at(theta)
     return np.array([_growth_of_one_turn(model, float(w), theta) for w in check_speed(speed)])

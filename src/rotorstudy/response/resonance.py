@@ -24,20 +24,9 @@ class Peak(NamedTuple):
 def peaks(speed, amplitude):
     """The resonances of an amplitude.
 
-    Parameters
-    ----------
-    speed : array (speed,)
-        rad/s, ascending, so close that the half-power points can be interpolated.
-    amplitude : array (speed,)
-        In any unit.
-
-    Returns
-    -------
-    list of Peak
-
-    References
-    ----------
-    API RP 684, Figure 1-1: the amplification factor is N_c / (N_2 - N_1).
+    speed     : (speed,) rad/s, ascending, so close that the half-power points can be interpolated
+    amplitude : (speed,) in any unit;  returns : list of Peak
+    source    : API RP 684, Figure 1-1: the amplification factor is N_c / (N_2 - N_1)
     """
     from scipy.signal import find_peaks
 
@@ -76,22 +65,12 @@ def separation_margin(speed, operating):
 def required_margin(peak, operating):
     """Separation margin that API 617 asks for.
 
-    Parameters
-    ----------
-    peak : Peak
-    operating : (float, float)
-        Lowest and highest operating speed, rad/s.
-
-    Returns
-    -------
-    float
-        Relative to the nearer end of the range; 0 for a resonance below the amplification factor of 2.5. NaN if the
-        amplification factor is not known.
-
-    References
-    ----------
-    API 617, 8th edition, part 1, 4.8.2.10: 17 (1 - 1/(AF - 1.5)) % below the range, 10 % more above it, of which at
-    most 16 % and 26 % are asked for.
+    peak      : Peak
+    operating : (float, float) lowest and highest operating speed, rad/s
+    returns   : relative to the nearer end of the range; 0 for a resonance below the amplification factor of 2.5. NaN if
+                the amplification factor is not known.
+    source    : API 617, 8th edition, part 1, 4.8.2.10: 17 (1 - 1/(AF - 1.5)) % below the range, 10 % more above it, of
+                which at most 16 % and 26 % are asked for
     """
     if np.isnan(peak.amplification):
         return np.nan

@@ -24,25 +24,12 @@ def growth_over_speed(model, still, speeds):
     Where the stiffness rotates with the shaft, motions may grow in narrow ranges only: where two whirl frequencies add
     up to a multiple of the speed at which the stiffness varies (parametric resonance). These speeds are looked at too.
 
-    Parameters
-    ----------
-    model, still : Model
-        With a value for every amplitude; the same without what rotates, is nonlinear or is stated in frequency only.
-    speeds : array (speed,)
-        rad/s, ascending.
-
-    Returns
-    -------
-    array (growth_speed,)
-        rad/s, in the range of the speeds.
-    array (growth_speed,)
-        Growth rate there, 1/s; NaN where nonlinear forces leave no steady state.
-    float or None
-        Lowest speed, rad/s, at which a free motion grows.
-
-    References
-    ----------
-    Nayfeh and Mook, Nonlinear Oscillations, 1979, ch. 5 (parametric resonances).
+    model, still : Model with a value for every amplitude; the same without what rotates, is nonlinear or is stated in
+                   frequency only
+    speeds       : (speed,) rad/s, ascending
+    returns      : speeds (growth_speed,), rad/s, in that range; growth rate there (growth_speed,), 1/s, NaN where
+                   nonlinear forces leave no steady state; lowest speed at which a free motion grows, rad/s, or None
+    source       : Nayfeh and Mook, Nonlinear Oscillations, 1979, ch. 5 (parametric resonances)
     """
     if not varies_in_time(model):
         return speeds, growth_rate(still, speeds), stability_threshold(still, speeds[-1], lowest=speeds[0])

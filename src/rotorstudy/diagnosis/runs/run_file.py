@@ -33,10 +33,7 @@ class RunItem(Strict):
 def read_runs(path: str | Path) -> list[RunItem]:
     """The runs listed in a file.
 
-    Raises
-    ------
-    RotorstudyError
-        If there is none, two have the same name, or a key is unknown.
+    raises : RotorstudyError if there is none, two have the same name, or a key is unknown
     """
     given = read_yaml(path)
     for key in given:

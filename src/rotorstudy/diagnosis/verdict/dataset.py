@@ -11,16 +11,10 @@ from rotorstudy.store import dataset
 def verdict_dataset(diagnosis, spectrum):
     """The content of verdict.nc: spectra, residual maps, equivalent residual force, parameters and explanations.
 
-    Parameters
-    ----------
     diagnosis : Diagnosis
-    spectrum : Spectrum
-        Of all speeds, fitted and held out: (speed, harmonic, sensor), m.
-
-    Returns
-    -------
-    xarray.Dataset
-        With the dimensions speed, harmonic and node; parameter; explanation. Units are in the attributes.
+    spectrum  : Spectrum of all speeds, fitted and held out: (speed, harmonic, sensor), m
+    returns   : xarray.Dataset with the dimensions speed, harmonic and node; parameter; explanation. Units are in the
+                attributes.
     """
     whole = with_model_error(spectrum, diagnosis.settings)
     base, best = diagnosis.search.base, diagnosis.best

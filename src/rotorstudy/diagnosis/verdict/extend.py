@@ -16,15 +16,7 @@ def extended_rig(given, diagnosis):
 
     Its section `prior` has the covariance of the fit. The calibration of the measuring chain is left out.
 
-    Parameters
-    ----------
-    given : dict
-        The rig as read from its file.
-    diagnosis : Diagnosis
-
-    Returns
-    -------
-    dict
+    given     : the rig as read from its file;  diagnosis : Diagnosis
     """
     best, causes, rig = diagnosis.best, diagnosis.search.best.causes, dict(given)
     own = build_model(given).names

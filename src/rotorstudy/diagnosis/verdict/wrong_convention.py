@@ -198,17 +198,9 @@ def finding_of(chain):
 def best_hypothesis(spectrum, base, settings) -> Tested:
     """The hypothesis with the highest odds, fitted.
 
-    Parameters
-    ----------
-    spectrum : Spectrum
-        Without the model error.
-    base : Fit
-        Of the model without causes; the hypotheses are linearised about the stated values of its parameters.
-    settings : Settings
-
-    Returns
-    -------
-    Tested
+    spectrum : Spectrum, without the model error
+    base     : Fit of the model without causes; the hypotheses are linearised about the stated values of its parameters
+    settings : Settings;  returns : Tested
     """
     model, prior, about = base.model, base.prior, base.stated_theta
     every = hypotheses(spectrum, model)
