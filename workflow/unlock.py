@@ -1,9 +1,11 @@
-"""Remove the lock that a killed run of the workflow left in this folder: python workflow/unlock.py
+"""Mend what a killed run, or a clock that went back, left in this folder: python workflow/unlock.py
 
 The lock of Snakemake does not say whose it is. It is left alone while a process of Snakemake works in the folder.
 """
 
+import os
 import sys
+import time
 from pathlib import Path
 
 import psutil
@@ -31,6 +33,24 @@ def unlock(folder):
     return "unlocked: the last run was killed; what it was writing is made again"
 
 
+def dated_now(folder):
+    """Give files from the future the time of now: Snakemake would refuse every result that is made of them.
+
+    Returns a sentence on what was done, or "" if there is no such file.
+    """
+    now, count = time.time(), 0
+    for place, folders, files in os.walk(folder):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        for path in (os.path.join(place, name) for name in files):
+            if os.lstat(path).st_mtime > now + 1 and not os.path.islink(path):
+                os.utime(path, (now, now))
+                count += 1
+    return f"dated in the future, as if the clock had gone back: {count} files; now they have the date of today" * (
+        count > 0
+    )
+
+
 if __name__ == "__main__":
-    if said := unlock(Path.cwd().resolve()):
+    here = Path.cwd().resolve()
+    for said in filter(None, (unlock(here), dated_now(here))):
         print(said, file=sys.stderr)

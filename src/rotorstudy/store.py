@@ -8,7 +8,7 @@ from shutil import rmtree
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import RotorstudyError, reading
 
 PART = ("real", "imag")
 
@@ -170,8 +170,9 @@ def _not_written(path, error):
 
 
 def load(path):
-    """Read a Dataset into memory."""
+    """Read a Dataset into memory; RotorstudyError if it is damaged."""
     import xarray as xr
 
-    with xr.open_dataset(path, engine="netcdf4") as data:
+    said = "NetCDF file; a result is made again if you delete it"
+    with reading(said, path), xr.open_dataset(path, engine="netcdf4") as data:
         return data.load()

@@ -102,7 +102,9 @@ def planned(said):
     return jobs
 
 
-def test_everything_is_there_and_nothing_is_left_to_do(built, snakemake, whole):
+def test_everything_is_there_and_nothing_is_left_to_do(built, snakemake, whole, project):
+    later = (time.time() + 86400,) * 2  # a file that is only dated anew, as after the clock was set, reruns nothing
+    os.utime(project / "workflow" / "config" / "test" / "chapter_7.yaml", later)
     assert "Nothing to be done" in snakemake(built, "--dry-run", config=whole)
     assert not list(built.rglob("*.partial*"))
     for kind, least in (("png", 20), ("svg", 20), ("csv", 15), ("nc", 15)):
@@ -193,7 +195,11 @@ def test_a_killed_run_resumes_on_one_core_with_the_bytes_of_two(built, snakemake
     assert log.exists()  # the job had begun
     if target.exists():  # the job may have been quicker than the kill; then the file must be whole
         assert target.read_bytes() == (built / SOME_TARGETS[0]).read_bytes()
-    snakemake(tmp_path, "--nolock", "--rerun-incomplete", "--", *SOME_TARGETS, config=some, cores=1)
+    assert list((tmp_path / ".snakemake" / "locks").iterdir())  # which stops a run by itself; `make` removes it first
+    unlock = [sys.executable, str(project / "workflow" / "unlock.py")]
+    said = subprocess.run(unlock, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=True).stderr
+    assert said.startswith("unlocked")
+    snakemake(tmp_path, "--rerun-incomplete", "--", *SOME_TARGETS, config=some, cores=1)
     for name in SOME_TARGETS:
         assert (tmp_path / name).read_bytes() == (built / name).read_bytes()
 
@@ -248,6 +254,40 @@ def test_a_folder_that_cannot_be_written_to_stops_before_anything_runs(project, 
     assert f"error: {tmp_path / 'missing'}, stated by TMPDIR, is not a folder" in found.stderr
     assert "Traceback" not in found.stdout + found.stderr
     assert not (tmp_path / "results").exists()
+
+
+def test_results_that_are_no_folder_stop_before_anything_runs(project, some, tmp_path):
+    (tmp_path / "results").write_text("a file\n")
+    found = subprocess.run(
+        command(project, tmp_path, config=some), capture_output=True, text=True, env=environment(project)
+    )
+    assert found.returncode != 0 and "Traceback" not in found.stdout + found.stderr
+    assert "error: results, where results are written, is not a folder" in found.stderr
+
+
+def test_a_changed_value_reruns_its_dependents_alone(built, snakemake, project, whole):
+    """Jobs are counted."""
+    path = project / "workflow" / "config" / "test" / "chapter_7.yaml"
+    before, text = path.stat(), path.read_text()
+    try:
+        assert "trials: {count: 2" in text
+        path.write_text(text.replace("trials: {count: 2", "trials: {count: 3"))
+        plan = planned(snakemake(built, "--dry-run", config=whole))
+    finally:
+        path.write_text(text)
+        os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert plan == {"crack_study": 1, "figures_crack_study": 1, "index": 1, "all": 1}
+
+
+def test_a_damaged_result_is_named_by_the_job_that_reads_it(built, project, whole, tmp_path):
+    shutil.copytree(built, tmp_path / "copy")  # a job that fails deletes its figures
+    path = tmp_path / "copy" / "results" / "chapter_7" / "limits.nc"
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    call = command(project, tmp_path / "copy", "--", "results/chapter_7/figures/smallest_crack.png", config=whole)
+    found = subprocess.run(call, capture_output=True, text=True, env=environment(project))
+    assert found.returncode != 0
+    assert "limits.nc: not a readable NetCDF file; a result is made again if you delete" in found.stdout + found.stderr
 
 
 def test_editing_a_plugin_reruns_what_used_it(built, snakemake, project, whole):

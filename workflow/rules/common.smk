@@ -15,7 +15,12 @@ folders = os.pathsep.join(str(ROOT / folder) for folder in config.get("plugin_fo
 if folders:
     os.environ.update(ROTORSTUDY_PLUGINS=folders)
 
-for folder, use in ((os.getcwd(), "where results are written"), (os.environ.get("TMPDIR"), "stated by TMPDIR")):
+results = str(config.get("results", ""))
+for folder, use in (
+    (os.getcwd(), "where results are written"),
+    (results if os.path.exists(results) else None, "where results are written"),
+    (os.environ.get("TMPDIR"), "stated by TMPDIR"),
+):
     if folder and not (os.path.isdir(folder) and os.access(folder, os.W_OK)):
         sys.exit(f"error: {folder}, {use}, is not a folder that can be written to; choose another or change its rights")
 
