@@ -8,7 +8,9 @@ from scipy.optimize import brentq
 
 from rotorstudy.blind.machines import contacts, effects
 from rotorstudy.blind.machines.beam import Element
-from rotorstudy.blind.machines.crack import add_crack, dimensionless_compliance, strip_bending
+from rotorstudy.blind.machines.crack import dimensionless_compliance, strip_bending
+from rotorstudy.blind.machines.elastic_crack import arc_crack
+from rotorstudy.blind.machines.faults import add_crack
 from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build, shaft_stiffness
 from rotorstudy.blind.machines.stepping import Stepper, steady_state
 
@@ -55,9 +57,11 @@ def test_open_crack_lowers_the_frequency_of_a_beam_as_a_hinge_does(position):
     machine = build(Rotor(shaft, (), ()))
     add_crack(machine, 6, position, 1.0, kind="open")
     bending = shaft[0].bending_stiffness
-    ratio = dimensionless_compliance(1.0)[0] * (1 - 0.3**2) / (np.pi * 2.1e11 * 0.01**3) * bending
-    _, slope, _ = machine.local[0].law(0.0, np.ones((1, 2)), np.zeros((1, 2)), np.ones(1))
-    stiffness = machine.stiffness - machine.local[0].selection @ slope[0] @ machine.local[0].selection.T
+    ratio = arc_crack(0.5, 0.0)[0][0] / (2.1e11 * 0.01**3) * bending
+    stiffness = machine.stiffness
+    for force in machine.local:  # two at a boundary of elements: each has half of the crack
+        _, slope, _ = force.law(0.0, np.ones((1, 2)), np.zeros((1, 2)), np.ones(1))
+        stiffness = stiffness - force.selection @ slope[0] @ force.selection.T
     x_plane = [i for i in range(machine.size) if i % 4 in (0, 3) and i not in (0, 4 * count)]
     part = np.ix_(x_plane, x_plane)
     found = np.sqrt(eigh(stiffness[part], machine.mass[part], eigvals_only=True)[0])
@@ -112,7 +116,7 @@ def test_crack_lies_at_its_angle():
         kink, _, _ = law(-0.5, np.array([[side, 0.0]]), np.zeros((1, 2)), np.ones(1))
         compliance.append(kink[0, 0])
     assert compliance[0] < 0.0
-    assert abs(compliance[1]) < 1e-9 * abs(compliance[0])
+    assert abs(compliance[1]) < 1e-5 * abs(compliance[0])  # of a spline through the shares
 
 
 def laws():

@@ -1,12 +1,9 @@
-"""A transverse crack with a straight front: compliance from fracture mechanics, and how it breathes.
+"""A transverse crack with a straight front: compliance from fracture mechanics, and the kink of a cracked element.
 
 Sources: A. D. Dimarogonas and S. A. Paipetis, Analytical Methods in Rotor Dynamics (1983), chapter 5; C. A.
 Papadopoulos and A. D. Dimarogonas, "Coupled longitudinal and bending vibrations of a rotating shaft with an open
 crack", J. Sound Vib. 117 (1987) 81-93; stress-intensity factors of an edge-cracked strip: H. Tada, P. C. Paris, G. R.
-Irwin, The Stress Analysis of Cracks Handbook (1973). Switching hinge: R. Gasch, "A survey of the dynamic behaviour of a
-simple rotating shaft with a transverse crack", J. Sound Vib. 160 (1993) 313-332. Gradual closing where the stress
-intensity is negative: A. K. Darpe, K. Gupta, A. Chawla, "Coupled bending, longitudinal and torsional vibrations of a
-cracked rotor", J. Sound Vib. 269 (2004) 33-60.
+Irwin, The Stress Analysis of Cracks Handbook (1973).
 
 Crack axes: `across` points from the centre to the middle of the cracked side, `along` is 90 degrees on in the sense of
 the spin (parallel to the crack front). A moment of slopes m = M_across + j M_along (work-conjugate to a kink of the
@@ -17,7 +14,6 @@ curvature's centre.
 import numpy as np
 
 from rotorstudy.blind.machines.beam import both_planes, plane_matrices
-from rotorstudy.blind.machines.machine import LocalForce
 
 
 def strip_tension(ratio):
@@ -64,31 +60,6 @@ def dimensionless_compliance(depth_ratio):
     return 32 * np.sum(area * opening**2), 32 * np.sum(area * sideways**2)
 
 
-def breathing_table(depth_ratio, kind, count=720):
-    """Dimensionless kink of a crack by the direction of the moment (opening component, sideways component).
-
-    kind    : `open`: a slot, always open. `switching`: only the opening component, while it is positive. `gradual`: the
-              part of the face is open where the stress intensity is positive; as energy int max(K, 0)² it is
-              conservative.
-    returns : (count, 2) unit moments and their kinks
-    """
-    turn = 2 * np.pi * np.arange(count) / count
-    moments = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    first, second = dimensionless_compliance(depth_ratio)
-    if kind == "open":
-        return moments, moments * [first, second]
-    if kind == "switching":
-        return moments, np.stack([first * np.maximum(moments[:, 0], 0.0), np.zeros(count)], axis=1)
-    if kind != "gradual":
-        raise ValueError(f"no kind of crack: {kind}")
-    area, opening, sideways = crack_face(depth_ratio, 60)
-    kinks = np.empty((count, 2))
-    for number, (a, b) in enumerate(moments):
-        stress = 32 * area * np.maximum(a * opening + b * sideways, 0.0)
-        kinks[number] = np.sum(stress * opening), np.sum(stress * sideways)
-    return moments, kinks
-
-
 class TabulatedHinge:
     """Law of the kink in an element: moment if there were no kink, to kink.
 
@@ -129,26 +100,6 @@ class TabulatedHinge:
         to_crack = -np.array([[cos, sin], [-sin, cos]])  # opening is against `across`
         kink, slope = self.kink(y @ to_crack.T - self.closing)
         return kink @ to_crack, to_crack.T @ slope @ to_crack, np.zeros_like(slope)
-
-
-def add_crack(machine, element, position, depth_ratio, angle=0.0, kind="gradual"):
-    """Add a crack in an element: a kink between two coincident sections, as an imposed deformation of that element.
-
-    The element with nodal displacements u and a kink at its position carries K (u - S kink), S the displacement of the
-    second node by the kink; the moment at the crack is S.T K (u - S kink). Exact for the element's stiffness; its mass
-    is taken as unkinked, an error of the order of the element's mass, like the beam's own discretization.
-
-    position    : along the element, 0 to 1;  depth_ratio : depth over radius, up to 1
-    angle       : of the middle of the cracked side from the shaft's reference line, rad
-    kind        : `gradual`, `switching` or `open`
-    """
-    part = machine.rotor.elements[element]
-    stiffness = plane_matrices(part)[0]
-    kink = np.array([0.0, 0.0, (1 - position) * part.length, 1.0])
-    moments, kinks = breathing_table(depth_ratio, kind)
-    kinks = kinks * (1 - part.poissons_ratio**2) / (np.pi * part.youngs_modulus * (part.outer_diameter / 2) ** 3)
-    law = TabulatedHinge(moments, kinks, angle, kink @ stiffness @ kink)
-    machine.local.append(LocalForce(hinge_selection(machine.size, part, element, kink), law, "crack"))
 
 
 def hinge_selection(size, part, element, kink):

@@ -40,7 +40,11 @@ def arc_crack(depth_ratio, curvature, poissons_ratio=0.3):
 
 
 def arc_form(part, depth_ratio, curvature, kind="gradual", closing=0.0):
-    """The crack in an element as a `form_cracks.Form`; kinds as in `crack`, `closing` the moment that just opens it."""
+    """The crack in an element as a `form_cracks.Form`; `closing` is the moment that just opens it, N m.
+
+    kind : `open`: a slot. `switching`: it yields across alone, while the moment pulls on it (R. Gasch, J. Sound Vib.
+           160 (1993) 313-332). `gradual`: in parts, by the contact of its faces.
+    """
     (opening, sideways), shares = arc_crack(depth_ratio, curvature, part.poissons_ratio)
     compliance = np.diag([opening, sideways]) / (part.youngs_modulus * (part.outer_diameter / 2) ** 3)
     if kind == "open":

@@ -102,13 +102,18 @@ def couple_unbalance(draw):
     return {"node": disc.node + 1, "tilt_rad": tilt, "phase_rad": angle}
 
 
+def add_crack(machine, element, position, depth, angle=0.0, kind="gradual"):
+    """A crack with a straight front, as in the library: place in the element from 0 to 1, depth over radius."""
+    part = machine.rotor.elements[element]
+    place = float(machine.rotor.positions[element]) + position * part.length
+    add_form(machine, place, arc_form(part, depth / 2, 0.0, kind), angle)
+
+
 def cracked(kinds, low, high):
     def family(draw):
         element, position, depth = draw.element(), float(draw.rng.uniform(0.1, 0.9)), float(draw.rng.uniform(low, high))
         angle, kind = draw.angle(), str(draw.rng.choice(kinds))
-        part = draw.rotor.elements[element]  # the front is straight, as that of the library
-        form = arc_form(part, depth / 2, 0.0, kind)
-        add_form(draw.machine, float(draw.rotor.positions[element]) + position * part.length, form, angle)
+        add_crack(draw.machine, element, position, depth, angle, kind)
         place = {"element": element + 1, "position_in_element": position}
         return {**place, "depth_over_radius": depth, "phase_rad": angle, "breathing": kind}
 

@@ -120,7 +120,8 @@ def add_form(machine, position, form, angle, length=0.0):
 
     `length` (m) of softened shaft, 0 for a section; every element of it opens by its own moment.
     """
-    sag, found = machine.sag(), pieces(machine, position, length)
+    sag = machine.sag() if form.law in BY_ANGLE else None
+    found = pieces(machine, position, length)
     whole = sum(share for _, _, share in found)  # less than 1 where the length ends beyond the shaft
     for selection, stiffness, share in found:
         part = Form(form.compliance * share / whole, form.law, form.share, form.closing)
