@@ -15,7 +15,7 @@ from rotorstudy.model.registry import registry
 PAGE = Path(__file__).parent / "rig_keys.md"
 SECTIONS = {
     "rotor": "Section `rotor`",
-    "bearing": "Items of `bearings`",
+    "bearing": "Items of `bearings` and `foundation`",
     "crack": "Items of `cracks`",
     "depth": "The key `depth` of a crack",
     "effect": "Items of `effects`",

@@ -1,4 +1,4 @@
-from rotorstudy.plugins import Effect, Parameter, changeable_numbers, hookimpl, number_slope
+from rotorstudy.plugins import Effect, Feared, Parameter, changeable_numbers, hookimpl, number_slope
 
 
 def bearing_change(structure, number: str, node: int | None = None):
@@ -19,6 +19,7 @@ def rotorstudy_effect():
         source="of a film: Friswell, Penny, Garvey and Lees 2010, Dynamics of Rotating Machines, 5.5",
         places=changeable_numbers,
         changes_bearing=True,
+        feared=Feared("bearing_change", 10.0),
         checked="response equal to that of a rotor on a bearing built with the other number to 1e-12",
         confounders=(
             ("bearing_coefficients", "a film changes with the speed as its number says, free coefficients do not"),

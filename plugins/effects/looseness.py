@@ -1,6 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, NonlinearForce, Parameter, Positive, at_supports, hookimpl
+from rotorstudy.plugins import Effect, Feared, NonlinearForce, Parameter, Positive, at_supports, hookimpl
 
 
 def looseness(
@@ -38,6 +38,7 @@ def rotorstudy_effect():
         example={"lift_m": 0.0},
         positive=True,
         switches=True,
+        feared=Feared("stiffness_lost_in_lift", 10.0),
         checked="time integration to 2e-3 of its effect; no force below the lift to 1e-12; the mean rises",
         confounders=(
             ("support_loss", "a support that lifts depends on the amplitude and gives multiples of 1X"),

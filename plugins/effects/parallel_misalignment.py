@@ -1,6 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import AtLeastOne, CannotAct, Effect, Entry, Parameter, hookimpl
+from rotorstudy.plugins import AtLeastOne, CannotAct, Effect, Entry, Feared, Parameter, hookimpl
 
 HARMONICS = (2, 1, 3)
 ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 0)
@@ -57,6 +57,9 @@ def rotorstudy_effect():
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
         places=nodes_and_elements,
         positive=("coupling_stiffness",),
+        feared=Feared(
+            "misalignment_force_2X", 10.0, places=lambda structure: [({"node": n},) * 2 for n in structure.nodes]
+        ),
         hypothesis={"harmonics": list(ALL_HARMONICS), "coupled": True},
         checked="whirl F_n / |k - m n^2 w^2| of a Jeffcott rotor to 1e-12",
         confounders=(

@@ -1,6 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import CannotAct, Effect, NonlinearForce, NonNegative, Parameter, Positive, hookimpl
+from rotorstudy.plugins import CannotAct, Effect, Feared, NonlinearForce, NonNegative, Parameter, Positive, hookimpl
 
 
 def rub(
@@ -47,6 +47,7 @@ def rotorstudy_effect():
         },
         example={"clearance_m": 2e-6},
         positive=True,
+        feared=Feared("rub_stiffness", 10.0, {"clearance_m": (0.8, "vibration")}),
         checked="full annular rub in closed form to 1e-9; partial rub by time integration to 2e-3 of its effect",
         confounders=(
             ("cubic_stiffness", "a rub begins at its clearance and has friction; cubic stiffness always acts"),

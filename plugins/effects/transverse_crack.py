@@ -3,8 +3,9 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.plugins import CannotAct, DepthRatio, Effect, NonNegative, Parameter, Share, crack_at, hookimpl
+from rotorstudy.plugins import CannotAct, DepthRatio, Effect, Feared, NonNegative, Parameter, Share, crack_at, hookimpl
 
+ELEMENTS_TRIED = 10  # of a long shaft, to say which depth is seen
 Breathing = Literal["gradual", "sudden", "turning", "cosine", "switching", "none"]
 
 
@@ -67,6 +68,13 @@ def depth_in_metres(structure, position_m, depth_ratio, angle_rad):
     return {"depth_m": ("depth_ratio", structure.section_at(position_m).outer_diameter_m)}
 
 
+def middles_of_elements(structure):
+    """The middle of every element; of a long shaft of at most so many, evenly along it."""
+    ends = sorted(structure.node_positions.values())
+    elements = np.unique(np.linspace(0, len(ends) - 2, ELEMENTS_TRIED).astype(int))
+    return [({"element": int(i) + 1}, {"position_m": (ends[i] + ends[i + 1]) / 2}) for i in elements]
+
+
 def two_cracks(structure, one, other):
     """Each has the flexibility of a crack alone, a diameter or more away, and is condensed in an element of its own."""
     first, second = sorted((one["position_m"], other["position_m"]))
@@ -99,6 +107,13 @@ def rotorstudy_effect():
         fixed=True,
         any_form=({"any_form": True}, {"flexibility_factor": (1.0, 0.15), "excess_flexibility_along": (0.0, 0.25)}),
         together=two_cracks,
+        feared=Feared(
+            "depth_ratio",
+            0.5,
+            worst={"angle_rad": (0.0, np.pi / 2)},
+            places=middles_of_elements,
+            measure="2X and 3X near a half and a third of a critical speed, or nearer to it",
+        ),
         checked="two beams joined by a spring to 1e-9; integrated x-y motion to 5e-3 of its effect; 4 to 40 elements",
         confounders=(
             ("shaft_asymmetry", "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too"),

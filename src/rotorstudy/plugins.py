@@ -6,7 +6,7 @@ The names below are imported when first used, so that a plugin costs no more tha
 """
 
 _HOME = {
-    "model.kinds": "Bearing Crack CrackDepth Effect Estimator Rotor SpectrumMethod hookimpl",
+    "model.kinds": "Bearing Crack CrackDepth Effect Estimator Feared Rotor SpectrumMethod hookimpl",
     "model.rebuilt_bearings": "changeable_numbers number_slope",
     "model.bearings": "weight_carried",
     "model.entries": "Entry film_entries planar_entries",

@@ -105,7 +105,8 @@ def test_verdict_json_has_what_the_documentation_says(asymmetric):
         "broken_plugins": list, "unexplained": list, "resultant": type(None),
         "residual_p_value": dict, "residual_share": float, "cause_error": float, "log_posterior_odds": float,
         "parameter_p_value": float, "one_place": list, "outside_probability": float, "corrects_model": bool,
-        "detection_limit": list, "gain": dict, "base_parameters": list, "identifiability": dict, "candidates": int,
+        "detection_limit": list, "hidden": list,
+        "gain": dict, "base_parameters": list, "identifiability": dict, "candidates": int,
         "settings": dict, "measuring_chain": type(None), "findings": list, "provenance": dict,
     }  # fmt: skip
     assert {key: type(value) for key, value in verdict.items()} == kinds

@@ -17,7 +17,6 @@ from rotorstudy.diagnosis.runs.joint import identify_runs, shared_names
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference import joint
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.joint import fit_runs
 from rotorstudy.inference.prediction import with_model_error
@@ -203,7 +202,7 @@ def test_parameters_that_run_away_are_fitted_again_and_named(folder, monkeypatch
     runs[1]["unbalances"][0]["unbalance_g_mm"] = 6e4
     (folder / "wrong_unit.yaml").write_text(yaml.safe_dump({"runs": runs}))
     found = identify_runs(folder / "wrong_unit.yaml", folder / "narrow.yaml")
-    monkeypatch.setattr(joint, "IMPLAUSIBLE", 0.0)  # negative control: the fit that runs away
+    monkeypatch.setattr("rotorstudy.inference.fit.IMPLAUSIBLE", 0.0)  # negative control: the fit that runs away
     direct = identify_runs(folder / "wrong_unit.yaml", folder / "narrow.yaml")
     gentle, rough = (one.joint.posterior.misfit + one.joint.posterior.penalty for one in (found, direct))
     assert gentle < 0.99 * rough

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.equation_error import Regression
+from rotorstudy.inference.equation_error import Regression, check_absolute
 from rotorstudy.inference.known import about_rest, known_amplitudes, nominal_amplitudes, rotor_unknown
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import apply_entries
@@ -27,6 +27,7 @@ def condensed_regression(
     source                             : Thesis Eqs. (6.31) to (6.34)
     """
     structure, speed, harmonics = model.structure, check_speed(spectrum.speed), np.asarray(spectrum.harmonics)
+    check_absolute(model)
     unknowns = [rotor_unknown(model, name) for name in names]
     if any(e.shift and e.reads_motion for u in model.rotor_unknowns for e in u.entries):
         raise RotorstudyError("condensation as in the thesis needs a weight-dominant crack; use the exact one")

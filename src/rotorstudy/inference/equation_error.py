@@ -72,8 +72,18 @@ def regression(
             f"node {spectrum.single_probes[0]} has a single probe, and the equations of motion need the orbit: use an "
             "output-error estimator, such as maximum_likelihood"
         )
+    check_absolute(model)
     speed, harmonics = check_speed(spectrum.speed), np.asarray(spectrum.harmonics)
     return _equations(_arranged(model, *_key(speed, harmonics), tuple(names), order), spectrum.amplitude, deflection)
+
+
+def check_absolute(model):
+    """Raise for sensors that ride on housings: the equations of motion need the motion in space."""
+    if riding := [node for node in model.sensors if node in model.structure.riding]:
+        raise RotorstudyError(
+            f"the probes at node {riding[0]} are relative to a bearing, and the equations of motion need the motion in "
+            "space: use an output-error estimator, such as maximum_likelihood"
+        )
 
 
 class _Group(NamedTuple):

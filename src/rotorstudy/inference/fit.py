@@ -13,6 +13,10 @@ from rotorstudy.inference.prior import Prior, log_narrowing
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 
+IMPLAUSIBLE = 1e-6  # p-value of the parameters below which a fit may have ended far from the best one
+LESS = 0.99  # of the cost that the best fit has at most where another one is found
+MOST_LEVELS = 12
+
 
 @dataclass(frozen=True, eq=False)
 class Fit:
@@ -87,7 +91,13 @@ def chi_square_p_value(cost: float, freedom: int) -> float:
 
 
 def fit(
-    model: Model, spectrum: Spectrum, prior: Prior, start: np.ndarray | None = None, steps: int = HYPOTHESIS.steps
+    model: Model,
+    spectrum: Spectrum,
+    prior: Prior,
+    start: np.ndarray | None = None,
+    steps: int = HYPOTHESIS.steps,
+    *,
+    from_afar: bool = False,
 ) -> Fit:
     """Fit a model to a spectrum within a prior, whether or not the steps allowed suffice to converge.
 
@@ -95,17 +105,18 @@ def fit(
     prior    : Prior of the amplitudes that are free
     start    : (parameter,) in the order of `model.names`; the prior mean by default
     steps    : largest number of steps; 0 evaluates the start;  returns : Fit
+    from_afar : whether another way is tried too, if the parameters end where the prior makes them implausible
     raises   : NoSteadyState if the model has none at the start
     source   : MacKay, Information Theory, Inference, and Learning Algorithms, 2003, ch. 27 and 28
     """
     place = model.position(prior.names)
-    found = fit_within(
+    given = (
         lambda theta: whitened_prediction(model, spectrum, prior.names, theta),
         spectrum.whitened(spectrum.amplitude),
         prior,
         prior.mean if start is None else start[place],
-        steps,
     )
+    found = fit_from_afar(*given) if from_afar else fit_within(*given, steps)
     theta = model.stated.copy()
     theta[place] = found.free
     return Fit(model, theta, prior, *found[1:])
@@ -155,6 +166,37 @@ def fit_within(
     evidence = -0.5 * (misfit + penalty + log_narrowing(jacobian, prior.factor))
     whole = bool(found.converged[0])
     return Posterior(found.theta[0], covariance, misfit, penalty, residual, jacobian, evidence, whole)
+
+
+def fit_from_afar(predict: Callable, measured: np.ndarray, prior: Prior, start: np.ndarray | None = None) -> Posterior:
+    """`fit_within`; if the parameters end where the prior makes them implausible, `_gradually` too: the better one.
+
+    predict, measured, prior, start : as `fit_within`
+    """
+    found = fit_within(predict, measured, prior, start)
+    if chi_square_p_value(found.penalty, len(prior.names)) < IMPLAUSIBLE:
+        other = _gradually(predict, measured, prior)
+        found = other if other.misfit + other.penalty < LESS * (found.misfit + found.penalty) else found
+    return found
+
+
+def _gradually(predict, measured, prior):
+    """The Posterior of a fit in which the data gain weight step by step, each step beginning where the last one ended.
+
+    Far from the data, precise ones let a fit bend what is known well (a modulus, a gain) before it has found what is
+    not known (an unbalance). At first they weigh no more than the prior.
+    """
+    misfit, at = fit_within(predict, measured, prior, None, 0).misfit, prior.mean
+    levels = min(MOST_LEVELS, int(np.ceil(np.log10(max(misfit / len(measured), 1.0)))))
+    for level in range(levels, -1, -1):
+        weight = 10 ** (-0.5 * level)
+
+        def weighed(theta, weight=weight):
+            return tuple(weight * part for part in predict(theta))
+
+        found = fit_within(weighed, weight * measured, prior, at, HYPOTHESIS.steps)
+        at = found.free
+    return found
 
 
 def residual_share(before: float, after: float, rows: int) -> float:

@@ -6,16 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.inference.fit import Posterior, chi_square_p_value, fit_within
-from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS
+from rotorstudy.inference.fit import Posterior, fit_from_afar
 from rotorstudy.inference.prediction import whitened_prediction
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
-
-IMPLAUSIBLE = 1e-6  # p-value of the parameters below which a fit may have ended far from the best one
-LESS = 0.99  # of the cost that the best fit has at most where another one is found
-MOST_LEVELS = 12
 
 
 class Run(NamedTuple):
@@ -93,7 +88,7 @@ def fit_runs(runs: Sequence[Run], shared: Prior, start: np.ndarray | None = None
     """Fit several runs of one machine together, within a prior.
 
     The noise of different runs is independent, so that their whitened residuals are stacked. If the parameters end
-    where the prior makes them implausible, the fit is repeated `_gradually`, and the better one is taken.
+    where the prior makes them implausible, another way is tried, see `fit_from_afar`.
 
     shared : of the parameters that the runs share
     start  : (parameter,) of the parameters of `joint_prior`; its mean by default
@@ -115,27 +110,4 @@ def fit_runs(runs: Sequence[Run], shared: Prior, start: np.ndarray | None = None
         return np.concatenate(shown, axis=-1), np.concatenate(slopes, axis=-2)
 
     measured = np.concatenate([run.spectrum.whitened(run.spectrum.amplitude) for run in runs])
-    found = fit_within(predict, measured, prior, start, HYPOTHESIS.steps)
-    if chi_square_p_value(found.penalty, len(prior.names)) < IMPLAUSIBLE:
-        other = _gradually(predict, measured, prior)
-        found = other if other.misfit + other.penalty < LESS * (found.misfit + found.penalty) else found
-    return JointFit(tuple(runs), prior, found)
-
-
-def _gradually(predict, measured, prior):
-    """The Posterior of a fit in which the data gain weight step by step, each step beginning where the last one ended.
-
-    Far from the data, precise ones let a fit bend what is known well (a modulus, a gain) before it has found what is
-    not known (an unbalance). At first they weigh no more than the prior.
-    """
-    misfit, at = fit_within(predict, measured, prior, None, 0).misfit, prior.mean
-    levels = min(MOST_LEVELS, int(np.ceil(np.log10(max(misfit / len(measured), 1.0)))))
-    for level in range(levels, -1, -1):
-        weight = 10 ** (-0.5 * level)
-
-        def weighed(theta, weight=weight):
-            return tuple(weight * part for part in predict(theta))
-
-        found = fit_within(weighed, weight * measured, prior, at, HYPOTHESIS.steps)
-        at = found.free
-    return found
+    return JointFit(tuple(runs), prior, fit_from_afar(predict, measured, prior, start))

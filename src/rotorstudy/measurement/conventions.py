@@ -23,6 +23,7 @@ class Probe(Strict):
     node      : of the rig; optional in NetCDF if all nodes have such a probe
     angle_deg : position of the probe in the user's angles
     unit      : of the channel; V needs sensitivity_V_per_m; optional where a NetCDF file states it
+    relative_to : bearing whose housing carries the probe, which then shows the motion against it
     sign      : 1 if the reading increases as the shaft moves towards the probe's angle, -1 if it decreases
     """
 
@@ -32,6 +33,7 @@ class Probe(Strict):
     unit: Literal["m", "mm", "um", "mil", "V"] | None = None
     sensitivity_V_per_m: Annotated[float, Gt(0)] | None = None
     sign: Literal[1, -1] = 1
+    relative_to: str | int | None = None
 
     def metres(self, stated, where):
         """Signed factor from the channel to m; `stated` is the unit that the file gives, or None."""
@@ -110,6 +112,7 @@ class Conventions(Strict):
     table_phase: Literal["lead", "lag"] = "lead"
     table_amplitude: Literal["peak", "peak_to_peak", "rms"] = "peak"
     displacement_zero: Literal["at_rest", "unloaded_line"] = "at_rest"
+    slow_roll_below_rpm: Annotated[float, Gt(0)] | None = None
     node_of_label: dict[int | str, int] = {}
 
     @property

@@ -24,6 +24,7 @@ from rotorstudy.measurement.records import Record
 from rotorstudy.measurement.repeats import averaged
 from rotorstudy.measurement.resonances import check_resonances
 from rotorstudy.measurement.run_up_analysis import analyse_each
+from rotorstudy.measurement.slow_roll import without_missing_mean, without_slow_roll
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.spectrum_file import is_spectrum, load_imported
 from rotorstudy.measurement.tables import read_table
@@ -107,7 +108,10 @@ def measured_spectrum(
     where = ", ".join(path.name for path in paths)
     check_spectrum(spectrum, where)
     spectrum, notes = averaged(spectrum, where)
-    findings = worst_first([*findings, *notes])
+    below = read_conventions(rig.given, str(rig.path)).slow_roll_below_rpm
+    spectrum, slow = without_slow_roll(spectrum, below, where)
+    spectrum, coupled = without_missing_mean(spectrum, model, where)
+    findings = worst_first([*findings, *notes, *slow, *coupled])
     for finding in findings:
         if finding.severity == "warning":  # now: what follows may take minutes
             log.info("%s", finding)

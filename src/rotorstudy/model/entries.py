@@ -157,17 +157,20 @@ def film_entries(unit, coefficients):
     unit         : (dof,) one at the coordinate
     coefficients : function(speed, rad/s) -> (2, 2) stiffness and (2, 2) damping, N/m and N s/m, force along x and y
     """
-    here, found = np.outer(unit, unit), ()
+    here = np.outer(unit, unit)
 
-    def gain(order, row, column):
-        return lambda speed: np.reshape(
-            [coefficients(w)[order][row, column] for w in np.ravel(speed).tolist()], np.shape(speed)
-        )
+    def gain(order, sign):
+        """Of the motion (sign 1) or of its conjugate (-1); complex, so that the four directions are one entry."""
 
-    for order in (0, 1):
-        for direction in ("xx", "xy", "yx", "yy"):
-            found += planar_entries(direction, -here, order, gain(order, *("xy".index(axis) for axis in direction)))
-    return found
+        def at(speed):
+            (xx, xy), (yx, yy) = np.moveaxis([coefficients(w)[order] for w in np.ravel(speed).tolist()], 0, -1)
+            return ((xx + sign * yy + 1j * (yx - sign * xy)) / 2).reshape(np.shape(speed))
+
+        return at
+
+    return tuple(
+        Entry(-here, on, order, gain=gain(order, sign)) for order in (0, 1) for on, sign in (("z", 1), ("conj", -1))
+    )
 
 
 def apply_entries(entries, amplitudes, speed, harmonics, reference=None):

@@ -55,7 +55,7 @@ def rig_with_values(rig: dict, model: Model, values: dict[str, float]) -> dict:
     """
     values = {name: value if abs(value) >= SMALLEST else 0.0 for name, value in values.items()}  # as a rig states it
     result = dict(rig)
-    for section in ("cracks", "bearings", "effects"):
+    for section in ("cracks", "bearings", "foundation", "effects"):
         items = [_item(SECTIONS[section], item, model, values) for item in rig.get(section) or []]
         if items:
             result[section] = items

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
+from typing import NamedTuple
 
 import pluggy
 
@@ -108,6 +109,25 @@ class Bearing(Plugin):
     symmetric: bool = False
 
 
+class Feared(NamedTuple):
+    """A fault that operators fear: how large it must be to be seen is stated in every diagnosis.
+
+    size    : the option or parameter that is its size
+    largest : the size up to which it is looked for, of a parameter in typical sizes
+    shape   : option -> (factor, scale) of its other shape options, as in `Effect.shape`
+    worst   : option -> values, of which the least favourable counts
+    places  : function(structure) -> list of (where, as a verdict names it, and options); by default `Effect.places`
+    measure : what to measure where it cannot be seen
+    """
+
+    size: str
+    largest: float
+    shape: dict = {}
+    worst: dict = {}
+    places: Callable | None = None
+    measure: str = "nearer to it, or at speeds near a mode that moves it"
+
+
 @dataclass(frozen=True)
 class Effect(Plugin):
     """function(structure, **options) -> list of Parameter; for acts_on "output" function(sensors, **options),
@@ -144,6 +164,7 @@ class Effect(Plugin):
                 are built anew; its entries are the derivative
     together  : function(structure, one, other) of the options of two of them on a rotor, which raises CannotAct where
                 they cannot be there together
+    feared    : Feared, of a fault that operators fear
     any_form  : option -> value, with which the search by form tries it, so that it can have forms near its own, and
                 parameter -> (mean, standard deviation) of its amplitudes then, in typical sizes
     """
@@ -170,6 +191,7 @@ class Effect(Plugin):
     nuisance: float = 0.0
     changes_bearing: bool = False
     together: Callable | None = field(default=None, compare=False)
+    feared: Feared | None = field(default=None, compare=False)
     any_form: tuple[dict, dict] = field(default=({}, {}), compare=False)
 
     def __post_init__(self):

@@ -201,10 +201,39 @@ class Model(Amplitudes):
         return np.array([self.structure.index(node) for node in self.sensors])
 
     @cached_property
+    def _riding(self):
+        """Positions (sensor,) among the sensors of those on housings, and of these among the coordinates."""
+        riding, sensors = self.structure.riding, list(self.sensors)
+        here = [node for node in sensors if node in riding]
+        return [sensors.index(node) for node in here], [self.structure.index(riding[n], "housing") for n in here]
+
+    def seen(self, motion: np.ndarray, axis: int = -1) -> np.ndarray:
+        """Motion at the sensors, of those that ride on a housing against it.
+
+        Parameters
+        ----------
+        motion : array
+            Of the coordinates along an axis, in m.
+        axis : int, optional
+            That of the coordinates.
+
+        Returns
+        -------
+        array
+            Of the sensors along that axis, in m.
+        """
+        motion = np.moveaxis(motion, axis, -1)
+        found, (here, housings) = motion[..., self.measured], self._riding
+        if here:
+            found[..., here] -= motion[..., housings]
+        return np.moveaxis(found, -1, axis)
+
+    @cached_property
     def involved(self) -> np.ndarray:
         """Positions (coordinate,), int, of the coordinates that are measured, or that a term depends or acts on."""
         seen = np.zeros(len(self.structure.dofs), bool)
         seen[self.measured] = True
+        seen[self._riding[1]] = True
         for entry in (e for _, u in self.acting for e in u.entries):
             matrix = np.asarray(entry.matrix)
             seen |= matrix != 0 if matrix.ndim == 1 else (matrix != 0).any(axis=0) | (matrix != 0).any(axis=1)

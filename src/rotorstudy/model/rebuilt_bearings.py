@@ -13,6 +13,7 @@ import numpy as np
 
 from rotorstudy.errors import CannotAct, NoSteadyState, RotorstudyError
 from rotorstudy.model.entries import Entry
+from rotorstudy.model.foundation import at_housings
 from rotorstudy.model.option_numbers import Holder
 from rotorstudy.model.options import check_options
 from rotorstudy.model.registry import registry
@@ -100,6 +101,8 @@ def _number_meant(term, name, bearing, holder, structure):
     """Name of the number of a bearing that an amplitude changes, of a number or an effect; None if it changes none."""
     if "number" not in term.options:
         return name if holder.pattern(name) else None
+    if bearing.is_foundation:
+        return None
     number, node = term.options["number"], term.options["node"] or structure.default_node()
     return holder.name(number) if _at_node(bearing, structure) == node and number in holder.paths else None
 
@@ -120,7 +123,7 @@ def _rebuilt(structure, bearing, holder, changes):
     function = registry().get("bearing", bearing.kind).function
     with _none_with_these_numbers():
         given = check_options(function, holder.changed(changes), f"bearing {bearing.kind}", ("structure",))
-        parameters = tuple(function(structure=structure, **given))
+        parameters = at_housings(structure, function(structure=structure, **given), from_ground=bearing.is_foundation)
     guard = cache(_guarded)  # entries of one gain keep one
     return replace(
         bearing,

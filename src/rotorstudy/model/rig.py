@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.errors import CannotAct, RotorstudyError, unknown_name
+from rotorstudy.model.foundation import on_housings, riding_of
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import check_options, plain
 from rotorstudy.model.plugin_results import check_structure
@@ -18,7 +19,13 @@ from rotorstudy.model.structure import Origin
 from rotorstudy.model.uncertainty import with_uncertainty
 from rotorstudy.yaml_file import read_yaml
 
-SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
+SECTIONS = {
+    "rotor": "rotor",
+    "cracks": "crack",
+    "bearings": "bearing",
+    "foundation": "bearing",
+    "effects": "effect",
+}
 # `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis, `units` by shown_units
 OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis", "units")
 SMALLEST, LARGEST = 1e-30, 1e30  # sizes of numbers in a rig; their fourth powers, and quotients of those, are numbers
@@ -99,8 +106,8 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
     Parameters
     ----------
     rig : dict
-        {"rotor": {"kind": ..., options}, "cracks": [...], "bearings": [...], "effects": [...], "sensors": [nodes],
-        "static_deflection_m": {node: prescribed value, real}, "prior": see `uncertainty`}
+        {"rotor": {"kind": ..., options}, "cracks": [...], "bearings": [...], "foundation": [...], "effects": [...],
+        "sensors": [nodes], "static_deflection_m": {node: prescribed value, real}, "prior": see `uncertainty`}
     where : str, optional
         Its name in error messages.
     reading : Reading, optional
@@ -130,33 +137,41 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
     plugin = registry().get("rotor", kind_of(rig["rotor"], place), place)
     options = check_options(plugin.function, without_kind(rig["rotor"]), place)
     with named(place):
-        structure = plugin.function(**options)
-    check_structure(structure, plugin, place)
-    origin = Origin(plugin.function, options, plugin.uncertain)
+        check_structure(plugin.function(**options), plugin, place)
+    function = on_housings(plugin.function, _housings(rig, where))
+    structure, origin = function(**options), Origin(function, options, plugin.uncertain)
     bearing_nodes = tuple(item["node"] for item in _at_nodes(rig.get("bearings")))
     for node in bearing_nodes:
         if node not in structure.nodes:
             raise unknown_name("node", node, structure.nodes, f"{where}, bearings")
+    sensors = _sensors(rig.get("sensors"), structure, where)
     structure = replace(
         structure,
         bearing_nodes=bearing_nodes,
         labels=_labels(rig),
         origin=origin,
+        riding=_riding(rig, structure, sensors, where),
         reading=reading or Reading(),
     )
-    sensors = _sensors(rig.get("sensors"), structure, where)
     terms = []
-    for section in ("cracks", "bearings", "effects"):
+    for section in ("cracks", "bearings", "foundation", "effects"):
         if not isinstance(rig.get(section) or [], list):
             raise RotorstudyError(
                 f"section '{section}' in {where} must be a list of items, each starting with '- kind:'"
             )
         for i, item in enumerate(rig.get(section) or []):
-            terms.append(make_term(SECTIONS[section], item, structure, sensors, f"{where}, {section}[{i}]"))
-        if section == "bearings" and rig.get(section):
-            own = tuple(term for term in terms if term.carries)
+            place, is_foundation = f"{where}, {section}[{i}]", section == "foundation"
+            kind = SECTIONS[section]
+            terms.append(make_term(kind, item, structure, sensors, place, is_foundation=is_foundation))
+        if SECTIONS[section] == "bearing" and rig.get(section):
+            own = tuple(term for term in terms if term.carries and not term.is_foundation)
             structure = replace(structure, support=_support(structure, terms), bearings=own)
     _check_together(structure, terms, where)
+    for node in structure.housings:
+        here = structure.index(node, "housing")
+        entries = [e for term in terms if term.is_foundation for p in term.parameters for e in p.entries]
+        if not any((e.order == 2 or e.frequency_only) and e.matrix[here, here] for e in entries):
+            raise RotorstudyError(f"{where}, foundation: what the bearing at node {node} stands on has no mass")
     held = _held_deflection(rig.get("static_deflection_m"), structure, where)
     model = Model(structure, tuple(terms), sensors, held)
     if rig.get("prior") is None:
@@ -213,6 +228,30 @@ def _at_nodes(items):
     """Items of a section that have a node; mistakes are found when their terms are made."""
     items = items if isinstance(items, list) else []
     return [item for item in items if isinstance(item, dict) and isinstance(item.get("node"), int)]
+
+
+def _housings(rig, where):
+    """Nodes of the items of the section `foundation:`, each once; all must have a bearing."""
+    items, found = rig.get("foundation") or [], []
+    for i, item in enumerate(items if isinstance(items, list) else []):
+        given = item if isinstance(item, dict) else {}
+        given = [value for key, value in given.items() if key == "node" or str(key).endswith("_node")]
+        found += given
+        for node in given:
+            if node not in (known := [one["node"] for one in _at_nodes(rig.get("bearings"))]):
+                raise unknown_name("node of a bearing", node, known, f"{where}, foundation[{i}]")
+    return dict.fromkeys(found)
+
+
+def _riding(rig, structure, sensors, where):
+    """{node of a probe: node on whose housing it rides}."""
+    measured = rig.get("measurement")
+    probes = measured.get("probes") if isinstance(measured, dict) else None
+    if not isinstance(probes, list) or not all(isinstance(probe, dict) for probe in probes):
+        return {}  # said where the section is read
+    called = {bearing.get("label", bearing["node"]): bearing["node"] for bearing in _at_nodes(rig.get("bearings"))}
+    called |= {node: node for node in structure.bearing_nodes} | {f"bearing {name}": at for name, at in called.items()}
+    return riding_of(probes, called, structure.housings, sensors, where)
 
 
 def _labels(rig):

@@ -8,16 +8,24 @@ import numpy as np
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters
 from rotorstudy.model.depth import keys_from_depth
+from rotorstudy.model.foundation import at_housings
 from rotorstudy.model.key_units import aliases_of, in_si, spellings
+from rotorstudy.model.kinds import Bearing
 from rotorstudy.model.options import Whole, check_options, choices, number_hint, option_names, plain
 from rotorstudy.model.plugin_results import check_parameters, check_shapes
 from rotorstudy.model.registry import registry
-from rotorstudy.model.structure import Structure
+from rotorstudy.model.structure import Structure, at_supports
 from rotorstudy.model.terms import Term
 
 
 def make_term(
-    section: str, item: dict, structure: Structure, sensors: tuple[int, ...], where: str = "the term"
+    section: str,
+    item: dict,
+    structure: Structure,
+    sensors: tuple[int, ...],
+    where: str = "the term",
+    *,
+    is_foundation: bool = False,
 ) -> Term:
     """The Term described by an item of a rig: kind, label, options, and values of its parameters.
 
@@ -36,6 +44,8 @@ def make_term(
         Nodes with a sensor.
     where : str, optional
         Its name in error messages.
+    is_foundation : bool, optional
+        Whether a bearing acts between what the one at that node stands on and the ground.
 
     Returns
     -------
@@ -71,11 +81,11 @@ def make_term(
         with named(where):
             options |= {name: value(structure, options.get("node")) for name, value in missing.items()}
     function = crack_parameters if section == "crack" else plugin.function
-    parameters = _parameters(plugin, function, fixed, options, where)
+    parameters = _parameters(plugin, function, fixed, options, where, is_foundation)
     for changed in _other_choices(plugin, options, given):
         if {*given} <= {*_keys(parameters), *options}:
             break
-        others = _parameters(plugin, function, fixed, changed, where)
+        others = _parameters(plugin, function, fixed, changed, where, is_foundation)
         if {*given} <= {*_keys(others), *changed}:
             parameters, options = others, changed
     keys = _keys(parameters)
@@ -89,7 +99,17 @@ def make_term(
         )
     changes = getattr(plugin, "changes_bearing", False)
     carries = section == "bearing" or changes
-    return Term(plugin.name, parameters, values, acts_on, label, carries, is_bearing_number=changes, options=options)
+    return Term(
+        plugin.name,
+        parameters,
+        values,
+        acts_on,
+        label,
+        carries,
+        is_bearing_number=changes,
+        options=options,
+        is_foundation=is_foundation,
+    )
 
 
 def with_options(term: Term, options: dict, structure: Structure, sensors: tuple[int, ...]) -> Term:
@@ -130,12 +150,14 @@ def _fixed(plugin, section, structure, sensors):
     return fixed
 
 
-def _parameters(plugin, function, fixed, options, where):
-    """The parameters that a plugin gives, checked."""
+def _parameters(plugin, function, fixed, options, where, is_foundation=False):
+    """The parameters that a plugin gives, checked, of supports where these are."""
     with named(where):
         found = function(**fixed, **options)
     parameters, on_output = check_parameters(found, plugin, where), getattr(plugin, "acts_on", "rotor") == "output"
     check_shapes(parameters, len(fixed["sensors"]) if on_output else len(fixed["structure"].dofs), plugin, where)
+    if isinstance(plugin, Bearing) or getattr(plugin, "places", None) is at_supports:
+        return at_housings(fixed["structure"], parameters, from_ground=is_foundation)
     return parameters
 
 

@@ -38,7 +38,8 @@ class Structure(CrackPlaces, UnderWeight):
 
     mass, stiffness, gyroscopic : (dof, dof)
     static_load : (dof,) gravity, real part along the downward x axis, N (N m for a tilt)
-    dofs        : one (node, "translation" or "tilt") for each coordinate
+    dofs        : one (node, "translation", "tilt" or "housing") for each coordinate; a housing is what a bearing
+                  stands on, see `foundation`
     stiffness_loss : name -> (pattern (dof, dof), unit, typical size), the stiffness lost by a crack; if it can be at
                      several places, a function(node, element) -> such a dict, one argument being None
     shape_at    : position along the shaft, m -> (dof,) deflection there by a unit of each coordinate; None if unknown
@@ -55,6 +56,7 @@ class Structure(CrackPlaces, UnderWeight):
     support     : (dof, dof) static stiffness of the bearings, N/m; for usual sizes alone, as bearings are terms
     vibration   : usual vibration in the records to be explained, m; for usual sizes alone
     origin      : the Origin, set where a rig is read; None for a structure without a plugin
+    riding      : node with a sensor -> node on whose housing it rides
     reading     : the Reading of the records, set where they are read; by default of probes along x and y
     """
 
@@ -78,6 +80,7 @@ class Structure(CrackPlaces, UnderWeight):
     support: np.ndarray | None = None
     vibration: float = 0.0
     origin: Origin | None = None
+    riding: dict = field(default_factory=dict)
     reading: Reading = field(default_factory=Reading)
 
     def label_at(self, where: dict) -> str:
@@ -132,8 +135,13 @@ class Structure(CrackPlaces, UnderWeight):
 
     @property
     def nodes(self) -> tuple[int, ...]:
-        """Nodes that can translate; a node on a rigid support only tilts."""
+        """Nodes of the shaft that can translate; a node on a rigid support only tilts."""
         return tuple(sorted({node for node, motion in self.dofs if motion == "translation"}))
+
+    @cached_property
+    def housings(self) -> tuple[int, ...]:
+        """Nodes whose bearings stand on a foundation that moves."""
+        return tuple(node for node, motion in self.dofs if motion == "housing")
 
     def index(self, node: int | None, motion: str = "translation") -> int:
         """Position of a coordinate.

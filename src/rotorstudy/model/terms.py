@@ -144,6 +144,7 @@ class Term:
     is_bearing_number : whether it is a number of bearings, whose entries are the derivatives of theirs, see
                         `Model.at`
     options : of its plugin, in SI
+    is_foundation : whether it acts between the housing of a bearing and the ground
     """
 
     kind: str
@@ -155,6 +156,7 @@ class Term:
     variation: Variation | None = None
     is_bearing_number: bool = False
     options: dict = field(default_factory=dict)
+    is_foundation: bool = False
 
     @property
     def acts_on_output(self) -> bool:

@@ -7,6 +7,7 @@ from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.diagnosis.verdict.dataset import verdict_dataset
 from rotorstudy.diagnosis.verdict.extend import extended_rig
+from rotorstudy.diagnosis.verdict.hidden import with_hidden
 from rotorstudy.diagnosis.verdict.result import Verdict
 from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.measurement.measurement import measured_spectrum
@@ -36,8 +37,8 @@ def compare_files(before: list[str | Path], after: list[str | Path], rig_path: s
     check_names(settings, model, f"{rig_path}, diagnosis")
     with shown_for(rig_file.given, str(rig_path)):
         found = compare(first, second, model, settings=settings, findings=(*findings, *more))
-        said = summary(found.diagnosis.verdict, of_change=True)
-    diagnosis = found.diagnosis
+        diagnosis = with_hidden(found.diagnosis)
+        said = summary(diagnosis.verdict, of_change=True)
     added = [registry().get("effect", cause.effect) for cause in diagnosis.verdict.causes]
     origin = provenance(rig_file.given, [*named_plugins(rig_file.given), *added])
     names = [", ".join(map(str, paths)) for paths in (before, after)]

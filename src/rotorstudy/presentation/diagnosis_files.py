@@ -8,6 +8,7 @@ from pathlib import Path
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.diagnosis.verdict.dataset import verdict_dataset
 from rotorstudy.diagnosis.verdict.extend import extended_rig
+from rotorstudy.diagnosis.verdict.hidden import with_hidden
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.result import Verdict
 from rotorstudy.measurement.measurement import measured_spectrum
@@ -46,7 +47,7 @@ def diagnose_files(
     spectrum, model, findings = measured_spectrum(records, rig_file)
     check_names(settings, model, f"{rig_path}, diagnosis")
     with shown_for(rig, str(rig_path)):
-        diagnosis = investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings)
+        diagnosis = with_hidden(investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings))
     added = [registry().get("effect", cause.effect) for cause in diagnosis.verdict.causes]
     origin = provenance(rig, [*named_plugins(rig), *added])
     origin |= {"records": ", ".join(map(str, records)), "rig": str(rig_path)}

@@ -7,7 +7,12 @@ import numpy as np
 
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable, sizes
 from rotorstudy.diagnosis.verdict.steps import known_and_not, next_steps, separated
-from rotorstudy.diagnosis.verdict.words import detection_limits, excluded_in_words, smallest_detected
+from rotorstudy.diagnosis.verdict.words import (
+    detection_limits,
+    excluded_in_words,
+    hidden_in_words,
+    smallest_detected,
+)
 from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES
 from rotorstudy.presentation.charts import along_probes, bode_charts, speed_view
 from rotorstudy.presentation.diagnosis_figures import shown_speed, worst_nodes
@@ -114,6 +119,7 @@ def _hides(verdict):
         said.append(
             f"Not considered, although it would look similar: {', '.join(map(readable, verdict.not_considered))}."
         )
+    said += hidden_in_words(verdict)
     if found := smallest_detected(verdict):
         said.append(f"Smaller effects: detected with a probability of 95 % from {'; '.join(found)} (more below).")
     return said

@@ -13,6 +13,7 @@ from rotorstudy.presentation.rotor_figures import rotor_figures
 from rotorstudy.presentation.rotor_page import rotor_page
 from rotorstudy.store import provenance, save, write_text
 from rotorstudy.studies.rotor_analysis import analyse_rotor
+from rotorstudy.studies.stability_margin import stability_margin
 from rotorstudy.studies.unbalance_response import probe_vectors
 
 log = logging.getLogger(__name__)
@@ -43,6 +44,8 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
     analysis = analyse_rotor(model, *speeds, reading)
     if operating and not speeds[1] and float(analysis.data.speed[-1]) < BEYOND * operating[1]:
         analysis = analyse_rotor(model, speeds[0], BEYOND * operating[1], reading)
+    if operating:
+        analysis = analysis._replace(operating=operating, margin=stability_margin(model, operating[1]))
     with whole_folder(out) as folder, shown_for(rig.given, str(rig_path)):
         log.info("drawing")
         figures = rotor_figures(rig, analysis, measured, operating)

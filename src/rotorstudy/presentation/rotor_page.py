@@ -10,11 +10,14 @@ from rotorstudy.presentation.tables import cells
 from rotorstudy.response.resonance import required_margin, separation_margin
 from rotorstudy.store import as_complex
 from rotorstudy.studies.rotor_analysis import RESONANT
-from rotorstudy.units import number, percent, shown_amplitude, shown_speed
+from rotorstudy.units import number, percent, quantity, shown_amplitude, shown_speed
 
 MOST_EFFECTS = 8  # on the least stable mode, the largest
 RIGID = 1e-3  # of the weight: what the bearings do not carry beyond that is carried by rigid supports
 ROUND_OFF = 1e-9  # of the weight
+LEAST_DECREMENT = 0.1  # API 617, 8th edition, part 1, 4.8.5
+OIL_WHIRL, LITTLE_DAMPED = (0.35, 0.55), 0.3  # frequency over speed, and logarithmic decrement below which it is said
+SAME_RESONANCE = 0.05  # a peak of a probe within this of a critical speed is that of its mode
 
 
 def rotor_page(analysis, figures, title, operating=None, measured=None):
@@ -93,6 +96,7 @@ def summary(analysis):
         found.append(f"The rotor is stable up to {last}{_checked(analysis)}.")
     else:
         found.append(f"The rotor is unstable from {_speed(analysis.threshold, False)}{_until(analysis)}.")
+    found += [*_stability(analysis), *_margins(analysis)]
     found.append(f"Unbalance: {analysis.unbalance}.")
     if analysis.left_out:
         found.append(
@@ -112,6 +116,51 @@ def summary(analysis):
     unbounded = dict.fromkeys(_speed(p.peak.speed) for p in analysis.peaks if np.isinf(p.peak.amplitude))
     if unbounded:
         found.append(f"No damping acts on the resonance at {', '.join(unbounded)}: its response has no bound.")
+    return found
+
+
+def _stability(analysis):
+    """Sentences on the least damped forward mode at the highest operating speed, as in level 1 of API 617."""
+    margin = analysis.margin
+    if margin is None:
+        return []
+    share = margin.frequency / margin.speed
+    mode = f"the least damped forward mode ({_speed(margin.frequency)}, {percent(share, 2)} of the speed)"
+    found = [
+        f"At {_speed(margin.speed)} {mode} has the logarithmic decrement {number(margin.log_decrement, 3)}; API 617 "
+        f"asks for {LEAST_DECREMENT:g} with the cross-coupling that the machine is expected to have."
+    ]
+    if margin.cross_coupling:
+        bears = f"Cross-coupling of {quantity(margin.cross_coupling, 'N/m')} at node {margin.node} takes it to zero"
+        found.append(f"{bears}; API 617 (level 1) asks for more than twice what is expected there, else for level 2.")
+    if margin.on_films and OIL_WHIRL[0] < share < OIL_WHIRL[1] and margin.log_decrement < LITTLE_DAMPED:
+        found.append(
+            "Oil whirl: a forward mode near half of the speed is driven by the films. Watch for a line at "
+            f"{percent(share, 2)} of the speed; more load, less clearance or thicker films change it."
+        )
+    return found
+
+
+def _margins(analysis):
+    """A sentence on the separation margin of each critical speed that shows, up to the end of the range."""
+    if not analysis.operating:
+        return []
+    found = []
+    for one in analysis.resonant:
+        margin = separation_margin(one.speed, analysis.operating)
+        near = [p.peak for p in analysis.peaks if abs(p.peak.speed / one.speed - 1) < SAME_RESONANCE]
+        needed = [required_margin(peak, analysis.operating) for peak in near]
+        needed = max((share for share in needed if np.isfinite(share)), default=None)
+        place = "below" if one.speed < analysis.operating[0] else "above"
+        text = f"The critical speed {_speed(one.speed)} is {percent(margin)} {place} the operating range"
+        if not margin:
+            text = f"The critical speed {_speed(one.speed)} is inside the operating range"
+        if needed is None:
+            found.append(f"{text}; its amplification is not known, or no probe shows it.")
+        elif margin >= needed:
+            found.append(f"{text}; API 617 asks for {percent(needed)}.")
+        else:
+            found.append(f"{text}: too near, API 617 asks for {percent(needed)}.")
     return found
 
 

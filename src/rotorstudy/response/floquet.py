@@ -120,10 +120,11 @@ def _shapes(model, theta):
     count, own = len(model.structure.dofs), model.matrices(theta)
     held = model.structure.support if model.structure.support is not None else 0
     stiffness = np.real(own.stiffness + held)
+    mass = own.mass + _mass_of_housings(model, theta)
     if count <= ALL_KEPT:
-        return eigh(stiffness, own.mass)[1]
-    scale = np.sqrt(np.diag(own.mass))  # translations and tilts have different units
-    modes = eigh(stiffness, own.mass, subset_by_index=(0, MODES - 1))[1]
+        return eigh(stiffness, mass)[1]
+    scale = np.sqrt(np.diag(mass))  # translations and tilts have different units
+    modes = eigh(stiffness, mass, subset_by_index=(0, MODES - 1))[1]
     acting = [np.asarray(e.matrix) for _, u in model.acting for e in u.entries if e.reads_motion]
     touched = [(matrix != 0).any(axis=0) | (matrix != 0).any(axis=1) for matrix in acting]
     touched = np.any([np.zeros(count, bool), *touched], axis=0)
@@ -131,7 +132,13 @@ def _shapes(model, theta):
     static = np.linalg.lstsq(stiffness / np.outer(scale, scale), loads / scale[:, None], rcond=1e-12)[0]
     found = np.column_stack([modes * scale[:, None], static / np.linalg.norm(static, axis=0)])
     kept = orth(found / np.linalg.norm(found, axis=0), rcond=1e-9) / scale[:, None]
-    return kept @ eigh(kept.T @ stiffness @ kept, kept.T @ own.mass @ kept)[1]
+    return kept @ eigh(kept.T @ stiffness @ kept, kept.T @ mass @ kept)[1]
+
+
+def _mass_of_housings(model, theta):
+    """Mass (dof, dof) of the foundation, kg, which the rotor alone does not have; 0 without a foundation."""
+    entries = [(theta[p], entry) for p, unknown in model.acting for entry in unknown.entries if entry.order == 2]
+    return -sum(size * np.real(entry.matrix) for size, entry in entries if model.structure.housings and entry.on == "z")
 
 
 def _steady_state(model, theta, speed):

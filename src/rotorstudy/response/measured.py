@@ -152,14 +152,14 @@ def at_sensors(model, speed, theta, carried, found, derivatives=None):
     found, derivatives : (..., dof) and (..., dof, parameter) from the static deflection; changed are those of 0X if
                          displacements count from the unloaded line. Without derivatives None is returned for them.
     """
-    true = found[..., model.measured]
-    derivatives = None if derivatives is None else derivatives[..., model.measured, :]
+    true = model.seen(found)
+    derivatives = None if derivatives is None else model.seen(derivatives, axis=-2)
     if model.from_unloaded_line:
         deflection, changes = static_deflection(model, speed, theta, jacobian=derivatives is not None)
         for mean in np.flatnonzero(carried == 0):
-            true[..., mean, :] += deflection[..., model.measured]
+            true[..., mean, :] += model.seen(deflection)
             for p, change in changes.items():
-                derivatives[..., mean, :, p] += change[..., model.measured]
+                derivatives[..., mean, :, p] += model.seen(change)
     return true, derivatives
 
 

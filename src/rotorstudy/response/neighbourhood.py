@@ -82,7 +82,7 @@ class Neighbourhood:
         """Measured harmonics (speed, component, harmonic * sensor) by the forces of `replies`, m/N."""
         if coordinate not in self.by_shown:
             shown, carried = positions(self.harmonics, self.blocks), len(self.blocks.harmonics)
-            seen = self.replies(coordinate)[:, shown][:, :, self.model.measured]
+            seen = self.model.seen(self.replies(coordinate)[:, shown], axis=2)
             seen = seen.reshape(len(self.speed), -1, 2 * carried)
             self.by_shown[coordinate] = np.ascontiguousarray(np.swapaxes(seen, 1, 2))
         return self.by_shown[coordinate]
@@ -121,9 +121,8 @@ class Neighbourhood:
         carried, speeds = len(self.blocks.harmonics), len(self.speed)
         fresh = [coordinate for coordinate in acted if coordinate not in self.by_coordinate]
         if 2 * carried * len(fresh) >= count:
-            return self._solved(columns.dense(len(self.model.structure.dofs), count))[:, shown][
-                :, :, self.model.measured
-            ]
+            moved = self._solved(columns.dense(len(self.model.structure.dofs), count))[:, shown]
+            return self.model.seen(moved, axis=2)
         self._solve_for(fresh)
         found = np.zeros((speeds, count, len(shown) * len(self.model.measured)), complex)
         for coordinate in acted:

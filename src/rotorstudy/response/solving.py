@@ -105,8 +105,8 @@ def _condensed(matrices, n, speed, kept, stiffness):
         return uncoupled(some, n, speed)
 
     passed = at(part(kept, gone)) @ np.linalg.solve(at(part(gone, gone)), at(part(gone, kept)))
-    size = np.abs(np.diagonal(passed, axis1=-2, axis2=-1)) / stiffness[kept]
-    if not np.all(size < CONDENSED_AT_MOST):
+    size = np.abs(np.diagonal(passed, axis1=-2, axis2=-1))
+    if not np.all(size <= CONDENSED_AT_MOST * stiffness[kept]):  # of a housing both are zero
         raise np.linalg.LinAlgError
     return at(part(kept, kept)) - passed
 

@@ -47,7 +47,9 @@ def static_loads(model, deflection, speed):
     dofs = model.structure.dofs
     moves = np.flatnonzero([motion == "translation" for _, motion in dofs])
     found = []
-    for term in (term for term in model.terms if term.carries and not term.is_bearing_number):
+    for term in model.terms:
+        if not term.carries or term.is_bearing_number or term.is_foundation:
+            continue
         springs = [_springs(unknown, [speed]) for unknown in term.unknowns]
         pairs = [(value, spring) for value, own in zip(term.theta, springs, strict=True) for spring in own]
         # a shift of the whole rotor shows where the bearing acts, also where it carries nothing (vertical shafts)

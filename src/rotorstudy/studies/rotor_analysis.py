@@ -25,6 +25,7 @@ from rotorstudy.response.whirl import (
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import SPEED
 from rotorstudy.studies.growth import growth_over_speed
+from rotorstudy.studies.stability_margin import StabilityMargin
 from rotorstudy.studies.unbalance_response import NARROWEST, finer_speeds, probe_vectors, unbounded, with_unbalance
 
 log = logging.getLogger(__name__)
@@ -74,6 +75,7 @@ class RotorAnalysis(NamedTuple):
     timeless  : kinds of effects that whirl and stability leave out: they are stated in frequency only
     at_spin_speed : whether whirl and stability take the timeless ones as they act at the spin speed instead
     unbalance : how the rotor is unbalanced, in words
+    operating : lowest and highest operating speed, rad/s, if stated;  margin : StabilityMargin at the highest
     """
 
     data: object
@@ -87,6 +89,8 @@ class RotorAnalysis(NamedTuple):
     timeless: list
     at_spin_speed: bool
     unbalance: str
+    operating: tuple[float, float] | None = None
+    margin: StabilityMargin | None = None
 
     @property
     def resonant(self):

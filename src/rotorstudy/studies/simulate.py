@@ -33,7 +33,7 @@ def from_rest(config, model, speeds, late_samples=0.0):
             time_response(model, w, time + start, relative_tolerance=1e-8)
             for w, start in zip(speeds, settled, strict=True)
         ]
-    return np.array([motion[:, model.measured].T for motion in found])
+    return np.array([model.seen(motion).T for motion in found])
 
 
 SOURCES = {"steady state": steady_state, "from rest": from_rest}

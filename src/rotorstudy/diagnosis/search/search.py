@@ -70,7 +70,7 @@ def begin(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     """
     model = with_vibration(model, spectrum) if model.before is None else model
     whole, prior = base_model(model, settings)
-    base = fit(whole, spectrum, prior)
+    base = fit(whole, spectrum, prior, from_afar=True)
     every, failures = candidates(model, settings)
     return Search(
         model,

@@ -3,7 +3,7 @@
 import numpy as np
 
 from rotorstudy.diagnosis.search.explanations import Search
-from rotorstudy.diagnosis.verdict.one_place import linearised_places
+from rotorstudy.diagnosis.verdict.one_place import linearised_places, most_forces
 from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.units import p_value, percent
@@ -19,7 +19,7 @@ def first_answer(work: Search) -> str:
     if p_residual >= work.settings.significance:
         return f"first answer: the rig explains the records (residual: {p_value(p_residual)})"
     said = f"first answer: the rig leaves {np.sqrt(work.base.cost / rows):.3g} standard deviations (rms) unexplained"
-    places = linearised_places(work, work.spectrum)
+    places = linearised_places(work, work.spectrum) if most_forces(work.spectrum) >= 1 else []
     if not places:
         return said
     (place, number, kind), left = places[0]

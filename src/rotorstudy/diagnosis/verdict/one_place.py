@@ -70,10 +70,14 @@ def replacing_places(work: Search, spectrum: Spectrum) -> list[tuple[OnePlace, b
 
 
 def linearised_places(work: Search, spectrum: Spectrum) -> list[tuple[tuple, float]]:
-    """((kind of place, its number, kind of force), cost) of one free force at each node about the base fit, the least
-    first.
+    """((kind of place, its number, kind of force), cost) of one free force about the base fit, the least first.
+
+    It acts at a node, or at what its bearing stands on.
     """
-    known = {one: rows for one, rows in _places(work.rig.structure) if one[2] == "force"}
+    structure = work.rig.structure
+    known = {one: rows for one, rows in _places(structure) if one[2] == "force"}
+    for node in structure.housings:
+        known["the foundation at node", node, "force"] = structure.unit(node, "housing")[None]
     try:
         found = _trials(work, spectrum, work.base.stated_theta, known)
     except NoSteadyState:
@@ -106,6 +110,8 @@ def _places(structure):
     units = np.eye(len(structure.dofs))
     kinds = {"translation": "force", "tilt": "moment"}
     for (node, motion), row in zip(structure.dofs, units, strict=True):
+        if motion == "housing":
+            continue
         yield ("node", node, kinds[motion]), row[None]
     for place in structure.crack_places():
         if "element" in place and structure.curvature_at is not None:

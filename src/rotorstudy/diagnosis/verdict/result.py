@@ -186,6 +186,15 @@ class DetectionLimit(Place):
     of_typical: float | None
 
 
+class Hidden(Place):
+    """A fault that operators fear: the size at a place seen with 95 %; None if none is, and what to measure then."""
+
+    parameter: str
+    size: float | None
+    unit: str
+    measure: str = ""
+
+
 class MovedParameter(Result):
     """A parameter of the rig that the fit moved by more than two of its stated standard deviations."""
 
@@ -237,6 +246,7 @@ class Verdict(Result):
     outside_probability: float = 0.0
     corrects_model: bool = False
     detection_limit: tuple[DetectionLimit, ...]
+    hidden: tuple[Hidden, ...] = ()
     gain: Gain | None
     base_parameters: tuple[MovedParameter, ...]
     identifiability: Identifiability

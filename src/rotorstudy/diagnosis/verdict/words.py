@@ -6,6 +6,7 @@ from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, read
 from rotorstudy.diagnosis.verdict.far_from_the_rig import moved_far
 from rotorstudy.units import number, p_value, percent, probability, quantity, spins
 
+OF_DIAMETER = "of the diameter"  # unit of the depth of a crack
 FEW = 3  # detection limits, or unexplained harmonics, in a sentence
 SEVERAL = 6  # other possible causes in a sentence
 SAME_WEIGHT = 0.05  # difference of the weights of two discs in a sum that is not worth saying
@@ -85,7 +86,8 @@ def _said(verdict, of_change):
         nothing = "changed beyond the noise and the repeatability of the records" if of_change else f"is {why}"
         found, what = smallest_detected(verdict), "changes" if of_change else "sizes"
         limits = f" Smallest {what} detected with a probability of 95 %: {', '.join(found)}." if found else ""
-        return f"Nothing {nothing} ({residual}).{limits}"
+        hides = "".join(f" {sentence}" for sentence in hidden_in_words(verdict))
+        return f"Nothing {nothing} ({residual}).{limits}{hides}"
     if verdict.measuring_chain:
         chain = verdict.measuring_chain
         beside = f" together with {place(chain.beside)}" if chain.beside else ""
@@ -171,6 +173,38 @@ def where_it_acts(verdict):
     first, *others = places
     also = f"; so do {' or '.join(others)}" if others else ""
     return f"{first} alone, free at every speed and harmonic, explains the records{also}."
+
+
+def hidden_in_words(verdict):
+    """A sentence on each fault that operators fear: where it is seen from which size on, and where it could hide."""
+    rows, said = {}, []
+    for row in verdict.hidden:
+        rows.setdefault((row.effect, row.where.get("number", "")), []).append(row)
+    for (effect, number_of_bearing), places in rows.items():
+        name = readable(effect) + f" ({readable(number_of_bearing)})" * bool(number_of_bearing)
+        seen = sorted((row for row in places if row.size is not None), key=lambda row: row.size)
+        text = ""
+        if seen:
+            ends = [f"{_hidden_size(row)} ({_where(row)})" for row in (seen[:1] + seen[1:][-1:])]
+            text = f"{name} is seen with 95 % from {' to '.join(ends)} on"
+        if blind := [row for row in places if row.size is None]:
+            at = ", ".join(map(_where, blind))
+            text += ("; " if seen else f"{name} is ") + (
+                f"not observable with these probes and speeds {at}: measure {blind[0].measure}"
+            )
+        said.append(f"{text[0].upper()}{text[1:]}.")
+    return said
+
+
+def _hidden_size(row):
+    """Of a feared fault: a share as a percentage, else with its unit."""
+    if row.unit in ("1", OF_DIAMETER):
+        return f"{percent(row.size, 2)}{f' {row.unit}' * (row.unit == OF_DIAMETER)}"
+    return quantity(row.size, row.unit)
+
+
+def _where(row):
+    return place(row.model_copy(update={"effect": "", "where": {k: v for k, v in row.where.items() if k != "number"}}))
 
 
 def gain_in_words(verdict):

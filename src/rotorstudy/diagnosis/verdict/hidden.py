@@ -1,0 +1,141 @@
+"""What could hide: for every fault that operators fear, the size that would have been seen.
+
+A fault of some size changes the records by what the rig with it predicts beyond the rig without. What the uncertain
+values of the rig cannot take up of that, in standard deviations of the records, is how clearly it is seen. It is found
+with a probability of 95 % where that exceeds what its odds need by `evidence.POWER`.
+"""
+
+import logging
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.candidates import candidate
+from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
+from rotorstudy.diagnosis.search.screening import Projection
+from rotorstudy.diagnosis.verdict.evidence import POWER
+from rotorstudy.diagnosis.verdict.result import Hidden
+from rotorstudy.diagnosis.verdict.words import OF_DIAMETER, summary
+from rotorstudy.errors import NoSteadyState, RotorstudyError
+from rotorstudy.inference.prediction import predicted
+from rotorstudy.model.registry import registry, using
+
+log = logging.getLogger(__name__)
+
+STEPS = 4  # of the size, towards the one that is just seen
+SMALLEST = 1e-3  # of the largest size: a smaller one is stated as that
+NARROWED = 30.0  # by which the data narrow the range of a searched shape option: its share in the odds
+UNITS = {"depth_ratio": OF_DIAMETER}
+
+
+def what_could_hide(work: Search) -> list[Hidden]:
+    """The size of every feared fault at every place that is seen with 95 %; None where even the largest is not.
+
+    work : a search that is over
+    """
+    plugins = registry().plugins["effect"]
+    tried = {c.effect for c in work.candidates}
+    seen = _Sight(work)
+    return [
+        row
+        for name, plugin in sorted(plugins.items())
+        if plugin.feared and name in tried and name not in work.failures
+        for row in _of_fault(work, plugin, seen)
+    ]
+
+
+def with_hidden(diagnosis):
+    """A Diagnosis whose verdict says what could hide, also in its summary."""
+    if diagnosis.search.stopped:
+        return diagnosis
+    log.info("how large feared faults must be to be seen")
+    with using(registry()):
+        verdict = diagnosis.verdict.model_copy(update={"hidden": tuple(what_could_hide(diagnosis.search))})
+    return replace(diagnosis, verdict=verdict.model_copy(update={"summary": summary(verdict)}))
+
+
+def _of_fault(work, plugin, seen):
+    """A Hidden for each place of a fault."""
+    feared, structure = plugin.feared, work.rig.structure
+    places = [(where, where) for where in plugin.places(structure, work.rig.sensors)]
+    if feared.places is not None:
+        places = feared.places(structure)
+    for where, options in places:
+        found = None
+        for worst in (dict(zip(feared.worst, chosen, strict=True)) for chosen in product(*feared.worst.values())):
+            shape = {
+                name: factor * structure.scales.usual(scale, where.get("node"))
+                for name, (factor, scale) in feared.shape.items()
+            }
+            try:
+                size, unit = _just_seen(work, plugin, {**options, **shape, **worst}, seen)
+            except RotorstudyError:  # it cannot act there
+                break
+            found = (size if found is None or size is None or (found[0] or 0) < size else found[0]), unit
+            if size is None:
+                break
+        if found:
+            measure = "" if found[0] is not None else feared.measure
+            label = structure.label_at(where)
+            row = {"effect": plugin.name, "where": where, "label": label, "parameter": feared.size, "unit": found[1]}
+            yield Hidden(**row, size=found[0], measure=measure)
+
+
+def _just_seen(work, plugin, options, seen):
+    """Size that is seen with 95 % at a place, None if none is, and its unit."""
+    feared, model = plugin.feared, work.base.model
+    own = {name: value for name, value in options.items() if name != feared.size}
+    is_option = feared.size in plugin.shape
+
+    def cause(size):
+        return candidate(work.rig, plugin.name, {**own, feared.size: size} if is_option else own, label="hidden")
+
+    largest = cause(feared.largest)
+    (parameter,) = [p for p in largest.term.parameters if is_option or p.name == feared.size][:1]
+    unit = UNITS.get(feared.size, "1") if is_option else parameter.unit
+    scale = 1.0 if is_option else parameter.typical
+    place = next(c for c in work.candidates if c.effect == plugin.name)
+    gain = work.prior_odds.even_odds_gain(place) + 2 * len(plugin.shape) * np.log(NARROWED)
+    needed = np.sqrt(2 * LEAST_LOG_ODDS + gain) + POWER
+
+    def clearness(size):
+        one = cause(size) if is_option else largest
+        values = {p.name: p.default or 0.0 for p in one.term.parameters}
+        values[parameter.name] = parameter.typical if is_option else size * scale
+        return seen.of(model, replace(one.term, values=values))
+
+    size, exponent = feared.largest, 3.0 if is_option else 1.0
+    found = clearness(size)
+    if not found >= needed:
+        return None, unit
+    for _ in range(STEPS):
+        step = (needed / found) ** (1 / exponent) if np.isfinite(found) else 0.5
+        other = max(size * step, SMALLEST * feared.largest)
+        if other == size or 0.97 < step < 1.03:
+            break
+        now = clearness(other)
+        if np.isfinite(now) and np.isfinite(found) and now > 0 and now != found:
+            exponent = float(np.clip(np.log(now / found) / np.log(other / size), 0.3, 6.0))
+        size, found = other, now
+    return min(size * scale, feared.largest * scale), unit
+
+
+class _Sight:
+    """How clearly a change of the machine is seen beside the uncertain values of the rig."""
+
+    def __init__(self, work):
+        self.work, self.projection = work, Projection(work.base, work.spectrum)
+        self.sound = predicted(work.base.model, work.spectrum, work.base.theta)
+
+    def of(self, model, term):
+        """In standard deviations of the records; infinite where there is no steady state with it."""
+        faulty = model.plus(term)
+        known = dict(zip(model.names, self.work.base.theta, strict=True))
+        known |= dict(zip((u.name for u in term.unknowns), term.theta, strict=True))
+        try:
+            shown = predicted(faulty, self.work.spectrum, np.array([known[name] for name in faulty.names]))
+        except NoSteadyState:
+            return np.inf
+        change = self.work.spectrum.whitened(shown - self.sound)
+        return float(np.linalg.norm(self.projection.left(change[:, None])))

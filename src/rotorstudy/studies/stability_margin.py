@@ -1,0 +1,73 @@
+"""Stability at one speed as API 617 asks for it: decrement of the least damped forward mode, and what it can bear."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.model.entries import Entry
+from rotorstudy.model.model import Model
+from rotorstudy.model.terms import Parameter, Term
+from rotorstudy.response.stability import growth_rate
+from rotorstudy.response.whirl import damped_modes, is_in_time, time_invariant, without_rotation
+
+FORWARD = 0.2  # direction of a mode above which it is forward whirl
+LARGEST = 10.0  # times the local stiffness: cross-coupling up to which the margin is looked for
+
+
+class StabilityMargin(NamedTuple):
+    """The forward mode of lowest logarithmic decrement at a speed (rad/s), and its frequency (rad/s).
+
+    on_films       : whether bearings depend on the speed, as films do
+    node           : of the heaviest disc, where a fluid is most likely to swirl
+    cross_coupling : there, N/m, that takes the decrement to zero; None if none does, 0 if it is unstable already
+    """
+
+    speed: float
+    frequency: float
+    log_decrement: float
+    node: int
+    cross_coupling: float | None
+    on_films: bool
+
+
+def stability_margin(model: Model, speed: float) -> StabilityMargin | None:
+    """The StabilityMargin of a rotor at a speed; None if it has no forward whirl, or no eigenvalues.
+
+    References
+    ----------
+    API 617, 8th edition, part 1, 4.8.5: level 1 analysis.
+    """
+    from scipy.optimize import brentq
+
+    if not all(is_in_time(term) for term in without_rotation(model).terms if not term.acts_on_output):
+        return None
+    still = time_invariant(model)
+    modes = damped_modes(still, [speed], 2 * len(still.structure.dofs))
+    ratio = np.where(modes.direction[0] > FORWARD, modes.damping_ratio[0], np.nan)
+    if not np.isfinite(ratio).any():
+        return None
+    i, structure = int(np.nanargmin(ratio)), still.structure
+    node = _heaviest(structure)
+    here = structure.unit(node)
+    swirl = Parameter("cross_coupling", "N/m", (Entry(1j * np.outer(here, here)),), 1.0)
+
+    def growth(size):
+        term = Term("cross_coupling", (swirl,), {"cross_coupling": size}, label="stability margin")
+        return float(growth_rate(still.plus(term), [speed])[0])
+
+    largest, found = LARGEST * structure.scales.stiffness(node), None
+    if growth(0.0) > 0:
+        found = 0.0
+    elif growth(largest) > 0:
+        found = float(brentq(growth, 0.0, largest, rtol=1e-6))
+    on_films = any(e.gain for u in still.rotor_unknowns if u.carries for e in u.entries)
+    damping = float(ratio[i])
+    decrement = 2 * np.pi * damping / np.sqrt(max(1 - damping**2, 1e-12))
+    return StabilityMargin(speed, float(modes.frequency[0, i]), decrement, node, found, on_films)
+
+
+def _heaviest(structure):
+    """Node of the heaviest disc; without discs that of the largest mass."""
+    if structure.discs:
+        return max(structure.discs, key=lambda disc: disc.mass).node
+    return max(structure.nodes, key=structure.mass_share)

@@ -1,0 +1,77 @@
+"""What could hide: the sizes of feared faults that are seen, on a rotor on which they are then hidden."""
+
+import numpy as np
+import pytest
+from test_search import TWO_DISCS, hidden
+
+from rotorstudy.diagnosis.search.search import begin
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict.hidden import what_could_hide, with_hidden
+from rotorstudy.diagnosis.verdict.investigate import investigate
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import build_model
+from rotorstudy.response.measured import measured_response
+
+SPEEDS, HARMONICS, NOISE = np.array([120.0, 200.0, 280.0, 360.0]), np.array([1, -1, 2, -2, 3]), 2e-8
+MODEL = build_model(TWO_DISCS)
+FEARED = {name: plugin for name, plugin in registry().plugins["effect"].items() if plugin.feared}
+
+
+def records(model, seed):
+    shown = measured_response(model, SPEEDS, HARMONICS)
+    draws = np.random.default_rng(seed).normal(0, NOISE, (2, *shown.shape))
+    covariance = independent_covariance(np.full(shown.shape, NOISE**2))
+    return Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, MODEL.sensors, covariance)
+
+
+def settings(*effects):
+    """That try some effects alone."""
+    left = [name for name in registry().plugins["effect"] if name not in effects]
+    known = {"uncertainty": {"default": 0.02}, "nuisance": {}, "model_error": 0.0, "model_floor": 0.0}
+    return Settings(**known, leave_out=left, most_causes=1, candidates_per_round=2)
+
+
+@pytest.fixture(scope="module")
+def rows():
+    begun = begin(MODEL, records(MODEL, 1), settings(*FEARED))
+    return what_could_hide(begun)
+
+
+def test_every_feared_fault_has_a_size_or_a_measurement(rows):
+    named = {row.effect for row in rows}
+    assert named == {*FEARED} - {"bearing_change"}  # this rotor has no film
+    assert all((row.size is None) == bool(row.measure) for row in rows)
+    depth = {row.where["element"]: row.size for row in rows if row.effect == "transverse_crack"}
+    assert set(depth) == {1, 2, 3, 4} and depth[2] < depth[1]  # the bending moment is larger between the discs
+
+
+@pytest.mark.parametrize("effect", ["parallel_misalignment", "transverse_crack", "looseness"])
+def test_a_fault_of_twice_its_limit_is_found_and_a_far_smaller_one_is_not(rows, effect):
+    """At the place where it is seen best."""
+    best = min((row for row in rows if row.effect == effect and row.size), key=lambda row: row.size)
+
+    def verdict(share, seed):
+        size = share * best.size
+        values = {
+            "parallel_misalignment": {"harmonics": [2], "misalignment_force_2X_N": size},
+            "transverse_crack": {"angle_rad": 0.4, "depth_ratio": max(size, 1e-3), "flexibility_factor": 1.0},
+            "looseness": {"lift_m": 0.0, "stiffness_lost_in_lift_N_per_m": size},
+        }[effect]
+        middle = {"position_m": 0.15 * best.where["element"] - 0.075} if "element" in best.where else best.where
+        faulty = MODEL.plus(hidden(MODEL, effect, **middle, **values))
+        return investigate(records(faulty, seed), MODEL, settings=settings(effect)).verdict.verdict
+
+    assert verdict(2.0, 5) != "nothing"
+    assert verdict(0.2, 5) == "nothing"
+
+
+def test_a_verdict_of_nothing_says_what_could_hide():
+    found = with_hidden(investigate(records(MODEL, 2), MODEL, settings=settings("transverse_crack")))
+    assert "Transverse crack is seen with 95 % from " in found.verdict.summary and "of the diameter (in element" in (
+        found.verdict.summary
+    )
+    few = records(MODEL, 2)
+    few = few.at_speeds([0]).at_harmonics([1, -1]).with_error(np.full((1, 2, 3), 1e-10))
+    blind = with_hidden(investigate(few, MODEL, settings=settings("transverse_crack")))
+    assert "Transverse crack is not observable with these probes and speeds" in blind.verdict.summary

@@ -1,0 +1,71 @@
+"""Slow-roll vectors are subtracted, and a mean that no film can have is left out."""
+
+import numpy as np
+import pytest
+import yaml
+
+from rotorstudy import build_model
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.measurement.slow_roll import without_missing_mean, without_slow_roll
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+
+SPEEDS, HARMONICS, NODES = np.array([30.0, 40.0, 200.0, 300.0]), np.array([0, 1, -1, 2]), (1, 3)
+RUNOUT = np.array([[1e-6, 2e-6], [3e-6j, 1e-6], [1e-6, -1e-6j], [2e-7, 0]])  # (harmonic, node)
+FILM = {"kind": "short_journal", "diameter_m": 0.05, "length_m": 0.02, "radial_clearance_m": 5e-5,
+        "viscosity_Pa_s": 0.02}  # fmt: skip
+SPRING = {"kind": "linear", "bearing_stiffness_N_per_m": 2e7, "bearing_damping_N_s_per_m": 2e3}
+
+
+def rig(bearing):
+    return {
+        "rotor": {"kind": "finite_element", "elements": [{"length_m": 0.6, "count": 2}], "outer_diameter_m": 0.05},
+        "bearings": [{**bearing, "node": node, "label": str(node)} for node in NODES],
+        "effects": [{"kind": "unbalance", "node": 2, "unbalance_g_mm": 100.0}],
+        "sensors": list(NODES),
+    }
+
+
+def spectrum(amplitude, variance=1e-16):
+    covariance = independent_covariance(np.full(amplitude.shape, variance))
+    return Spectrum(amplitude, SPEEDS, HARMONICS, NODES, covariance)
+
+
+def test_the_vectors_are_the_mean_at_slow_roll_and_their_noise_is_counted():
+    moving = np.array([0, 0, 1, 2])[:, None, None] * np.full((4, 4, 2), 1e-5)
+    scatter = 1e-8 * np.array([1, -1, 0, 0])[:, None, None]
+    found, (note,) = without_slow_roll(spectrum(moving + RUNOUT + scatter), 400.0, "records")
+    assert found.speed.tolist() == [200.0, 300.0] and note.name == "slow roll subtracted"
+    assert np.abs(found.amplitude[:, 1:] - moving[2:, 1:]).max() < 1e-18
+    assert np.abs(found.amplitude[:, 0] - moving[2:, 0] - RUNOUT[0]).max() < 1e-18  # the mean is no runout
+    variance = np.diagonal(found.covariance, axis1=-2, axis2=-1).reshape(2, 2, 2, 4)
+    assert np.allclose(variance[..., 1:], 1.5e-16 / 2) and np.allclose(variance[..., 0], 1e-16 / 2)
+    assert without_slow_roll(found, None, "records") == (found, [])
+    for below in (100.0, 1e4):
+        with pytest.raises(RotorstudyError, match="below it"):
+            without_slow_roll(spectrum(moving), below, "records")
+
+
+def test_a_table_with_a_row_at_slow_roll(tmp_path):
+    given = rig(SPRING) | {"measurement": {"table_node": 1, "harmonics": [1], "slow_roll_below_rpm": 400}}
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(given))
+    rows = [(300, 1.0), (1500, 11.0), (3000, 21.0)]
+    lines = [f"{speed},{node},1,{size},0" for speed, size in rows for node in NODES]
+    (tmp_path / "t.csv").write_text("speed_rpm,node,harmonic,amplitude_um,phase_deg\n" + "\n".join(lines))
+    found, _, findings = measured_spectrum([tmp_path / "t.csv"], tmp_path / "rig.yaml")
+    assert np.allclose(found.amplitude[:, 0, 0], [1e-5, 2e-5]) and len(found.speed) == 2
+    assert "slow roll subtracted" in [finding.name for finding in findings]
+
+
+@pytest.mark.parametrize(
+    ("bearing", "mean", "is_left_out"), [(FILM, 1e-8, True), (FILM, 1e-6, False), (SPRING, 0, False)]
+)
+def test_a_mean_that_is_zero_at_every_speed_is_none_on_films(bearing, mean, is_left_out):
+    """On springs a sound machine shows none; on films one speed with a mean is enough."""
+    amplitude = np.full((4, 4, 2), 1e-5 + 0j)
+    amplitude[:, 0] = 0
+    amplitude[-1, 0, 1] = mean
+    data = spectrum(amplitude)
+    found, notes = without_missing_mean(data, build_model(rig(bearing)), "records")
+    assert (0 not in found.harmonics) == is_left_out and [n.name for n in notes] == ["AC coupling"] * is_left_out
+    assert not is_left_out or without_missing_mean(found, build_model(rig(bearing)), "records") == (found, [])

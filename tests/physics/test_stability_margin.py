@@ -1,0 +1,60 @@
+"""The stability margin in closed form, and what is said of it."""
+
+import re
+
+import numpy as np
+import pytest
+
+from rotorstudy import build_model
+from rotorstudy.presentation.rotor_page import summary
+from rotorstudy.studies.rotor_analysis import analyse_rotor
+from rotorstudy.studies.stability_margin import stability_margin
+
+MASS, STIFFNESS, DAMPING = 2.0, 7.6e5, 60.0
+JEFFCOTT = {
+    "rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS},
+    "effects": [{"kind": "external_damping", "external_damping_N_s_per_m": DAMPING}],
+}
+FREQUENCY = (STIFFNESS / MASS) ** 0.5
+
+
+def test_the_margin_of_a_jeffcott_rotor():
+    """Its decrement is 2 pi zeta / sqrt(1 - zeta^2); cross-coupling of c w_n takes it to zero (Alford 1965)."""
+    found = stability_margin(build_model(JEFFCOTT), 400.0)
+    zeta = DAMPING / (2 * MASS * FREQUENCY)
+    assert found.log_decrement == pytest.approx(2 * np.pi * zeta / np.sqrt(1 - zeta**2), rel=1e-9)
+    assert found.cross_coupling == pytest.approx(DAMPING * FREQUENCY, rel=1e-5)
+    assert found.frequency == pytest.approx(FREQUENCY * np.sqrt(1 - zeta**2), rel=1e-9)
+    swirl = {"kind": "cross_coupling", "cross_coupling_N_per_m": 1.01 * DAMPING * FREQUENCY}
+    unstable = build_model(JEFFCOTT | {"effects": [*JEFFCOTT["effects"], swirl]})
+    assert stability_margin(unstable, 400.0).cross_coupling == 0.0
+
+
+def said(rig, operating):
+    model = build_model(rig)
+    analysis = analyse_rotor(model, None, 2 * operating[1])
+    margin = stability_margin(model, operating[1])
+    return " ".join(summary(analysis._replace(operating=operating, margin=margin)))
+
+
+def test_a_sentence_for_each_margin():
+    assert "is inside the operating range: too near, API 617 asks for" in said(JEFFCOTT, (500.0, 700.0))
+    near = said(JEFFCOTT, (650.0, 700.0))
+    assert re.search(r"The critical speed 588\d(\.\d)? rpm is 5.\d+ % below the operating range: too near", near)
+    far = said(JEFFCOTT, (900.0, 1100.0))
+    assert "31.5 % below the operating range; API 617 asks for" in far and "Oil whirl" not in far
+    slow = said(JEFFCOTT, (1200.0, 1250.0))  # its mode is at 0.49 of the speed and little damped, but on no film
+    assert "takes it to zero" in slow and "Oil whirl" not in slow
+
+
+@pytest.mark.parametrize(("load", "warned"), [(30.0, True), (3000.0, False)])
+def test_oil_whirl_is_said_in_words(load, warned):
+    """Of a light rotor, whose journals run near the middle of their films; not of films that are loaded more."""
+    film = {"kind": "short_journal", "diameter_m": 0.05, "length_m": 0.02, "radial_clearance_m": 5e-5,
+            "viscosity_Pa_s": 0.005, "load_N": load}  # fmt: skip
+    rig = {
+        "rotor": {"kind": "finite_element", "elements": [{"length_m": 0.6, "count": 2}], "outer_diameter_m": 0.08},
+        "bearings": [{**film, "node": node, "label": str(node)} for node in (1, 3)],
+    }
+    text = said(rig, (500.0, 600.0))
+    assert ("Oil whirl: a forward mode near half of the speed" in text) == warned
