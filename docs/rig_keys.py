@@ -33,8 +33,8 @@ HEAD = """# Every key of a rig file
 
 Written by `python docs/rig_keys.py` from the plugins; `rotorstudy plugins --name NAME` shows the same, with equation,
 source and typical sizes. [your_rig.md](your_rig.md) explains how a rig file is made. Angles may end in `_deg` instead
-of `_rad`; an unbalance may be `unbalance_g_mm` or `unbalance_kg_m` instead of `mass_kg` and `eccentricity_m`. A key with
-`?` is optional, one with `=` has that default, any other is needed. `xx/yy` stands for one key with each.
+of `_rad`; an unbalance may be `unbalance_g_mm` or `unbalance_kg_m` instead of `mass_kg` and `eccentricity_m`. A key
+with `?` is optional, one with `=` has that default, any other is needed. `xx/yy` stands for one key with each.
 """
 
 
