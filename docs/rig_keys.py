@@ -31,10 +31,10 @@ COMMON = {
 }
 HEAD = """# Every key of a rig file
 
-Written by `python docs/rig_keys.py` from the plugins; `rotorstudy plugins --name NAME` shows the same, with equation,
-source and typical sizes. [your_rig.md](your_rig.md) explains how a rig file is made. Angles may end in `_deg` instead
-of `_rad`; an unbalance may be `unbalance_g_mm` or `unbalance_kg_m` instead of `mass_kg` and `eccentricity_m`. A key
-with `?` is optional, one with `=` has that default, any other is needed. `xx/yy` stands for one key with each.
+Written by `python docs/rig_keys.py` from the plugins; `rotorstudy plugins --name NAME` shows the same, with source and
+typical sizes. [your_rig.md](your_rig.md) explains how a rig file is made. Angles may end in `_deg` instead of `_rad`;
+an unbalance may be `unbalance_g_mm` or `unbalance_kg_m` instead of `mass_kg` and `eccentricity_m`. A key with `?` is
+optional, one with `=` has that default, any other is needed. `xx/yy` stands for one key with each.
 """
 
 
@@ -50,12 +50,7 @@ def page():
             found = facts(kind, plugin)
             keys = _bearing_keys(plugin) if kind == "bearing" else _keys(found.get("parameters", ""))
             options = "; ".join([found.get("options", ""), *_inside(plugin.function)])
-            cells = [
-                f"`{name}`",
-                found["what it is"].split(": ")[0].rstrip("."),
-                _short(options),
-                ", ".join(_gathered(keys)),
-            ][: len(columns)]
+            cells = [f"`{name}`", found["what it is"], _short(options), ", ".join(_gathered(keys))][: len(columns)]
             parts.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |\n")
     return "".join(parts)
 
