@@ -63,7 +63,7 @@ def where_it_cracks(structure, sensors):
     return [{}] if structure.section_at else []
 
 
-def depth_in_metres(structure, position_m, depth_ratio, angle_rad):
+def depth_in_metres(structure, position_m, depth_ratio, **others):
     """The depth in m, by the diameter at its position."""
     return {"depth_m": ("depth_ratio", structure.section_at(position_m).outer_diameter_m)}
 
@@ -99,6 +99,11 @@ def rotorstudy_effect():
         source="Papadopoulos and Dimarogonas 1987; Darpe, Gupta, Chawla 2004; Mayes and Davies 1984; Gasch 1993",
         places=where_it_cracks,
         shape={"position_m": (0.0, 1.0, "shaft"), "depth_ratio": (0.02, 0.5), "angle_rad": (-np.pi, np.pi)},
+        form=(
+            {"front_aspect_ratio": (0.0, 1.0)},
+            # errors of the table, and of fronts that are no ellipses: an arc as flexible across differs by this along
+            {"flexibility_factor": (1.0, 0.02), "excess_flexibility_along": (0.0, 0.001)},
+        ),
         stated=depth_in_metres,
         alternatives={"breathing": lambda: ("gradual", "sudden", "none")},
         formulas={"breathing": lambda: ("turning", "cosine", "switching")},

@@ -21,6 +21,7 @@ ANY_ANGLE = np.deg2rad(90.0)  # standard deviation of an angle from which on it 
 TINY = 1e-4  # estimates with a smaller standard deviation are written with an exponent
 HALF_INTERVAL = 1.959964  # standard deviations: a half of a 95 % interval
 LONG = 1e7  # numbers from this size are written with an exponent
+LISTED = 8  # speeds; of more, their number and range are said
 
 
 class Units(NamedTuple):
@@ -99,7 +100,9 @@ def spin(speed: float, digits: int = 4) -> str:
 
 
 def spins(speeds, digits: int = 4) -> str:
-    """Speeds in rad/s as text: 2865, 3342 and 3600 rpm (300, 350 and 377 rad/s)."""
+    """Speeds in rad/s as text: 2865, 3342 and 3600 rpm (300, 350 and 377 rad/s); of many their number and range."""
+    if len(speeds) > LISTED:
+        return f"{len(speeds)} speeds from {spin(min(speeds), digits)} to {spin(max(speeds), digits)}"
     first = units_shown().speed
     second = "rad/s" if first == "rpm" else "rpm"
     both = [[number(w / RAD_PER_S[unit], digits) for w in speeds] for unit in (first, second)]

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from machines import disc, shaft, springs, unbalance
 
-from rotorstudy import RotorstudyError, build_model
+from rotorstudy import RotorstudyError, build_model, registry
 from rotorstudy.diagnosis.one_cause import shape_starts
-from rotorstudy.diagnosis.one_cause.answer import Identified, estimates_of, far_amplitudes
+from rotorstudy.diagnosis.one_cause.answer import Identified, estimates_of, far_amplitudes, identified
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.search.candidates import candidate
+from rotorstudy.diagnosis.search.search import base_model
+from rotorstudy.diagnosis.search.shape_fit import Work, fitted_from
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.response.measured import measured_response
@@ -47,7 +49,7 @@ def records(*cracks):
 def few_starts(monkeypatch):
     """Shapes on a coarser grid, and steps from the best of each law and formula alone."""
     monkeypatch.setattr(shape_starts, "STARTS", 1)
-    monkeypatch.setattr(shape_starts, "TRIED", {"position": 6, "angle": 8, "other": 5})
+    monkeypatch.setattr(shape_starts, "TRIED", {"position": 6, "angle": 8, "other": 5, "form": 2})
 
 
 @pytest.mark.parametrize("breathing", ["gradual", "none"])
@@ -100,8 +102,44 @@ def test_two_cracks_are_identified():
         for name, value in true.items():
             off = (one.shape[name] - value + np.pi) % (2 * np.pi) - np.pi
             assert abs(off) < 3.5 * one.shape_std[name]
-            assert one.shape_std[name] < 0.05
+            assert one.shape_std[name] < 0.12  # of the depth, which trades off with the front
     assert {"position_m[1]", "depth_m[2]"} < {name for name, *_ in estimates_of(found)}
+
+
+def at_the_truth(spectrum, form, breathing="gradual"):
+    """The crack fitted from its true shape, with a front of a form or, without one, a straight front."""
+    model = build_model(rig())
+    work = Work(model, *base_model(model, SETTINGS), spectrum, SETTINGS)
+    cause = candidate(model, "transverse_crack", {}, TRUE | form, variant={"breathing": breathing}, any_form=bool(form))
+    fitted = fitted_from(work, [cause], np.concatenate([work.prior.mean, [1.0, 0.0][: len(cause.names)]]))
+    return identified(work, fitted, [fitted])
+
+
+def test_a_curved_front_is_found_with_its_depth():
+    """A front taken as straight has the flexibility of a shallower crack, far outside of its interval."""
+    spectrum = records(crack(front_aspect_ratio=0.7))
+    found = at_the_truth(spectrum, {"front_aspect_ratio": 0.5})
+    assert found.p_value > 1e-3
+    for name, value in (TRUE | {"front_aspect_ratio": 0.7}).items():
+        assert abs(found.cause.shape[name] - value) < 3.5 * found.cause.shape_std[name]
+    straight = at_the_truth(spectrum, {}).cause
+    assert TRUE["depth_ratio"] - straight.shape["depth_ratio"] > 10 * straight.shape_std["depth_ratio"]
+
+
+def test_where_only_one_flexibility_shows_the_interval_spans_all_fronts():
+    """Of a crack that opens as a whole, which has none along its front."""
+    found = at_the_truth(records(crack("sudden")), {"front_aspect_ratio": 0.5}, "sudden")
+    assert found.cause.shape_std["front_aspect_ratio"] == pytest.approx(12**-0.5, rel=0.15)  # any is as likely
+    least, most = (depth_of(TRUE["depth_ratio"], aspect) for aspect in (0.0, 1.0))
+    assert least - 0.01 < found.cause.shape["depth_ratio"] < most
+    assert found.cause.shape_std["depth_ratio"] == pytest.approx((most - least) / 12**0.5, rel=0.3)
+
+
+def depth_of(straight, aspect):
+    """Of a crack with a front of that aspect ratio as flexible across as one with a straight front."""
+    law, depths = registry().get("depth", "elasticity").function, np.linspace(0.1, 0.6, 501)
+    across = [law(depth, 0.02, front_aspect_ratio=aspect)[0] for depth in depths]
+    return float(np.interp(law(straight, 0.02)[0], across, depths))
 
 
 def test_places_that_explain_as_well_are_stated():

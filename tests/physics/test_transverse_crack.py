@@ -1,31 +1,23 @@
 """A transverse crack by fracture mechanics: its flexibility, and its place in an element."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from shaft_with_a_crack import DIAMETER, LENGTH, POISSON, YOUNG, at_disc, crack, rotor
 
 from rotorstudy import RotorstudyError, build_model, registry
+from rotorstudy.model.depth import depth_ratio_of
 from rotorstudy.model.hinge import crack_at
+from rotorstudy.studies.crack_study.fronts import equivalent_beam
+from rotorstudy.yaml_file import read_yaml
 
 STRIPS, ELASTIC = (registry().get("depth", name) for name in ("strip_integration", "elasticity"))
 UNIT = {"diameter_m": 2.0, "youngs_modulus_Pa": 1.0, "poissons_ratio": 0.0}
 OTHERS = ({"opened_by": "weight"}, {"breathing": "switching"}, {"breathing": "none"})
 LAWS = ({"breathing": "gradual"}, {"breathing": "sudden"}, *OTHERS)
+CHAPTER_6 = Path(__file__).parents[2] / "workflow/config/chapter_6.yaml"
 NAMES = ["gradual", "sudden", "by weight", "switching", "none"]
-
-
-def equivalent_beam(depth):
-    """Compliances (xi, eta) of an open crack, E = R = 1, fitted to finite elements in three dimensions.
-
-    A beam with the moments of area of the cracked section (Bachschmid, Pennacchi, Tanzi 2010, Cracked Rotors); the
-    polynomial for its length over the diameter is that of the FLEX model contributed to ROSS.
-    """
-    length = 2 * np.polyval([-33.3333, 77.5641, -49.5542, 9.0485, 1.2415, -0.0024], depth)
-    half = np.arccos(1 - 2 * depth)  # the segment lost spans twice this angle
-    area, first = half - np.sin(2 * half) / 2, 2 * np.sin(half) ** 3 / 3
-    along = np.pi / 4 - (half - np.sin(4 * half) / 4) / 4 - first**2 / (np.pi - area)
-    across = np.pi / 4 - (half - 2 * np.sin(2 * half) / 3 + np.sin(4 * half) / 12) / 4
-    return length * (1 / along - 4 / np.pi), length * (1 / across - 4 / np.pi)
 
 
 # depth, xi and eta (E = R = 1, straight front) of a finite-element model made by another author, with other elements
@@ -108,6 +100,28 @@ def test_a_crack_opens_between_closed_and_open_and_its_rotation_is_a_gradient(pl
     across = (kink * np.exp(-1j * angle)).imag[1:-1]
     assert np.abs(slope - across).max() < 1e-3 * xi  # of the differences
     assert (np.diff(energy[:361]) <= 1e-6 * xi).all()
+
+
+def test_the_cracks_of_the_thesis_in_millimetres():
+    """Chapter 2: a third of the stiffness lost; 3: 60 Hz closed and 58 Hz open, to 0.5 Hz; 6: 5 N/mm at node 3."""
+    diameter, rigidity = 0.015, 2.1e11 * np.pi / 64 * 0.015**4
+
+    def depth_of(loss, stiffness):
+        span = (48 * rigidity / stiffness) ** (1 / 3)
+        options = {"diameter_m": diameter, "front_aspect_ratio": 0.5}
+        return 1e3 * diameter * depth_ratio_of(ELASTIC, loss * stiffness, stiffness, span, **options)
+
+    assert depth_of(2.5 / 7.6, 7.6e5) == pytest.approx(8.3, abs=0.06)
+    least, most = (depth_of(1 - (low / high) ** 2, 2.66e5) for low, high in ((58.5, 59.5), (57.5, 60.5)))
+    assert (least, most) == pytest.approx((3.9, 5.9), abs=0.06)
+    rig = read_yaml(CHAPTER_6)["rigs"]["physical"]
+    whole = build_model({"rotor": rig["rotor"]}).structure.stiffness + np.diag([128592.0, *[0] * 7, 127788.0, 0])
+    cracked = whole - np.diag([5000.0 if i == 4 else 0.0 for i in range(10)])
+    softer = np.linalg.inv(cracked)[4, 4] - np.linalg.inv(whole)[4, 4]
+    for aspect, expected in ((0.0, 5.0), (0.5, 5.3), (1.0, 6.5)):
+        found = [ELASTIC.function(d, diameter, front_aspect_ratio=aspect)[0] for d in np.linspace(0.2, 0.5, 301)]
+        depth = np.interp(softer / (0.45 / 4) ** 2, found, np.linspace(0.2, 0.5, 301))  # a unit force bends by L / 4
+        assert 1e3 * diameter * depth == pytest.approx(expected, abs=0.06)
 
 
 def of_two_parts(x, spring):

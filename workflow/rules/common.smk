@@ -273,7 +273,7 @@ def crack_files():
 # stage of the study of transverse cracks -> the function that computes it
 CRACK_STAGES = {
     stage: f"rotorstudy.studies.crack_study.{stage}.{stage}"
-    for stage in ("limits", "accuracy", "trials", "passage", "thesis_method")
+    for stage in ("limits", "accuracy", "trials", "fronts", "passage", "thesis_method")
 }
 CRACK_STUDY_FIGURES = [
     "smallest_crack",
@@ -283,6 +283,7 @@ CRACK_STUDY_FIGURES = [
     "information",
     "trade_offs",
     "noisy_records",
+    "curved_fronts",
     "passage",
     "thesis_method",
 ]

@@ -140,6 +140,8 @@ class Effect(Plugin):
     hypothesis : options with which diagnosis tries it, where a cause has more freedom than the defaults give
     shape     : option -> (low, high), the search range of an option that enters nonlinearly, or (low, high, scale) in
                 units of one of the usual sizes of the rotor: `length`, `vibration`, `frequency`, `time`, `shaft`
+    form      : option -> (low, high), in which a real one differs from the default in an unknown way (the front of a
+                crack), any value as likely as another, and amplitudes as in `any_form`; `identify --cause` fits both
     stated    : function(structure, **shape) -> {name: (option, factor)}, further sizes of a verdict, each an option
                 of the shape times a factor: the depth of a crack in m by its share of the diameter
     alternatives : option -> function() -> its possible values, of which diagnosis tries each; the cause is the same
@@ -175,6 +177,7 @@ class Effect(Plugin):
     candidate: bool = True
     hypothesis: dict = field(default_factory=dict, compare=False)
     shape: dict = field(default_factory=dict, compare=False)
+    form: tuple[dict, dict] = field(default=({}, {}), compare=False)
     stated: Callable | None = field(default=None, compare=False)
     alternatives: dict = field(default_factory=dict, compare=False)
     formulas: dict = field(default_factory=dict, compare=False)

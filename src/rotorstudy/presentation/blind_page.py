@@ -17,7 +17,8 @@ NOTES = (
     "calibration cannot absorb, in standard deviations, rms. Of two effects the smaller counts.",
     "low and high are 95 % bounds: of Clopper and Pearson for shares, by order statistics for medians, by bootstrap "
     "over the cases for the calibration error. A criterion is reached, or not reached, if the whole range "
-    "between the bounds is; otherwise it is undecided: too few cases. Criteria without cases are not listed.",
+    "between the bounds is; otherwise it is undecided. To prove a share of 0.95 takes 72 cases without a failure, "
+    "one of 0.99 takes 368. Criteria without cases are not listed.",
     "The stated set has the causes that are named and those that are not ruled out. A cause is right if effect and "
     "place are; an effect of another form than the library's has its physics in another formula.",
     "Outside the library are physics that it lacks, and effects that were left out of it.",

@@ -238,6 +238,32 @@ def noisy_records(study, trials):
     return picture
 
 
+def curved_fronts(study, fronts):
+    """Depths found of cracks with curved fronts over the true ones, by each law of flexibility."""
+    picture, axes = figure(1, len(fronts.law), height=2.5, width=2.0, sharey=True)
+    ends, bias = np.array(study.fronts.depth_ratios) * 100, {}
+    for panel, law in zip(axes[0], fronts.law.values, strict=True):
+        one, true = fronts.sel(law=law), fronts.depth_ratio * 100
+        shown = panel.scatter(true, one.found * 100, c=fronts.curvature, cmap="viridis", s=9, zorder=3)
+        panel.errorbar(true, one.found * 100, 196 * one.stated_std, fmt="none", ecolor="0.7", elinewidth=0.7)
+        panel.plot(ends, ends, "k-", linewidth=0.7)
+        held = float((np.abs(one.found - fronts.depth_ratio) <= 1.96 * one.stated_std).mean())
+        bias[law] = float((one.found / fronts.depth_ratio - 1).median())
+        panel.set(
+            xlabel="true depth (% of diameter)", title=f"{law}: median {100 * bias[law]:+.0f} %,\n{percent(held)} held"
+        )
+        panel.set_ylim(0, 1.3 * ends[1])
+    axes[0, 0].set_ylabel("depth found")
+    picture.colorbar(shown, ax=axes[0, -1], label="depth over radius of the front")
+    last = str(fronts.law.values[-1])
+    picture.suptitle(
+        f"{fronts.sizes['trial']} cracks by three-dimensional elasticity: with the {last} the median depth is off by "
+        f"{100 * bias[last]:+.1f} %",
+        fontsize=9,
+    )
+    return picture
+
+
 def thesis_method_figure(study, thesis):
     """The stiffness loss that the thesis's method finds for the same crack at other places."""
     node = study.thesis.cracks[0]["node"]
@@ -254,7 +280,7 @@ def thesis_method_figure(study, thesis):
     return picture
 
 
-def figures(study, limits, accuracy, trials, passage, thesis_method):
+def figures(study, limits, accuracy, trials, fronts, passage, thesis_method):
     """The figures of the study, from the Datasets of its stages.
 
     returns : name -> matplotlib figure
@@ -267,6 +293,7 @@ def figures(study, limits, accuracy, trials, passage, thesis_method):
         "information": information(study, accuracy),
         "trade_offs": trade_offs(study, accuracy),
         "noisy_records": noisy_records(study, trials),
+        "curved_fronts": curved_fronts(study, fronts),
         "passage": passage_figure(study, passage),
         "thesis_method": thesis_method_figure(study, thesis_method),
     }

@@ -49,10 +49,10 @@ def stability_margin(model: Model, speed: float) -> StabilityMargin | None:
     i, structure = int(np.nanargmin(ratio)), still.structure
     node = _heaviest(structure)
     here = structure.unit(node)
-    swirl = Parameter("cross_coupling", "N/m", (Entry(1j * np.outer(here, here)),), 1.0)
+    swirl = Parameter("swirl", "N/m", (Entry(1j * np.outer(here, here)),), 1.0)
 
     def growth(size):
-        term = Term("cross_coupling", (swirl,), {"cross_coupling": size}, label="stability margin")
+        term = Term("swirl", (swirl,), {"swirl": size}, label="stability margin")
         return float(growth_rate(still.plus(term), [speed])[0])
 
     largest, found = LARGEST * structure.scales.stiffness(node), None

@@ -10,7 +10,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
-from rotorstudy.threads import use_one_thread
+from rotorstudy.studies.threads import use_one_thread
 
 use_one_thread()  # Snakemake states as many threads as a job has cores, which the processes of the job share
 

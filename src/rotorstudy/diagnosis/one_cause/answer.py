@@ -4,24 +4,24 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.diagnosis.one_cause.over_forms import over_forms
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, ranges_of
 from rotorstudy.inference.fit import chi_square_p_value
-from rotorstudy.inference.linear import invert
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 
 LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
 SAME = 3.0  # standard deviations of the shape, within which two fits are one
 FAR = 2.6  # standard deviations of the prior: an amplitude further away is as unlikely as a p-value of 1 %
-ALIKE = 0.1  # standard deviations of the data: predictions that are closer are the same
+ALIKE = 0.5  # standard deviations of the data: predictions that are closer are the same
 
 
 class Identified(NamedTuple):
     """An effect as identified.
 
-    causes     : (cause,) Candidate with its shape, and the standard deviations of that
-    model      : Model with the effect in that shape
+    causes     : (cause,) Candidate with its shape, and the standard deviations of that: over all forms if it has one
+    model      : Model with the effect in the shape that fits best
     names      : (parameter,) of the free amplitudes of the model, then of the options of the shapes
     theta      : (parameter,) their values, of options as fractions of their ranges
     covariance : (parameter, parameter) of the posterior
@@ -57,6 +57,8 @@ def is_same(work: Work, one: Fitted, other: Fitted) -> bool:
     pairs = (sorted(shaped(work, fitted), key=lambda cause: tuple(cause.shape.values())) for fitted in (one, other))
     for a, b in zip(*pairs, strict=True):
         for name, ends in ranges_of(work, a).items():
+            if ends.mirrored:  # a form, which trades off with the rest
+                continue
             turn, off = (ends.high - ends.low) / (2 if alike else 1), abs(a.shape[name] - b.shape[name])
             off = min(off % turn, -off % turn) if ends.goes_around else off
             if off > SAME * max(a.shape_std[name], b.shape_std[name]):
@@ -66,7 +68,7 @@ def is_same(work: Work, one: Fitted, other: Fitted) -> bool:
 
 def shaped(work: Work, one: Fitted) -> tuple[Candidate, ...]:
     """The causes of a fit, with the standard deviations of their shapes."""
-    std = np.sqrt(np.diag(_covariance(one)))[len(one.amplitudes) :]
+    std = np.sqrt(np.diag(one.covariance))[len(one.amplitudes) :]
     found, first = [], 0
     for cause in one.causes:
         ranges, own = ranges_of(work, cause), std[first : first + len(cause.shape)]
@@ -74,10 +76,6 @@ def shaped(work: Work, one: Fitted) -> tuple[Candidate, ...]:
         found.append(cause._replace(shape_std=spread))
         first += len(own)
     return tuple(found)
-
-
-def _covariance(one):
-    return invert(one.minimum.jacobian[0].T @ one.minimum.jacobian[0])
 
 
 def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
@@ -93,12 +91,13 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
     for one in tried:
         if one.cost <= least and not any(is_same(work, one, known) for known in elsewhere):
             elsewhere.append(one)
+    averaged = over_forms(work, best)
     return Identified(
-        shaped(work, best),
+        (averaged,) if averaged else shaped(work, best),
         work.whole.plus(*(cause.term for cause in best.causes)),
         tuple(names),
         best.minimum.theta[0],
-        _covariance(best),
+        best.covariance,
         chi_square_p_value(best.cost, 2 * work.spectrum.amplitude.size),
         misfits,
         tuple(shaped(work, one) for one in elsewhere[1:]),

@@ -13,7 +13,14 @@ import numpy as np
 
 from rotorstudy.diagnosis.one_cause.answer import Identified, identified, is_same
 from rotorstudy.diagnosis.one_cause.shape_starts import first_starts, further_starts, starts_of_another
-from rotorstudy.diagnosis.search.candidates import candidate, formulas_of, shape_ranges, variants_of, with_vibration
+from rotorstudy.diagnosis.search.candidates import (
+    candidate,
+    form_ranges,
+    formulas_of,
+    shape_ranges,
+    variants_of,
+    with_vibration,
+)
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.search.shape_fit import CLOSELY, Work, fitted_from
 from rotorstudy.diagnosis.settings import Settings
@@ -50,7 +57,8 @@ def identify_cause(
     spectrum = with_model_error(spectrum, settings)
     model = with_vibration(model, spectrum)
     work = Work(model, *base_model(model, settings), spectrum, settings)
-    kinds = _alternatives(work, effect)
+    form = form_ranges(effect)
+    kinds = _alternatives(work, effect, form if count == 1 else {})
     stated = fit(work.whole, spectrum, work.prior, steps=0)
     found = _also_elsewhere(work, kinds, _fitted(work, [s for kind in kinds for s in first_starts(work, stated, kind)]))
     if count == 1 and not _explains(work, found[0]):
@@ -58,7 +66,20 @@ def identify_cause(
     for _ in range(count - 1):
         starts = [s for one in found[:1] for kind in kinds for s in starts_of_another(work, one, kind)]
         found = _also_elsewhere(work, kinds, _fitted(work, starts))
+    if count > 1 and form:  # alone, one of some form imitates several
+        found = _fitted(work, [_with_form(work, one, form) for one in found[: PROMISING[0]]])
     return identified(work, found[0], found)
+
+
+def _with_form(work, one, form):
+    """(causes, amplitudes) of a fit, each cause with a form in the middle of its ranges."""
+    width, middle = work.settings.prior_width, {name: ends.value(0.5) for name, ends in form.items()}
+    causes = [
+        candidate(work.rig, c.effect, c.where, c.shape | middle, c.term.label, width, c.variant, True)
+        for c in one.causes
+    ]
+    means = [mean for cause in causes for mean, _ in cause.prior.values()]
+    return causes, np.concatenate([one.amplitudes[: len(work.prior.names)], means])
 
 
 def _explains(work, one):
@@ -151,27 +172,29 @@ def _also_elsewhere(work, kinds, found):
     return found
 
 
-def _alternatives(work, effect):
-    """The effect at every place with every alternative, in the middle of its shapes."""
+def _alternatives(work, effect, form):
+    """The effect at every place with every alternative, in the middle of its shapes and of a form."""
     plugin = registry().get("effect", effect, "--cause")
     if not plugin.shape or plugin.acts_on_output:
         known = sorted(n for n, p in registry().plugins["effect"].items() if p.shape and not p.acts_on_output)
         raise RotorstudyError(f"{effect} has no shape to be searched; known causes with one: {', '.join(known)}")
-    found = _of_variants(work, effect, variants_of(plugin.alternatives))
+    found = _of_variants(work, effect, variants_of(plugin.alternatives), form)
     if not found:
         raise RotorstudyError(f"{effect} cannot act on this rotor at any place")
     return found
 
 
-def _of_variants(work, effect, variants):
-    """The effect at every place in each variant, in the middle of its shapes."""
+def _of_variants(work, effect, variants, form=None):
+    """The effect at every place in each variant, in the middle of its shapes, with a form or the default one."""
     plugin, structure, found = registry().get("effect", effect), work.rig.structure, []
     for where, variant in product(plugin.places(structure, work.rig.sensors), variants):
-        ranges = shape_ranges(effect, structure, where.get("node"))
+        ranges = shape_ranges(effect, structure, where.get("node")) | (form or {})
         for x in SOMEWHERE:
             shape = {name: ends.value(x) for name, ends in ranges.items()}
             try:
-                found.append(candidate(work.rig, effect, where, shape, "cause", work.settings.prior_width, variant))
+                found.append(
+                    candidate(work.rig, effect, where, shape, "cause", work.settings.prior_width, variant, bool(form))
+                )
             except CannotAct:
                 continue
             break

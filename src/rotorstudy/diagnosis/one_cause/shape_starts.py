@@ -16,9 +16,10 @@ from rotorstudy.inference.prediction import carried_order
 from rotorstudy.inference.prior import Prior
 from rotorstudy.response.neighbourhood import carried_motion
 
-TRIED = {"position": 20, "angle": 16, "other": 9}  # values of an option
+TRIED = {"position": 20, "angle": 16, "other": 9, "form": 3}  # values of an option
 STARTS = 3  # shapes of each alternative and motion from which steps are made
 APART = 0.08  # of the range of the position or the angle: shapes that are closer count as one
+LATER = ("other", "form")  # kinds of options of which the middle is tried first
 FREE = 10.0  # standard deviation of an amplitude in typical sizes, while the options that scale it are not yet known
 IMPLIED, OWN = "implied", "own"  # motion that the records imply, and that of the fit
 
@@ -92,15 +93,13 @@ def _best(work, projection, cause, motion, taken, near=None, everywhere=False):
     everywhere : the best one at each position instead
     """
     kinds = [_kind(*one) for one in ranges_of(work, cause).items()]
-    first = [[0.5] if kind == "other" else (np.arange(TRIED[kind]) + 0.5) / TRIED[kind] for kind in kinds]
+    first = [[0.5] if kind in LATER else (np.arange(TRIED[kind]) + 0.5) / TRIED[kind] for kind in kinds]
     for i in [i for i, kind in enumerate(kinds) if kind == "angle" and near is not None]:
         first[i] = np.append(first[i], near[i])
     judged = _judged(work, projection, cause, np.array(list(product(*first))), motion, "other" in kinds)
     points, found = [point for point, _ in judged], []
     for point in _best_at_each_position(points, kinds) if everywhere else _few_apart(points, kinds, taken):
-        rest = [
-            np.linspace(0, 1, TRIED["other"]) if kind == "other" else [x] for kind, x in zip(kinds, point, strict=True)
-        ]
+        rest = [np.linspace(0, 1, TRIED[kind]) if kind in LATER else [x] for kind, x in zip(kinds, point, strict=True)]
         best, amplitudes = _judged(work, projection, cause, np.array(list(product(*rest))), motion, False)[0]
         found.append((reshaped(work, cause, best), amplitudes))
     return found
@@ -108,7 +107,7 @@ def _best(work, projection, cause, motion, taken, near=None, everywhere=False):
 
 def _few_apart(points, kinds, taken):
     """The first `STARTS` of points (option,) that are apart from each other and from points `taken`."""
-    apart = [i for i, kind in enumerate(kinds) if kind != "other"]
+    apart = [i for i, kind in enumerate(kinds) if kind not in LATER]
     around = np.array([kinds[i] == "angle" for i in apart])
     chosen, avoided = [], [point[apart] for point in taken]
     for point in points:
@@ -130,6 +129,8 @@ def _best_at_each_position(points, kinds):
 
 def _kind(name, ends):
     """Kind of an option, as in `TRIED`."""
+    if ends.mirrored:
+        return "form"
     return "angle" if ends.goes_around else "position" if name.startswith("position") else "other"
 
 

@@ -110,8 +110,9 @@ def _with_prior(model, cause, width):
     term, plugin = cause.term, registry().get("effect", cause.effect)
     mean, std = (1.0, FIXED) if plugin.fixed else (0.0, width)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
-    for p in (p for p in term.parameters if cause.any_form and p.name in plugin.any_form[1]):
-        mean, std = plugin.any_form[1][p.name]
+    known = plugin.form[1] if {*cause.shape, *cause.options} & {*plugin.form[0]} else plugin.any_form[1]
+    for p in (p for p in term.parameters if cause.any_form and p.name in known):
+        mean, std = known[p.name]
         prior[term.full_name(p)] = mean * p.typical, std * p.typical
     limited = {term.full_name(p) for p in term.parameters if plugin.is_positive(p.name)}
     positive = {unknown.name: _same(unknown, term, model) for unknown in term.unknowns if unknown.name in limited}
@@ -137,12 +138,14 @@ class ShapeRange(NamedTuple):
     """Search range of a shape option, logarithmic if it begins above zero.
 
     goes_around : whether both ends are alike;  breaks : values, ascending, at which the effect may jump (the nodes)
+    mirrored    : whether fractions beyond an end are mirrored there instead of being at the end
     """
 
     low: float
     high: float
     goes_around: bool = False
     breaks: tuple[float, ...] = ()
+    mirrored: bool = False
 
     def fraction(self, value: float) -> float:
         """Where a value lies in the range, 0 to 1."""
@@ -151,7 +154,9 @@ class ShapeRange(NamedTuple):
         return (value - self.low) / (self.high - self.low)
 
     def value(self, fraction: float) -> float:
-        """The value at a fraction of the range; fractions below 0 or above 1 are at its end, or go around."""
+        """The value at a fraction of the range; fractions below 0 or above 1 are at its end, mirrored, or go around."""
+        if self.mirrored:
+            fraction = abs((fraction + 1) % 2 - 1)
         fraction = fraction % 1 if self.goes_around else min(max(fraction, 0.0), 1.0)
         if self.low > 0:
             return float(self.low * (self.high / self.low) ** fraction)
@@ -182,6 +187,12 @@ def shape_ranges(effect: str, structure: Structure, node: int | None = None) -> 
     nodes = tuple(sorted(structure.node_positions.values()))
     along = {name for name, (_, _, *scale) in plugin.shape.items() if scale == ["shaft"]}
     return {n: ShapeRange(*ends, n.endswith("_rad"), nodes if n in along else ()) for n, ends in ranges.items()}
+
+
+def form_ranges(effect: str) -> dict[str, ShapeRange]:
+    """Options of the form of an effect -> ShapeRange."""
+    form, _ = registry().get("effect", effect, "diagnosis").form
+    return {name: ShapeRange(*ends, mirrored=True) for name, ends in form.items()}
 
 
 def _shapes(plugin, structure, place):

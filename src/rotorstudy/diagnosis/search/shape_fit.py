@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import Candidate, shape_ranges, with_shape
+from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges, shape_ranges, with_shape
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState
 from rotorstudy.inference.levenberg_marquardt import ESTIMATE, HYPOTHESIS, Convergence, Minimum, levenberg_marquardt
+from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
@@ -19,6 +20,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.response.measured import measured_response_and_jacobian
 
 CLOSELY = replace(HYPOTHESIS, steps=ESTIMATE.steps)
+EVENLY = 12**-0.5  # standard deviation of a fraction of a range of which any is as likely
 FAILURES = 1  # steps of a fit without a steady state, which take long to find out
 
 
@@ -55,6 +57,11 @@ class Fitted(NamedTuple):
         return theta[: len(theta) - sum(len(cause.shape) for cause in self.causes)]
 
     @property
+    def covariance(self) -> np.ndarray:
+        """(parameter, parameter) of the amplitudes, then of the shapes as fractions of their ranges."""
+        return invert(self.minimum.jacobian[0].T @ self.minimum.jacobian[0])
+
+    @property
     def variant(self) -> str:
         """The alternatives of the causes, as a text, in any order of the causes the same."""
         told = sorted(f"{key} {value}" for cause in self.causes for key, value in cause.variant.items())
@@ -62,8 +69,9 @@ class Fitted(NamedTuple):
 
 
 def ranges_of(work: Work, cause: Candidate) -> dict:
-    """Option -> ShapeRange of a cause."""
-    return shape_ranges(cause.effect, work.rig.structure, cause.where.get("node"))
+    """Option -> ShapeRange of a cause, of its form where it has one."""
+    form = {name: ends for name, ends in form_ranges(cause.effect).items() if name in cause.shape}
+    return shape_ranges(cause.effect, work.rig.structure, cause.where.get("node")) | form
 
 
 def reshaped(
@@ -105,7 +113,7 @@ def fitted_from(
         prior = prior.plus(Prior.independent(cause.prior))
     for cause, point in zip(causes, points, strict=True):
         about = {
-            f"{name} of {cause.term.label}": (x if ends.goes_around else 0.5, 1.0)
+            f"{name} of {cause.term.label}": (0.5, EVENLY) if ends.mirrored else (x if ends.goes_around else 0.5, 1.0)
             for (name, ends), x in zip(ranges_of(work, cause).items(), point, strict=True)
         }
         prior = prior.plus(Prior.independent(about))

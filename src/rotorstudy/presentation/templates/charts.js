@@ -1,6 +1,6 @@
 // Charts of the pages, drawn by uPlot (axes, scales, cursor): zoom by dragging, back by a double click, values under the pointer.
 {
-const NEAR = 30, STEPS = 180, dark = matchMedia("(prefers-color-scheme: dark)"), charts = [], groups = {};
+const NEAR = 30, STEPS = 180, DECADES = 6, dark = matchMedia("(prefers-color-scheme: dark)"), charts = [], groups = {};
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const colour = series => series.colour === 6 ? css("--text") : css(`--c${series.colour}`);
 const short = value => value == null ? "" : String(+value.toPrecision(4));
@@ -21,7 +21,8 @@ function chart(place, first, height = 260) {
     const inside = (s, i) => !window || (s.x[i] >= window[0] && s.x[i] <= window[1]);
     const xs = spec.x.range || extent(spec.series.flatMap(s => s.x).concat((spec.circles || []).flatMap(r => [-r, r])));
     let ys = spec.y.range || extent(spec.series.flatMap(s => [s.y, s.low, s.high].flatMap(v => (v || []).filter((_, i) => inside(s, i)))).concat((spec.circles || []).flatMap(r => [-r, r])).filter(v => !spec.y.log || v > 0));
-    if (!Number.isFinite(ys[0])) ys = [0, 1];
+    if (!Number.isFinite(ys[0])) ys = spec.y.log ? [1, 10] : [0, 1];
+    if (spec.y.log) ys[0] = Math.max(ys[0], ys[1] / 10 ** DECADES);
     if (!spec.y.range) ys = spec.y.log ? pad(ys.map(Math.log10), 0.05).map(v => 10 ** v) : pad(ys, 0.06);
     return {x: window || (spec.x.range ? xs : spec.equal ? pad(xs, 0.06) : pad(xs, 0)), y: ys};
   }
@@ -61,7 +62,7 @@ function chart(place, first, height = 260) {
       }
       c.setLineDash([]);
       s.x.forEach((x, i) => {
-        if (s.y[i] == null) return;
+        if (s.y[i] == null || (spec.y.log && s.y[i] < floor)) return;
         const [a, o] = [X(x), Y(s.y[i])], r = (s.size || 3) * px;
         if (s.low) { c.beginPath(); c.moveTo(a, Y(s.low[i])); c.lineTo(a, Y(s.high[i])); c.stroke(); }
         if (s.stem) { c.beginPath(); c.moveTo(a, b.top + b.height); c.lineTo(a, o); c.stroke(); }
@@ -116,7 +117,7 @@ function chart(place, first, height = 260) {
   const axis = (given, size) => ({
     label: given.label + (given.unit ? ` (${given.unit})` : ""), labelSize: 20, size, font: "12px sans-serif", labelFont: "12px sans-serif",
     stroke: () => css("--text"), grid: {stroke: () => css("--line"), width: 1}, ticks: {stroke: () => css("--line"), width: 1},
-    ...(given.log ? {splits: (u, _, low, high) => decades(low, high), values: (u, all) => all.map(v => +v.toPrecision(3) < 1e-3 ? v.toExponential(0) : short(v))} :
+    ...(given.log ? {splits: (u, _, low, high) => decades(low, high), values: (u, all) => all.map(v => v != null && +v.toPrecision(3) < 1e-3 ? v.toExponential(0) : short(v))} :
         given.ticks ? {splits: () => given.ticks.values, values: () => given.ticks.labels} : {values: (u, all) => all.map(v => v == null ? "" : short(v))}),
   });
   function make(width) {

@@ -75,6 +75,23 @@ class Trials(Strict):
     seed: int
 
 
+class Fronts(Strict):
+    """count : records of cracks with other fronts than the library's, drawn within `depth_ratios` and `curvatures`
+
+    positions : over the length, one of which each crack has
+    laws      : name -> options by which the depth is found with a straight front, the last one those of the library
+    straight  : depth plugin of the last one
+    """
+
+    count: int = Field(ge=2)
+    depth_ratios: list[PositiveNumber] = Field(min_length=2, max_length=2)
+    curvatures: list[float] = Field(min_length=2, max_length=2)
+    positions: list[PositiveNumber] = Field(min_length=1)
+    laws: dict[str, dict[str, Any]] = Field(min_length=1)
+    straight: str
+    seed: int
+
+
 class ThesisMethod(Strict):
     """cracks : of the thesis's model;  estimator, unknowns : of its estimate;  depth_ratio : of the true crack"""
 
@@ -124,6 +141,7 @@ class CrackStudy(Strict):
     accuracy: CrackMap
     reference: Crack
     trials: Trials
+    fronts: Fronts
     passage: Passage
     thesis: ThesisMethod
 

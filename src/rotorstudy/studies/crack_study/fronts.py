@@ -1,0 +1,156 @@
+"""Cracks with fronts that the library does not have, from the independent simulator: their depth and its interval."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rotorstudy.blind.machines.beam import Element
+from rotorstudy.blind.machines.elastic_crack import arc_form
+from rotorstudy.blind.machines.form_cracks import add_form
+from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
+from rotorstudy.blind.machines.stepping import NoSteadyState, steady_state
+from rotorstudy.diagnosis.one_cause.answer import identified
+from rotorstudy.diagnosis.search.candidates import candidate, form_ranges
+from rotorstudy.diagnosis.search.shape_fit import fitted_from
+from rotorstudy.measurement.noise import standard_normal
+from rotorstudy.model.depth import compliance
+from rotorstudy.model.registry import registry
+from rotorstudy.store import dataset
+from rotorstudy.studies.crack_study.sensitivity import Machine
+from rotorstudy.studies.crack_study.trials import spectrum_std
+
+REFERENCE = "reference"  # the law of `equivalent_beam`
+FINE = np.linspace(0.01, 0.6, 600)  # depths between which it is inverted
+
+
+def equivalent_beam(depth):
+    """Compliances (xi, eta) of an open crack, E = R = 1, fitted to finite elements in three dimensions.
+
+    A beam with the moments of area of the cracked section (Bachschmid, Pennacchi, Tanzi 2010, Cracked Rotors); the
+    polynomial for its length over the diameter is that of the FLEX model contributed to ROSS.
+    """
+    length = 2 * np.polyval([-33.3333, 77.5641, -49.5542, 9.0485, 1.2415, -0.0024], depth)
+    half = np.arccos(1 - 2 * depth)  # the segment lost spans twice this angle
+    area, first = half - np.sin(2 * half) / 2, 2 * np.sin(half) ** 3 / 3
+    along = np.pi / 4 - (half - np.sin(4 * half) / 4) / 4 - first**2 / (np.pi - area)
+    across = np.pi / 4 - (half - 2 * np.sin(2 * half) / 3 + np.sin(4 * half) / 12) / 4
+    return length * (1 / along - 4 / np.pi), length * (1 / across - 4 / np.pi)
+
+
+def fronts(study):
+    """Depths found from noisy records of cracks by three-dimensional elasticity, whose fronts are arcs of a circle.
+
+    The simulator shares nothing with the library. The numbers of the rig that the fit starts from are drawn from their
+    prior about the true ones, then noise and model error; each fit starts at the true crack, its front at an aspect
+    ratio of a half. A crack with which the rotor is unstable is drawn anew.
+
+    returns : depth_ratio, curvature, position (trial), the truth; found, stated_std, p_value (law, trial) with the
+              front unknown (the last law) or taken as straight
+    """
+    machine, settings = Machine(study, study.main), study.fronts
+    rotor, unbalance = _independent(study.main)
+    length = sum(element.length for element in rotor.elements)
+    laws = [*settings.laws, REFERENCE, "front unknown"]
+    truth, found, count = [], [], 0
+    rest = _shown(machine, _built(rotor, unbalance))
+    for trial in range(settings.count):
+        rng = np.random.default_rng([settings.seed, trial])
+        while True:
+            depth, curvature, angle = (
+                rng.uniform(*ends) for ends in (settings.depth_ratios, settings.curvatures, (-np.pi, np.pi))
+            )
+            position = float(rng.choice(settings.positions)) * length
+            cracked = _built(rotor, unbalance)
+            part = rotor.elements[int(np.searchsorted(rotor.positions, position)) - 1]
+            add_form(cracked, position, arc_form(part, depth, curvature), angle)
+            try:
+                shown = _shown(machine, cracked) - rest * (machine.harmonics == 0)[:, None]
+            except NoSteadyState:
+                count += 1
+                continue
+            break
+        truth.append([depth, curvature, position])
+        spectrum = machine.noisy_spectrum(shown, study.usual_noise_percent)
+        size = len(machine.prior.names)
+        (draw,) = standard_normal(settings.seed, trial, 1, size + 2 * shown.size)
+        noise = draw[size:].reshape(2, *shown.shape)
+        spectrum = replace(spectrum, amplitude=shown + spectrum_std(spectrum) * (noise[0] + 1j * noise[1]))
+        prior = replace(machine.prior, mean=machine.prior.mean + machine.prior.factor @ draw[:size])
+        work = machine.work(spectrum)._replace(prior=prior)
+        shape = {"position_m": position, "depth_ratio": depth, "angle_rad": angle}
+        found.append(_by_each_law(study, work, shape))
+    coordinates = {
+        "law": (laws, "1", "flexibility of the crack"),
+        "trial": (np.arange(settings.count), "1", "record"),
+    }
+    columns = zip(("depth_ratio", "curvature", "position"), ("1", "1", "m"), np.transpose(truth), strict=True)
+    variables = {name: (("trial",), values, unit, f"true {name} of the crack") for name, unit, values in columns}
+    told = ("depth over diameter found", "its stated standard deviation", "p-value of the misfit")
+    for name, text, values in zip(("found", "stated_std", "p_value"), told, np.transpose(found), strict=True):
+        variables[name] = (("law", "trial"), values, "1", text)
+    title = f"{study.title}: cracks with curved fronts"
+    return dataset(variables, coordinates, title=title, seed=settings.seed).assign_attrs(unstable=count)
+
+
+def _by_each_law(study, work, shape):
+    """(law, 3) depth, its standard deviation and the p-value, by each law."""
+    crack, rows = study.crack, []
+    middle = {name: ends.value(0.5) for name, ends in form_ranges(crack.kind).items()}
+    for options, form in [*((options, {}) for options in study.fronts.laws.values()), ({}, middle)]:
+        width, variant = study.diagnosis.prior_width, {**crack.variant, **options}
+        one = candidate(work.rig, crack.kind, {}, shape | form, "crack", width, variant, bool(form))
+        fitted = fitted_from(work, [one], np.concatenate([work.prior.mean, [mean for mean, _ in one.prior.values()]]))
+        found = identified(work, fitted, [fitted])
+        rows.append([found.cause.shape["depth_ratio"], found.cause.shape_std["depth_ratio"], found.p_value])
+    straight, std, p_value = rows[-2]
+    law = registry().get("depth", study.fronts.straight, "fronts")
+    same = float(np.interp(_across(law, straight), equivalent_beam(FINE)[0], FINE))
+    return [*rows[:-1], [same, std * same / straight, p_value], rows[-1]]
+
+
+def _across(law, depth):
+    """Compliance along xi for E = R = 1."""
+    return compliance(law, depth, "fronts", diameter_m=2.0, youngs_modulus_Pa=1.0)[0]
+
+
+def _independent(rotor):
+    """A rotor of the study in the independent simulator, and its unbalance {node from 0: kg m}."""
+    given, elements = rotor.rotor, []
+    for part in given["elements"]:
+        count = part.get("count", 1)
+        diameter = part.get("outer_diameter_m", given.get("outer_diameter_m"))
+        one = Element(
+            part["length_m"] / count,
+            diameter,
+            given["youngs_modulus_Pa"],
+            given["density_kg_per_m3"],
+            theory=given.get("theory", "timoshenko"),
+        )
+        elements += [one] * count
+    discs = [
+        Disc(d["node"] - 1, d["mass_kg"], d["polar_moment_kg_m2"], d["diametral_moment_kg_m2"]) for d in given["discs"]
+    ]
+    bearings = []
+    for b in rotor.bearings:
+        both = (("stiffness", "N_per_m"), ("damping", "N_s_per_m"))
+        matrices = [np.diag([b[f"bearing_{what}_{axes}_{unit}"] for axes in ("xx", "yy")]) for what, unit in both]
+        bearings.append(Bearing(b["node"] - 1, *matrices))
+    unbalance = {
+        e["node"] - 1: e["mass_kg"] * e["eccentricity_m"] * np.exp(1j * e["eccentricity_phase_rad"])
+        for e in rotor.effects
+    }
+    return Rotor(tuple(elements), tuple(discs), tuple(bearings)), unbalance
+
+
+def _built(rotor, unbalance):
+    machine = build(rotor)
+    for node, moment in unbalance.items():
+        machine.add_rotating(node, moment, power=2)
+    return machine
+
+
+def _shown(machine, true):
+    """(speed, harmonic, sensor) of the steady motion, m."""
+    steady = steady_state(true, machine.speed)
+    of_node = [[steady.whirl(node - 1, n) for n in machine.harmonics] for node in machine.model.sensors]
+    return np.transpose(of_node, (2, 1, 0))
