@@ -162,7 +162,7 @@ def test_a_block_moves_as_that_of_the_independent_simulator(compressor, speed):
 
 
 def test_numbers_and_amplitudes_of_a_foundation_are_uncertain_like_others(compressor):
-    from rotorstudy.model.rig_numbers import with_numbers
+    from rotorstudy.model.rig_numbers import rig_with_changes, with_numbers
 
     model = with_numbers(build_model(compressor[2]), ["bearings[frame].radius_of_gyration_m"])
     assert {"foundation_mass[frame]", "bearings[frame].radius_of_gyration_m"} <= set(model.names)
@@ -171,6 +171,9 @@ def test_numbers_and_amplitudes_of_a_foundation_are_uncertain_like_others(compre
     ends = [compressor[2] | {"foundation": [compressor[2]["foundation"][0] | {"radius_of_gyration_m": 0.38 * (1 + d)}]}
             for d in (1e-4, -1e-4)]  # fmt: skip
     slope = np.subtract(*(measured_response(build_model(rig), [300.0], [1]) for rig in ends)) / 2e-4
+    written = rig_with_changes(compressor[2], model, {model.names[p]: 0.5})
+    assert written["foundation"][0]["radius_of_gyration_m"] == pytest.approx(0.57)
+    assert written["bearings"] == compressor[2]["bearings"]
     assert np.abs(jacobian - slope).max() < 1e-4 * np.abs(slope).max()
 
 
