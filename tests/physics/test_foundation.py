@@ -6,8 +6,11 @@ import pytest
 from rotorstudy import build_model, harmonic_response, measured_response
 from rotorstudy.blind.machines import plant
 from rotorstudy.blind.machines.effects import add_unbalance
+from rotorstudy.diagnosis.search.search import base_model
+from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.equation_error import regression
+from rotorstudy.inference.fit import chi_square_p_value, fit
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
@@ -159,7 +162,7 @@ def test_a_block_moves_as_that_of_the_independent_simulator(compressor, speed):
 
 
 def test_numbers_and_amplitudes_of_a_foundation_are_uncertain_like_others(compressor):
-    from rotorstudy.model.rig_numbers import with_numbers
+    from rotorstudy.model.rig_numbers import rig_with_changes, with_numbers
 
     model = with_numbers(build_model(compressor[2]), ["bearings[frame].radius_of_gyration_m"])
     assert {"foundation_mass[frame]", "bearings[frame].radius_of_gyration_m"} <= set(model.names)
@@ -168,6 +171,9 @@ def test_numbers_and_amplitudes_of_a_foundation_are_uncertain_like_others(compre
     ends = [compressor[2] | {"foundation": [compressor[2]["foundation"][0] | {"radius_of_gyration_m": 0.38 * (1 + d)}]}
             for d in (1e-4, -1e-4)]  # fmt: skip
     slope = np.subtract(*(measured_response(build_model(rig), [300.0], [1]) for rig in ends)) / 2e-4
+    written = rig_with_changes(compressor[2], model, {model.names[p]: 0.5})
+    assert written["foundation"][0]["radius_of_gyration_m"] == pytest.approx(0.57)
+    assert written["bearings"] == compressor[2]["bearings"]
     assert np.abs(jacobian - slope).max() < 1e-4 * np.abs(slope).max()
 
 
@@ -189,3 +195,34 @@ def test_equations_of_motion_are_not_solved_for_relative_motion():
     data = Spectrum(shown, SPEEDS, np.array([1, -1]), (1, 3), independent_covariance(np.full(shown.shape, 1e-16)))
     with pytest.raises(RotorstudyError, match="relative to a bearing"):
         regression(model, data, ["bearing_damping[DE]"])
+
+
+def test_a_fit_that_runs_away_finds_the_foundation_gradually(compressor):
+    """Numbers of a rig that are 10 to 20 % off, and unbalances that are not known."""
+    speeds, harmonics, noise = np.linspace(125.0, 420.0, 8), np.array([1, -1]), 2e-8
+    unbalances = [
+        {"kind": "unbalance", "node": node, "label": str(node), "mass_kg": 1.0, "eccentricity_m": size,
+         "eccentricity_phase_rad": phase} for node, size, phase in ((1, 6e-4, 1.0), (12, 8e-4, 0.0), (14, 1e-3, 2.0))
+    ]  # fmt: skip
+    true = compressor[2] | {"effects": [compressor[2]["effects"][0], *unbalances], "sensors": [4, 10]}
+    stated = true | {
+        "foundation": [
+            true["foundation"][0] | {"foundation_mass_kg": 1000.0, "radius_of_gyration_m": 0.35,
+                                     "foundation_stiffness_xx_N_per_m": 1e8, "foundation_stiffness_yy_N_per_m": 2.1e8}
+        ],
+        "bearings": [one | {"radial_clearance_m": 1.08 * one["radial_clearance_m"]} for one in true["bearings"]],
+        "effects": [true["effects"][0], *(one | {"eccentricity_m": 1e-6} for one in unbalances)],
+    }  # fmt: skip
+    shown = measured_response(build_model(true), speeds, harmonics)
+    draws = np.random.default_rng(7).normal(0, noise, (2, *shown.shape))
+    covariance = independent_covariance(np.full(shown.shape, noise**2))
+    data = Spectrum(shown + draws[0] + 1j * draws[1], speeds, harmonics, (4, 10), covariance)
+    films = {
+        f"bearings[{label}].{key}": 0.1 for label in ("DE", "NDE") for key in ("radial_clearance_m", "viscosity_Pa_s")
+    }
+    known = {"default": 0.2, "rotor": 0.0, "eccentricity": 2000.0, "bearing_scale": 0.0,
+             "bearings[frame].radius_of_gyration_m": 0.2, **films}  # fmt: skip
+    whole, prior = base_model(build_model(stated), Settings(uncertainty=known, nuisance={}))
+    gentle, rough = fit(whole, data, prior, from_afar=True), fit(whole, data, prior)
+    assert chi_square_p_value(gentle.cost, data.data_count) > 1e-3
+    assert rough.cost > 10 * gentle.cost  # negative control

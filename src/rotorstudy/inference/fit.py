@@ -14,6 +14,7 @@ from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 
 IMPLAUSIBLE = 1e-6  # p-value of the parameters below which a fit may have ended far from the best one
+ONE_FAR = 0.05  # probability of one parameter as far off below which a rejected fit may have ended so, too
 LESS = 0.99  # of the cost that the best fit has at most where another one is found
 MOST_LEVELS = 12
 
@@ -174,10 +175,23 @@ def fit_from_afar(predict: Callable, measured: np.ndarray, prior: Prior, start: 
     predict, measured, prior, start : as `fit_within`
     """
     found = fit_within(predict, measured, prior, start)
-    if chi_square_p_value(found.penalty, len(prior.names)) < IMPLAUSIBLE:
+    if _is_implausible(found, prior, len(measured)):
         other = _gradually(predict, measured, prior)
         found = other if other.misfit + other.penalty < LESS * (found.misfit + found.penalty) else found
     return found
+
+
+def _is_implausible(found, prior, rows):
+    """Whether the parameters are, or one is far off in a fit that the data reject: of many that hardly move, one that
+    has run away would not count.
+    """
+    from scipy.special import ndtr
+
+    if chi_square_p_value(found.penalty, len(prior.names)) < IMPLAUSIBLE:
+        return True
+    farthest = np.abs((found.free - prior.mean) / prior.std).max(initial=0.0)
+    rejected = chi_square_p_value(found.misfit + found.penalty, rows) < IMPLAUSIBLE
+    return rejected and 2 * len(prior.names) * ndtr(-farthest) < ONE_FAR
 
 
 def _gradually(predict, measured, prior):

@@ -84,8 +84,11 @@ def rig_with_changes(rig: dict, model: Model, changes: dict[str, float]) -> dict
     if any(is_of("rotor", name) for name in changes):
         found["rotor"] = changed(rig["rotor"], _rotor(model.structure))
     if any(is_of("bearings", name) for name in changes):
-        holders = [holder for _, holder in bearings_of(model.terms)]
-        found["bearings"] = [changed(*one) for one in zip(rig["bearings"], holders, strict=True)]
+        every = bearings_of(model.terms)
+        for section in ("bearings", "foundation"):
+            holders = [holder for term, holder in every if term.is_foundation == (section == "foundation")]
+            if holders:
+                found[section] = [changed(*one) for one in zip(rig[section], holders, strict=True)]
     return found
 
 

@@ -209,7 +209,7 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
     share = max(settings.model_error, 1e-3)
     while True:
         widened = with_model_error(spectrum, settings.model_copy(update={"model_error": share}))
-        found = fit(whole.plus(offset), widened, prior.plus(known))
+        found = fit(whole.plus(offset), widened, prior.plus(known), from_afar=True)
         if found.excess == 0 or share >= LARGEST_MODEL_ERROR:
             break
         share = min(2 * share, LARGEST_MODEL_ERROR)
