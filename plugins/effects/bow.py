@@ -20,6 +20,7 @@ def bow(structure, node: int | None = None, element: int | None = None, last_ele
     node = structure.default_node() if node is None else node
     here, shape = structure.unit(node), np.zeros(len(structure.dofs))
     ends = [] if structure.is_supported else [structure.index(structure.nodes[0]), structure.index(structure.nodes[-1])]
+    ends += [structure.index(housing, "housing") for housing in structure.housings]  # the shaft alone is bent
     free = np.setdiff1d(np.arange(len(here)), ends)
     if not here[free].any():
         raise CannotAct(

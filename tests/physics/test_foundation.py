@@ -6,6 +6,7 @@ import pytest
 from rotorstudy import build_model, harmonic_response, measured_response
 from rotorstudy.blind.machines import plant
 from rotorstudy.blind.machines.effects import add_unbalance
+from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
@@ -226,3 +227,9 @@ def test_a_fit_that_runs_away_finds_the_foundation_gradually(compressor):
     gentle, rough = fit(whole, data, prior, from_afar=True), fit(whole, data, prior)
     assert chi_square_p_value(gentle.cost, data.data_count) > 1e-3
     assert rough.cost > 10 * gentle.cost  # negative control
+
+
+def test_no_effect_of_the_library_fails_on_a_foundation():
+    model = build_model(RIG | {"foundation": PEDESTALS, "sensors": [1, 3]} | riding("DE"))
+    found, broken = candidates(model, Settings())
+    assert broken == {} and {"bow", "bearing_coefficients", "transverse_crack"} <= {one.effect for one in found}
