@@ -2,7 +2,6 @@
 # make test   set up .venv, run all checks and tests
 # make blind   400 blind cases instead of the 12 of make, about an hour on 2 cores: results/blind_400
 # make foreign  diagnose 300 records of the independent simulator (rotorstudy.blind.machines), several hours on 2 cores
-# make outside  learn again when a verdict misses the true cause, from 200 cases of the independent simulator
 # make browser  open the charts of the pages in Chromium (Debian: apt install chromium), driven by Playwright
 # make docs   build the pages of docs/ as a site, with a check for dead links
 # make cracks   identify cracks of the independent simulator in millimetres, half an hour on 2 cores; can be interrupted
@@ -18,7 +17,7 @@ SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
 # else each of the hundred processes of the workflow and of the tests compiles the package again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: all results report test check browser bench blind foreign outside cracks elasticity ross peers docs lock newest clean
+.PHONY: all results report test check browser bench blind foreign cracks elasticity ross peers docs lock newest clean
 
 all: report
 	@echo
@@ -58,12 +57,6 @@ blind: .venv/ready
 
 foreign: .venv/ready
 	.venv/bin/python benchmarks/foreign.py --cases 300 --processes 2 --out results/foreign
-
-outside: .venv/ready
-	.venv/bin/python benchmarks/foreign.py --quick --seed 5200 --cases 145 --processes 2 --out results/outside/drawn
-	.venv/bin/python benchmarks/foreign.py --quick --seed 5201 --cases 60 --processes 2 --families pair outside \
-		--without-truth --out results/outside/without_truth
-	.venv/bin/python benchmarks/outside.py --within results/outside/drawn --without results/outside/without_truth
 
 cracks: .venv/ready
 	.venv/bin/python benchmarks/cracks.py --cases 200 --diagnose 10 --processes 2 --out results/crack_cases

@@ -57,15 +57,11 @@ MACHINES = {"jeffcott": 0.1, "offset_disc": 0.1, "between_bearings": 0.35, "over
 
 
 class Work(NamedTuple):
-    """A case; records : folder that keeps them, or None;  out : of results, None: the case is only drawn.
-
-    search : as in `diagnosis:` of a rig file
-    """
+    """A case; records : folder that keeps them, or None;  out : of results, None: the case is only drawn."""
 
     order: Order
     records: Path | None
     out: Path | None
-    search: str
 
 
 def stored(work, beside):
@@ -97,7 +93,7 @@ def run_case(work):
             return row | {"verdict": "not drawn", "named": str(problem), "known": False, "size": np.nan}
         if work.out is None:
             return truth | {"verdict": "drawn", "named": ""}
-        answer = answer_case(folder, truth["leave_out"], search=work.search)
+        answer = answer_case(folder, truth["leave_out"])
         out = work.out / "cases" / f"{order.number:04d}"
         out.mkdir(parents=True, exist_ok=True)
         if "error" not in answer["verdict"]:
@@ -157,12 +153,11 @@ def main():
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--rig-error", type=float, default=1.0, help="0: the rig file is exact; 1: as real ones are")
     parser.add_argument("--quick", action="store_true", help="rotors of 2 to 5 elements, 6 speeds, harmonics to 3X")
-    parser.add_argument("--search", choices=("in_stages", "by_form"), default="in_stages", help="as in `diagnosis:`")
     parser.add_argument("--without-truth", action="store_true", help="leave the effects that are the truth out")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     out = None if given.draw_only else given.out
-    work = [Work(order, given.records, out, given.search) for order in orders(given)]
+    work = [Work(order, given.records, out) for order in orders(given)]
     rows = []
     with ProcessPoolExecutor(given.processes) as pool:
         for row in pool.map(run_case, work) if given.processes > 1 else map(run_case, work):

@@ -9,6 +9,19 @@ ELEMENTS_TRIED = 10  # of a long shaft, to say which depth is seen
 Breathing = Literal["gradual", "sudden", "turning", "cosine", "switching", "none"]
 
 
+# parts of a law of breathing -> (which, standard deviation), of what the open crack yields across
+FORM = {
+    f"{motion}_{order}": ((motion, order), std)
+    for motion, spreads in {
+        "across": {1: 0.05, 2: 0.2, 3: 0.05, 4: 0.1},
+        "along": {0: 0.25, 1: 0.2, 2: 0.2, 3: 0.1},
+        "coupled": {1: 0.1, 2: 0.1, 3: 0.1},
+        "lagging": {1: 0.15, 2: 0.15, 3: 0.1},
+    }.items()
+    for order, std in spreads.items()
+}
+
+
 def transverse_crack(
     structure,
     position_m: NonNegative,
@@ -19,7 +32,8 @@ def transverse_crack(
     flexibility: str | None = None,
     front_aspect_ratio: Share = 0.0,
     closing_moment_N_m: float = 0.0,
-    any_form: bool = False,
+    any_flexibility_along: bool = False,
+    any_law: bool = False,
 ):
     """Crack across a solid shaft: a hinge that yields to the bending moment that opens it.
 
@@ -31,8 +45,9 @@ def transverse_crack(
     flexibility: name of a depth plugin, by default elasticity, for cosine and switching strip_integration, as
     published.  front_aspect_ratio: depth over half the width of the ellipse that the front is a part of, 0 is a
     straight front.  closing_moment_N_m: residual stress that closes it, as the bending moment that just opens it;
-    negative where it holds the crack open at rest.  any_form: with more flexibility along the front than the depth
-    gives, as a softened length has, in units of that across.
+    negative where it holds the crack open at rest.  any_flexibility_along: with an amplitude for more flexibility
+    along the front.  any_law: with amplitudes for other laws of breathing, another flexibility along the front and a
+    lag, of which zero is the law stated.
     """
     by_moment = breathing in ("gradual", "sudden") and opened_by == "moment"
     if closing_moment_N_m and not by_moment:
@@ -49,13 +64,20 @@ def transverse_crack(
         "switching": partial(hinge.entries_by_angle, True),
         "none": hinge.open_entries,
     }
+    law = tables.get(breathing, hinge.entries_by_weight)
     found = []
     for name, along in (("flexibility_factor", False), ("excess_flexibility_along", True)):
         force = hinge.force(closing_moment_N_m, along=along) if by_moment else None
-        entries = () if by_moment else tables.get(breathing, hinge.entries_by_weight)(along=along)
-        default = 0.0 if along else None
+        entries, default = () if by_moment else law(along=along), 0.0 if along else None
         found.append(Parameter(name, "1", entries, typical=1.0, force=force, default=default, jumps=jumps))
-    return found if any_form and breathing != "sudden" else found[:1]
+    if not any_flexibility_along or breathing == "sudden":
+        del found[1]
+    for name, (which, _) in FORM.items() if any_law else ():
+        if breathing == "none" and name != "along_0":
+            continue
+        entries, force = ((), hinge.force_of_form(*which)) if by_moment else (hinge.entries_of_form(*which), None)
+        found.append(Parameter(name, "1", entries, typical=1.0, force=force, default=0.0))
+    return found
 
 
 def where_it_cracks(structure, sensors):
@@ -101,6 +123,7 @@ def rotorstudy_effect():
         shape={"position_m": (0.0, 1.0, "shaft"), "depth_ratio": (0.02, 0.5), "angle_rad": (-np.pi, np.pi)},
         form=(
             {"front_aspect_ratio": (0.0, 1.0)},
+            {"any_flexibility_along": True},
             # errors of the table, and of fronts that are no ellipses: an arc as flexible across differs by this along
             {"flexibility_factor": (1.0, 0.02), "excess_flexibility_along": (0.0, 0.001)},
         ),
@@ -110,7 +133,11 @@ def rotorstudy_effect():
         example={"position_m": 0.2},
         positive=("flexibility_factor",),
         fixed=True,
-        any_form=({"any_form": True}, {"flexibility_factor": (1.0, 0.15), "excess_flexibility_along": (0.0, 0.25)}),
+        any_form=(
+            {"any_law": True},
+            {name: (0.0, std) for name, (_, std) in FORM.items()},
+            {"breathing": lambda: ("gradual", "turning", "none")},
+        ),
         together=two_cracks,
         feared=Feared(
             "depth_ratio",

@@ -15,7 +15,7 @@ RIG = jeffcott_rig(2e-5, 0.7)
 CONSIDERED = ("unbalance", "bow", "static_preload", "probe_gain", "phase_reference")
 SETTINGS = {
     "most_causes": 1,
-    "candidates_per_round": 4,
+    "candidates_per_round": 10,
     "leave_out": [name for name in registry().plugins["effect"] if name not in CONSIDERED],
 }
 
@@ -47,13 +47,13 @@ def is_told(verdict):
 
 
 def test_records_of_another_machine_are_told():
-    """Another damping and unbalance than the rig states; with those it explains the records."""
+    """Another damping and unbalance than the rig states; other units with an unbalance explain them as well."""
     effects = [
         {"kind": "external_damping", "external_damping_N_s_per_m": 300.0},
         {"kind": "unbalance", "eccentricity_m": 9e-5, "eccentricity_phase_rad": -2.0},
     ]
     verdict = verdict_on({**RIG, "effects": effects})
-    assert verdict.verdict != "nothing" and is_told(verdict)
+    assert verdict.verdict == "unknown" and (is_told(verdict) or verdict.measuring_chain)
 
 
 def test_a_large_fault_that_the_library_does_not_have_is_not_called_another_machine():

@@ -82,18 +82,6 @@ def test_a_rise_that_noise_explains_is_no_contradiction_and_another_one_is(fits)
     assert not is_worse(base, best, held, SETTINGS, gain_of(base, best, held, held))
 
 
-def test_several_causes_that_predict_better_than_none_are_contradicted_by_what_noise_cannot_leave(fits):
-    """Records with 70 % of what they change; not records that are as predicted."""
-    base, best, held = fits(1.0)
-    without = predicted(base.model, held, base.theta)
-    partly = held.with_amplitude(without + 0.7 * (predicted(best.model, held, best.theta) - without))
-    gain = gain_of(base, best, partly, partly)
-    assert gain.ratio < 1
-    assert is_worse(base, best, partly, SETTINGS, gain, is_several=True)
-    assert not is_worse(base, best, partly, SETTINGS, gain)
-    assert not is_worse(base, best, held, SETTINGS, gain_of(base, best, held, held), is_several=True)
-
-
 @pytest.mark.parametrize("is_steady", [True, False])
 def test_causes_that_allow_no_steady_motion_at_a_held_out_speed_are_not_upheld(monkeypatch, is_steady):
     def misfit(fitted, held):

@@ -103,14 +103,14 @@ def test_verdict_json_has_what_the_documentation_says(asymmetric):
         "format_version": int, "verdict": str, "summary": str, "causes": list, "ambiguous_with": list,
         "separating_measurement": list, "next_runs": list, "excluded": list, "not_considered": list,
         "broken_plugins": list, "unexplained": list, "resultant": type(None),
-        "residual_p_value": dict, "residual_share": float, "cause_error": float, "log_posterior_odds": float,
-        "parameter_p_value": float, "one_place": list, "outside_probability": float, "corrects_model": bool,
+        "residual_p_value": dict, "residual_share": float, "form_error": float, "log_posterior_odds": float,
+        "parameter_p_value": float, "one_place": list, "outside_probability": float,
         "detection_limit": list, "hidden": list,
         "gain": dict, "base_parameters": list, "identifiability": dict, "candidates": int,
         "settings": dict, "measuring_chain": type(None), "findings": list, "provenance": dict,
     }  # fmt: skip
     assert {key: type(value) for key, value in verdict.items()} == kinds
-    assert verdict["format_version"] == 2 and verdict["broken_plugins"] == []
+    assert verdict["format_version"] == 3 and verdict["broken_plugins"] == []
     (cause,) = verdict["causes"]
     assert (
         set(cause) == {"effect", "where", "label", "parameters", "variant", "other_variants", "posterior_probability"}
@@ -161,7 +161,7 @@ def test_verdict_nc_holds_maps_spectra_and_fits_with_units(asymmetric):
     sag = 9.81 * 2.0 / 7.6e5  # the asymmetry turns the static deflection into a force at 2X: epsilon k sag and more
     assert np.all(force > 0.9 * 0.03 * 7.6e5 * sag)
     assert list(data.held_out.values) == [0, 0, 0, 1, 0, 0, 0]
-    assert int(data.is_best.sum()) == 1 and data.attrs["format_version"] == 2
+    assert int(data.is_best.sum()) == 1 and data.attrs["format_version"] == 3
     best = data.isel(explanation=int(np.argmax(data.is_best.values)))
     assert float(best.log_posterior_odds) == verdict["log_posterior_odds"] == float(data.log_posterior_odds.max())
     assert "shaft asymmetry, real part" in data.label.values and "mass" not in data.label.values

@@ -31,7 +31,7 @@ ADDED = {3: 4e-5, 7: -1e-5j}  # kg m: 40 and 10 g mm
 @pytest.fixture(scope="module")
 def settings():
     others = [name for name in registry().plugins["effect"] if name != "unbalance"]
-    return Settings(uncertainty={"default": 0.02}, nuisance={}, leave_out=others, hold_out_rad_s=[], cause_error=0.0)
+    return Settings(uncertainty={"default": 0.02}, nuisance={}, leave_out=others, hold_out_rad_s=[])
 
 
 def verdict_on(speeds, settings, added=ADDED, seed=1):

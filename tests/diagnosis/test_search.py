@@ -8,10 +8,9 @@ from machines import disc, jeffcott_rig, shaft, springs, unbalance
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.candidates import candidates
-from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.parts import faults_of_several_parts
 from rotorstudy.diagnosis.search.screening import project, screen, screen_pairs
-from rotorstudy.diagnosis.search.search import base_model
+from rotorstudy.diagnosis.search.search import base_model, begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.fit import fit
@@ -64,11 +63,11 @@ def with_3x(model, size):
 @pytest.mark.parametrize(("size", "is_rejected"), [(0.0, False), (7e-7, True)])
 def test_a_fit_that_is_rejected_is_no_cause_however_little_it_leaves(size, is_rejected):
     model = build_model(JEFFCOTT)
-    found = investigate(with_3x(model, size), model, settings=ONE).verdict
+    more = ONE.model_copy(update={"candidates_per_round": 5})
+    found = investigate(with_3x(model, size), model, settings=more).verdict
     assert (found.verdict == "unknown") == is_rejected
     assert (found.residual_p_value.after < ONE.significance) == is_rejected
     assert found.causes[0].effect in ("unbalance", "base_motion")  # equal on a rotor of one mass
-    assert found.residual_share < 0.1
     assert ("closest explanation" in found.summary) == is_rejected
 
 
@@ -81,10 +80,13 @@ def test_without_any_effect_to_try_what_is_missing_is_unknown():
     assert not found[1].causes and found[1].candidates == 0
 
 
-def test_the_error_of_a_cause_widens_its_intervals_as_far_as_it_is_needed():
+def test_the_error_of_the_form_of_a_cause_widens_its_intervals_as_far_as_it_is_needed():
     model = build_model(JEFFCOTT)
-    exact, off = (investigate(with_3x(model, size), model, settings=ONE) for size in (0.0, 6e-8))
-    assert 0.0 == exact.search.cause_error < off.search.cause_error < ONE.cause_error
+    exact = with_3x(model, 0.0)
+    pattern = 0.02 * np.resize([1, -1, 0.5, -0.5], len(exact.speed))[:, None, None]
+    off = exact.with_amplitude(exact.amplitude + pattern * (exact.amplitude - measured(model, noise=2e-8).amplitude))
+    exact, off = (investigate(one, model, settings=ONE) for one in (exact, off))
+    assert exact.search.form_error < 0.5 * off.search.form_error and off.search.form_error <= ONE.form_error
     found = [f.verdict.causes[0].parameters["eccentricity"] for f in (exact, off)]
     assert found[1].std > 1.3 * found[0].std  # the unbalance of the rig and the probes give the rest
     assert [one.value for one in found] == pytest.approx([2e-5, 2e-5], abs=4 * found[1].std)
@@ -182,10 +184,9 @@ def test_the_parts_of_a_fault_are_tried_together_and_only_those_that_the_data_su
     spectrum = measured(
         model, *(hidden(model, "runout", node=3, harmonic=n, **{f"runout_{n}X_m": a}) for n, a in runouts.items())
     )
-    whole, prior = base_model(model, ONE)
-    base = fit(whole, spectrum, prior)
-    work = Search(model, whole, spectrum, spectrum, ONE, prior, base, candidates(model, ONE)[0])
-    tried = {parts[0].fault: parts for parts, _ in faults_of_several_parts(work, base, work.candidates)}
+    work = begin(model, spectrum, ONE)
+    projected, usable = work.project(work.base, work.candidates)
+    tried = {parts[0].fault: parts for parts, _ in faults_of_several_parts(work, projected, usable)}
     found = [cause.where["harmonic"] for cause in tried.get("runout, node 3", ())]
     assert sorted(found) == (list(runouts) if len(runouts) > 1 else [])
 

@@ -33,12 +33,12 @@ def test_the_first_answer_says_where_most_of_the_missing_force_acts():
     assert "the rig explains the records" in first_answer(begin(clean, records(clean), ONE))
 
 
-@pytest.mark.parametrize("fits", [0, 10])
+@pytest.mark.parametrize("fits", [0, 1])
 def test_a_search_that_is_stopped_keeps_what_it_found_and_says_so(monkeypatch, fits):
     """By Ctrl-C in the first or a later fit; a termination ends it at once."""
     clean = build_model(JEFFCOTT)
     data = records(clean.plus(hidden(clean, "support_anisotropy", support_anisotropy_N_per_m=2e4)))
-    carried_out, signal, done = Search._fit, KeyboardInterrupt, []
+    carried_out, signal, done = Search.explain, KeyboardInterrupt, []
 
     def interrupted(*given, **more):
         done.append(1)
@@ -46,7 +46,7 @@ def test_a_search_that_is_stopped_keeps_what_it_found_and_says_so(monkeypatch, f
             raise signal
         return carried_out(*given, **more)
 
-    monkeypatch.setattr(Search, "_fit", interrupted)
+    monkeypatch.setattr(Search, "explain", interrupted)
     verdict = investigate(data, clean, settings=ONE).verdict
     assert verdict.verdict == "unknown" and "stopped before its end" in verdict.summary
     assert [finding.name for finding in verdict.findings] == ["search stopped"]

@@ -108,7 +108,7 @@ def _published(seals):
     return json.loads(Path(seals).read_text(encoding="utf-8"))["sha256"]
 
 
-def answer_case(folder, leave_out=(), answer=diagnosed, search="in_stages"):
+def answer_case(folder, leave_out=(), answer=diagnosed):
     """Verdict, held-out predictions and seconds of one core, from the record and the rig file in a folder alone.
 
     Records that are refused, and an error of the diagnosis, are answers too: "refused" and "failed", with the `error`.
@@ -119,9 +119,7 @@ def answer_case(folder, leave_out=(), answer=diagnosed, search="in_stages"):
     try:
         rig = read_rig(folder / "rig.yaml")
         spectrum, model, findings = measured_spectrum([folder / "record.nc"], rig)
-        settings = read_settings(rig.given, "rig.yaml").model_copy(
-            update={"leave_out": list(leave_out), "search": search}
-        )
+        settings = read_settings(rig.given, "rig.yaml").model_copy(update={"leave_out": list(leave_out)})
     except RotorstudyError as error:
         verdict = {"verdict": "refused", "error": str(error)}
     else:

@@ -1,6 +1,6 @@
 """The assumptions of a diagnosis: priors, model error and thresholds."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from annotated_types import Gt
 from pydantic import Field
@@ -23,7 +23,6 @@ class Settings(Strict):
                            others, "rotor" for the numbers of the rotor that its plugin states
     model_error          : standard deviation of the model error as a fraction of each harmonic
     model_floor          : the same as a fraction of the rms vibration at a sensor and a speed, for harmonics near zero
-    cause_error          : largest standard deviation of the error of a cause, as a fraction of what the base misses
     covariance_error     : fraction by which the stated variances, which come from a few blocks, may be too small
     nuisance             : effects always present in the measuring chain -> standard deviation of each amplitude
     base_rates           : effect -> how often it is a cause, relative to a usual effect, where not as its plugin states
@@ -42,15 +41,13 @@ class Settings(Strict):
     most_causes          : largest number of simultaneous causes
     candidates_per_round : candidates fitted in each round of the search
     leave_out            : effects that are not considered
-    form_error           : in the search by form, largest standard deviation of the error of the form of a cause, as a
-                           fraction of what it changes; smaller ones are equally likely by order of magnitude
-    search               : "by_form" fits every cause, one or several, with an error of its form (see `by_form/form.py`)
+    form_error           : largest standard deviation of the error of the form of a cause, as a fraction of what it
+                           changes; smaller ones are equally likely by order of magnitude
     """
 
     uncertainty: dict[str, float] = {"default": 0.1}
     model_error: float = Field(default=2e-3, ge=0, lt=0.5)
     model_floor: float = Field(default=2e-4, ge=0, lt=0.5)
-    cause_error: float = Field(default=0.03, ge=0, lt=0.5)
     covariance_error: float = Field(default=0.1, ge=0, lt=1)
     nuisance: dict[str, float] = Field(default_factory=stated_nuisance)
     base_rates: dict[str, Annotated[float, Gt(0)]] = {}
@@ -66,7 +63,6 @@ class Settings(Strict):
     candidates_per_round: int = Field(default=10, ge=1)
     leave_out: list[str] = []
     form_error: float = Field(default=0.05, gt=0, lt=0.5)
-    search: Literal["in_stages", "by_form"] = "in_stages"
 
 
 def base_rate(effect, settings):

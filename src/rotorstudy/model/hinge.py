@@ -118,6 +118,27 @@ class Hinge:
 
         return NonlinearForce(self.row[None], moment, takes_angle=True, takes_velocity=False)
 
+    def force_of_form(self, motion: str, order: int) -> NonlinearForce:
+        """A part of a law of breathing by the direction of the instantaneous moment; as `entries_of_form`."""
+        stiffness, share = self.section.stiffness, self.open_shares[0]
+        own_rotation = self.section.own_moment / stiffness
+
+        def moment(rotation, velocity, deflection, shaft_angle):
+            turned = np.exp(1j * (shaft_angle + self.angle))
+            imposed = -(rotation + own_rotation) / turned
+            size = np.abs(imposed)
+            law = (imposed / np.where(size > 0, size, 1)) ** order
+            even, odd = (1 - law.real) / 2 if order else 1.0, law.imag / 2
+            kink = {
+                "across": even * imposed.real,
+                "along": 1j * even * imposed.imag,
+                "coupled": odd * (imposed.imag + 1j * imposed.real),
+                "lagging": odd * imposed.real,
+            }[motion]
+            return -stiffness * share * kink * turned
+
+        return NonlinearForce(self.row[None], moment, takes_angle=True, takes_velocity=False)
+
     def entries_by_weight(self, along: bool = False) -> tuple[Entry, ...]:
         """The crack opened by the static moment, which stretches the lower or the upper side of the shaft."""
         shares = zip(range(-ORDER, ORDER + 1), *self._series_by_weight(), strict=True)
@@ -147,6 +168,31 @@ class Hinge:
         share = np.where(np.abs(cosine) > ROUND_OFF, cosine > 0, 0.5) if switching else (1 + cosine) / 2
         softer = self.section.stiffness * self._open_compliance * [1, ACROSS]
         return self._entries(_turning_shares(*np.multiply.outer(softer / (1 + softer), share)), along)
+
+    def entries_of_form(self, motion: str, order: int) -> tuple[Entry, ...]:
+        """A part of a law of breathing by the turn of the crack against the side that the weight stretches.
+
+        Nearly any such law is a sum of these.
+
+        Parameters
+        ----------
+        motion : str
+            "across", a kink by a rotation across the front; "along", the same along it, both with one minus the cosine
+            of a multiple of the angle, so that the crack yields as before where it is open; "coupled", a kink along it
+            by a rotation across it and conversely, with the sine; "lagging", across with the sine.
+        order : int
+            Multiple of the angle; 0 is an open crack.
+
+        Returns
+        -------
+        tuple of Entry
+            Of an amplitude of 1, which is what the open crack yields across.
+        """
+        law = self.open_shares[0] * self.side**order * np.exp(-1j * order * _pull())  # the moment turns backwards
+        even = (self.open_shares[0] - law.real) / 2 if order else law.real
+        xi = {"across": even, "lagging": law.imag / 2}.get(motion, 0.0)
+        both = law.imag / 2 if motion == "coupled" else 0.0
+        return self._entries(_turning_shares(xi, even if motion == "along" else 0.0, both), False)
 
     def _entries(self, shares, along):
         """Entries of a kink, given as {shift: (share of the imposed rotation, share of its conjugate)}.
@@ -263,13 +309,19 @@ def crack_at(
     return Hinge(section, depth, depth_ratio, angle_rad, sudden, structure.tension_side_at(section), options)
 
 
-def _turning_shares(xi, eta):
-    """Shares for `Hinge._entries` of a kink along xi and eta (direction,), shares of the imposed rotation by angle."""
-    direct, mirrored, found = _coefficients((xi + eta) / 2), _coefficients((xi - eta) / 2), {}
-    for k in range(-ORDER, ORDER + 1):  # in the frame of the crack; the conjugate turns by twice its angle
-        for i, (shift, value) in enumerate(((k, direct[k + ORDER]), (k + 2, mirrored[k + ORDER]))):
-            if abs(value) > ROUND_OFF:
-                found.setdefault(shift, [0.0, 0.0])[i] = value
+def _turning_shares(xi, eta, both=0.0):
+    """Shares for `Hinge._entries` of a kink along xi and eta (direction,), shares of the imposed rotation by angle.
+
+    both : (direction,) of the kink along one of them by the rotation along the other
+    """
+    found = {}
+    for i, share in enumerate(((xi + eta) / 2, (xi - eta) / 2 + 1j * both)):  # the conjugate turns by twice its angle
+        series = np.fft.fft(np.broadcast_to(share, DIRECTIONS)) / DIRECTIONS
+        for k in range(-ORDER, ORDER + 1):  # in the frame of the crack
+            if abs(series[k]) > ROUND_OFF:
+                found.setdefault(k + 2 * i, [0.0, 0.0])[i] = (
+                    series[k] if abs(series[k].imag) > ROUND_OFF else series[k].real
+                )
     return found
 
 

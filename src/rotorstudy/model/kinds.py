@@ -141,12 +141,13 @@ class Effect(Plugin):
     shape     : option -> (low, high), the search range of an option that enters nonlinearly, or (low, high, scale) in
                 units of one of the usual sizes of the rotor: `length`, `vibration`, `frequency`, `time`, `shaft`
     form      : option -> (low, high), in which a real one differs from the default in an unknown way (the front of a
-                crack), any value as likely as another, and amplitudes as in `any_form`; `identify --cause` fits both
+                crack), any value as likely as another; then as the first two of `any_form`: `identify --cause`
+                fits these
     stated    : function(structure, **shape) -> {name: (option, factor)}, further sizes of a verdict, each an option
                 of the shape times a factor: the depth of a crack in m by its share of the diameter
     alternatives : option -> function() -> its possible values, of which diagnosis tries each; the cause is the same
     formulas  : option -> function() -> further values of an alternative, published formulas that are simpler than the
-                physics: tried where the others do not explain the records, as they may fit by chance
+                physics: `identify --cause` tries them where the others do not explain the records
     fixed     : present with its typical amplitude or absent: a cable is swapped or not
     fold      : ratio of the phase of its amplitude to the angle of its direction: 2 for two stiffnesses
     positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack), together with those of the rig;
@@ -167,8 +168,8 @@ class Effect(Plugin):
     together  : function(structure, one, other) of the options of two of them on a rotor, which raises CannotAct where
                 they cannot be there together
     feared    : Feared, of a fault that operators fear
-    any_form  : option -> value, with which the search by form tries it, so that it can have forms near its own, and
-                parameter -> (mean, standard deviation) of its amplitudes then, in typical sizes
+    any_form  : option -> value, with which diagnosis tries it, so that it can have forms near its own; parameter ->
+                (mean, standard deviation) of its amplitudes then, in typical sizes; and its alternatives then
     """
 
     acts_on: str = "rotor"
@@ -177,7 +178,7 @@ class Effect(Plugin):
     candidate: bool = True
     hypothesis: dict = field(default_factory=dict, compare=False)
     shape: dict = field(default_factory=dict, compare=False)
-    form: tuple[dict, dict] = field(default=({}, {}), compare=False)
+    form: tuple[dict, dict, dict] = field(default=({}, {}, {}), compare=False)
     stated: Callable | None = field(default=None, compare=False)
     alternatives: dict = field(default_factory=dict, compare=False)
     formulas: dict = field(default_factory=dict, compare=False)
@@ -195,7 +196,7 @@ class Effect(Plugin):
     changes_bearing: bool = False
     together: Callable | None = field(default=None, compare=False)
     feared: Feared | None = field(default=None, compare=False)
-    any_form: tuple[dict, dict] = field(default=({}, {}), compare=False)
+    any_form: tuple[dict, dict, dict] = field(default=({}, {}, {}), compare=False)
 
     def __post_init__(self):
         if self.places is None:

@@ -212,15 +212,15 @@ class Model(Amplitudes):
 
         Parameters
         ----------
-        motion : array
-            Of the coordinates along an axis, in m.
+        motion : array (..., dof)
+            In m.
         axis : int, optional
-            That of the coordinates.
+            That of the coordinates, if not the last one.
 
         Returns
         -------
-        array
-            Of the sensors along that axis, in m.
+        array (..., sensor)
+            In m, along the same axis.
         """
         motion = np.moveaxis(motion, axis, -1)
         found, (here, housings) = motion[..., self.measured], self._riding

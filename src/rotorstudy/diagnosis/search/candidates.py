@@ -29,6 +29,7 @@ class Candidate(NamedTuple):
                alike; where there are none, the prior is the upper half of that normal distribution
     fixed    : its amplitude is known where the effect is present; the width of its prior is not varied
     options  : other options, the same for all candidates of the effect
+    fixed_std : standard deviation of an amplitude that is fixed
     any_form : whether it has the freedom of `Effect.any_form`
     shape    : options that enter nonlinearly (a clearance, an angle), at one of the values tried
     variant  : the alternatives of the effect that it has (the breathing function of a crack)
@@ -46,6 +47,7 @@ class Candidate(NamedTuple):
     shape_std: dict = {}
     options: dict = {}
     any_form: bool = False
+    fixed_std: float = FIXED
 
     @property
     def cause(self):
@@ -96,7 +98,8 @@ def candidate(
     raises       : CannotAct if the effect cannot act there
     """
     plugin = registry().get("effect", effect, "diagnosis")
-    options = {**plugin.example, **plugin.hypothesis, **(plugin.any_form[0] if any_form else {})}
+    freedom = _freedom(plugin, {*(shape or {})})[0] if any_form else {}
+    options = {**plugin.example, **plugin.hypothesis, **freedom}
     item = {"kind": effect, **options, **where, **(shape or {}), **(variant or {}), "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
     known = Candidate(
@@ -108,15 +111,21 @@ def candidate(
 def _with_prior(model, cause, width):
     """A candidate with the prior of the amplitudes of its term."""
     term, plugin = cause.term, registry().get("effect", cause.effect)
-    mean, std = (1.0, FIXED) if plugin.fixed else (0.0, width)
+    mean, std = (1.0, cause.fixed_std) if plugin.fixed else (0.0, width)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
-    known = plugin.form[1] if {*cause.shape, *cause.options} & {*plugin.form[0]} else plugin.any_form[1]
-    for p in (p for p in term.parameters if cause.any_form and p.name in known):
+    known = _freedom(plugin, {*cause.shape, *cause.options})[1] if cause.any_form else {}
+    for p in (p for p in term.parameters if p.name in known):
         mean, std = known[p.name]
         prior[term.full_name(p)] = mean * p.typical, std * p.typical
     limited = {term.full_name(p) for p in term.parameters if plugin.is_positive(p.name)}
     positive = {unknown.name: _same(unknown, term, model) for unknown in term.unknowns if unknown.name in limited}
     return cause._replace(prior=prior, positive=positive)
+
+
+def _freedom(plugin, options):
+    """Options and priors of amplitudes of an effect that may have another form, a searched one or any."""
+    ranges, *freedom = plugin.form
+    return freedom if ranges.keys() & options else plugin.any_form[:2]
 
 
 def _same(unknown, term, model):
@@ -191,7 +200,7 @@ def shape_ranges(effect: str, structure: Structure, node: int | None = None) -> 
 
 def form_ranges(effect: str) -> dict[str, ShapeRange]:
     """Options of the form of an effect -> ShapeRange."""
-    form, _ = registry().get("effect", effect, "diagnosis").form
+    form, *_ = registry().get("effect", effect, "diagnosis").form
     return {name: ShapeRange(*ends, mirrored=True) for name, ends in form.items()}
 
 
@@ -221,10 +230,9 @@ def with_vibration(model: Model, spectrum: Spectrum) -> Model:
     return replace(model, structure=replace(model.structure, vibration=float(np.median(size))))
 
 
-def candidates(model: Model, settings: Settings, any_form: bool = False) -> tuple[list[Candidate], dict[str, str]]:
+def candidates(model: Model, settings: Settings) -> tuple[list[Candidate], dict[str, str]]:
     """Every effect at every place it offers on this rotor, as `settings` allow.
 
-    any_form : with published formulas among the alternatives
     returns : the candidates, and {effect: one line with file and place} of those whose plugin is broken
     """
     found, broken = [], {}
@@ -232,22 +240,22 @@ def candidates(model: Model, settings: Settings, any_form: bool = False) -> tupl
         if not plugin.candidate or name in settings.leave_out:
             continue
         try:
-            found += _candidates_of(plugin, model, settings, len(found), any_form)
+            found += _candidates_of(plugin, model, settings, len(found))
         except Exception as error:  # of the plugin; the rest of the library is still searched
             broken[name] = blamed(error) or f"effect '{name}' ({plugin.file}): {type(error).__name__}: {error}"
     return found, broken
 
 
-def _candidates_of(plugin, model, settings, first, any_form):
+def _candidates_of(plugin, model, settings, first):
     """Candidates of one effect; their terms are labelled by number, from `first` on."""
     found = []
-    variants = variants_of(plugin.alternatives) + (formulas_of(plugin.name) if any_form else [])
+    variants = variants_of(plugin.any_form[2] or plugin.alternatives)
     for place in plugin.places(model.structure, model.sensors):
         for variant, shape in product(variants, _shapes(plugin, model.structure, place)):
             label = f"cause {first + len(found)}"
             try:
                 where = plugin.name, place, shape, label, settings.prior_width, variant
-                found.append(candidate(model, *where, any_form))
+                found.append(candidate(model, *where, any_form=True))
             except CannotAct:  # a place that other options of this rig exclude
                 continue
     return found

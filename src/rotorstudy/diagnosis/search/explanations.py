@@ -1,20 +1,28 @@
-"""Explanations under trial: sets of causes, their fits and posterior odds, and the plugins that failed on the way."""
+"""Explanations under trial: sets of causes fitted with their shapes and an error of their form, and their odds."""
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate
-from rotorstudy.diagnosis.search.odds import LEAST_LOG_PROBABILITY, Explanation, PriorOdds, log_posterior_odds, odds_of
+from rotorstudy.diagnosis.search.form import LocalForces, changes_of, most_probable_form
+from rotorstudy.diagnosis.search.free_force import FreeForce
+from rotorstudy.diagnosis.search.odds import (
+    LEAST_LOG_PROBABILITY,
+    Explanation,
+    PriorOdds,
+    log_posterior_odds,
+    odds_of,
+)
 from rotorstudy.diagnosis.search.screening import Projected, Screened, project, screen_each
-from rotorstudy.diagnosis.search.shape_equations import shape_equations
-from rotorstudy.diagnosis.search.shape_fit import ranges_of
+from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of, reshaped, response_with_shape
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.errors import NoSteadyState, PluginError
+from rotorstudy.errors import CannotAct, NoSteadyState, PluginError
 from rotorstudy.inference.fit import Fit, fit
-from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS
+from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS, levenberg_marquardt
 from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
@@ -25,50 +33,48 @@ log = logging.getLogger(__name__)
 
 LEAST_LOG_ODDS = 2.0  # log posterior odds that an explanation needs: seven to one that something is missing
 MODELS_KEPT = 32  # with causes
-TRIAL_STEPS = 5  # of a fit, after which it is decided whether to finish it
+HOPELESS = 300.0  # log odds below the best, from which a further round does not lead to it
+SETTLED = 0.25  # change of the log odds by another round of a fit with the error of form that it has found
+ROUNDS = 4  # of these
+ROUND = replace(HYPOTHESIS, steps=15)  # after which it is decided whether another one is worth it
+LONGEST_OF_SHAPE = 0.1  # of the range of an option: the longest step, as columns change with the shape
+LONGEST_OF_FIXED = 2.0  # standard deviations of its prior: the same of an amplitude whose size is known
+FAILURES = 2  # shapes in which a cause cannot act, or the rotor has no steady motion, after which a fit ends
 
 
 @dataclass(frozen=True)
 class Search:
     """A search under way, and its outcome.
 
-    rig             : Model without the nuisance terms
-    model, stated   : with the nuisance terms; the Spectrum with the model error
-    spectrum        : that with the error of the causes too
-    prior           : Prior of the parameters that are free in every fit;  base : Fit of these alone
-    candidates      : list of Candidate;  screened : Screened of each, at the base fit
-    scanned         : list of Candidate in the shapes that scans have found
-    shapes          : cause, alternatives and label -> the shapes with which each scan of it begins
-    found           : labels of the causes -> Explanation, for every one fitted
-    equations       : labels of the causes, label of one of them -> what `shape_equations` returns
-    models          : Model without causes, terms of the causes -> Model with them, the last few
-    failures        : effect -> one line with file and line number, for plugins that failed; the rest was searched
-    cause_error     : standard deviation of the error of a cause, which the spectrum has
-    unstable        : (speed,) bool, where a free motion of the rig without causes grows; None during the search
-    upheld          : whether the best explanation keeps its odds with the held-out speeds
-    has_form_errors : whether every explanation was fitted with an error of the form of its causes
-    stopped         : whether the search was stopped before its end
+    rig         : Model without the nuisance terms;  model : with them
+    spectrum    : Spectrum with the model error, without an error of causes
+    prior       : Prior of the parameters that are free in every fit;  base : Fit of these alone
+    candidates  : list of Candidate;  screened : Screened of each, at the base fit
+    free_forces : FreeForce at each place, the most likely first: what a fault that the library lacks may do
+    shapes      : cause, alternatives and label -> the shapes with which each scan of it begins
+    found       : `kind_of` the causes -> Explanation, the best one of each kind that was fitted
+    models      : Model without causes, terms of the causes -> Model with them, the last few
+    failures    : effect -> one line with file and line number, for plugins that failed; the rest was searched
+    unstable    : (speed,) bool, where a free motion of the rig without causes grows; None during the search
+    upheld      : whether the best explanation keeps its odds with the held-out speeds
+    stopped     : whether the search was stopped before its end
     """
 
     rig: Model
     model: Model
-    stated: Spectrum
     spectrum: Spectrum
     settings: Settings
     prior: Prior
     base: Fit
     candidates: list
+    free_forces: tuple[FreeForce, ...] = ()
     screened: list = field(default_factory=list)
-    scanned: list = field(default_factory=list)
     shapes: dict = field(default_factory=dict)
     found: dict = field(default_factory=dict)
-    equations: dict = field(default_factory=dict)
     models: dict = field(default_factory=dict)
     failures: dict = field(default_factory=dict)
-    cause_error: float = 0.0
     unstable: np.ndarray | None = None
     upheld: bool = True
-    has_form_errors: bool = False
     stopped: bool = False
 
     @property
@@ -87,25 +93,68 @@ class Search:
         return list(self.found.values())
 
     @property
-    def best(self):
+    def nothing(self) -> Explanation:
+        """The explanation without causes."""
+        return self.found[frozenset()]
+
+    @property
+    def best(self) -> Explanation:
         """The explanation with the highest posterior odds; that without causes if they are too low or not upheld."""
         best = max(self.explanations, key=odds_of)
-        return best if odds_of(best) > LEAST_LOG_ODDS and self.upheld else self.found[frozenset()]
+        return best if odds_of(best) > LEAST_LOG_ODDS and self.upheld else self.nothing
+
+    @property
+    def form_error(self) -> float:
+        """Expected standard deviation of the error of the form of the best causes, relative to what they change."""
+        return self.best.form.mean_std if self.best.form else 0.0
 
     @cached_property
     def prior_odds(self) -> PriorOdds:
         """Of the candidates."""
         return PriorOdds(self.candidates, self.settings, self.rig.structure)
 
+    @cached_property
+    def local_forces(self) -> LocalForces:
+        """Of the rig with the best free force, whose values are those of the rig without the fault."""
+        fits = [one.fitted for one in self.free_forces if one.fitted is not None]
+        return LocalForces(fits[0] if fits else self.base, self.spectrum, self.rig.structure)
+
+    @property
+    def log_outside(self) -> float:
+        """Log odds of a fault that the library lacks, at any place."""
+        return float(
+            np.logaddexp.reduce([one.log_odds for one in self.free_forces if one.is_testable], initial=-np.inf)
+        )
+
+    @property
+    def outside_probability(self) -> float:
+        """Posterior probability of a fault that the library lacks."""
+        every = np.logaddexp.reduce([self.log_outside, *map(odds_of, self.explanations)])
+        return float(np.exp(self.log_outside - every))
+
+    def outside_places(self, share: float) -> list[FreeForce]:
+        """The places where a fault that the library lacks acts with a probability of `share`, if there is one."""
+        total, found = 0.0, []
+        for one in (one for one in self.free_forces if one.is_testable):
+            if total >= share:
+                break
+            total += np.exp(one.log_odds - self.log_outside)
+            found.append(one)
+        return found
+
     def posterior(self) -> list[tuple[Explanation, float]]:
-        """(explanation, posterior probability), most probable first; of each set of causes its best shape."""
+        """(explanation, posterior probability), most probable first; of each set of causes its best shape.
+
+        They sum to one with `outside_probability`.
+        """
         best = {}
         for e in self.explanations:
             if e.named not in best or odds_of(e) > odds_of(best[e.named]):
                 best[e.named] = e
         found = sorted(best.values(), key=odds_of, reverse=True)
         odds = np.array([odds_of(e) for e in found])
-        probability = np.exp(np.maximum(odds - np.logaddexp.reduce(odds), LEAST_LOG_PROBABILITY))
+        every = np.logaddexp(np.logaddexp.reduce(odds), self.log_outside)
+        probability = np.exp(np.maximum(odds - every, LEAST_LOG_PROBABILITY))
         return list(zip(found, probability.tolist(), strict=True))
 
     def note_broken(self, causes, error):
@@ -139,45 +188,37 @@ class Search:
         known = dict(zip((cause.label for cause in usable), screen_each(projected, usable), strict=True))
         return [known.get(cause.label) or _nothing(cause) for cause in chosen]
 
-    def explain(self, causes, starts=None) -> Explanation | None:
-        """The Explanation by some causes; None if no fit succeeds.
+    def explain(self, causes: Sequence[Candidate], values: dict) -> Explanation | None:
+        """The explanation by some causes, from their shapes and values of amplitudes by name; None if no fit succeeds.
 
-        starts : list of (parameter,) of the extended model, by default the stated values; tried in turn until a fit
-                 leaves no more than noise
+        The best one of its kind is kept and returned.
         """
-        key = frozenset(c.label for c in causes)
-        if key not in self.found:
-            extended, known, fresh = self._extension(causes)
-            fitted = None
-            for start in starts or [fresh]:
-                found = self._fit(causes, extended, known, start)
-                fitted = min((f for f in (fitted, found) if f), key=lambda f: f.cost, default=None)
-                if fitted and fitted.cost < len(fitted.residual):
-                    break
-            if fitted is None:
-                return None
-            odds = log_posterior_odds(tuple(causes), fitted, self.base, self.prior_odds)
-            self.found[key] = _with_free_shapes(self, Explanation(tuple(causes), fitted, odds))
-        return self.found[key]
+        log.debug("fitting %s (%d explanations)", " and ".join(c.cause for c in causes), len(self.found) - 1)
+        try:
+            one = _explained(self, tuple(causes), values)
+        except (NoSteadyState, CannotAct):
+            return None
+        except Exception as error:
+            self.note_broken(causes, error)
+            return None
+        known = self.found.get(one.kind)
+        if known is None or odds_of(one) > odds_of(known):
+            self.found[one.kind] = known = one
+        return known
 
-    def trial_fit(self, causes, start=None) -> Fit | None:
-        """Fit of an explanation after a few steps, None if it fails."""
-        found = self.found.get(frozenset(c.label for c in causes))
-        if found:
-            return found.fit
-        extended, known, fresh = self._extension(causes)
-        return self._fit(causes, extended, known, fresh if start is None else start, steps=TRIAL_STEPS)
+    def held(self, causes, values: dict, steps: int = 0) -> Fit | None:
+        """The model with some causes at given values by name, base parameters included, or after some steps of a fit.
 
-    def held(self, causes, values: dict) -> Fit | None:
-        """The model with some causes at given values by name, base parameters included; None without a steady state."""
-        extended, known, _ = self._extension(causes)
-        return self._fit(causes, extended, known, self.start(causes, values), steps=0)
-
-    def is_rejected_as_stated(self, explanation: Explanation) -> bool:
-        """Whether noise and the stated model error, without an error of the causes, do not explain what is left."""
-        known = explanation.fit
-        exact = fit(known.model, self.stated, known.prior, start=known.theta)
-        return exact.is_rejected(self.settings.significance)
+        returns : None without a steady state, or if a plugin fails
+        """
+        known = self.prior.plus(Prior.independent({name: prior for c in causes for name, prior in c.prior.items()}))
+        try:
+            return fit(self._extended(causes), self.spectrum, known, start=self.start(causes, values), steps=steps)
+        except NoSteadyState:
+            return None
+        except Exception as error:
+            self.note_broken(causes, error)
+            return None
 
     def start(self, causes, values: dict) -> np.ndarray:
         """(parameter,) of the model extended by some causes: values by name, the stated ones for the others."""
@@ -195,57 +236,144 @@ class Search:
             self.models[key] = self.model.plus(*(c.term for c in causes))
         return self.models[key]
 
-    def _extension(self, causes):
-        """Extended model, Prior of its free parameters, and a start at the stated values."""
-        known = self.prior.plus(Prior.independent({name: prior for c in causes for name, prior in c.prior.items()}))
-        before = self.before(causes)  # earlier causes start at their fit, the base at its stated values
-        values = dict(zip(known.names, known.mean, strict=True)) | {
-            name: value
-            for name, value in zip(before.model.names, before.theta, strict=True)
-            if name not in self.prior.names
-        }
-        return self._extended(causes), known, self.start(causes, values)
 
-    def before(self, causes) -> Fit:
-        """The fit of all causes but the last."""
-        known = self.found.get(frozenset(c.label for c in causes[:-1]))
-        return known.fit if known else self.base
+@dataclass(frozen=True)
+class _Parameters:
+    """The parameters of an explanation: those of the rig, the amplitudes of the causes, and their shapes.
 
-    def _fit(self, causes, extended, known, start, steps=HYPOTHESIS.steps):
-        """The Fit of an extended model, None if it has no steady state or a plugin fails."""
-        log.debug("fitting %s (%d explanations fitted)", " and ".join(c.cause for c in causes), len(self.found) - 1)
-        try:
-            return fit(extended, self.spectrum, known, start=start, steps=steps)
-        except NoSteadyState:
-            return None
-        except Exception as error:
-            self.note_broken(causes, error)
-            return None
-
-
-def _with_free_shapes(work, explanation):
-    """An explanation whose odds and covariance include that its shapes were searched, with their standard deviations.
-
-    The Occam factor of a shape is how much the data narrow its range; its amplitudes are correlated with it.
+    causes   : whose shapes are those of the start;  ranges : option -> ShapeRange, of each cause
+    prior    : Prior without the shapes;  whole : with them, as fractions of their ranges
+    ends     : (cause,) where the amplitudes and the shape of each cause end, to split theta
     """
-    fitted, odds, known = explanation.fit, explanation.log_posterior_odds, []
-    free, covariance = len(fitted.names), fitted.covariance
-    for cause in explanation.causes:
-        if cause.shape:
+
+    causes: tuple[Candidate, ...]
+    ranges: tuple[dict, ...]
+    prior: Prior
+    whole: Prior
+    ends: np.ndarray
+
+    @classmethod
+    def of(cls, work, causes):
+        """Those of some causes."""
+        ranges = tuple(ranges_of(work, c) if c.shape else {} for c in causes)
+        prior = work.prior.plus(Prior.independent({name: known for c in causes for name, known in c.prior.items()}))
+        shapes = {
+            f"{name} of {c.term.label}": (x if ends.goes_around else 0.5, 1.0)
+            for c, own in zip(causes, ranges, strict=True)
+            for (name, ends), x in zip(own.items(), point_of(work, c) if own else (), strict=True)
+        }
+        whole = prior.plus(Prior.independent(shapes)) if shapes else prior
+        return cls(causes, ranges, prior, whole, np.cumsum([len(prior.names), *map(len, ranges)])[:-1])
+
+    def start(self, work, values):
+        """(parameter,) at values of amplitudes by name, and the shapes of the causes."""
+        known = dict(zip(self.prior.names, self.prior.mean, strict=True)) | values
+        points = [point_of(work, c) for c in self.causes if c.shape]
+        return np.concatenate([[known[name] for name in self.prior.names], *points])
+
+    def response(self, work, theta):
+        """What `response_with_shape` returns."""
+        amplitudes, *points = np.split(theta, self.ends)
+        return response_with_shape(work, self.causes, amplitudes, points)
+
+    @property
+    def longest(self):
+        """(parameter,) longest step of a fit."""
+        fixed = {n: LONGEST_OF_FIXED * c.prior[n][1] for c in self.causes if c.fixed for n in c.names}
+        shapes = len(self.whole.names) - len(self.prior.names)
+        return np.array([*(fixed.get(n, np.inf) for n in self.prior.names), *[LONGEST_OF_SHAPE] * shapes])
+
+    def form(self, work, theta, response):
+        """The most probable FormError at the values of a fit."""
+        shown, change = response
+        rows, spectrum, names = self.whole.whitener, work.spectrum, self.prior.names
+        off = np.append(spectrum.whitened(spectrum.amplitude - shown), rows @ (self.whole.mean - theta))
+        values = dict(zip(names, theta, strict=False))
+        changes = changes_of(self.causes, values, names, change, work.local_forces)
+        return most_probable_form(spectrum, changes, off, spectrum.whitened(change).T, rows, work.settings.form_error)
+
+
+def _explained(work, causes, values):
+    """The Explanation by some causes; see `Search.explain`."""
+    parameters = _Parameters.of(work, causes)
+    theta, known, failed, best = parameters.start(work, values), {}, [], None
+
+    def response(theta):
+        """Of the last few values."""
+        key = theta.tobytes()
+        if key not in known:
+            if len(known) > 2:
+                del known[next(iter(known))]
             try:
-                normal, _ = shape_equations(work, explanation.causes, fitted, cause)
-            except NoSteadyState:  # of a shape next to it
-                known.append(cause)
-                continue
-            odds -= 0.5 * (np.linalg.slogdet(normal)[1] - np.linalg.slogdet(normal[:free, :free])[1])
-            whole = invert(normal)
-            ranges = ranges_of(work, cause)
-            searched = [name for name in ranges if name in cause.shape]
-            std = np.sqrt(np.diag(whole)[free:])
-            spread = {n: ranges[n].slope(cause.shape[n]) * x for n, x in zip(searched, std, strict=True)}
-            cause, covariance = cause._replace(shape_std=spread), whole[:free, :free]
-        known.append(cause)
-    return Explanation(tuple(known), replace(fitted, covariance=covariance), float(odds))
+                known[key] = parameters.response(work, theta)
+            except (CannotAct, NoSteadyState) as error:
+                failed.append(error)
+                raise NoSteadyState(str(error)) from None
+        return known[key]
+
+    for _ in range(ROUNDS):
+        spectrum = work.spectrum.with_shared_error(parameters.form(work, theta, response(theta)).columns)
+
+        def predict(trials, spectrum=spectrum):
+            if len(failed) > FAILURES:
+                raise NoSteadyState(str(failed[-1]))
+            shown, change = response(trials[0])
+            both = spectrum.whitened(np.concatenate([shown[None], change]))
+            return both[:1], both[1:].T[None]
+
+        found = levenberg_marquardt(
+            predict,
+            spectrum.whitened(spectrum.amplitude)[None],
+            theta[None],
+            parameters.whole.names,
+            prior=parameters.whole,
+            longest=parameters.longest,
+            convergence=ROUND,
+        )
+        theta = found.theta[0]
+        one = _explanation(work, parameters, theta, response(theta), bool(found.converged[0]))
+        before, best = best, one if best is None else max(best, one, key=odds_of)
+        is_hopeless = odds_of(one) < max(map(odds_of, work.explanations)) - HOPELESS
+        if is_hopeless or (before and odds_of(one) < odds_of(before) + SETTLED):
+            break
+    return best
+
+
+def _explanation(work, parameters, theta, response, converged):
+    """The Explanation at the values of a fit, with the error of form that is most probable there."""
+    shown, change = response
+    form = parameters.form(work, theta, response)
+    spectrum = work.spectrum.with_shared_error(form.columns)
+    amplitudes, *points = np.split(theta, parameters.ends)
+    residual, jacobian = spectrum.whitened(spectrum.amplitude - shown), spectrum.whitened(change).T
+    free, rows = len(amplitudes), parameters.whole.whitener
+    covariance = invert(jacobian.T @ jacobian + rows.T @ rows)
+    distance = rows @ (parameters.whole.mean - theta)
+    stds = np.split(np.sqrt(np.diag(covariance)), parameters.ends)[1:]
+    causes = []
+    for cause, ranges, point, std in zip(parameters.causes, parameters.ranges, points, stds, strict=True):
+        if ranges:
+            cause = reshaped(work, cause, point)
+            spread = {n: ends.slope(cause.shape[n]) * x for (n, ends), x in zip(ranges.items(), std, strict=True)}
+            cause = cause._replace(shape_std=spread)
+        causes.append(cause)
+    model = work.model.plus(*(cause.term for cause in causes))
+    whole = model.stated.copy()
+    whole[model.position(parameters.prior.names)] = amplitudes
+    fitted = Fit(
+        model=model,
+        theta=whole,
+        prior=parameters.prior,
+        covariance=covariance[:free, :free],
+        misfit=float(residual @ residual),
+        penalty=float(distance @ distance),
+        residual=residual,
+        jacobian=jacobian[:, :free],
+        evidence=form.evidence,
+        converged=converged,
+    )
+    odds = log_posterior_odds(tuple(causes), fitted, work.base, work.prior_odds)
+    return Explanation(tuple(causes), fitted, odds, form, spectrum)
 
 
 def _nothing(cause):

@@ -43,13 +43,22 @@ def free_force_columns(near: Neighbourhood, spectrum: Spectrum, rows: Sequence[n
     returns : (row, speed, component, force) in standard deviations per newton; the real and imaginary parts of the
               force at each harmonic
     """
-    speeds, free = len(spectrum.speed), _measured_components(near)
-    rows = np.array(rows)
-    acted = np.flatnonzero(rows.any(axis=0))
+    speeds, acted, seen = len(spectrum.speed), *_shown(near, spectrum, rows)
+    columns = spectrum.whitened(np.moveaxis(seen, 1, 2)).reshape(len(acted), seen.shape[2], speeds, -1)
+    return np.tensordot(np.array(rows)[:, acted], np.moveaxis(columns, 1, -1), 1)
+
+
+def shown_forces(near: Neighbourhood, spectrum: Spectrum, rows: Sequence[np.ndarray]) -> np.ndarray:
+    """The same (row, force, speed, harmonic, sensor), complex, m/N."""
+    acted, seen = _shown(near, spectrum, rows)
+    return np.tensordot(np.array(rows)[:, acted], np.moveaxis(seen, 2, 1), 1)
+
+
+def _shown(near, spectrum, rows):
+    """Coordinates on which forces act, and what of each is shown (coordinate, speed, force, harmonic, sensor)."""
+    free, acted = _measured_components(near), np.flatnonzero(np.array(rows).any(axis=0))
     seen = np.array([near.shown_replies(int(i))[:, free] for i in acted])
-    seen = seen.reshape(len(acted), speeds, len(free), len(spectrum.harmonics), -1)
-    columns = spectrum.whitened(np.moveaxis(seen, 1, 2)).reshape(len(acted), len(free), speeds, -1)
-    return np.tensordot(rows[:, acted], np.moveaxis(columns, 1, -1), 1)
+    return acted, seen.reshape(len(acted), len(spectrum.speed), len(free), len(spectrum.harmonics), -1)
 
 
 def _measured_components(near):

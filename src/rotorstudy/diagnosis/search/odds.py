@@ -7,6 +7,7 @@ import numpy as np
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.settings import Settings, base_rate
 from rotorstudy.inference.fit import Fit
+from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
 
@@ -20,11 +21,22 @@ LEAST_LOG_PROBABILITY = -700.0  # keeps posterior probabilities from underflow t
 
 @dataclass(frozen=True)
 class Explanation:
-    """A set of causes, fitted; log_posterior_odds : natural logarithm of its odds against the base model alone."""
+    """A set of causes, fitted.
+
+    log_posterior_odds : natural logarithm of its odds against the base model alone
+    form, spectrum     : FormError of the causes, and the Spectrum with it to which they were fitted, if there are any
+    """
 
     causes: tuple[Candidate, ...]
     fit: Fit
     log_posterior_odds: float
+    form: tuple | None = None
+    spectrum: Spectrum | None = None
+
+    @property
+    def kind(self):
+        """See `kind_of`."""
+        return kind_of(self.causes)
 
     @property
     def named(self):
@@ -35,6 +47,14 @@ class Explanation:
     def faults(self):
         """Names of the faults that the causes are parts of."""
         return frozenset(faults_of(self.causes))
+
+
+def kind_of(causes: tuple[Candidate, ...]) -> frozenset:
+    """Some causes, each with its alternatives and the quadrants of its angles, between which steps do not lead."""
+    return frozenset(
+        (c.cause, *c.variant.items(), *(v // (np.pi / 2) for name, v in c.shape.items() if name.endswith("_rad")))
+        for c in causes
+    )
 
 
 def faults_of(causes: tuple[Candidate, ...]) -> dict[str, list[Candidate]]:

@@ -3,19 +3,18 @@
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.screening import Projected, screen
-from rotorstudy.inference.fit import Fit
 from rotorstudy.model.registry import registry
 
 PLACES_OF_BROUGHT = 2  # at which a cause is tried together with what it brings
 
 
 def faults_of_several_parts(
-    work: Search, fitted: Fit, chosen: list[Candidate]
+    work: Search, projected: Projected, chosen: list[Candidate]
 ) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
     """The parts of each fault that explain most together, added one by one as long as that increases their odds.
 
-    fitted  : at whose motion the candidates are judged
-    chosen  : the candidates that are allowed
+    projected : columns of the candidates
+    chosen    : the candidates that are allowed
     returns : of each fault two parts or more, and the values by name of all parameters from which to start a fit
     """
     faults = {}
@@ -23,26 +22,26 @@ def faults_of_several_parts(
         if cause.fault != cause.cause:
             faults.setdefault(cause.fault, []).append(cause)
     faults = {name: parts for name, parts in faults.items() if len(parts) > 1}
-    return _together(work, fitted, list(faults.values()))
+    return _together(work, projected, list(faults.values()))
 
 
 def faults_at_several_discs(
-    work: Search, fitted: Fit, chosen: list[Candidate]
+    work: Search, projected: Projected, chosen: list[Candidate]
 ) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
     """The discs that an effect of `Settings.at_discs` is at together; see `faults_of_several_parts`."""
     discs = {disc.node for disc in work.rig.structure.discs}
     every = [[c for c in chosen if c.effect == name and c.where["node"] in discs] for name in work.settings.at_discs]
-    return _together(work, fitted, [parts for parts in every if len(parts) > 1])
+    return _together(work, projected, [parts for parts in every if len(parts) > 1])
 
 
 def faults_with_what_they_bring(
-    work: Search, fitted: Fit, chosen: list[Candidate]
+    work: Search, projected: Projected, chosen: list[Candidate]
 ) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
     """Causes with the effects that they bring (an added mass with its unbalance), at the places that explain most.
 
     Beside a second fault neither part alone may explain enough to be found. See `faults_of_several_parts`.
     """
-    return _together(work, fitted, causes_with_what_they_bring(chosen))[:PLACES_OF_BROUGHT]
+    return _together(work, projected, causes_with_what_they_bring(chosen))[:PLACES_OF_BROUGHT]
 
 
 def causes_with_what_they_bring(chosen: list[Candidate]) -> list[tuple[Candidate, ...]]:
@@ -56,14 +55,11 @@ def causes_with_what_they_bring(chosen: list[Candidate]) -> list[tuple[Candidate
     ]
 
 
-def _together(work, fitted, faults):
+def _together(work, projected, faults):
     """Of each fault (a list of its parts) those that explain most together, and where to start a fit; best first."""
-    if not faults:
-        return []
-    projected, usable = work.project(fitted, [cause for parts in faults for cause in parts])
-    labels, found = {cause.label for cause in usable}, []
+    found = []
     for parts in faults:
-        together = _supported(work, projected, [cause for cause in parts if cause.label in labels])
+        together = _supported(work, projected, parts)
         if len(together) > 1:
             screened = screen(projected, *together)
             names = [name for cause in together for name in cause.names]

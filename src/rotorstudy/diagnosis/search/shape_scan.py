@@ -6,6 +6,7 @@ receptances of the rotor with a free force there. Each shape is then judged by l
 one is refined by sampling about it.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -51,11 +52,6 @@ def can_be_scanned(cause):
     return bool(cause.shape) and not cause.term.acts_on_output and (at_node or several)
 
 
-def is_sought_everywhere(cause):
-    """Whether the place of a cause is among the shape options that are scanned, as of a crack along the shaft."""
-    return can_be_scanned(cause) and not cause.where
-
-
 def acts_on(cause, structure):
     """The coordinate (dof,) that a cause acts on: its node, or a deformation of the shaft."""
     if "node" in cause.where:
@@ -72,6 +68,8 @@ def scan(
     refined: int = REFINED,
     least: float = 0.0,
     most_left: float = np.inf,
+    without: tuple[str, ...] = (),
+    plain: Fit | None = None,
 ) -> list[Scanned]:
     """The shapes of causes at which their columns explain most, at the best places of each effect.
 
@@ -81,13 +79,15 @@ def scan(
     least   : what a coarse shape must explain (decrease of the cost), for its place to be refined
     most_left : cost that the best of all forces at a place may leave, for shapes there to be tried, and that a shape
                 may leave in the end
+    without : amplitudes of the fit that are taken out, at whose motion the causes are judged
+    plain   : the same fit without errors that the speeds have in common, by which motions are found
     returns : the best shape of each place, for a crack also the best that faces the other side; without those whose
               plugin fails, which is recorded as broken
     """
-    projection, motions, coarse, left = Projection(fitted, work.spectrum), {}, {}, {}
+    projection, motions, coarse, left = Projection(fitted, work.spectrum, without), {}, {}, {}
     for cause in filter(can_be_scanned, chosen):
         try:
-            one = _Scan(work, fitted, projection, cause, motions, most_left, left)
+            one = _Scan(work, fitted, projection, cause, motions, most_left, left, bool(without), plain)
             best = one.first()
             if best:
                 coarse.setdefault(cause.effect, []).append((one, best))
@@ -126,6 +126,8 @@ class _Scan(NamedTuple):
     motions    : the Motion with a free force, for each coordinate (as bytes) for which it is known
     most_left  : cost that the best of all forces at a place may leave
     left       : that cost, for each place (its coordinates) for which it is known
+    has_motion : whether the motion of the fit is the one on which the cause acts
+    plain      : Fit without errors that the speeds have in common
     """
 
     work: Search
@@ -135,6 +137,8 @@ class _Scan(NamedTuple):
     motions: dict[bytes, Motion]
     most_left: float
     left: dict[tuple, float]
+    has_motion: bool = False
+    plain: Fit | None = None
 
     @property
     def ranges(self):
@@ -199,8 +203,11 @@ class _Scan(NamedTuple):
 
     def _motions(self, rows, kept):
         """The Motions with a free force on coordinates; that of a node is kept, as all shapes there share it."""
+        if self.has_motion:
+            return [self.projection.near.motion] * len(rows)
         known = {row.tobytes(): row for row in rows if row.tobytes() not in self.motions}
-        found = motions_by_free_forces(self.fitted, self.work.spectrum, list(known.values()), self.projection.near)
+        spectrum = replace(self.work.spectrum, shared_error=None) if self.plain else self.work.spectrum
+        found = motions_by_free_forces(self.plain or self.fitted, spectrum, list(known.values()), self.projection.near)
         known = dict(zip(known, found, strict=True))
         if kept or self.cause.where:
             self.motions.update(known)

@@ -3,7 +3,6 @@
 import numpy as np
 
 from rotorstudy.diagnosis.search.odds import faults_of, odds_of
-from rotorstudy.diagnosis.search.shape_scan import is_sought_everywhere
 from rotorstudy.diagnosis.verdict.result import Cause, ParameterEstimate
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.model.registry import registry
@@ -32,18 +31,6 @@ def _other_variants(explanation, cause, among, share):
     before = np.cumsum(weights) - weights
     needed = [one for one, less in zip(order, before, strict=True) if less < share * weights.sum()]
     return [dict(one) for one in needed if dict(one) != cause.variant]
-
-
-def corrects_model(explanation, candidates):
-    """Whether one of several faults has no place, as an error of the gyroscopic moments of the whole rotor has none.
-
-    Beside another fault it may only correct the form of that, which is then not the true one. On a rotor of one node
-    no effect needs a place.
-    """
-    faults = faults_of(explanation.causes)
-    local = {c.effect for c in candidates if c.where.keys() & {"node", "element"} or is_sought_everywhere(c)}
-    is_one_node = len(explanation.fit.model.structure.nodes) == 1
-    return len(faults) > 1 and not is_one_node and any(parts[0].effect not in local for parts in faults.values())
 
 
 def cause_of(parts, fitted, probability, other_variants=()):

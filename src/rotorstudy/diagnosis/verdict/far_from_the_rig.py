@@ -7,7 +7,7 @@ from rotorstudy.units import percent, quantity
 
 CONTRADICTED = 5.0  # stated standard deviations, by which a parameter that moves further contradicts the rig
 FURTHEST = 3  # values of the rig that a summary names
-MOST = 0.5  # of the excess error (rms), which the rig with other values may leave
+MOST = 0.1  # of the excess error (rms), which the rig with other values may leave
 
 
 def far_from_the_rig(found, moved, labels):
@@ -32,7 +32,7 @@ def far_from_the_rig(found, moved, labels):
         if not cause.fixed and abs(theta[unknown.name]) > settings.prior_width * unknown.typical
     ]
     base = found.base
-    before, after = (misfit(base.model, found.stated, one) for one in (base.stated_theta, base.theta))
+    before, after = (misfit(base.model, found.spectrum, one) for one in (base.stated_theta, base.theta))
     left = residual_share(before, after, len(base.residual))
     if not said or left > MOST:
         return []

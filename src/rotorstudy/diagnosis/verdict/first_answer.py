@@ -3,7 +3,6 @@
 import numpy as np
 
 from rotorstudy.diagnosis.search.explanations import Search
-from rotorstudy.diagnosis.verdict.one_place import linearised_places, most_forces
 from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.units import p_value, percent
@@ -19,12 +18,14 @@ def first_answer(work: Search) -> str:
     if p_residual >= work.settings.significance:
         return f"first answer: the rig explains the records (residual: {p_value(p_residual)})"
     said = f"first answer: the rig leaves {np.sqrt(work.base.cost / rows):.3g} standard deviations (rms) unexplained"
-    places = linearised_places(work, work.spectrum) if most_forces(work.spectrum) >= 1 else []
-    if not places:
+    testable = [one for one in work.free_forces if one.is_testable]
+    if not testable:
         return said
-    (place, number, kind), left = places[0]
-    share = percent(min(left / work.base.cost, 1.0) ** 0.5)
-    return f"{said}; a {kind} at {place} {number} would leave {share} of it, the least of all nodes"
+    best = testable[0]
+    ((place, number),) = best.where.items()
+    share = percent(min(best.left / work.base.cost, 1.0) ** 0.5)
+    name = {"force": "a force", "moment": "a moment", "bending": "bending moments"}[best.motion]
+    return f"{said}; {name} at {place} {number} would leave {share} of it, the least of all places"
 
 
 def stopped_early(found: Search) -> list[Finding]:

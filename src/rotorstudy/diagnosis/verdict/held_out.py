@@ -93,17 +93,16 @@ def is_upheld(found, held):
     return best.log_posterior_odds + after - before > LEAST_LOG_ODDS
 
 
-def is_worse(base, best, held, settings, gain, is_several=False):
+def is_worse(base, best, held, settings, gain):
     """Whether the held-out speeds contradict the extended model, and the base model less.
 
-    Either its prediction is off by more than its uncertainty, or the error rises where noise hardly explains it. Of
-    several causes the first suffices, though the base model is off by more: two wrong ones fit what they were fitted
-    to.
+    Its prediction must be off by more than its uncertainty and than that of the base model, or the error rise where
+    noise hardly explains it.
     """
     if held is None:
         return False
     before, after = (_misfit(fitted, held) for fitted in (base, best))
-    is_off = after.p_value < settings.significance and (is_several or after.misfit > before.misfit)
+    is_off = after.p_value < settings.significance and after.misfit > before.misfit
     return is_off or (gain.ratio > 1 and gain.rise_probability < IMPROBABLE)
 
 

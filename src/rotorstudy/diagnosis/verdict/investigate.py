@@ -3,13 +3,12 @@
 import logging
 from dataclasses import dataclass, replace
 
-from rotorstudy.diagnosis.by_form.search import search_by_form
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.impossible import unstable_rig
 from rotorstudy.diagnosis.search.odds import faults_of
 from rotorstudy.diagnosis.search.search import begin, is_asked_to_stop, search, unsearched
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict.causes import cause_of, causes_of, corrects_model
+from rotorstudy.diagnosis.verdict.causes import cause_of, causes_of
 from rotorstudy.diagnosis.verdict.evidence import (
     detection_limits,
     identifiability,
@@ -23,14 +22,9 @@ from rotorstudy.diagnosis.verdict.evidence import (
 from rotorstudy.diagnosis.verdict.excluded import excluded
 from rotorstudy.diagnosis.verdict.far_from_the_rig import far_from_the_rig
 from rotorstudy.diagnosis.verdict.first_answer import first_answer, stopped_early
-from rotorstudy.diagnosis.verdict.form_error import with_form_error
 from rotorstudy.diagnosis.verdict.held_out import gain_of, is_upheld, is_worse, split
 from rotorstudy.diagnosis.verdict.next_run import next_runs
-from rotorstudy.diagnosis.verdict.one_direction import log_odds_of_one_direction
-from rotorstudy.diagnosis.verdict.one_fault import act_at, with_one_fault
-from rotorstudy.diagnosis.verdict.one_place import explaining_places, most_forces, replacing_places
-from rotorstudy.diagnosis.verdict.outside import with_outside
-from rotorstudy.diagnosis.verdict.result import PValues, Verdict
+from rotorstudy.diagnosis.verdict.result import LIKELY_OUTSIDE, OnePlace, PValues, Verdict
 from rotorstudy.diagnosis.verdict.resultant import resultant_of
 from rotorstudy.diagnosis.verdict.within_uncertainty import within_uncertainty
 from rotorstudy.diagnosis.verdict.words import summary
@@ -104,7 +98,7 @@ def investigate(
     fitted = with_model_error(measured, settings)
     held = None if held is None else with_model_error(held, settings)
     with using(registry()):  # which is asked for at every shape
-        found, chain, expected, instead = _searched(model, measured, fitted, held, settings)
+        found, chain, expected = _searched(model, measured, fitted, held, settings)
     base, best = found.base, found.best
     rows = fitted.data_count
     p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
@@ -113,13 +107,9 @@ def investigate(
     weights = found.posterior()
     probability = _probability(weights)
     stated, gain = _stated(weights, best), gain_of(base, best.fit, held, expected)
-    worse = is_worse(
-        base, best.fit, expected, settings, gain, is_several=len(best.faults) > 1 and not found.has_form_errors
-    )
+    worse = is_worse(base, best.fit, expected, settings, gain)
     kind = _kind(found, p_values, p_parameters, probability, is_alone=not stated, is_worse=worse)
-    is_tested = not (chain or found.stopped) and _is_tested_for_one_force(found, fitted, kind)
-    places = _places_of_one_force(found, fitted, kind, instead) if is_tested else []
-    kind = "unknown" if places else kind
+    outside = found.outside_probability if best.causes and not chain else 0.0
     labels = parameter_labels(best.fit.model, best.causes)
     moved = moved_parameters(best.fit, found.prior.by_name)
     if chain is not None:
@@ -132,8 +122,8 @@ def investigate(
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
         verdict=kind,
-        causes=causes_of(with_form_error(found, best), probability, found.explanations, STATED_SET),
-        ambiguous_with=[_cause_of(found, fault, e, probability) for fault, _, e in stated],
+        causes=causes_of(best, probability, found.explanations, STATED_SET),
+        ambiguous_with=[cause_of(parts, e.fit, probability[fault]) for fault, parts, e in stated],
         resultant=resultant_of(found, best),
         separating_measurement=separating_measurements(best.causes, others, model.structure),
         next_runs=_next_runs(kind, found, measured, held),
@@ -142,9 +132,9 @@ def investigate(
         broken_plugins=[*registry().failures, *found.broken],
         unexplained=unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
         residual_p_value=p_values,
-        cause_error=found.cause_error if best.causes else 0.0,
-        one_place=places,
-        corrects_model=corrects_model(best, found.candidates),
+        form_error=found.form_error,
+        one_place=_places_of_outside(found) if kind == "unknown" and not chain else (),
+        outside_probability=outside,
         residual_share=left,
         log_posterior_odds=max(odds, default=None),
         parameter_p_value=p_parameters,
@@ -157,8 +147,6 @@ def investigate(
         measuring_chain=chain,
         findings=worst_first(findings),
     )
-    if not found.has_form_errors:
-        verdict = with_outside(verdict, is_tested and not places, log_odds_of_one_direction(best))
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
     alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
@@ -168,29 +156,26 @@ def _searched(model, measured, fitted, held, settings):
     """The Search, the ChainHypothesis that explains the records better or None, and the Spectrum held out or None.
 
     measured : Spectrum;  fitted, held : with the model error;  the one returned has the error of the causes too
-    returns  : also what `replacing_places` says of the best explanation, if it has several causes
     """
     begun = begin(model, fitted, settings)
     log.info("%s", first_answer(begun))
     tested, chain = None, None
-    carried_out = search_by_form if settings.search == "by_form" else search
     try:
         log.info("testing whether conventions of the records are wrongly stated")
         tested = tested_convention(begun, measured) if model.before is None else None  # shared by both states
         chain = clear_convention(begun, tested) if tested else None
-        found = unsearched(begun) if chain else carried_out(begun)
+        found = unsearched(begun) if chain else search(begun)
     except KeyboardInterrupt as stop:
         if not is_asked_to_stop(stop):
             raise
         found = replace(unsearched(begun), stopped=True)
-    found, instead = (found, []) if found.stopped else _with_one_fault(found, fitted)
     expected = None
     if held is not None:
         missing = held.amplitude - predicted(found.base.model, held, found.base.theta)
-        expected = with_cause_error(held, missing, found.cause_error)
+        expected = with_cause_error(held, missing, found.form_error)
     if tested and not (chain or found.stopped):
         chain = chain_hypothesis(found, begun.base, tested)
-    return replace(found, upheld=chain is None and is_upheld(found, expected)), chain, expected, instead
+    return replace(found, upheld=chain is None and is_upheld(found, expected)), chain, expected
 
 
 def _kind(found, p_values, p_parameters, probability, *, is_alone, is_worse):
@@ -204,57 +189,21 @@ def _kind(found, p_values, p_parameters, probability, *, is_alone, is_worse):
         return "unknown"
     if not best.causes:
         return "nothing" if min(p_values.before, p_parameters) >= settings.significance else "unknown"
-    if is_worse or _is_rejected(found, p_values.after, p_parameters):
+    rejected = min(p_values.after, p_parameters) < settings.significance
+    if is_worse or rejected or found.outside_probability > LIKELY_OUTSIDE:
         return "unknown"
     is_sure = min(probability[fault] for fault in best.faults) >= settings.naming_probability
     return "cause" if is_sure and is_alone else "ambiguous"
 
 
-def _is_tested_for_one_force(found, fitted, kind):
-    """Whether it is tested that one force explains the records: where no cause or several do, and it leaves enough."""
-    return _are_several(found, fitted) or (kind == "unknown" and found.rig.before is None and most_forces(fitted) >= 1)
-
-
-def _are_several(found, fitted):
-    """Whether the best explanation has several causes, and one force instead leaves enough data to be tested."""
-    several = len(found.best.faults) > 1 and not found.has_form_errors  # which one fault of another form has too
-    return several and found.rig.before is None and most_forces(fitted) >= 1
-
-
-def _with_one_fault(found, fitted):
-    """The Search with one cause instead of several where one force says so, and `replacing_places` of its best ones."""
-    if not _are_several(found, fitted):
-        return found, []
-    before, instead = found.best, replacing_places(found, fitted)
-    if instead:
-        found = with_one_fault(found, [one.where["node"] for one, _ in instead])
-    if found.best is not before:
-        instead = replacing_places(found, fitted) if _are_several(found, fitted) else []
-    return found, instead
-
-
-def _places_of_one_force(found, fitted, kind, instead):
-    """The OnePlace of each place at which one force explains the records, of several causes that fit better than they.
-
-    Where all of them act at that place, only if it explains more than chance lets its many amplitudes.
-    """
-    if kind == "unknown":
-        return explaining_places(found, fitted)
-    at, structure = found.best.causes, found.rig.structure
-    return [one for one, is_sure in instead if is_sure or not act_at(at, one.where["node"], structure)]
-
-
-def _is_rejected(found, p_residual, p_parameters):
-    """Whether the best causes leave more than noise and the allowed error of a cause, or need implausible parameters.
-
-    That error is allowed to one cause only, as it could hide what a second one explains.
-    """
-    if min(p_residual, p_parameters) < found.settings.significance:
-        return True
-    if found.has_form_errors:
-        return False
-    faults = found.prior_odds.together(found.best.causes)
-    return found.cause_error > 0 and (len(faults) > 1 or found.cause_error >= found.settings.cause_error)
+def _places_of_outside(found):
+    """The OnePlace of each place at which a fault that the library lacks may act, if it explains the records."""
+    named = []
+    for one in found.outside_places(STATED_SET):
+        p_value = chi_square_p_value(one.left, one.count)
+        if p_value >= found.settings.significance:
+            named.append(OnePlace(where=one.where, motion=one.motion, p_value=p_value))
+    return named
 
 
 def _stated(weights, best):
@@ -274,12 +223,6 @@ def _stated(weights, best):
                 seen.add(fault)
                 found.append((fault, parts, explanation))
     return found
-
-
-def _cause_of(found, fault, explanation, probability):
-    """The Cause of a fault of an explanation, with intervals that allow for an error of the form of several."""
-    explanation = with_form_error(found, explanation)
-    return cause_of(faults_of(explanation.causes)[fault], explanation.fit, probability[fault])
 
 
 def _probability(weights):

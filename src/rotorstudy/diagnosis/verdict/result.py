@@ -11,7 +11,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.measurement.findings import Finding
 
-FORMAT_VERSION = 2  # of verdict.json and verdict.nc
+FORMAT_VERSION = 3  # of verdict.json and verdict.nc
+LIKELY_OUTSIDE = 0.5  # probability of a fault that the library lacks, above which a verdict is unknown
 
 
 class Result(BaseModel):
@@ -225,7 +226,7 @@ class Identifiability(Result):
 class Verdict(Result):
     """The content of verdict.json, in the order of the file."""
 
-    format_version: Literal[2] = FORMAT_VERSION
+    format_version: Literal[3] = FORMAT_VERSION
     verdict: Literal["nothing", "cause", "ambiguous", "unknown"]
     summary: str = ""
     causes: tuple[Cause, ...]
@@ -239,12 +240,11 @@ class Verdict(Result):
     unexplained: tuple[Unexplained, ...]
     residual_p_value: PValues
     residual_share: float
-    cause_error: float
+    form_error: float
     log_posterior_odds: float | None
     parameter_p_value: float
     one_place: tuple[OnePlace, ...] = ()
     outside_probability: float = 0.0
-    corrects_model: bool = False
     detection_limit: tuple[DetectionLimit, ...]
     hidden: tuple[Hidden, ...] = ()
     gain: Gain | None

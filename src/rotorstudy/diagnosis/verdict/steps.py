@@ -3,7 +3,8 @@
 import numpy as np
 
 from rotorstudy.diagnosis.verdict.cause_words import place, readable
-from rotorstudy.diagnosis.verdict.words import FEW, doubts, is_too_many, where_it_acts
+from rotorstudy.diagnosis.verdict.result import LIKELY_OUTSIDE
+from rotorstudy.diagnosis.verdict.words import FEW, doubts, where_it_acts
 from rotorstudy.model.registry import registry
 from rotorstudy.units import number, p_value, percent, quantity, spin
 
@@ -32,14 +33,12 @@ def known_and_not(verdict, of_change=False):
     near = " together with ".join(map(place, verdict.causes))
     explained = percent(max(0.0, 1 - verdict.residual_share), 2)
     known += f" The closest explanation is {near}: it accounts for {explained} of the excess error (rms)."
-    if verdict.outside_probability:
-        why = "it has so many amplitudes that it imitates other effects too"
+    if verdict.outside_probability > LIKELY_OUTSIDE:
+        why = "a force of another law at one place explains the records better"
     elif verdict.parameter_p_value < verdict.settings.significance:
         why = f"it needs values far from those stated ({p_value(verdict.parameter_p_value)})"
     elif verdict.residual_p_value.after < verdict.settings.significance:
         why = f"it leaves more than noise ({p_value(verdict.residual_p_value.after)})"
-    elif is_too_many(verdict):
-        why = "that several causes look like one force is improbable"
     else:
         why = "it does not hold at speeds that no fit has seen"
     return {"Known": known, "Not known": f"Whether that is the cause: {why}. So its size is not stated here."}

@@ -4,6 +4,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable
 from rotorstudy.diagnosis.verdict.far_from_the_rig import moved_far
+from rotorstudy.diagnosis.verdict.result import LIKELY_OUTSIDE
 from rotorstudy.units import number, p_value, percent, probability, quantity, spins
 
 OF_DIAMETER = "of the diameter"  # unit of the depth of a crack
@@ -105,17 +106,16 @@ def _said(verdict, of_change):
     likely = f"posterior probability {probability(min(c.posterior_probability for c in verdict.causes))}"
     if verdict.verdict == "cause":
         text = f"{something}, and it is most likely {named}; {likely}."
-        if verdict.cause_error:
-            what = "what changed" if of_change else "what is missing"
-            text += f" Its form is off by {percent(verdict.cause_error)} of {what}; the intervals include that."
+        its = "its form" if len(verdict.causes) == 1 else "their forms"
+        text += f" The intervals include an error of {its} of {percent(verdict.form_error, 2)} (standard deviation)."
     elif verdict.verdict == "ambiguous":
         text = f"{something}. The most likely cause ({likely}) is {named}. {_not_ruled_out(verdict)}"
     else:
         text = _said_of_unknown(verdict, something, implausible)
     if verdict.verdict != "unknown" and verdict.outside_probability > WORTH_SAYING:
         text += (
-            " That compares effects of the library only: with a probability of "
-            f"{percent(verdict.outside_probability, 2)} the true cause is none of these."
+            f" With a probability of {percent(verdict.outside_probability, 2)} the true cause is one that the library "
+            "lacks."
         )
     return f"{text} {gain_in_words(verdict)}"
 
@@ -134,16 +134,11 @@ def _not_ruled_out(verdict):
 def _said_of_unknown(verdict, something, implausible):
     """The closest explanation, without its sizes, which would mislead, and why it is no cause."""
     near = " together with ".join(map(place, verdict.causes))
-    if verdict.outside_probability:
+    if verdict.outside_probability > LIKELY_OUTSIDE:
         return (
-            f"{something}, probably an effect that the library lacks. The closest explanation is {near}. It "
-            "fits, but so many amplitudes imitate other effects too: with a probability of "
-            f"{percent(verdict.outside_probability, 2)} the true cause is none of these."
-        )
-    if is_too_many(verdict):
-        return (
-            f"Something is missing, probably an effect that the library lacks. The closest explanation is {near}. It "
-            f"fits, but that several causes look like one force is improbable: {where_it_acts(verdict)}"
+            f"{something}, and with a probability of {percent(verdict.outside_probability, 2)} it is an effect that "
+            f"the library lacks: {where_it_acts(verdict) or 'a force of another law explains the records better.'} The "
+            f"closest explanation of the library is {near}."
         )
     return (
         f"{something} that no effect of the library explains. The closest explanation is "
@@ -151,13 +146,6 @@ def _said_of_unknown(verdict, something, implausible):
         + (f" and needs {implausible}." if implausible else ".")
         + f" {where_it_acts(verdict).capitalize()}" * bool(verdict.one_place)
     )
-
-
-def is_too_many(verdict):
-    """Whether a verdict is unknown only because one force explains what its several causes do."""
-    p_values = verdict.residual_p_value.after, verdict.parameter_p_value
-    several = len(verdict.causes) > 1 and bool(verdict.one_place) and not verdict.outside_probability
-    return several and min(p_values) >= verdict.settings.significance
 
 
 def where_it_acts(verdict):

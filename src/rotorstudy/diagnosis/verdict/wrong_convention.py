@@ -1,12 +1,12 @@
 """Whether records look as if a measuring convention were stated wrongly, rather than as if the rotor had a fault."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.explanations import Search
-from rotorstudy.diagnosis.search.odds import Explanation, log_posterior_odds, odds_of
-from rotorstudy.diagnosis.search.one_more import with_one_more
+from rotorstudy.diagnosis.search.free_force import free_forces
+from rotorstudy.diagnosis.search.odds import Explanation, odds_of
+from rotorstudy.diagnosis.search.search import with_one_cause
 from rotorstudy.diagnosis.verdict.cause_words import place
 from rotorstudy.diagnosis.verdict.measuring_chain import Hypothesis, hypotheses
 from rotorstudy.diagnosis.verdict.result import ChainHypothesis, Place, PValues
@@ -18,6 +18,7 @@ from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.units import percent
 
 PRIOR_ODDS = 0.02  # that some convention is stated wrongly, divided among the hypotheses
+TRIAL_STEPS = 5  # of a fit, after which a cause that comes near is known
 LEAST_MARGIN = 5.0  # of log odds over the stated conventions, and over the best causes under them
 FITTED = 3  # number of hypotheses that are fitted, those best when linearised
 CLEAR = 10.0  # times the cost of a hypothesis, which every cause alone must leave so that no search is needed
@@ -84,8 +85,8 @@ def _one_comes_near(begun, screened, cost):
     on_output = np.flatnonzero([c.term.acts_on_output for c in begun.candidates])
     for i in dict.fromkeys([*np.argsort(-explained)[:FITTED].tolist(), *on_output.tolist()]):
         cause = (begun.candidates[i],)
-        start = begun.start(cause, dict(zip(cause[0].names, screened[i].start, strict=True)))
-        fitted = begun.trial_fit(cause, start)
+        start = dict(zip(cause[0].names, screened[i].start, strict=True))
+        fitted = begun.held(cause, start, TRIAL_STEPS)
         if fitted is not None and fitted.cost < cost:
             return True
     return False
@@ -101,9 +102,6 @@ def chain_hypothesis(found, base, tested):
     """
     settings, best = found.settings, found.best
     as_stated, odds_as_stated = best.fit, best.log_posterior_odds
-    if not found.has_form_errors:
-        as_stated = fit(best.fit.model, found.stated, best.fit.prior, start=best.fit.theta)
-        odds_as_stated = log_posterior_odds(best.causes, as_stated, base, found.prior_odds)
     tried = [Explanation((), tested.fit, 0.0)]
     rejected = all(one.is_rejected(settings.significance) for one in (as_stated, tested.fit))
     if rejected and _gain(tested, base) > LEAST_MARGIN:
@@ -161,26 +159,19 @@ def _place(cause, structure):
 
 def _with_one_cause(found, tested):
     """Explanations of the corrected records by one cause on the rotor."""
-    known = {one.name: getattr(found, one.name) for one in fields(Search)}
-    known |= {
-        "model": tested.fit.model,
-        "stated": tested.spectrum,
-        "spectrum": tested.spectrum,
-        "base": tested.fit,
-        "candidates": [cause for cause in found.candidates if not cause.term.acts_on_output],
-        "screened": [],
-        "scanned": [],
-        "shapes": {},
-        "equations": {},
-        "found": {frozenset(): Explanation((), tested.fit, 0.0)},
-        "cause_error": 0.0,
-        "has_form_errors": False,
-    }
-    work = Search(**known)
+    work = replace(
+        found,
+        model=tested.fit.model,
+        spectrum=tested.spectrum,
+        base=tested.fit,
+        candidates=[cause for cause in found.candidates if not cause.term.acts_on_output],
+        screened=[],
+        shapes={},
+        found={frozenset(): Explanation((), tested.fit, 0.0)},
+    )
     if not work.candidates:
         return []
-    work.screened.extend(work.screen(work.base, work.candidates))
-    return with_one_more(work, work.found[frozenset()])
+    return with_one_cause(replace(work, free_forces=tuple(free_forces(work))))
 
 
 def finding_of(chain):

@@ -1,11 +1,11 @@
-"""The search by form: errors that data have in common, and what they leave to be explained."""
+"""The error of form: errors that data have in common, and what they leave to be explained."""
 
 import numpy as np
 import pytest
 
 from rotorstudy import harmonic_response, make_term
 from rotorstudy.diagnosis import investigate
-from rotorstudy.diagnosis.by_form.form import SCALES, SHARES, Change, form_errors, most_probable_form
+from rotorstudy.diagnosis.search.form import SCALES, SHARES, Change, form_errors, most_probable_form
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.levenberg_marquardt import levenberg_marquardt
 from rotorstudy.inference.prior import Prior
@@ -76,38 +76,55 @@ def test_long_steps_are_shortened_in_their_direction():
     assert abs(found.theta[0, 0]) < 1e-3
 
 
-def test_the_kink_along_the_front_is_a_part_of_the_kink():
+def test_parts_of_a_law_of_breathing_sum_to_another_law():
+    """The first multiple is a half that is always open, less a half that turns."""
     structure = load_rig("examples/two_discs.yaml").structure
-    hinge = crack_at(structure, 0.3, 0.25, 0.4, "strip_integration")
-    xi, eta = hinge.open_shares
-    scale = xi / (1 - xi) / (eta / (1 - eta))  # of the flexibilities
-    motion = 1e-5 * (RNG.standard_normal(len(structure.dofs)) + 1j * RNG.standard_normal(len(structure.dofs)))
+    hinge = crack_at(structure, 0.3, 0.25, 0.4, "elasticity")
+    share, half = hinge.open_shares[0], hinge.section.stiffness * np.outer(hinge.row, hinge.row) / 2
 
-    def moment(entries, angle):
-        """Of the crack at an angle of the shaft, in its frame."""
-        sources = {"z": motion, "conj": motion.conj(), "one": np.ones(1)}
-        force = sum(
-            np.exp(1j * e.shift * angle)
-            * (np.ravel(e.matrix) if e.on == "one" else np.asarray(e.matrix) @ sources[e.on])
-            for e in entries
+    def across(entries):
+        """{shift: matrix} of what acts on z, and on its conjugate."""
+        return {(e.on, e.shift): e.matrix for e in entries if e.on != "one"}
+
+    first = across(hinge.entries_of_form("across", 1))
+    assert np.allclose(first["z", 0], share / 2 * half) and np.allclose(
+        first["conj", 2].real, (share / 2 * half * np.exp(0.8j)).real
+    )
+    # where the crack is open, at the angle zero, only the part that is open at all angles yields
+    for motion, open_too in (
+        ("across", False),
+        ("along", False),
+        ("coupled", False),
+        ("lagging", False),
+        ("along", True),
+    ):
+        entries = hinge.entries_of_form(motion, 0 if open_too else 2)
+        turned = sum(e.matrix * np.exp(-1j * e.shift * 0.4) for e in entries if e.on == "z")
+        assert np.abs(turned).max() == pytest.approx(
+            share * np.abs(half).max() if open_too else 0.0, abs=1e-9 * share * np.abs(half).max()
         )
-        kink = force / np.where(hinge.row, hinge.row, np.inf)
-        return kink[np.argmax(np.abs(hinge.row))] * np.exp(-1j * (angle + 0.4))
-
-    for table in (hinge.open_entries, hinge.entries_by_turning, hinge.entries_by_weight, hinge.entries_by_angle):
-        for angle in (0.0, 1.0, 4.0):
-            whole, along = moment(table(), angle), moment(table(along=True), angle)
-            assert along / scale == pytest.approx(1j * whole.imag, abs=1e-6 * abs(whole))
-    force, along = hinge.force(), hinge.force(along=True)
-    turned = np.exp(1j * np.array([0.4]))
-    both = [one.function(np.array([[1e-4 + 2e-4j]]), 0.0, np.zeros(1), np.array([[0.0]]))[0] for one in (force, along)]
-    assert both[1] / turned / scale == pytest.approx(1j * (both[0] / turned).imag)
 
 
-def test_a_search_by_form_names_a_cause_and_calls_a_clean_record_clean():
+def test_by_the_moment_the_parts_are_those_by_the_weight_where_that_alone_acts():
+    structure = load_rig("examples/two_discs.yaml").structure
+    hinge = crack_at(structure, 0.3, 0.25, 0.0, "elasticity")
+    for motion in ("across", "along", "coupled", "lagging"):
+        force = hinge.force_of_form(motion, 1)
+        for angle in (0.3, 2.0, 5.0):
+            rotation = -np.array([[1e-3 * hinge.side]]) - hinge.section.own_moment / hinge.section.stiffness
+            moment = force.function(rotation, 0.0, np.zeros(1), np.array([[angle]]))
+            entries = hinge.entries_of_form(motion, 1)
+            pattern = hinge.section.stiffness * np.outer(hinge.row, hinge.row)
+            place = np.unravel_index(np.argmax(np.abs(pattern)), pattern.shape)
+            expected = sum(np.exp(1j * e.shift * angle) * e.matrix[place] for e in entries if e.on != "one")
+            expected = expected / pattern[place] * hinge.section.stiffness * -1e-3 * hinge.side
+            assert np.ravel(moment)[0] == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_verdict_names_a_cause_and_calls_a_clean_record_clean():
     rig = load_rig("examples/jeffcott.yaml")
     harmonics, speed = np.array([0, 1, -1, 2, -2, 3, -3]), np.array([60.0, 90.0, 120.0, 160.0, 210.0, 260.0])
-    settings = Settings(search="by_form", leave_out=["rub", "looseness", "cubic_stiffness", "breathing_crack"])
+    settings = Settings(leave_out=["rub", "looseness", "cubic_stiffness", "breathing_crack"])
     cause = {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 15000.0, "support_anisotropy_phase_rad": 0.7}
     faulty = rig.plus(make_term("effect", cause | {"node": 1}, rig.structure, rig.sensors))
     verdicts = []
@@ -125,5 +142,5 @@ def test_a_search_by_form_names_a_cause_and_calls_a_clean_record_clean():
     assert (found.verdict, named.effect) == ("cause", "support_anisotropy")
     size = named.parameters["support_anisotropy"]
     assert abs(size.value - 15000.0) < 4 * size.std
-    assert 0 < found.cause_error <= settings.form_error
+    assert 0 < found.form_error <= settings.form_error
     assert clean.verdict == "nothing"  # negative control

@@ -17,12 +17,18 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.diagnosis.search.free_forces import shown_forces
 from rotorstudy.diagnosis.search.odds import faults_of
+from rotorstudy.diagnosis.search.places import places_of
+from rotorstudy.inference.fit import Fit
+from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.structure import Structure
+from rotorstudy.response.neighbourhood import Neighbourhood
 
 SCALES = (0.06, 0.2, 0.5, 1.0)  # of the largest standard deviation of the error, equally likely: 0.3 to 5 % by default
 # the same at least, of a cause with a law: published formulas of one crack differ by several per cent
-LEAST_OF_LAWS = 1.0
+LEAST_OF_LAWS = 0.0
 # shares of its variance: the same at all speeds, slowly varying, independent; a form that depends on the motion changes
 # where the motion does, others do not: equally likely
 SHARES = ((0.9, 0.1, 0.0), (0.7, 0.28, 0.02), (0.4, 0.5, 0.1))
@@ -34,13 +40,21 @@ LEAST = 1e-2  # standard deviations of the data, below which a column changes no
 
 
 class Change(NamedTuple):
-    """What a fault changes: (speed, harmonic, sensor), m; least : scale of the error of its form, at least."""
+    """What a fault changes: (speed, harmonic, sensor), m; least : scale of the error of its form, at least.
+
+    forces : (force, speed, harmonic, sensor) what free forces at its place show; none where it acts at several places
+    forced : (force,) position of the harmonic of each
+    """
 
     change: np.ndarray
     least: float
+    forces: np.ndarray | None = None
+    forced: np.ndarray | None = None
 
 
-def changes_of(causes: Sequence[Candidate], values: dict, names: Sequence[str], columns: np.ndarray) -> list[Change]:
+def changes_of(
+    causes: Sequence[Candidate], values: dict, names: Sequence[str], columns: np.ndarray, forces: "LocalForces"
+) -> list[Change]:
     """The Change of each fault on the rotor, to first order in its force.
 
     values  : of the amplitudes, by name
@@ -52,12 +66,60 @@ def changes_of(causes: Sequence[Candidate], values: dict, names: Sequence[str], 
         if own:
             change = np.tensordot([values[n] for n in own], columns[[place[n] for n in own]], 1)
             has_law = any(c.shape or "element" in c.where for c in parts)
-            found.append(Change(change, LEAST_OF_LAWS if has_law else 0.0))
+            found.append(Change(change, LEAST_OF_LAWS if has_law else 0.0, *forces.beside(parts)))
     return found
+
+
+class LocalForces:
+    """What free forces at one place show, of the rig at some values.
+
+    Parameters
+    ----------
+    fitted : Fit
+    spectrum : Spectrum
+    structure : Structure
+    """
+
+    def __init__(self, fitted: Fit, spectrum: Spectrum, structure: Structure):
+        order = carried_order(spectrum, fitted.model)
+        self.near = Neighbourhood(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=order)
+        self.spectrum, self.known = spectrum, {}
+        self.places = []  # (dofs, rows) of nodes, then of elements
+        for (kind, number, _), rows in places_of(structure):
+            dofs = {i for i, (node, _) in enumerate(structure.dofs) if node == number} if kind == "node" else None
+            self.places.append((dofs or set(np.flatnonzero(np.abs(rows).any(axis=0)).tolist()), rows, kind))
+
+    def beside(self, parts: Sequence[Candidate]) -> tuple[np.ndarray | None, np.ndarray | None]:
+        """`Change.forces` and `Change.forced` of the parts of a fault; None if they act at several places."""
+        acted = {dof for c in parts for u in c.term.unknowns for dof in _acted(u)}
+        key = frozenset(acted)
+        if key not in self.known:
+            self.known[key] = self._shown(acted)
+        return self.known[key]
+
+    def _shown(self, acted):
+        for dofs, rows, kind in self.places:
+            if acted and acted <= dofs:
+                rows = np.eye(rows.shape[1])[sorted(acted)] if kind == "node" else rows
+                shown = shown_forces(
+                    self.near, self.spectrum, rows
+                )  # (row, part and harmonic, speed, harmonic, sensor)
+                forced = np.tile(np.arange(len(self.spectrum.harmonics)), 2 * len(rows))
+                return shown.reshape(-1, *shown.shape[2:]), forced
+        return None, None
+
+
+def _acted(unknown):
+    """Positions of the coordinates on which an unknown acts."""
+    if unknown.force:
+        return np.flatnonzero(unknown.force.matrix.any(axis=0)).tolist()
+    return {int(row) for entry in unknown.entries for row in entry.nonzero[0]}
 
 
 def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple, scale: float) -> np.ndarray:
     """What the errors of the form of some faults change, relative to the largest standard deviation.
+
+    Of a fault at one place they are forces there, of the size that shows as much as the fault at each harmonic.
 
     Parameters
     ----------
@@ -74,24 +136,46 @@ def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple, scale: 
     array (error, speed, harmonic, sensor)
         Complex, m; the errors are independent, of unit variance.
     """
-    distance = np.subtract.outer(np.log(speed), np.log(speed)) / LENGTH
-    constant, slow, free = shares
-    covariance = constant + slow * np.exp(-0.5 * distance**2) + free * np.eye(len(speed))
-    size, modes = np.linalg.eigh(covariance / 2)  # of the real and of the imaginary part
-    kept = size > LEAST_MODE
-    over_speed = (modes[:, kept] * np.sqrt(size[kept])).T  # (error, speed)
-    found = []
-    for change, least in changes:
+    modes, found = over_speeds(speed, shares), []
+    for change, least, forces, forced in changes:
         size = np.linalg.norm(change, axis=-1)  # (speed, harmonic)
         whole = np.linalg.norm(size, axis=-1, keepdims=True)
         seen = size > ROUND_OFF * whole
-        larger = np.where(seen, np.sqrt(size**2 + (ACROSS * whole) ** 2) / np.where(seen, size, 1.0), 0.0)
-        moved = max(scale, least) * change * larger[..., None]
-        for h in np.flatnonzero(seen.any(axis=0)):
-            column = np.zeros((len(over_speed), *change.shape), complex)
-            column[:, :, h] = over_speed[..., None] * moved[:, h]
-            found += [column, 1j * column]
+        larger = np.where(seen, np.sqrt(size**2 + (ACROSS * whole) ** 2), 0.0)
+        if forces is None:
+            moved = change * (larger / np.where(seen, size, 1.0))[..., None]
+            shown = np.zeros((2 * size.shape[1], *change.shape), complex)
+            for h in np.flatnonzero(seen.any(axis=0)):
+                shown[2 * h, :, h], shown[2 * h + 1, :, h] = moved[:, h], 1j * moved[:, h]
+        else:
+            of_unit = np.linalg.norm(forces, axis=(2, 3))  # (force, speed)
+            shown = forces * (larger[:, forced].T / np.where(of_unit > 0, of_unit, np.inf))[..., None, None]
+        errors = modes[:, None, :, None, None] * shown[None]
+        found.append(max(scale, least) * errors.reshape(-1, *change.shape))
     return np.concatenate(found) if found else np.zeros((0, 0, 0, 0))
+
+
+def over_speeds(speed: np.ndarray, shares: tuple) -> np.ndarray:
+    """Functions (mode, speed) whose sum, each with an independent amplitude of unit variance, is such a process.
+
+    That of the real and of the imaginary part, each of half the variance.
+    """
+    distance = np.subtract.outer(np.log(speed), np.log(speed)) / LENGTH
+    constant, slow, free = shares
+    covariance = constant + slow * np.exp(-0.5 * distance**2) + free * np.eye(len(speed))
+    size, modes = np.linalg.eigh(covariance / 2)
+    kept = size > LEAST_MODE
+    return (modes[:, kept] * np.sqrt(size[kept])).T
+
+
+def largest_errors(spectrum: Spectrum, change: np.ndarray, largest: float) -> np.ndarray:
+    """Columns (component, error), whitened, of the largest error of the form of a cause that changes the records so.
+
+    spectrum : without such an error;  change : (speed, harmonic, sensor), m
+    """
+    errors = largest * form_errors(spectrum.speed, [Change(change, 0.0)], SHARES[1], 1.0)
+    columns = spectrum.whitened(errors).T if len(errors) else np.zeros((spectrum.data_count, 0))
+    return columns[:, np.linalg.norm(columns, axis=0) > LEAST]
 
 
 class FormError(NamedTuple):

@@ -1,1 +1,0 @@
-"""One search, in which every cause has an error of its form."""

@@ -1,0 +1,187 @@
+"""A fault that the library lacks: a force at one place of the rotor, of any law.
+
+Whatever a fault is, it acts by a force. If it acts at one place, the motion at all probes follows from that force by
+the receptances of the rotor. The force is complex, free at every harmonic, and over the speeds as smooth as the error
+of a form (`form.SHARES`); its size at each harmonic is the most probable one. Its many amplitudes cost it as much
+evidence as the data narrow them, so that it is as likely as a cause of the library only where that leaves much more.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.form import SHARES, over_speeds
+from rotorstudy.diagnosis.search.free_forces import free_force_columns
+from rotorstudy.diagnosis.search.odds import SCALES
+from rotorstudy.diagnosis.search.places import places_of
+from rotorstudy.errors import NoSteadyState
+from rotorstudy.inference.fit import Fit, fit
+from rotorstudy.inference.prediction import carried_order
+from rotorstudy.inference.prior import Prior
+from rotorstudy.model.entries import Entry
+from rotorstudy.model.terms import Parameter, Term
+from rotorstudy.response.neighbourhood import Neighbourhood
+
+PRIOR = 0.1  # odds of a fault that the library lacks against one that it has, before anything is measured
+REFITTED, AGAIN = (
+    3,
+    2,
+)  # places, the best ones, of which the values of the rig are fitted again with the force, and how often
+UPDATES = 30  # of the size at each harmonic
+SETTLED = 1e-3  # relative change of all sizes
+
+
+FREE_FORCE = "force at one place"  # name of its amplitude in a Fit
+
+
+class FreeForce(NamedTuple):
+    """A force at a place.
+
+    where, motion : {kind of place: its number}, and the kind of force
+    log_odds      : that it and nothing else acts, against no fault
+    left, count   : misfit with the most probable force, and number of data
+    is_testable   : whether it takes no more than half of the data; else it explains whatever they are
+    fitted        : Fit of the rig with it, of the amplitude `FREE_FORCE`; None but at the best places
+    """
+
+    where: dict
+    motion: str
+    log_odds: float
+    left: float
+    count: int
+    is_testable: bool
+    fitted: Fit | None = None
+
+
+class _Posterior(NamedTuple):
+    """The most probable force (row, speed, harmonic), N, and values of the rig (parameter,), of a linearised model."""
+
+    evidence: float
+    force: np.ndarray
+    free: np.ndarray
+    left: float
+
+
+def free_forces(work) -> list[FreeForce]:
+    """A force at every place of the rotor, the most likely one first; none without a steady state.
+
+    work : Search with its base fit
+    """
+    spectrum = work.spectrum
+    places, stated = list(places_of(work.rig.structure)), fit(work.model, spectrum, work.prior, steps=0)
+    known = {}
+    try:
+        near = _near(spectrum, stated)
+        for one, rows in places:
+            known[one] = _posterior(stated, spectrum, free_force_columns(near, spectrum, rows))
+    except NoSteadyState:
+        return []
+    rows_of, fits = dict(places), {}
+    for one in sorted(known, key=lambda one: -known[one].evidence)[:REFITTED]:
+        for _ in range(AGAIN):
+            try:
+                fits[one] = _with_force(work, spectrum, known[one], rows_of[one])
+                columns = free_force_columns(_near(spectrum, fits[one]), spectrum, rows_of[one])
+                again = _posterior(fits[one], spectrum, columns, known[one].force)
+            except NoSteadyState:
+                break
+            if again.evidence <= known[one].evidence:
+                break
+            known[one] = again
+    prior, base = np.log(PRIOR / len(places)), work.base.evidence
+    found = []
+    for one, at in known.items():
+        kind, number, motion = one
+        odds = at.evidence - base + prior
+        taken = 2 * len(rows_of[one]) * len(spectrum.speed) * len(spectrum.harmonics)
+        count = spectrum.data_count
+        found.append(FreeForce({kind: number}, motion, odds, at.left, count, 2 * taken <= count, fits.get(one)))
+    return sorted(found, key=lambda one: -one.log_odds)
+
+
+def _near(spectrum, fitted):
+    order = carried_order(spectrum, fitted.model)
+    return Neighbourhood(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=order)
+
+
+def _posterior(fitted, spectrum, columns, force=None) -> _Posterior:
+    """The _Posterior about a Fit of the rig with a force (row, speed, harmonic), by default none.
+
+    columns : (row, speed, component, part and harmonic) of `free_force_columns`
+    """
+    rows, speeds, parts, harmonics = len(columns), columns.shape[1], 2, len(spectrum.harmonics)
+    columns = columns.reshape(rows, speeds, -1, parts, harmonics)
+    own = np.array([name != FREE_FORCE for name in fitted.names], bool)
+    jacobian, free = fitted.jacobian[:, own], fitted.free[own]
+    mean, whitener = fitted.prior.mean[own], fitted.prior.whitener[np.ix_(own, own)]
+    data = fitted.residual + jacobian @ (free - mean)
+    if force is not None:
+        known = np.stack([force.real, force.imag], axis=2)  # row, speed, part, harmonic
+        data = data + np.einsum("rscph,rsph->sc", columns, known).ravel()
+    scaled = np.linalg.solve(whitener.T, jacobian.T).T  # by parameters of unit variance
+    inner = np.eye(len(mean)) + scaled.T @ scaled
+    best = None
+    for shares in SHARES:
+        modes = over_speeds(spectrum.speed, shares)  # (mode, speed)
+        spread = np.einsum("ms,rscph->scrmph", modes, columns)
+        spread = spread.reshape(len(data), -1)  # (component, row mode part harmonic)
+        by_harmonic = np.arange(spread.shape[1]) % harmonics
+        both = np.column_stack([data, spread])
+        along = scaled.T @ both
+        gram = both.T @ both - along.T @ np.linalg.solve(inner, along)
+        sizes = _sizes(gram, by_harmonic, harmonics)
+        size = sizes[by_harmonic]
+        precision = np.eye(len(size)) + size[:, None] * gram[1:, 1:] * size
+        found = np.linalg.solve(precision, size * gram[1:, 0])
+        log_scale = -np.log(len(SCALES)) * np.count_nonzero(sizes) - np.log(len(SHARES))
+        explained = (size * gram[1:, 0]) @ found
+        evidence = 0.5 * (explained - gram[0, 0] - np.linalg.slogdet(precision)[1] - np.linalg.slogdet(inner)[1])
+        if best is None or evidence + log_scale > best.evidence:
+            moved = (size * found).reshape(rows, len(modes), parts, harmonics)
+            off = data - spread @ (size * found)
+            found = np.einsum("ms,rmph->rsph", modes, moved)
+            free = mean + np.linalg.solve(whitener, np.linalg.solve(inner, scaled.T @ off))
+            left = off - jacobian @ (free - mean)
+            best = _Posterior(evidence + log_scale, found[:, :, 0] + 1j * found[:, :, 1], free, float(left @ left))
+    return best
+
+
+def _sizes(gram, by_harmonic, harmonics):
+    """Most probable standard deviation (harmonic,) of a force at each harmonic, by MacKay's fixed-point iteration."""
+    product, normal = gram[1:, 0], gram[1:, 1:]
+    counts = np.bincount(by_harmonic, minlength=harmonics)
+    gains = np.bincount(by_harmonic, np.diag(normal), harmonics)
+    first = np.bincount(by_harmonic, product**2, harmonics) / np.maximum(gains, np.finfo(float).tiny)
+    variance = first / np.maximum(gains / counts, np.finfo(float).tiny) / counts
+    for _ in range(UPDATES):
+        size = np.sqrt(variance)[by_harmonic]
+        precision = np.eye(len(size)) + size[:, None] * normal * size
+        covariance = np.linalg.inv(precision)
+        mean = covariance @ (size * product)
+        known = np.bincount(by_harmonic, 1 - np.diag(covariance), harmonics)  # number of well determined amplitudes
+        power = np.bincount(by_harmonic, mean**2, harmonics)
+        before, variance = variance, np.where(known > 1e-6, variance * power / np.maximum(known, 1e-6), 0.0)
+        if np.abs(variance - before).max() <= SETTLED * variance.max(initial=0.0):
+            break
+    least = 1e-12 * variance.max(initial=0.0)
+    return np.sqrt(np.where(variance > least, variance, 0.0))
+
+
+def _with_force(work, spectrum, at: _Posterior, rows: Sequence[np.ndarray]) -> Fit:
+    """The base model with a force, evaluated as a Fit."""
+    entries = tuple(
+        Entry(row, on="one", shift=int(n), gain=_over(spectrum.speed, own[:, h]))
+        for row, own in zip(rows, at.force, strict=True)
+        for h, n in enumerate(spectrum.harmonics)
+    )
+    term = Term("force", (Parameter(FREE_FORCE, "1", entries, 1.0),), {FREE_FORCE: 1.0})
+    model, prior = work.model.plus(term), work.prior.plus(Prior.independent({FREE_FORCE: (1.0, 1.0)}))
+    values = dict(zip(work.model.names, work.model.stated, strict=True))
+    values |= dict(zip(work.prior.names, at.free, strict=True)) | {FREE_FORCE: 1.0}
+    return fit(model, spectrum, prior, start=np.array([values[name] for name in model.names]), steps=0)
+
+
+def _over(speeds, values):
+    """Gain of given values (speed,) at the measured speeds."""
+    return lambda speed: np.interp(speed, speeds, values)

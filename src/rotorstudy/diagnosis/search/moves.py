@@ -1,0 +1,175 @@
+"""Moves from one explanation to others, with the log odds that each promises to first order.
+
+All are judged at the motion of the explanation, by the columns of the candidates there: a cause more, another one in
+the place of one of its own, or one less. A cause of many shapes comes in the best ones that a scan finds.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.candidates import FIXED, Candidate, with_shape
+from rotorstudy.diagnosis.search.contained import is_allowed
+from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.form import largest_errors
+from rotorstudy.diagnosis.search.free_force import FREE_FORCE
+from rotorstudy.diagnosis.search.odds import Explanation, faults_of, odds_of
+from rotorstudy.diagnosis.search.parts import (
+    faults_at_several_discs,
+    faults_of_several_parts,
+    faults_with_what_they_bring,
+)
+from rotorstudy.diagnosis.search.screening import screen, screen_each
+from rotorstudy.diagnosis.search.shape_fit import ranges_of
+from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
+from rotorstudy.inference.fit import Fit, fit
+from rotorstudy.inference.prediction import predicted
+
+LOOSE = 0.5  # standard deviation of a known amplitude in a scan, as a shape that is not yet found has another one
+
+
+class Proposal(NamedTuple):
+    """Causes worth a fit, the values of parameters by name from which it starts, and the log odds it may reach."""
+
+    causes: tuple[Candidate, ...]
+    values: dict[str, float]
+    log_odds: float
+
+
+class _Judge(NamedTuple):
+    """What judges causes beside some others; base : log odds of these without the prior odds of any."""
+
+    work: Search
+    rest: tuple[Candidate, ...]
+    values: dict[str, float]
+    base: float
+
+    def proposal(self, more, start, evidence):
+        """The Proposal of more causes with a start of their amplitudes."""
+        names = [n for c in more for n in c.names]
+        causes = (*self.rest, *more)
+        odds = self.base + evidence + self.work.prior_odds.log_odds(causes)
+        return Proposal(causes, self.values | dict(zip(names, start, strict=True)), odds)
+
+    def scanned(self, fitted, chosen, without=(), plain=None):
+        """Proposals of causes in the shapes that a scan finds; of laws with the same amplitudes one is scanned."""
+        laws, found = {}, []
+        for c in filter(can_be_scanned, chosen):
+            laws.setdefault(c.cause, {}).setdefault(tuple(c.variant.values()), c)
+        first = {(c.cause, tuple(p.name for p in c.term.parameters)): c for c in reversed(_all(laws))}
+        if not first or ((plain or fitted).excess <= 0 and not without):
+            return []
+        loose = [c._replace(fixed_std=LOOSE) for c in first.values()]
+        for cause, one in scan(self.work, fitted, loose, without=without, plain=plain):
+            cause = with_shape(
+                self.work.rig, cause._replace(fixed_std=FIXED), cause.shape, self.work.settings.prior_width
+            )
+            found.append(self.proposal((cause,), one.start, one.evidence))
+            for law in laws[cause.cause].values():
+                if law.variant != cause.variant:
+                    other = with_shape(self.work.rig, law, cause.shape, self.work.settings.prior_width)
+                    start = [other.prior[name][0] for name in other.names]
+                    found.append(self.proposal((other,), start, one.evidence))
+        return found
+
+
+def additions(
+    work: Search, current: Explanation, fits: list[Fit], among: Sequence[Candidate] | None = None
+) -> list[Proposal]:
+    """One fault more of all candidates or some, judged at some fits of the explanation.
+
+    A free force of a fit is taken out (`free_force.py`).
+    """
+    chosen = [c for c in among or work.candidates if is_allowed(work, (*current.causes, c))]
+    found = []
+    for plain in fits:
+        without = tuple(name for name in plain.names if name == FREE_FORCE)
+        here = [c for c in chosen if not (without and c.term.acts_on_output)]  # at whose motion no force acts
+        work, fitted = _with_error_of_form(work, plain, current, without)
+        if not here:
+            continue
+        projected, usable = work.project(fitted, here, without)
+        more = 0.5 * (current.fit.cost - projected.residual @ projected.residual)
+        base = odds_of(current) - work.prior_odds.log_odds(current.causes) + more
+        judge = _Judge(work, current.causes, fitted.values, base)
+        alone = [c for c in usable if not can_be_scanned(c)]
+        screened = screen_each(projected, alone)
+        found += [judge.proposal((c,), one.start, one.evidence) for c, one in zip(alone, screened, strict=True)]
+        found += judge.scanned(fitted, usable, without=without, plain=plain)
+        for several in (faults_of_several_parts, faults_with_what_they_bring, faults_at_several_discs):
+            for parts, _ in several(work, projected, usable):
+                together = screen(projected, *parts)
+                found.append(judge.proposal(parts, together.start, together.evidence))
+    return found
+
+
+def _all(laws):
+    return [c for some in laws.values() for c in some.values()]
+
+
+def _with_error_of_form(work, plain, current, without):
+    """The search and a fit with an error of the form of the cause sought, of what the fit leaves without it.
+
+    A cause is judged at a motion and at values of the rig that are only nearly those with it.
+    """
+    bare = replace(work.spectrum, shared_error=None)
+    held = dict(plain.values) | dict.fromkeys(without, 0.0)
+    shown = predicted(
+        plain.model, bare, np.array([held.get(n, v) for n, v in zip(plain.model.names, plain.theta, strict=True)])
+    )
+    columns = largest_errors(bare, bare.amplitude - shown, work.settings.form_error)
+    if current.form is not None:
+        columns = np.hstack([columns, current.form.columns])
+    wide = bare.with_shared_error(columns)
+    return replace(work, spectrum=wide), fit(plain.model, wide, plain.prior, start=plain.theta, steps=0)
+
+
+def exchanges(work: Search, current: Explanation) -> list[Proposal]:
+    """Another cause in the place of each fault, judged at the motion with it."""
+    found, whole = [], work.held(current.causes, current.fit.values)
+    for gone in faults_of(current.causes).values() if whole else ():
+        rest = tuple(c for c in current.causes if c not in gone)
+        own = tuple(n for c in gone for n in c.names)
+        chosen = [c for c in work.candidates if c.fault != gone[0].fault and is_allowed(work, (*rest, c))]
+        wide, fitted = _with_error_of_form(work, whole, current, own)
+        projected, usable = wide.project(fitted, [*chosen, *gone], own)
+        if not {c.label for c in gone} <= {c.label for c in usable}:
+            continue
+        base = odds_of(current) - screen(projected, *gone).evidence - work.prior_odds.log_odds(current.causes)
+        judge = _Judge(wide, rest, current.fit.values, base)
+        others = [c for c in usable if c not in gone and not can_be_scanned(c)]
+        screened = screen_each(projected, others)
+        found += [judge.proposal((c,), one.start, one.evidence) for c, one in zip(others, screened, strict=True)]
+        found += judge.scanned(fitted, [c for c in usable if c not in gone], without=own, plain=whole)
+    return found
+
+
+def turns(work: Search, current: Explanation) -> list[Proposal]:
+    """The same causes, one of them facing the opposite side.
+
+    Both explain nearly the same, and no small step leads from one to the other.
+    """
+    found = []
+    for i, cause in enumerate(current.causes):
+        around = (
+            {name: ends for name, ends in ranges_of(work, cause).items() if ends.goes_around} if cause.shape else {}
+        )
+        for name, ends in around.items():
+            shape = cause.shape | {name: ends.value(ends.fraction(cause.shape[name]) + 0.5)}
+            other = with_shape(work.rig, cause, shape, work.settings.prior_width)
+            values = {n: v for n, v in current.fit.values.items() if n not in cause.names}
+            causes = (*current.causes[:i], other, *current.causes[i + 1 :])
+            found.append(Proposal(causes, values, np.inf))
+    return found
+
+
+def removals(current: Explanation) -> list[Proposal]:
+    """One fault less."""
+    found = []
+    for gone in faults_of(current.causes).values():
+        names = {c.cause for c in gone}
+        rest = tuple(c for c in current.causes if c.cause not in names)
+        found += [Proposal(rest, current.fit.values, np.inf)] if rest else []
+    return found

@@ -1,0 +1,21 @@
+"""The places of a rotor at which a fault may act, with the forces there."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from rotorstudy.model.structure import Structure
+
+INTERNAL = 2  # independent loads of an element at rest: a constant and a linear bending moment
+
+
+def places_of(structure: Structure) -> Iterator[tuple[tuple[str, int, str], np.ndarray]]:
+    """((kind of place, its number, kind of force), rows (row, dof)) of every node and element."""
+    units = np.eye(len(structure.dofs))
+    kinds = {"translation": "force", "tilt": "moment"}
+    for (node, motion), row in zip(structure.dofs, units, strict=True):
+        yield ("node", node, kinds[motion]), row[None]
+    for place in structure.crack_places():
+        if "element" in place and structure.curvature_at is not None:
+            loads = np.linalg.svd(structure.stiffness_of(place["element"]))[0][:, :INTERNAL]
+            yield ("element", place["element"], "bending"), loads.T
