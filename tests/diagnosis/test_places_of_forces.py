@@ -1,13 +1,12 @@
-"""What the best of all forces at a place leaves: no shape of a cause there leaves less, so others are not scanned."""
+"""A force of any law at one place is the hypothesis of a fault that the library lacks."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from test_resultant import RIG
 
-from rotorstudy.diagnosis.search.free_forces import free_force_columns, left_by_free_forces
-from rotorstudy.diagnosis.search.screening import Projection
-from rotorstudy.diagnosis.search.search import begin
-from rotorstudy.diagnosis.search.shape_scan import scan
+from rotorstudy.diagnosis.search.search import begin, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.prediction import with_model_error
@@ -22,11 +21,11 @@ SPEEDS, HARMONICS, FAULTY, OTHER = np.array([90.0, 105.0, 126.0]), np.array([0, 
 LIMIT = 1500.0  # of the cost, which is 16700 without a cause
 
 
-def begun(harmonics=HARMONICS):
-    """A Search in records of a rotor that touches a ring at one disc."""
+def begun(harmonics=HARMONICS, is_clean=False):
+    """A Search in records of a rotor that touches a ring at one disc, or of a sound one."""
     item = {"kind": "rub", "node": FAULTY, "label": "hidden", "rub_stiffness_N_per_m": 1e6, "clearance_m": 2e-5}
     rubbing = MODEL.plus(make_term("effect", item, MODEL.structure, MODEL.sensors))
-    shown = measured_response(rubbing, SPEEDS, harmonics)
+    shown = measured_response(MODEL if is_clean else rubbing, SPEEDS, harmonics)
     draws = np.random.default_rng(1).normal(0, NOISE, (2, *shown.shape))
     covariance = independent_covariance(np.full(shown.shape, NOISE**2))
     data = Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, harmonics, MODEL.sensors, covariance)
@@ -40,49 +39,29 @@ def work():
     return begun()
 
 
-def left(work, fitted, *nodes):
-    """Cost that free forces at some nodes leave, each alone."""
-    near = Projection(fitted, work.spectrum).near
-    return left_by_free_forces(fitted, work.spectrum, [MODEL.structure.unit(node)[None] for node in nodes], near)
-
-
-def as_stated(work):
-    """The fit of the rig at its stated values."""
-    return work.held((), dict(zip(MODEL.names, MODEL.stated.tolist(), strict=True)))
-
-
-def test_a_free_force_leaves_what_least_squares_leave(work):
-    """With all its parts and the free parameters as columns of one system."""
-    near, fitted = Projection(work.base, work.spectrum).near, work.base
-    columns = free_force_columns(near, work.spectrum, [MODEL.structure.unit(OTHER)])[0]
-    force = np.zeros((len(SPEEDS), columns.shape[1], len(SPEEDS), columns.shape[2]))
-    force[range(len(SPEEDS)), :, range(len(SPEEDS))] = columns
-    force = force.reshape(len(fitted.residual), -1)
-    whitener = fitted.prior.whitener
-    system = np.block([[fitted.jacobian, force], [whitener, np.zeros((len(whitener), force.shape[1]))]])
-    right = np.concatenate([fitted.residual, whitener @ (fitted.prior.mean - fitted.free)])
-    system = system / np.linalg.norm(system, axis=0)
-    off = right - system @ np.linalg.lstsq(system, right, rcond=None)[0]
-    assert left(work, fitted, OTHER)[0] == pytest.approx(off @ off, rel=1e-6)
-
-
 def test_a_force_at_the_node_of_a_fault_explains_it_and_one_elsewhere_does_not(work):
-    here, elsewhere = left(work, as_stated(work), FAULTY, OTHER)
-    assert here < len(work.base.residual) < LIMIT < elsewhere
+    left = {one.where["node"]: one.left for one in work.free_forces if one.motion == "force"}
+    assert left[FAULTY] < 2 * len(work.base.residual) < LIMIT < left[OTHER]
+    assert (work.free_forces[0].where, work.free_forces[0].motion) == ({"node": FAULTY}, "force")
 
 
-def test_places_where_no_force_explains_enough_are_not_scanned(work):
-    """The negative control: without a limit they are."""
-    rubs = [c for c in work.candidates if c.effect == "rub" and c.where["node"] in (FAULTY, OTHER)]
-    rubs = list({c.cause: c for c in rubs}.values())
-    assert {one.cause.where["node"] for one in scan(work, as_stated(work), rubs, most_left=LIMIT)} == {FAULTY}
-    assert {one.cause.where["node"] for one in scan(work, as_stated(work), rubs)} == {FAULTY, OTHER}
+def test_its_probability_decides_whether_a_fault_is_unknown(work):
+    """Without the effect in the library; the negative control has it, and a record that misses nothing is clean."""
+    others = [c for c in work.candidates if c.effect not in ("rub", "looseness")]
+    unknown = search(replace(work, candidates=others, found={frozenset(): work.nothing}, screened=[]))
+    assert unknown.outside_probability > 0.99
+    assert [one.where for one in unknown.outside_places(0.99)] == [{"node": FAULTY}]
+    known = search(replace(work, found={frozenset(): work.nothing}, screened=[]))
+    assert known.outside_probability < 0.01 and known.best.named == {f"rub, node {FAULTY}"}
+    assert sum(share for _, share in known.posterior()) + known.outside_probability == pytest.approx(1.0)
+    assert begun(is_clean=True).outside_probability < 0.1
 
 
-def test_nothing_is_left_out_where_harmonics_without_their_opposite_were_measured():
-    """A force at an opposite that was not measured may act through an anisotropic support."""
-    alone = begun(np.array([0, 1, 2]))
-    assert left(alone, alone.base, FAULTY, OTHER) == [0.0, 0.0]
+def test_an_element_whose_forces_take_most_of_the_data_is_no_hypothesis():
+    """Three orbits hold a force at a node twice; of an element only if four were measured."""
+    found = begun().free_forces
+    assert {one.is_testable for one in found if one.motion == "force"} == {True}
+    assert {one.is_testable for one in found if one.motion == "bending"} == {False}
 
 
 def test_causes_without_a_steady_motion_are_not_held(work, monkeypatch):

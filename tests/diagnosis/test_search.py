@@ -9,12 +9,12 @@ from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.parts import faults_of_several_parts
-from rotorstudy.diagnosis.search.screening import project, screen, screen_pairs
+from rotorstudy.diagnosis.search.screening import project, screen
 from rotorstudy.diagnosis.search.search import base_model, begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.fit import fit
-from rotorstudy.inference.prior import Prior, log_narrowing
+from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
@@ -116,28 +116,6 @@ def test_an_unstable_rig_is_told_and_no_fault_of_the_cause(stiffness, is_unstabl
         found = investigate(measured(model, weaker), model, settings=known).verdict
         assert found.causes[0].effect == "cross_coupling"
         assert "unstable rig" not in {finding.name for finding in found.findings}
-
-
-def test_pairs_are_judged_as_if_each_were_fitted_alone():
-    model = build_model(TWO_DISCS)
-    spectrum = measured(model, hidden(model, "bow", node=3, bow_m=1e-5))
-    whole, prior = base_model(model, KNOWN)
-    chosen = [c for c in candidates(model, KNOWN)[0] if not c.shape]
-    projected = project(fit(whole, spectrum, prior), spectrum, chosen)
-    second = [c for c in chosen if not c.fixed]
-    found = screen_pairs(projected, chosen, second)
-    draw = np.random.default_rng(2)
-    for i, j in zip(draw.integers(len(chosen), size=30), draw.integers(len(second), size=30), strict=True):
-        both = chosen[i], second[j]
-        if both[0].cause == both[1].cause:
-            assert found[i, j] == -np.inf
-            continue
-        columns = np.column_stack([projected.columns[n] for c in both for n in c.names])
-        std = np.array([c.prior[n][1] for c in both for n in c.names])
-        expected = screen(projected, *both).explained - log_narrowing(columns, np.diag(std))
-        assert found[i, j] == pytest.approx(
-            expected, rel=1e-6, abs=1e-6 * abs(found[i]).max(initial=1, where=np.isfinite(found[i]))
-        )
 
 
 def test_columns_at_the_motion_of_the_true_cause_show_it_exactly_however_large_it_is():

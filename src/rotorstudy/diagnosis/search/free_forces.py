@@ -83,38 +83,3 @@ def least_squares(matrices: np.ndarray, right: np.ndarray) -> np.ndarray:
     for at in zip(*np.nonzero(~independent), strict=True):
         found[at] = np.linalg.lstsq(matrices[at], right[at], rcond=DEPENDENT)[0]
     return found
-
-
-def left_by_free_forces(
-    fitted: Fit, spectrum: Spectrum, places: Sequence[np.ndarray], near: Neighbourhood
-) -> list[float]:
-    """The least cost that any forces at each of some places leave, with the free parameters of a fit to first order.
-
-    However a force there depends on the motion, it leaves no less.
-
-    places  : (row, dof) each, the coordinates on which forces may act at a place
-    near    : of the fitted model at the speeds and harmonics of the spectrum
-    returns : one for each place; zero where harmonics that were not measured may matter, which are not among the forces
-    """
-    harmonics = set(spectrum.harmonics.tolist())
-    if near.model.table.turned.size or any(-n not in harmonics for n in harmonics):
-        return [0.0] * len(places)
-    speeds, prior = len(spectrum.speed), fitted.prior
-    columns = np.column_stack([fitted.residual, fitted.jacobian]).reshape(speeds, -1, 1 + len(fitted.names))
-    known = np.column_stack([prior.whitener @ (prior.mean - fitted.free), prior.whitener])
-    found = []
-    for rows in places:
-        forces = np.concatenate(free_force_columns(near, spectrum, rows), axis=-1)
-        left = np.concatenate([*_left_beside(forces, columns), known])
-        residual, jacobian = left[:, 0], left[:, 1:] / np.linalg.norm(left[:, 1:], axis=0)
-        basis, _ = np.linalg.qr(jacobian)
-        along = basis.T @ residual
-        found.append(float(residual @ residual - along @ along))
-    return found
-
-
-def _left_beside(forces, columns):
-    """What forces (speed, component, force), free at every speed, leave of columns (speed, component, column)."""
-    size = np.linalg.norm(forces, axis=1, keepdims=True)
-    basis, _ = np.linalg.qr(forces / np.where(size > 0, size, 1))
-    return columns - basis @ (np.swapaxes(basis, 1, 2) @ columns)

@@ -13,7 +13,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.explanations import Search
-from rotorstudy.diagnosis.search.free_forces import left_by_free_forces, motions_by_free_forces
+from rotorstudy.diagnosis.search.free_forces import motions_by_free_forces
 from rotorstudy.diagnosis.search.screening import Projection, Screened, screen_each
 from rotorstudy.diagnosis.search.shape_fit import ranges_of, reshaped
 from rotorstudy.errors import CannotAct, NoSteadyState
@@ -31,10 +31,7 @@ SAMPLES = 9  # shapes per round and option about the best ones
 REFINED = 2  # places of each effect at which the best shape is refined
 LEAST_SEEN = 0.01  # share of the cost that the best coarse shape of a place explains, if it is refined
 SPREADS = (0.12, 0.05, 0.02, 0.008, 0.003)  # standard deviation of the shapes of each round, as a share of the range
-REFINES_BY = 3.0  # times as much as coarse shapes a refined one explains, at most
-HOPELESS = 1.5  # times what may be left: what a shape leaves after the coarse rounds, if closer ones cannot help
 COARSE = 3  # rounds that are always made
-DEPENDENT = 1e-6  # ratio of singular values below which coordinates depend on others
 STILL_GAINS = 0.1  # log odds gained by a round, from which the next one is made: a fit finds the rest
 
 
@@ -65,9 +62,6 @@ def scan(
     work: Search,
     fitted: Fit,
     chosen: list[Candidate],
-    refined: int = REFINED,
-    least: float = 0.0,
-    most_left: float = np.inf,
     without: tuple[str, ...] = (),
     plain: Fit | None = None,
 ) -> list[Scanned]:
@@ -75,19 +69,15 @@ def scan(
 
     fitted  : without the causes
     chosen  : one for each effect, place and alternative; those that `can_be_scanned` are considered
-    refined : most places of each effect, those where coarse shapes explain most
-    least   : what a coarse shape must explain (decrease of the cost), for its place to be refined
-    most_left : cost that the best of all forces at a place may leave, for shapes there to be tried, and that a shape
-                may leave in the end
     without : amplitudes of the fit that are taken out, at whose motion the causes are judged
     plain   : the same fit without errors that the speeds have in common, by which motions are found
     returns : the best shape of each place, for a crack also the best that faces the other side; without those whose
               plugin fails, which is recorded as broken
     """
-    projection, motions, coarse, left = Projection(fitted, work.spectrum, without), {}, {}, {}
+    projection, motions, coarse = Projection(fitted, work.spectrum, without), {}, {}
     for cause in filter(can_be_scanned, chosen):
         try:
-            one = _Scan(work, fitted, projection, cause, motions, most_left, left, bool(without), plain)
+            one = _Scan(work, fitted, projection, cause, motions, bool(without), plain)
             best = one.first()
             if best:
                 coarse.setdefault(cause.effect, []).append((one, best))
@@ -96,19 +86,11 @@ def scan(
         except Exception as error:
             work.note_broken([cause], error)
     found, whole = [], float(projection.residual @ projection.residual)
-    least = max(least, LEAST_SEEN * whole, (whole - most_left) / REFINES_BY)
     for places in coarse.values():
         places.sort(key=lambda place: -place[1][0].screened.evidence)
-        for one, best in places[:refined]:
-            found += one.refined(best) if best[0].screened.explained > least else []
-    return [one for one in found if whole - one.screened.explained <= most_left]
-
-
-def _independent(rows):
-    """Coordinates (row, dof) of which all of some are sums."""
-    rows = np.array(rows)
-    _, size, directions = np.linalg.svd(rows / np.linalg.norm(rows, axis=1, keepdims=True), full_matrices=False)
-    return directions[size > DEPENDENT * size[0]]
+        for one, best in places[:REFINED]:
+            found += one.refined(best) if best[0].screened.explained > LEAST_SEEN * whole else []
+    return found
 
 
 class _Judged(NamedTuple):
@@ -124,8 +106,6 @@ class _Scan(NamedTuple):
 
     fitted     : Fit without the cause;  projection : of that fit
     motions    : the Motion with a free force, for each coordinate (as bytes) for which it is known
-    most_left  : cost that the best of all forces at a place may leave
-    left       : that cost, for each place (its coordinates) for which it is known
     has_motion : whether the motion of the fit is the one on which the cause acts
     plain      : Fit without errors that the speeds have in common
     """
@@ -135,8 +115,6 @@ class _Scan(NamedTuple):
     projection: Projection
     cause: Candidate
     motions: dict[bytes, Motion]
-    most_left: float
-    left: dict[tuple, float]
     has_motion: bool = False
     plain: Fit | None = None
 
@@ -151,16 +129,9 @@ class _Scan(NamedTuple):
         kept : whether the shapes and motions are kept, as all scans and alternatives of the cause begin at these
                points; only those are judged that are at a place where a force may explain enough
         """
-        if kept and self.cause.where and not self._are_possible([acts_on(self.cause, self.work.rig.structure)])[0]:
-            return []
         groups = self._over_the_range(points) if kept else self._grouped(points)
         if not groups:
             raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
-        if kept:
-            possible = self._are_possible([row for row, _, _ in groups.values()])
-            groups = {key: group for (key, group), here in zip(groups.items(), possible, strict=True) if here}
-        if not groups:
-            return []
         motions = self._motions([row for row, _, _ in groups.values()], kept)
         causes = [chosen for _, _, chosen in groups.values()]
         projected = self.projection.of_groups(list(zip(causes, motions, strict=True)))
@@ -188,18 +159,6 @@ class _Scan(NamedTuple):
             groups[row.tobytes()][1].append(point)
             groups[row.tobytes()][2].append(cause)
         return groups
-
-    def _are_possible(self, rows):
-        """Whether the best of all forces at the place of each coordinate leaves no more than `most_left`."""
-        if self.most_left == np.inf:
-            return [True] * len(rows)
-        places = {}
-        for row in rows:
-            places.setdefault(tuple(np.flatnonzero(row)), []).append(row)
-        known = {place: _independent(some) for place, some in places.items() if place not in self.left}
-        left = left_by_free_forces(self.fitted, self.work.spectrum, list(known.values()), self.projection.near)
-        self.left.update(zip(known, left, strict=True))
-        return [self.left[tuple(np.flatnonzero(row))] <= self.most_left for row in rows]
 
     def _motions(self, rows, kept):
         """The Motions with a free force on coordinates; that of a node is kept, as all shapes there share it."""
@@ -249,7 +208,7 @@ class _Scan(NamedTuple):
             found = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)
             starts = self._distinct(found)[:kept]
             gained = found[0].screened.evidence - before
-            is_done = (self._is_fitted_closely and gained < STILL_GAINS) or self._is_hopeless(found)
+            is_done = self._is_fitted_closely and gained < STILL_GAINS
             if number + 1 >= COARSE and is_done:
                 break
         best = (*starts, *self._facing(found))
@@ -259,11 +218,6 @@ class _Scan(NamedTuple):
     def _is_fitted_closely(self):
         """Whether a fit finds the best shape near a good one: several of a crack or a contact are nearly equal."""
         return bool(self.cause.where) and not any(u.force for u in self.cause.term.unknowns)
-
-    def _is_hopeless(self, found):
-        """Whether the best of some judged shapes leaves much more than may be left."""
-        residual = self.projection.residual
-        return residual @ residual - found[0].screened.explained > HOPELESS * self.most_left
 
     def _facing(self, found):
         """The best shape that faces another side than the best one: which side is open decides little at first."""
