@@ -86,10 +86,10 @@ def additions(
     found = []
     for plain in fits:
         without = tuple(name for name in plain.names if name == FREE_FORCE)
-        here = [c for c in chosen if not (without and c.term.acts_on_output)]  # at whose motion no force acts
-        work, fitted = _with_error_of_form(work, plain, current, without)
+        here = [c for c in chosen if not (without and c.term.acts_on_output)]  # an error of readings is no force
         if not here:
             continue
+        work, fitted = _with_error_of_form(work, plain, current, without)
         projected, usable = work.project(fitted, here, without)
         more = 0.5 * (current.fit.cost - projected.residual @ projected.residual)
         base = odds_of(current) - work.prior_odds.log_odds(current.causes) + more

@@ -145,9 +145,11 @@ def _moves(work, current):
         alone = [one.fitted for one in forces if one.left < EXPLAINS * one.count]
         if not alone:
             return additions(work, current, [work.base, *(one.fitted for one in forces[:1])])
-        stated = fit(work.model, work.spectrum, work.prior, steps=0)  # which an error of the readings leaves as it is
         of_readings = [c for c in work.candidates if c.term.acts_on_output]
-        return additions(work, current, alone[:1]) + additions(work, current, [work.base, stated], of_readings or [])
+        if not of_readings:
+            return additions(work, current, alone[:1])
+        stated = fit(work.model, work.spectrum, work.prior, steps=0)  # which an error of the readings leaves as it is
+        return additions(work, current, alone[:1]) + additions(work, current, [work.base, stated], of_readings)
     found = turns(work, current)
     if len(current.faults) > 1:  # of one alone, all others were judged at the same motion
         found += removals(current) + exchanges(work, current)
