@@ -58,7 +58,8 @@ class _Judge(NamedTuple):
         laws, found = {}, []
         for c in filter(can_be_scanned, chosen):
             laws.setdefault(c.cause, {}).setdefault(tuple(c.variant.values()), c)
-        first = {(c.cause, tuple(p.name for p in c.term.parameters)): c for c in reversed(_all(laws))}
+        every = [c for some in laws.values() for c in some.values()]
+        first = {(c.cause, tuple(p.name for p in c.term.parameters)): c for c in reversed(every)}
         if not first or ((plain or fitted).excess <= 0 and not without):
             return []
         loose = [c._replace(fixed_std=LOOSE) for c in first.values()]
@@ -103,10 +104,6 @@ def additions(
                 together = screen(projected, *parts)
                 found.append(judge.proposal(parts, together.start, together.evidence))
     return found
-
-
-def _all(laws):
-    return [c for some in laws.values() for c in some.values()]
 
 
 def _with_error_of_form(work, plain, current, without):

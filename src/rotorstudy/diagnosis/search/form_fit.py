@@ -1,0 +1,165 @@
+"""The fit of a set of causes: amplitudes and shapes together, with the error of their form that is most probable."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.diagnosis.search.form import changes_of, most_probable_form
+from rotorstudy.diagnosis.search.odds import Explanation, log_posterior_odds, odds_of
+from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of, reshaped, response_with_shape
+from rotorstudy.errors import CannotAct, NoSteadyState
+from rotorstudy.inference.fit import Fit
+from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS, levenberg_marquardt
+from rotorstudy.inference.linear import invert
+from rotorstudy.inference.prior import Prior
+
+HOPELESS = 300.0  # log odds below the best, from which a further round does not lead to it
+SETTLED = 0.25  # change of the log odds by another round of a fit with the error of form that it has found
+ROUNDS = 4  # of these
+ROUND = replace(HYPOTHESIS, steps=15)  # after which it is decided whether another one is worth it
+LONGEST_OF_SHAPE = 0.1  # of the range of an option: the longest step, as columns change with the shape
+LONGEST_OF_FIXED = 2.0  # standard deviations of its prior: the same of an amplitude whose size is known
+FAILURES = 2  # shapes in which a cause cannot act, or the rotor has no steady motion, after which a fit ends
+
+
+@dataclass(frozen=True)
+class _Parameters:
+    """The parameters of an explanation: those of the rig, the amplitudes of the causes, and their shapes.
+
+    causes   : whose shapes are those of the start;  ranges : option -> ShapeRange, of each cause
+    prior    : Prior without the shapes;  whole : with them, as fractions of their ranges
+    ends     : (cause,) where the amplitudes and the shape of each cause end, to split theta
+    """
+
+    causes: tuple[Candidate, ...]
+    ranges: tuple[dict, ...]
+    prior: Prior
+    whole: Prior
+    ends: np.ndarray
+
+    @classmethod
+    def of(cls, work, causes):
+        """Those of some causes."""
+        ranges = tuple(ranges_of(work, c) if c.shape else {} for c in causes)
+        prior = work.prior.plus(Prior.independent({name: known for c in causes for name, known in c.prior.items()}))
+        shapes = {
+            f"{name} of {c.term.label}": (x if ends.goes_around else 0.5, 1.0)
+            for c, own in zip(causes, ranges, strict=True)
+            for (name, ends), x in zip(own.items(), point_of(work, c) if own else (), strict=True)
+        }
+        whole = prior.plus(Prior.independent(shapes)) if shapes else prior
+        return cls(causes, ranges, prior, whole, np.cumsum([len(prior.names), *map(len, ranges)])[:-1])
+
+    def start(self, work, values):
+        """(parameter,) at values of amplitudes by name, and the shapes of the causes."""
+        known = dict(zip(self.prior.names, self.prior.mean, strict=True)) | values
+        points = [point_of(work, c) for c in self.causes if c.shape]
+        return np.concatenate([[known[name] for name in self.prior.names], *points])
+
+    def response(self, work, theta):
+        """What `response_with_shape` returns."""
+        amplitudes, *points = np.split(theta, self.ends)
+        return response_with_shape(work, self.causes, amplitudes, points)
+
+    @property
+    def longest(self):
+        """(parameter,) longest step of a fit."""
+        fixed = {n: LONGEST_OF_FIXED * c.prior[n][1] for c in self.causes if c.fixed for n in c.names}
+        shapes = len(self.whole.names) - len(self.prior.names)
+        return np.array([*(fixed.get(n, np.inf) for n in self.prior.names), *[LONGEST_OF_SHAPE] * shapes])
+
+    def form(self, work, theta, response):
+        """The most probable FormError at the values of a fit."""
+        shown, change = response
+        rows, spectrum, names = self.whole.whitener, work.spectrum, self.prior.names
+        off = np.append(spectrum.whitened(spectrum.amplitude - shown), rows @ (self.whole.mean - theta))
+        values = dict(zip(names, theta, strict=False))
+        changes = changes_of(self.causes, values, names, change, work.local_forces)
+        return most_probable_form(spectrum, changes, off, spectrum.whitened(change).T, rows, work.settings.form_error)
+
+
+def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Explanation:
+    """The Explanation of a Search by some causes; see `Search.explain`.
+
+    raises : NoSteadyState, CannotAct
+    """
+    parameters = _Parameters.of(work, causes)
+    theta, known, failed, best = parameters.start(work, values), {}, [], None
+
+    def response(theta):
+        """Of the last few values."""
+        key = theta.tobytes()
+        if key not in known:
+            if len(known) > 2:
+                del known[next(iter(known))]
+            try:
+                known[key] = parameters.response(work, theta)
+            except (CannotAct, NoSteadyState) as error:
+                failed.append(error)
+                raise NoSteadyState(str(error)) from None
+        return known[key]
+
+    for _ in range(ROUNDS):
+        spectrum = work.spectrum.with_shared_error(parameters.form(work, theta, response(theta)).columns)
+
+        def predict(trials, spectrum=spectrum):
+            if len(failed) > FAILURES:
+                raise NoSteadyState(str(failed[-1]))
+            shown, change = response(trials[0])
+            both = spectrum.whitened(np.concatenate([shown[None], change]))
+            return both[:1], both[1:].T[None]
+
+        found = levenberg_marquardt(
+            predict,
+            spectrum.whitened(spectrum.amplitude)[None],
+            theta[None],
+            parameters.whole.names,
+            prior=parameters.whole,
+            longest=parameters.longest,
+            convergence=ROUND,
+        )
+        theta = found.theta[0]
+        one = _explanation(work, parameters, theta, response(theta), bool(found.converged[0]))
+        before, best = best, one if best is None else max(best, one, key=odds_of)
+        is_hopeless = odds_of(one) < max(map(odds_of, work.explanations)) - HOPELESS
+        if is_hopeless or (before and odds_of(one) < odds_of(before) + SETTLED):
+            break
+    return best
+
+
+def _explanation(work, parameters, theta, response, converged):
+    """The Explanation at the values of a fit, with the error of form that is most probable there."""
+    shown, change = response
+    form = parameters.form(work, theta, response)
+    spectrum = work.spectrum.with_shared_error(form.columns)
+    amplitudes, *points = np.split(theta, parameters.ends)
+    residual, jacobian = spectrum.whitened(spectrum.amplitude - shown), spectrum.whitened(change).T
+    free, rows = len(amplitudes), parameters.whole.whitener
+    covariance = invert(jacobian.T @ jacobian + rows.T @ rows)
+    distance = rows @ (parameters.whole.mean - theta)
+    stds = np.split(np.sqrt(np.diag(covariance)), parameters.ends)[1:]
+    causes = []
+    for cause, ranges, point, std in zip(parameters.causes, parameters.ranges, points, stds, strict=True):
+        if ranges:
+            cause = reshaped(work, cause, point)
+            spread = {n: ends.slope(cause.shape[n]) * x for (n, ends), x in zip(ranges.items(), std, strict=True)}
+            cause = cause._replace(shape_std=spread)
+        causes.append(cause)
+    model = work.model.plus(*(cause.term for cause in causes))
+    whole = model.stated.copy()
+    whole[model.position(parameters.prior.names)] = amplitudes
+    fitted = Fit(
+        model=model,
+        theta=whole,
+        prior=parameters.prior,
+        covariance=covariance[:free, :free],
+        misfit=float(residual @ residual),
+        penalty=float(distance @ distance),
+        residual=residual,
+        jacobian=jacobian[:, :free],
+        evidence=form.evidence,
+        converged=converged,
+    )
+    odds = log_posterior_odds(tuple(causes), fitted, work.base, work.prior_odds)
+    return Explanation(tuple(causes), fitted, odds, form, spectrum)
