@@ -11,20 +11,14 @@ from rotorstudy.store import write_text
 
 
 def answer_chunk(config, chunk, chunks, seals, answers, out, *, cores=1, answer=diagnosed):
-    """Hide and diagnose the cases of a chunk, 0 to chunks - 1; the files `seals` and `answers` are written.
-
-    out : folder of the whole run, for the records of its first cases
-    """
+    """Hide and diagnose the cases of a chunk, 0 to chunks - 1; the files `seals` and `answers` are written."""
     numbers = chunk_of(range(config.cases), chunk, chunks)
     found = answer_cases(config, numbers, seals, out, cores=cores, answer=answer)
     write_text(answers, "[" + ",\n".join(json.dumps(one, default=_plain) for one in found) + "]\n")
 
 
 def gather_chunks(config, out, seals, answers):
-    """Score the cases of all chunks; what is written and returned is that of `run_blind`.
-
-    seals, answers : files of every chunk, in order
-    """
+    """Score the cases of all chunks; what is written and returned is that of `run_blind`."""
     published = [one for path in seals for one in _read(path)["sha256"]]
     write_text(Path(out) / "seals.json", json.dumps({"seed": config.seed, "sha256": published}, indent=1))
     answered = [one for path in answers for one in _read(path)]

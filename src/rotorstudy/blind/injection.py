@@ -95,10 +95,7 @@ def order_of(config, seed, number):
 
 
 def draw(order, folder):
-    """Write record and rig file of an Order to a folder; the truth, plain numbers and strings.
-
-    Raises RotorstudyError if no machine drawn moves steadily and shows an effect of the size asked for.
-    """
+    """Write record and rig file of an Order to a folder; the truth, plain numbers and strings."""
     problem, severity = None, 1.0
     for attempt in range(TRIES):
         try:

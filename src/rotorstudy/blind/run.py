@@ -58,11 +58,7 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
 
 
 def answer_cases(config, numbers, seals, out, *, seed=None, cores=1, answer=diagnosed):
-    """Hide and diagnose the cases of some numbers; their seals are written to the file `seals` before the diagnosis.
-
-    Records of the first cases are written to the folder `out`. A case depends on its number and the seed alone.
-    returns : list of {"truth": JSON text of truth and salt, "answer": dict}
-    """
+    """Hide and diagnose the cases of some numbers; their seals are written to the file `seals` before the diagnosis."""
     seed, out = config.seed if seed is None else seed, Path(out)
     orders = [order_of(config, seed, number) for number in numbers]
     with TemporaryDirectory() as records, _pool(cores) as mapped:
@@ -83,10 +79,7 @@ def answer_cases(config, numbers, seals, out, *, seed=None, cores=1, answer=diag
 
 
 def judge_cases(config, out, answered, published, seed):
-    """Open the truth of all cases, score the answers, and write everything except the figures; see `run_blind`.
-
-    answered : of `answer_cases`;  published : (case,) seals
-    """
+    """Open the truth of all cases, score the answers, and write everything except the figures; see `run_blind`."""
     opened = []
     for i, (one, sealed) in enumerate(zip(answered, published, strict=True)):
         found = json.loads(one["truth"])

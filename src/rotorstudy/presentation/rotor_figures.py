@@ -142,10 +142,7 @@ def campbell(analysis, bands=()):
 
 
 def mode_shapes(structure, analysis, sensors=()):
-    """The lowest mode shapes at the highest speed: the plane of the largest motion, and its envelope.
-
-    Bearings are triangles below the shaft, planes of probes arrows above it.
-    """
+    """The lowest mode shapes at the highest speed: the plane of the largest motion, and its envelope."""
     data = analysis.data.isel(speed=-1)
     places = structure.node_positions
     moves = [(i, node) for i, (node, motion) in enumerate(structure.dofs) if motion == "translation"]
