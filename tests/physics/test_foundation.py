@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from named_machines import plant
 
 from rotorstudy import build_model, harmonic_response, measured_response
-from rotorstudy.blind.machines import plant
 from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.search import base_model
