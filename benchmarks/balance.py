@@ -16,8 +16,8 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
+from named_machines.balancing import PLANES, PROBES, draw
 
-from rotorstudy.blind.machines.balancing import PLANES, PROBES, draw
 from rotorstudy.diagnosis.runs.balance import balance_files
 from rotorstudy.diagnosis.runs.joint import identify_runs
 from rotorstudy.errors import RotorstudyError

@@ -30,11 +30,11 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 import pandas as pd
 from foreign_page import by_kind
+from named_machines.failures import FAILURES
 
 from rotorstudy.blind.criteria import judge, printed, table
 from rotorstudy.blind.injection import KINDS_OF_CASES, Order, draw
 from rotorstudy.blind.machines.cases import CHAIN_FAULTS
-from rotorstudy.blind.machines.failures import FAILURES
 from rotorstudy.blind.machines.faults import FAMILIES
 from rotorstudy.blind.machines.forms import FORMS
 from rotorstudy.blind.run import answer_case
@@ -130,6 +130,7 @@ def orders(given):
             yield Order(
                 number, 100_000 * given.seed + number, kind, MACHINES if forms else {"any": 1.0}, elements, speeds,
                 QUICK if given.quick else None, tuple(given.sizes), given.rig_error, given.without_truth,
+                FAILURES.get(kind),
             )  # fmt: skip
 
 

@@ -18,8 +18,8 @@ import json
 from pathlib import Path
 
 import numpy as np
+from named_machines import plant
 
-from rotorstudy.blind.machines import plant
 from rotorstudy.blind.machines.contacts import RubLaw
 from rotorstudy.blind.machines.elastic_crack import arc_form
 from rotorstudy.blind.machines.files import page

@@ -15,10 +15,7 @@ PART = ("real", "imag")
 
 @contextmanager
 def atomic(path):
-    """A temporary path beside `path`, moved over it only when the block ends without an error.
-
-    raises : RotorstudyError if the file cannot be written, for example on a full disk
-    """
+    """A temporary path beside `path`, moved over it only when the block ends without an error."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = partial_path(path)

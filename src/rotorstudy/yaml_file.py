@@ -14,12 +14,7 @@ NUMBER = re.compile(r"[-+]?(\d[\d_]*\.?[\d_]*|\.\d[\d_]*)[eE][-+]?\d+$")
 
 
 def read_yaml(path):
-    """A YAML file as a dict.
-
-    path    : path in UTF-8
-    returns : dict of dicts, lists, texts, numbers, booleans and None
-    raises  : RotorstudyError if there is no such file, it is not valid YAML, or too large when aliases are written out
-    """
+    """A YAML file as a dict."""
     import yaml
 
     path = Path(path)

@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
+from named_machines.failures import FAILURES
 
 from rotorstudy.blind.base import absorbed, left_by_base
 from rotorstudy.blind.config import KINDS, load_blind
 from rotorstudy.blind.injection import KINDS_OF_CASES, Order, draw, order_of
 from rotorstudy.blind.machines.cases import CHAIN_FAULTS
-from rotorstudy.blind.machines.failures import FAILURES
 from rotorstudy.blind.machines.faults import FAMILIES
 from rotorstudy.blind.machines.forms import FORMS
 from rotorstudy.blind.meanings import ALIKE, CONVENTIONS, MEANS, SIZES, compared, in_library, left_out
@@ -115,8 +115,9 @@ def test_the_base_absorbs_what_it_can_change_and_nothing_else(drawn):
 
 
 def test_named_failures_are_kinds_of_cases(tmp_path):
-    truth = draw(Order(0, 1, "element_by_curvature", speeds=(3, 3), harmonics=(0, 1, -1, 2)), tmp_path)
-    assert "element_by_curvature" in FAILURES and truth["families"] == "crack_form" and truth["known"]
+    name = "element_by_curvature"
+    truth = draw(Order(0, 1, name, speeds=(3, 3), harmonics=(0, 1, -1, 2), named=FAILURES[name]), tmp_path)
+    assert truth["kind"] == name and truth["families"] == "crack_form" and truth["known"]
 
 
 def test_configuration_errors_say_what_is_wrong(tmp_path, config):

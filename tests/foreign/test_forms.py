@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from named_machines.failures import FAILURES
 
 from rotorstudy.blind.machines.cases import draw_case
 from rotorstudy.blind.machines.crack import dimensionless_compliance
 from rotorstudy.blind.machines.draw import MACHINES, draw_point_rotor, draw_rotor
 from rotorstudy.blind.machines.effects import add_unbalance
-from rotorstudy.blind.machines.failures import FAILURES
 from rotorstudy.blind.machines.film import Film, add_film, bearing, force
 from rotorstudy.blind.machines.form_contacts import add_elliptic_forces, pushed
 from rotorstudy.blind.machines.form_cracks import Form, add_form, cosine, pieces, smooth_contact, trapezoid
@@ -219,9 +219,8 @@ def test_a_law_without_a_unique_kink_is_refused():
 
 @pytest.mark.parametrize("name", ["element_by_curvature", "bench_crack_with_bow"])
 def test_a_named_case_is_its_drawing(name):
-    machine, family = FAILURES[name]
-    case = draw_case(1, family, speeds=2, steps=64, modes=4, machine=machine)
-    assert len(case.rotor.elements) == {"two_discs": 4, "bench": 10}[machine]
+    case = FAILURES[name](1, speeds=2, steps=64, modes=4)
+    assert len(case.rotor.elements) == {"two_discs": 4, "bench": 10}[case.truth["machine"]]
     assert [one["family"] for one in case.effects] == ["crack_form", "bow"][: len(case.effects)]
     if name == "element_by_curvature":  # 11 % of E I less along the edge, 23 % across it
         (one,), part = case.effects, case.rotor.elements[1]

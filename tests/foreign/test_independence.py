@@ -8,6 +8,8 @@ import pytest
 import rotorstudy.blind.machines
 
 HERE = Path(rotorstudy.blind.machines.__file__).parent
+NAMED = Path("benchmarks/named_machines")
+FILES = [path for folder in (HERE, NAMED) for path in sorted(folder.glob("**/*.py"))]
 OWN = "rotorstudy.blind.machines"
 ALLOWED = {"numpy", "scipy", "xarray", "dataclasses", "collections", "functools", "json", "pathlib"}
 
@@ -27,7 +29,7 @@ def imports(path):
             yield "by name"
 
 
-@pytest.mark.parametrize("path", sorted(HERE.glob("**/*.py")), ids=lambda path: path.name)
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_nothing_there_imports_the_package(path):
     assert set(imports(path)) <= {*ALLOWED, "own"}
 

@@ -7,9 +7,9 @@ import json
 
 import numpy as np
 import pytest
+from named_machines.balancing import PLANES, draw
 
 from rotorstudy import build_model
-from rotorstudy.blind.machines.balancing import PLANES, draw
 from rotorstudy.diagnosis.runs.balance import balance
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.measurement.conventions import Conventions

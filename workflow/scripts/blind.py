@@ -3,9 +3,9 @@ from rotorstudy.studies.workflow import index_page, job
 with job(snakemake):
     from pathlib import Path
 
-    from rotorstudy.blind.chunks import gather_chunks
     from rotorstudy.blind.config import load_blind
     from rotorstudy.blind.criteria import printed
+    from rotorstudy.blind.run import gather_chunks
     from rotorstudy.presentation.blind_page import write_pages
 
     given, folder = snakemake.input, Path(snakemake.output.data).parent

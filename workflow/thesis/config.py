@@ -134,10 +134,7 @@ def load_replay(path):
 
 
 def check_replay(config, folder):
-    """Build the rig and look up every name the replay uses, so that mistakes show before anything runs.
-
-    folder : holds the printed values
-    """
+    """Build the rig and look up every name the replay uses, so that mistakes show before anything runs."""
     config.model.position(())
     where = f"replay {config.name}"
     known = {"case": config.cases, "group": {**config.groups, **config.thesis_groups}}

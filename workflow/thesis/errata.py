@@ -75,10 +75,7 @@ def _negated(config, rig, unit):
 
 
 def chapter_2(config, folder):
-    """Numbers on the sign of the crack force, the omitted terms of its series, and Eq. (2.32).
-
-    config : StudyConfig;  folder : of the printed values
-    """
+    """Numbers on the sign of the crack force, the omitted terms of its series, and Eq. (2.32)."""
     printed = published(folder, ["2.2", "2.3", "2.5"])
     spectra = printed[printed.method == "regression"]
     thesis, speeds = config.rig("thesis"), {"88 rad/s": 88.0}

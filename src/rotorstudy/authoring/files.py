@@ -57,10 +57,7 @@ def _folder_of(kind):
 
 
 def check_file(path):
-    """Check every invariant of every plugin in a file: list of (kind, name, Outcome).
-
-    raises : RotorstudyError if the file does not exist; PluginError if it does not load or contains no plugin
-    """
+    """Check every invariant of every plugin in a file: list of (kind, name, Outcome)."""
     from rotorstudy.authoring.invariants import outcomes
 
     path = Path(path)

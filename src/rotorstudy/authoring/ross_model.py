@@ -38,10 +38,7 @@ class RossRotor(NamedTuple):
 
 
 def read_ross(path):
-    """The RossRotor of a file that `Rotor.save` of ROSS wrote.
-
-    raises : RotorstudyError if it cannot be read, is no rotor, or has parts without which it would be another one
-    """
+    """The RossRotor of a file that `Rotor.save` of ROSS wrote."""
     path, said = Path(path), []
     parameters, parts = _parts(path)
     with reading("rotor of ROSS", path):

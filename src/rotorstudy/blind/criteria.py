@@ -50,11 +50,6 @@ class Criterion:
     reasons: tuple[str, ...] = ()
 
     @property
-    def within(self) -> bool:
-        """Whether the value itself is accepted, whatever its bounds."""
-        return self.needed is not None and self.needed[0] <= self.reached <= self.needed[1]
-
-    @property
     def needed_text(self) -> str:
         """The accepted values in words; empty for information."""
         if self.needed is None:

@@ -3,6 +3,7 @@
 A case depends on its order alone. The record and the rig file are all that the diagnosis may see.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import NamedTuple
@@ -11,7 +12,6 @@ import numpy as np
 
 from rotorstudy.blind.base import absorbed, left_by_base
 from rotorstudy.blind.machines.cases import CHAIN_FAULTS, draw_case
-from rotorstudy.blind.machines.failures import FAILURES
 from rotorstudy.blind.machines.faults import FAMILIES
 from rotorstudy.blind.machines.files import write_case
 from rotorstudy.blind.machines.forms import FORMS
@@ -42,6 +42,7 @@ class Order(NamedTuple):
     speeds    : fewest and most;  harmonics : to be read, None: those of the format's default
     sizes     : smallest and largest;  rig_error : over the usual
     leave_out : whether the library lacks the truth, whatever the kind
+    named     : function like `machines.cases.draw_case` without its family, of a kind that is not in KINDS_OF_CASES
     """
 
     number: int
@@ -54,6 +55,7 @@ class Order(NamedTuple):
     sizes: tuple = (0.0, np.inf)
     rig_error: float = 1.0
     leave_out: bool = False
+    named: Callable | None = None
 
 
 def _one_of(names):
@@ -95,10 +97,7 @@ def order_of(config, seed, number):
 
 
 def draw(order, folder):
-    """Write record and rig file of an Order to a folder; the truth, plain numbers and strings.
-
-    Raises RotorstudyError if no machine drawn moves steadily and shows an effect of the size asked for.
-    """
+    """Write record and rig file of an Order to a folder; the truth, plain numbers and strings."""
     problem, severity = None, 1.0
     for attempt in range(TRIES):
         try:
@@ -125,9 +124,8 @@ def _drawn(order, attempt, severity):
     seed = [*np.atleast_1d(order.seed).tolist(), attempt]
     rng, kind = np.random.default_rng([*seed, 1]), order.kind
     speeds = int(rng.integers(order.speeds[0], order.speeds[1] + 1))
-    if kind in FAILURES:
-        machine, family = FAILURES[kind]
-        return draw_case(seed, family, visible=VISIBLE, machine=machine, speeds=speeds), kind, None
+    if order.named:
+        return order.named(seed, visible=VISIBLE, speeds=speeds), kind, None
     family = KINDS_OF_CASES[kind](rng)
     fault, family = (family, "healthy") if family in CHAIN_FAULTS else (None, family)
     anywhere = family == "healthy" or family in FORMS

@@ -132,10 +132,7 @@ def left_out(true):
 
 
 def compared(true, cause):
-    """Whether a cause has the name of a true effect, whether it is at its place too, and whether it is a companion.
-
-    cause : of a verdict as JSON
-    """
+    """Whether a cause has the name of a true effect, whether it is at its place too, and whether it is a companion."""
     names, rule, companions = MEANS[true["family"]]
     named = cause["effect"] in names
     return named, named and _is_there(rule, true, cause), cause["effect"] in companions

@@ -12,11 +12,14 @@ from tempfile import TemporaryDirectory
 from time import process_time
 from traceback import extract_tb
 
+import numpy as np
+
 from rotorstudy.blind.criteria import judge
 from rotorstudy.blind.injection import draw, order_of
 from rotorstudy.blind.scoring import score
 from rotorstudy.blind.sealing import check_seal, salt_of, seal
 from rotorstudy.blind.summary import summary
+from rotorstudy.chunks import chunk_of
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import read_rig
@@ -49,63 +52,77 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
     returns: Dataset of `summary.summary`, list of Criterion, DataFrame of cases
     Apart from times the result depends on configuration and seed alone, not on the number of cores.
     """
-    cases, seed = config.cases if cases is None else cases, config.seed if seed is None else seed
-    if cases < 1 or seed < 0 or cores < 1:
-        raise RotorstudyError(f"blind: cases {cases}, seed {seed}, cores {cores}: at least 1, 0 and 1 are needed")
-    out = Path(out)
-    answered = answer_cases(config, range(cases), out / "seals.json", out, seed=seed, cores=cores, answer=answer)
-    return judge_cases(config, out, answered, _published(out / "seals.json"), seed)
+    stated = {"cases": cases, "seed": seed}
+    config = config.model_copy(update={key: value for key, value in stated.items() if value is not None})
+    if config.cases < 1 or config.seed < 0 or cores < 1:
+        raise RotorstudyError(
+            f"blind: cases {config.cases}, seed {config.seed}, cores {cores}: at least 1, 0 and 1 are needed"
+        )
+    seals = Path(out) / "seals.json"
+    with TemporaryDirectory() as folder:
+        answers = Path(folder) / "answers.json"
+        answer_chunk(config, 0, 1, seals, answers, out, cores=cores, answer=answer)
+        return gather_chunks(config, out, [seals], [answers])
 
 
-def answer_cases(config, numbers, seals, out, *, seed=None, cores=1, answer=diagnosed):
-    """Hide and diagnose the cases of some numbers; their seals are written to the file `seals` before the diagnosis.
+def answer_chunk(config, chunk, chunks, seals, answers, out, *, cores=1, answer=diagnosed):
+    """Hide and diagnose the cases of a chunk, 0 to chunks - 1, of a run: a job of its own on a cluster.
 
-    Records of the first cases are written to the folder `out`. A case depends on its number and the seed alone.
-    returns : list of {"truth": JSON text of truth and salt, "answer": dict}
+    Their seals are written to the file `seals` before the diagnosis, truths and answers to the file `answers`; records
+    of the first cases of the run go to the folder `out`. A case depends on its number and the seed alone.
     """
-    seed, out = config.seed if seed is None else seed, Path(out)
-    orders = [order_of(config, seed, number) for number in numbers]
+    numbers = chunk_of(range(config.cases), chunk, chunks)
+    orders, found = [order_of(config, config.seed, number) for number in numbers], []
     with TemporaryDirectory() as records, _pool(cores) as mapped:
         folders = [Path(records) / f"case_{order.number}" for order in orders]
         hidden = list(mapped(draw, orders, folders))
         for order, folder in zip(orders, folders, strict=True):
             if order.number < config.records:
-                copytree(folder, out / "records" / folder.name, dirs_exist_ok=True)
-        salts = [salt_of(seed, i) for i in numbers]
+                copytree(folder, Path(out) / "records" / folder.name, dirs_exist_ok=True)
+        salts = [salt_of(config.seed, i) for i in numbers]
         sealed = [seal(truth, salt) for truth, salt in zip(hidden, salts, strict=True)]
-        write_text(seals, json.dumps({"seed": seed, "sha256": sealed}, indent=1))
+        write_text(seals, json.dumps({"seed": config.seed, "sha256": sealed}, indent=1))
         truths = [json.dumps({"truth": truth, "salt": salt}) for truth, salt in zip(hidden, salts, strict=True)]
-        left_out, answered = [truth["leave_out"] for truth in hidden], []  # of the library, which is no secret
+        left_out = [truth["leave_out"] for truth in hidden]  # of the library, which is no secret
         for truth, one in zip(truths, mapped(partial(answer_case, answer=answer), folders, left_out), strict=True):
-            answered.append({"truth": truth, "answer": one})
-            log.info("case %d of %d", len(answered), len(truths))
-    return answered
+            found.append(json.dumps({"truth": truth, "answer": one}, default=_plain))
+            log.info("case %d of %d", len(found), len(truths))
+    write_text(answers, "[" + ",\n".join(found) + "]\n")
 
 
-def judge_cases(config, out, answered, published, seed):
+def gather_chunks(config, out, seals, answers):
     """Open the truth of all cases, score the answers, and write everything except the figures; see `run_blind`.
 
-    answered : of `answer_cases`;  published : (case,) seals
+    seals, answers : files of every chunk, in order
     """
-    opened = []
+    out, opened, told = Path(out), [], []
+    published = [one for path in seals for one in _read(path)["sha256"]]
+    answered = [one for path in answers for one in _read(path)]
+    write_text(out / "seals.json", json.dumps({"seed": config.seed, "sha256": published}, indent=1))
     for i, (one, sealed) in enumerate(zip(answered, published, strict=True)):
-        found = json.loads(one["truth"])
+        found, answer = json.loads(one["truth"]), one["answer"]
         check_seal(found["truth"], found["salt"], sealed, f"blind case {i}")
         opened.append(found["truth"])
-    out, answers = Path(out), [one["answer"] for one in answered]
+        told.append({**answer["verdict"], "seconds": answer["seconds"]})
+        held = answer["held_out"] or {}
+        held |= {part: np.array(held[part][0]) + 1j * np.array(held[part][1]) for part in held if part != "speed"}
     write_text(out / "truths.json", "[" + ",\n".join(one["truth"] for one in answered) + "]\n")
-    told = [{**one["verdict"], "seconds": one["seconds"]} for one in answers]
-    write_text(out / "verdicts.json", "[" + ",\n".join(json.dumps(one, default=float) for one in told) + "]\n")
-    rows = score(opened, answers)
+    write_text(out / "verdicts.json", "[" + ",\n".join(map(json.dumps, told)) + "]\n")
+    rows = score(opened, [one["answer"] for one in answered])
     criteria = judge(rows)
-    attributes = {**provenance(config.model_dump(), [], seed), "cases": len(answered)}
+    attributes = {**provenance(config.model_dump(), [], config.seed), "cases": len(answered)}
     data = summary(rows, criteria).assign_attrs(attributes, title=config.title)
     save(data, out / "blind.nc")
     return data, criteria, rows
 
 
-def _published(seals):
-    return json.loads(Path(seals).read_text(encoding="utf-8"))["sha256"]
+def _read(path):
+    return json.loads(Path(path).read_text(encoding="utf-8"))
+
+
+def _plain(value):
+    """A complex array as its real and imaginary parts, another number as float, for JSON."""
+    return [value.real.tolist(), value.imag.tolist()] if isinstance(value, np.ndarray) else float(value)
 
 
 def answer_case(folder, leave_out=(), answer=diagnosed):

@@ -46,16 +46,12 @@ def score_case(truth, answer):
     row |= _judged(truth, verdict)
     before, after = _held_out_errors(truth, answer.get("held_out"))
     named = verdict.get("causes", []) if row["alone"] else []
-    p_value = verdict.get("residual_p_value") or {}
     gain = verdict.get("gain") or {} if row["causes"] else {}
     return row | _sizes_judged(true, named) | _crack_judged(truth, named) | {
         "gain": gain.get("ratio", np.nan),
         "gain_sigma": gain["after_sigma"] / gain["before_sigma"] if "after_sigma" in gain else np.nan,
         "rise_probability": gain.get("rise_probability", np.nan),
         "gain_true": after / before if before > 0 else np.nan,
-        "p_before": p_value.get("before", np.nan),
-        "p_after": p_value.get("after", np.nan),
-        "residual_share": verdict.get("residual_share", np.nan),
         "seconds": float(answer.get("seconds", np.nan)),
     }  # fmt: skip
 
@@ -85,13 +81,11 @@ def _judged(truth, verdict):
     """What is right about a verdict."""
     true, kind = truth["true"], verdict["verdict"]
     causes, others = verdict.get("causes") or [], verdict.get("ambiguous_with") or []
-    fitting = [*causes, *others]  # of an unknown one too, which may be another than the likely truth
     if kind not in ("cause", "ambiguous"):
         causes, others = [], []
     stated = [*causes, *others]
-    match = {id(cause): [compared(one, cause) for one in true] for cause in fitting}
-    nothing = {"causes": 0, "among_fitting": False, "name_in_set": False, "names_rotor": False, "probability": np.nan,
-               "first_right": False, "stated": ""}  # fmt: skip
+    match = {id(cause): [compared(one, cause) for one in true] for cause in stated}
+    nothing = {"causes": 0, "names_rotor": False, "probability": np.nan, "first_right": False, "stated": ""}
     if kind in ("refused", "failed"):
         right = kind == "refused" and truth["fault"] in REFUSED and (
             f"node {true[-1]['node']}: {REFUSED[truth['fault']]}" in verdict["error"]
@@ -102,10 +96,10 @@ def _judged(truth, verdict):
         said = chain["hypothesis"]
         right = len(true) == 1 and CONVENTIONS.get(true[0]["family"]) == said
         return nothing | {"verdict": "convention", "answer": "convention", "named": said, "alone": right,
-                          "in_set": right, "name_in_set": right, "wrong": not right, "first_right": right}  # fmt: skip
+                          "in_set": right, "wrong": not right, "first_right": right}  # fmt: skip
 
-    def every(chosen, of):
-        return bool(true) and all(any(match[id(cause)][i][of] for cause in chosen) for i in range(len(true)))
+    def every(chosen):
+        return bool(true) and all(any(match[id(cause)][i][1] for cause in chosen) for i in range(len(true)))
 
     return {
         "verdict": kind,
@@ -113,12 +107,10 @@ def _judged(truth, verdict):
         "named": " + ".join(map(name_of, verdict.get("causes") or [])),
         "stated": " | ".join(map(name_of, others)),
         "causes": len(causes),
-        "among_fitting": every(fitting, 1),
-        "alone": kind == "cause" and every(causes, 1) and all(
+        "alone": kind == "cause" and every(causes) and all(
             any(there or beside for _, there, beside in match[id(cause)]) for cause in causes
         ),
-        "in_set": every(stated, 1),
-        "name_in_set": every(stated, 0),
+        "in_set": every(stated),
         "wrong": kind == "cause" and any(not any(name or beside for name, _, beside in match[id(cause)])
                                          for cause in causes),
         "names_rotor": bool(stated) and not any(is_chain(cause["effect"]) for cause in stated),
@@ -223,32 +215,3 @@ def calibration(probability, right):
     count = np.bincount(place, minlength=bins)
     stated, true = (np.bincount(place, values, bins) for values in (probability, right))
     return stated, true, count, float(np.abs(stated - true).sum() / count.sum()) if count.sum() else np.nan
-
-
-def found_half(rows):
-    """Size at which half of the effects are found, by logistic regression on log size.
-
-    All effects share one steepness; a lapse rate of 2 % limits the influence of single cases.
-    rows    : DataFrame of `score`
-    returns : effects (family,), and (family, 3) size with its 95 % likelihood bounds
-    """
-    from scipy.stats import chi2
-
-    grid, steepness = np.geomspace(0.03, 300, 241), np.geomspace(0.5, 8, 15)
-
-    def likelihood(part, slope):
-        share = 0.01 + 0.98 / (1 + np.exp(-slope * np.log(part["size"].to_numpy()[:, None] / grid)))
-        right = part.in_set.to_numpy(bool)[:, None]
-        return np.where(right, np.log(share), np.log(1 - share)).sum(axis=0)
-
-    seen = rows[(rows["group"] == "single") & (rows["size"] > 0)]
-    families = sorted(seen.families.unique())
-    if not families:
-        return [], np.zeros((0, 3))
-    by_slope = [sum(likelihood(seen[seen.families == f], b).max() for f in families) for b in steepness]
-    slope, found = steepness[int(np.argmax(by_slope))], []
-    for family in families:
-        fitted = likelihood(seen[seen.families == family], slope)
-        allowed = grid[fitted >= fitted.max() - chi2.ppf(0.95, 1) / 2]
-        found.append((grid[int(np.argmax(fitted))], allowed[0], allowed[-1]))
-    return families, np.array(found)

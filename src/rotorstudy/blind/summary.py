@@ -8,7 +8,6 @@ from rotorstudy.blind.scoring import (
     ANSWERS_WITHOUT_CAUSE,
     PROBABILITY_EDGES,
     calibration,
-    found_half,
     is_chain,
     share_bounds,
 )
@@ -29,16 +28,11 @@ CRITERION_TEXTS = {"what": "quantity", "kind": "share, coverage, calibration or 
 def summary(rows, criteria):
     """All results as a Dataset; rows : DataFrame of `scoring.score`;  criteria : list of Criterion."""
     truths, answers, matrix = confusion(rows)
-    families, half = found_half(rows)
     variables = {
         **_over_size(rows),
         **_calibration(rows),
         "confusion": (("truth", "answer"), matrix, "1", "cases by truth and answer"),
         "accepted": (("truth", "answer"), confounders_of(truths, answers), "1", "1 right, 2 a declared confounder"),
-        **{
-            name: (("family",), half[:, i], "1", "size at which half the effects are found")
-            for i, name in enumerate(("found_half", "found_half_low", "found_half_high"))
-        },
         **_cases(rows),
         **_criteria(criteria),
     }
@@ -49,7 +43,6 @@ def summary(rows, criteria):
         "probability_bin": (probability, "1", "posterior probability, middle of the bin"),
         "truth": (truths, "1", "what was hidden"),
         "answer": (answers, "1", "what was named, or the verdict without a cause"),
-        "family": (families, "1", "effect"),
         "case": (rows.case.to_numpy(int), "1", "number of the case"),
         "criterion": ([c.key for c in criteria], "1", "key of the acceptance criterion"),
     }

@@ -170,10 +170,7 @@ def fit_within(
 
 
 def fit_from_afar(predict: Callable, measured: np.ndarray, prior: Prior, start: np.ndarray | None = None) -> Posterior:
-    """`fit_within`; if the parameters end where the prior makes them implausible, `_gradually` too: the better one.
-
-    predict, measured, prior, start : as `fit_within`
-    """
+    """`fit_within`; if the parameters end where the prior makes them implausible, `_gradually` too: the better one."""
     found = fit_within(predict, measured, prior, start)
     if _is_implausible(found, prior, len(measured)):
         other = _gradually(predict, measured, prior)

@@ -33,10 +33,7 @@ def noise_model(name):
 
 
 def standard_normal(seed, study, trials, shape, first=0):
-    """(trial, *shape) standard normal numbers; trial t has its own stream (seed, study, t).
-
-    study : int, gives each study its own streams;  first : number of the first trial
-    """
+    """(trial, *shape) standard normal numbers; trial t has its own stream (seed, study, t)."""
     streams = (np.random.SeedSequence(seed, spawn_key=(study, first + t)) for t in range(trials))
     return np.array([np.random.default_rng(stream).standard_normal(shape) for stream in streams])
 

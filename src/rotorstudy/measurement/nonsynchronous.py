@@ -36,10 +36,7 @@ class Seen:
 
 
 def check_lines(facts):
-    """Findings on the lines in all records, one for each that is the same at several speeds.
-
-    facts : list of RecordFacts
-    """
+    """Findings on the lines in all records, one for each that is the same at several speeds."""
     return [_finding(group) for group in _groups([seen for one in facts for seen in _seen(one)])]
 
 
@@ -92,10 +89,7 @@ def _sense(seen):
 
 
 def likely_kind(speeds, orders, seen):
-    """A sentence on what a line may be, with the reason.
-
-    speeds, orders : (record,) where the line was found;  seen : the largest
-    """
+    """A sentence on what a line may be, with the reason."""
     steady = np.ptp(orders * speeds) < SAME * np.mean(orders * speeds)
     tracks = np.ptp(orders) < SAME * np.mean(orders)
     one_speed = np.ptp(speeds) < APART * np.mean(speeds)

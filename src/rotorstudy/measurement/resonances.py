@@ -76,10 +76,7 @@ def vectors_1x(spectrum):
 
 
 def check_resonances(spectrum, swept, where):
-    """Findings on the critical speeds that 1X over speed shows, and on a sweep that its vectors were measured in.
-
-    swept : whether the speed may have changed while the vectors were measured, as in a table of a run-up
-    """
+    """Findings on the critical speeds that 1X over speed shows, and on a sweep that its vectors were measured in."""
     if not {1, -1} <= set(spectrum.harmonics.tolist()):
         return []
     order, vectors = np.argsort(spectrum.speed), list(vectors_1x(spectrum).values())

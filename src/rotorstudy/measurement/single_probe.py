@@ -16,10 +16,7 @@ def is_orbit(directions):
 
 
 def check_pairs(harmonics, nodes):
-    """Raise RotorstudyError if no harmonic has its opposite, which a single probe shows together with it.
-
-    nodes : nodes with a single probe
-    """
+    """Raise RotorstudyError if no harmonic has its opposite, which a single probe shows together with it."""
     if len(nodes) and not any(n > 0 and -n in harmonics for n in harmonics):
         raise RotorstudyError(
             f"node {nodes[0]} has a single probe, which shows harmonics n and -n together; of "

@@ -39,10 +39,7 @@ class Layout(NamedTuple):
 
 
 def guess_layout(path):
-    """The Layout of a text file with one row of names and rows of numbers below it.
-
-    raises : RotorstudyError if there is no such file, or no such table in it
-    """
+    """The Layout of a text file with one row of names and rows of numbers below it."""
     with _opened(path) as file:
         lines = list(islice(file, LINES))
     ways = [(separator, decimal) for separator in SEPARATORS for decimal in (".", ",")]
@@ -82,10 +79,7 @@ def layout_hint(path, stated):
 
 
 def header_of(path, layout):
-    """Names of the columns, the text of the row of units below each, and the number of lines above the numbers.
-
-    raises : RotorstudyError for an empty file
-    """
+    """Names of the columns, the text of the row of units below each, and the number of lines above the numbers."""
     names, units = None, []
     with _opened(path) as file:
         for above, line in enumerate(file, start=1):

@@ -46,10 +46,7 @@ def path_pattern(name: str) -> re.Pattern:
 
 
 def scaled(options: object, pattern: re.Pattern, factor: float, path: str = "") -> object:
-    """The options with the numbers whose path matches a pattern multiplied by a factor.
-
-    path : of the options themselves
-    """
+    """The options with the numbers whose path matches a pattern multiplied by a factor."""
     if isinstance(options, dict):
         return {k: scaled(v, pattern, factor, f"{path}.{k}" if path else k) for k, v in options.items()}
     if isinstance(options, (list, tuple)):

@@ -25,13 +25,7 @@ def numbers(model: Model) -> list[str]:
 
 
 def with_numbers(model: Model, names: Iterable[str], where: str = "the rig") -> Model:
-    """The model with numbers of its rotor and of its bearings among its parameters, of value zero.
-
-    model  : built from a rig
-    names  : names of parameters; only those of numbers are added
-    where  : where the names come from, for error messages
-    raises : RotorstudyError if the rotor or the bearings have no such number, or the rotor does not depend on it
-    """
+    """The model with numbers of its rotor and of its bearings among its parameters, of value zero."""
     wanted = [name for name in dict.fromkeys(names) if is_number(name) and name not in model.names]
     for name in wanted:
         _check_known(model, name, where)

@@ -18,9 +18,6 @@ def accuracy(whole, trials):
 
     Records of whole revolutions, by `PLAIN`. The worst parameter of an estimator on a rotor is that with the largest
     error over its bound at any noise level.
-
-    whole  : xarray.Dataset; as `studies.comparison.estimates.comparison` returns it
-    trials : trials behind each value
     """
     drawn = whole.sel(spectrum_method=PLAIN, fault=whole.fault[0], noise=whole.noise > 0)
     over = drawn.efficiency**-0.5

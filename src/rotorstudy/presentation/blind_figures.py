@@ -10,11 +10,7 @@ NOMINAL = 0.95  # coverage of an interval
 
 
 def blind_figures(data):
-    """The figures of a blind test.
-
-    data    : xarray.Dataset; as `blind.summary.summary` returns it
-    returns : name of a file, without its suffix -> matplotlib Figure
-    """
+    """The figures of a blind test."""
     return {
         "curves": curves(data),
         "confusion": confusion(data),

@@ -28,14 +28,7 @@ NOTES = (
 
 
 def write_pages(data, criteria, rows, folder, independent=None, index=None):
-    """Write figures (PNG, SVG), criteria and cases (CSV, HTML) to a folder.
-
-    data        : xarray.Dataset; as `blind.summary.summary` returns it, with the attributes cases and seed
-    criteria    : list of Criterion
-    rows        : pandas.DataFrame; as `blind.scoring.score` returns it
-    independent : cases of the published run (CSV), which benchmarks/foreign.py leaves; shown beside (optional)
-    index       : the page of all results, to link to (optional)
-    """
+    """Write figures (PNG, SVG), criteria and cases (CSV, HTML) to a folder."""
     import pandas as pd
 
     folder = Path(folder)
@@ -65,14 +58,7 @@ def write_pages(data, criteria, rows, folder, independent=None, index=None):
 
 
 def criteria_page(answers, judged, source, figures, links=None):
-    """The page as HTML.
-
-    answers : pandas.DataFrame; as `blind.glance.counted` returns it
-    judged  : source of the truth -> list of Criterion
-    source  : where the cases of this run come from
-    figures : list of (label, source of the image, caption)
-    links   : text -> address of pages to go to from the top (optional)
-    """
+    """The page as HTML."""
     return render(
         "blind.html",
         title="Blind tests: how often the diagnosis is right",

@@ -21,14 +21,7 @@ from rotorstudy.store import provenance
 
 
 def compare_files(before: list[str | Path], after: list[str | Path], rig_path: str | Path, out: str | Path) -> Verdict:
-    """Compare the records of two states and write everything into the folder `out`.
-
-    before, after : paths of record files and tables of harmonics, or of one spectrum that `rotorstudy import` wrote
-    rig_path      : the rig file
-    out           : folder for verdict.json, verdict.nc, extended_rig.yaml, index.html and figures
-    raises        : RotorstudyError for files that cannot be read, findings that are errors, and states that cannot be
-                    compared; nothing is written then
-    """
+    """Compare the records of two states and write everything into the folder `out`."""
     rig_file = read_rig(rig_path)
     settings = read_settings(rig_file.given, str(rig_path))
     first, model, findings = measured_spectrum(before, rig_file)

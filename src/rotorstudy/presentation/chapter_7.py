@@ -281,10 +281,7 @@ def thesis_method_figure(study, thesis):
 
 
 def figures(study, limits, accuracy, trials, fronts, passage, thesis_method):
-    """The figures of the study, from the Datasets of its stages.
-
-    returns : name -> matplotlib figure
-    """
+    """The figures of the study, from the Datasets of its stages."""
     return {
         "smallest_crack": smallest_crack(study, limits),
         "completeness": completeness(study, limits),

@@ -8,12 +8,7 @@ BEST = 7  # pairs that the page shows of each rotor, fault and noise; the CSV fi
 
 
 def write_ranking(ranked, trials, csv, html, index=None):
-    """Write the ranking: all of it as CSV, the best pairs of each rotor, fault and noise level as a page.
-
-    ranked : pandas.DataFrame; as `studies.comparison.ranking.ranking` returns it
-    trials : trials behind each row
-    index  : the page of all results, to link to (optional)
-    """
+    """Write the ranking: all of it as CSV, the best pairs of each rotor, fault and noise level as a page."""
     write_csv(ranked, csv)
     best = (
         ranked.groupby(["rotor", "fault", "noise"], sort=False)

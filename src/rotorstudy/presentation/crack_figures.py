@@ -100,12 +100,7 @@ def depth_figure(data, shaft):
 
 
 def figures(config, comparison):
-    """The figures of the crack models.
-
-    config     : cracksConfig
-    comparison : Dataset; of `studies.cracks.compare`
-    returns    : name -> matplotlib figure
-    """
+    """The figures of the crack models."""
     return {
         "stiffness": stiffness_figure(comparison),
         "spectra": spectra_figure(comparison),

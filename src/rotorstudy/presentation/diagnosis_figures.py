@@ -25,10 +25,7 @@ BASE, EXTENDED, MEASURED = COLOURS[1], COLOURS[0], COLOURS[6]
 
 
 def diagnosis_figures(verdict, data):
-    """Every figure of a diagnosis by name.
-
-    data : xarray.Dataset; the content of verdict.nc
-    """
+    """Every figure of a diagnosis by name."""
     return {
         "what_is_wrong": what_is_wrong(data),
         "causes": causes(data, verdict.settings.naming_probability, verdict.verdict),

@@ -30,12 +30,7 @@ HEADINGS = {
 
 
 def write_index(path, files, report=None):
-    """Write the page: first what was found, each with its picture, then every page and figure.
-
-    path   : of the page; links are relative to its folder
-    files  : list of path; results in that folder; pages (.html) and figures (.png) are shown, headline results quoted
-    report : A text (reStructuredText) with the headline results, for the first page of Snakemake's report (optional)
-    """
+    """Write the page: first what was found, each with its picture, then every page and figure."""
     root = Path(path).parent
     inside = sorted((Path(file).relative_to(root) for file in files), key=_in_numbered_order)
     folders = list(dict.fromkeys([*HEADINGS, *(_folder(file) for file in inside)]))

@@ -6,15 +6,7 @@ from rotorstudy.errors import RotorstudyError
 
 
 def files_by_name(kind, made, paths):
-    """Group the files to be written by what each holds.
-
-    kind    : what was made, for the message: "figure" or "table"
-    made    : iterable of str; names of what was made
-    paths   : files to be written; the name of each without its ending is the name of what it will hold
-    returns : name -> its paths, in the given order
-    raises  : RotorstudyError if a file for which nothing was made, or something for which there is no file; the message
-              lists them
-    """
+    """Group the files to be written by what each holds."""
     found = {name: [] for name in made}
     missing = []
     for path in map(Path, paths):

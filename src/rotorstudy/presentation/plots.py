@@ -114,12 +114,7 @@ def png_bytes(picture, dpi=80):
 
 
 def save_figures(figures, paths):
-    """Write every figure to the files of its name.
-
-    figures : name -> matplotlib figure
-    paths   : files to be written (PNG, SVG, PDF): figure_2_4.png holds the figure "figure_2_4"
-    raises  : RotorstudyError if names of figures and of files differ; nothing is written then
-    """
+    """Write every figure to the files of its name."""
     for name, files in files_by_name("figure", figures, paths).items():
         save_figure(figures[name], *files)
 

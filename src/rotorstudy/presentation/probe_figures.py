@@ -15,13 +15,7 @@ BLANK = {"facecolor": "w", "edgecolor": "none", "pad": 0.5}  # behind a text
 
 
 def probe_picture(conventions, nodes, labels=None):
-    """A cross section of the shaft at each node with probes, in the view of the rig file, angles counter-clockwise.
-
-    conventions : Conventions
-    nodes       : sequence of int; measured nodes, for probes that are at every one
-    labels      : node -> what the rig calls it (optional)
-    returns     : matplotlib figure
-    """
+    """A cross section of the shaft at each node with probes, in the view of the rig file, angles counter-clockwise."""
     at = {node: [p for p in conventions.probes if p.node in (None, node)] for node in nodes}
     at = {node: probes for node, probes in at.items() if probes}
     shown = list(at)[:MOST]

@@ -7,10 +7,7 @@ from rotorstudy.presentation.probe_figures import probe_picture
 
 
 def draw_probes(rig_path, path):
-    """Draw the probes of a rig file (path or RigFile) to a file.
-
-    returns : path; of the file; none if the rig states no probes
-    """
+    """Draw the probes of a rig file (path or RigFile) to a file."""
     rig = read_rig(rig_path)
     conventions = read_conventions(rig.given, str(rig.path))
     if not conventions.probes:

@@ -10,11 +10,7 @@ SHOWN = ["quantity", "at", "speed", "change", "value", "computed", "unit", "devi
 
 
 def write_published(html, csv, rigs, index=None):
-    """Write the page and the table of all printed numbers of some rig files to two paths.
-
-    rigs  : paths, see `rotorstudy.studies.published`
-    index : page of all results, if any
-    """
+    """Write the page and the table of all printed numbers of some rig files to two paths."""
     found = [beside_printed(rig) for rig in rigs]
     every = pd.concat(found)
     write_csv(every, csv)

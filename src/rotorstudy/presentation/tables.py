@@ -86,13 +86,7 @@ def _cell(value, digits):
 
 
 def write_tables(tables, paths, index=None):
-    """Write every table to the files of its name: .csv for programs, .html for people.
-
-    tables : name -> `thesis.tables.Table`
-    paths  : files to be written: table_2_1.csv holds the table "table_2_1"
-    index  : the page of all results, which each page links to (optional)
-    raises : RotorstudyError if names of tables and of files differ; nothing is written then
-    """
+    """Write every table to the files of its name: .csv for programs, .html for people."""
     for name, files in files_by_name("table", tables, paths).items():
         table = tables[name]
         for path in files:

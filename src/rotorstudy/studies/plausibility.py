@@ -31,10 +31,7 @@ THIN = 1e-3  # relative error of the moments of a thin disc, as printed
 
 
 def implausible_numbers(given, place=""):
-    """Findings on the numbers of a rig dict, by their keys.
-
-    given : dict, list or value as in the file;  place : of it in the file
-    """
+    """Findings on the numbers of a rig dict, by their keys."""
     if isinstance(given, dict):
         inside = [(f"{place}, {key}" if place else str(key), key, value) for key, value in given.items()]
     elif isinstance(given, list):

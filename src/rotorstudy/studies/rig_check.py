@@ -46,10 +46,7 @@ class RigCheck(NamedTuple):
 
 
 def check_rig(path):
-    """Check a rig file.
-
-    returns : RigCheck, whatever is wrong with the file is a finding
-    """
+    """Check a rig file."""
     rig = None
     try:
         rig = read_rig(path)

@@ -120,11 +120,7 @@ def named_function(name):
 
 
 def called(snakemake, config, **given):
-    """Result of the function of a job (`params.function`) for a configuration.
-
-    Further arguments are the Datasets among the inputs, the other params of the rule except `load` and `code`, and
-    `given`.
-    """
+    """Result of the function of a job (`params.function`) for a configuration."""
     params = {name: value for name, value in snakemake.params.items() if name not in ("function", "load", "code")}
     function = named_function(snakemake.params.function)
     return function(config, **params, **opened(snakemake.input), **given)

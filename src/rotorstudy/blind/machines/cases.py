@@ -7,7 +7,6 @@ import numpy as np
 
 from rotorstudy.blind.machines import effects
 from rotorstudy.blind.machines.draw import MACHINES, draw_rotor, draw_speeds, draw_unbalance, first_frequency
-from rotorstudy.blind.machines.failures import ADDED, ROTORS
 from rotorstudy.blind.machines.faults import FAMILIES, Draw
 from rotorstudy.blind.machines.film import add_film
 from rotorstudy.blind.machines.forms import FORMS
@@ -18,7 +17,7 @@ from rotorstudy.blind.machines.stepping import NoSteadyState, Steady, steady_sta
 CHAIN_FAULTS = ("swapped", "reversed", "phase_offset", "delay", "angle_error", "gain", "runout", "unloaded_zero")
 PROBE_FAULTS = ("swapped", "reversed", "angle_error", "gain", "runout")  # at one node
 SHOWN_BY_THE_MEAN = ("preload", "internal_damping")  # the shaft's damping is silent at 1X and shifts the sag sideways
-KNOWN = ChainMap(FAMILIES, FORMS, ADDED)
+KNOWN = ChainMap(FAMILIES, FORMS)
 RUNOUT = 0.01  # of an ordinary surface over the usual motion
 
 
@@ -26,7 +25,7 @@ RUNOUT = 0.01  # of an ordinary surface over the usual motion
 class Case:
     """A machine with one effect, as it is and as it was measured.
 
-    family          : of `faults.FAMILIES`, `forms.FORMS` or `failures.ADDED`; several joined by "+"
+    family          : of `faults.FAMILIES`, `forms.FORMS` or named otherwise; several joined by "+"
     rotor           : Rotor or PointRotor, the true one without the effect
     unbalance       : node (from 0) to complex moment, kg m
     effects         : what was added, where and how large; nodes and elements from 1
@@ -151,19 +150,23 @@ def draw_case(
     tries=20,
     machine="any",
     severity=1.0,
+    known=KNOWN,
+    machines=MACHINES,
 ):
     """A random case.
 
     seed         : int or numpy.random.Generator
-    family       : of `faults.FAMILIES`, `forms.FORMS` or `failures.ADDED`; several on one machine joined by "+"
+    family       : of `known`; several on one machine joined by "+"
     speeds       : how many
     steps, modes : of the integration, see `stepping.steady_state`;  chain_fault : of `CHAIN_FAULTS`, or None
     mass, count  : of the rotor, see `draw.draw_rotor`
     visible      : least change of some harmonic but 0X by the effect, over the healthy 1X; a case that changes less (a
                    loose foot that the weight holds down, say) is drawn again. Of `SHOWN_BY_THE_MEAN` 0X counts too.
     tries        : machines drawn until one moves steadily and shows its effect; then NoSteadyState
-    machine      : one of `draw.MACHINES` or `failures.ROTORS`; mass and count are for `any` alone
+    machine      : one of `machines`; mass and count are for `any` alone
     severity     : times the usual size, of the effects of `forms.FORMS`;  returns : Case
+    known        : name -> function that adds the effect to a `faults.Draw`
+    machines     : name -> function of a generator that gives the rotor
     """
     if chain_fault not in (None, *CHAIN_FAULTS):
         raise ValueError(f"no fault of the chain: {chain_fault}")
@@ -174,7 +177,7 @@ def draw_case(
         if attempt == tries:
             raise NoSteadyState(f"none of {tries} machines of {family} moves steadily and shows it")
         try:
-            rotor = draw_rotor(rng, mass, count) if machine == "any" else (MACHINES | ROTORS)[machine](rng)
+            rotor = draw_rotor(rng, mass, count) if machine == "any" else machines[machine](rng)
             frequency = first_frequency(rotor)
             unbalance = draw_unbalance(rng, rotor, frequency)
             speed = draw_speeds(rng, frequency, speeds)
@@ -184,11 +187,11 @@ def draw_case(
             for name in family.split("+"):
                 state = rng.bit_generator.state
                 drawn = Draw(rng, whole, unbalance, healthy, frequency, severity)
-                added.append({"family": name, **KNOWN[name](drawn)})
+                added.append({"family": name, **known[name](drawn)})
                 if "+" in family:  # the same draw on a machine of its own
                     apart, again = machine_of(rotor, unbalance, speed), np.random.default_rng()
                     again.bit_generator.state = state
-                    KNOWN[name](Draw(again, apart, unbalance, healthy, frequency, severity))
+                    known[name](Draw(again, apart, unbalance, healthy, frequency, severity))
                     alone.append(steady_state(apart, speed, steps, modes, most=25))
             found = steady_state(whole, speed, steps, modes, most=25)
         except NoSteadyState:

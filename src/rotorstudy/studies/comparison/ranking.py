@@ -92,12 +92,7 @@ def advice(ranked):
 
 
 def with_words(told, use_if):
-    """Advice with the column "use this if", its faults in the order of `use_if`.
-
-    told    : pandas.DataFrame as `advice` returns it
-    use_if  : fault -> when to follow its advice, in words; by default the name of the fault
-    returns : pandas.DataFrame
-    """
+    """Advice with the column "use this if", its faults in the order of `use_if`."""
     words = {fault: text for fault, text in use_if.items() if text} | {
         ANY_FAULT: "you do not know which of these holds"
     }

@@ -15,11 +15,9 @@ from rotorstudy.store import dataset
 def thesis_method(study):
     """Stiffness loss found by least squares at the thesis's node, for true cracks along the shaft, without noise.
 
-    All nodes are measured, as least squares of the equations needs. The depth follows from the loss that the same
-    method finds for cracks of known depth at the reference position.
+    All nodes are measured, as least squares of the equations needs.
 
-    returns : loss (position) N/m for one depth, apparent_depth (position) over the diameter, loss_at_reference
-              (depth_ratio) N/m
+    returns : loss (position) N/m for one depth
     """
     main, settings = study.main, study.thesis
     given = {"rotor": main.rotor, "bearings": main.bearings, "effects": main.effects}
@@ -28,8 +26,8 @@ def thesis_method(study):
     speed, estimator = np.array(main.speeds_rad_s), registry().get("estimator", settings.estimator)
     (name,) = (name for name in settings.unknowns if name.startswith("stiffness_loss"))
 
-    def loss(position, depth):
-        effect = study.crack.effect(position, depth, 0.0)  # it faces the mark, as the one of the thesis
+    def loss(position):
+        effect = study.crack.effect(position, settings.depth_ratio, 0.0)  # it faces the mark, as the one of the thesis
         try:
             cracked = build_model({**given, "effects": [*main.effects, effect], "sensors": nodes})
         except RotorstudyError:  # at a disc
@@ -42,17 +40,7 @@ def thesis_method(study):
 
     length = model.structure.length
     position = (np.arange(study.map.positions) + 0.5) / study.map.positions * length
-    depths = np.array(study.map.depth_ratios)
-    found = np.array([loss(place, settings.depth_ratio) for place in position])
-    known = np.array([loss(study.reference.position_m, depth) for depth in depths])
-    apparent = np.interp(found, known, depths, left=0.0, right=np.nan)
-    coordinates = {
-        "position": (position, "m", "position of the true crack on the shaft, from node 1"),
-        "depth_ratio": (depths, "1", "depth over diameter"),
-    }
-    variables = {
-        "loss": (("position",), found, "N/m", "stiffness loss found at the thesis's node"),
-        "apparent_depth": (("position",), apparent, "1", "depth over diameter that gives it at the reference position"),
-        "loss_at_reference": (("depth_ratio",), known, "N/m", "loss found for cracks at the reference position"),
-    }
+    found = np.array([loss(place) for place in position])
+    coordinates = {"position": (position, "m", "position of the true crack on the shaft, from node 1")}
+    variables = {"loss": (("position",), found, "N/m", "stiffness loss found at the thesis's node")}
     return dataset(variables, coordinates, title=f"{study.title}: the thesis's method")

@@ -1,15 +1,18 @@
-"""Named machines and faults on which a diagnosis of an earlier version failed: `FAILURES[name]` is (machine, faults).
+"""Named machines and faults on which a diagnosis of an earlier version failed: `FAILURES[name]` draws a case.
 
 Rotors of a bench, a fan and a turbine by drawings; what is drawn at random is their bearings, damping, unbalance,
 speeds and probes. Each fault is one of `ADDED`, which return the family as which they count.
 """
 
+from functools import partial
+
 import numpy as np
 
 from rotorstudy.blind.machines import contacts, effects, faults, form_contacts, forms
 from rotorstudy.blind.machines.beam import Element
+from rotorstudy.blind.machines.cases import draw_case
 from rotorstudy.blind.machines.crack import dimensionless_compliance
-from rotorstudy.blind.machines.draw import carried
+from rotorstudy.blind.machines.draw import MACHINES, carried
 from rotorstudy.blind.machines.form_cracks import cosine, smooth_contact
 from rotorstudy.blind.machines.machine import Disc
 
@@ -145,7 +148,7 @@ ADDED = {
     "misaligned": lambda draw: faults.misalignment(draw) | {"family": "misalignment"},
     "softer_support": _softer,
 }
-FAILURES = {
+FAULTS_OF = {  # name -> machine, faults
     # found, then given up beside a second cause that is not there
     "turbine_cosine": ("turbine", "turbine_cosine"),
     "turbine_cosine_shallow": ("turbine", "turbine_cosine_shallow"),
@@ -168,3 +171,12 @@ FAILURES = {
     "fan_loose_foot": ("fan", "loose_foot"),
     "bench_misaligned_on_a_softer_support": ("bench", "misaligned+softer_support"),
 }
+
+
+def drawn(name, seed, **options):
+    """The case of a name; options : of `draw_case`."""
+    machine, family = FAULTS_OF[name]
+    return draw_case(seed, family, machine=machine, known=ADDED, machines=MACHINES | ROTORS, **options)
+
+
+FAILURES = {name: partial(drawn, name) for name in FAULTS_OF}
