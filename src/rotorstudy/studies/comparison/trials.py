@@ -17,7 +17,7 @@ from rotorstudy.studies.comparison.config import measured_without_noise
 
 
 class Trials(NamedTuple):
-    """Records of one speed: time, s; label, rad/s; signal (level, trial, sensor, time), m; keyphasor (trial or 1, time)."""
+    """Records of one speed: time, s; label, rad/s; signal (level, trial, sensor, time), m; keyphasor (trial, time)."""
 
     time: np.ndarray
     label: float
