@@ -21,7 +21,7 @@ def plot_bearing_coefficients(data):
             panel.set(ylabel=f"{quantity} ({unit})", title=name.replace("_", " "))
     for panel in axes[-1]:
         panel.set_xlabel("spin speed (rad/s)")
-    picture.suptitle("Coefficients of every bearing plugin: only some depend on the speed", fontsize=9)
+    picture.suptitle("Coefficients of every bearing plugin: only some depend on the speed")
     picture.align_ylabels()
     lines = axes[0, 0].get_legend_handles_labels()
     picture.legend(*lines, loc="outside lower center", ncols=4, title="force along, motion along; x down, at 1X")
