@@ -7,8 +7,7 @@ LINES = ("-", "-.", ":", "--")  # distinguishable where they coincide
 
 
 def plot_bearing_coefficients(data):
-    """A row for each bearing: stiffness in MN/m and damping in kN s/m over speed; data : of
-    `studies.bearings.bearing_coefficients`; returns the figure."""
+    """A figure with a row for each bearing: stiffness in MN/m and damping in kN s/m over speed."""
     names = data.bearing.values
     picture, axes = figure(rows=len(names), columns=2, height=1.6, sharex=True)
     for row, name in zip(axes, names, strict=True):
