@@ -29,9 +29,8 @@ def facts(kind, plugin):
     if kind in ("rotor", "bearing"):
         found["uncertain by"] = ", ".join(f"{path} {percent(share)}" for path, share in plugin.uncertain.items())
     found["claims"] = ", ".join(name.replace("_", " ") for name in _claims(plugin))
-    found["confounders"] = "; ".join(
-        f"{confounder}: {separation}" for confounder, separation in getattr(plugin, "confounders", ())
-    )
+    alike = registry().confounders(plugin.name) if kind == "effect" else {}
+    found["confounders"] = "; ".join(f"{confounder}: {separation}" for confounder, separation in alike.items())
     found["source"], found["checked against"] = plugin.source, plugin.checked
     return {heading: text for heading, text in found.items() if text}
 

@@ -133,7 +133,7 @@ class Effect(Plugin):
     """function(structure, **options) -> list of Parameter; for acts_on "output" function(sensors, **options),
     or function(sensors, structure, **options) where the typical size follows from the rotor.
 
-    confounders : names of effects it can be confused with, and what separates them; each must name this one too
+    confounders : names of effects it can be confused with, and what separates them; one of the two says so
     places    : function(structure, sensors) -> list of option dicts, one for each place where it can act; by default
                 each node (each sensor) if it has an option `node`, else one place without options
     candidate : whether diagnosis considers it as a cause; a free force at every harmonic would explain anything

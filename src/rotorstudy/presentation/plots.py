@@ -22,6 +22,7 @@ COLUMN_WIDTH = 3.5  # inches, one column of a journal
 STYLE = {
     "font.size": 8,
     "axes.titlesize": 8,
+    "figure.titlesize": 9,
     "axes.labelsize": 8,
     "legend.fontsize": 7,
     "xtick.labelsize": 7,
