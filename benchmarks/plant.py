@@ -5,9 +5,15 @@
 STATE: healthy, clearance (35 % more at the drive end), crack (a fifth of the diameter beside the bearing of the
 wheels), rub (light, at the first wheel), unbalance. The draw is of what differs from the drawings, of runout, gains and
 noise.
+
+    python benchmarks/plant.py --table FILE STATE [--draw N]
+
+writes what a monitoring system exports of a state: amplitudes of 1X and 2X to 0.01 mil and phases to 1 degree, at slow
+roll and at speeds that scatter. The tables of examples/compressor are of draw 5, healthy and clearance.
 """
 
 import argparse
+import csv
 import json
 from pathlib import Path
 
@@ -96,6 +102,37 @@ def write(folder, state, draw):
     )
 
 
+def write_table(path, state, draw):
+    """Write the table of a state as a monitoring system exports it, of probes 45 degrees off the top."""
+    rng, shots = np.random.default_rng([draw, 31]), np.random.default_rng([draw, 32, STATES.index(state)])
+    angles = {"X": 3 * np.pi / 4, "Y": -3 * np.pi / 4}
+    probes = {}
+    for node in PROBES:
+        runout = surface_runout(rng, angles.values(), 3e-6, orders=4)
+        probes |= {
+            f"{LABELS[node]} {name}": (node, angle, 1 + 0.02 * rng.normal(), profile)
+            for (name, angle), profile in zip(angles.items(), runout, strict=True)
+        }
+    slow, speeds = 300 * np.pi / 30, SPEEDS * (1 + 1e-3 * shots.normal(size=len(SPEEDS)))
+    speeds = np.round(np.append(slow, speeds) * 30 / np.pi) * np.pi / 30
+    steady = motion(state, speeds)
+    heads = ["Speed (rpm)"]
+    heads += [f"{p} {n}X {what}" for p in probes for n in (1, 2) for what in ("Amp (mil pp)", "Phase (deg lag)")]
+    rows = [heads]
+    for k, speed in enumerate(speeds):
+        rows.append([f"{speed * 30 / np.pi:.0f}"])
+        for node, angle, gain, runout in probes.values():
+            x, y = steady.displacement[k, :, 4 * node : 4 * node + 2].T
+            for n in (1, 2):
+                turn = np.exp(-1j * n * steady.angle)
+                vector = 2 * np.mean((np.cos(angle) * x + np.sin(angle) * y) * turn) + runout[n]
+                vector = gain * vector * (1 + 2e-3 * shots.normal()) + 2e-8 * (shots.normal() + 1j * shots.normal())
+                lag = -np.rad2deg(np.angle(vector)) - n * 90.0  # the sensor of the phase mark is at 90 degrees
+                rows[-1] += [f"{2 * abs(vector) / 25.4e-6:.2f}", f"{round(lag) % 360}"]
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows(rows)
+
+
 def foundation_section():
     """A block as large as the one there, with round numbers: up to 20 % off."""
     return {
@@ -171,6 +208,10 @@ if __name__ == "__main__":
     asked.add_argument("folder")
     asked.add_argument("states", nargs="*", default=STATES)
     asked.add_argument("--draw", type=int, default=1)
+    asked.add_argument("--table", action="store_true")
     asked = asked.parse_args()
     for one in asked.states:
+        if asked.table:
+            write_table(asked.folder, one, asked.draw)
+            continue
         write(Path(asked.folder) / f"{one}_{asked.draw}", one, asked.draw)

@@ -76,6 +76,7 @@ ROTOR_FIGURES = {
     "stability": (
         "Stability",
         "Largest growth rate of a free motion: real part of an eigenvalue or, where the stiffness rotates with the "
-        "shaft, Floquet exponent over one revolution. Above zero the rotor is unstable.",
+        "shaft, Floquet exponent over one revolution. Above zero the rotor is unstable. Below: the "
+        "decrement of the first forward mode, the least damped one below the speed, where it is under one.",
     ),
 }

@@ -41,9 +41,7 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
         spectrum, model, _ = measured_spectrum(records, rig)
         reading = model.structure.reading
         measured = spectrum.speed, measured_vectors(spectrum, reading)
-    analysis = analyse_rotor(model, *speeds, reading)
-    if operating and not speeds[1] and float(analysis.data.speed[-1]) < BEYOND * operating[1]:
-        analysis = analyse_rotor(model, speeds[0], BEYOND * operating[1], reading)
+    analysis = analyse_rotor(model, *speeds, reading, BEYOND * operating[1] if operating else 0.0)
     if operating:
         analysis = analysis._replace(operating=operating, margin=stability_margin(model, operating[1]))
     with whole_folder(out) as folder, shown_for(rig.given, str(rig_path)):

@@ -98,12 +98,13 @@ class RotorAnalysis(NamedTuple):
         return [one for one in self.criticals if one.damping_ratio <= RESONANT]
 
 
-def analyse_rotor(model, lowest=None, highest=None, reading=None):
+def analyse_rotor(model, lowest=None, highest=None, reading=None, covered=0.0):
     """Analyse a rotor.
 
     model           : Model with a value for every amplitude
     lowest, highest : range of speeds, rad/s; up to 3.5 times the lowest natural frequency by default
     reading         : Reading, directions of the probes; along x and y at each sensor by default
+    covered         : speed, rad/s, up to which the default range goes at least
     returns         : RotorAnalysis
     raises          : RotorstudyError for an amplitude without a value, an empty range of speeds, bearings that are not
                       defined in it, or a rotor that its bearings do not hold
@@ -114,7 +115,7 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
     at_spin_speed = is_held_in_frequency(steady)
     at_rest, moving = (steady, synchronous(model)) if at_spin_speed else (still, model)
     _check_held(still, highest or lowest or still.structure.scales.frequency)
-    highest = _default_highest(still, lowest) if highest is None else highest
+    highest = max(_default_highest(still, lowest), covered) if highest is None else highest
     lowest = LOWEST_SHARE * highest if lowest is None else lowest
     if not 0 < lowest < highest:
         raise RotorstudyError(f"speeds from {lowest:g} to {highest:g} rad/s: give 0 < lowest < highest")
