@@ -114,7 +114,8 @@ class Unexplained(Result):
 class OnePlace(Result):
     """A place at which one force, free at every speed and harmonic, explains the records whatever its cause.
 
-    where : {"node": 4}, {"element": 3} or, on a foundation that moves, {"bearing": 4} and {"foundation": 4};  motion : a force, a moment, or bending moments of an element
+    where : {"node": 4}, {"element": 3} or, on a foundation that moves, {"bearing": 4} or {"foundation": 4}
+    motion : a force, a moment, or bending moments of an element
     p_value : of what it leaves
     """
 
