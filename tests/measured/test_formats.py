@@ -1,6 +1,5 @@
 """A record written in any format, with any conventions, gives the harmonics it was made of."""
 
-
 import numpy as np
 import pandas as pd
 import pytest
