@@ -25,7 +25,8 @@ def write_plugin_library(html, csv, index=None):
         html,
         "Plugin library (zoo)",
         f"{count} models, each in one file in plugins/. Every claim is checked by the tests and by 'rotorstudy check'. "
-        "An option marked '(needed)' has no default, a key inside an option with ? may be left out. zoo.csv has a separate column for each fact.",
+        "An option marked '(needed)' has no default, a key inside an option with ? may be left out. "
+        "zoo.csv has a separate column for each fact.",
         {f"{kind} ({len(table)})": shown(table) for kind, table in found.items()},
         links=to_index(html, index),
     )
