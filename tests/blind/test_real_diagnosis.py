@@ -13,7 +13,7 @@ from rotorstudy.diagnosis.verdict.result import Cause
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import registry
 
-FIXED_SEED, CLEAN, LARGE = 4, 2, 2
+FIXED_SEED, CLEAN, LARGE = 4, 2, 3
 KINDS = {
     "verdict": str,
     "causes": list,
