@@ -96,6 +96,8 @@ class Bearing(Plugin):
     uncertain : path of a number among its options -> relative standard deviation where a rig states none, see
                 `rotorstudy.model.option_numbers`
     changeable : numbers among its options that wear, dirt or heat may change, of which diagnosis tries each as a cause
+    running : function(speed, **options) -> eccentricity over clearance, and angle (rad) from gravity in the sense of
+              rotation, of the position at which a journal runs in its film
 
     Claims about its example with every parameter at its typical size, each checked both ways:
     positive_damping : the symmetric part of its damping dissipates energy in every motion
@@ -105,6 +107,7 @@ class Bearing(Plugin):
     defaults: dict = field(default_factory=dict)
     uncertain: dict = field(default_factory=dict, compare=False)
     changeable: tuple[str, ...] = ()
+    running: Callable | None = field(default=None, compare=False)
     positive_damping: bool = False
     symmetric: bool = False
 

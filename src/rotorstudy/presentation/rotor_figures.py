@@ -36,6 +36,8 @@ def rotor_figures(rig, analysis, measured=None, operating=None):
         "polar": polar(speed, curves, points),
         "stability": stability(analysis),
     }
+    if analysis.centrelines:
+        found["centreline"] = centreline(analysis.centrelines, rig.model.structure)
     if rig.model.structure.node_positions:
         found = {"rotor": rotor(rig), **found}
         if np.isfinite(analysis.data.frequency.values[-1]).any():
@@ -198,6 +200,25 @@ def stability(analysis):
         if analysis.threshold:
             panel.axvline(analysis.threshold * per, color=COLOURS[1], linestyle="--")
     axes[-1, 0].set_xlabel(f"speed ({unit})")
+    return picture
+
+
+def centreline(lines, structure):
+    """The path of each journal in the circle of its clearance, gravity downward, with the measured positions."""
+    picture, axes = figure(1, len(lines), height=2.6, width=2.6)
+    turn = 1j ** np.linspace(0, 4, 100)
+    for one, panel in zip(lines, axes[0], strict=True):
+        for path, style in (
+            (turn, {"color": "k", "linewidth": 0.8}),
+            (one.predicted / one.clearance, {"color": COLOURS[0]}),
+            (one.predicted[:1] / one.clearance, {"color": COLOURS[0], "marker": "o", "markersize": 4}),
+            (one.measured / one.clearance, {"color": COLOURS[1], "marker": "x", "linestyle": "none", "markersize": 4}),
+        ):
+            panel.plot(path.imag, -path.real, **style)
+        panel.plot(0, 0, "+", color="0.4")
+        panel.set(title=structure.labels.get(one.node, f"node {one.node}"), xlabel="across (clearance)")
+        panel.set_aspect("equal")
+    axes[0, 0].set_ylabel("up (clearance)")
     return picture
 
 

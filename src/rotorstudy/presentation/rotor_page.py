@@ -17,6 +17,7 @@ MOST_EFFECTS = 8  # on the least stable mode, the largest
 RIGID = 1e-3  # of the weight: what the bearings do not carry beyond that is carried by rigid supports
 ROUND_OFF = 1e-9  # of the weight
 OIL_WHIRL, LITTLE_DAMPED = (0.35, 0.55), 0.3  # frequency over speed, and logarithmic decrement below which it is said
+FAR = 0.15  # of the clearance: three times what an error of 10 % in clearance or viscosity moves a journal
 SAME_RESONANCE = 0.05  # a peak of a probe within this of a critical speed is that of its mode
 
 
@@ -96,7 +97,7 @@ def summary(analysis):
         found.append(f"The rotor is stable up to {last}{_checked(analysis)}.")
     else:
         found.append(f"The rotor is unstable from {_speed(analysis.threshold, False)}{_until(analysis)}.")
-    found += [*_stability(analysis), *_margins(analysis)]
+    found += [*_stability(analysis), *_margins(analysis), *_positions(analysis)]
     found.append(f"Unbalance: {analysis.unbalance}.")
     if analysis.left_out:
         found.append(
@@ -161,6 +162,23 @@ def _margins(analysis):
             found.append(f"{text}; API 617 asks for {percent(needed)}.")
         else:
             found.append(f"{text}: too near, API 617 asks for {percent(needed)}.")
+    return found
+
+
+def _positions(analysis):
+    """A sentence on each journal whose position was measured, at its highest measured speed."""
+    found = []
+    for one in analysis.centrelines:
+        if not len(one.measured):
+            continue
+        i = int(one.measured_speed.argmax())
+        expected = one.expected[i]
+        seen, film = (f"{number(abs(z) / one.clearance, 2)} of the clearance at {number(np.rad2deg(np.angle(z)), 2)}°"
+                      for z in (one.measured[i], expected))  # fmt: skip
+        text = f"The journal at node {one.node} was measured at {seen} from gravity at {_speed(one.measured_speed[i])}"
+        far = abs(one.measured[i] - expected) > FAR * one.clearance
+        hint = ": far off, so that load (alignment), clearance or oil are not as stated" if far else ""
+        found.append(f"{text}; its film of the rig runs at {film}{hint}.")
     return found
 
 

@@ -76,6 +76,7 @@ class RotorAnalysis(NamedTuple):
     at_spin_speed : whether whirl and stability take the timeless ones as they act at the spin speed instead
     unbalance : how the rotor is unbalanced, in words
     operating : lowest and highest operating speed, rad/s, if stated;  margin : StabilityMargin at the highest
+    centrelines : list of Centreline, where journals run in their films
     """
 
     data: object
@@ -91,6 +92,7 @@ class RotorAnalysis(NamedTuple):
     unbalance: str
     operating: tuple[float, float] | None = None
     margin: StabilityMargin | None = None
+    centrelines: tuple = ()
 
     @property
     def resonant(self):
