@@ -35,7 +35,7 @@ def plain_journal(
             "the film was computed; tabulate the coefficients over speed (speed_tabulated)"
         )
     node = structure.default_node() if node is None else node
-    film = diameter_m * length_m * viscosity_Pa_s * (diameter_m / 2 / radial_clearance_m) ** 2 / load_N / (2 * np.pi)
+    film = sommerfeld_number(1.0, diameter_m, length_m, radial_clearance_m, viscosity_Pa_s, load_N)
     rows = coefficients_over_eccentricity(ratio, grooves)
 
     @lru_cache(maxsize=4096)
@@ -49,6 +49,27 @@ def plain_journal(
         return load_N / radial_clearance_m * stiffness, load_N / (radial_clearance_m * speed) * damping
 
     return [Parameter("bearing_scale", "1", film_entries(structure.unit(node), at), typical=1.0, default=1.0)]
+
+
+def sommerfeld_number(speed, diameter_m, length_m, radial_clearance_m, viscosity_Pa_s, load_N):
+    """At a speed, rad/s."""
+    return (
+        viscosity_Pa_s
+        * speed
+        / (2 * np.pi)
+        * length_m
+        * diameter_m
+        / load_N
+        * (diameter_m / 2 / radial_clearance_m) ** 2
+    )
+
+
+def position(speed, *, diameter_m, length_m, grooves, **film):
+    """Eccentricity ratio and attitude angle, rad, at which the journal runs at a speed, rad/s."""
+    ratio, film = length_m / diameter_m, {key: film[key] for key in ("radial_clearance_m", "viscosity_Pa_s", "load_N")}
+    rows = coefficients_over_eccentricity(ratio, grooves)
+    e = eccentricity_ratio(sommerfeld_number(speed, diameter_m, length_m, **film), ratio, rows)
+    return e, running(e, ratio, rows)[1]
 
 
 @lru_cache
@@ -112,5 +133,6 @@ def rotorstudy_bearing():
         checked="Raimondi and Boyd 1958; Lund and Thomsen 1978; short_journal at small lengths; a Reynolds film",
         defaults={"load_N": weight_carried},
         changeable=("radial_clearance_m", "viscosity_Pa_s"),
+        running=position,
         positive_damping=True,
     )

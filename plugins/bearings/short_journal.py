@@ -48,6 +48,12 @@ def short_journal(
     return [Parameter("bearing_scale", "1", film_entries(structure.unit(node), at), typical=1.0, default=1.0)]
 
 
+def running(speed, diameter_m, length_m, radial_clearance_m, viscosity_Pa_s, load_N, **_):
+    """Eccentricity ratio and attitude angle, rad, at which the journal runs at a speed, rad/s."""
+    e = eccentricity_ratio(diameter_m * length_m**3 * viscosity_Pa_s * speed / (8 * load_N * radial_clearance_m**2))
+    return e, np.arctan2(np.pi * np.sqrt(1 - e * e), 4 * e)
+
+
 def eccentricity_ratio(ocvirk, where="the journal"):
     """Eccentricity over clearance at an Ocvirk number D speed viscosity L^3 / (8 load c^2).
 
@@ -104,5 +110,6 @@ def rotorstudy_bearing():
         checked="Friswell et al. 2010, Example 5.5.1; numerical Reynolds film; Lund's threshold",
         defaults={"load_N": weight_carried},
         changeable=("radial_clearance_m", "viscosity_Pa_s"),
+        running=running,
         positive_damping=True,
     )

@@ -39,7 +39,6 @@ def rotorstudy_effect():
             ("external_damping", "one damping in all directions, without stiffness; change the film: speed, oil, load"),
             ("cross_coupling", "a fluid that swirls has equal and opposite cross stiffnesses; change its swirl"),
             ("seal", "equal at one speed; the cross stiffness of a seal grows with the speed"),
-            ("bearing_change", "a film changes with the speed as its number says, free coefficients do not"),
             ("pedestal_resonance", "constant coefficients have no resonance of their own; tap the pedestal"),
         ),
     )

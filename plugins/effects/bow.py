@@ -80,9 +80,5 @@ def rotorstudy_effect():
         confounders=(
             ("unbalance", "an unbalance grows with the square of the speed and vanishes at slow roll, a bow does not"),
             ("runout", "equal at slow roll; a bow is amplified at the critical speed, a runout is not"),
-            (
-                "parallel_misalignment",
-                "equal at 1X on a rotor of one coordinate; a misaligned coupling has 2X and acts at its own node",
-            ),
         ),
     )

@@ -32,9 +32,5 @@ def rotorstudy_effect():
                 "unbalance",
                 "a couple tilts the rotor: two measuring planes, or the mode at the critical speed, separate them",
             ),
-            (
-                "angular_misalignment",
-                "a couple grows with the square of the speed; the moment of a coupling does not, and has 2X",
-            ),
         ),
     )

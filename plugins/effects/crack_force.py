@@ -40,10 +40,4 @@ def rotorstudy_effect():
         source="thesis Eqs. (2.19), (2.20), (3.2)",
         candidate=False,
         checked="equal to a crack plugin with the same participation factors to 1e-12",
-        confounders=(
-            (
-                "breathing_crack_weight",
-                "a crack has one stiffness loss for all harmonics, free forces have one amplitude each",
-            ),
-        ),
     )

@@ -22,7 +22,6 @@ def rotorstudy_effect():
         positive=True,
         checked="stability limit k = c w_n of a Jeffcott rotor: growth rate zero there to 1e-6 of k",
         confounders=(
-            ("bearing_coefficients", "a fluid that swirls has equal and opposite cross stiffnesses; change its swirl"),
             ("seal", "the cross force of a seal grows with the speed, and a seal also damps"),
             (
                 "internal_damping",

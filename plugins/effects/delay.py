@@ -44,9 +44,5 @@ def rotorstudy_effect():
                 "phase_reference",
                 "the phase error of a wrong mark is the same at all speeds, that of a delay grows with the speed",
             ),
-            (
-                "ac_coupling",
-                "a high-pass filter leads most at low speeds and removes 0X; a delay lags most at high speeds",
-            ),
         ),
     )

@@ -19,10 +19,6 @@ def rotorstudy_effect():
         positive=True,
         checked="-c dz/dt in time to 1e-12",
         confounders=(
-            (
-                "bearing_coefficients",
-                "one damping in all directions, without stiffness; change the film: speed, oil, load",
-            ),
             ("seal", "equal without swirl, which gives a cross force at 0X; change the pressure drop or the pre-swirl"),
             ("internal_damping", "internal damping has no force at +1X and gives a static cross force at 0X"),
             ("shaft_damping", "shaft damping has no force at +1X and gives a static cross force at 0X"),
@@ -30,6 +26,5 @@ def rotorstudy_effect():
                 "phase_reference",
                 "a wrong mark also shifts the phase far from resonance, where damping has little influence",
             ),
-            ("delay", "a delay also shifts the phase far from resonance, where damping has little influence"),
         ),
     )

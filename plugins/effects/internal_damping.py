@@ -43,12 +43,7 @@ def rotorstudy_effect():
                 "seal",
                 "equal with external damping on a rotor of one coordinate; only a seal depends on its pressure drop",
             ),
-            ("external_damping", "internal damping has no force at +1X and gives a static cross force at 0X"),
             ("shaft_damping", "equal on a rotor of one coordinate; internal damping acts in one element"),
-            (
-                "cross_coupling",
-                "cross-coupling does not grow with the speed and acts at +1X, where internal damping has no force",
-            ),
             (
                 "phase_reference",
                 "a wrong mark also shifts the phase far from resonance, where damping has little influence",

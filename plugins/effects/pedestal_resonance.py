@@ -68,7 +68,5 @@ def rotorstudy_effect():
         confounders=(
             ("support_stiffness", "equal far below its resonance; tap the pedestal, or measure its motion"),
             ("support_anisotropy", "equal far below its resonance; tap the pedestal, or measure its motion"),
-            ("bearing_coefficients", "constant coefficients have no resonance of their own; tap the pedestal"),
-            ("added_mass", "a mass acts at all frequencies alike; measure the motion of the pedestal"),
         ),
     )

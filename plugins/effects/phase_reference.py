@@ -24,20 +24,8 @@ def rotorstudy_effect():
         confounders=(
             ("unbalance", "a wrong mark shifts the phase of harmonic n by n times its angle: compare 1X with 2X"),
             (
-                "external_damping",
-                "a wrong mark also shifts the phase far from resonance, where damping has little influence",
-            ),
-            (
                 "probe_angle",
                 "rotated probes shift all phases by the same angle, a wrong mark that of harmonic n by n times it",
-            ),
-            (
-                "delay",
-                "the phase error of a wrong mark is the same at all speeds, that of a delay grows with the speed",
-            ),
-            (
-                "internal_damping",
-                "a wrong mark also shifts the phase far from resonance, where damping has little influence",
             ),
         ),
     )

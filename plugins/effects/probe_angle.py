@@ -30,16 +30,8 @@ def rotorstudy_effect():
                 "a skewed probe mirrors the same share of every harmonic; anisotropy excites backward whirl modes",
             ),
             (
-                "gravity_direction",
-                "rotated probes rotate every harmonic, inclined gravity only 0X and the harmonics caused by the weight",
-            ),
-            (
                 "probe_gain",
                 "a gain scales, an angle rotates; the mirrored parts of mismatch and skew are 90 degrees apart",
-            ),
-            (
-                "phase_reference",
-                "rotated probes shift all phases by the same angle, a wrong mark that of harmonic n by n times it",
             ),
             ("probe_error", "a rotated bracket rotates both probes; exchange the probes, and the error stays"),
             ("swapped_probes", "swapped probes mirror the entire signal, a skew a few per cent of it"),

@@ -33,7 +33,6 @@ def rotorstudy_effect():
                 "probe_gain",
                 "equal for the gain of a probe along x or y; exchange the probes, and the error moves along",
             ),
-            ("probe_angle", "a rotated bracket rotates both probes; exchange the probes, and the error stays"),
             (
                 "support_anisotropy",
                 "a wrong probe mirrors the same share of every harmonic; anisotropy excites backward whirl modes",

@@ -32,14 +32,6 @@ def rotorstudy_effect():
                 "support_anisotropy",
                 "a mismatch mirrors the same share of every harmonic; anisotropy excites backward whirl modes",
             ),
-            (
-                "probe_angle",
-                "a gain scales, an angle rotates; the mirrored parts of mismatch and skew are 90 degrees apart",
-            ),
-            (
-                "probe_error",
-                "equal for the gain of a probe along x or y; exchange the probes, and the error moves along",
-            ),
             ("reversed_probe", "a reversed probe mirrors the entire signal, a gain mismatch a few per cent of it"),
         ),
     )

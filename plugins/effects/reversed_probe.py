@@ -31,8 +31,6 @@ def rotorstudy_effect():
         places=both_probes,
         checked="with 1, x or y negative in time to 1e-12",
         confounders=(
-            ("probe_error", "a reversed probe mirrors the entire signal, a wrong gain a part of it"),
-            ("probe_gain", "a reversed probe mirrors the entire signal, a gain mismatch a few per cent of it"),
             (
                 "swapped_probes",
                 "they differ by 90 degrees: harmonics caused by the weight, or a tap on the shaft, separate them",

@@ -38,18 +38,5 @@ def rotorstudy_effect():
         base_rate=0.2,  # five numbers describe what a simpler effect explains too
         positive=("seal_damping", "seal_fluid_mass"),
         checked="the forces of Childs' five coefficients along x and y to 1e-12; unstable from w = w_n / lambda",
-        confounders=(
-            (
-                "internal_damping",
-                "equal with external damping on a rotor of one coordinate; only a seal depends on its pressure drop",
-            ),
-            ("bearing_coefficients", "equal at one speed; the cross stiffness of a seal grows with the speed"),
-            ("support_stiffness", "a seal also damps, and its stiffness changes with the pressure drop"),
-            (
-                "external_damping",
-                "equal without swirl, which gives a cross force at 0X; change the pressure drop or the pre-swirl",
-            ),
-            ("cross_coupling", "the cross force of a seal grows with the speed, and a seal also damps"),
-            ("added_mass", "the mass of the fluid comes with its damping, and only in the full machine"),
-        ),
+        confounders=(("support_stiffness", "a seal also damps, and its stiffness changes with the pressure drop"),),
     )

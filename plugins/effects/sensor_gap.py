@@ -21,6 +21,5 @@ def rotorstudy_effect():
                 "static_preload",
                 "a preload deflects the shaft at all sensors in a known shape, a gap is independent at each",
             ),
-            ("ac_coupling", "AC coupling removes the entire mean of every sensor"),
         ),
     )

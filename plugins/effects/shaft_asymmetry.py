@@ -30,18 +30,9 @@ def rotorstudy_effect():
         confounders=(
             ("support_anisotropy", "fixed anisotropy couples n with -n, rotating asymmetry n with 2 - n"),
             (
-                "breathing_crack",
-                "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too; an open crack also "
-                "lowers the mean stiffness",
-            ),
-            (
                 "transverse_crack",
                 "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too; an open crack also "
                 "lowers the mean stiffness",
-            ),
-            (
-                "parallel_misalignment",
-                "the 2X of an asymmetric shaft is caused by gravity and remains when the shaft is uncoupled",
             ),
         ),
     )

@@ -16,12 +16,4 @@ def rotorstudy_effect():
         source="Zorzi and Nelson 1977",
         positive=True,
         checked="-beta K (dq/dt - j w q) in time to 1e-12; no force at +1X (tests/zoo/test_shaft_damping.py)",
-        confounders=(
-            ("external_damping", "shaft damping has no force at +1X and gives a static cross force at 0X"),
-            ("internal_damping", "equal on a rotor of one coordinate; internal damping acts in one element"),
-            (
-                "hysteretic_damping",
-                "equal at one harmonic of one speed; viscous damping grows with the speed, hysteretic damping does not",
-            ),
-        ),
     )

@@ -15,14 +15,4 @@ def rotorstudy_effect():
         static_preload,
         source="Newton",
         checked="0X of a Jeffcott rotor is F / k to 1e-12, no other harmonic changes",
-        confounders=(
-            (
-                "gravity_direction",
-                "equal on a rotor of one coordinate; inclined gravity acts on every mass, a preload on one node",
-            ),
-            (
-                "sensor_gap",
-                "a preload deflects the shaft at all sensors in a known shape, a gap is independent at each",
-            ),
-        ),
     )

@@ -14,11 +14,9 @@ def rotorstudy_effect():
         source="Hooke; proportional to the modulus and to the fourth power of the diameter",
         checked="response equal to that of a rotor built with (1 + epsilon) K to 1e-11",
         confounders=(
-            ("added_mass", "stiffness dominates below the critical speed, mass above it; a mass also has weight (0X)"),
             (
                 "support_stiffness",
                 "equal on a rotor of one coordinate; otherwise measurements at more nodes separate them",
             ),
-            ("speed_error", "a wrong speed does not change 0X"),
         ),
     )

@@ -27,11 +27,5 @@ def rotorstudy_effect():
         checked="along x: harmonics of a rotor on k_x - k and k_y to 1e-12",
         confounders=(
             ("support_stiffness", "a loss along one direction leaves the other; apply a static load along both"),
-            ("support_anisotropy", "a loss along one direction lowers the mean stiffness too; load it along both"),
-            ("looseness", "a support that lifts depends on the amplitude and gives multiples of 1X"),
-            (
-                "bearing_coefficients",
-                "a loss is along one direction, without damping; change the speed, hence the film",
-            ),
         ),
     )

@@ -17,19 +17,4 @@ def rotorstudy_effect():
         support_stiffness,
         source="Hooke; a negative value also describes magnetic pull",
         checked="response equal to that of a rotor built with K + k to 1e-11",
-        confounders=(
-            (
-                "bearing_coefficients",
-                "one stiffness in all directions, without damping; change the film: speed, oil, load",
-            ),
-            ("pedestal_resonance", "equal far below its resonance; tap the pedestal, or measure its motion"),
-            ("support_loss", "a loss along one direction leaves the other; apply a static load along both"),
-            (
-                "stiffness_error",
-                "equal on a rotor of one coordinate; otherwise measurements at more nodes separate them",
-            ),
-            ("seal", "a seal also damps, and its stiffness changes with the pressure drop"),
-            ("looseness", "looseness gives multiples of 1X and depends on the amplitude"),
-            ("cubic_stiffness", "cubic stiffness depends on the amplitude: change the unbalance"),
-        ),
     )

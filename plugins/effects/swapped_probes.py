@@ -21,11 +21,4 @@ def rotorstudy_effect():
         acts_on="output",
         fixed=True,
         checked="with 1, x and y exchanged in time to 1e-12",
-        confounders=(
-            ("probe_angle", "swapped probes mirror the entire signal, a skew a few per cent of it"),
-            (
-                "reversed_probe",
-                "they differ by 90 degrees: harmonics caused by the weight, or a tap on the shaft, separate them",
-            ),
-        ),
     )

@@ -147,11 +147,4 @@ def rotorstudy_effect():
             measure="2X and 3X near a half and a third of a critical speed, or nearer to it",
         ),
         checked="two beams joined by a spring to 1e-9; integrated x-y motion to 5e-3 of its effect; 4 to 40 elements",
-        confounders=(
-            ("shaft_asymmetry", "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too"),
-            (
-                "parallel_misalignment",
-                "a misaligned coupling acts at its own node and has no 0X related to 2X; run the rotor uncoupled",
-            ),
-        ),
     )

@@ -26,16 +26,4 @@ def rotorstudy_effect():
         change_rate=20.0,  # four of ten changes: deposits, losses, a disc taken off and put on again
         at_discs=True,
         checked="whirl e eta^2 / |1 - eta^2| of a Jeffcott rotor to 1e-12",
-        confounders=(
-            ("bow", "an unbalance grows with the square of the speed and vanishes at slow roll, a bow does not"),
-            ("runout", "a runout is the same at all speeds, also at the critical speed"),
-            (
-                "couple_unbalance",
-                "a couple tilts the rotor: two measuring planes, or the mode at the critical speed, separate them",
-            ),
-            ("base_motion", "base motion accelerates all masses alike; equal on a rotor of one mass: measure the base"),
-            ("parallel_misalignment", "a misaligned coupling does not grow with the square of the speed, and has 2X"),
-            ("phase_reference", "a wrong mark shifts the phase of harmonic n by n times its angle: compare 1X with 2X"),
-            ("probe_gain", "a wrong gain scales every harmonic, an unbalance only 1X"),
-        ),
     )

@@ -65,14 +65,6 @@ def test_a_record_without_phase_reference_or_unit_is_refused(record, tmp_path, c
     refused(capsys, tmp_path, write_rig(tmp_path / "b.yaml"), path, "key")
 
 
-def test_a_unit_declared_a_thousandfold_wrong_is_a_finding(record, tmp_path):
-    found, _ = record
-    path = write("csv", tmp_path, found, name="run")
-    probes = [{**p, "unit": "m"} if p["unit"] == "mm" else p for p in section()["probes"]]
-    _, _, findings = measured_spectrum([path], write_rig(tmp_path / "rig.yaml", probes=probes))
-    assert {"units", "weak probe"} <= {finding.name for finding in findings}
-
-
 def test_the_same_record_without_a_fault_is_accepted(record, tmp_path):
     """The negative control of the faults above."""
     found, _ = record

@@ -185,27 +185,37 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 def broken(structure, node: int | None = None):
     \"\"\"Fails {when}.\"\"\"
     {body}
-    return [Parameter("broken", "N", (Entry(structure.unit(node), on="one", shift=1, gain=gain),), typical=1.0)]
+    here = -np.outer(structure.unit(node), structure.unit(node))
+    return [Parameter("broken", "N/m", (Entry(here, on="conj", gain=gain),), typical=1e4, is_complex=True)]
+
+
+def stated(structure):
+    {words}
+    return {{}}
 
 
 @hookimpl
 def rotorstudy_effect():
-    return Effect("broken", broken, source="a test", confounders=())
+    return Effect("broken", broken, source="a test", confounders=(), stated=stated)
 """
 
 
 @pytest.mark.parametrize(
-    ("when", "body", "line"),
+    ("when", "body", "words", "line"),
     [
-        ("when its table is made", "gain = structure.no_such_thing", 8),
-        ("when its table is used", "gain = lambda speed: speed.no_such_thing()", 8),
-        ("with NaN", "gain = lambda speed: np.nan * speed", 8),
-        ("not", "gain = None", None),  # negative control
+        ("when its table is made", "gain = structure.no_such_thing", "", 8),
+        ("when its table is used", "gain = lambda speed: speed.no_such_thing()", "", 8),
+        ("with NaN", "gain = lambda speed: np.nan * speed", "", 8),
+        ("by leaving", "gain = lambda speed: exit(3)", "", 8),
+        ("when it is put in words", "gain = None", "structure.no_such_thing", 14),
+        ("not", "gain = None", "", None),  # negative control
     ],
 )
-def test_a_broken_plugin_is_named_with_its_line_and_the_rest_of_the_library_is_searched(tmp_path, when, body, line):
+def test_a_broken_plugin_is_named_with_its_line_and_the_rest_of_the_library_is_searched(
+    tmp_path, when, body, words, line
+):
     file = tmp_path / "broken.py"
-    file.write_text(BROKEN.format(when=when, body=body))
+    file.write_text(BROKEN.format(when=when, body=body, words=words))
     item = {"kind": "support_anisotropy", "label": "hidden", "support_anisotropy_N_per_m": 3e4}
     hidden = make_term("effect", item, MODEL.structure, MODEL.sensors)
     settings = Settings(uncertainty={"default": 0.02}, most_causes=1, leave_out=SLOW)
@@ -217,4 +227,4 @@ def test_a_broken_plugin_is_named_with_its_line_and_the_rest_of_the_library_is_s
         (text,) = found.verdict.broken_plugins
         assert f"{file}:{line}" in text
     else:
-        assert work.broken == [] and "broken" in {cause.effect for cause in work.candidates}
+        assert work.broken == [] and found.verdict.ambiguous_with[0].effect == "broken"  # it is the same

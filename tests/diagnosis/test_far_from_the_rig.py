@@ -46,16 +46,6 @@ def is_told(verdict):
     return "far from the rig" in {finding.name for finding in verdict.findings}
 
 
-def test_records_of_another_machine_are_told():
-    """Another damping and unbalance than the rig states; other units with an unbalance explain them as well."""
-    effects = [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 300.0},
-        {"kind": "unbalance", "eccentricity_m": 9e-5, "eccentricity_phase_rad": -2.0},
-    ]
-    verdict = verdict_on({**RIG, "effects": effects})
-    assert verdict.verdict == "unknown" and (is_told(verdict) or verdict.measuring_chain)
-
-
 def test_a_large_fault_that_the_library_does_not_have_is_not_called_another_machine():
     """Negative control: it strains the values of the rig as much, but they do not explain it."""
     anisotropy = {"support_anisotropy_N_per_m": 2e5, "support_anisotropy_phase_rad": 1.0}

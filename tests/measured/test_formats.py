@@ -1,7 +1,5 @@
 """A record written in any format, with any conventions, gives the harmonics it was made of."""
 
-from dataclasses import replace
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -229,8 +227,6 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
     for name, text, words in (
         ("a.xlsx", "", ["unknown kind of record file '.xlsx'", ".csv"]),
         ("a.csv", "time,key\n0,1\n1,x\n", ["disc 1 left"]),
-        ("a.nc", "none", ["not a readable NetCDF file"]),
-        ("a.mat", "none", ["not a readable MATLAB file"]),
     ):
         (tmp_path / name).write_text(text)
         with pytest.raises(RotorstudyError) as error:
@@ -244,15 +240,3 @@ def test_every_key_is_documented(request):
     page = (request.config.rootpath / "docs" / "measured_records.md").read_text()
     keys = [*Conventions.model_fields, *Probe.model_fields, *Keyphasor.model_fields]
     assert [name for name in keys if f"`{name}`" not in page] == []
-
-
-def test_records_of_different_nodes_do_not_mix(tmp_path):
-    from rotorstudy.measurement.agreement import common_nodes
-    from rotorstudy.measurement.facts import NodeFacts, RecordFacts
-
-    with pytest.raises(RotorstudyError, match="same probes"):
-        common_nodes([RecordFacts("a", {1: NodeFacts()}), RecordFacts("b", {2: NodeFacts()})])
-    rig = write_rig(tmp_path / "rig.yaml")
-    rig.write_text(rig.read_text().replace("sensors:\n- 2\n- 4", "sensors: [1, 2]"))
-    with pytest.raises(RotorstudyError, match=r".sensors. has node 1"):
-        read_measurement(write("csv", tmp_path, replace(records(speeds=[80.0])[0])), rig)

@@ -7,6 +7,7 @@ from named_machines import plant
 from rotorstudy import build_model, harmonic_response, measured_response
 from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.diagnosis.search.candidates import candidates
+from rotorstudy.diagnosis.search.places import places_of
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
@@ -233,3 +234,8 @@ def test_no_effect_of_the_library_fails_on_a_foundation():
     model = build_model(RIG | {"foundation": PEDESTALS, "sensors": [1, 3]} | riding("DE"))
     found, broken = candidates(model, Settings())
     assert broken == {} and {"bow", "bearing_coefficients", "transverse_crack"} <= {one.effect for one in found}
+    rows = dict(places_of(model.structure))  # a force inside a bearing acts on journal and housing alike
+    journal, housing = model.structure.index(1), model.structure.index(1, "housing")
+    (inside,), (ground,) = rows["bearing", 1, "force"], rows["foundation", 1, "force"]
+    assert inside[[journal, housing]].tolist() == [1, -1] and np.count_nonzero(inside) == 2
+    assert ground[housing] == 1 and np.count_nonzero(ground) == 1

@@ -49,16 +49,6 @@ def worst(model, speeds, harmonics, jacobian=None):
 TOLERANCE = 1e-6
 
 
-@pytest.mark.parametrize("weight_dominance", [True, False])
-def test_jeffcott(weight_dominance):
-    model = jeffcott(weight_dominance=weight_dominance)
-    assert worst(model.plus(*chain(1)), [88.0, 308.0], HARMONICS) < TOLERANCE
-
-
-def test_coupled_machine(machine):
-    assert worst(machine.plus(*chain(2)), [100.0, 150.0], range(-4, 5)) < TOLERANCE
-
-
 def carried(**crack):
     """A shaft on cross-coupled bearings: the static deflection moves with their stiffness, and is not vertical."""
     bearing = {"kind": "linear", "coefficients": "full"}

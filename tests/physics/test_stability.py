@@ -23,11 +23,6 @@ def test_threshold_is_the_closed_form(c_internal, c_external):
     assert found == pytest.approx(NATURAL * (1 + c_external / c_internal), rel=1e-9)  # the root finder's 1e-9 rad/s
 
 
-def test_undamped_rotor_whirls_at_its_natural_frequency_both_ways():
-    found = eigenvalues(rotor(), [100.0], [0.0, 0.0])[0]
-    assert found == pytest.approx([-1j * NATURAL, 1j * NATURAL], rel=1e-12)
-
-
 def test_uneven_support_gives_two_natural_frequencies():
     uneven = Term("uneven", (Parameter("uneven", "N/m", (Entry(-np.eye(1), on="conj"),), 1e4),), {"uneven": 1e5})
     found = eigenvalues(rotor(0.0, 0.0).plus(uneven), [100.0])[0]
@@ -38,7 +33,3 @@ def test_uneven_support_gives_two_natural_frequencies():
 def test_a_model_that_varies_in_time_has_no_eigenvalues():
     with pytest.raises(RotorstudyError, match="'stiffness_loss' makes the model time-varying"):
         eigenvalues(jeffcott(weight_dominance=False), [88.0])
-
-
-def test_static_deflection_is_weight_over_stiffness():
-    assert rotor().structure.static_deflection[0] == pytest.approx(2.0 * 9.81 / 7.6e5, rel=1e-14)

@@ -33,11 +33,8 @@ if BLIND:
                 in_report(f"{BLIND_RESULTS}/{name}.html", f"blind_{name}", "Blind tests", "Tables")
                 for name in BLIND_PAGES
             ],
-            png=[
-                in_report(f"{BLIND_RESULTS}/figures/{name}.png", f"blind_{name}", "Blind tests", "Figures")
-                for name in BLIND_FIGURES
-            ],
-            svg=[f"{BLIND_RESULTS}/figures/{name}.svg" for name in BLIND_FIGURES],
+            png=captioned("blind", "Blind tests"),
+            svg=pictures("blind", "svg"),
         params:
             code=code("blind.py"),
         log:

@@ -24,16 +24,8 @@ if CRACK_STUDY:
             config=str(ROOT / settings.crack_study),
             **dict(rules.crack_study.output.items()),
         output:
-            png=[
-                in_report(
-                    f"{RESULTS}/{CRACK_STUDY.name}/figures/{name}.png",
-                    f"chapter_7_{name}",
-                    "Transverse cracks",
-                    "Figures",
-                )
-                for name in CRACK_STUDY_FIGURES
-            ],
-            svg=[f"{RESULTS}/{CRACK_STUDY.name}/figures/{name}.svg" for name in CRACK_STUDY_FIGURES],
+            png=captioned("chapter_7", "Transverse cracks", folder=f"{RESULTS}/{CRACK_STUDY.name}"),
+            svg=pictures("chapter_7", "svg", folder=f"{RESULTS}/{CRACK_STUDY.name}"),
         params:
             code=code(
                 "figures.py",

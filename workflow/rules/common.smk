@@ -158,7 +158,9 @@ for group, parts in CAPTIONED.items():
 TABLES, FIGURES = (
     {group: list(parts[kind]) for group, parts in CAPTIONED.items() if kind in parts} for kind in ("tables", "figures")
 )
+FIGURES |= {"diagnosis": list(DIAGNOSIS_FIGURES), "blind": list(BLIND_FIGURES)}
 for name, replay in REPLAYS.items():
+    FIGURES[name] = list(replay.figures)
     TABLES[name] = [f"table_{sheet}".replace(".", "_") for sheet in replay.sheets] + ["estimates", "physical_checks", "response"]
 CHAPTERS = sorted(chapter for chapter in TABLES if chapter in STUDIES or chapter in REPLAYS)
 
@@ -231,25 +233,24 @@ PAGES = {f"chapter_{n}" for n in range(2, 7)} <= set(CHAPTERS)
 
 def scoreboard_files():
     pages = ["scoreboard", "errata", "rigs/comparison"] if PAGES else ["scoreboard"]
-    return [f"{RESULTS}/{page}.{kind}" for page in pages for kind in ("csv", "html")]
+    found = [f"{RESULTS}/{page}.{kind}" for page in pages for kind in ("csv", "html")]
+    return found + [f"{RESULTS}/rigs/comparison.{kind}" for kind in ("png", "svg") if PAGES]
 
 
-for name, replay in REPLAYS.items():
-    FIGURES[name] = list(replay.figures)
+def pictures(group, *kinds, folder=None):
+    """The figures of a chapter or another group, in its folder of the results or in another one."""
+    folder = folder or f"{RESULTS}/{group}"
+    return [f"{folder}/figures/{name}.{kind}" for kind in kinds for name in FIGURES[group]]
 
 
-def pictures(chapter, kind):
-    return [f"{RESULTS}/{chapter}/figures/{name}.{kind}" for name in FIGURES[chapter]]
-
-
-def captioned(chapter):
-    """PNG pictures of a chapter, each with its caption in the report."""
-    named = zip(FIGURES[chapter], pictures(chapter, "png"), strict=True)
-    return [in_report(path, f"{chapter}_{name}", heading(chapter), "Figures") for name, path in named]
+def captioned(group, category, folder=None):
+    """PNG pictures of a group, each with its caption in the report."""
+    named = zip(FIGURES[group], pictures(group, "png", folder=folder), strict=True)
+    return [in_report(path, f"{group}_{name}", category, "Figures") for name, path in named]
 
 
 def figure_files():
-    return [path for chapter in CHAPTERS for kind in ("png", "svg") for path in pictures(chapter, kind)]
+    return [path for chapter in CHAPTERS for path in pictures(chapter, "png", "svg")]
 
 
 def data_files():
@@ -260,14 +261,10 @@ def data_files():
     ]
 
 
-CRACK_FIGURES = ["stiffness", "spectra", "speed_sweep", "depth"]
-
-
 def crack_files():
     if not settings.cracks:
         return []
-    figures = [f"{RESULTS}/cracks/figures/{name}.{kind}" for name in CRACK_FIGURES for kind in ("png", "svg")]
-    return [f"{RESULTS}/cracks/comparison.nc", *figures]
+    return [f"{RESULTS}/cracks/comparison.nc", *pictures("cracks", "png", "svg")]
 
 
 # stage of the study of transverse cracks -> the function that computes it
@@ -275,23 +272,11 @@ CRACK_STAGES = {
     stage: f"rotorstudy.studies.crack_study.{stage}.{stage}"
     for stage in ("limits", "accuracy", "trials", "fronts", "passage", "thesis_method")
 }
-CRACK_STUDY_FIGURES = [
-    "smallest_crack",
-    "completeness",
-    "accuracy_over_the_shaft",
-    "noise_and_probes",
-    "information",
-    "trade_offs",
-    "noisy_records",
-    "curved_fronts",
-    "passage",
-    "thesis_method",
-]
 
 
 def crack_study_files():
     if not CRACK_STUDY:
         return []
     base = f"{RESULTS}/{CRACK_STUDY.name}"
-    figures = [f"{base}/figures/{name}.{kind}" for name in CRACK_STUDY_FIGURES for kind in ("png", "svg")]
+    figures = pictures("chapter_7", "png", "svg", folder=base)
     return [*(f"{base}/{stage}.nc" for stage in CRACK_STAGES), *figures]

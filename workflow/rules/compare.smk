@@ -57,11 +57,8 @@ if COMPARISON:
             ranking_page=in_report(f"{COMPARE}/ranking.html", "compare_ranking", "Comparison", "Tables"),
             advice=f"{COMPARE}/advice.csv",
             advice_page=in_report(f"{COMPARE}/advice.html", "compare_advice", "Comparison", "Tables"),
-            png=[
-                in_report(f"{COMPARE}/figures/{name}.png", f"compare_{name}", "Comparison", "Figures")
-                for name in COMPARISON_FIGURES
-            ],
-            svg=[f"{COMPARE}/figures/{name}.svg" for name in COMPARISON_FIGURES],
+            png=captioned("compare", "Comparison"),
+            svg=pictures("compare", "svg"),
         params:
             code=code("compare.py"),
         log:

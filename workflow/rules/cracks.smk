@@ -20,11 +20,8 @@ if settings.cracks:
             config=str(ROOT / settings.cracks),
             comparison=rules.cracks.output[0],
         output:
-            png=[
-                in_report(f"{RESULTS}/cracks/figures/{name}.png", f"cracks_{name}", "Crack models", "Figures")
-                for name in CRACK_FIGURES
-            ],
-            svg=[f"{RESULTS}/cracks/figures/{name}.svg" for name in CRACK_FIGURES],
+            png=captioned("cracks", "Crack models"),
+            svg=pictures("cracks", "svg"),
         params:
             code=code(
                 "figures.py", "rotorstudy.studies.cracks.load_cracks", "rotorstudy.presentation.crack_figures.figures"

@@ -8,11 +8,8 @@ rule diagnose:
         data=f"{DIAGNOSIS}/{{diagnosis}}/verdict.nc",
         rig=f"{DIAGNOSIS}/{{diagnosis}}/extended_rig.yaml",
         page=in_report(f"{DIAGNOSIS}/{{diagnosis}}/index.html", "diagnosis_index", "Diagnoses", "Pages"),
-        png=[
-            in_report(f"{DIAGNOSIS}/{{diagnosis}}/figures/{name}.png", f"diagnosis_{name}", "Diagnoses", "Figures")
-            for name in DIAGNOSIS_FIGURES
-        ],
-        svg=[f"{DIAGNOSIS}/{{diagnosis}}/figures/{name}.svg" for name in DIAGNOSIS_FIGURES],
+        png=captioned("diagnosis", "Diagnoses", folder=f"{DIAGNOSIS}/{{diagnosis}}"),
+        svg=pictures("diagnosis", "svg", folder=f"{DIAGNOSIS}/{{diagnosis}}"),
     params:
         code=code("diagnose.py"),
     log:

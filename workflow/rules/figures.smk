@@ -10,7 +10,7 @@ for name in CHAPTERS:
             published=PUBLISHED,
             **figure_inputs(name),
         output:
-            png=captioned(name),
+            png=captioned(name, heading(name)),
             svg=pictures(name, "svg"),
         params:
             code=code("figures.py", loader(name), f"thesis.figures.{module(name, 'replays')}.figures"),

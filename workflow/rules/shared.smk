@@ -11,7 +11,6 @@ METHODS = sorted(registry().plugins["spectrum"])
 ROTORS = {file_name(name): name for name in (COMPARISON.rotors if COMPARISON else {})}
 BIASED = [file for file, name in ROTORS.items() if COMPARISON.rotors[name].study]
 COMPARE_CHUNKS = min(settings.chunks.compare, len(COMPARISON.faults)) if COMPARISON else 1
-COMPARISON_FIGURES = ["estimators", "spectra", "faults", "coverage", "bias"]
 
 
 def compare_chunk(chunk):
@@ -51,9 +50,8 @@ def compared_plugins():
 def comparison_files():
     if not COMPARISON:
         return []
-    figures = [f"{COMPARE}/figures/{name}.{kind}" for name in COMPARISON_FIGURES for kind in ("png", "svg")]
     tables = [f"{COMPARE}/{name}.{kind}" for name in ("ranking", "advice") for kind in ("csv", "html")]
-    return [f"{COMPARE}/comparison.nc", *figures, *tables]
+    return [f"{COMPARE}/comparison.nc", *pictures("compare", "png", "svg"), *tables]
 
 
 BLIND_RESULTS = f"{RESULTS}/blind"
@@ -63,9 +61,8 @@ BLIND_PAGES = ["criteria", "cases"]
 def blind_files():
     if not BLIND:
         return []
-    figures = [f"{BLIND_RESULTS}/figures/{name}.{kind}" for name in BLIND_FIGURES for kind in ("png", "svg")]
     pages = [f"{BLIND_RESULTS}/{name}.html" for name in BLIND_PAGES]
-    return [f"{BLIND_RESULTS}/blind.nc", f"{BLIND_RESULTS}/answers.csv", *figures, *pages]
+    return [f"{BLIND_RESULTS}/blind.nc", f"{BLIND_RESULTS}/answers.csv", *pictures("blind", "png", "svg"), *pages]
 
 
 DIAGNOSIS = f"{RESULTS}/diagnosis"
@@ -76,9 +73,10 @@ EFFECTS = sorted(plugin.file for kind, plugin in registry() if kind in ("rotor",
 
 def diagnosis_files():
     made = ["verdict.json", "verdict.nc", "extended_rig.yaml", "index.html"]
-    made += [f"figures/{name}.{kind}" for name in DIAGNOSIS_FIGURES for kind in ("png", "svg")]
-    found = [f"{DIAGNOSIS}/{name}/{file}" for name in settings.diagnoses for file in made]
-    return found + [f"{DIAGNOSIS}/replays.html"] * bool(REPLAYED)
+    found = [f"{DIAGNOSIS}/replays.html"] * bool(REPLAYED)
+    for folder in [f"{DIAGNOSIS}/{name}" for name in settings.diagnoses]:
+        found += [*(f"{folder}/{file}" for file in made), *pictures("diagnosis", "png", "svg", folder=folder)]
+    return found
 
 
 def diagnosed(wildcards):

@@ -6,7 +6,7 @@ with job(snakemake):
     from rotorstudy.chunks import gathered
     from rotorstudy.presentation.comparison_figures import comparison_figures
     from rotorstudy.presentation.comparison_page import write_advice, write_ranking
-    from rotorstudy.presentation.plots import save_figure
+    from rotorstudy.presentation.plots import save_figures
     from rotorstudy.store import load, provenance, save
     from rotorstudy.studies.comparison.config import load_comparison
     from rotorstudy.studies.comparison.estimates import comparison
@@ -32,6 +32,4 @@ with job(snakemake):
     write_advice(ranked, use_if, output.advice, output.advice_page, index)
     errors = {key: data.harmonic_error for key, data in loaded(snakemake.input.spectra).items()}
     biased = [(*key, data) for key, data in loaded(snakemake.input.bias).items()]
-    paths = {Path(path).stem: path for path in output.png}
-    for name, picture in comparison_figures(whole, errors, biased, config.trials).items():
-        save_figure(picture, paths[name], Path(paths[name]).with_suffix(".svg"))
+    save_figures(comparison_figures(whole, errors, biased, config.trials), [*output.png, *output.svg])

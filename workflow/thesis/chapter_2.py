@@ -96,12 +96,8 @@ def assumed_parameters(config, true):
 def tables(config, reference, spectra, identification, monte_carlo, reasons):
     """The tables of Chapter 2 beside the thesis's.
 
-    config                  : StudyConfig;  reference : folder of the printed values
-    spectra, identification : Dataset of the rig "thesis", see `studies.simulate.spectra` and
-                              `studies.identify.identify`
-    monte_carlo             : file name of a case -> Dataset of `studies.identify.monte_carlo`, rig "thesis"
-    reasons                 : YAML list of the reasons for differences
-    returns                 : rows of the scoreboard (DataFrame), and name -> Table
+    The Datasets are of the rig "thesis"; of monte_carlo, file name of a case -> Dataset.
+    returns : rows of the scoreboard (DataFrame), and name -> Table
     """
     identification = identification.sel(source="steady state", record="one sample late")
     rows = spectrum_rows(spectra, spectrum_columns(config))

@@ -88,10 +88,7 @@ def noise_rows(printed, noisy, parameters, models, mean_of):
 def scored_against(printed, rows, reasons, measured_again=()):
     """The scoreboard of computed rows; reasons may quote their `deviation` from the printed values and its `percent`.
 
-    printed        : DataFrame of `published`
-    rows           : with KEYS and `computed`, and perhaps further columns that reasons quote
-    reasons        : YAML list of the reasons for differences;  measured_again : see `score`
-    returns        : DataFrame, see `score`
+    rows : with KEYS and `computed`, and perhaps further columns that reasons quote;  measured_again : see `score`
     """
     computed, values = pd.DataFrame(rows), printed.set_index(KEYS).published
     known = np.array([values.get(tuple(key), np.nan) for key in computed[KEYS].values])

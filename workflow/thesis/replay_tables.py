@@ -231,13 +231,7 @@ def response_table(config, spectra, identification, thesis_response):
 
 
 def tables(config, reference, spectra, identification, reasons):
-    """The tables of a replayed experiment.
-
-    config                  : ReplayConfig;  reference : folder of the printed values
-    spectra, identification : Dataset of `thesis.replay.spectra` and `thesis.replay.identify`
-    reasons                 : YAML list of the reasons for differences
-    returns                 : rows of the scoreboard (DataFrame), and name -> Table
-    """
+    """The tables of a replayed experiment: rows of the scoreboard (DataFrame), and name -> Table."""
     groups = published(reference, [config.estimates_table]).case.unique()
     responses = thesis_responses(config, reference, groups)
     scored = scored_rows(config, reference, spectra, identification, responses, reasons)

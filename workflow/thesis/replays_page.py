@@ -164,10 +164,8 @@ def shared_causes(verdicts):
 def replays_page(configs, folders, reference):
     """Tables and notes of the page on the diagnoses of the replayed experiments.
 
-    configs   : paths of the replay configurations
-    folders   : list of each the folder with verdict.json, verdict.nc and left_out.json
-    reference : path, folder of the published values
-    returns   : tables: rows (list of dicts) of each sheet of `SHEETS`; notes: the summary first
+    folders : of each replay, with verdict.json, verdict.nc and left_out.json
+    returns : rows (list of dicts) of each sheet of `SHEETS`; notes, the summary first
     """
     harmonics, shown, compared, notes, verdicts, left_out = [], [], [], [], {}, {}
     for path, folder in zip(configs, map(Path, folders), strict=True):

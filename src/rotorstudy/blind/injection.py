@@ -144,10 +144,7 @@ def _drawn(order, attempt, severity):
 
 
 def _size(case, true, folder):
-    """Size, size beside the other of two effects, and harmonics without noise (speed, harmonic, node), m.
-
-    The size is nan for records that are refused: what is wrong with them is then seen before any diagnosis.
-    """
+    """Size (nan of refused records), size beside another effect, harmonics without noise (speed, harmonic, node), m."""
     rig = read_rig(folder / "rig.yaml")
     try:
         spectrum, model, _ = measured_spectrum([folder / "record.nc"], rig)

@@ -145,7 +145,7 @@ def confounders_of(truths, answers):
     found = np.zeros((len(truths), len(answers)), int)
     for i, t in enumerate(truths):
         means = MEANS[t][0] if t in MEANS else ()
-        alike = {name for one in means if one in zoo for name, _ in zoo[one].confounders}
+        alike = {name for one in means if one in zoo for name in registry().confounders(one)}
         for j, a in enumerate(answers):
             if a in means or (t == "clean" and a == "nothing"):
                 found[i, j] = 1

@@ -10,8 +10,7 @@ PIECE = 4096  # samples, whose basis stays in the cache of a processor
 
 
 class Fit(NamedTuple):
-    """amplitude (..., harmonic) and residual (..., time), complex, in the unit of the signal; inverse (harmonic,
-    harmonic) of the normal matrix."""
+    """amplitude (..., harmonic), residual (..., time), complex; inverse (harmonic, harmonic) of the normal matrix."""
 
     amplitude: np.ndarray
     residual: np.ndarray

@@ -23,6 +23,7 @@ class Probe(Strict):
     node      : of the rig; optional in NetCDF if all nodes have such a probe
     angle_deg : position of the probe in the user's angles
     unit      : of the channel; V needs sensitivity_V_per_m; optional where a NetCDF file states it
+    gap_at_rest_V : gap voltage (DC) while the shaft rests at the bottom of its bearing
     relative_to : bearing whose housing carries the probe, which then shows the motion against it
     sign      : 1 if the reading increases as the shaft moves towards the probe's angle, -1 if it decreases
     """
@@ -33,6 +34,7 @@ class Probe(Strict):
     unit: Literal["m", "mm", "um", "mil", "V"] | None = None
     sensitivity_V_per_m: Annotated[float, Gt(0)] | None = None
     sign: Literal[1, -1] = 1
+    gap_at_rest_V: float | None = None
     relative_to: str | int | None = None
 
     def metres(self, stated, where):

@@ -64,7 +64,7 @@ def wide_table(names, units, where):
             if what in own:
                 raise RotorstudyError(f"{where}: columns '{own[what][0]}' and '{name}' are the same {what}; keep one")
             own[what] = (name, f"{match['unit']} {below}".strip())
-    speed = _speed(names, units)
+    speed = speed_column(names, units)
     pairs = {key: (own["amplitude"], own["phase"]) for key, own in found.items() if len(own) == 2}
     if speed is None or not pairs:
         return None
@@ -152,7 +152,7 @@ def check_stated(table, conventions, path):
             )
 
 
-def _speed(names, units):
+def speed_column(names, units):
     """(name, unit) of the first column of a speed, or None."""
     for name, below in zip(names, units, strict=True):
         if any(word in SPEED_WORDS for word in words_in(name)):

@@ -96,6 +96,8 @@ class Bearing(Plugin):
     uncertain : path of a number among its options -> relative standard deviation where a rig states none, see
                 `rotorstudy.model.option_numbers`
     changeable : numbers among its options that wear, dirt or heat may change, of which diagnosis tries each as a cause
+    running : function(speed, **options) -> eccentricity over clearance, and angle (rad) from gravity in the sense of
+              rotation, of the position at which a journal runs in its film
 
     Claims about its example with every parameter at its typical size, each checked both ways:
     positive_damping : the symmetric part of its damping dissipates energy in every motion
@@ -105,6 +107,7 @@ class Bearing(Plugin):
     defaults: dict = field(default_factory=dict)
     uncertain: dict = field(default_factory=dict, compare=False)
     changeable: tuple[str, ...] = ()
+    running: Callable | None = field(default=None, compare=False)
     positive_damping: bool = False
     symmetric: bool = False
 
@@ -133,7 +136,7 @@ class Effect(Plugin):
     """function(structure, **options) -> list of Parameter; for acts_on "output" function(sensors, **options),
     or function(sensors, structure, **options) where the typical size follows from the rotor.
 
-    confounders : names of effects it can be confused with, and what separates them; each must name this one too
+    confounders : names of effects it can be confused with, and what separates them; one of the two says so
     places    : function(structure, sensors) -> list of option dicts, one for each place where it can act; by default
                 each node (each sensor) if it has an option `node`, else one place without options
     candidate : whether diagnosis considers it as a cause; a free force at every harmonic would explain anything

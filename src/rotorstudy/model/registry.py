@@ -72,7 +72,7 @@ class Registry:
         except BaseException as error:  # of any kind, but for a person who interrupts
             if isinstance(error, KeyboardInterrupt):
                 raise
-            self.failures.append(f"plugin {_blame(place, error)}: {_said(error)}")
+            self.failures.append(f"plugin {_blame(place, error)}: {said(error)}")
             if module and self._manager.is_registered(module):
                 self._manager.unregister(module)
             return
@@ -104,6 +104,16 @@ class Registry:
                 error = type(error)(f"{error}; some plugins did not load: {'; '.join(self.failures)}")
             raise error
         return self.plugins[kind][name]
+
+    def confounders(self, effect):
+        """{name: what separates them} of the effects that one can be confused with, by its plugin or by theirs."""
+        effects = self.plugins["effect"]
+        stated = {
+            other.name: dict(other.confounders)[effect]
+            for other in effects.values()
+            if effect in dict(other.confounders)
+        }
+        return dict(sorted((dict(effects[effect].confounders) | stated).items()))
 
     def __iter__(self):
         """(kind, plugin) of the whole library, in a fixed order."""
@@ -143,7 +153,7 @@ def _import_file(file):
     return module
 
 
-def _said(error):
+def said(error):
     """An exception in one line."""
     return f"{type(error).__name__}: {' '.join(str(error).split()) or 'no message'}"
 
@@ -153,12 +163,21 @@ def blamed(error):
 
     Commands and jobs print it instead of a traceback.
     """
-    files, trace, found = {plugin.file: (kind, plugin.name) for kind, plugin in registry()}, error.__traceback__, ""
+    lines = [f"{kind} '{plugin.name}' ({plugin.file}:{line}): {said(error)}" for kind, plugin, line in _passed(error)]
+    return lines[-1] if lines else ""
+
+
+def effects_failed(error):
+    """{name: line as `blamed` gives} of the effects through whose files an exception was raised."""
+    return {plugin.name: blamed(error) for kind, plugin, _ in _passed(error) if kind == "effect"}
+
+
+def _passed(error):
+    """(kind, plugin, line number) of the plugin files that an exception passed, the one that called first."""
+    files, trace, found = {plugin.file: (kind, plugin) for kind, plugin in registry()}, error.__traceback__, []
     while trace:
         file = trace.tb_frame.f_code.co_filename
-        if file in files:
-            kind, name = files[file]
-            found = f"{kind} '{name}' ({file}:{trace.tb_lineno}): {_said(error)}"
+        found += [(*files[file], trace.tb_lineno)] if file in files else []
         trace = trace.tb_next
     return found
 

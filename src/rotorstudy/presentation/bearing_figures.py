@@ -7,8 +7,7 @@ LINES = ("-", "-.", ":", "--")  # distinguishable where they coincide
 
 
 def plot_bearing_coefficients(data):
-    """A row for each bearing: stiffness in MN/m and damping in kN s/m over speed; data : of
-    `studies.bearings.bearing_coefficients`; returns the figure."""
+    """A figure with a row for each bearing: stiffness in MN/m and damping in kN s/m over speed."""
     names = data.bearing.values
     picture, axes = figure(rows=len(names), columns=2, height=1.6, sharex=True)
     for row, name in zip(axes, names, strict=True):
@@ -21,7 +20,7 @@ def plot_bearing_coefficients(data):
             panel.set(ylabel=f"{quantity} ({unit})", title=name.replace("_", " "))
     for panel in axes[-1]:
         panel.set_xlabel("spin speed (rad/s)")
-    picture.suptitle("Coefficients of every bearing plugin: only some depend on the speed", fontsize=9)
+    picture.suptitle("Coefficients of every bearing plugin: only some depend on the speed")
     picture.align_ylabels()
     lines = axes[0, 0].get_legend_handles_labels()
     picture.legend(*lines, loc="outside lower center", ncols=4, title="force along, motion along; x down, at 1X")

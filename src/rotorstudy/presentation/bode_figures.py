@@ -68,7 +68,7 @@ def polar(speed, curves, points=None):
     names = [list(probes) for probes in curves.values()]
     named = [dict.fromkeys(one[i] for one in names if i < len(one)) for i in range(len(handles))]
     picture.legend(handles, [" / ".join(one) for one in named], loc="outside lower center", ncols=4)
-    picture.suptitle(f"1X ({unit}) over phase lag; numbers: {speed_unit}", fontsize=9)
+    picture.suptitle(f"1X ({unit}) over phase lag; numbers: {speed_unit}")
     return picture
 
 

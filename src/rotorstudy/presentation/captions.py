@@ -73,9 +73,16 @@ ROTOR_FIGURES = {
         "speeds, where given. Polar plot: each resonance is a loop.",
     ),
     "polar": ("Polar plot", "The response of the Bode plot; each resonance is a loop."),
+    "centreline": (
+        "Shaft centreline",
+        "Where each journal runs in its bearing, gravity downward, turning counterclockwise. Circle: the "
+        "clearance; line: the film of the rig, from the lowest speed (dot) to the highest; crosses: measured, with "
+        "the shaft at rest at the bottom.",
+    ),
     "stability": (
         "Stability",
         "Largest growth rate of a free motion: real part of an eigenvalue or, where the stiffness rotates with the "
-        "shaft, Floquet exponent over one revolution. Above zero the rotor is unstable.",
+        "shaft, Floquet exponent over one revolution. Above zero the rotor is unstable. Below: the "
+        "decrement of the first forward mode, the least damped one below the speed, where it is under one.",
     ),
 }

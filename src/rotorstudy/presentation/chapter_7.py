@@ -73,8 +73,7 @@ def smallest_crack(study, limits):
     middle = _smallest_in_the_middle(study, limits)
     picture.suptitle(
         f"At {study.usual_noise_percent:g} % noise a crack of {middle:.1f} % in the best place is detected "
-        f"({percent(study.power)} of the time)",
-        fontsize=9,
+        f"({percent(study.power)} of the time)"
     )
     return picture
 
@@ -139,8 +138,7 @@ def accuracy_over_the_shaft(study, accuracy):
     times, worst = number(float(place.max() / place.min()), 2), float(accuracy.position[np.argmax(place.values)])
     picture.suptitle(
         f"At {worst * 1e3:.0f} mm the place of a crack of {100 * float(place.depth_ratio):g} % is {times} times "
-        f"less certain than at best (probes at {planes})",
-        fontsize=9,
+        f"less certain than at best (probes at {planes})"
     )
     return picture
 
@@ -193,9 +191,7 @@ def information(study, accuracy):
     without = float(
         accuracy.bound_by_harmonic.sel(harmonic_group="without 1X", shape="depth_ratio") / best.sel(shape="depth_ratio")
     )
-    picture.suptitle(
-        f"The crack shows in all harmonics: without 1X its depth is {without:.1f} times less accurate", fontsize=9
-    )
+    picture.suptitle(f"The crack shows in all harmonics: without 1X its depth is {without:.1f} times less accurate")
     return picture
 
 
@@ -213,7 +209,7 @@ def trade_offs(study, accuracy):
     axes[0, 0].set(xlabel="increase of the standard deviation (1)")
     axes[0, 0].legend(fontsize=6)
     worst = int(np.argmax(accuracy.bound_with.sel(shape="depth_ratio").values))
-    picture.suptitle(f"The depth trades off most against {names[worst]}", fontsize=9)
+    picture.suptitle(f"The depth trades off most against {names[worst]}")
     return picture
 
 
@@ -232,9 +228,7 @@ def noisy_records(study, trials):
         panel.set(xlabel="depth of the crack", title=text.split(" (")[0])
     axes[0, 0].set_ylabel("error over the bound (bar: rms)")
     count = trials.error.size
-    picture.suptitle(
-        f"{percent(held, 2)} of {count} stated 95 % intervals hold the truth (grey: 95 % by the bound)", fontsize=9
-    )
+    picture.suptitle(f"{percent(held, 2)} of {count} stated 95 % intervals hold the truth (grey: 95 % by the bound)")
     return picture
 
 
@@ -258,8 +252,7 @@ def curved_fronts(study, fronts):
     last = str(fronts.law.values[-1])
     picture.suptitle(
         f"{fronts.sizes['trial']} cracks by three-dimensional elasticity: with the {last} the median depth is off by "
-        f"{100 * bias[last]:+.1f} %",
-        fontsize=9,
+        f"{100 * bias[last]:+.1f} %"
     )
     return picture
 
@@ -274,8 +267,7 @@ def thesis_method_figure(study, thesis):
     axes[0, 0].set(xlabel="true position of the crack (m)", ylabel="stiffness loss found (N/mm)")
     picture.suptitle(
         f"Least squares with a crack at node {node}: the loss found for a crack of\n"
-        f"{100 * study.thesis.depth_ratio:g} % of the diameter depends on its place",
-        fontsize=9,
+        f"{100 * study.thesis.depth_ratio:g} % of the diameter depends on its place"
     )
     return picture
 

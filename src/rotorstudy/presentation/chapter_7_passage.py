@@ -24,7 +24,7 @@ def passage_figure(study, passage):
         axes[0, -1].plot(speed, passage.growth_rate.sel(depth_ratio=depth), color=COLOURS[i])
     axes[0, -1].axhline(0, color="k", linewidth=0.6)
     axes[0, -1].set(xlabel="speed (rad/s)", ylabel="growth rate (1/s)", title="free motion")
-    picture.suptitle(_message(passage), fontsize=9)
+    picture.suptitle(_message(passage))
     return picture
 
 

@@ -14,13 +14,9 @@ ROW = 3  # panels side by side
 def comparison_figures(whole, harmonic_errors, biased, trials):
     """The figures of a comparison.
 
-    whole           : xarray.Dataset; as `studies.comparison.estimates.comparison` returns it
-    harmonic_errors : (rotor, spectrum method) -> DataArray (fault, noise), rms error of the harmonics over the rms of
-                      the vibration
-    biased          : list of (rotor, estimator, xarray.Dataset); what wrong known quantities cost, as
-                      `studies.comparison.estimates.bias` returns it
-    trials          : trials behind each value with noise
-    returns         : name of a file, without its suffix -> matplotlib Figure
+    whole           : of `studies.comparison.estimates.comparison`;  trials : behind each value with noise
+    harmonic_errors : (rotor, spectrum method) -> DataArray (fault, noise), error over the rms of the vibration
+    biased          : list of (rotor, estimator, Dataset of `studies.comparison.estimates.bias`)
     """
     level = 1.0 if 1.0 in whole.noise else float(whole.noise.max())
     return {

@@ -35,7 +35,7 @@ def stiffness_figure(data):
     for panel in axes.flat:
         panel.set_ylim(low - 0.05 * (high - low), high + 0.05 * (high - low))
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    picture.suptitle("The same loss of the open crack, distributed differently over a revolution", fontsize=9)
+    picture.suptitle("The same loss of the open crack, distributed differently over a revolution")
     return picture
 
 
@@ -54,7 +54,7 @@ def spectra_figure(data):
         panel.set(title=f"{speed:.0f} rad/s, {speed / natural:.2f} of the natural frequency", xlabel="")
     axes[-1, 0].set_xlabel("harmonic (backward < 0 < forward)")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-    picture.suptitle("An open crack excites 0X and 2X, a breathing crack every harmonic", fontsize=9)
+    picture.suptitle("An open crack excites 0X and 2X, a breathing crack every harmonic")
     return picture
 
 
@@ -76,7 +76,7 @@ def sweep_figure(data, orders):
         text: handle for panel in axes[:, 0] for handle, text in zip(*panel.get_legend_handles_labels(), strict=True)
     }
     picture.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
-    picture.suptitle("Subcritical resonances: nX peaks just below 1/n of the natural frequency", fontsize=9)
+    picture.suptitle("Subcritical resonances: nX peaks just below 1/n of the natural frequency")
     return picture
 
 
@@ -95,7 +95,7 @@ def depth_figure(data, shaft):
         title=f"Crack and disc at mid-span; diameter {shaft.diameter_m * 1e3:g} mm, span {shaft.span_m * 1e3:g} mm",
     )
     axes[0, 0].legend()
-    picture.suptitle("Only a deep crack reduces the stiffness noticeably", fontsize=9)
+    picture.suptitle("Only a deep crack reduces the stiffness noticeably")
     return picture
 
 

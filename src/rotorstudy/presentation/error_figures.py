@@ -37,7 +37,7 @@ def error_against_noise(noisy, units, title):
                 panel.set_xlabel("noise level (%)")
         column[0].set_title(f"{name}\nnoise {model}")
     picture.legend(*panels[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
-    picture.suptitle(title, fontsize=9)
+    picture.suptitle(title)
     return picture
 
 
@@ -81,7 +81,7 @@ def _error_over_bound(noisy, columns, title):
     axes[0, 0].set_yticks(range(len(names)), names)
     axes[0, 0].set_ylim(len(names) - 0.5, -0.5)
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
-    picture.suptitle(title, fontsize=9)
+    picture.suptitle(title)
     return picture
 
 
@@ -113,7 +113,7 @@ def bias(bias_data, cases, units, title):
     clipped = f"\nsmaller ones at {LEAST:g}" if min(panel.get_xlim()[0] for panel in axes[0]) < LEAST else ""
     axes[0, 0].set_xlabel(f"largest error of the estimate (%; phases: °){clipped}")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    picture.suptitle(f"{title}\n(filled: known quantity {ends[0]:g} % wrong, open: {ends[1]:g} %)", fontsize=9)
+    picture.suptitle(f"{title}\n(filled: known quantity {ends[0]:g} % wrong, open: {ends[1]:g} %)")
     return picture
 
 

@@ -92,7 +92,7 @@ def weight_dominance(config, dominance, case, shown, units, title):
         axes[0, 1].set_yscale("symlog", linthresh=10)
     axes[0, 1].set_title(f"Error of the identification, {shown}")
     picture.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower right", ncols=2)
-    picture.suptitle(title, fontsize=9)
+    picture.suptitle(title)
     return picture
 
 
@@ -134,7 +134,7 @@ def collinearity(data, case, title):
     axes[0, 1].xaxis.set_major_formatter("{x:g}")
     axes[0, 1].xaxis.set_minor_formatter("{x:g}" if here.inflation.max() < 10 else "")
     axes[0, 1].set(xlabel="bound over bound with\nall others known (1)", title="Loss of accuracy by correlation")
-    picture.suptitle(title, fontsize=9)
+    picture.suptitle(title)
     return picture
 
 
@@ -154,5 +154,5 @@ def measurements(data, case, parameter, unit, title):
     axes[0, 0].set_yticks(range(len(values)), [str(name) for name in bound.measurement.values])
     noise = float(data.noise.sel(case=case)) * 1e6
     axes[0, 0].set_xlabel(f"bound ({error_unit(unit)}), noise of every probe {noise:.2g} µm")
-    picture.suptitle(title, fontsize=9)
+    picture.suptitle(title)
     return picture

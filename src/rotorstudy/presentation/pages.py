@@ -26,8 +26,7 @@ def _vendored(name):
 def render(template: str, **data) -> str:
     """A page from a template of `presentation/templates`; every value is escaped.
 
-    template : name of the file. It extends `base.html`, which needs `title`, takes `links` (text -> address, shown at
-               the top) and offers the blocks `style` and `content` and, as `show`, the macros of `macros.html`.
+    template : it extends `base.html`, which needs `title` and takes `links` (text -> address, shown at the top)
     data     : values by the names that the template uses; a missing one raises `jinja2.UndefinedError`
     """
     return _environment().get_template(template).render(**data)

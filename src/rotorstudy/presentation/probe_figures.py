@@ -31,7 +31,7 @@ def probe_picture(conventions, nodes, labels=None):
     sense = "counter-clockwise" if conventions.sense > 0 else "clockwise"
     left = f"; {len(at) - MOST} more nodes" if len(at) > MOST else ""
     told = f"Seen as in the rig file: the shaft turns {sense}{left}"
-    picture.suptitle(fill(told, CHARACTERS * len(shown)), fontsize=9)
+    picture.suptitle(fill(told, CHARACTERS * len(shown)))
     return picture
 
 

@@ -9,6 +9,7 @@ from rotorstudy.presentation.bode_figures import bode, polar
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 from rotorstudy.presentation.probe_figures import probe_picture
 from rotorstudy.store import as_complex
+from rotorstudy.studies.stability_margin import LEAST_DECREMENT, first_forward, log_decrement
 from rotorstudy.units import shown_speed
 
 MIXED = 0.5  # of the direction: between the two signs of it, the whirl is called elliptic
@@ -35,6 +36,8 @@ def rotor_figures(rig, analysis, measured=None, operating=None):
         "polar": polar(speed, curves, points),
         "stability": stability(analysis),
     }
+    if analysis.centrelines:
+        found["centreline"] = centreline(analysis.centrelines, rig.model.structure)
     if rig.model.structure.node_positions:
         found = {"rotor": rotor(rig), **found}
         if np.isfinite(analysis.data.frequency.values[-1]).any():
@@ -173,18 +176,49 @@ def mode_shapes(structure, analysis, sensors=()):
 
 
 def stability(analysis):
-    """Growth rate of the fastest growing free motion over speed."""
+    """Growth rate of the fastest growing free motion over speed, and the decrement of the first forward mode."""
     data = analysis.data
-    picture, axes = figure(1, 1, height=2.2, width=5.0)
     unit, per = shown_speed()
+    modes = data.frequency.values, data.damping_ratio.values, data.direction.values
+    chosen = [first_forward(*one, w) for *one, w in zip(*modes, data.speed.values, strict=True)]
+    decrement = np.array([np.nan if i is None else log_decrement(modes[1][k, i]) for k, i in enumerate(chosen)])
+    picture, axes = figure(1 + bool(np.isfinite(decrement).any()), 1, height=2.2, width=5.0, sharex=True)
     panel, speed = axes[0, 0], data.growth_speed.values * per
     panel.plot(speed, data.growth_rate, color=COLOURS[0])
-    panel.axhline(0, color="k", linewidth=0.8)
     title = f"Stable up to {speed[-1]:.0f} {unit}"
     if analysis.threshold:
-        panel.axvline(analysis.threshold * per, color=COLOURS[1], linestyle="--")
         title = f"Unstable from {analysis.threshold * per:.0f} {unit}"
-    panel.set(xlabel=f"speed ({unit})", ylabel="growth rate (1/s)", title=title, xlim=(0, speed[-1]))
+    panel.set(ylabel="growth rate (1/s)", title=title, xlim=(0, speed[-1]))
+    if len(axes) > 1:
+        axes[1, 0].plot(data.speed.values * per, decrement, ".", color=COLOURS[0], markersize=3)
+        axes[1, 0].axhline(LEAST_DECREMENT, color="0.4", linestyle=":", label=f"API 617: {LEAST_DECREMENT:g}")
+        axes[1, 0].set_ylabel("logarithmic decrement,\nfirst forward mode (1)")
+        axes[1, 0].set_ylim(top=min(1.0, 1.1 * np.nanmax(decrement)))
+        axes[1, 0].legend()
+    for panel in axes[:, 0]:
+        panel.axhline(0, color="k", linewidth=0.8)
+        if analysis.threshold:
+            panel.axvline(analysis.threshold * per, color=COLOURS[1], linestyle="--")
+    axes[-1, 0].set_xlabel(f"speed ({unit})")
+    return picture
+
+
+def centreline(lines, structure):
+    """The path of each journal in the circle of its clearance, gravity downward, with the measured positions."""
+    picture, axes = figure(1, len(lines), height=2.6, width=2.6)
+    turn = 1j ** np.linspace(0, 4, 100)
+    for one, panel in zip(lines, axes[0], strict=True):
+        for path, style in (
+            (turn, {"color": "k", "linewidth": 0.8}),
+            (one.predicted / one.clearance, {"color": COLOURS[0]}),
+            (one.predicted[:1] / one.clearance, {"color": COLOURS[0], "marker": "o", "markersize": 4}),
+            (one.measured / one.clearance, {"color": COLOURS[1], "marker": "x", "linestyle": "none", "markersize": 4}),
+        ):
+            panel.plot(path.imag, -path.real, **style)
+        panel.plot(0, 0, "+", color="0.4")
+        panel.set(title=structure.labels.get(one.node, f"node {one.node}"), xlabel="across (clearance)")
+        panel.set_aspect("equal")
+    axes[0, 0].set_ylabel("up (clearance)")
     return picture
 
 

@@ -2,8 +2,12 @@
 
 import logging
 
+import numpy as np
+
 from rotorstudy.errors import unknown_name
 from rotorstudy.measurement.conventions import read_conventions
+from rotorstudy.measurement.files import kind_of
+from rotorstudy.measurement.gaps import gap_positions
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import read_rig
 from rotorstudy.model.shown_units import shown_for
@@ -12,12 +16,14 @@ from rotorstudy.presentation.plots import save_figures
 from rotorstudy.presentation.rotor_figures import rotor_figures
 from rotorstudy.presentation.rotor_page import rotor_page
 from rotorstudy.store import provenance, save, write_text
+from rotorstudy.studies.centreline import centrelines
 from rotorstudy.studies.rotor_analysis import analyse_rotor
 from rotorstudy.studies.stability_margin import stability_margin
 from rotorstudy.studies.unbalance_response import probe_vectors
 
 log = logging.getLogger(__name__)
 
+ALONG = 50  # speeds of a shaft centreline
 BEYOND = 2.0  # times the highest operating speed: least range of speeds by default, so that margins above are seen
 
 
@@ -31,7 +37,7 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
     returns   : RotorAnalysis
     raises    : RotorstudyError for files that cannot be read, and as `analyse_rotor`
     """
-    rig, measured = read_rig(rig_path), None
+    rig, measured, from_rest = read_rig(rig_path), None, {}
     model, conventions = rig.model, read_conventions(rig.given, str(rig_path))
     for probe in conventions.probes:
         if probe.node not in (None, *model.structure.nodes):
@@ -41,11 +47,12 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
         spectrum, model, _ = measured_spectrum(records, rig)
         reading = model.structure.reading
         measured = spectrum.speed, measured_vectors(spectrum, reading)
-    analysis = analyse_rotor(model, *speeds, reading)
-    if operating and not speeds[1] and float(analysis.data.speed[-1]) < BEYOND * operating[1]:
-        analysis = analyse_rotor(model, speeds[0], BEYOND * operating[1], reading)
+        from_rest = mean_positions(records, conventions, spectrum, model)
+    analysis = analyse_rotor(model, *speeds, reading, BEYOND * operating[1] if operating else 0.0)
     if operating:
         analysis = analysis._replace(operating=operating, margin=stability_margin(model, operating[1]))
+    shown = analysis.data.speed.values if operating is None else np.linspace(*operating, ALONG)
+    analysis = analysis._replace(centrelines=centrelines(model, shown, from_rest))
     with whole_folder(out) as folder, shown_for(rig.given, str(rig_path)):
         log.info("drawing")
         figures = rotor_figures(rig, analysis, measured, operating)
@@ -55,6 +62,18 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
         save(analysis.data.assign_attrs(attributes), folder / "rotor.nc")
         write_text(folder / "index.html", rotor_page(analysis, png, rig.path.stem, operating, measured))
     return analysis
+
+
+def mean_positions(records, conventions, spectrum, model):
+    """{node: (speed, rad/s, position, complex, m, from rest)} by the gaps in tables, or by 0X of records."""
+    found = {}
+    for path in records:
+        if kind_of(path) == "csv":
+            found |= gap_positions(path, conventions)
+    if 0 in spectrum.harmonics and not model.from_unloaded_line:
+        mean = spectrum.amplitude[:, spectrum.harmonics.tolist().index(0)].T
+        found |= {node: (spectrum.speed, one) for node, one in zip(spectrum.sensors, mean, strict=True)}
+    return found
 
 
 def measured_vectors(spectrum, reading):

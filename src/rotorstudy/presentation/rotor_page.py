@@ -10,13 +10,14 @@ from rotorstudy.presentation.tables import cells
 from rotorstudy.response.resonance import required_margin, separation_margin
 from rotorstudy.store import as_complex
 from rotorstudy.studies.rotor_analysis import RESONANT
+from rotorstudy.studies.stability_margin import LEAST_DECREMENT, log_decrement
 from rotorstudy.units import number, percent, quantity, shown_amplitude, shown_speed
 
 MOST_EFFECTS = 8  # on the least stable mode, the largest
 RIGID = 1e-3  # of the weight: what the bearings do not carry beyond that is carried by rigid supports
 ROUND_OFF = 1e-9  # of the weight
-LEAST_DECREMENT = 0.1  # API 617, 8th edition, part 1, 4.8.5
 OIL_WHIRL, LITTLE_DAMPED = (0.35, 0.55), 0.3  # frequency over speed, and logarithmic decrement below which it is said
+FAR = 0.15  # of the clearance: three times what an error of 10 % in clearance or viscosity moves a journal
 SAME_RESONANCE = 0.05  # a peak of a probe within this of a critical speed is that of its mode
 
 
@@ -96,7 +97,7 @@ def summary(analysis):
         found.append(f"The rotor is stable up to {last}{_checked(analysis)}.")
     else:
         found.append(f"The rotor is unstable from {_speed(analysis.threshold, False)}{_until(analysis)}.")
-    found += [*_stability(analysis), *_margins(analysis)]
+    found += [*_stability(analysis), *_margins(analysis), *_positions(analysis)]
     found.append(f"Unbalance: {analysis.unbalance}.")
     if analysis.left_out:
         found.append(
@@ -120,12 +121,12 @@ def summary(analysis):
 
 
 def _stability(analysis):
-    """Sentences on the least damped forward mode at the highest operating speed, as in level 1 of API 617."""
+    """Sentences on the first forward mode at the highest operating speed, as in level 1 of API 617."""
     margin = analysis.margin
     if margin is None:
         return []
     share = margin.frequency / margin.speed
-    mode = f"the least damped forward mode ({_speed(margin.frequency)}, {percent(share, 2)} of the speed)"
+    mode = f"the first forward mode ({_speed(margin.frequency)}, {percent(share, 2)} of the speed)"
     found = [
         f"At {_speed(margin.speed)} {mode} has the logarithmic decrement {number(margin.log_decrement, 3)}; API 617 "
         f"asks for {LEAST_DECREMENT:g} with the cross-coupling that the machine is expected to have."
@@ -164,6 +165,23 @@ def _margins(analysis):
     return found
 
 
+def _positions(analysis):
+    """A sentence on each journal whose position was measured, at its highest measured speed."""
+    found = []
+    for one in analysis.centrelines:
+        if not len(one.measured):
+            continue
+        i = int(one.measured_speed.argmax())
+        expected = one.expected[i]
+        seen, film = (f"{number(abs(z) / one.clearance, 2)} of the clearance at {number(np.rad2deg(np.angle(z)), 2)}°"
+                      for z in (one.measured[i], expected))  # fmt: skip
+        text = f"The journal at node {one.node} was measured at {seen} from gravity at {_speed(one.measured_speed[i])}"
+        far = abs(one.measured[i] - expected) > FAR * one.clearance
+        hint = ": far off, so that load (alignment), clearance or oil are not as stated" if far else ""
+        found.append(f"{text}; its film of the rig runs at {film}{hint}.")
+    return found
+
+
 def _none(analysis):
     """Why no critical speed is listed: where the analysed range ended below the whirl frequencies, that is said."""
     last = float(analysis.data.speed[-1])
@@ -198,7 +216,7 @@ def criticals(analysis):
             f"speed ({unit})": one.speed * per,
             "frequency (Hz)": one.speed / (2 * np.pi),
             "damping ratio (1)": one.damping_ratio,
-            "logarithmic decrement (1)": 2 * np.pi * one.damping_ratio / np.sqrt(1 - one.damping_ratio**2),
+            "logarithmic decrement (1)": log_decrement(one.damping_ratio),
             "whirl": whirl_name(one.direction),
         }
         for one in analysis.resonant

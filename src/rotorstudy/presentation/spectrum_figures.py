@@ -35,7 +35,7 @@ def time_and_orbit(config, records, speed, title):
     axes[1, 0].set_title("Orbit")
     axes[1, 1].set(xlabel="time (ms)", ylabel="reference signal (1)", title="Multi-harmonic phase reference")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    picture.suptitle(title, fontsize=9)
+    picture.suptitle(title)
     return picture
 
 

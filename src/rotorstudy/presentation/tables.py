@@ -21,11 +21,8 @@ def write_csv(table, path):
 def write_html(path, title, note, tables, digits=6, choose=(), below=None, links=None):
     """Write a page with a title, a note and DataFrames by heading ({heading: table}).
 
-    note   : str or list of str; A text, or a text and bullet points
-    tables : heading -> DataFrame; the heading may be empty
-    digits : significant digits of every number
-    choose : sequence of str; columns by whose values, and by any text, a reader may select the rows of a table that has
-             them all
+    note   : a text, or a text and bullet points;  digits : significant digits of every number
+    choose : columns by whose values, and by any text, a reader may select the rows of a table that has them all
     below  : column of long texts, each shown below its row instead of beside it (optional)
     links  : text -> address, relative to the page, of pages to go to from its top (optional)
     """
@@ -40,12 +37,9 @@ def write_html(path, title, note, tables, digits=6, choose=(), below=None, links
 def cells(table, digits=6, below=None):
     """A DataFrame as the macro `show.table` takes it.
 
-    table   : pandas.DataFrame
-    digits  : significant digits of every number
-    below   : A column of texts to be shown below their rows (optional)
-    returns : `columns`, the headings, and `rows`, each a list of (class, text); the class is that of the column:
-              number, short, text or long. `groups`: (heading, number of columns) over the columns whose names are
-              "group: name", or none. `below`: a text for each row, or none
+    below   : a column of texts to be shown below their rows (optional)
+    returns : `columns`, the headings; `rows` of (class, text), the class of a column being number, short, text or long;
+              `groups`, (heading, number of columns) over columns "group: name"; `below`, a text for each row, or none
     """
     texts = [_cell(value, digits) for value in table.get(below, [])]
     table = table.drop(columns=below, errors="ignore") if below else table

@@ -64,7 +64,7 @@ def campbell(whirl, rigs, title):
     for panel in axes[0]:
         named |= dict(zip(*panel.get_legend_handles_labels()[::-1], strict=True))
     picture.legend(named.values(), named.keys(), loc="outside lower center", ncols=3)
-    picture.suptitle(title, fontsize=9)
+    picture.suptitle(title)
     return picture
 
 

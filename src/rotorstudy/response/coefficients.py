@@ -12,12 +12,11 @@ def time_matrices(model, theta, speed, deflection):
 
     theta      : (parameter,) of the model;  speed : rad/s
     deflection : (dof,) static deflection, m, for entries that act on it
-    returns    : constant force {shift: (dof,)} in N, stiffness and damping {"z" or "conj": {shift: (dof, dof)}}, and
-                 added mass (dof, dof) or 0
+    returns    : constant force {shift: (dof,)} in N, and stiffness, damping and mass, each {"z" or "conj": {shift:
+                 (dof, dof)}}
     raises     : RotorstudyError for an effect without a time-domain form
     """
-    constant, mass = {}, 0
-    stiffness, damping = {"z": {}, "conj": {}}, {"z": {}, "conj": {}}
+    constant, on_motion = {}, [{"z": {}, "conj": {}} for _ in range(3)]
     for position, unknown in model.acting:
         for entry in unknown.entries:
             if entry.frequency_only:
@@ -29,12 +28,7 @@ def time_matrices(model, theta, speed, deflection):
                 target = constant
                 if not entry.is_constant:
                     amount = amount @ (np.conj(deflection) if entry.is_conjugate else deflection)
-            elif entry.order < 2:
-                target = (stiffness, damping)[entry.order][entry.on]
-            elif not (entry.is_conjugate or entry.shift):
-                mass = mass - amount
-                continue
             else:
-                raise RotorstudyError(f"{unknown.name!r} has an inertia that rotates; it cannot be integrated in time")
+                target = on_motion[entry.order][entry.on]
             target[entry.shift] = target.get(entry.shift, 0) + amount
-    return constant, stiffness, damping, mass
+    return constant, *on_motion

@@ -138,7 +138,8 @@ def _shapes(model, theta):
 def _mass_of_housings(model, theta):
     """Mass (dof, dof) of the foundation, kg, which the rotor alone does not have; 0 without a foundation."""
     entries = [(theta[p], entry) for p, unknown in model.acting for entry in unknown.entries if entry.order == 2]
-    return -sum(size * np.real(entry.matrix) for size, entry in entries if model.structure.housings and entry.on == "z")
+    here = [(size, entry) for size, entry in entries if entry.on == "z" and not entry.shift]
+    return -sum(size * np.real(entry.matrix) for size, entry in here if model.structure.housings)
 
 
 def _steady_state(model, theta, speed):
@@ -159,7 +160,7 @@ def _accelerations(model, theta, speed, turned, shapes, along):
     def reduced(matrix):
         return shapes.T @ matrix @ shapes
 
-    def at(parts, shaft):
+    def at(parts, shaft, turning=turning):
         """Real matrices on (x, y) of minus `shaft` plus the entries."""
         none = 0 * reduced(shaft) + 0 * turning
         on_z = sum((np.exp(shift * turning) * reduced(part) for shift, part in parts["z"].items()), none)
@@ -168,7 +169,8 @@ def _accelerations(model, theta, speed, turned, shapes, along):
         plus, minus = on_z + on_conj, on_z - on_conj
         return np.block([[plus.real, -minus.imag], [plus.imag, minus.real]])
 
-    inverse = np.kron(np.eye(2), np.linalg.inv(reduced(own.mass + np.real(mass))))
+    is_turning = any(shift for part in mass.values() for shift in part)
+    inverse = -np.linalg.inv(at(mass, own.mass, turning if is_turning else turning[:1]))
     lower = [at(stiffness, own.stiffness), at(damping, -1j * speed * own.gyroscopic)]
     for position, force in model.nonlinear_forces if along else ():
         for part, slope in zip(lower, _slopes(force, along, speed, turned, shapes), strict=True):

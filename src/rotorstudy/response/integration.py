@@ -89,17 +89,16 @@ def time_response(
     if model.held_deflection is not None:
         raise RotorstudyError("a prescribed static deflection is no equilibrium: it cannot be integrated in time")
     reference = np.broadcast_to(static_deflection(model, [speed], theta).value, (1, dof))[0]
-    shifts, table, inverse_mass = _accelerations(model, theta, speed, reference)
+    shifts, table, accelerated = _equations(model, theta, speed, reference)
 
     def derivative(t, state):
-        position, velocity = state[:dof] + reference, state[dof:]
-        turned = (np.exp(1j * shifts * speed * t) @ table).reshape(dof, -1)
-        acceleration = turned @ np.concatenate([position, position.conj(), velocity, velocity.conj(), [1]])
+        position, velocity, turns = state[:dof] + reference, state[dof:], np.exp(1j * shifts * speed * t)
+        turned = (turns @ table).reshape(dof, -1)
+        force = turned @ np.concatenate([position, position.conj(), velocity, velocity.conj(), [1]])
         for p, local in model.nonlinear_forces:
             seen = [(local.matrix @ vector)[None] for vector in (position, velocity, reference)]
-            force_now = local.at(*seen, [speed * t])[0]
-            acceleration = acceleration + theta[p] * inverse_mass @ (force_now @ local.matrix)
-        return np.concatenate([velocity, acceleration])
+            force = force + theta[p] * (local.at(*seen, [speed * t])[0] @ local.matrix)
+        return np.concatenate([velocity, accelerated(force, turns)])
 
     initial = np.zeros(2 * dof, complex) if start is None else np.concatenate(start).astype(complex)
     solution = solve_ivp(
@@ -117,23 +116,42 @@ def time_response(
     return solution.y[:dof].T
 
 
-def _accelerations(model, theta, speed, reference):
-    """Shifts (shift,), accelerations (shift, dof * column) by what acts with each of them, and the inverse of the mass.
+def _equations(model, theta, speed, reference):
+    """Shifts (shift,), forces (shift, dof * column) by what acts with each of them, and a function to the acceleration.
+
+    The function takes the force (dof,) and the turns e^{j shift w t} (shift,) and gives the acceleration (dof,).
 
     The columns are by z, conj(z), dz/dt, conj(dz/dt) and, the last one, by 1; reference : (dof,) static deflection, m
     """
     own, dof = model.matrices(theta), len(model.structure.dofs)
     constant, stiffness, damping, mass = time_matrices(model, theta, speed, reference)
-    parts = (stiffness["z"], stiffness["conj"], damping["z"], damping["conj"])
+    none = np.zeros((dof, dof))
+    parts = [one[on] for one in (stiffness, damping, mass) for on in ("z", "conj")]
     shifts = np.array(sorted({*constant, *(shift for part in parts for shift in part), 0}))
-    table = np.zeros((len(shifts), dof, 4 * dof + 1), complex)
-    for i, shift in enumerate(shifts):
-        table[i, :, :-1] = np.hstack([part.get(shift, np.zeros((dof, dof))) for part in parts])
-        table[i, :, -1] = constant.get(shift, 0)
-    own_parts = (-own.stiffness, np.zeros((dof, dof)), 1j * speed * own.gyroscopic, np.zeros((dof, dof)))
-    table[shifts == 0] += np.column_stack([*own_parts, own.static_load])
-    inverse_mass = np.linalg.inv(own.mass + mass)
-    return shifts, (inverse_mass @ table).reshape(len(shifts), -1), inverse_mass
+    table = np.array([np.hstack([part.get(shift, none) for part in parts]) for shift in shifts], complex)
+    own_parts = (-own.stiffness, none, 1j * speed * own.gyroscopic, none, -own.mass, none)
+    table[shifts == 0] += np.hstack(own_parts)
+    still = (
+        np.array([constant.get(shift, np.zeros(dof)) for shift in shifts]) + (shifts == 0)[:, None] * own.static_load
+    )
+    force, inertia = np.split(table, [4 * dof], axis=-1)
+    force = np.concatenate([force, still[..., None]], axis=-1)
+    return shifts, force.reshape(len(shifts), -1), _accelerated(-inertia, shifts)
+
+
+def _accelerated(inertia, shifts):
+    """The function from force and turns to acceleration; inertia : (shift, dof, 2 dof), on z and conj(z)."""
+    dof = inertia.shape[1]
+    if not inertia[shifts != 0].any() and not inertia[..., dof:].any():
+        inverse = np.linalg.inv(inertia[shifts == 0][0, :, :dof])
+        return lambda force, turns: inverse @ force
+
+    def accelerated(force, turns):
+        on_z, on_conj = np.split(np.tensordot(turns, inertia, axes=1), 2, axis=-1)
+        both = np.block([[on_z, on_conj], [on_conj.conj(), on_z.conj()]])
+        return np.linalg.solve(both, np.concatenate([force, force.conj()]))[:dof]
+
+    return accelerated
 
 
 def transient_response(model, speed, time, theta=None, *, start=None):

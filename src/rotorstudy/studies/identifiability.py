@@ -68,25 +68,17 @@ def identifiability(config):
         **parameter_coordinates(names),
         "other_parameter": (list(names), "1", "identified parameter"),
     }
+    bound = np.array(bounds).reshape(shape)
+    pair, one = ("case", "parameter", "other_parameter"), ("case", "parameter")
     variables = {
         "noise": (("case",), np.array(noise), "m", "standard deviation of white noise on each sample of a probe"),
         "bound": (
             ("case", "measurement", "parameter"),
-            np.array(bounds).reshape(shape),
+            bound,
             "1",
             "Cramer-Rao bound over the value, of phases in rad",
         ),
-        "correlation": (
-            ("case", "parameter", "other_parameter"),
-            np.array(correlations),
-            "1",
-            "correlation of efficient estimates",
-        ),
-        "inflation": (
-            ("case", "parameter"),
-            np.array(inflations),
-            "1",
-            "bound over the bound with all other parameters known",
-        ),
+        "correlation": (pair, np.array(correlations), "1", "correlation of efficient estimates"),
+        "inflation": (one, np.array(inflations), "1", "bound over the bound with all other parameters known"),
     }
     return dataset(variables, coordinates, title=f"{config.title}: identifiability, rig {config.main_rig}")

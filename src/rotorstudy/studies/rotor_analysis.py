@@ -76,6 +76,7 @@ class RotorAnalysis(NamedTuple):
     at_spin_speed : whether whirl and stability take the timeless ones as they act at the spin speed instead
     unbalance : how the rotor is unbalanced, in words
     operating : lowest and highest operating speed, rad/s, if stated;  margin : StabilityMargin at the highest
+    centrelines : list of Centreline, where journals run in their films
     """
 
     data: object
@@ -91,6 +92,7 @@ class RotorAnalysis(NamedTuple):
     unbalance: str
     operating: tuple[float, float] | None = None
     margin: StabilityMargin | None = None
+    centrelines: tuple = ()
 
     @property
     def resonant(self):
@@ -98,12 +100,13 @@ class RotorAnalysis(NamedTuple):
         return [one for one in self.criticals if one.damping_ratio <= RESONANT]
 
 
-def analyse_rotor(model, lowest=None, highest=None, reading=None):
+def analyse_rotor(model, lowest=None, highest=None, reading=None, covered=0.0):
     """Analyse a rotor.
 
     model           : Model with a value for every amplitude
     lowest, highest : range of speeds, rad/s; up to 3.5 times the lowest natural frequency by default
     reading         : Reading, directions of the probes; along x and y at each sensor by default
+    covered         : speed, rad/s, up to which the default range goes at least
     returns         : RotorAnalysis
     raises          : RotorstudyError for an amplitude without a value, an empty range of speeds, bearings that are not
                       defined in it, or a rotor that its bearings do not hold
@@ -114,7 +117,7 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
     at_spin_speed = is_held_in_frequency(steady)
     at_rest, moving = (steady, synchronous(model)) if at_spin_speed else (still, model)
     _check_held(still, highest or lowest or still.structure.scales.frequency)
-    highest = _default_highest(still, lowest) if highest is None else highest
+    highest = max(_default_highest(still, lowest), covered) if highest is None else highest
     lowest = LOWEST_SHARE * highest if lowest is None else lowest
     if not 0 < lowest < highest:
         raise RotorstudyError(f"speeds from {lowest:g} to {highest:g} rad/s: give 0 < lowest < highest")

@@ -1,4 +1,4 @@
-"""Stability at one speed as API 617 asks for it: decrement of the least damped forward mode, and what it can bear."""
+"""Stability at one speed as API 617 asks for it: decrement of the first forward mode, and what it can bear."""
 
 from typing import NamedTuple
 
@@ -10,12 +10,13 @@ from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.stability import growth_rate
 from rotorstudy.response.whirl import damped_modes, is_in_time, time_invariant, without_rotation
 
+LEAST_DECREMENT = 0.1  # API 617, 8th edition, part 1, 4.8.5
 FORWARD = 0.2  # direction of a mode above which it is forward whirl
 LARGEST = 10.0  # times the local stiffness: cross-coupling up to which the margin is looked for
 
 
 class StabilityMargin(NamedTuple):
-    """The forward mode of lowest logarithmic decrement at a speed (rad/s), and its frequency (rad/s).
+    """The first forward mode at a speed (rad/s), see `first_forward`: its frequency (rad/s) and decrement.
 
     on_films       : whether bearings depend on the speed, as films do
     node           : of the heaviest disc, where a fluid is most likely to swirl
@@ -43,10 +44,9 @@ def stability_margin(model: Model, speed: float) -> StabilityMargin | None:
         return None
     still = time_invariant(model)
     modes = damped_modes(still, [speed], 2 * len(still.structure.dofs))
-    ratio = np.where(modes.direction[0] > FORWARD, modes.damping_ratio[0], np.nan)
-    if not np.isfinite(ratio).any():
+    i, structure = first_forward(modes.frequency[0], modes.damping_ratio[0], modes.direction[0], speed), still.structure
+    if i is None:
         return None
-    i, structure = int(np.nanargmin(ratio)), still.structure
     node = _heaviest(structure)
     here = structure.unit(node)
     swirl = Parameter("swirl", "N/m", (Entry(1j * np.outer(here, here)),), 1.0)
@@ -61,9 +61,27 @@ def stability_margin(model: Model, speed: float) -> StabilityMargin | None:
     elif growth(largest) > 0:
         found = float(brentq(growth, 0.0, largest, rtol=1e-6))
     on_films = any(e.gain for u in still.rotor_unknowns if u.carries for e in u.entries)
-    damping = float(ratio[i])
-    decrement = 2 * np.pi * damping / np.sqrt(max(1 - damping**2, 1e-12))
+    decrement = float(log_decrement(modes.damping_ratio[0, i]))
     return StabilityMargin(speed, float(modes.frequency[0, i]), decrement, node, found, on_films)
+
+
+def first_forward(frequency: np.ndarray, ratio: np.ndarray, direction: np.ndarray, speed: float) -> int | None:
+    """Position of the mode that a swirling fluid drives first: of forward whirl below the speed the least damped.
+
+    If there is none, the lowest of forward whirl; None without forward whirl.
+
+    frequency, ratio, direction : (mode,) of `whirl.Modes`;  speed : rad/s
+    """
+    forward = np.flatnonzero(direction > FORWARD)
+    if not len(forward):
+        return None
+    below = forward[frequency[forward] < speed]
+    return int(below[ratio[below].argmin()] if len(below) else forward[frequency[forward].argmin()])
+
+
+def log_decrement(ratio: np.ndarray) -> np.ndarray:
+    """Logarithmic decrement (...) of damping ratios (...)."""
+    return 2 * np.pi * ratio / np.sqrt(np.maximum(1 - np.square(ratio), 1e-12))
 
 
 def _heaviest(structure):

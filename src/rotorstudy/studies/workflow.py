@@ -98,12 +98,7 @@ def job(snakemake):
 
 
 def opened(inputs):
-    """The results among the inputs of a rule.
-
-    inputs  : name of an input -> path, or several
-    returns : name -> Dataset of a NetCDF file; of several, name of the file without its ending -> Dataset. Others are
-              left out.
-    """
+    """The Datasets among the inputs of a rule by name; of several files by the name of each without its ending."""
     found = {}
     for name, given in inputs.items():
         paths = [Path(path) for path in ([given] if isinstance(given, str) else given)]
@@ -145,10 +140,7 @@ def _file(module):
 def imported_files(script, *functions):
     """Files of the packages a job depends on: Snakemake notices changes of scripts but not of the modules they import.
 
-    script    : script of the job
-    functions : names of functions that the script is given, see `named_function`
-    returns   : the modules of the packages that the script and the functions name, all that these import, directly or
-                through others (also inside functions), and the page templates beside them; the script is not included
+    Those that the script and the functions name, all that these import (also inside functions), and page templates.
     """
     graph = _graph()
     named = {*NAMED.findall(Path(script).read_text(encoding="utf-8")), *(one.rpartition(".")[0] for one in functions)}

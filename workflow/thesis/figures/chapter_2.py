@@ -107,15 +107,7 @@ TITLES = {
 
 
 def figures(config, reference, records, spectra, thesis_spectra, monte_carlo, monte_carlo_thesis, **stages):
-    """The figures of Chapter 2.
-
-    config                           : StudyConfig
-    reference                        : folder of the printed values
-    records, spectra, thesis_spectra : Dataset; of the main rig, or of the rig "thesis"
-    monte_carlo, monte_carlo_thesis  : file name of a case -> Dataset
-    **stages                         : Dataset; see `study_figures`
-    returns                          : name -> matplotlib figure
-    """
+    """The figures of Chapter 2, from the Datasets of its stages; of monte_carlo, file name of a case -> Dataset."""
     printed = published(reference, ["2.2", "2.3", "2.5"])
     noisy = {shown: monte_carlo[file_name(case)].sel(record="steady state") for case, shown in SHORT.items()}
     noisy_thesis = {

@@ -51,9 +51,7 @@ def static_line(model, position, speed):
     axes[0, 1].plot(at, [deflection[structure.index(n, "tilt")] * 1e6 for n in structure.nodes], "ko")
     axes[0, 1].set(xlabel="position along the shaft (m)", ylabel="slope (µrad)", title="Slope")
     bearings = deflection[structure.index(1)] / deflection[structure.index(3)]
-    picture.suptitle(
-        f"Static line: the bearings contribute {percent(bearings, 2)} of the deflection at the crack", fontsize=9
-    )
+    picture.suptitle(f"Static line: the bearings contribute {percent(bearings, 2)} of the deflection at the crack")
     return picture
 
 
@@ -72,7 +70,7 @@ def records_figure(time, signals, speed, part, text):
         axes[0, 0].plot(time, part(signals[n]), color=COLOURS[i], label=f"node {n}: {place}", linewidth=1.0)
     axes[0, 0].set(xlabel="time (ms)", ylabel=f"{text} (µm)")
     axes[0, 0].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-    picture.suptitle(f"Three revolutions at {speed:g} rad/s, about the static deflection", fontsize=9)
+    picture.suptitle(f"Three revolutions at {speed:g} rad/s, about the static deflection")
     return picture
 
 
@@ -82,7 +80,7 @@ def orbits_figure(signals, speed):
     for panel, (n, place) in zip(axes[0], PLACES.items(), strict=True):
         plot_orbit(signals[n] * 1e-6, panel)
         panel.set_title(f"node {n}: {place}")
-    picture.suptitle(f"Orbits at {speed:g} rad/s: the shaft moves like a rigid body on its soft bearings", fontsize=9)
+    picture.suptitle(f"Orbits at {speed:g} rad/s: the shaft moves like a rigid body on its soft bearings")
     return picture
 
 
@@ -113,7 +111,7 @@ def spectra_figure(config, rows, speed, quantity, printed):
         panel.set_xlabel("")
     harmonic_axis(axes[-1, 0], config.harmonics)
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    picture.suptitle(f"Full spectrum at {speed:g} rad/s, {quantity}", fontsize=9)
+    picture.suptitle(f"Full spectrum at {speed:g} rad/s, {quantity}")
     return picture
 
 
@@ -142,9 +140,7 @@ def modes_and_unbalance(model, position, speed):
     axes[0, 1].set(xlabel="spin speed (rad/s)", ylabel="1X forward (µm)", title="Response to unbalance")
     axes[0, 1].legend(fontsize=6, loc="lower right")
     first = np.sort(np.abs(values[lowest].imag))[:2]
-    picture.suptitle(
-        f"First whirl at {first[0]:.0f} and {first[1]:.0f} rad/s; the thesis prints 415.99 rad/s", fontsize=9
-    )
+    picture.suptitle(f"First whirl at {first[0]:.0f} and {first[1]:.0f} rad/s; the thesis prints 415.99 rad/s")
     return picture
 
 
@@ -176,9 +172,7 @@ def sensors_figure(config, few):
     smallest = min(config.sensor_sets, key=lambda name: len(config.sensor_sets[name]))
     times = float((few.bound.sel(sensors=smallest) / few.bound.sel(sensors=next(iter(config.sensor_sets)))).max())
     nodes = ", ".join(map(str, config.sensor_sets[smallest]))
-    picture.suptitle(
-        f"By node {nodes} alone bounds (dashes) are up to {times:.0f} times those of all sensors", fontsize=9
-    )
+    picture.suptitle(f"By node {nodes} alone bounds (dashes) are up to {times:.0f} times those of all sensors")
     return picture
 
 
@@ -196,7 +190,7 @@ def variants_figure(config, variants):
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     largest = np.abs(variants.relative_error).max(("case", "parameter"))
     worst = str(largest.variant.values[np.argmax(largest.values)])
-    picture.suptitle(f"Largest error: {percent(float(largest.max()), 2)}, by '{worst}'", fontsize=9)
+    picture.suptitle(f"Largest error: {percent(float(largest.max()), 2)}, by '{worst}'")
     return picture
 
 

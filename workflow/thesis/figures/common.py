@@ -7,15 +7,9 @@ from rotorstudy.studies.common import parameter_units
 def study_figures(config, stages, noisy, cases, titles, closed_form=None, rigs=None):
     """Figures of the stages that the simulated chapters have in common.
 
-    config      : StudyConfig
-    stages      : name of a stage -> Dataset: bias, weight_dominance, stability; identifiability and whirl if there are
-                  any
-    noisy       : title of a column -> Monte Carlo Dataset of one record kind
-    cases       : case -> its name in the figures, for bias; weight dominance is shown for the first
-    titles      : name of a figure -> its title
-    closed_form : see `whirl_figures.stability` (optional)
-    rigs        : see `whirl_figures.campbell` (optional)
-    returns     : name -> matplotlib figure
+    stages : name of a stage -> Dataset;  noisy : title of a column -> Monte Carlo Dataset of one record kind
+    cases  : case -> its name in the figures, for bias; weight dominance is shown for the first
+    closed_form, rigs : see `whirl_figures.stability`, `whirl_figures.campbell`
     """
     units, (case, shown) = parameter_units(config), next(iter(cases.items()))
     found = {

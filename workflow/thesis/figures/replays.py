@@ -262,12 +262,6 @@ KINDS = {
 
 
 def figures(config, reference, records, spectra, identification):
-    """The figures that a replay's configuration asks for.
-
-    config                           : ReplayConfig
-    reference                        : folder of the printed values
-    records, spectra, identification : Dataset; of `thesis.replay.records`, `spectra` and `identify`
-    returns                          : name -> matplotlib figure
-    """
+    """The figures that a replay's configuration asks for, from the Datasets of `thesis.replay`."""
     replayed = Replayed(config, reference, records, spectra, identification)
     return {name: KINDS[item.kind](replayed, item.case, item.group) for name, item in config.figures.items()}

@@ -12,12 +12,7 @@ MOSTLY = 0.7  # share of -1X at slow roll above which -1X is attributed to it
 
 
 def rigs_figure(replays, table):
-    """Parameters identified for several rigs, beside their physical limits.
-
-    replays : list; (ReplayConfig, identification, spectra) of each
-    table   : DataFrame; rows of `thesis.rigs.rigs_table`
-    returns : Figure
-    """
+    """Parameters of several rigs beside their limits, from (ReplayConfig, identification, spectra) of each."""
     parameters = list(dict.fromkeys(table.parameter))
     picture, axes = figure(height=4.2, width=5.0)
     narrower = table.groupby("parameter")["largest possible"].min()[parameters]

@@ -58,18 +58,14 @@ class RubLaw:
 
 
 def add_rub(machine, node, stiffness, clearance, friction, radius, centre=(0.0, 0.0), slip_speed=None):
-    """Rub: a circular stator of `clearance` m about `centre` (m, x and y); stiffness N/m, shaft radius m at the
-    contact.
-    """
+    """Rub: a circular stator of `clearance` m about `centre` (m); stiffness N/m, shaft radius m at the contact."""
     law = RubLaw(stiffness, clearance, friction, radius, centre, slip_speed or 1e-2 * radius)
     machine.local.append(LocalForce(at(machine, 4 * node), law, "rub"))
     return law
 
 
 class OneSidedLaw:
-    """Stiffness lost along a direction n while its displacement is in 0 < n y < gap: force +loss min(max(n y, 0), gap)
-    n.
-    """
+    """Stiffness lost along a direction n while 0 < n y < gap: force +loss min(max(n y, 0), gap) n."""
 
     def __init__(self, loss, gap, angle):
         self.loss, self.gap, self.normal = loss, gap, np.array([np.cos(angle), np.sin(angle)])

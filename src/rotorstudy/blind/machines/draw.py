@@ -60,12 +60,7 @@ def draw_bearing(rng, node, stiffness, frequency):
 
 
 def draw_rotor(rng, mass=None, count=None, overhung=None):
-    """A rotor between bearings or overhung.
-
-    rng      : numpy.random.Generator;  mass : float or None, kg: 1 g to 10 t by default
-    count    : int or None, elements: 2 to 20 by default;  overhung : bool or None: three of ten by default
-    returns  : Rotor, damped by its bearings, by external damping at its discs and by the shaft's material
-    """
+    """A damped rotor; by default of 1 g to 10 t (`mass`, kg) and 2 to 20 elements (`count`), three of ten overhung."""
     mass = between(rng, 1e-3, 1e4) if mass is None else mass
     count = int(rng.integers(2, 21)) if count is None else count
     ratio = between(rng, 0.3, 5.0)
@@ -142,9 +137,7 @@ MACHINES = {
 
 
 def draw_unbalance(rng, rotor, frequency):
-    """Unbalance of each disc: node to complex moment, kg m; eccentricity times first frequency 0.5 to 6 mm/s (ISO
-    grade).
-    """
+    """Unbalance of each disc: node to complex moment, kg m; eccentricity times first frequency 0.5 to 6 mm/s (ISO)."""
     grade = between(rng, 5e-4, 6e-3) / frequency
     return {
         disc.node: disc.mass * grade * rng.uniform(0.5, 1.5) * np.exp(1j * rng.uniform(0, 2 * np.pi))

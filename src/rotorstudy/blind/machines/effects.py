@@ -65,9 +65,7 @@ def add_thermal_bow(machine, elements, difference, angle=0.0, expansion=1.2e-5):
 
 
 def add_preload(machine, node, force, angle):
-    """Static preload: a constant force (N) along a fixed direction, as of a belt, a gear or a set of misaligned
-    bearings.
-    """
+    """Static preload: a constant force (N) along a fixed direction, as of a belt, a gear or misaligned bearings."""
     vector = np.zeros(machine.size, complex)
     vector[4 * node : 4 * node + 2] = force * np.cos(angle), force * np.sin(angle)
     machine.add_harmonic(0, 0, vector)
@@ -118,9 +116,7 @@ def add_pedestal(machine, bearing, mass, stiffness, damping):
 
 
 def add_internal_damping_change(machine, change, elements=None):
-    """Internal damping changed by `change` s (over stiffness) in some elements (default: all); rotating, see
-    `machine`.
-    """
+    """Rotating internal damping changed by `change` s (over stiffness) in some elements (default: all)."""
     count = len(machine.rotor.elements)
     chosen = range(count) if elements is None else elements
     weights = [change if number in chosen else 0.0 for number in range(count)]
@@ -136,9 +132,7 @@ def add_external_damping_change(machine, node, change):
 
 
 def bow_by_kink(rotor, element, kink):
-    """Shape of a shaft with one kink (rad, complex) at the end of an element, straight and zero at the first and last
-    bearing.
-    """
+    """Shape of a shaft with a kink (rad, complex) at the end of an element, zero at the first and last bearing."""
     z = rotor.positions
     deflection = np.where(z > z[element + 1], kink * (z - z[element + 1]), 0.0 * kink)
     slope = np.where(np.arange(rotor.nodes) > element + 1, kink, 0.0 * kink)

@@ -244,12 +244,8 @@ def write_case(
 ):
     """Write `record.nc`, `rig.yaml` of the nominal machine and, if asked for, `truth.json`.
 
-    case                                          : Case
-    modulus_error, bearing_error, unbalance_error : relative standard deviations of the nominal numbers about the true
-                                                    ones
-    seed                                          : of those errors
-    harmonics                                     : sequence of int or None, to be read; None: those of the format's
-                                                    default
+    modulus_error, bearing_error, unbalance_error : relative, of the nominal numbers, as drawn from the `seed`
+    harmonics                                     : to be read; None: those of the format's default
     returns                                       : pathlib.Path, the folder
     """
     folder = Path(folder)

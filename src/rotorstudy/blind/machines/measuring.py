@@ -134,12 +134,7 @@ def record(rng, steady, nodes, probes, chain, zero=None, orders=24):
 
 
 def expected_harmonics(steady, nodes, probes, chain, harmonics, zero=None):
-    """Harmonics of x + j y that a user finds in records without noise and scatter, who knows only what was meant.
-
-    Takes the probes at their nominal angles and the mark at its nominal place.
-
-    returns : (speeds, harmonics, nodes) in m
-    """
+    """Harmonics (speeds, harmonics, nodes), m, of records without noise as one reads them who knows what was meant."""
     harmonics, zero = np.asarray(harmonics), np.zeros(steady.displacement.shape[-1]) if zero is None else zero
     out = np.empty((len(steady.speed), len(harmonics), len(nodes)), complex)
     late = np.exp(-1j * harmonics * (chain.phase_offset + steady.speed[:, None] * chain.delay))

@@ -45,11 +45,7 @@ class Steady:
 
 
 def basis(machine, modes=None):
-    """Shapes to reduce the machine to: lowest modes and the static shapes of all forces; all if `modes` is None.
-
-    Returns shapes (coordinates, r) with unit modal mass, and the frequencies (rad/s) of the reduced conservative
-    machine.
-    """
+    """Lowest modes (None: all) and static shapes of all forces, (coordinates, r), and their frequencies, rad/s."""
     factor = cholesky(machine.mass, lower=True)
     stiffness = (machine.stiffness + machine.stiffness.T) / 2
     squares, shapes = eigh(stiffness, machine.mass)
@@ -79,12 +75,7 @@ def times(matrix, vector):
 
 
 class Stepper:
-    """The stepped map of a machine at several speeds.
-
-    machine : Machine;  speeds : in rad/s
-    steps   : in one revolution
-    modes   : modes kept beside the static shapes (see `basis`)
-    """
+    """The stepped map of a machine at several speeds, rad/s, by steps of a revolution, on the shapes of `basis`."""
 
     def __init__(self, machine, speeds, steps=512, modes=None):
         self.speed, self.steps = np.atleast_1d(np.asarray(speeds, float)), steps
@@ -235,9 +226,7 @@ def steady_state(machine, speeds, steps=512, modes=None, tolerance=1e-8, most=60
 
 
 def march(machine, speed, revolutions, steps=256, modes=None, start=None):
-    """Motion from rest (or a displacement `start`, m and rad) at one speed: displacement (revolutions steps,
-    coordinates).
-    """
+    """Motion (revolutions steps, coordinates) at one speed from rest, or from a displacement `start` (m, rad)."""
     stepper = Stepper(machine, speed, steps, modes)
     state = np.zeros((1, stepper.propagate.shape[1]))
     if start is not None:

@@ -14,12 +14,12 @@ from rotorstudy.diagnosis.search.free_force import FreeForce
 from rotorstudy.diagnosis.search.odds import LEAST_LOG_PROBABILITY, Explanation, PriorOdds, odds_of
 from rotorstudy.diagnosis.search.screening import Projected, Screened, project, screen_each
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.errors import CannotAct, NoSteadyState, PluginError
+from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
-from rotorstudy.model.registry import blamed, registry
+from rotorstudy.model.registry import blamed, registry, said
 
 log = logging.getLogger(__name__)
 
@@ -143,12 +143,12 @@ class Search:
         return list(zip(found, probability.tolist(), strict=True))
 
     def note_broken(self, causes, error):
-        """Record the plugin that raised an exception; an exception from elsewhere is raised again."""
-        line = blamed(error) or (str(error) if isinstance(error, PluginError) else "")
-        if not line or not causes:
+        """Record that an effect cannot be computed: its plugin failed, or what it gave cannot be solved."""
+        if not causes:
             raise error
-        guilty = [c.effect for c in causes if registry().get("effect", c.effect).file in line]
-        self.failures.setdefault(guilty[-1] if guilty else causes[-1].effect, line)
+        line, effects = blamed(error), [registry().get("effect", c.effect) for c in causes]
+        guilty = next((one for one in reversed(effects) if one.file in line), effects[-1])
+        self.failures.setdefault(guilty.name, line or f"effect '{guilty.name}' ({guilty.file}): {said(error)}")
 
     def project(self, fitted: Fit, chosen: list[Candidate], without=(), free=()) -> tuple[Projected, list[Candidate]]:
         """`project`, and the candidates whose columns could be computed; a plugin that fails is recorded as broken."""

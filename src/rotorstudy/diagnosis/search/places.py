@@ -10,11 +10,19 @@ INTERNAL = 2  # independent loads of an element at rest: a constant and a linear
 
 
 def places_of(structure: Structure) -> Iterator[tuple[tuple[str, int, str], np.ndarray]]:
-    """((kind of place, its number, kind of force), rows (row, dof)) of every node and element."""
+    """((kind of place, its number, kind of force), rows (row, dof)) of every node, bearing on a foundation and element.
+
+    A bearing on a foundation that moves acts between journal and housing.
+    """
     units = np.eye(len(structure.dofs))
     kinds = {"translation": "force", "tilt": "moment"}
     for (node, motion), row in zip(structure.dofs, units, strict=True):
-        yield ("node", node, kinds[motion]), row[None]
+        if motion in kinds:
+            yield ("node", node, kinds[motion]), row[None]
+    for node in structure.housings:
+        housing = structure.unit(node, "housing")
+        yield ("bearing", node, "force"), (structure.unit(node) - housing)[None]
+        yield ("foundation", node, "force"), housing[None]
     for place in structure.crack_places():
         if "element" in place and structure.curvature_at is not None:
             loads = np.linalg.svd(structure.stiffness_of(place["element"]))[0][:, :INTERNAL]

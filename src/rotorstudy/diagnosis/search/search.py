@@ -19,6 +19,7 @@ from rotorstudy.diagnosis.search.moves import additions, exchanges, removals, tu
 from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior, prior_of, with_usual
 from rotorstudy.measurement.spectrum import Spectrum
@@ -193,9 +194,20 @@ def _drop_impossible(work, possible):
     while True:
         least = odds_of(work.best) - REACH
         near = {key: e for key, e in work.found.items() if key not in possible and odds_of(e) >= least}
-        impossible = [key for key, e in near.items() if is_impossible(replace(work, spectrum=e.spectrum), e)]
+        impossible = [key for key, e in near.items() if _is_impossible(work, e)]
         for key in impossible:
             del work.found[key]
         possible |= near.keys() - set(impossible)
         if not impossible:
             return
+
+
+def _is_impossible(work, explanation):
+    """`is_impossible`, or whether that cannot be computed."""
+    try:
+        return is_impossible(replace(work, spectrum=explanation.spectrum), explanation)
+    except NoSteadyState:
+        return True
+    except Exception as error:
+        work.note_broken(explanation.causes, error)
+        return True

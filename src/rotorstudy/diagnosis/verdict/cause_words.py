@@ -66,14 +66,19 @@ def _present(cause):
     Of more than a few amplitudes those that differ from zero, with their phases; of a cause of fixed size its shape.
     """
     amplitudes = {name: one for name, one in cause.parameters.items() if one.part in ("amplitude", "magnitude")}
-    if registry().get("effect", cause.effect).fixed and len(amplitudes) < len(cause.parameters):
-        return {name: one for name, one in cause.parameters.items() if name not in amplitudes}  # its shape says all
-    if len(amplitudes) <= FEW:
+    if registry().get("effect", cause.effect).fixed and any(one.part == "shape" for one in cause.parameters.values()):
+        absent = set(amplitudes)  # its shape says all
+    elif len(amplitudes) > FEW:
+        deviations = {name: abs(one.value) / one.std if one.std else np.inf for name, one in amplitudes.items()}
+        least = min(ABSENT, max(deviations.values()))
+        absent = {name for name, size in deviations.items() if size < least}
+    else:
         return cause.parameters
-    deviations = {name: abs(one.value) / one.std if one.std else np.inf for name, one in amplitudes.items()}
-    least = min(ABSENT, max(deviations.values()))
-    absent = {name for name, size in deviations.items() if size < least}
-    return {name: one for name, one in cause.parameters.items() if name.removesuffix("_phase") not in absent}
+    found, is_present = {}, True
+    for name, one in cause.parameters.items():
+        is_present = is_present if one.part == "phase" else name not in absent  # a phase follows its amplitude
+        found |= {name: one} if is_present else {}
+    return found
 
 
 def cause_in_words(cause):

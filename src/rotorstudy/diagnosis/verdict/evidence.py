@@ -107,12 +107,11 @@ def identifiability(fitted, prior):
 
 def separating_measurements(causes, others, structure):
     """Measurements that separate the causes: those that the plugins state for their confounders, else general ones."""
-    effects = registry().plugins["effect"]
     found = []
     for a in causes:
         for b in others:
-            told = (dict(effects[x.effect].confounders).get(y.effect) for x, y in ((a, b), (b, a)))
-            text = next(filter(None, told), "other speeds, nearer to and beyond resonance")
+            told = registry().confounders(a.effect)
+            text = told.get(b.effect, "other speeds, nearer to and beyond resonance")
             if a.effect == b.effect:
                 text = "a probe nearer to one of the places, or a speed near a mode that moves them differently"
             pair = (Place(effect=c.effect, where=c.where, label=structure.label_at(c.where)) for c in (a, b))
@@ -123,7 +122,7 @@ def separating_measurements(causes, others, structure):
 def not_considered(causes, settings, known):
     """Declared confounders of the causes that are not candidates; known : effects of the rig."""
     effects = registry().plugins["effect"]
-    alike = dict.fromkeys(name for cause in causes for name, _ in effects[cause.effect].confounders)
+    alike = dict.fromkeys(name for cause in causes for name in registry().confounders(cause.effect))
     return [
         name
         for name in alike

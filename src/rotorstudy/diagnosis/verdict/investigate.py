@@ -34,14 +34,14 @@ from rotorstudy.diagnosis.verdict.wrong_convention import (
     finding_of,
     tested_convention,
 )
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
 from rotorstudy.inference.prediction import misfit, predicted, with_cause_error, with_model_error
 from rotorstudy.inference.prior import with_usual
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
-from rotorstudy.model.registry import registry, using
+from rotorstudy.model.registry import effects_failed, registry, using
 
 log = logging.getLogger(__name__)
 
@@ -95,10 +95,40 @@ def investigate(
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
     measured, held = split(spectrum, settings.hold_out_rad_s if hold_out is None else hold_out)
-    fitted = with_model_error(measured, settings)
     held = None if held is None else with_model_error(held, settings)
+    failed = {}
     with using(registry()):  # which is asked for at every shape
-        found, chain, expected = _searched(model, measured, fitted, held, settings)
+        while True:
+            try:
+                return _investigated(measured, held, model, settings, findings, failed)
+            except KeyboardInterrupt:
+                raise
+            except BaseException as error:  # of a plugin, any: the diagnosis is made again without it
+                new = {name: line for name, line in effects_failed(error).items() if name not in failed}
+                if not new:
+                    raise
+                failed |= new
+
+
+def _investigated(measured, held, model, settings, findings, failed):
+    """The Diagnosis, see `investigate`; held : with the model error;  failed : effects left out -> why."""
+    kept = settings.model_copy(update={"leave_out": [*settings.leave_out, *failed]})
+    fitted = with_model_error(measured, kept)
+    found, chain, tested = _searched(model, measured, fitted, kept)
+    found.failures.update(failed)
+    while True:
+        judged, shown, expected = _against_held_out(found, chain, tested, held)
+        try:
+            return _judged(judged, shown, expected, measured, held, settings, findings)
+        except NoSteadyState:  # with its causes the machine could not run as it was measured
+            if not judged.best.causes:
+                raise
+            del found.found[judged.best.kind]
+
+
+def _judged(found, chain, expected, measured, held, settings, findings):
+    """The Diagnosis that follows from a Search; see `_against_held_out`."""
+    model, fitted = found.rig, found.spectrum
     base, best = found.base, found.best
     rows = fitted.data_count
     p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
@@ -152,10 +182,10 @@ def investigate(
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
 
 
-def _searched(model, measured, fitted, held, settings):
-    """The Search, the ChainHypothesis that explains the records better or None, and the Spectrum held out or None.
+def _searched(model, measured, fitted, settings):
+    """The Search, the ChainHypothesis that explains the records better or None, and the conventions tested or None.
 
-    measured : Spectrum;  fitted, held : with the model error;  the one returned has the error of the causes too
+    measured : Spectrum;  fitted : with the model error
     """
     begun = begin(model, fitted, settings)
     log.info("%s", first_answer(begun))
@@ -169,12 +199,20 @@ def _searched(model, measured, fitted, held, settings):
         if not is_asked_to_stop(stop):
             raise
         found = replace(unsearched(begun), stopped=True)
+    return found, chain, tested
+
+
+def _against_held_out(found, chain, tested, held):
+    """The Search with whether it is upheld, the ChainHypothesis or None, and the Spectrum held out or None.
+
+    held : with the model error;  the one returned has the error of the causes too
+    """
     expected = None
     if held is not None:
         missing = held.amplitude - predicted(found.base.model, held, found.base.theta)
         expected = with_cause_error(held, missing, found.form_error)
     if tested and not (chain or found.stopped):
-        chain = chain_hypothesis(found, begun.base, tested)
+        chain = chain_hypothesis(found, found.base, tested)
     return replace(found, upheld=chain is None and is_upheld(found, expected)), chain, expected
 
 

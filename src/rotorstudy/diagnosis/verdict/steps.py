@@ -100,7 +100,7 @@ def next_steps(verdict, of_change=False):
             + "Physics that the library lacks can be added as an effect (docs/adding_a_model.md)."
         )
     for name in verdict.not_considered:
-        hints = (dict(registry().plugins["effect"][cause.effect].confounders).get(name) for cause in verdict.causes)
+        hints = (registry().confounders(cause.effect).get(name) for cause in verdict.causes)
         steps.append(f"Rule out {readable(name)}, which was not considered: {next(filter(None, hints))}.")
     if kind == "cause":
         steps.append(

@@ -17,8 +17,7 @@ from rotorstudy.studies.comparison.config import measured_without_noise
 
 
 class Trials(NamedTuple):
-    """Records of one speed with one fault: time (time,) s, label rad/s, signal (level, trial, sensor, time) complex m,
-    keyphasor (trial or 1, time) V."""
+    """Records of one speed: time, s; label, rad/s; signal (level, trial, sensor, time), m; keyphasor (trial, time)."""
 
     time: np.ndarray
     label: float
@@ -55,11 +54,7 @@ def make_trials(config, rotor_index, rotor, fault_name, place, levels, count):
 
 
 def trial_spectra(method, trials, harmonics):
-    """Harmonics (level, trial, harmonic, sensor) and the mean over the trials of their stated covariance
-    (level, sensor, component, component).
-
-    Trials with the same keyphasor are evaluated in one call.
-    """
+    """Harmonics (level, trial, harmonic, sensor), and the mean over the trials of their stated covariance."""
     sensors, samples = trials.signal.shape[2:]
 
     def spectrum(signal, keyphasor, phase):
