@@ -30,7 +30,8 @@ def test_a_title_over_a_narrow_panel_beside_long_labels_fits(tmp_path):
     picture, axes = figure(width=2.93)
     axes[0, 0].set_ylabel("hidden")
     axes[0, 0].set_yticks([0, 1], ["internal damping", "open crack form"])
-    text = axes[0, 0].set_title("First answer right in 91 % of cases of every size; box: right, dashed: declared confounder")
+    said = "First answer right in 91 % of cases of every size; box: right, dashed: declared confounder"
+    text = axes[0, 0].set_title(said)
     save_figure(picture, tmp_path / "a.svg")
     assert inside(picture, text)
 
