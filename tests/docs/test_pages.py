@@ -34,16 +34,6 @@ def test_every_page_is_in_the_navigation_of_the_site():
     assert sorted(name for entry in navigation for name in entry.values()) == [page.name for page in PAGES]
 
 
-def test_the_keys_of_a_rig_file_are_those_of_the_plugins(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "docs")
-    import rig_keys
-
-    text = (ROOT / "docs" / "rig_keys.md").read_text(encoding="utf-8")
-    assert rig_keys.page() == text, "run python docs/rig_keys.py"
-    for key in ("bearing_stiffness_xx/yy/xy/yx_N_per_m", "radial_clearance_m,", "discs with node, mass_kg?"):
-        assert key in text
-
-
 def test_the_page_on_the_rig_file_explains_every_section(tmp_path):
     text = (ROOT / "docs" / "your_rig.md").read_text(encoding="utf-8")
     assert set(re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)) == {*SECTIONS, *OTHER}

@@ -5,9 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorstudy.model.entries import Entry, apply_entries
+from rotorstudy import make_term
+from rotorstudy.model.entries import LARGE, Entry, LocalMatrix, apply_entries
 from rotorstudy.model.entry_table import EntryTable
+from rotorstudy.model.rig import read_rig
 from rotorstudy.model.terms import Unknown
+from rotorstudy.response.neighbourhood import Neighbourhood
 
 ROUND_OFF = 1e-13  # relative to the largest force: sums of at most some ten products
 SPEED, HARMONICS, SIZE = np.array([40.0, 90.0]), np.array([-2, -1, 0, 1, 2]), 3
@@ -117,3 +120,40 @@ def test_a_table_with_other_gains_is_the_one_built_with_them(unknowns, random, w
 
 def replace_gain(unknown, gain):
     return with_other(unknown, lambda entry: replace(entry, gain=gain))
+
+
+def test_a_matrix_kept_as_its_elements_is_the_same_array(random):
+    matrix = np.zeros((LARGE, LARGE))
+    matrix[3:5, 7:9] = random.normal(size=(2, 2))
+    entry = Entry(matrix, "conj", 1, 2)
+    small, kept = Entry(matrix[1:, 1:]).compact(), entry.compact()
+    assert isinstance(kept.matrix, LocalMatrix) and not isinstance(small.matrix, LocalMatrix)
+    assert sum(one.nbytes for one in kept.matrix.elements) < 200
+    assert kept.kind == entry.kind and np.shape(kept.matrix) == matrix.shape and kept.matrix[4, 8] == matrix[4, 8]
+    assert (np.asarray(kept.matrix) == matrix).all() and (np.asarray(kept.times(2j).matrix) == 2j * matrix).all()
+    assert (random.normal(size=2)[:, None, None] * kept.matrix).shape == (2, LARGE, LARGE)
+
+
+def test_what_forces_add_is_the_same_in_parts(monkeypatch):
+    """Of a mesh whose motions by unit forces would fill the memory, some are kept, and forces are solved in parts."""
+    model = read_rig("examples/two_discs.yaml").model
+    effects = ("unbalance", "support_anisotropy", "external_damping")
+    items = [
+        {"kind": kind, "node": node, "label": f"{kind} {node}"} for kind in effects for node in model.structure.nodes
+    ]
+    terms = [make_term("effect", item, model.structure, model.sensors) for item in items]
+    unknowns = [unknown for term in terms for unknown in term.unknowns]
+    rows = np.eye(len(model.structure.dofs))[[0, 1, 0, 2]]
+
+    def found(groups):
+        near = Neighbourhood(model, [200.0, 300.0], [0, 1, -1], order=3)
+        force = np.random.default_rng(3).normal(size=(len(rows), 2, 2))
+        return near.changes_by_forces(groups), near.moved_by(rows, [4, 5], force), near.changes_by_forces(groups[:1])
+
+    groups = [(unknowns, None)], [(unknowns[:2], None)] * 3
+    whole = [found(one) for one in groups]
+    for name in ("REPLIES_KEPT", "FORCES_AT_ONCE"):
+        monkeypatch.setattr(f"rotorstudy.response.neighbourhood.{name}", 1)
+    for one, before in zip(groups, whole, strict=True):
+        for part, same in zip(found(one), before, strict=True):
+            assert np.abs(part - same).max() <= ROUND_OFF * np.abs(same).max() and same.any()

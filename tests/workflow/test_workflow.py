@@ -116,6 +116,8 @@ def test_every_page_is_sound(built, tmp_path):
     assert {"index.html", "scoreboard.html", "errata.html", "advice.html", "table_4_10.html"} <= {p.name for p in pages}
     assert problems(pages, tmp_path) == []
     index = built / "results" / "index.html"
+    answers = re.findall("<section>.*?</section>", index.read_text(), re.DOTALL)
+    assert answers and all("<img" in answer for answer in answers)
     for page in pages:
         links = re.findall('href="([^"#]+)"', page.read_text())
         assert page == index or os.path.relpath(index, page.parent) in links, page

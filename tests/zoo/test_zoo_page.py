@@ -56,6 +56,10 @@ def test_one_plugin_on_the_command_line(capsys):
     said = capsys.readouterr().out
     for words in ("bearing short_journal", "load_N", "viscosity_Pa_s", "bearing_scale", "source"):
         assert words in said
+    assert main(["plugins", "--name", "linear"]) == main(["plugins", "--name", "finite_element"]) == 0
+    said = capsys.readouterr().out  # the keys of every choice, and those inside lists
+    assert "isotropic or anisotropic" in said and "bearing_stiffness_xy_N_per_m" in said
+    assert "discs with node, mass_kg?" in said
     assert main(["plugins", "--name", "short_jurnal"]) == 1
     assert "did you mean 'short_journal'" in capsys.readouterr().err
 

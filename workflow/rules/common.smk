@@ -233,7 +233,8 @@ PAGES = {f"chapter_{n}" for n in range(2, 7)} <= set(CHAPTERS)
 
 def scoreboard_files():
     pages = ["scoreboard", "errata", "rigs/comparison"] if PAGES else ["scoreboard"]
-    return [f"{RESULTS}/{page}.{kind}" for page in pages for kind in ("csv", "html")]
+    found = [f"{RESULTS}/{page}.{kind}" for page in pages for kind in ("csv", "html")]
+    return found + [f"{RESULTS}/rigs/comparison.{kind}" for kind in ("png", "svg") if PAGES]
 
 
 def pictures(group, *kinds, folder=None):

@@ -1,8 +1,11 @@
 """The facts stated by each plugin, as tables made from the registry alone."""
 
 import inspect
+from itertools import product
+from typing import Literal, get_args, get_origin
 
 import numpy as np
+from typing_extensions import is_typeddict
 
 from rotorstudy.authoring.invariants.bench import bench_of, bench_structure, typical_term
 from rotorstudy.model.kinds import KINDS
@@ -24,6 +27,7 @@ def facts(kind, plugin):
     """The facts of one plugin of a kind as {heading: text}, without empty texts."""
     found = {"name": plugin.name, "what it is": plugin.summary}
     found["options"] = _options(kind, plugin)
+    found["inside options"] = "; ".join(_inside(plugin.function))
     if kind in ("bearing", "effect"):
         found["parameters"] = _parameters(kind, plugin)
     if kind in ("rotor", "bearing"):
@@ -48,15 +52,36 @@ def _options(kind, plugin):
     )
 
 
-def _parameters(kind, plugin):
-    """'key (typically size)' of every amplitude, at the first possible place on a bench rotor."""
-    structure, place = bench_of(plugin) if kind == "effect" else (bench_structure(), {})
-    term = typical_term(plugin, structure, place)
+def _inside(function):
+    """Choices of options, and the keys of the items of options that are lists or mappings; ? marks an optional key."""
     found = []
-    for p in term.parameters:
+    for name, annotation in _annotations(function).items():
+        if get_origin(annotation) is Literal:
+            found.append(f"{name}: {' or '.join(map(str, get_args(annotation)))}")
+        for inner in [annotation, *get_args(annotation), *(b for a in get_args(annotation) for b in get_args(a))]:
+            if is_typeddict(inner):
+                keys = [key if key in inner.__required_keys__ else f"{key}?" for key in inner.__annotations__]
+                found.append(f"{name} with {', '.join(keys)}")
+    return found
+
+
+def _annotations(function):
+    return {name: p.annotation for name, p in inspect.signature(function).parameters.items()}
+
+
+def _parameters(kind, plugin):
+    """'key (typically size)' of every amplitude, at the first possible place on a bench rotor; of every choice."""
+    if kind == "effect":
+        parameters = typical_term(plugin, *bench_of(plugin)).parameters
+    else:
+        choices = {name: get_args(a) for name, a in _annotations(plugin.function).items() if get_origin(a) is Literal}
+        options = (plugin.example | dict(zip(choices, chosen, strict=True)) for chosen in product(*choices.values()))
+        parameters = [p for chosen in options for p in plugin.function(bench_structure(), **chosen)]
+    found = {}
+    for p in parameters:
         more = " and a phase" if p.is_complex else "" if p.default is None else f", by default {p.default:g}"
-        found.append(f"{p.key} (typically {p.typical:.3g}{more})")
-    return ", ".join(found)
+        found[p.key] = f"{p.key} (typically {p.typical:.3g}{more})"
+    return ", ".join(found.values())
 
 
 def _claims(plugin):

@@ -82,9 +82,13 @@ class Amplitudes:
             For an unknown name.
         """
         for name in names:
-            if name not in self.names:
+            if name not in self._places:
                 raise unknown_name("parameter", name, self.names, "this model")
-        return np.array([self.names.index(name) for name in names], int)
+        return np.array([self._places[name] for name in names], int)
+
+    @cached_property
+    def _places(self):
+        return {name: place for place, name in enumerate(self.names)}
 
     def unknown_names(self, wanted: Iterable[str] | None = None) -> tuple[str, ...]:
         """Names of the real amplitudes to estimate.

@@ -18,6 +18,29 @@ from numpy.typing import ArrayLike
 
 from rotorstudy.errors import PluginError
 
+LARGE = 60  # coordinates from which on a matrix is kept as its elements
+
+
+class LocalMatrix:
+    """A matrix of which few elements are not zero, in the memory of these alone; numpy takes it as an array.
+
+    shape : (rows, columns);  elements : rows (element,), columns (element,) and values (element,)
+    """
+
+    ndim = 2
+
+    def __init__(self, shape: tuple[int, int], elements: tuple[np.ndarray, np.ndarray, np.ndarray]):
+        self.shape, self.elements = shape, elements
+
+    def __array__(self, dtype=None, copy=None):
+        row, column, value = self.elements
+        dense = np.zeros(self.shape, value.dtype if dtype is None else dtype)
+        dense[row, column] = value
+        return dense
+
+    def __getitem__(self, place):
+        return np.asarray(self)[place]
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -77,6 +100,8 @@ class Entry:
 
         The column of a vector is 0.
         """
+        if isinstance(self.matrix, LocalMatrix):
+            return self.matrix.elements
         matrix = np.asarray(self.matrix).reshape(len(self.matrix), -1)
         row, column = np.nonzero(matrix)
         return row, column, matrix[row, column]
@@ -135,7 +160,20 @@ class Entry:
         -------
         Entry
         """
+        if isinstance(self.matrix, LocalMatrix):
+            *place, value = self.matrix.elements
+            return replace(self, matrix=LocalMatrix(self.matrix.shape, (*place, factor * value)))
         return replace(self, matrix=factor * np.asarray(self.matrix))
+
+    def compact(self) -> "Entry":
+        """The same entry with a large matrix as a LocalMatrix: a search has many, each at one place of a long shaft.
+
+        Returns
+        -------
+        Entry
+        """
+        shape = np.shape(self.matrix)
+        return replace(self, matrix=LocalMatrix(shape, self.nonzero)) if len(shape) == 2 and shape[0] >= LARGE else self
 
 
 def planar_entries(direction, matrix, order=0, gain=None, *, frequency_only=False):

@@ -37,6 +37,11 @@ class Columns(NamedTuple):
     unknown: np.ndarray
     value: np.ndarray
 
+    def part(self, first: int, count: int) -> "Columns":
+        """Those of `count` amplitudes from `first` on, which are then counted from zero."""
+        here = (self.unknown >= first) & (self.unknown < first + count)
+        return Columns(self.row[here], self.unknown[here] - first, self.value[..., here])
+
     def dense(self, size: int, count: int) -> np.ndarray:
         """(..., speed, harmonic, coordinate, amplitude) of `size` coordinates and `count` amplitudes."""
         whole = np.zeros((*self.value.shape[:-1], size, count), complex)
@@ -157,12 +162,12 @@ class EntryTable:
     @cached_property
     def patterns(self) -> list[Pattern]:
         """Pattern of every kind of entry on the motion that does not rotate with the shaft."""
-        return patterns_of(*self._on_motion, self.size, len(self.unknowns), turning=False)
+        return patterns_of(*self._on_motion, self.size, turning=False)
 
     @cached_property
     def turning_patterns(self) -> list[Pattern]:
         """Pattern of every kind of entry on the motion that rotates with the shaft."""
-        return patterns_of(*self._on_motion, self.size, len(self.unknowns), turning=True)
+        return patterns_of(*self._on_motion, self.size, turning=True)
 
     @cached_property
     def turned(self) -> np.ndarray:

@@ -188,11 +188,8 @@ class Hinge:
         tuple of Entry
             Of an amplitude of 1, which is what the open crack yields across.
         """
-        law = self.open_shares[0] * self.side**order * np.exp(-1j * order * _pull())  # the moment turns backwards
-        even = (self.open_shares[0] - law.real) / 2 if order else law.real
-        xi = {"across": even, "lagging": law.imag / 2}.get(motion, 0.0)
-        both = law.imag / 2 if motion == "coupled" else 0.0
-        return self._entries(_turning_shares(xi, even if motion == "along" else 0.0, both), False)
+        shares, size = _shares_of_form(motion, order, self.side), self.open_shares[0]
+        return self._entries({k: (size * direct, size * mirrored) for k, (direct, mirrored) in shares.items()}, False)
 
     def _entries(self, shares, along):
         """Entries of a kink, given as {shift: (share of the imposed rotation, share of its conjugate)}.
@@ -205,16 +202,13 @@ class Hinge:
             both = {k: (shares.get(k, none), shares.get(2 - k, none)) for k in sorted(turned)}
             half = self._along / 2
             shares = {k: ((a - d) * half, (b - c) * half) for k, ((a, b), (c, d)) in both.items()}
-        pattern, found = self.section.stiffness * np.outer(self.row, self.row), []
+        row, found = self.row, []
+        pattern, own = self.section.stiffness * np.outer(row, row), self.section.own_moment * row
         for shift, (direct, mirrored) in shares.items():
             turn = np.exp(1j * int(shift) * self.angle)
-            sources = ("z", direct * pattern), ("conj", mirrored * pattern)
-            alone = (direct + mirrored) * self.section.own_moment * self.row
-            found += [
-                Entry(matrix * turn, on=on, shift=int(shift))
-                for on, matrix in (*sources, ("one", alone))
-                if np.any(matrix)
-            ]
+            sources = ("z", direct, pattern), ("conj", mirrored, pattern), ("one", direct + mirrored, own)
+            some = [(on, share, matrix) for on, share, matrix in sources if share and matrix.any()]
+            found += [Entry(turn * share * matrix, on=on, shift=int(shift)) for on, share, matrix in some]
         return tuple(found)
 
     def _kink_by_rotation(self):
@@ -325,6 +319,16 @@ def _turning_shares(xi, eta, both=0.0):
     return found
 
 
+@lru_cache(maxsize=KEPT)
+def _shares_of_form(motion, order, side):
+    """Shares of a part of a law of breathing, of an open crack that yields across as the shaft does."""
+    law = side**order * np.exp(-1j * order * _pull())  # the moment turns backwards
+    even = (1 - law.real) / 2 if order else law.real
+    xi = {"across": even, "lagging": law.imag / 2}.get(motion, 0.0)
+    return _turning_shares(xi, even if motion == "along" else 0.0, law.imag / 2 if motion == "coupled" else 0.0)
+
+
+@lru_cache
 def _pull():
     """Directions (direction,) in which the moment pulls, rad from xi."""
     return 2 * np.pi / DIRECTIONS * np.arange(DIRECTIONS)

@@ -22,17 +22,22 @@ class Elements(NamedTuple):
 class Pattern(NamedTuple):
     """Entries on the motion that differ in their matrix alone, of which `entry` is one.
 
-    row, column : (element,) int, places in the matrix;  weights : sparse (element, amplitude), values there
+    row, column : (element,) int, places in the matrix
+    element, unknown, weight : (part,) what one unit of an amplitude adds to an element
     """
 
     entry: Entry
     row: np.ndarray
     column: np.ndarray
-    weights: object
+    element: np.ndarray
+    unknown: np.ndarray
+    weight: np.ndarray
 
     def values(self, theta: np.ndarray) -> np.ndarray:
         """Elements (..., element) of the matrix of all these entries at amplitudes (..., amplitude)."""
-        return product(self.weights, theta)
+        found = np.zeros((*theta.shape[:-1], len(self.row)), complex)
+        np.add.at(found, (..., self.element), self.weight * theta[..., self.unknown])
+        return found
 
 
 def elements_of(
@@ -63,10 +68,10 @@ def elements_of(
     return elements, [entry for _, entry in kinds.values()]
 
 
-def patterns_of(elements: Elements, kinds: list[Entry], size: int, count: int, *, turning: bool) -> list[Pattern]:
+def patterns_of(elements: Elements, kinds: list[Entry], size: int, *, turning: bool) -> list[Pattern]:
     """Pattern of every kind of entry on the motion that rotates with the shaft, or of every one that does not.
 
-    size, count : of coordinates and amplitudes
+    size : number of coordinates
     """
     found = []
     for k, entry in enumerate(kinds):
@@ -74,8 +79,7 @@ def patterns_of(elements: Elements, kinds: list[Entry], size: int, count: int, *
             here = elements.kind == k
             place = elements.row[here] * size + elements.column[here] % size
             place, index = np.unique(place, return_inverse=True)
-            weights = sparse(elements.value[here], index, elements.unknown[here], (len(place), count))
-            found.append(Pattern(entry, *np.divmod(place, size), weights))
+            found.append(Pattern(entry, *np.divmod(place, size), index, elements.unknown[here], elements.value[here]))
     return found
 
 

@@ -63,8 +63,8 @@ class Model(Amplitudes):
             self.structure.index(node)
         ordered = sorted(self.terms, key=lambda term: term.acts_on_output)
         object.__setattr__(self, "terms", tuple(ordered))
-        doubled = [name for name in self.names if self.names.count(name) > 1]
-        if doubled:
+        if len(set(self.names)) < len(self.names):
+            doubled = [name for name in self.names if self.names.count(name) > 1]
             raise RotorstudyError(f"two terms share the amplitude {doubled[0]!r}; give each its own 'label:'")
 
     @cached_property
@@ -235,8 +235,10 @@ class Model(Amplitudes):
         seen[self.measured] = True
         seen[self._riding[1]] = True
         for entry in (e for _, u in self.acting for e in u.entries):
-            matrix = np.asarray(entry.matrix)
-            seen |= matrix != 0 if matrix.ndim == 1 else (matrix != 0).any(axis=0) | (matrix != 0).any(axis=1)
+            row, column, _ = entry.nonzero
+            seen[row] = True
+            if not entry.is_constant:
+                seen[column] = True
         for _, force in self.nonlinear_forces:
             seen |= np.any(force.matrix, axis=0)
         return np.flatnonzero(seen | (self.static_residual != 0))

@@ -158,7 +158,7 @@ def _parameters(plugin, function, fixed, options, where, is_foundation=False):
     check_shapes(parameters, len(fixed["sensors"]) if on_output else len(fixed["structure"].dofs), plugin, where)
     if isinstance(plugin, Bearing) or getattr(plugin, "places", None) is at_supports:
         return at_housings(fixed["structure"], parameters, from_ground=is_foundation)
-    return parameters
+    return tuple(replace(p, entries=tuple(entry.compact() for entry in p.entries)) for p in parameters)
 
 
 @contextmanager

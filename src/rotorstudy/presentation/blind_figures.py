@@ -94,9 +94,8 @@ def confusion(data):
     axes.set_yticks(range(len(truths)), list(map(_called, truths)))
     axes.set(xlabel="first answer", ylabel="hidden")
     share = counts[data.accepted.values == 1].sum() / max(counts.sum(), 1)
-    axes.set_title(
-        f"First answer right in {_percent(share)} of cases of every size; box: right, dashed: declared confounder"
-    )
+    dashed = "; dashed: a declared confounder" * bool((data.accepted.values == 2).any())
+    axes.set_title(f"First answer right (boxed) in {_percent(share)} of cases{dashed}")
     return picture
 
 

@@ -73,7 +73,8 @@ def _wrap_what_is_cut(picture):
             middle, said = (seen.x0 + seen.x1) / 2, text.get_text()
             room = 1.94 * min(middle - whole.x0, whole.x1 - middle)
             lines = int(np.ceil(seen.width / room))
-            text.set_text(textwrap.fill(said, len(said) // lines + 8))  # of about equal length
+            fitting = int(len(said) * room / seen.width)
+            text.set_text(textwrap.fill(said, min(len(said) // lines + 8, fitting)))  # of about equal length
             cut = True
     return cut
 

@@ -11,7 +11,7 @@ from rotorstudy.presentation.tables import write_csv, write_html
 COLUMNS = {  # of the page, few enough for a screen, and the headings of the facts shown in each
     "name": ("name", "claims"),
     "what it is": ("what it is", "source"),
-    "in a rig file": ("options", "uncertain by", "parameters"),
+    "in a rig file": ("options", "inside options", "uncertain by", "parameters"),
     "checks and confounders": ("checked against", "confounders"),
 }
 
@@ -25,7 +25,8 @@ def write_plugin_library(html, csv, index=None):
         html,
         "Plugin library (zoo)",
         f"{count} models, each in one file in plugins/. Every claim is checked by the tests and by 'rotorstudy check'. "
-        "An option marked '(needed)' has no default. zoo.csv has a separate column for each fact.",
+        "An option marked '(needed)' has no default, a key inside an option with ? may be left out. "
+        "zoo.csv has a separate column for each fact.",
         {f"{kind} ({len(table)})": shown(table) for kind, table in found.items()},
         links=to_index(html, index),
     )

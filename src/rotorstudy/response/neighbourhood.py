@@ -16,6 +16,8 @@ from rotorstudy.response.statics import static_deflection
 SOLVED_AT_ONCE = 8  # coordinates whose receptances are solved together: more take more memory, not less time
 TABLES_KEPT, FACTORS_KEPT = 48, 250_000  # tables of unknowns, and numbers of the factors of each of them, 4 MB
 MOTION_AT_ONCE = 1_000_000  # numbers of the motions that are taken together
+REPLIES_KEPT = 30_000_000  # numbers of the motions by unit forces, 0.5 GB; those shown are all kept, as they are few
+FORCES_AT_ONCE = 10_000_000  # numbers of the forces whose motions are solved together
 
 
 @lru_cache(maxsize=TABLES_KEPT)
@@ -81,10 +83,7 @@ class Neighbourhood:
     def shown_replies(self, coordinate):
         """Measured harmonics (speed, component, harmonic * sensor) by the forces of `replies`, m/N."""
         if coordinate not in self.by_shown:
-            shown, carried = positions(self.harmonics, self.blocks), len(self.blocks.harmonics)
-            seen = self.model.seen(self.replies(coordinate)[:, shown], axis=2)
-            seen = seen.reshape(len(self.speed), -1, 2 * carried)
-            self.by_shown[coordinate] = np.ascontiguousarray(np.swapaxes(seen, 1, 2))
+            self._solve_for([coordinate])
         return self.by_shown[coordinate]
 
     def moved_by(self, rows, components, force):
@@ -110,7 +109,14 @@ class Neighbourhood:
             for place, coordinate in enumerate(part):
                 force[:, :, coordinate, place] = np.kron(np.eye(carried), [1, 1j])
             found = self._solved(force.reshape(*force.shape[:3], -1)).reshape(force.shape)
-            self.by_coordinate |= {c: np.ascontiguousarray(found[..., place, :]) for place, c in enumerate(part)}
+            for place, coordinate in enumerate(part):
+                reply = np.ascontiguousarray(found[..., place, :])
+                seen = self.model.seen(reply[:, positions(self.harmonics, self.blocks)], axis=2)
+                seen = seen.reshape(len(self.speed), -1, 2 * carried)
+                self.by_shown[coordinate] = np.ascontiguousarray(np.swapaxes(seen, 1, 2))
+                while self.by_coordinate and len(self.by_coordinate) * reply.size > REPLIES_KEPT:
+                    del self.by_coordinate[next(iter(self.by_coordinate))]
+                self.by_coordinate[coordinate] = reply
 
     def _moved(self, columns, count):
         """Measured harmonics (speed, harmonic, sensor, unknown) by the Columns of a number of unknowns.
@@ -119,10 +125,15 @@ class Neighbourhood:
         """
         acted, shown = np.unique(columns.row).tolist(), positions(self.harmonics, self.blocks)
         carried, speeds = len(self.blocks.harmonics), len(self.speed)
-        fresh = [coordinate for coordinate in acted if coordinate not in self.by_coordinate]
+        fresh = [coordinate for coordinate in acted if coordinate not in self.by_shown]
         if 2 * carried * len(fresh) >= count:
-            moved = self._solved(columns.dense(len(self.model.structure.dofs), count))[:, shown]
-            return self.model.seen(moved, axis=2)
+            together, dof = max(1, FORCES_AT_ONCE // self.motion.amplitude.size), len(self.model.structure.dofs)
+            found = []
+            for first in range(0, count, together):
+                size = min(together, count - first)
+                moved = self._solved(columns.part(first, size).dense(dof, size))[:, shown]
+                found.append(self.model.seen(moved, axis=2))
+            return np.concatenate(found, axis=-1)
         self._solve_for(fresh)
         found = np.zeros((speeds, count, len(shown) * len(self.model.measured)), complex)
         for coordinate in acted:

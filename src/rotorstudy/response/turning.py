@@ -84,9 +84,8 @@ def _force_weights(table, speed, harmonics):
     at[touched] = np.arange(count)
     size, parts = len(harmonics) * count, []
     for pattern in table.turning_patterns:
-        entry, weights = pattern.entry, coo_array(pattern.weights)
-        element, unknown = weights.coords
-        i, j, value = at[pattern.row[element]], at[pattern.column[element]], weights.data
+        entry, element, unknown, value = pattern.entry, pattern.element, pattern.unknown, pattern.weight
+        i, j = at[pattern.row[element]], at[pattern.column[element]]
         n = harmonics[np.abs(harmonics - entry.shift) <= order]
         factor = entry.gain_at(speed[:, None], n) * (1j * (n - entry.shift) * speed[:, None]) ** entry.order
         seen = (n - entry.shift) * (-1 if entry.is_conjugate else 1)

@@ -17,6 +17,7 @@ from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
+from rotorstudy.model.terms import Parameter
 from rotorstudy.response.measured import measured_response_and_jacobian
 
 CLOSELY = replace(HYPOTHESIS, steps=ESTIMATE.steps)
@@ -156,8 +157,8 @@ def response_with_shape(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Harmonics shown (speed, harmonic, sensor), m, and their derivatives (parameter, ...), the shapes last.
 
-    The derivative by an option follows from the columns of the cause in that shape and in one beside it, of amplitude
-    zero, at the same motion.
+    The derivative by an option follows from what the cause changes in that shape and in one beside it, at the same
+    motion.
 
     points : (option,) of each cause, fractions of the ranges of its shape; none of a cause without one
     """
@@ -168,10 +169,12 @@ def response_with_shape(
     for number, (cause, point) in enumerate(zip(causes, points, strict=True)):
         ranges = ranges_of(work, cause) if len(point) else {}
         offs = [ends.step(x) for ends, x in zip(ranges.values(), point, strict=True)]
+        own = [names.index(name) for name in here[number].names]
         for i, (at, off) in enumerate(zip(point + np.diag(offs), offs, strict=True)):
-            beside.append((number, off, reshaped(work, cause, at, f"beside {number} {i}")))
-    model = model.plus(*(one.term for *_, one in beside)) if beside else model
-    more = [name for *_, one in beside for name in one.names]
+            one = reshaped(work, cause, at, f"beside {number} {i}")
+            beside.append((own, off, *_as_one(one.term, amplitudes[own])))
+    model = model.plus(*(term for *_, term, _ in beside)) if beside else model
+    more = [unknown.name for *_, term, _ in beside for unknown in term.unknowns]
     theta = model.stated.copy()
     theta[model.position([*names, *more])] = np.concatenate([amplitudes, np.zeros(len(more))])
     spectrum = work.spectrum
@@ -180,9 +183,32 @@ def response_with_shape(
     )
     change = np.moveaxis(change, -1, 0)
     columns = [change[model.position(names)]]
-    at = {name: i for i, name in enumerate(names)}
-    for number, off, one in beside:
-        own = [at[name] for name in here[number].names]
-        less = change[model.position(one.names)] - columns[0][own]
-        columns.append(np.tensordot(amplitudes[own], less, 1)[None] / off)
+    for own, off, term, weights in beside:
+        there = np.tensordot(weights, change[model.position([unknown.name for unknown in term.unknowns])], 1)
+        columns.append((there - np.tensordot(amplitudes[own], columns[0][own], 1))[None] / off)
     return shown, np.concatenate(columns)
+
+
+def _as_one(term, amplitudes):
+    """The Term of a cause at some amplitudes as a single amplitude, and the weight of that; else the term and them all.
+
+    Of the many amplitudes of a crack one column is then found instead of one for each.
+    """
+    unknowns = [(value, u) for value, u in zip(amplitudes, term.unknowns, strict=True) if value]
+    matrices, forces = {}, [(value, u.force) for value, u in unknowns if u.force]
+    same = {(f.matrix.tobytes(), f.takes_angle, f.takes_velocity) for _, f in forces}
+    if (
+        term.acts_on_output
+        or len(same) + any(u.entries for _, u in unknowns) != 1
+        or any(u.carries for _, u in unknowns)
+    ):
+        return term, amplitudes
+    for value, unknown in unknowns:
+        for entry in unknown.entries:
+            _, known = matrices.get(entry.kind, (entry, 0.0))
+            matrices[entry.kind] = entry, known + value * np.asarray(entry.matrix)
+    force = forces and replace(forces[0][1], function=lambda *at: sum(value * f.function(*at) for value, f in forces))
+    entries = tuple(replace(entry, matrix=matrix) for entry, matrix in matrices.values())
+    jumps = any(u.jumps for _, u in unknowns)
+    whole = Parameter("whole", "1", entries, typical=1.0, force=force or None, jumps=jumps)
+    return replace(term, parameters=(whole,), values={}), np.ones(1)

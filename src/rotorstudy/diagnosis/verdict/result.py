@@ -1,6 +1,6 @@
 """The result of a diagnosis as data: the content of verdict.json, from which pages, texts and figures are made.
 
-Values are in SI; `std` is one standard deviation. docs/diagnosis.md explains every key.
+Values are in SI; `std` is one standard deviation.
 """
 
 from typing import Annotated, Any, Literal
@@ -61,11 +61,11 @@ class Cause(Place):
     parameters: dict[str, ParameterEstimate]
     variant: dict[str, str] = {}
     other_variants: list[dict[str, str]] = []
-    posterior_probability: float
+    posterior_probability: float  # of this effect at this place, among all explanations that were fitted
 
 
 class SeparatingMeasurement(Result):
-    """A measurement that separates two causes."""
+    """A measurement that separates two causes, of which effect and place are given."""
 
     causes: tuple[Place, Place]
     measurement: str
@@ -179,7 +179,10 @@ class Gain(Result):
 
 
 class DetectionLimit(Place):
-    """The smallest amplitude detected with a probability of 95 %; part : of a complex parameter."""
+    """The smallest amplitude of a parameter, in unit, that is detected with a probability of 95 %.
+
+    part : of a complex parameter;  of_typical : ratio to the typical size that its plugin states
+    """
 
     parameter: str
     part: Literal["amplitude", "real", "imaginary"]
@@ -189,7 +192,10 @@ class DetectionLimit(Place):
 
 
 class Hidden(Place):
-    """A fault that operators fear: the size at a place seen with 95 %; None if none is, and what to measure then."""
+    """A fault that operators fear: the size of a parameter, in unit, that is seen with a probability of 95 %.
+
+    size : None if none is seen, with what to measure then
+    """
 
     parameter: str
     size: float | None
@@ -198,7 +204,10 @@ class Hidden(Place):
 
 
 class MovedParameter(Result):
-    """A parameter of the rig that the fit moved by more than two of its stated standard deviations."""
+    """A parameter of the rig that the fit moved by more than two of its stated standard deviations (moved_sigma).
+
+    name, unit : of the parameter;  stated, stated_std : in the rig;  value, std : as fitted
+    """
 
     name: str
     unit: str
@@ -210,7 +219,7 @@ class MovedParameter(Result):
 
 
 class Tradeoff(Result):
-    """Two parameters that the data can hardly separate."""
+    """A pair of parameters that the data can hardly separate, with their correlation."""
 
     pair: tuple[str, str]
     correlation: float
@@ -225,7 +234,32 @@ class Identifiability(Result):
 
 
 class Verdict(Result):
-    """The content of verdict.json, in the order of the file."""
+    """The content of verdict.json, in the order of the file.
+
+    verdict, summary : the kind of verdict; the same in sentences
+    causes, ambiguous_with : the causes that are named; others that cannot be ruled out
+    resultant : of unbalances of several discs that look alike in these records
+    separating_measurement : for pairs of causes
+    next_runs : up to three further runs that would decide an ambiguous verdict, the most decisive one first
+    excluded : up to four other effects, the most probable first
+    not_considered : effects that look like a named cause but are not tried: no candidates, or left out by the settings
+    broken_plugins : a line for each plugin that failed, with file and line
+    unexplained : harmonics and nodes with a significant residual
+    residual_p_value, residual_share : of the residual; the share of the excess error (rms) that is left
+    form_error : expected standard deviation of the error of the form of the causes, relative to what they change
+    log_posterior_odds : natural logarithm of the odds of the best causes against the base alone, whether or not they
+        are named; None if no cause was fitted
+    parameter_p_value : probability under the prior that the parameters lie as far from their stated values as the fit
+        needs, all together or the farthest one, times their number; below `significance` the fit is rejected
+    one_place : of the verdict unknown, places at which a fault that the library lacks may act (99 %)
+    outside_probability : of such a fault; above one half the verdict is unknown
+    detection_limit, hidden : what is detected with a probability of 95 %: each effect, and each feared fault
+    gain : at the held-out speeds; None if there are none
+    base_parameters, identifiability : of the rig: those that moved far, and those that the data do not tell
+    candidates : how many causes were considered
+    settings, findings, provenance : what was assumed; the findings on the records; versions and files
+    measuring_chain : the convention that seems to be stated wrongly, if any
+    """
 
     format_version: Literal[3] = FORMAT_VERSION
     verdict: Literal["nothing", "cause", "ambiguous", "unknown"]
