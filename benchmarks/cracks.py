@@ -27,6 +27,7 @@ from crack_page import INTERVAL, SIZES, is_right, page, summary
 from rotorstudy.blind.machines.files import write_case
 from rotorstudy.blind.machines.stepping import NoSteadyState
 from rotorstudy.diagnosis import investigate
+from rotorstudy.diagnosis.one_cause.answer import interval_of
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.errors import RotorstudyError
@@ -85,7 +86,9 @@ def _identified(spectrum, model, settings, true):
     for name in SIZES:
         row |= {name: found.cause.shape[name], f"{name}_std": found.cause.shape_std[name]}
         row |= {f"{name}_error": stated[0][1][name]}
-        row[f"{name}_held"] = any(abs(errors[name]) <= INTERVAL * one.shape_std[name] for one, errors in stated)
+        held = [abs(errors[name]) <= INTERVAL * one.shape_std[name] for one, errors in stated[1:]]
+        low, high = interval_of(found, name)
+        row[f"{name}_held"] = low <= found.cause.shape[name] - stated[0][1][name] <= high or any(held)
     return row
 
 

@@ -8,6 +8,7 @@ LONG = "A title of many words that is a good deal wider than one column of a jou
 
 
 def inside(picture, text):
+    picture.draw_without_rendering()  # else where the last file had it, which may have another resolution
     seen, whole = text.get_window_extent(), picture.get_window_extent()
     return whole.x0 <= seen.x0 and seen.x1 <= whole.x1
 
@@ -23,6 +24,16 @@ def test_a_text_wider_than_the_figure_is_broken_into_lines(place, tmp_path):
     short = write("A title that fits")
     save_figure(picture, tmp_path / "a.svg")
     assert short.get_text() == "A title that fits"
+
+
+def test_a_title_over_a_narrow_panel_beside_long_labels_fits(tmp_path):
+    picture, axes = figure(width=2.93)
+    axes[0, 0].set_ylabel("hidden")
+    axes[0, 0].set_yticks([0, 1], ["internal damping", "open crack form"])
+    said = "First answer right in 91 % of cases of every size; box: right, dashed: declared confounder"
+    text = axes[0, 0].set_title(said)
+    save_figure(picture, tmp_path / "a.svg")
+    assert inside(picture, text)
 
 
 def test_a_logarithmic_axis_has_plain_numbers_up_to_a_hundred():

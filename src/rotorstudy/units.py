@@ -127,15 +127,18 @@ def interval(value: float, unit: str, std: float, least: float = -np.inf) -> str
     return f"{' to '.join(as_certain_as(end, std * factor) for end in ends)} {unit}".strip()
 
 
-def with_interval(value: float, std: float, unit: str, least: float = -np.inf) -> str:
+def with_interval(
+    value: float, std: float, unit: str, least: float = -np.inf, ends: tuple[float, float] | None = None
+) -> str:
     """A value in its unit with its standard deviation and its 95 % interval: 100.2 ± 4.0 mm (95 %: 92.4 to 108.0).
 
     Angles, unbalances and lengths below 1 mm are written in the reader's units. least : that is possible, in the given
-    unit
+    unit;  ends : of the interval; 1.96 standard deviations from the value by default
     """
+    low, high = ends or (value - HALF_INTERVAL * std, value + HALF_INTERVAL * std)
     if unit in ("rad", "kg m") or (unit == "m" and abs(value) < SMALL_LENGTH):
         unit, factor = shown_unit(unit)
-        value, std, least = factor * value, factor * std, factor * least
+        value, std, least, low, high = (factor * one for one in (value, std, least, low, high))
 
     def shown(one):
         if std >= TINY and abs(value) < LONG:
@@ -143,8 +146,8 @@ def with_interval(value: float, std: float, unit: str, least: float = -np.inf) -
         digits = 2 + np.floor(np.log10(abs(one))) - np.floor(np.log10(std)) if std > 0 and one else 6
         return f"{one:.{max(int(digits), 1)}g}"
 
-    half, own = HALF_INTERVAL * std, "" if unit == "1" else f" {unit}"
-    return f"{shown(value):>9} ± {shown(std)}{own} (95 %: {shown(max(value - half, least))} to {shown(value + half)})"
+    own = "" if unit == "1" else f" {unit}"
+    return f"{shown(value):>9} ± {shown(std)}{own} (95 %: {shown(max(low, least))} to {shown(high)})"
 
 
 def percent(share: float, digits: int = 3) -> str:

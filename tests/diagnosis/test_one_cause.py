@@ -6,7 +6,14 @@ from machines import disc, shaft, springs, unbalance
 
 from rotorstudy import RotorstudyError, build_model, registry
 from rotorstudy.diagnosis.one_cause import shape_starts
-from rotorstudy.diagnosis.one_cause.answer import Identified, estimates_of, far_amplitudes, identified
+from rotorstudy.diagnosis.one_cause.answer import (
+    Identified,
+    estimates_of,
+    far_amplitudes,
+    identified,
+    interval_of,
+    intervals_of,
+)
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.search import base_model
@@ -122,6 +129,12 @@ def test_a_curved_front_is_found_with_its_depth():
     assert found.p_value > 1e-3
     for name, value in (TRUE | {"front_aspect_ratio": 0.7}).items():
         assert abs(found.cause.shape[name] - value) < 3.5 * found.cause.shape_std[name]
+        low, high = interval_of(found, name)
+        assert low < found.cause.shape[name] < high and high - low == pytest.approx(
+            3.92 * found.cause.shape_std[name], rel=0.4
+        )
+    depth = dict(intervals_of(found))["depth_m"]
+    assert depth == pytest.approx(0.02 * np.array(interval_of(found, "depth_ratio")))
     straight = at_the_truth(spectrum, {}).cause
     assert TRUE["depth_ratio"] - straight.shape["depth_ratio"] > 10 * straight.shape_std["depth_ratio"]
 
@@ -133,6 +146,8 @@ def test_where_only_one_flexibility_shows_the_interval_spans_all_fronts():
     least, most = (depth_of(TRUE["depth_ratio"], aspect) for aspect in (0.0, 1.0))
     assert least - 0.01 < found.cause.shape["depth_ratio"] < most
     assert found.cause.shape_std["depth_ratio"] == pytest.approx((most - least) / 12**0.5, rel=0.3)
+    low, high = interval_of(found, "depth_ratio")
+    assert low < TRUE["depth_ratio"] < high < most + 0.01
 
 
 def depth_of(straight, aspect):

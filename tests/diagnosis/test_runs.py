@@ -321,3 +321,31 @@ def test_an_unbalance_is_printed_in_g_mm_at_an_angle(folder, capsys):
     (line,) = [one for one in said.splitlines() if "added 1" in one]  # 25 g mm at -40 degrees
     size, angle = float(line.split("unknown")[1].split()[0]), float(line.split(" at ")[1].split()[0])
     assert abs(size - 25) < 0.5 and abs(angle - 320) < 1
+
+
+def test_a_bow_that_the_rig_does_not_state_does_not_move_the_bearings(folder, monkeypatch):
+    """Nor does an unstated unbalance. Negative control: the fit without such forces."""
+    item = {"kind": "unbalance", "node": 5, "mass_kg": 1e-3, "label": "unstated", "eccentricity_m": 0.02}
+    bow = {"kind": "bow", "node": 5, "bow_m": 1e-5, "bow_phase_rad": 0.5}
+    for seed, (name, trial) in enumerate((("bent", (0.0, 0)), ("bent_trial", (60.0, 90)))):
+        model = machine(trial)
+        more = [make_term("effect", one, model.structure, model.sensors) for one in (item, bow)]
+        write_table(folder / f"{name}.csv", model.plus(*more), seed)
+    runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:2]
+    for run, name in zip(runs, ("bent", "bent_trial"), strict=True):
+        run["records"] = [f"{name}.csv"]
+    (folder / "bent.yaml").write_text(yaml.safe_dump({"runs": runs}))
+
+    def off():
+        found = identify_runs(folder / "bent.yaml", folder / "rig.yaml")
+        theta, covariance = found.joint.of([name for name in TRUE if not name.startswith("rotor")])
+        away = theta - [TRUE["bearing_stiffness[left]"], TRUE["bearing_stiffness[right]"]]
+        return away, covariance, found
+
+    away, covariance, found = off()
+    assert "unstated unbalance or bow" in [one.name for one in found.findings]
+    assert away @ np.linalg.solve(covariance, away) < 13.8  # chi-square of two, p = 0.001
+    assert not [name for name in shared_names(found.joint) if "bent shaft" in name]
+    monkeypatch.setattr(diagnosis_joint, "is_implausible", lambda *_: False)
+    away, covariance, _ = off()
+    assert away @ np.linalg.solve(covariance, away) > 30

@@ -6,7 +6,7 @@ from rotorstudy.commands.identify_runs import identify_several
 from rotorstudy.commands.outputs import NETCDF, YAML, check_file
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.registry import registry
-from rotorstudy.units import with_interval
+from rotorstudy.units import HALF_INTERVAL, with_interval
 
 MOST_OF_A_CAUSE = 3  # more shapes than that trade off
 
@@ -97,16 +97,17 @@ def run(given):
     names, theta, covariance = magnitude_and_phase(unknowns, estimate.theta, estimate.covariance)
     std = np.sqrt(np.diag(covariance))
     units = model.reported_units(names)
-    _print_estimates(names, theta, std, units)
+    intervals = _intervals(names, theta, std)
+    _print_estimates(names, theta, std, units, intervals)
     if np.isfinite(estimate.misfit):
         _print_misfit(float(estimate.misfit), spectrum.data_count - len(names))
     if given.out:
         used = [*rig.plugins, estimator, *([method] if method else [])]
-        _save(given, rig, used, names, theta, std, units)
+        _save(given, rig, used, names, theta, std, units, intervals)
     if given.rig_out:
         found = rig_with_estimate(rig.given, model, unknowns, estimate.theta, estimate.covariance)
         write_rig(found, given.rig_out, f"{given.rig} identified from {', '.join(map(str, given.records))}")
-    return estimates_data(names, theta, std, units) | {"misfit": float(estimate.misfit)}
+    return estimates_data(names, theta, std, units, intervals) | {"misfit": float(estimate.misfit)}
 
 
 def _check_options(given):
@@ -127,7 +128,7 @@ def _check_options(given):
 
 def _run_cause(given, rig, spectrum, model):
     """Print the shape and the size of a cause with their intervals, and which of its alternatives fits."""
-    from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, shape_of
+    from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, intervals_of, shape_of
     from rotorstudy.diagnosis.one_cause.identify import identify_cause
     from rotorstudy.diagnosis.settings import check_names, read_settings
 
@@ -137,11 +138,13 @@ def _run_cause(given, rig, spectrum, model):
     names, values, std, units = zip(*estimates_of(found), strict=True)
     for cause in found.causes:
         print(given.cause + _place(cause))
-    _print_estimates(names, values, std, units)
+    intervals = _intervals(names, values, std, intervals_of(found))
+    _print_estimates(names, values, std, units, intervals)
     for causes in found.elsewhere:
         print(f"or, explaining the records as well, {' and '.join(given.cause + _place(cause) for cause in causes)}")
         for cause in causes:
-            _print_estimates(*zip(*shape_of(found, cause), strict=True))
+            there = list(zip(*shape_of(found, cause), strict=True))
+            _print_estimates(*there, _intervals(*there[:3]))
     for told, misfit in sorted(found.misfits.items(), key=lambda one: one[1]):
         print(f"misfit above the best, {told}: {misfit:.3g}")
     print(f"p-value of the misfit: {found.p_value:.2g}")
@@ -152,16 +155,25 @@ def _run_cause(given, rig, spectrum, model):
         print(f"warning: {told}: the cause has another form than the model, and its intervals are not valid",
               file=sys.stderr)  # fmt: skip
     if given.out:
-        _save(given, rig, [*rig.plugins, registry().get("effect", given.cause)], names, values, std, units)
+        _save(given, rig, [*rig.plugins, registry().get("effect", given.cause)], names, values, std, units, intervals)
     places = [{**cause.where, **cause.variant} for cause in found.causes]
-    return estimates_data(names, values, std, units) | {"places": places, "p_value": float(found.p_value)}
+    return estimates_data(names, values, std, units, intervals) | {"places": places, "p_value": float(found.p_value)}
 
 
-def estimates_data(names, values, std, units):
+def estimates_data(names, values, std, units, intervals):
     """Estimates as a dict for JSON, in SI."""
-    rows = zip(names, values, std, units, strict=True)
-    keys = ("name", "value", "standard_deviation", "unit")
-    return {"estimates": [dict(zip(keys, (n, float(v), float(s), u), strict=True)) for n, v, s, u in rows]}
+    rows = zip(names, map(float, values), map(float, std), units, intervals, strict=True)
+    keys = ("name", "value", "standard_deviation", "unit", "interval_95")
+    return {"estimates": [dict(zip(keys, row, strict=True)) for row in rows]}
+
+
+def _intervals(names, values, std, stated=None):
+    """Ends of the 95 % interval of each estimate: as stated, else 1.96 standard deviations from the value."""
+    around = {
+        n: (float(v - HALF_INTERVAL * s), float(v + HALF_INTERVAL * s))
+        for n, v, s in zip(names, values, std, strict=True)
+    }
+    return [list((stated or {}).get(name, both)) for name, both in around.items()]
 
 
 def _place(cause):
@@ -169,14 +181,14 @@ def _place(cause):
     return "".join(f", {key} {value}" for key, value in {**cause.where, **cause.variant}.items())
 
 
-def _print_estimates(names, values, std, units):
+def _print_estimates(names, values, std, units, intervals):
     """Print each estimate with its standard deviation and its 95 % interval."""
     width = max(24, *map(len, names))
-    for name, value, one, unit in zip(names, values, std, units, strict=True):
-        print(f"{name:{width}} {with_interval(value, one, unit)}")
+    for name, value, one, unit, ends in zip(names, values, std, units, intervals, strict=True):
+        print(f"{name:{width}} {with_interval(value, one, unit, ends=ends)}")
 
 
-def _save(given, rig, plugins, names, values, std, units):
+def _save(given, rig, plugins, names, values, std, units, intervals):
     """Write the estimates to a NetCDF file."""
     import numpy as np
 
@@ -186,6 +198,7 @@ def _save(given, rig, plugins, names, values, std, units):
     variables = {
         "estimate": (("parameter",), np.array(values), "SI", "estimated parameter"),
         "standard_deviation": (("parameter",), np.array(std), "SI", "stated standard deviation"),
+        "interval": (("parameter", "end"), np.array(intervals), "SI", "ends of the 95 % interval"),
         "unit": (("parameter",), np.array(units, object), "1", "unit of each parameter"),
     }
     attributes = provenance(rig.given, plugins) | {"records": ", ".join(map(str, given.records))}

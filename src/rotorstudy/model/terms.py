@@ -220,13 +220,17 @@ def _entry_share(mine, its):
         return 0.0
     if np.shape(mine.matrix) != np.shape(its.matrix):
         return 0.0
-    size = np.vdot(mine.matrix, mine.matrix)
-    factor = np.vdot(mine.matrix, its.matrix) / size if size else 0.0
+    elements = mine.nonzero, its.nonzero
+    places, at = np.unique(np.concatenate([row + 1j * column for row, column, _ in elements]), return_inverse=True)
+    one, other = np.zeros((2, len(places)), complex)
+    one[at[: len(elements[0][2])]], other[at[len(elements[0][2]) :]] = elements[0][2], elements[1][2]
+    size = np.vdot(one, one)
+    factor = np.vdot(one, other) / size if size else 0.0
     if not abs(np.imag(factor)) < 1e-12 * abs(factor):  # zero, above all: other coordinates
         return 0.0
-    off = np.abs(its.matrix - factor * np.asarray(mine.matrix)).max()
+    off = np.abs(other - factor * one).max()
     gains = [e.gain_at(SPEEDS_COMPARED, 1) for e in (mine, its)]
-    alike = off <= 1e-9 * np.abs(its.matrix).max() and np.all(np.abs(gains[0] - gains[1]) <= 1e-9 * np.abs(gains[1]))
+    alike = off <= 1e-9 * np.abs(other).max() and np.all(np.abs(gains[0] - gains[1]) <= 1e-9 * np.abs(gains[1]))
     return float(np.real(factor)) if alike else 0.0
 
 

@@ -239,9 +239,9 @@ def curved_fronts(study, fronts):
     for panel, law in zip(axes[0], fronts.law.values, strict=True):
         one, true = fronts.sel(law=law), fronts.depth_ratio * 100
         shown = panel.scatter(true, one.found * 100, c=fronts.curvature, cmap="viridis", s=9, zorder=3)
-        panel.errorbar(true, one.found * 100, 196 * one.stated_std, fmt="none", ecolor="0.7", elinewidth=0.7)
+        panel.vlines(true, one.low * 100, one.high * 100, color="0.7", linewidth=0.7)
         panel.plot(ends, ends, "k-", linewidth=0.7)
-        held = float((np.abs(one.found - fronts.depth_ratio) <= 1.96 * one.stated_std).mean())
+        held = float(((one.low <= fronts.depth_ratio) & (fronts.depth_ratio <= one.high)).mean())
         bias[law] = float((one.found / fronts.depth_ratio - 1).median())
         panel.set(
             xlabel="true depth (% of diameter)", title=f"{law}: median {100 * bias[law]:+.0f} %,\n{percent(held)} held"

@@ -17,7 +17,7 @@ SOLVED_AT_ONCE = 8  # coordinates whose receptances are solved together: more ta
 TABLES_KEPT, FACTORS_KEPT = 48, 250_000  # tables of unknowns, and numbers of the factors of each of them, 4 MB
 MOTION_AT_ONCE = 1_000_000  # numbers of the motions that are taken together
 REPLIES_KEPT = 30_000_000  # numbers of the motions by unit forces, 0.5 GB; those shown are all kept, as they are few
-FORCES_AT_ONCE = 10_000_000  # numbers of the forces whose motions are solved together
+FORCES_AT_ONCE = 2_000_000  # numbers of the forces whose motions are solved together, several times 32 MB
 
 
 @lru_cache(maxsize=TABLES_KEPT)

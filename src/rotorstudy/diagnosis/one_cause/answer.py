@@ -10,6 +10,7 @@ from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, ranges_of
 from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
+from rotorstudy.units import HALF_INTERVAL
 
 LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
 SAME = 3.0  # standard deviations of the shape, within which two fits are one
@@ -28,6 +29,7 @@ class Identified(NamedTuple):
     p_value    : probability of a misfit as large by noise alone
     misfits    : alternatives of the effect (as a text) -> misfit and penalty beyond those of the best
     elsewhere  : other shapes (with their standard deviations) that explain the records as well, each (cause,)
+    intervals  : option of the shape of a cause over all forms -> ends of its 95 % interval
     """
 
     causes: tuple[Candidate, ...]
@@ -38,6 +40,7 @@ class Identified(NamedTuple):
     p_value: float
     misfits: dict[str, float]
     elsewhere: tuple[tuple[Candidate, ...], ...] = ()
+    intervals: dict[str, tuple[float, float]] = {}
 
     @property
     def cause(self) -> Candidate:
@@ -93,7 +96,7 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
             elsewhere.append(one)
     averaged = over_forms(work, best)
     return Identified(
-        (averaged,) if averaged else shaped(work, best),
+        (averaged.cause,) if averaged else shaped(work, best),
         work.whole.plus(*(cause.term for cause in best.causes)),
         tuple(names),
         best.minimum.theta[0],
@@ -101,7 +104,24 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
         chi_square_p_value(best.cost, 2 * work.spectrum.amplitude.size),
         misfits,
         tuple(shaped(work, one) for one in elsewhere[1:]),
+        averaged.intervals if averaged else {},
     )
+
+
+def interval_of(found: Identified, name: str) -> tuple[float, float]:
+    """Ends of the 95 % interval of an option of the shape of the first cause."""
+    value, half = found.cause.shape[name], HALF_INTERVAL * found.cause.shape_std[name]
+    return found.intervals.get(name, (value - half, value + half))
+
+
+def intervals_of(found: Identified) -> dict[str, tuple[float, float]]:
+    """Name of an estimate -> ends of its 95 % interval, where that is not the value and 1.96 standard deviations."""
+    if not found.intervals:
+        return {}
+    stated = registry().get("effect", found.cause.effect).stated
+    more = stated(found.model.structure, **found.cause.shape) if stated else {}
+    also = {name: tuple(factor * one for one in found.intervals[key]) for name, (key, factor) in more.items()}
+    return found.intervals | also
 
 
 def estimates_of(found: Identified) -> list[tuple[str, float, float, str]]:

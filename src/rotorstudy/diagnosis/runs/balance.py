@@ -15,7 +15,6 @@ that differ from run to run drawn anew, and noise.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,6 +22,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.runs.balance_holes import Choice, Holes, chosen
 from rotorstudy.diagnosis.runs.joint import GRAM, unbalance_term
+from rotorstudy.diagnosis.runs.other_forces import FIRST, PAIRS, by_sizes, other_forces
 from rotorstudy.diagnosis.runs.run_file import AddedUnbalance
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings, read_settings
@@ -35,20 +35,14 @@ from rotorstudy.measurement.conventions import Conventions, read_conventions
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
-from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.measured import measured_response_and_jacobian
 
 DRAWS, SEED = 1000, 1  # of the vibration left, for its interval
 INTERVAL = (2.5, 50.0, 97.5)  # percent
 WIDE = 1e2  # standard deviation of an unbalance in a plane: what it causes, over the vibration measured
-# standard deviations of what other forces cause, over the vibration measured; none is more likely than another
-FORCES = np.array([1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0])
-FIRST = (0.1, 0.1)  # of the first fit
 NEGLIGIBLE = 1e-3  # probability of their sizes, over the largest
-MOST_NODES = 16  # at which other forces are taken to act, beside the discs
 
 
 class Balancing(NamedTuple):
@@ -191,15 +185,7 @@ def _with_unbalances(whole, planes, conventions):
         unbalance_term(one, structure, whole.sensors, conventions, f"plane {i}", f"plane {one.node}")
         for i, one in enumerate(zero, 1)
     ]
-    nodes = structure.nodes[:: len(structure.nodes) // MOST_NODES + 1]
-    nodes = sorted({*nodes, *(disc.node for disc in structure.discs if disc.node in structure.nodes)})
-    for name, size, gain in (
-        ("unbalance elsewhere", structure.mass_share, lambda speed: speed**2),
-        ("bent shaft", lambda node: 1.0, None),
-    ):
-        entries = {f"{name} at node {n}": Entry(size(n) * structure.unit(n), "one", shift=1, gain=gain) for n in nodes}
-        parameters = (Parameter(own, "1", (entry,), 1.0, is_complex=True) for own, entry in entries.items())
-        terms.append(Term(name, tuple(parameters), dict.fromkeys(entries, 0j)))
+    terms += other_forces(structure)
     names = [[unknown.name for unknown in term.unknowns] for term in terms]
     return whole.plus(*terms), [name for part in names[:-2] for name in part], names[-2:]
 
@@ -216,20 +202,14 @@ def _fitted(whole, spectrum, prior, names, others):
     for part, share in (*(([name], WIDE) for name in names), *((part, 1.0) for part in others)):
         caused = np.linalg.norm(_shown(whole, spectrum, values, part)[1]) / np.sqrt(spectrum.amplitude.size)
         units |= dict.fromkeys(part, share * measured / (caused or 1.0))
-    pairs = np.array(list(product(FORCES, FORCES)))
     best, start = FIRST, None
     for _ in range(2):
         sizes = {name: size for part, size in zip(others, best, strict=True) for name in part}
         own = {name: (0.0, unit * sizes.get(name, 1.0)) for name, unit in units.items()}
         known = prior.plus(Prior.independent(own))
         found = fit(whole, spectrum, known, start)
-        scales = np.ones((len(pairs), len(known.names)))
-        for part, column in zip(others, (pairs / best).T, strict=True):
-            scales[:, [known.names.index(name) for name in part]] = column[:, None]
-        right = found.residual + found.jacobian @ (found.free - known.mean)
-        seen = found.jacobian @ known.factor
-        odds = np.array([_evidence(seen * scale, right) for scale in scales])
-        best, start = pairs[np.argmax(odds)], found.theta
+        odds, scales, seen, right = by_sizes(found, known, others, best)
+        best, start = PAIRS[np.argmax(odds)], found.theta
     weights = np.exp(odds - odds.max())
     likely = np.flatnonzero(weights > NEGLIGIBLE)
     each = [_posterior(seen * scale, right) for scale in scales[likely]]
@@ -237,12 +217,6 @@ def _fitted(whole, spectrum, prior, names, others):
     means = np.array([f @ at for f, (at, _) in zip(factors, each, strict=True)]) + known.mean - found.free
     roots = np.array([f @ root for f, (_, root) in zip(factors, each, strict=True)])
     return Known(known.names, found.values, weights[likely] / weights[likely].sum(), means, roots)
-
-
-def _evidence(seen, right):
-    """Logarithm of the evidence of whitened data, less a constant, by unit parameters with columns `seen`."""
-    precision, pull = np.eye(seen.shape[1]) + seen.T @ seen, seen.T @ right
-    return 0.5 * (pull @ np.linalg.solve(precision, pull) - np.linalg.slogdet(precision)[1])
 
 
 def _posterior(seen, right):

@@ -78,6 +78,15 @@ def larger_error(share: float, stated: float) -> Finding:
     return Finding("warning", "larger model error", "all runs", text)
 
 
+def unstated_forces() -> Finding:
+    """The Finding that an unbalance or a bow that the rig does not state explains the runs."""
+    text = (
+        "all runs agree with an unbalance at other nodes or a bow, alike in all of them, that the rig does not state; "
+        "the values and intervals are those with it. List it under 'effects:' to have it estimated"
+    )
+    return Finding("warning", "unstated unbalance or bow", "all runs", text)
+
+
 def check_slow_roll(name: str, speed: np.ndarray, model: Model) -> list[Finding]:
     """A finding if a run that is said to be a slow roll passed a critical speed: its vectors are not runout.
 

@@ -27,13 +27,15 @@ from rotorstudy.diagnosis.runs.contradicting import (
     is_implausible,
     larger_error,
     not_plausible,
+    unstated_forces,
 )
+from rotorstudy.diagnosis.runs.other_forces import FIRST, PAIRS, UNSTATED, by_sizes, other_forces
 from rotorstudy.diagnosis.runs.run_file import AddedUnbalance, RunItem, read_runs
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.inference.joint import JointFit, Run, fit_runs, independent_share
-from rotorstudy.inference.prediction import with_model_error
+from rotorstudy.inference.prediction import whitened_prediction, with_model_error
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.conventions import Conventions, read_conventions
 from rotorstudy.measurement.findings import Finding
@@ -137,11 +139,35 @@ def _updated(rig, model, measured, settings, conventions, findings):
     found, shared = _settled(rig, model, measured, settings, conventions)
     told = contradictions(found.joint, shared, settings.significance, settings.prior_width, conventions.sense)
     if not any(one.name in TOLD_APART for one in told) and is_implausible(found.joint, settings.significance):
+        forced = _with_other_forces(rig, model, measured, settings, conventions)
+        if not is_implausible(forced.joint, settings.significance):
+            return forced._replace(findings=[*findings, unstated_forces()])
         wider, share = _with_larger_error(rig, model, measured, settings, conventions)
         told = told or [not_plausible(found.joint)]
         if wider:
             found, told = wider, [*told, larger_error(share, settings.model_error)]
     return found._replace(findings=[*findings, *told])
+
+
+def _with_other_forces(rig, model, measured, settings, conventions):
+    """The IdentifiedRig with unbalances elsewhere and a bow, alike in all runs, of their most probable sizes."""
+    terms = other_forces(model.structure)
+    whole, parts, sizes = model.plus(*terms), [[u.name for u in term.unknowns] for term in terms], FIRST
+    units = [_as_large_as_measured(whole, part, measured) for part in parts]
+    for _ in range(2):
+        own = {n: (0.0, u * size) for part, u, size in zip(parts, units, sizes, strict=True) for n in part}
+        forces = terms, Prior.independent(own)
+        found, _ = _settled(rig, model, measured, settings, conventions, forces)
+        odds = by_sizes(found.joint.posterior, found.joint.prior, parts, sizes)[0]
+        sizes = PAIRS[np.argmax(odds)]
+    return found
+
+
+def _as_large_as_measured(whole, names, measured):
+    """Amplitude of some forces that together cause vibration as large as measured, in standard deviations of that."""
+    caused = [whitened_prediction(whole, one.measured, names, np.zeros(len(names)))[1] for one in measured]
+    shown = [one.measured.whitened(one.measured.amplitude) for one in measured]
+    return np.linalg.norm(np.concatenate(shown)) / np.linalg.norm(np.concatenate(caused))
 
 
 def _with_larger_error(rig, model, measured, settings, conventions):
@@ -163,8 +189,10 @@ def _with_larger_error(rig, model, measured, settings, conventions):
     return None, share
 
 
-def _settled(rig, model, measured, settings, conventions):
+def _settled(rig, model, measured, settings, conventions, forces=None):
     """The IdentifiedRig without findings, and the Prior of the parameters that runs share.
+
+    forces : terms that no rig states, and the Prior of their amplitudes
 
     Numbers of the rotor are estimated again with the rotor that they make.
     """
@@ -176,6 +204,8 @@ def _settled(rig, model, measured, settings, conventions):
         scale = np.where(own, ratio, 1.0)
         mean = np.where(own, (1 + prior.mean) / scale - 1, prior.mean)
         shared = Prior(prior.names, mean, prior.covariance / np.outer(scale, scale))
+        if forces:
+            whole, shared = whole.plus(*forces[0]), shared.plus(forces[1])
         runs = [_run(one, whole, shared, settings, conventions) for one in measured]
         joint = fit_runs(runs, shared, start)
         theta, covariance = joint.of(shared_names(joint))
@@ -195,9 +225,9 @@ def _settled(rig, model, measured, settings, conventions):
 
 
 def shared_names(joint: JointFit) -> list[str]:
-    """Names of the parameters that runs share."""
+    """Names of the parameters that runs share, without forces that no rig states."""
     own = {run.joint_name(name) for run in joint.runs for name in run.own.names}
-    return [name for name in joint.prior.names if name not in own]
+    return [name for name in joint.prior.names if name not in own and not name.startswith(UNSTATED)]
 
 
 def _run(measured, whole, shared, settings, conventions):

@@ -70,9 +70,9 @@ class Fitted(NamedTuple):
 
 
 def ranges_of(work: Work, cause: Candidate) -> dict:
-    """Option -> ShapeRange of a cause, of its form where it has one."""
-    form = {name: ends for name, ends in form_ranges(cause.effect).items() if name in cause.shape}
-    return shape_ranges(cause.effect, work.rig.structure, cause.where.get("node")) | form
+    """Option -> ShapeRange of the shape of a cause, of its form where it has one."""
+    ranges = shape_ranges(cause.effect, work.rig.structure, cause.where.get("node")) | form_ranges(cause.effect)
+    return {name: ends for name, ends in ranges.items() if name in cause.shape}
 
 
 def reshaped(

@@ -9,7 +9,7 @@ from rotorstudy.blind.machines.elastic_crack import arc_form
 from rotorstudy.blind.machines.form_cracks import add_form
 from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import NoSteadyState, steady_state
-from rotorstudy.diagnosis.one_cause.answer import identified
+from rotorstudy.diagnosis.one_cause.answer import identified, interval_of
 from rotorstudy.diagnosis.search.candidates import candidate, form_ranges
 from rotorstudy.diagnosis.search.shape_fit import fitted_from
 from rotorstudy.measurement.noise import standard_normal
@@ -44,8 +44,8 @@ def fronts(study):
     prior about the true ones, then noise and model error; each fit starts at the true crack, its front at an aspect
     ratio of a half. A crack with which the rotor is unstable is drawn anew.
 
-    returns : depth_ratio, curvature, position (trial), the truth; found, stated_std, p_value (law, trial) with the
-              front unknown (the last law) or taken as straight
+    returns : depth_ratio, curvature, position (trial), the truth; found, low, high (ends of the 95 % interval), p_value
+              (law, trial) with the front unknown (the last law) or taken as straight
     """
     machine, settings = Machine(study, study.main), study.fronts
     rotor, unbalance = _independent(study.main)
@@ -85,15 +85,16 @@ def fronts(study):
     }
     columns = zip(("depth_ratio", "curvature", "position"), ("1", "1", "m"), np.transpose(truth), strict=True)
     variables = {name: (("trial",), values, unit, f"true {name} of the crack") for name, unit, values in columns}
-    told = ("depth over diameter found", "its stated standard deviation", "p-value of the misfit")
-    for name, text, values in zip(("found", "stated_std", "p_value"), told, np.transpose(found), strict=True):
+    ends = (f"{one} end of its 95 % interval" for one in ("lower", "upper"))
+    told = ("depth over diameter found", *ends, "p-value of the misfit")
+    for name, text, values in zip(("found", "low", "high", "p_value"), told, np.transpose(found), strict=True):
         variables[name] = (("law", "trial"), values, "1", text)
     title = f"{study.title}: cracks with curved fronts"
     return dataset(variables, coordinates, title=title, seed=settings.seed).assign_attrs(unstable=count)
 
 
 def _by_each_law(study, work, shape):
-    """(law, 3) depth, its standard deviation and the p-value, by each law."""
+    """(law, 4) depth, the ends of its 95 % interval and the p-value, by each law."""
     crack, rows = study.crack, []
     middle = {name: ends.value(0.5) for name, ends in form_ranges(crack.kind).items()}
     for options, form in [*((options, {}) for options in study.fronts.laws.values()), ({}, middle)]:
@@ -101,11 +102,11 @@ def _by_each_law(study, work, shape):
         one = candidate(work.rig, crack.kind, {}, shape | form, "crack", width, variant, bool(form))
         fitted = fitted_from(work, [one], np.concatenate([work.prior.mean, [mean for mean, _ in one.prior.values()]]))
         found = identified(work, fitted, [fitted])
-        rows.append([found.cause.shape["depth_ratio"], found.cause.shape_std["depth_ratio"], found.p_value])
-    straight, std, p_value = rows[-2]
+        rows.append([found.cause.shape["depth_ratio"], *interval_of(found, "depth_ratio"), found.p_value])
+    *straight, p_value = rows[-2]
     law = registry().get("depth", study.fronts.straight, "fronts")
-    same = float(np.interp(_across(law, straight), equivalent_beam(FINE)[0], FINE))
-    return [*rows[:-1], [same, std * same / straight, p_value], rows[-1]]
+    same = [float(np.interp(_across(law, one), equivalent_beam(FINE)[0], FINE)) for one in straight]
+    return [*rows[:-1], [*same, p_value], rows[-1]]
 
 
 def _across(law, depth):

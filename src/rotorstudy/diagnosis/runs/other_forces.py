@@ -1,0 +1,54 @@
+"""What no rig file states: unbalances elsewhere and a bent shaft, as forces at the nodes.
+
+The readings say how large they are, by the evidence of a grid of standard deviations.
+"""
+
+from itertools import product
+
+import numpy as np
+
+from rotorstudy.inference.prior import Prior
+from rotorstudy.model.entries import Entry
+from rotorstudy.model.structure import Structure
+from rotorstudy.model.terms import Parameter, Term
+
+UNSTATED = ("unbalance elsewhere", "bent shaft")  # how the names of their amplitudes begin
+# standard deviations of what they cause, over the vibration measured; none is more likely than another
+SIZES = np.array([1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0])
+PAIRS = np.array(list(product(SIZES, SIZES)))  # of unbalances elsewhere, and of a bent shaft
+FIRST = np.array([0.1, 0.1])  # of the first fit
+MOST_NODES = 16  # at which they are taken to act, beside the discs
+
+
+def other_forces(structure: Structure) -> tuple[Term, Term]:
+    """Unbalances elsewhere and a bent shaft, zero."""
+    nodes = structure.nodes[:: len(structure.nodes) // MOST_NODES + 1]
+    nodes = sorted({*nodes, *(disc.node for disc in structure.discs if disc.node in structure.nodes)})
+    terms = []
+    sizes, gains = (structure.mass_share, lambda node: 1.0), (lambda speed: speed**2, None)
+    for name, size, gain in zip(UNSTATED, sizes, gains, strict=True):
+        entries = {f"{name} at node {n}": Entry(size(n) * structure.unit(n), "one", shift=1, gain=gain) for n in nodes}
+        parameters = (Parameter(own, "1", (entry,), 1.0, is_complex=True) for own, entry in entries.items())
+        terms.append(Term(name, tuple(parameters), dict.fromkeys(entries, 0j)))
+    return tuple(terms)
+
+
+def by_sizes(found, prior: Prior, others, sizes) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The evidence of each pair of sizes, by a fit with some.
+
+    found   : Fit or Posterior within the prior;  others : names of both forces;  sizes : (2,) with which it was made
+    returns : (pair,) logarithm of the evidence less a constant; (pair, parameter) factors of the standard deviations;
+              whitened derivatives (component, parameter) by unit parameters; (component,) what these have to explain
+    """
+    scales = np.ones((len(PAIRS), len(prior.names)))
+    for part, column in zip(others, (PAIRS / sizes).T, strict=True):
+        scales[:, [prior.names.index(name) for name in part]] = column[:, None]
+    right = found.residual + found.jacobian @ (found.free - prior.mean)
+    seen = found.jacobian @ prior.factor
+    return np.array([_evidence(seen * scale, right) for scale in scales]), scales, seen, right
+
+
+def _evidence(seen, right):
+    """Logarithm of the evidence of whitened data, less a constant, by unit parameters with columns `seen`."""
+    precision, pull = np.eye(seen.shape[1]) + seen.T @ seen, seen.T @ right
+    return 0.5 * (pull @ np.linalg.solve(precision, pull) - np.linalg.slogdet(precision)[1])
