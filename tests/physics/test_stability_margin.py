@@ -8,7 +8,7 @@ import pytest
 from rotorstudy import build_model
 from rotorstudy.presentation.rotor_page import summary
 from rotorstudy.studies.rotor_analysis import analyse_rotor
-from rotorstudy.studies.stability_margin import stability_margin
+from rotorstudy.studies.stability_margin import first_forward, stability_margin
 
 MASS, STIFFNESS, DAMPING = 2.0, 7.6e5, 60.0
 JEFFCOTT = {
@@ -28,6 +28,15 @@ def test_the_margin_of_a_jeffcott_rotor():
     swirl = {"kind": "cross_coupling", "cross_coupling_N_per_m": 1.01 * DAMPING * FREQUENCY}
     unstable = build_model(JEFFCOTT | {"effects": [*JEFFCOTT["effects"], swirl]})
     assert stability_margin(unstable, 400.0).cross_coupling == 0.0
+
+
+def test_the_first_forward_mode_is_the_least_damped_one_below_the_speed():
+    """A mode of the shaft far above, however little damped, is driven by no swirl; nor is a backward one."""
+    frequency, ratio = np.array([50.0, 120.0, 210.0, 9000.0]), np.array([0.3, 0.01, 0.05, 0.001])
+    direction = np.array([0.9, -0.9, 1.0, 1.0])
+    assert first_forward(frequency, ratio, direction, 400.0) == 2
+    assert first_forward(frequency, ratio, direction, 40.0) == 0
+    assert first_forward(frequency, ratio, -np.ones(4), 400.0) is None
 
 
 def said(rig, operating):

@@ -36,7 +36,7 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.units import percent
 
 LEAST_OFFSET = 1e-3  # of the largest harmonic
-SAME_SPEED = 5e-3  # relative difference up to which two records are of the same speed
+SAME_SPEED = 1e-2  # relative difference up to which two records are of the same speed
 LARGEST_MODEL_ERROR = 0.5  # fraction of each harmonic
 
 
@@ -153,12 +153,16 @@ def _at_common_speeds(before, after):
 
 
 def _difference(before, after, model, settings):
-    """The difference of two spectra at the speeds of the first, less what small differences in speed cause."""
-    moved = [one.shown(measured_response(model, one.speed, one.harmonics)) for one in (before, after)]
-    amplitude = after.amplitude - before.amplitude - (moved[1] - moved[0])
+    """The difference of two spectra at the speeds of the first, less what small differences in speed cause.
+
+    What they cause is predicted with the error of the model.
+    """
+    moved = np.subtract(*(one.shown(measured_response(model, one.speed, one.harmonics)) for one in (after, before)))
+    amplitude = after.amplitude - before.amplitude - moved
     share = {"model_error": settings.repeatability, "covariance_error": 0.0}  # of what does not cancel
     noise = [with_model_error(one, settings.model_copy(update=share)).covariance for one in (before, after)]
-    return replace(before, amplitude=amplitude, covariance=noise[0] + noise[1])
+    difference = replace(before, amplitude=amplitude, covariance=noise[0] + noise[1])
+    return difference.with_error((settings.model_error * np.abs(moved)) ** 2 / 2)
 
 
 def _with_scatter(model, speed, after, settings):
