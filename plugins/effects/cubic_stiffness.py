@@ -22,6 +22,7 @@ def rotorstudy_effect():
         source="Duffing 1918; Yamamoto and Ishida 2001, Linear and Nonlinear Rotordynamics",
         positive=True,
         checked="circular whirl without weight: stiffness k r^2 to 1e-10; 2X due to weight; time integration to 1e-6",
+        form_error=0.2,  # supports stiffen by other powers, too
         confounders=(
             ("support_stiffness", "cubic stiffness depends on the amplitude: change the unbalance"),
             ("rub", "a rub begins at its clearance and has friction; cubic stiffness always acts"),

@@ -5,7 +5,14 @@ import pytest
 
 from rotorstudy import harmonic_response, make_term
 from rotorstudy.diagnosis import investigate
-from rotorstudy.diagnosis.search.form import SCALES, SHARES, Change, form_errors, most_probable_form
+from rotorstudy.diagnosis.search.form import (
+    SCALES,
+    SHARES,
+    Change,
+    form_errors,
+    largest_error,
+    most_probable_form,
+)
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.levenberg_marquardt import levenberg_marquardt
 from rotorstudy.inference.prior import Prior
@@ -40,7 +47,7 @@ def test_a_shared_error_whitens_like_the_full_covariance():
 
 def test_the_error_of_form_is_common_to_the_nodes_and_differs_by_harmonic():
     change = np.ones((4, 4, 2)) * [1, 2j]
-    errors = form_errors(SPEED, [Change(change, 0.0)], SHARES[0], 1.0)
+    errors = form_errors(SPEED, [Change(change)], SHARES[0])
     assert np.allclose(errors[..., 1], 2j * errors[..., 0])
     assert (np.count_nonzero(np.abs(errors).max(axis=(1, 3)), axis=1) == 1).all()
     variance = np.sum(np.abs(errors[..., 0]) ** 2, axis=0)  # of each harmonic, beside that of the change itself
@@ -55,16 +62,25 @@ def test_what_a_form_explains_is_not_evidence_against_a_cause():
 
     def evidence(off, largest):
         left = np.append(spectrum.whitened(off), prior.whitener @ (prior.mean - 1.0))
-        return most_probable_form(spectrum, [Change(change, 0.0)], left, jacobian, prior.whitener, largest)
+        known = left, jacobian, prior.whitener
+        form = most_probable_form(spectrum, [Change(change)], *known, largest)
+        return form, form.evidence(*known)
 
     scattered = 0.02 * np.roll(change, 1, axis=0)
     near = change * np.array([0.03, -0.02, 0.02, -0.03])[:, None]
-    exact, any_form = (evidence(near, largest).evidence for largest in (1e-6, 0.05))
+    (_, exact), (form, any_form) = (evidence(near, largest) for largest in (1e-6, 0.05))
     assert any_form > exact + 1e4
-    assert 0.005 < evidence(near, 0.05).mean_std < 0.05
+    assert 0.005 < form.mean_std < 0.05
     # negative controls: what no form explains stays evidence against it; no residual needs no error
-    assert evidence(scattered, 0.05).evidence < any_form - 1e3
-    assert evidence(0 * near, 0.05).scale == SCALES[0]
+    assert evidence(scattered, 0.05)[1] < any_form - 1e3
+    assert evidence(0 * near, 0.05)[0].scale == SCALES[0]
+
+
+def test_a_law_known_less_exactly_has_a_larger_error():
+    change = np.ones((4, 4, 2)) * [1, 2j]
+    usual, wide = (form_errors(SPEED, [Change(change, x)], SHARES[0]) for x in (1.0, 4.0))
+    assert np.allclose(wide, 4 * usual)
+    assert largest_error("looseness", 0.05) > 0.05 == largest_error("unbalance", 0.05)
 
 
 def test_long_steps_are_shortened_in_their_direction():

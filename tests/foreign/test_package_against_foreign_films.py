@@ -10,10 +10,11 @@ from machines import disc, shaft, unbalance
 from rotorstudy import build_model, measured_response
 from rotorstudy.blind.machines.beam import Element
 from rotorstudy.blind.machines.effects import add_unbalance
-from rotorstudy.blind.machines.film import Film, bearing
+from rotorstudy.blind.machines.film import Film, add_film, bearing
 from rotorstudy.blind.machines.machine import GRAVITY, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.diagnosis import investigate
+from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.inference.problem import Problem
@@ -149,3 +150,38 @@ def test_a_spring_at_the_film_is_no_change_of_its_numbers():
     moved = measured_response(sprung, SPEEDS, HARMONICS) - measured_response(build_model(rig()), SPEEDS, HARMONICS)
     (cause,) = verdict_on(replace(spectrum, amplitude=spectrum.amplitude + moved)).verdict.causes
     assert cause.effect == "support_stiffness"
+
+
+def test_what_linear_films_leave_out_is_within_the_error_that_a_diagnosis_allows():
+    """Of a machine on films whose force is that of Reynolds' equation at every instant, integrated in time."""
+    speeds, shown, heavier = SPEEDS[[0, 4]], np.empty((2, len(HARMONICS), len(NODES)), complex), 20.0
+    for i, speed in enumerate(speeds):
+        rotor = Rotor((SHAFT,) * 6, DISCS, tuple(bearing(film, speed) for film in FILMS))
+        machine = build(rotor)
+        for film, linear in zip(FILMS, rotor.bearings, strict=True):
+            add_film(machine, film, linear, [speed])
+        for node, value in UNBALANCE.items():
+            add_unbalance(machine, node, heavier * abs(value), np.angle(value))
+        steady = steady_state(machine, [speed], steps=32)
+        shown[i] = [[steady.whirl(node, n)[0] for node in NODES] for n in HARMONICS]
+    record = Spectrum(
+        shown, speeds, HARMONICS, tuple(n + 1 for n in NODES), independent_covariance(0 * abs(shown) + 1e-18)
+    )
+    files = rig()
+    for effect in files["effects"]:
+        effect["eccentricity_m"] *= heavier
+    second, model = np.abs(HARMONICS) == 2, build_model(files)
+
+    def left(spectrum):
+        """Rms of 2X in standard deviations, of what the rig with linear films does not explain."""
+        off = spectrum.by_harmonic(spectrum.whitened(record.amplitude - measured_response(model, speeds, HARMONICS)))
+        return float(np.sqrt(np.mean(off[:, second] ** 2)))
+
+    assert left(record) > 10  # negative control
+    assert 0.1 < left(with_film_error(record, model)) < 2
+    stiff = files | {
+        "bearings": [
+            {"kind": "linear", "node": n, "label": f"{n}", "bearing_stiffness_xx_N_per_m": 1e8} for n in (1, 7)
+        ]
+    }
+    assert with_film_error(record, build_model(stiff)) is record

@@ -113,6 +113,7 @@ FORMS = {  # force of the unit amplitude in time, one for each parameter
 }
 SHOWN = {  # what the probe shows in addition
     "runout": [lambda w, t, z, v: turn(1, w, t)],
+    "shaft_runout": [lambda w, t, z, v, n=n: turn(n, w, t) for n in (1, -1)],  # of one plane
     "sensor_gap": [lambda w, t, z, v: turn(0, w, t)],
     "probe_gain": [lambda w, t, z, v: z.real + 1j * z.imag, lambda w, t, z, v: z.real - 1j * z.imag],
     "probe_angle": [lambda w, t, z, v: z.imag - 1j * z.real, lambda w, t, z, v: -1j * z.real],

@@ -14,6 +14,7 @@ xi alone). Breathing functions are stated for a shaft that the weight stretches 
 """
 
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 
@@ -101,22 +102,35 @@ def participation_factors(crack, harmonics, order=None, options=None):
 
 
 def crack_parameters(
-    crack, structure, weight_dominance=True, order=SERIES_ORDER, node=None, element=None, angle_rad=0.0, **options
+    crack,
+    structure,
+    weight_dominance=True,
+    order=SERIES_ORDER,
+    node=None,
+    element=None,
+    angle_rad=0.0,
+    along=False,
+    **options,
 ):
     """Parameters of a crack plugin on a rotor, one for each stiffness loss that the rotor states.
 
     angle_rad : angular position of the crack, from the shaft's reference line in the direction of rotation
+    along     : whether each has another one, for a loss along the edge that opens alike
     options   : of the plugin
     """
     parameters, on = [], ("static", "static conj") if weight_dominance else ("z", "conj")
     losses = structure.stiffness_loss_at(node, element)  # refuses a place that does not exist
     side = structure.tension_side(element)
-    acting = {k: _on_z_and_conj(s) for k, s in crack_series(crack, order, options).items()}
-    for name, (pattern, unit, typical) in losses.items():
+    series = crack_series(crack, order, options)
+    acting = [("", {k: _on_z_and_conj(s) for k, s in series.items()})]
+    if along:
+        acting.append(("_along", {k: _on_z_and_conj((0.0, s[0], 0.0)) for k, s in series.items()}))
+    for (name, (pattern, unit, typical)), (which, shares) in product(losses.items(), acting):
         entries = []
-        for k, factors in acting.items():
+        for k, factors in shares.items():
             for source, shift, factor in zip(on, (k, k + 2), factors, strict=True):
                 turned = (side**k) * factor * np.exp(1j * shift * angle_rad) if angle_rad else (side**k) * factor
                 entries.append(Entry(pattern * turned, on=source, shift=shift))
-        parameters.append(Parameter(name, unit, tuple(entries), typical))
+        default = 0.0 if which else None
+        parameters.append(Parameter(name + which, unit, tuple(entries), typical, default=default))
     return parameters

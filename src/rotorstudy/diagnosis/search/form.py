@@ -3,7 +3,8 @@
 What a cause changes, c, is taken to be c (1 + d). The relative error d is complex; there is one for each harmonic and
 direction of whirl, the same at all nodes, as a force that acts where the ideal one does moves all of them by its own
 receptances. Over the speeds d is a Gaussian process: partly constant, partly slowly varying, for the smallest part
-free. Its standard deviation is unknown, with a prior over some orders of magnitude up to `Settings.form_error`.
+free. Its standard deviation is unknown, with a prior over some orders of magnitude up to `Settings.form_error`, or that
+of the effect where published forms of it differ by more (`Effect.form_error`).
 
 So the data have errors in common, of low rank: the columns c of each harmonic. They serve in the fit, its evidence and
 its intervals alike, for one cause or several. A second cause is then worth its prior odds only if it explains what the
@@ -23,15 +24,14 @@ from rotorstudy.diagnosis.search.places import places_of
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
-from rotorstudy.response.neighbourhood import Neighbourhood
+from rotorstudy.response.neighbourhood import Motion, Neighbourhood
 
-SCALES = (0.06, 0.2, 0.5, 1.0)  # of the largest standard deviation of the error, equally likely: 0.3 to 5 % by default
-# the same at least, of a cause with a law: published formulas of one crack differ by several per cent
-LEAST_OF_LAWS = 0.0
+SCALES = np.append(0.0, 2.0 ** np.arange(-5, 1))  # of the largest standard deviation of the error, equally likely
 # shares of its variance: the same at all speeds, slowly varying, independent; a form that depends on the motion changes
 # where the motion does, others do not: equally likely
-SHARES = ((0.9, 0.1, 0.0), (0.7, 0.28, 0.02), (0.4, 0.5, 0.1))
+SHARES = ((0.9, 0.1, 0.0), (0.7, 0.28, 0.02), (0.4, 0.5, 0.1), (0.1, 0.3, 0.6))
 LENGTH = 0.2  # of the slow part, in the logarithm of the speed: resonances are seldom closer
 ACROSS = 0.1  # of the rms change over the harmonics, by which the error of a small one may exceed it: laws leak
 ROUND_OFF = 1e-9  # of a change: what is below it has no direction
@@ -40,33 +40,40 @@ LEAST = 1e-2  # standard deviations of the data, below which a column changes no
 
 
 class Change(NamedTuple):
-    """What a fault changes: (speed, harmonic, sensor), m; least : scale of the error of its form, at least.
+    """What a fault changes: (speed, harmonic, sensor), m.
 
+    inexactness : largest error of its form, relative to `Settings.form_error`
     forces : (force, speed, harmonic, sensor) what free forces at its place show; none where it acts at several places
     forced : (force,) position of the harmonic of each
     """
 
     change: np.ndarray
-    least: float
+    inexactness: float = 1.0
     forces: np.ndarray | None = None
     forced: np.ndarray | None = None
 
 
+def largest_error(effect: str, usual: float) -> float:
+    """Largest standard deviation of the error of the form of an effect, as a fraction of what it changes."""
+    return max(registry().get("effect", effect).form_error, usual)
+
+
 def changes_of(
-    causes: Sequence[Candidate], values: dict, names: Sequence[str], columns: np.ndarray, forces: "LocalForces"
+    causes: Sequence[Candidate], values: dict, motion: Motion, forces: "LocalForces", largest: float
 ) -> list[Change]:
-    """The Change of each fault on the rotor, to first order in its force.
+    """The Change of each fault on the rotor: what its force at a motion shows.
 
     values  : of the amplitudes, by name
-    columns : (parameter, speed, harmonic, sensor) derivatives by the parameters of some names
+    motion  : with all the causes
+    largest : `Settings.form_error`
     """
-    place, found = {name: i for i, name in enumerate(names)}, []
+    found = []
     for parts in faults_of(causes).values():
-        own = [name for c in parts if not c.term.acts_on_output for name in c.names]
+        own = [u for c in parts if not c.term.acts_on_output for u in c.term.unknowns]
         if own:
-            change = np.tensordot([values[n] for n in own], columns[[place[n] for n in own]], 1)
-            has_law = any(c.shape or "element" in c.where for c in parts)
-            found.append(Change(change, LEAST_OF_LAWS if has_law else 0.0, *forces.beside(parts)))
+            change = forces.near.changes_by_forces([(own, motion)]) @ np.array([values[u.name] for u in own])
+            inexactness = max(largest_error(c.effect, largest) for c in parts) / largest
+            found.append(Change(change, inexactness, *forces.beside(parts)))
     return found
 
 
@@ -116,8 +123,8 @@ def _acted(unknown):
     return {int(row) for entry in unknown.entries for row in entry.nonzero[0]}
 
 
-def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple, scale: float) -> np.ndarray:
-    """What the errors of the form of some faults change, relative to the largest standard deviation.
+def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple) -> np.ndarray:
+    """What the errors of the form of some faults change, of the largest size and relative to `Settings.form_error`.
 
     Of a fault at one place they are forces there, of the size that shows as much as the fault at each harmonic.
 
@@ -128,8 +135,6 @@ def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple, scale: 
     changes : list of Change
     shares : tuple of float
         One of `SHARES`.
-    scale : float
-        One of `SCALES`.
 
     Returns
     -------
@@ -137,13 +142,13 @@ def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple, scale: 
         Complex, m; the errors are independent, of unit variance.
     """
     modes, found = over_speeds(speed, shares), []
-    for change, least, forces, forced in changes:
+    for change, inexactness, forces, forced in changes:
         size = np.linalg.norm(change, axis=-1)  # (speed, harmonic)
         whole = np.linalg.norm(size, axis=-1, keepdims=True)
-        seen = size > ROUND_OFF * whole
-        larger = np.where(seen, np.sqrt(size**2 + (ACROSS * whole) ** 2), 0.0)
+        larger = np.sqrt(size**2 + (ACROSS * whole) ** 2)
         if forces is None:
-            moved = change * (larger / np.where(seen, size, 1.0))[..., None]
+            seen = size > ROUND_OFF * whole
+            moved = change * np.where(seen, larger / np.where(seen, size, 1.0), 0.0)[..., None]
             shown = np.zeros((2 * size.shape[1], *change.shape), complex)
             for h in np.flatnonzero(seen.any(axis=0)):
                 shown[2 * h, :, h], shown[2 * h + 1, :, h] = moved[:, h], 1j * moved[:, h]
@@ -151,7 +156,7 @@ def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple, scale: 
             of_unit = np.linalg.norm(forces, axis=(2, 3))  # (force, speed)
             shown = forces * (larger[:, forced].T / np.where(of_unit > 0, of_unit, np.inf))[..., None, None]
         errors = modes[:, None, :, None, None] * shown[None]
-        found.append(max(scale, least) * errors.reshape(-1, *change.shape))
+        found.append(inexactness * errors.reshape(-1, *change.shape))
     return np.concatenate(found) if found else np.zeros((0, 0, 0, 0))
 
 
@@ -173,7 +178,12 @@ def largest_errors(spectrum: Spectrum, change: np.ndarray, largest: float) -> np
 
     spectrum : without such an error;  change : (speed, harmonic, sensor), m
     """
-    errors = largest * form_errors(spectrum.speed, [Change(change, 0.0)], SHARES[1], 1.0)
+    return _columns(spectrum, [Change(change)], SHARES[1], largest)
+
+
+def _columns(spectrum, changes, shares, largest):
+    """Columns (component, error) of errors of form, whitened, that change anything."""
+    errors = largest * form_errors(spectrum.speed, changes, shares)
     columns = spectrum.whitened(errors).T if len(errors) else np.zeros((spectrum.data_count, 0))
     return columns[:, np.linalg.norm(columns, axis=0) > LEAST]
 
@@ -182,14 +192,26 @@ class FormError(NamedTuple):
     """An error of the form of the causes of an explanation, the most probable one.
 
     shares, scale : of `SHARES` and `SCALES`;  columns : (component, error) what it changes, whitened
-    mean_std : expected standard deviation, relative;  evidence : log evidence, mean over all shares and scales
+    mean_std : expected standard deviation, relative
+    more     : logarithm of the mean evidence over all shares and scales, less that of these
     """
 
     shares: tuple[float, float, float]
     scale: float
     columns: np.ndarray
     mean_std: float
-    evidence: float
+    more: float
+
+    def evidence(self, off: np.ndarray, jacobian: np.ndarray, known: np.ndarray) -> float:
+        """Log evidence of a fit with this error; arguments as for `most_probable_form`."""
+        pull = self.columns.T @ np.column_stack([off[: len(jacobian)], jacobian])
+        within = np.eye(len(pull)) + self.columns.T @ self.columns
+        solved = np.linalg.solve(within, pull)
+        normal = jacobian.T @ jacobian + known.T @ known - pull[:, 1:].T @ solved[:, 1:]
+        size = np.sqrt(np.diag(normal))
+        narrowed = np.linalg.slogdet(normal / np.outer(size, size))[1] + 2 * np.log(size).sum()
+        narrowed += np.linalg.slogdet(within)[1] - 2 * np.linalg.slogdet(known)[1]
+        return float(self.more - 0.5 * (off @ off - pull[:, 0] @ solved[:, 0] + narrowed))
 
 
 def most_probable_form(
@@ -216,25 +238,18 @@ def most_probable_form(
     """
     count = len(jacobian)
     data, rest = np.column_stack([off[:count], jacobian]), np.column_stack([off[count:], known])
-    gram, prior = data.T @ data + rest.T @ rest, 2 * np.linalg.slogdet(known)[1]
-    scales = tuple(dict.fromkeys(max(s, min((c.least for c in changes), default=1.0)) for s in SCALES))
-    found = []
-    for shares in SHARES if changes and largest else SHARES[:1]:
-        alike, base = len({c.least for c in changes}) <= 1, None
-        for scale in scales:
-            if base is None or not alike:
-                errors = largest * form_errors(spectrum.speed, changes, shares, scale)
-                columns = spectrum.whitened(errors).T if len(errors) else np.zeros((count, 0))
-                columns = columns[:, np.linalg.norm(columns, axis=0) > LEAST * scale]
-                base = scale, columns, *_principal(columns)
-            factor = scale / base[0] if alike else 1.0
-            evidence, beyond = _evidence(gram, base[2].T @ data, factor**2 * base[3], prior)
-            found.append((evidence, beyond, shares, scale, factor * base[1]))
+    gram, prior, found = data.T @ data + rest.T @ rest, 2 * np.linalg.slogdet(known)[1], []
+    for shares in SHARES if changes else SHARES[:1]:
+        columns = _columns(spectrum, changes, shares, largest)
+        along, variance = _principal(columns)
+        turned = along.T @ data
+        found += [(_evidence(gram, turned, x**2 * variance, prior), shares, x, x * columns) for x in SCALES]
     evidence = np.array([one[0] for one in found])
     best = found[int(np.argmax(evidence))]
     weights = np.exp(evidence - evidence.max())
-    mean = float(weights @ [one[3] for one in found] / weights.sum()) * largest if changes else 0.0
-    return FormError(best[2], best[3], best[4], mean, float(np.log(weights.mean()) + evidence.max() - best[1]))
+    mean = weights @ [one[2] for one in found] / weights.sum()
+    inexact = largest * max((one.inexactness for one in changes), default=0.0)
+    return FormError(*best[1:], float(mean * inexact), float(np.log(weights.mean())))
 
 
 def _principal(columns):
@@ -249,7 +264,7 @@ def _principal(columns):
 
 
 def _evidence(gram, turned, variance, prior):
-    """Log evidence of linearised data with errors in common, and what the fit leaves beyond its linearised minimum.
+    """Log evidence of linearised data with errors in common.
 
     gram   : products of residual and derivatives, with those of the prior;  turned : both along the errors
     prior  : log determinant of the precision of the prior
@@ -259,4 +274,4 @@ def _evidence(gram, turned, variance, prior):
     normal, right = less[1:, 1:] / np.outer(size, size), less[1:, 0] / size
     gain = right @ np.linalg.solve(normal, right)
     narrowed = np.linalg.slogdet(normal)[1] + 2 * np.log(size).sum() - prior
-    return -0.5 * (less[0, 0] - gain + narrowed + np.log1p(variance).sum()), 0.5 * gain
+    return -0.5 * (less[0, 0] - gain + narrowed + np.log1p(variance).sum())

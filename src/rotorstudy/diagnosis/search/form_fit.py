@@ -13,6 +13,7 @@ from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS, levenberg_marquardt
 from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prior import Prior
+from rotorstudy.response.neighbourhood import carried_motion
 
 HOPELESS = 300.0  # log odds below the best, from which a further round does not lead to it
 SETTLED = 0.25  # change of the log odds by another round of a fit with the error of form that it has found
@@ -69,14 +70,26 @@ class _Parameters:
         shapes = len(self.whole.names) - len(self.prior.names)
         return np.array([*(fixed.get(n, np.inf) for n in self.prior.names), *[LONGEST_OF_SHAPE] * shapes])
 
+    def motion(self, work, theta):
+        """The Motion at the values of a fit, at the harmonics of the local forces."""
+        amplitudes, *points = np.split(theta, self.ends)
+        here = [reshaped(work, c, x) if len(x) else c for c, x in zip(self.causes, points, strict=True)]
+        model, near = work.model.plus(*(c.term for c in here)), work.local_forces.near
+        whole = model.stated.copy()
+        whole[model.position(self.prior.names)] = amplitudes
+        return carried_motion(model, near.speed, near.harmonics, whole, order=near.order)
+
     def form(self, work, theta, response):
         """The most probable FormError at the values of a fit."""
-        shown, change = response
-        rows, spectrum, names = self.whole.whitener, work.spectrum, self.prior.names
+        values, largest = dict(zip(self.prior.names, theta, strict=False)), work.settings.form_error
+        changes = changes_of(self.causes, values, self.motion(work, theta), work.local_forces, largest)
+        return most_probable_form(work.spectrum, changes, *self.linearised(work, theta, response), largest)
+
+    def linearised(self, work, theta, response):
+        """Residual and distance from the prior, Jacobian and whitener of the prior, without an error of form."""
+        (shown, change), spectrum, rows = response, work.spectrum, self.whole.whitener
         off = np.append(spectrum.whitened(spectrum.amplitude - shown), rows @ (self.whole.mean - theta))
-        values = dict(zip(names, theta, strict=False))
-        changes = changes_of(self.causes, values, names, change, work.local_forces)
-        return most_probable_form(spectrum, changes, off, spectrum.whitened(change).T, rows, work.settings.form_error)
+        return off, spectrum.whitened(change).T, rows
 
 
 def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Explanation:
@@ -100,8 +113,9 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
                 raise NoSteadyState(str(error)) from None
         return known[key]
 
+    best_so_far, form = max(map(odds_of, work.explanations)), parameters.form(work, theta, response(theta))
     for _ in range(ROUNDS):
-        spectrum = work.spectrum.with_shared_error(parameters.form(work, theta, response(theta)).columns)
+        spectrum = work.spectrum.with_shared_error(form.columns)
 
         def predict(trials, spectrum=spectrum):
             if len(failed) > FAILURES:
@@ -119,19 +133,22 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
             longest=parameters.longest,
             convergence=ROUND,
         )
-        theta = found.theta[0]
-        one = _explanation(work, parameters, theta, response(theta), bool(found.converged[0]))
-        before, best = best, one if best is None else max(best, one, key=odds_of)
-        is_hopeless = odds_of(one) < max(map(odds_of, work.explanations)) - HOPELESS
-        if is_hopeless or (before and odds_of(one) < odds_of(before) + SETTLED):
+        theta, before, fitted_with = found.theta[0], best, form
+        form = parameters.form(work, theta, response(theta))
+        tried = [
+            _explanation(work, parameters, theta, response(theta), one, bool(found.converged[0]))
+            for one in (fitted_with, form)
+        ]
+        best = max([*tried, *([before] if before else [])], key=odds_of)
+        gain = odds_of(best) - odds_of(before) if before else np.inf
+        if odds_of(best) + min(gain, HOPELESS) < best_so_far - HOPELESS or gain < SETTLED:
             break
     return best
 
 
-def _explanation(work, parameters, theta, response, converged):
-    """The Explanation at the values of a fit, with the error of form that is most probable there."""
+def _explanation(work, parameters, theta, response, form, converged):
+    """The Explanation at the values of a fit with an error of form."""
     shown, change = response
-    form = parameters.form(work, theta, response)
     spectrum = work.spectrum.with_shared_error(form.columns)
     amplitudes, *points = np.split(theta, parameters.ends)
     residual, jacobian = spectrum.whitened(spectrum.amplitude - shown), spectrum.whitened(change).T
@@ -158,7 +175,7 @@ def _explanation(work, parameters, theta, response, converged):
         penalty=float(distance @ distance),
         residual=residual,
         jacobian=jacobian[:, :free],
-        evidence=form.evidence,
+        evidence=form.evidence(*parameters.linearised(work, theta, response)),
         converged=converged,
     )
     odds = log_posterior_odds(tuple(causes), fitted, work.base, work.prior_odds)

@@ -4,6 +4,7 @@ import logging
 from dataclasses import dataclass, replace
 
 from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.impossible import unstable_rig
 from rotorstudy.diagnosis.search.odds import faults_of
 from rotorstudy.diagnosis.search.search import begin, is_asked_to_stop, search, unsearched
@@ -95,7 +96,7 @@ def investigate(
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
     measured, held = split(spectrum, settings.hold_out_rad_s if hold_out is None else hold_out)
-    held = None if held is None else with_model_error(held, settings)
+    held = None if held is None else with_film_error(with_model_error(held, settings), model)
     failed = {}
     with using(registry()):  # which is asked for at every shape
         while True:
@@ -113,7 +114,7 @@ def investigate(
 def _investigated(measured, held, model, settings, findings, failed):
     """The Diagnosis, see `investigate`; held : with the model error;  failed : effects left out -> why."""
     kept = settings.model_copy(update={"leave_out": [*settings.leave_out, *failed]})
-    fitted = with_model_error(measured, kept)
+    fitted = with_film_error(with_model_error(measured, kept), model)
     found, chain, tested = _searched(model, measured, fitted, kept)
     found.failures.update(failed)
     while True:
