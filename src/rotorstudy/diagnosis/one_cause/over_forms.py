@@ -83,7 +83,7 @@ def _held(work, fitted, name, value):
     term = with_options(cause.term, {name: value}, work.rig.structure, work.rig.sensors)
     shape = {key: x for key, x in cause.shape.items() if key != name}
     try:
-        held = cause._replace(term=term, shape=shape, options=cause.options | {name: value})
+        held = cause._replace(term=term, shape=shape, options=cause.options | {name: value}, held=(name,))
         return fitted_from(work, [held], fitted.amplitudes, ROUGHLY)
     except (CannotAct, NoSteadyState, NoConvergenceError):
         return None

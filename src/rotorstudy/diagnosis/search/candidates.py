@@ -34,6 +34,7 @@ class Candidate(NamedTuple):
     shape    : options that enter nonlinearly (a clearance, an angle), at one of the values tried
     variant  : the alternatives of the effect that it has (the breathing function of a crack)
     shape_std : standard deviations of its shape, once that is fitted
+    held     : options of its shape that are held at a value among the `options`
     """
 
     effect: str
@@ -48,6 +49,7 @@ class Candidate(NamedTuple):
     options: dict = {}
     any_form: bool = False
     fixed_std: float = FIXED
+    held: tuple[str, ...] = ()
 
     @property
     def cause(self):

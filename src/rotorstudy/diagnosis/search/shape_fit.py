@@ -70,9 +70,10 @@ class Fitted(NamedTuple):
 
 
 def ranges_of(work: Work, cause: Candidate) -> dict:
-    """Option -> ShapeRange of the shape of a cause, of its form where it has one."""
-    ranges = shape_ranges(cause.effect, work.rig.structure, cause.where.get("node")) | form_ranges(cause.effect)
-    return {name: ends for name, ends in ranges.items() if name in cause.shape}
+    """Option -> ShapeRange of the shape of a cause but what is held, and of its form where it has one."""
+    form = {name: ends for name, ends in form_ranges(cause.effect).items() if name in cause.shape}
+    ranges = shape_ranges(cause.effect, work.rig.structure, cause.where.get("node")) | form
+    return {name: ends for name, ends in ranges.items() if name not in cause.held}
 
 
 def reshaped(
