@@ -44,8 +44,5 @@ def rotorstudy_effect():
         confounders=(
             ("support_loss", "a support that lifts depends on the amplitude and gives multiples of 1X"),
             ("support_stiffness", "looseness gives multiples of 1X and depends on the amplitude"),
-            ("breathing_crack", "the force of a loose support depends on the amplitude: change the unbalance"),
-            ("rub", "at large amplitudes a rub stiffens, looseness softens"),
-            ("cubic_stiffness", "looseness softens in one direction, cubic stiffness stiffens in all directions"),
         ),
     )

@@ -72,13 +72,8 @@ def rotorstudy_effect():
                 "the 2X of an asymmetric shaft is caused by gravity and remains when the shaft is uncoupled",
             ),
             (
-                "breathing_crack",
-                "a misaligned coupling acts at its own node and has no 0X related to 2X; run the rotor uncoupled",
-            ),
-            (
                 "transverse_crack",
                 "a misaligned coupling acts at its own node and has no 0X related to 2X; run the rotor uncoupled",
             ),
-            ("angular_misalignment", "a force and a moment at the same node: a second measuring plane separates them"),
         ),
     )

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import disc, shaft, springs
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.diagnosis.verdict.investigate import diagnose
@@ -9,20 +10,11 @@ from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 
 SPEEDS, HARMONICS, NODES = np.linspace(60.0, 380.0, 8), np.array([1, -1, 2, -2]), (1, 5)
 RIG = {
-    "rotor": {
-        "kind": "finite_element",
-        "elements": [{"length_m": 1.0, "count": 4}],
-        "outer_diameter_m": 0.05,
-        "discs": [{"node": 3, "mass_kg": 20.0, "polar_moment_kg_m2": 0.1, "diametral_moment_kg_m2": 0.05}],
-    },
-    "bearings": [
-        {"kind": "linear", "node": node, "label": str(node), "bearing_stiffness_N_per_m": 2e7,
-         "bearing_damping_N_s_per_m": 2e3}
-        for node in NODES
-    ],
+    "rotor": shaft(1.0, 4, disc(3, 20.0, 0.1, 0.05), outer_diameter_m=0.05),
+    "bearings": springs(NODES, 2e7, 2e3),
     "effects": [{"kind": "unbalance", "node": 3, "unbalance_g_mm": 200.0}],
     "sensors": list(NODES),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("planes", [2, 1])

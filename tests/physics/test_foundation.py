@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import disc, shaft
 from named_machines import plant
 
 from rotorstudy import build_model, harmonic_response, measured_response
@@ -19,12 +20,7 @@ from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
 
 SPEEDS, NODES = np.array([90.0, 160.0, 280.0, 400.0]), (1, 5)
 RIG = {
-    "rotor": {
-        "kind": "finite_element",
-        "elements": [{"length_m": 1.0, "count": 4}],
-        "outer_diameter_m": 0.05,
-        "discs": [{"node": 3, "mass_kg": 20.0, "polar_moment_kg_m2": 0.1, "diametral_moment_kg_m2": 0.05}],
-    },
+    "rotor": shaft(1.0, 4, disc(3, 20.0, 0.1, 0.05), outer_diameter_m=0.05),
     "bearings": [
         {"kind": "linear", "node": node, "label": label, "bearing_stiffness_N_per_m": 2e7,
          "bearing_damping_N_s_per_m": 2e3}
