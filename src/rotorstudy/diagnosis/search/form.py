@@ -108,9 +108,7 @@ class LocalForces:
         for dofs, rows, kind in self.places:
             if acted and acted <= dofs:
                 rows = np.eye(rows.shape[1])[sorted(acted)] if kind == "node" else rows
-                shown = shown_forces(
-                    self.near, self.spectrum, rows
-                )  # (row, part and harmonic, speed, harmonic, sensor)
+                shown = shown_forces(self.near, self.spectrum, rows)
                 forced = np.tile(np.arange(len(self.spectrum.harmonics)), 2 * len(rows))
                 return shown.reshape(-1, *shown.shape[2:]), forced
         return None, None

@@ -79,11 +79,11 @@ class _Parameters:
         whole[model.position(self.prior.names)] = amplitudes
         return carried_motion(model, near.speed, near.harmonics, whole, order=near.order)
 
-    def form(self, work, theta, response):
-        """The most probable FormError at the values of a fit."""
+    def form(self, work, theta, linearised):
+        """The most probable FormError at the values of a fit; linearised : what the method of that name returns."""
         values, largest = dict(zip(self.prior.names, theta, strict=False)), work.settings.form_error
         changes = changes_of(self.causes, values, self.motion(work, theta), work.local_forces, largest)
-        return most_probable_form(work.spectrum, changes, *self.linearised(work, theta, response), largest)
+        return most_probable_form(work.spectrum, changes, *linearised, largest)
 
     def linearised(self, work, theta, response):
         """Residual and distance from the prior, Jacobian and whitener of the prior, without an error of form."""
@@ -113,7 +113,8 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
                 raise NoSteadyState(str(error)) from None
         return known[key]
 
-    best_so_far, form = max(map(odds_of, work.explanations)), parameters.form(work, theta, response(theta))
+    best_so_far = max(map(odds_of, work.explanations))
+    form = parameters.form(work, theta, parameters.linearised(work, theta, response(theta)))
     for _ in range(ROUNDS):
         spectrum = work.spectrum.with_shared_error(form.columns)
 
@@ -134,9 +135,10 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
             convergence=ROUND,
         )
         theta, before, fitted_with = found.theta[0], best, form
-        form = parameters.form(work, theta, response(theta))
+        linearised = parameters.linearised(work, theta, response(theta))
+        form, converged = parameters.form(work, theta, linearised), bool(found.converged[0])
         tried = [
-            _explanation(work, parameters, theta, response(theta), one, bool(found.converged[0]))
+            _explanation(work, parameters, theta, response(theta), one, one.evidence(*linearised), converged)
             for one in (fitted_with, form)
         ]
         best = max([*tried, *([before] if before else [])], key=odds_of)
@@ -146,7 +148,7 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
     return best
 
 
-def _explanation(work, parameters, theta, response, form, converged):
+def _explanation(work, parameters, theta, response, form, evidence, converged):
     """The Explanation at the values of a fit with an error of form."""
     shown, change = response
     spectrum = work.spectrum.with_shared_error(form.columns)
@@ -175,7 +177,7 @@ def _explanation(work, parameters, theta, response, form, converged):
         penalty=float(distance @ distance),
         residual=residual,
         jacobian=jacobian[:, :free],
-        evidence=form.evidence(*parameters.linearised(work, theta, response)),
+        evidence=evidence,
         converged=converged,
     )
     odds = log_posterior_odds(tuple(causes), fitted, work.base, work.prior_odds)

@@ -24,10 +24,8 @@ from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.neighbourhood import Neighbourhood
 
 PRIOR = 0.1  # odds of a fault that the library lacks against one that it has, before anything is measured
-REFITTED, AGAIN = (
-    3,
-    2,
-)  # places, the best ones, of which the values of the rig are fitted again with the force, and how often
+REFITTED = 3  # places, the best ones, of which the values of the rig are fitted again with the force
+AGAIN = 2  # how often
 UPDATES = 30  # of the size at each harmonic
 SETTLED = 1e-3  # relative change of all sizes
 
