@@ -40,8 +40,8 @@ rule index:
         code=code("index.py"),
     log:
         f"{RESULTS}/logs/index.log",
-    script:
-        "workflow/scripts/index.py"
+    run:
+        run_script("index.py", input, output, params, wildcards, threads, log)
 
 
 rule all:

@@ -1,5 +1,6 @@
 """What binds a job to its files: figures and tables by name, results by name, and the code that a function needs."""
 
+import os
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,7 +12,7 @@ from rotorstudy.presentation.plots import figure, save_figures
 from rotorstudy.presentation.tables import write_tables
 from rotorstudy.store import dataset, save
 from rotorstudy.studies import workflow
-from rotorstudy.studies.workflow import called, code_digest, imported_files, named_function, opened
+from rotorstudy.studies.workflow import called, code_digest, imported_files, named_function, opened, run_script
 from thesis.tables import Table
 
 SCRIPT = Path(__file__).parents[2] / "workflow" / "scripts" / "study.py"
@@ -116,3 +117,16 @@ def test_a_job_runs_again_after_any_change_of_its_code(tmp_path, monkeypatch):
     files[1].write_text("x = 2\n")
     workflow._file_digest.cache_clear()
     assert code_digest(SCRIPT) != before
+
+
+def test_a_script_runs_in_a_process_of_its_own_and_its_failure_is_told(tmp_path):
+    script, said = tmp_path / "odd.py", tmp_path / "said.txt"
+    script.write_text(
+        "import os, pathlib, sys\n"
+        "pathlib.Path(snakemake.output).write_text(str(os.getpid()))\n"
+        "sys.exit(snakemake.params)\n"
+    )
+    run_script(script, SimpleNamespace(output=str(said), params=0))
+    assert int(said.read_text()) != os.getpid()
+    with pytest.raises(RotorstudyError, match=r"odd\.py ended with 3; see odd\.log"):
+        run_script(script, SimpleNamespace(output=str(said), params=3, log=["odd.log"]))

@@ -24,8 +24,8 @@ SOME_TARGETS = ["results/chapter_2/monte_carlo/physical/Single_speed_88.nc", "re
 
 def command(project, folder, *arguments, config, cores=2):
     base = [sys.executable, "-m", "snakemake", "--snakefile", project / "Snakefile", "--configfile", config]
-    # the default scheduler spends seconds on the best order of jobs, on which no result depends
-    options = ["--directory", folder, "--cores", cores, "--scheduler", "greedy"]
+    # as profiles/default/config.yaml has it
+    options = ["--directory", folder, "--cores", cores, "--scheduler", "greedy", "--force-use-threads"]
     return [*map(str, base), *map(str, options), *arguments]
 
 

@@ -15,5 +15,5 @@ rule bearings:
         code=code("bearings.py"),
     log:
         f"{RESULTS}/logs/bearings.log",
-    script:
-        "../scripts/bearings.py"
+    run:
+        run_script("bearings.py", input, output, params, wildcards, threads, log)

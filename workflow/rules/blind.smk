@@ -16,8 +16,8 @@ if BLIND:
             chunks=settings.chunks.blind,
         log:
             f"{RESULTS}/logs/blind/{{chunk}}.log",
-        script:
-            "../scripts/blind_chunk.py"
+        run:
+            run_script("blind_chunk.py", input, output, params, wildcards, threads, log)
 
     rule blind:
         input:
@@ -39,5 +39,5 @@ if BLIND:
             code=code("blind.py"),
         log:
             f"{RESULTS}/logs/blind.log",
-        script:
-            "../scripts/blind.py"
+        run:
+            run_script("blind.py", input, output, params, wildcards, threads, log)

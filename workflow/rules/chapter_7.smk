@@ -16,8 +16,8 @@ if CRACK_STUDY:
             functions=CRACK_STAGES,
         log:
             f"{RESULTS}/logs/{CRACK_STUDY.name}/study.log",
-        script:
-            "../scripts/crack_study.py"
+        run:
+            run_script("crack_study.py", input, output, params, wildcards, threads, log)
 
     rule figures_crack_study:
         input:
@@ -36,5 +36,5 @@ if CRACK_STUDY:
             function="rotorstudy.presentation.chapter_7.figures",
         log:
             f"{RESULTS}/logs/{CRACK_STUDY.name}/figures.log",
-        script:
-            "../scripts/figures.py"
+        run:
+            run_script("figures.py", input, output, params, wildcards, threads, log)

@@ -3,6 +3,7 @@ import os
 import re
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 ROOT = Path(workflow.basedir)
 # the package `thesis`, for these rules and for the scripts, which are processes of their own
@@ -34,6 +35,7 @@ try:
     from rotorstudy.studies.crack_study.config import load_crack_study
     from rotorstudy.studies.cracks import load_cracks
     from thesis.config import check_replay, load_replay
+    from rotorstudy.studies import workflow as jobs
     from rotorstudy.studies.workflow import WorkflowConfig, code_digest, plugin_files
     from rotorstudy.model.configuration import check_config
     from rotorstudy.store import write_text
@@ -83,12 +85,21 @@ wildcard_constraints:
     replay="|".join(REPLAYS) or "none",
 
 
+SCRIPTS = ROOT / "workflow" / "scripts"
+
+
+def run_script(name, *given):
+    """Run a script in a process of its own; given are input, output, params, wildcards, threads, log of the job."""
+    keys = ("input", "output", "params", "wildcards", "threads", "log")
+    jobs.run_script(SCRIPTS / name, SimpleNamespace(config=config, **dict(zip(keys, given, strict=True))))
+
+
 def code(script, *functions):
-    """Digest of the files of rotorstudy that a script, or functions it is given by name, depend on, and of BASES.
+    """Digest of a script and the files of rotorstudy that it, or functions it is given by name, depend on, and of BASES.
 
     Snakemake does not track them. As a param, not as inputs: it would look up each of a hundred files before each job.
     """
-    return code_digest(ROOT / "workflow" / "scripts" / script, *functions, files=sorted(BASES))
+    return code_digest(SCRIPTS / script, *functions, files=sorted(BASES))
 
 
 def study_plugins(study, *kinds):

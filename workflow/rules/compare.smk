@@ -19,8 +19,8 @@ if COMPARISON:
                 chunk=(chunk, COMPARE_CHUNKS),
             log:
                 f"{RESULTS}/logs/compare/spectra_{{method}}_{chunk}.log",
-            script:
-                "../scripts/compare_spectra.py"
+            run:
+                run_script("compare_spectra.py", input, output, params, wildcards, threads, log)
 
         # the first chunk also has the errors by wrong known quantities: in separate jobs the start of Python would dominate
         rule:
@@ -42,8 +42,8 @@ if COMPARISON:
                 sources={name: compared_source(c) for name, c in COMPARISON.rotors.items()},
             log:
                 f"{RESULTS}/logs/compare/estimates_{{estimator}}_{chunk}.log",
-            script:
-                "../scripts/compare_estimates.py"
+            run:
+                run_script("compare_estimates.py", input, output, params, wildcards, threads, log)
 
     rule compare:
         input:
@@ -63,5 +63,5 @@ if COMPARISON:
             code=code("compare.py"),
         log:
             f"{RESULTS}/logs/compare/compare.log",
-        script:
-            "../scripts/compare.py"
+        run:
+            run_script("compare.py", input, output, params, wildcards, threads, log)

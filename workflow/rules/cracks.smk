@@ -12,8 +12,8 @@ if settings.cracks:
             code=code("cracks.py"),
         log:
             f"{RESULTS}/logs/cracks/comparison.log",
-        script:
-            "../scripts/cracks.py"
+        run:
+            run_script("cracks.py", input, output, params, wildcards, threads, log)
 
     rule figures_cracks:
         input:
@@ -30,5 +30,5 @@ if settings.cracks:
             function="rotorstudy.presentation.crack_figures.figures",
         log:
             f"{RESULTS}/logs/cracks/figures.log",
-        script:
-            "../scripts/figures.py"
+        run:
+            run_script("figures.py", input, output, params, wildcards, threads, log)

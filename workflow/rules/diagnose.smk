@@ -14,8 +14,8 @@ rule diagnose:
         code=code("diagnose.py"),
     log:
         f"{RESULTS}/logs/diagnosis/{{diagnosis}}.log",
-    script:
-        "../scripts/diagnose.py"
+    run:
+        run_script("diagnose.py", input, output, params, wildcards, threads, log)
 
 
 if REPLAYED:
@@ -30,8 +30,8 @@ if REPLAYED:
             code=code("diagnose_left_out.py"),
         log:
             f"{RESULTS}/logs/diagnosis/{{diagnosis}}_left_out.log",
-        script:
-            "../scripts/diagnose_left_out.py"
+        run:
+            run_script("diagnose_left_out.py", input, output, params, wildcards, threads, log)
 
     rule diagnose_replays:
         input:
@@ -47,5 +47,5 @@ if REPLAYED:
             code=code("diagnose_replays.py"),
         log:
             f"{RESULTS}/logs/diagnosis/replays.log",
-        script:
-            "../scripts/diagnose_replays.py"
+        run:
+            run_script("diagnose_replays.py", input, output, params, wildcards, threads, log)

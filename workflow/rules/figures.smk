@@ -20,5 +20,5 @@ for name in CHAPTERS:
         priority: 2 * (name in REPLAYS) # the first figures, within half a minute
         log:
             f"{RESULTS}/logs/{name}/figures.log",
-        script:
-            "../scripts/figures.py"
+        run:
+            run_script("figures.py", input, output, params, wildcards, threads, log)

@@ -12,8 +12,8 @@ rule replay_records:
     priority: 2 # short, and what the first figures need
     log:
         f"{RESULTS}/logs/{{replay}}/records.log",
-    script:
-        "../scripts/replay.py"
+    run:
+        run_script("replay.py", input, output, params, wildcards, threads, log)
 
 
 rule replay_spectra:
@@ -29,8 +29,8 @@ rule replay_spectra:
     priority: 2
     log:
         f"{RESULTS}/logs/{{replay}}/spectra.log",
-    script:
-        "../scripts/replay.py"
+    run:
+        run_script("replay.py", input, output, params, wildcards, threads, log)
 
 
 rule replay_identify:
@@ -50,5 +50,5 @@ rule replay_identify:
     priority: 2
     log:
         f"{RESULTS}/logs/{{replay}}/identification.log",
-    script:
-        "../scripts/replay.py"
+    run:
+        run_script("replay.py", input, output, params, wildcards, threads, log)

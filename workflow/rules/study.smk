@@ -70,5 +70,5 @@ for name, study in STUDIES.items():
             priority: int(stage.startswith("monte_carlo")) # the longest first
             log:
                 f"{RESULTS}/logs/{name}/{stage}.log",
-            script:
-                "../scripts/study.py"
+            run:
+                run_script("study.py", input, output, params, wildcards, threads, log)

@@ -21,8 +21,8 @@ for name in CHAPTERS:
             reference=published_folder,
         log:
             f"{RESULTS}/logs/{name}/tables.log",
-        script:
-            "../scripts/tables.py"
+        run:
+            run_script("tables.py", input, output, params, wildcards, threads, log)
 
 
 rule scoreboard:
@@ -35,8 +35,8 @@ rule scoreboard:
         code=code("scoreboard.py"),
     log:
         f"{RESULTS}/logs/scoreboard.log",
-    script:
-        "../scripts/scoreboard.py"
+    run:
+        run_script("scoreboard.py", input, output, params, wildcards, threads, log)
 
 
 if PAGES:
@@ -63,8 +63,8 @@ if PAGES:
             code=code("errata.py"),
         log:
             f"{RESULTS}/logs/errata.log",
-        script:
-            "../scripts/errata.py"
+        run:
+            run_script("errata.py", input, output, params, wildcards, threads, log)
 
     rule compare_rigs:
         input:
@@ -84,5 +84,5 @@ if PAGES:
             code=code("compare_rigs.py"),
         log:
             f"{RESULTS}/logs/compare_rigs.log",
-        script:
-            "../scripts/compare_rigs.py"
+        run:
+            run_script("compare_rigs.py", input, output, params, wildcards, threads, log)

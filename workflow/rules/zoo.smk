@@ -9,8 +9,8 @@ rule zoo:
         code=code("zoo.py"),
     log:
         f"{RESULTS}/logs/zoo.log",
-    script:
-        "../scripts/zoo.py"
+    run:
+        run_script("zoo.py", input, output, params, wildcards, threads, log)
 
 
 if settings.published:
@@ -28,5 +28,5 @@ if settings.published:
             code=code("published.py"),
         log:
             f"{RESULTS}/logs/published.log",
-        script:
-            "../scripts/published.py"
+        run:
+            run_script("published.py", input, output, params, wildcards, threads, log)

@@ -1,13 +1,17 @@
 """Support of the workflow: configuration, logs of jobs, their inputs, the function to call, and the code it needs."""
 
 import functools
+import multiprocessing
 import re
+import runpy
 import sys
+import threading
 import traceback
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from hashlib import sha256
 from importlib import import_module
 from importlib.util import find_spec
+from multiprocessing.connection import wait
 from pathlib import Path
 
 from rotorstudy.studies.threads import use_one_thread
@@ -75,6 +79,26 @@ class WorkflowConfig(Strict):
 def index_page(snakemake):
     """Path of the page of all results, which every other page links to."""
     return Path(snakemake.config["results"], "index.html")
+
+
+_SERVER = multiprocessing.get_context("forkserver")
+_SERVER.set_forkserver_preload(["rotorstudy.studies.preloaded"])
+_LOCK = threading.Lock()
+
+
+def run_script(path, snakemake):
+    """Run the script of a job in a copy of a process with the imports that most need: a start of Python takes a second.
+
+    snakemake : what the script reads under this name: input, output, params, wildcards, threads, log, config
+    """
+    copy = _SERVER.Process(target=runpy.run_path, args=(str(path), {"snakemake": snakemake}, "__main__"))
+    with _LOCK:  # starting one looks at how others ended, which two threads must not do at once
+        copy.start()
+    wait([copy.sentinel])
+    with _LOCK:
+        copy.join()
+    if copy.exitcode:
+        raise RotorstudyError(f"{Path(path).name} ended with {copy.exitcode}; see {snakemake.log[0]}")
 
 
 @contextmanager
@@ -157,8 +181,8 @@ def _file_digest(path):
 
 
 def code_digest(script, *functions, files=()):
-    """One text for all that `imported_files` lists and for further files; another if any of them changes."""
-    return sha256(b"".join(map(_file_digest, [*imported_files(script, *functions), *files]))).hexdigest()
+    """One text for a script, all that `imported_files` lists, and further files; another if any of them changes."""
+    return sha256(b"".join(map(_file_digest, [script, *imported_files(script, *functions), *files]))).hexdigest()
 
 
 def plugin_files(rigs, plugins=()):
