@@ -7,7 +7,6 @@ from machines import disc, shaft, springs, unbalance
 from rotorstudy import RotorstudyError, build_model, registry
 from rotorstudy.diagnosis.one_cause import shape_starts
 from rotorstudy.diagnosis.one_cause.answer import (
-    Identified,
     estimates_of,
     far_amplitudes,
     identified,
@@ -195,5 +194,6 @@ def test_other_effects_are_refused_in_one_line(effect, words):
 def test_a_flexibility_far_from_that_of_the_depth_is_told(factor, away):
     """In standard deviations of the prior, 0.02; however well it explains the records."""
     cause = candidate(build_model(rig()), "transverse_crack", {}, TRUE)
-    found = Identified((cause,), None, cause.names, np.array([factor]), np.eye(1), 1.0, {})
-    assert far_amplitudes(found) == ({} if away is None else {cause.names[0]: pytest.approx(away)})
+    assert far_amplitudes([cause], cause.names, np.array([factor])) == (
+        {} if away is None else {cause.names[0]: pytest.approx(away)}
+    )

@@ -212,7 +212,7 @@ def test_a_column_for_screening_is_the_force_at_the_motion():
     amplitude = np.zeros((2, len(EVERY), 1), complex)
     amplitude[:, EVERY == 1, 0] = [[3e-5], [4e-5j]]
     (_, force), *_ = model.nonlinear_forces
-    column = nonlinear_columns([force], amplitude, np.array([100.0, 200.0]), EVERY, np.zeros(1))[..., 0]
+    column = nonlinear_columns([force], amplitude, np.array([100.0, 200.0]), EVERY, np.zeros(1)).value
     assert column == pytest.approx(-(np.abs(amplitude) ** 2) * amplitude, abs=1e-25)
 
 

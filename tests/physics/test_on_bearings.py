@@ -9,10 +9,12 @@ from scipy.linalg import eigh
 
 from rotorstudy.model.rig import build_model
 from rotorstudy.response import harmonic, solving, statics
-from rotorstudy.response.harmonic import harmonic_response_and_jacobian
+from rotorstudy.response.harmonic import harmonic_response_and_jacobian, positions
+from rotorstudy.response.neighbourhood import Neighbourhood
 from rotorstudy.response.statics import static_deflection
 
 SPEED, HARMONICS = np.array([60.0, 150.0, 400.0]), (0, 1, -1, 2, -2)
+ADJOINT = 1e-8  # relative: the forces are not those of a motion, so that digits of the stiff elements are lost
 AGREES = 1e-10  # relative: of 16 digits some four are lost, by the stiffness of bearings over that of a shaft
 
 
@@ -94,3 +96,21 @@ def test_the_deflection_is_solved_only_where_a_force_depends_on_it(harmonics, ne
     assert bool(asked) is needed
     for one, other in zip(found, expected, strict=True):
         assert one == pytest.approx(other[:, list(harmonics)], rel=1e-9, abs=1e-12 * np.abs(other).max())
+
+
+ASYMMETRIC = {"kind": "shaft_asymmetry", "element": 4, "shaft_asymmetry": 0.2}
+
+
+@pytest.mark.parametrize("count", [6, 30])
+@pytest.mark.parametrize("effects", [(), (LOSSY, SHAFT), (ASYMMETRIC, LOSSY)])
+def test_forces_anywhere_show_at_the_sensors_what_the_adjoint_system_says(effects, count):
+    """Against the motion by these forces, also where a shaft is solved by its band and where coefficients turn."""
+    cross = {"kind": "cross_coupling", "node": 3, "cross_coupling_N_per_m": 3e4}
+    near = Neighbourhood(rotor(cross, *effects, count=count), SPEED, (0, 1, -2), order=4)
+    random, shape = np.random.default_rng(1), near.motion.amplitude.shape
+    force = random.normal(size=shape) + 1j * random.normal(size=shape)
+    (moved,) = near.moved_by(force[None])
+    shown = near.model.seen(moved[:, positions(near.harmonics, near.blocks)])
+    parts = np.moveaxis(force, 1, -1).copy().view(float)  # (speed, dof, component)
+    found = np.einsum("wdc,dwcx->wx", parts, near.shown_by_units).reshape(shown.shape)
+    assert found == pytest.approx(shown, rel=0, abs=ADJOINT * np.abs(shown).max())

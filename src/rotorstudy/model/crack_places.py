@@ -1,6 +1,7 @@
 """Where a rotor can crack, and the stretches of its shaft that can be softer than stated."""
 
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 
@@ -65,14 +66,17 @@ class CrackPlaces:
         """
         if not callable(self.stiffness_loss):
             return [{}] if self.stiffness_loss else []
-        found = []
+        return [{"element": 1 + i} for i in range(self._elements)]
+
+    @cached_property
+    def _elements(self) -> int:
+        """Number of elements that can crack."""
         for element in range(1, max(node for node, _ in self.dofs) + 1):
             try:
                 self.stiffness_loss(None, element)
             except CannotAct:
-                break
-            found.append({"element": element})
-        return found
+                return element - 1
+        return element
 
     def stiffness_of(self, element: int, last_element: int | None = None) -> np.ndarray:
         """Stiffness of an element of the shaft, or of all from that to a last one.

@@ -198,7 +198,9 @@ class Structure(CrackPlaces, UnderWeight):
         CannotAct
             If no node is given, or one without that motion.
         """
-        return np.eye(len(self.dofs))[self.index(node, motion)]
+        here = np.zeros(len(self.dofs))
+        here[self.index(node, motion)] = 1.0
+        return here
 
     def mass_share(self, node: int) -> float:
         """Share of a node in the mass of the rotor: the force on it if all nodes are accelerated alike.

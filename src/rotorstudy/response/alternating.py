@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import NoSteadyState
+from rotorstudy.model.entry_table import Columns
 
 SAMPLES_PER_HARMONIC = 16  # of the highest harmonic: a sudden contact has many more harmonics than are carried
 TOLERANCE = 1e-11  # of the residual relative to the motion; the round-off of some hundred sums is near 1e-14
@@ -59,19 +60,20 @@ def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
 
     forces     : list of NonlinearForce
     amplitudes : (..., speed, harmonic, dof) complex, m, about the deflection (dof,) or (..., speed, dof)
-    returns    : (..., speed, harmonic, dof, force) complex, N; harmonics not listed are taken as zero
+    returns    : Columns, an amplitude for each force; harmonics not listed are taken as zero
     """
     (angle, basis), deflection = one_revolution(harmonics), np.asarray(deflection)
     rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
-    columns, in_time = np.empty((*amplitudes.shape, len(forces)), complex), {}
+    found, in_time = [], {}
     for p, force in enumerate(forces):
         which = force.matrix.tobytes()  # many forces act on the same coordinates
         if which not in in_time:
             seen, still = amplitudes @ force.matrix.T, (deflection @ force.matrix.T)[..., None, :]
             in_time[which] = basis @ seen + still, basis @ (rate * seen), still
         given = force.at(*in_time[which], angle)
-        columns[..., p] = basis.conj().T @ given / len(basis) @ force.matrix
-    return columns
+        row = np.flatnonzero(force.matrix.any(axis=0))
+        found.append((row, np.full(len(row), p), basis.conj().T @ given / len(basis) @ force.matrix[:, row]))
+    return Columns(*(np.concatenate(part, axis=-1) for part in zip(*found, strict=True)))
 
 
 def affine_error(force, amplitudes, speed, harmonics, deflection):

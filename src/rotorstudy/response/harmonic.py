@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from rotorstudy.model.model import Model
 from rotorstudy.response.alternating import nonlinear_columns, seen_coordinates, steady_states
 from rotorstudy.response.coupling import COUPLED_ORDER, check_harmonics, check_speed, layout, layout_of_forced
+from rotorstudy.response.factorised import narrow_band
 from rotorstudy.response.solving import solver, uncoupled
 from rotorstudy.response.statics import Deflection, static_deflection
 
@@ -207,7 +208,8 @@ def _carried_about(still, model, speed, theta, blocks, jacobian, kept):
         columns[..., model.varied.positions] = np.moveaxis(own, 0, -1)
     if model.nonlinear_forces:
         place, local = zip(*model.nonlinear_forces, strict=True)
-        columns[..., place] = nonlinear_columns(local, found, speed, blocks.harmonics, deflection)
+        own = nonlinear_columns(local, found, speed, blocks.harmonics, deflection)
+        columns[..., place] = own.dense(dof, len(local))
     if moved:
         forces = static_force(model, rotor, speed, blocks.harmonics, np.stack(list(moved.values())), constant=False)
         columns[..., list(moved)] += np.moveaxis(np.broadcast_to(forces, (len(moved), *found.shape)), 0, -1)
@@ -234,7 +236,7 @@ def _columns_of_the_rotor(model, theta, speed, carried, found, kept):
         found[..., gone] = -np.linalg.solve(inner, outer @ found[..., kept, None])[..., 0]
     nw = (speed[:, None] * carried)[..., None]
     pairs = ((slopes.stiffness, -1.0), (slopes.mass, nw**2), (slopes.gyroscopic, -nw * speed[:, None, None]))
-    columns = sum(np.einsum("...pij,...shj->p...shi", slope, factor * found) for slope, factor in pairs)
+    columns = sum(_product(slope, factor * found) for slope, factor in pairs)
     if model.static_residual.any():
         columns[..., carried == 0, :] += np.moveaxis(slopes.static_load, -2, 0)[..., None, None, :]
     if len(gone):  # the matrices of a rotor are symmetric
@@ -242,6 +244,19 @@ def _columns_of_the_rotor(model, theta, speed, carried, found, kept):
         columns[..., kept] -= np.moveaxis(np.swapaxes(outer, -1, -2) @ passed, -1, 0)
         columns[..., gone] = 0
     return columns
+
+
+def _product(slope, motion):
+    """Products (number, ..., speed, harmonic, dof) of matrices (..., number, dof, dof) and a motion of the rest."""
+    band = narrow_band(slope)
+    if band is None:
+        return np.einsum("...pij,...shj->p...shi", slope, motion)
+    found = np.zeros((slope.shape[-3], *motion.shape), complex)
+    for offset in range(-band, band + 1):  # of a slender shaft most elements are zero
+        diagonal = np.moveaxis(np.diagonal(slope, offset, -2, -1), -2, 0)[..., None, None, :]
+        here, there = (slice(max(at, 0), slope.shape[-1] + min(at, 0)) for at in (-offset, offset))
+        found[..., here] += diagonal * motion[..., there]
+    return found
 
 
 def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, linear):

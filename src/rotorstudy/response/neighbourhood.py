@@ -13,10 +13,8 @@ from rotorstudy.response.measured import at_sensors
 from rotorstudy.response.solving import solver
 from rotorstudy.response.statics import static_deflection
 
-SOLVED_AT_ONCE = 8  # coordinates whose receptances are solved together: more take more memory, not less time
 TABLES_KEPT, FACTORS_KEPT = 48, 250_000  # tables of unknowns, and numbers of the factors of each of them, 4 MB
 MOTION_AT_ONCE = 1_000_000  # numbers of the motions that are taken together
-REPLIES_KEPT = 30_000_000  # numbers of the motions by unit forces, 0.5 GB; those shown are all kept, as they are few
 FORCES_AT_ONCE = 2_000_000  # numbers of the forces whose motions are solved together, several times 32 MB
 
 
@@ -59,89 +57,63 @@ class Neighbourhood:
         self.model, self.order = model, order
         self.speed, self.harmonics, self.theta, _ = response_inputs(model, speed, harmonics, theta, order)
         self.blocks = layout(model, np.union1d(np.arange(-order, order + 1), self.harmonics), order)
-        self.by_coordinate, self.by_shown = {}, {}
 
     @cached_property
     def motion(self):
         """The Motion of the model itself."""
         return carried_motion(self.model, self.speed, self.harmonics, self.theta, order=self.order)
 
+    def _solver(self, *, adjoint=False):
+        own = self.theta[: len(self.model.rotor_unknowns)]
+        return solver(self.model, own, self.speed, self.blocks, adjoint=adjoint)[0]
+
     @cached_property
     def _solved(self):
-        own = self.theta[: len(self.model.rotor_unknowns)]
-        return solver(self.model, own, self.speed, self.blocks)[0]
+        return self._solver()
 
-    def replies(self, coordinate):
-        """Motion (speed, carried harmonic, dof, component) by a unit force on each harmonic of a coordinate, m/N.
+    @cached_property
+    def shown_by_units(self):
+        """Measured harmonics (coordinate, speed, component, harmonic * sensor) by a unit force on a coordinate, m/N.
 
-        The components are the real and imaginary part of each carried harmonic. Each coordinate is solved once.
+        The components are the real and imaginary part of each carried harmonic. By the adjoint system, of which one
+        solution for each sensor and harmonic says what it shows of forces anywhere.
         """
-        if coordinate not in self.by_coordinate:
-            self._solve_for([coordinate])
-        return self.by_coordinate[coordinate]
+        carried, dof, speeds = len(self.blocks.harmonics), len(self.model.structure.dofs), len(self.speed)
+        sensors, shown = self.model.seen(np.eye(dof)).T, positions(self.harmonics, self.blocks)
+        solved, count = self._solver(adjoint=True), len(shown) * len(sensors)
+        found = np.empty((dof, speeds, 2 * carried, count), complex)
+        together = max(1, FORCES_AT_ONCE // (2 * speeds * carried * dof))
+        for first in range(0, count, together):
+            columns = np.arange(first, min(first + together, count))
+            harmonic, sensor = np.divmod(columns, len(sensors))
+            unit = np.zeros((carried, dof, len(columns), 2), complex)
+            unit[shown[harmonic], :, np.arange(len(columns))] = sensors[sensor][..., None] * [1, 1j]
+            unit = np.broadcast_to(unit.reshape(carried, dof, -1), (speeds, carried, dof, 2 * len(columns)))
+            reply = solved(unit).reshape(speeds, carried, dof, len(columns), 2)
+            for part, own in enumerate((reply.real, reply.imag)):  # of the force; the last axis is that of the motion
+                one = own[..., 0] + 1j * own[..., 1]
+                found[:, :, part::2, columns] = np.moveaxis(one, 2, 0)
+        return found
 
-    def shown_replies(self, coordinate):
-        """Measured harmonics (speed, component, harmonic * sensor) by the forces of `replies`, m/N."""
-        if coordinate not in self.by_shown:
-            self._solve_for([coordinate])
-        return self.by_shown[coordinate]
-
-    def moved_by(self, rows, components, force):
-        """Motions (row, speed, carried harmonic, dof), m, by a force along each row (row, dof).
-
-        components : (component,) positions of those of `replies` that the force has
-        force      : (row, speed, component) real, N
-        """
-        speeds = len(self.speed)
-        moved = np.zeros((speeds, self.motion.amplitude[0].size, len(rows)), complex)
-        for i in np.flatnonzero(rows.any(axis=0)):
-            reply = self.replies(int(i))[..., components].reshape(speeds, -1, len(components))
-            here = np.flatnonzero(rows[:, i])
-            moved[..., here] += reply @ np.moveaxis(rows[here, i, None, None] * force[here], 0, -1)
-        return np.moveaxis(moved, -1, 0).reshape(len(rows), *self.motion.amplitude.shape)
-
-    def _solve_for(self, coordinates):
-        """Keep the replies of some coordinates, several by one factorisation."""
-        carried, dof = len(self.blocks.harmonics), len(self.model.structure.dofs)
-        for first in range(0, len(coordinates), SOLVED_AT_ONCE):
-            part = coordinates[first : first + SOLVED_AT_ONCE]
-            force = np.zeros((len(self.speed), carried, dof, len(part), 2 * carried), complex)
-            for place, coordinate in enumerate(part):
-                force[:, :, coordinate, place] = np.kron(np.eye(carried), [1, 1j])
-            found = self._solved(force.reshape(*force.shape[:3], -1)).reshape(force.shape)
-            for place, coordinate in enumerate(part):
-                reply = np.ascontiguousarray(found[..., place, :])
-                seen = self.model.seen(reply[:, positions(self.harmonics, self.blocks)], axis=2)
-                seen = seen.reshape(len(self.speed), -1, 2 * carried)
-                self.by_shown[coordinate] = np.ascontiguousarray(np.swapaxes(seen, 1, 2))
-                while self.by_coordinate and len(self.by_coordinate) * reply.size > REPLIES_KEPT:
-                    del self.by_coordinate[next(iter(self.by_coordinate))]
-                self.by_coordinate[coordinate] = reply
+    def moved_by(self, force):
+        """Motions (force, speed, carried harmonic, dof), m, by forces (force, speed, carried harmonic, dof), N."""
+        together = max(1, FORCES_AT_ONCE // self.motion.amplitude.size)
+        parts = [force[first : first + together] for first in range(0, len(force), together)]
+        return np.concatenate([np.moveaxis(self._solved(np.moveaxis(part, 0, -1)), -1, 0) for part in parts])
 
     def _moved(self, columns, count):
         """Measured harmonics (speed, harmonic, sensor, unknown) by the Columns of a number of unknowns.
 
         Every force acts on few coordinates, so that the sum goes over the forces on each coordinate.
         """
-        acted, shown = np.unique(columns.row).tolist(), positions(self.harmonics, self.blocks)
-        carried, speeds = len(self.blocks.harmonics), len(self.speed)
-        fresh = [coordinate for coordinate in acted if coordinate not in self.by_shown]
-        if 2 * carried * len(fresh) >= count:
-            together, dof = max(1, FORCES_AT_ONCE // self.motion.amplitude.size), len(self.model.structure.dofs)
-            found = []
-            for first in range(0, count, together):
-                size = min(together, count - first)
-                moved = self._solved(columns.part(first, size).dense(dof, size))[:, shown]
-                found.append(self.model.seen(moved, axis=2))
-            return np.concatenate(found, axis=-1)
-        self._solve_for(fresh)
-        found = np.zeros((speeds, count, len(shown) * len(self.model.measured)), complex)
-        for coordinate in acted:
+        speeds = len(self.speed)
+        found = np.zeros((speeds, count, len(self.harmonics) * len(self.model.measured)), complex)
+        for coordinate in np.unique(columns.row):
             here = columns.row == coordinate
             parts = np.ascontiguousarray(np.moveaxis(columns.value[..., here], -1, 1)).view(float)
-            moved = parts @ self.shown_replies(coordinate).view(float)  # real parts by real parts
+            moved = parts @ self.shown_by_units[coordinate].view(float)  # real parts by real parts
             found[:, columns.unknown[here]] += moved.view(complex)
-        return np.moveaxis(found.reshape(speeds, count, len(shown), -1), 1, -1)
+        return np.moveaxis(found.reshape(speeds, count, len(self.harmonics), -1), 1, -1)
 
     def changes_by_forces(self, groups):
         """First-order change of the measured harmonics by one unit of amplitudes of forces that the model lacks.
@@ -178,9 +150,8 @@ class Neighbourhood:
             in_table += [(p, u, at) for p, u in enumerate(unknowns, start=first) if not u.force]
             first += len(unknowns)
             if local:
-                value = nonlinear_columns(list(local.values()), motion.amplitude, speed, carried, motion.deflection)
-                row, place = np.nonzero(value.any(axis=(0, 1)))
-                parts.append(Columns(row, np.array(list(local), int)[place], value[..., row, place]))
+                own = nonlinear_columns(list(local.values()), motion.amplitude, speed, carried, motion.deflection)
+                parts.append(own._replace(unknown=np.array(list(local), int)[own.unknown]))
         if in_table:
             place, unknowns, at = zip(*in_table, strict=True)
             motions = [motion for _, motion in groups]

@@ -7,7 +7,13 @@ import numpy as np
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.entries import Entry
 from rotorstudy.response.coupling import gather, layout_without_turning, linked_members, mirrored_unknown, own_harmonic
-from rotorstudy.response.factorised import factorised, narrow_band, stored_by_band
+from rotorstudy.response.factorised import (
+    factorised,
+    factorised_bands,
+    has_narrow_band,
+    narrow_band,
+    stored_by_band,
+)
 from rotorstudy.response.on_bearings import are_few, diagonal_blocks, on_bearings, touched_by
 from rotorstudy.response.turning import turning
 
@@ -16,18 +22,19 @@ FACTORS_KEPT = 512  # of kinds of entries at some speeds
 CONDENSED_AT_MOST = 1e4  # ratio of the condensed part to the stiffness; above it four of sixteen digits would be lost
 
 
-def operator(model, theta, speed, blocks, kept=None, *, turning=True):
+def operator(model, theta, speed, blocks, kept=None, *, turning=True, adjoint=False):
     """Dynamic stiffness D of each group, D q = force; without the coefficients that turn, unless `turning`.
 
     theta   : (..., rotor parameter)
     speed   : (speed,) rad/s
     kept    : positions of the coordinates kept (default: all); the others, on which no force acts, are condensed
+    adjoint : whether the conjugate transpose of D is returned
     returns : list of (..., speed, block, member * dof, member * dof) complex
     raises  : LinAlgError if the condensed coordinates resonate by themselves, so that digits would be lost
     """
     kept = np.arange(len(model.structure.dofs)) if kept is None else kept
     patterns = [*model.table.patterns, *(model.table.turning_patterns if turning else ())]
-    added = _of_entries(patterns, model, theta, speed, blocks, kept)
+    added = _of_entries(patterns, model, theta, speed, blocks, kept, adjoint)
     for full, base in zip(added, _of_rotor(model, theta, speed, blocks, kept), strict=True):
         for m in range(base.shape[-3]):
             own = slice(m * len(kept), (m + 1) * len(kept))
@@ -36,7 +43,7 @@ def operator(model, theta, speed, blocks, kept=None, *, turning=True):
 
 
 def _of_rotor(model, theta, speed, blocks, kept, band=None):
-    """Dynamic stiffness (..., speed, block, member, kept, kept), real, of the rotor alone, for each group.
+    """Dynamic stiffness (..., speed, block, member, kept, kept), real, symmetric, of the rotor alone, for each group.
 
     band : if given, that of all coordinates is returned as `stored_by_band`
     """
@@ -53,26 +60,37 @@ def _of_rotor(model, theta, speed, blocks, kept, band=None):
     return found
 
 
-def _of_entries(patterns, model, theta, speed, blocks, kept):
-    """What the entries of some patterns, on the coordinates `kept`, add to the dynamic stiffness of each group."""
+def _of_entries(patterns, model, theta, speed, blocks, kept, adjoint, band=None):
+    """What the entries of some patterns, on the coordinates `kept`, add to the dynamic stiffness of each group.
+
+    band : if given, of harmonics on their own, (..., speed, block, member, 2 band + 1, dof) as `stored_by_band`
+    """
     count, speed = len(kept), np.asarray(speed, float)
     at = np.zeros(len(model.structure.dofs), int)
     at[kept] = np.arange(count)
-    shapes = [(*theta.shape[:-1], len(speed), *group.shape, count, group.shape[1], count) for group in blocks.groups]
-    result = [np.zeros(shape, complex) for shape in shapes]
+    places = [(2 * band + 1,) if band is not None else (count, group.shape[1]) for group in blocks.groups]
+    lead = (*theta.shape[:-1], len(speed))
+    result = [
+        np.zeros((*lead, *group.shape, *place, count), complex)
+        for group, place in zip(blocks.groups, places, strict=True)
+    ]
     own = theta[..., [p for p, _ in model.acting]]
     for pattern in patterns:
-        entry, i, j = pattern.entry, pattern.row, pattern.column
+        entry, i, j = pattern.entry, at[pattern.row], at[pattern.column]
         value = pattern.values(own)[..., None, None, :]  # (..., speed, link, place)
         if not value.any():
             continue
+        i, j = (j, i) if adjoint else (i, j)
         linked = linked_members(blocks, entry.is_conjugate, entry.shift)
         factors = _factors(entry.kind, tuple(speed.tolist()), blocks)
         for full, (n, is_w, block, row, column), factor in zip(result, linked, factors, strict=True):
             if not len(n):
                 continue
-            both = factor[..., None] * value
-            full[..., block, row, at[i], column, at[j]] -= np.where(is_w[:, None], both.conj(), both)
+            both, (row, column) = factor[..., None] * value, (column, row) if adjoint else (row, column)
+            both = np.where(is_w[:, None] != adjoint, both.conj(), both)
+            full[(..., block, row, *((i, column, j) if band is None else (band + i - j, j)))] -= both
+    if band is not None:
+        return result
     return [full.reshape(*full.shape[:-4], full.shape[-4] * count, full.shape[-4] * count) for full in result]
 
 
@@ -116,10 +134,12 @@ def _each(matrices, change):
     return matrices._replace(**{name: change(getattr(matrices, name)) for name in ("mass", "stiffness", "gyroscopic")})
 
 
-def solver(model, theta, speed, blocks, kept=None):
+def solver(model, theta, speed, blocks, kept=None, *, adjoint=False):
     """Function from force to motion, both (..., speed, harmonic, dof, column), and the coordinates where it is nonzero.
 
-    theta : (..., rotor parameter);  speed : (speed,) rad/s;  kept : see `operator`; all coordinates by default
+    theta   : (..., rotor parameter);  speed : (speed,) rad/s;  kept : see `operator`; all coordinates by default
+    adjoint : whether the function is the adjoint of that: of the sum over real parts times real parts and imaginary
+              ones times imaginary ones
     """
     dof = len(model.structure.dofs)
     if kept is None or _band(model, theta) is not None:  # condensing a slender shaft takes longer than solving it
@@ -130,10 +150,10 @@ def solver(model, theta, speed, blocks, kept=None):
     few = len(touched) and FEWER_BY * (2 * len(blocks.harmonics) * len(touched)) ** 3 < 4 * whole
     own = layout_without_turning(model, blocks) if few else blocks
     try:
-        systems = _systems(model, theta, speed, own, kept, turning=not few)
+        systems = _systems(model, theta, speed, own, kept, turning=not few, adjoint=adjoint)
     except np.linalg.LinAlgError:
         kept = np.arange(dof)
-        systems = _systems(model, theta, speed, own, kept, turning=not few)
+        systems = _systems(model, theta, speed, own, kept, turning=not few, adjoint=adjoint)
 
     def solved(force):
         if len(kept) == dof:
@@ -144,7 +164,7 @@ def solver(model, theta, speed, blocks, kept=None):
 
     if not few:
         return solved, kept
-    coupled = turning(model, theta, speed, blocks.harmonics, solved)
+    coupled = turning(model, theta, speed, blocks.harmonics, solved, adjoint)
 
     def solved_with_turning(force):
         try:
@@ -156,14 +176,16 @@ def solver(model, theta, speed, blocks, kept=None):
     return solved_with_turning, kept
 
 
-def _systems(model, theta, speed, blocks, kept, *, turning):
+def _systems(model, theta, speed, blocks, kept, *, turning, adjoint):
     """Function from force to motion, both (..., speed, harmonic, kept, column); NaN where the rotor resonates.
 
     raises : LinAlgError as `operator`
     """
-    groups = None if turning and model.table.turning_patterns else _on_bearings(model, theta, speed, blocks, kept)
+    groups = (
+        None if turning and model.table.turning_patterns else _on_bearings(model, theta, speed, blocks, kept, adjoint)
+    )
     if groups is None:
-        matrices = operator(model, theta, speed, blocks, kept, turning=turning)
+        matrices = operator(model, theta, speed, blocks, kept, turning=turning, adjoint=adjoint)
         orders = [_by_harmonic(group, len(blocks.harmonics), len(kept)) for group in blocks.groups]
         groups = [_motion_by(*pair) for pair in zip(matrices, orders, strict=True)]
 
@@ -177,7 +199,7 @@ def _systems(model, theta, speed, blocks, kept, *, turning):
     return solved
 
 
-def _on_bearings(model, theta, speed, blocks, kept):
+def _on_bearings(model, theta, speed, blocks, kept, adjoint):
     """For each group the motion by a force, from the receptances of the rotor; None if that saves or gives nothing.
 
     Where more than bearings is on z, such as the damping of the shaft, all that is on z belongs to the rotor.
@@ -187,28 +209,33 @@ def _on_bearings(model, theta, speed, blocks, kept):
     if not are_few(touched_by(patterns), len(kept), members):
         own = [pattern for pattern in patterns if not pattern.entry.is_conjugate]
         patterns, support = [pattern for pattern in patterns if pattern.entry.is_conjugate], None
-    touched = touched_by(patterns)
-    if not are_few(touched, len(kept), members):
+    touched, band = touched_by(patterns), _band(model, theta, own)
+    by_band_alone = band is not None and not patterns
+    if not by_band_alone and not are_few(touched, len(kept), members):
         return None
-    more = _of_entries(own, model, theta, speed, blocks, kept) if own else []
-    more = [diagonal_blocks(one, len(kept)) for one in more]
-    band = _band(model, theta, *more)
     alone = _of_rotor(model, theta, speed, blocks, kept, band)
-    if more:
-        more = more if band is None else [stored_by_band(one, band) for one in more]
+    if own:
+        more = _of_entries(own, model, theta, speed, blocks, kept, adjoint, band)
+        more = more if band is not None else [diagonal_blocks(one, len(kept)) for one in more]
         alone = [base + one for base, one in zip(alone, more, strict=True)]
+    if by_band_alone:
+        return [factorised_bands(one) for one in alone]
     springs = np.zeros(len(touched)) if support is None else np.real(np.diag(support))[touched]
-    added, place = _of_entries(patterns, model, theta, speed, blocks, touched), np.searchsorted(kept, touched)
+    added = _of_entries(patterns, model, theta, speed, blocks, touched, adjoint)
+    place = np.searchsorted(kept, touched)
     try:
         return [on_bearings(*pair, place, springs, band).motion for pair in zip(alone, added, strict=True)]
     except np.linalg.LinAlgError:
         return None
 
 
-def _band(model, theta, *more):
-    """Bandwidth of the matrices of a slender shaft, and of some more; None if it is not slender."""
+def _band(model, theta, patterns=()):
+    """Bandwidth of the matrices of a slender shaft, and of some patterns; None if it is not slender."""
     own = model.matrices(theta)
-    return narrow_band(own.mass, own.stiffness, own.gyroscopic, *more)
+    band = narrow_band(own.mass, own.stiffness, own.gyroscopic)
+    if band is not None:
+        band = max([band, *(int(np.abs(one.row - one.column).max(initial=0)) for one in patterns)])
+    return band if band is not None and has_narrow_band(band, own.mass.shape[-1]) else None
 
 
 def _by_harmonic(group, count, dof):

@@ -36,12 +36,13 @@ class Turning(NamedTuple):
         return found + _replied(self.own, self.other, self.force @ motion)
 
 
-def turning(model, theta, speed, harmonics, solved):
+def turning(model, theta, speed, harmonics, solved, adjoint=False):
     """The Turning of a model.
 
     theta     : (..., rotor parameter);  speed : (speed,) rad/s
     harmonics : (harmonic,) carried, -order..order
     solved    : force (..., speed, harmonic, dof, column) -> motion of the rotor without the turning coefficients
+    adjoint   : whether that is the adjoint function; then the Turning is that of the adjoint one with them
     """
     touched, dof = model.table.turned, len(model.structure.dofs)
     count = len(touched)
@@ -55,6 +56,7 @@ def turning(model, theta, speed, harmonics, solved):
     at = harmonics[:, None, None]
     own, other = np.where(at >= 0, positive, negative), np.where(at > 0, negative, positive) * (at != 0)
     force = _force_matrix(model, theta, speed, harmonics)
+    force = np.swapaxes(force, -1, -2) if adjoint else force
     receptance = _components(_replied(own[..., touched, :], other[..., touched, :], force))
     return Turning(touched, own, other, force, np.eye(force.shape[-1]) - receptance)
 

@@ -28,11 +28,14 @@ def motions_by_free_forces(
     near = near or Neighbourhood(
         fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum)
     )
-    speeds, free = len(spectrum.speed), _measured_components(near)
-    columns = free_force_columns(near, spectrum, rows)
-    force = least_squares(columns, fitted.residual.reshape(speeds, -1))
-    still, moved = near.motion, near.moved_by(np.array(rows), free, force)
-    return [Motion(still.amplitude + one, still.deflection) for one in moved]
+    columns, still = free_force_columns(near, spectrum, rows), near.motion
+    found = least_squares(columns, fitted.residual.reshape(len(spectrum.speed), -1))
+    real, imaginary = np.split(found, 2, axis=-1)  # (row, speed, harmonic)
+    force = np.zeros((len(rows), *still.amplitude.shape), complex)
+    force[:, :, positions(near.harmonics, near.blocks)] = (real + 1j * imaginary)[..., None] * np.array(rows)[
+        :, None, None
+    ]
+    return [Motion(still.amplitude + one, still.deflection) for one in near.moved_by(force)]
 
 
 def free_force_columns(near: Neighbourhood, spectrum: Spectrum, rows: Sequence[np.ndarray]) -> np.ndarray:
@@ -57,7 +60,7 @@ def shown_forces(near: Neighbourhood, spectrum: Spectrum, rows: Sequence[np.ndar
 def _shown(near, spectrum, rows):
     """Coordinates on which forces act, and what of each is shown (coordinate, speed, force, harmonic, sensor)."""
     free, acted = _measured_components(near), np.flatnonzero(np.array(rows).any(axis=0))
-    seen = np.array([near.shown_replies(int(i))[:, free] for i in acted])
+    seen = near.shown_by_units[acted][:, :, free]
     return acted, seen.reshape(len(acted), len(spectrum.speed), len(free), len(spectrum.harmonics), -1)
 
 

@@ -25,5 +25,7 @@ def places_of(structure: Structure) -> Iterator[tuple[tuple[str, int, str], np.n
         yield ("foundation", node, "force"), housing[None]
     for place in structure.crack_places():
         if "element" in place and structure.curvature_at is not None:
-            loads = np.linalg.svd(structure.stiffness_of(place["element"]))[0][:, :INTERNAL]
-            yield ("element", place["element"], "bending"), loads.T
+            stiffness = structure.stiffness_of(place["element"])
+            here, rows = np.flatnonzero(stiffness.any(axis=0)), np.zeros((INTERNAL, len(units)))
+            rows[:, here] = np.linalg.svd(stiffness[np.ix_(here, here)])[0][:, :INTERNAL].T
+            yield ("element", place["element"], "bending"), rows
