@@ -22,22 +22,22 @@ LARGE = 60  # coordinates from which on a matrix is kept as its elements
 
 
 class LocalMatrix:
-    """A matrix of which few elements are not zero, in the memory of these alone; numpy takes it as an array.
+    """A matrix or vector of which few elements are not zero, in the memory of these alone; numpy takes it as an array.
 
-    Multiplied by a number it stays one.
+    Multiplied by a number, and added to one with the same places, it stays one.
 
-    shape : (rows, columns);  elements : rows (element,), columns (element,) and values (element,)
+    shape : (rows, columns) or (rows,);  elements : rows (element,), columns (element,) and values (element,)
     """
 
-    ndim, __array_ufunc__ = 2, None
+    __array_priority__ = 1.0  # of a product with a number of numpy, which would make an array of it
 
-    def __init__(self, shape: tuple[int, int], elements: tuple[np.ndarray, np.ndarray, np.ndarray]):
-        self.shape, self.elements = shape, elements
+    def __init__(self, shape: tuple[int, ...], elements: tuple[np.ndarray, np.ndarray, np.ndarray]):
+        self.shape, self.ndim, self.elements = shape, len(shape), elements
 
     def __array__(self, dtype=None, copy=None):
         row, column, value = self.elements
         dense = np.zeros(self.shape, value.dtype if dtype is None else dtype)
-        dense[row, column] = value
+        dense[(row, column)[: self.ndim]] = value
         return dense
 
     def __getitem__(self, place):
@@ -50,6 +50,11 @@ class LocalMatrix:
         return LocalMatrix(self.shape, (*place, factor * value))
 
     __rmul__ = __mul__
+
+    def __add__(self, other):
+        if isinstance(other, LocalMatrix) and all(map(np.array_equal, self.elements[:2], other.elements[:2])):
+            return LocalMatrix(self.shape, (*self.elements[:2], self.elements[2] + other.elements[2]))
+        return np.asarray(self) + np.asarray(other)
 
     def __neg__(self):
         return self * -1.0
@@ -214,7 +219,7 @@ class Entry:
         Entry
         """
         shape = np.shape(self.matrix)
-        is_large = len(shape) == 2 and shape[0] >= LARGE and not self.is_local
+        is_large = shape[0] >= LARGE and not self.is_local
         return replace(self, matrix=LocalMatrix(shape, self.nonzero)) if is_large else self
 
 
@@ -266,7 +271,7 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
     force = np.zeros((*_lead(amplitudes, reference), rows), complex)
     for entry in entries:
         source = _source(entry, amplitudes, speed, harmonics, reference)
-        force += source * entry.matrix if entry.is_constant else source @ np.asarray(entry.matrix).T
+        force += source * np.asarray(entry.matrix) if entry.is_constant else source @ np.asarray(entry.matrix).T
     return force
 
 
