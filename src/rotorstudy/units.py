@@ -118,12 +118,14 @@ def as_certain_as(value: float, std: float) -> str:
     return f"{round(value, -last) + 0.0:.{max(0, -last)}f}"  # zero without a sign
 
 
-def interval(value: float, unit: str, std: float, least: float = -np.inf) -> str:
-    """The 95 % interval of a normally distributed value: 11.80 to 12.20 µm; least : that is possible, in SI."""
+def interval(
+    value: float, unit: str, std: float, least: float = -np.inf, ends: tuple[float, float] | None = None
+) -> str:
+    """The 95 % interval of a normally distributed value, or of its ends: 11.80 to 12.20 µm; all in SI."""
     from scipy.special import ndtri
 
     unit, factor = shown_unit(unit)
-    ends = factor * np.maximum(value + std * ndtri([0.025, 0.975]), least)
+    ends = factor * np.maximum(value + std * ndtri([0.025, 0.975]) if ends is None else ends, least)
     return f"{' to '.join(as_certain_as(end, std * factor) for end in ends)} {unit}".strip()
 
 

@@ -7,7 +7,6 @@ from machines import disc, shaft, springs, unbalance
 from rotorstudy import RotorstudyError, build_model, registry
 from rotorstudy.diagnosis.one_cause import shape_starts
 from rotorstudy.diagnosis.one_cause.answer import (
-    Identified,
     estimates_of,
     far_amplitudes,
     identified,
@@ -91,6 +90,7 @@ def test_a_crack_by_a_published_formula_is_identified():
     assert min(others) > 20
 
 
+@pytest.mark.usefixtures("few_starts")
 def test_formulas_are_not_tried_where_the_physics_explains_the_records():
     """By a formula a shallow crack fits about as well, and with fewer data better by chance."""
     found = identify_cause(records(crack(depth_ratio=0.06)), build_model(rig()), "transverse_crack", SETTINGS)
@@ -194,5 +194,6 @@ def test_other_effects_are_refused_in_one_line(effect, words):
 def test_a_flexibility_far_from_that_of_the_depth_is_told(factor, away):
     """In standard deviations of the prior, 0.02; however well it explains the records."""
     cause = candidate(build_model(rig()), "transverse_crack", {}, TRUE)
-    found = Identified((cause,), None, cause.names, np.array([factor]), np.eye(1), 1.0, {})
-    assert far_amplitudes(found) == ({} if away is None else {cause.names[0]: pytest.approx(away)})
+    assert far_amplitudes([cause], cause.names, np.array([factor])) == (
+        {} if away is None else {cause.names[0]: pytest.approx(away)}
+    )

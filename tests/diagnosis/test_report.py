@@ -112,11 +112,10 @@ def test_verdict_json_has_what_the_documentation_says(asymmetric):
     assert {key: type(value) for key, value in verdict.items()} == kinds
     assert verdict["format_version"] == 3 and verdict["broken_plugins"] == []
     (cause,) = verdict["causes"]
-    assert (
-        set(cause) == {"effect", "where", "label", "parameters", "variant", "other_variants", "posterior_probability"}
-        and 0.9 < cause["posterior_probability"] <= 1
-    )
-    assert all(set(value) == {"value", "std", "unit", "part"} for value in cause["parameters"].values())
+    more = {"usual_form", "variant", "other_variants", "posterior_probability"}
+    assert set(cause) == {"effect", "where", "label", "parameters"} | more and 0.9 < cause["posterior_probability"] <= 1
+    known = {"value", "std", "unit", "part", "interval_95"}
+    assert all(set(value) == known for value in cause["parameters"].values())
     assert {"speeds", "before_m", "after_m", "ratio", "before_sigma", "after_sigma", "rise_probability"} <= set(
         verdict["gain"]
     )

@@ -171,7 +171,8 @@ def _crack_judged(truth, causes):
     cracks = [cause for cause in causes if cause["effect"] in CRACKS]
     if not true or not cracks:
         return found
-    one, stated = true[0], cracks[0].get("parameters", {})
+    one = true[0]
+    stated = cracks[0].get("parameters", {}) | cracks[0].get("usual_form", {})
     fold = 2 if one["family"] == "open_crack_form" else 1
     if angle := stated.get("angle_rad", stated.get("crack_angle_rad")):
         off = np.angle(np.exp(1j * fold * (angle["value"] - one["phase_rad"]))) / fold

@@ -150,7 +150,7 @@ def _run_cause(given, rig, spectrum, model):
     print(f"p-value of the misfit: {found.p_value:.2g}")
     if found.p_value < settings.significance:
         print(f"warning: {given.cause} does not explain the records; its intervals are not valid", file=sys.stderr)
-    for name, away in far_amplitudes(found).items():
+    for name, away in far_amplitudes(found.causes, found.names, found.theta).items():
         told = f"{name} is {abs(away):.1f} standard deviations of what is usual from its value"
         print(f"warning: {told}: the cause has another form than the model, and its intervals are not valid",
               file=sys.stderr)  # fmt: skip

@@ -1,5 +1,6 @@
 """What is said of an effect that was identified: its shape and sizes, and others that explain the records as well."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -94,7 +95,7 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
     for one in tried:
         if one.cost <= least and not any(is_same(work, one, known) for known in elsewhere):
             elsewhere.append(one)
-    averaged = over_forms(work, best)
+    averaged = over_forms(work, best) if len(best.causes) == 1 else None
     return Identified(
         (averaged.cause,) if averaged else shaped(work, best),
         work.whole.plus(*(cause.term for cause in best.causes)),
@@ -146,13 +147,16 @@ def shape_of(found: Identified, cause: Candidate) -> list[tuple[str, float, floa
     return rows
 
 
-def far_amplitudes(found: Identified) -> dict[str, float]:
-    """Amplitudes of causes of known size that are far from it -> how far, in standard deviations of their prior."""
+def far_amplitudes(causes: Sequence[Candidate], names: Sequence[str], theta: np.ndarray) -> dict[str, float]:
+    """Amplitudes of causes of known size that are far from it -> how far, in standard deviations of their prior.
+
+    names, theta : of all amplitudes of a fit
+    """
     off = {}
-    for cause in found.causes:
+    for cause in causes:
         for name in cause.names if cause.fixed else ():
             mean, std = cause.prior[name]
-            away = (float(found.theta[found.names.index(name)]) - mean) / std
+            away = (float(theta[names.index(name)]) - mean) / std
             if abs(away) > FAR:
                 off[name] = away
     return off

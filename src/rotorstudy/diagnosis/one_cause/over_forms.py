@@ -35,11 +35,11 @@ class OverForms(NamedTuple):
 
 
 def over_forms(work: Work, best: Fitted) -> OverForms | None:
-    """The one cause of a fit over all forms; None if its form is not free, or its position is not."""
-    cause = best.causes[0]
+    """The last cause of a fit over all forms; None if its form is not free, or its position is not."""
+    cause = best.causes[-1]
     form = [name for name in form_ranges(cause.effect) if name in cause.shape]
     place = [name for name in cause.shape if name.startswith("position")]
-    if len(best.causes) > 1 or len(form) != 1 or len(place) != 1:
+    if len(form) != 1 or len(place) != 1:
         return None
     ranges = ranges_of(work, cause)
     least, rows = np.inf, {}
@@ -53,7 +53,7 @@ def over_forms(work: Work, best: Fitted) -> OverForms | None:
 
 def _held_along(work, start, name, ranges, longest, least):
     """Fraction of the range of an option -> Fitted with it held there, on both sides of a fit as far as is likely."""
-    cause, ends = start.causes[0], ranges[name]
+    cause, ends = start.causes[-1], ranges[name]
     middle = ends.fraction(cause.shape[name])
     place = list(cause.shape).index(name) - len(cause.shape)
     step = min(STEP * np.sqrt(start.covariance[place, place]), longest)
@@ -79,19 +79,19 @@ def _held_along(work, start, name, ranges, longest, least):
 
 def _held(work, fitted, name, value):
     """The fit with an option of its cause held at a value; None where there is none."""
-    cause = fitted.causes[0]
+    *others, cause = fitted.causes
     term = with_options(cause.term, {name: value}, work.rig.structure, work.rig.sensors)
     shape = {key: x for key, x in cause.shape.items() if key != name}
     try:
         held = cause._replace(term=term, shape=shape, options=cause.options | {name: value}, held=(name,))
-        return fitted_from(work, [held], fitted.amplitudes, ROUGHLY)
+        return fitted_from(work, [*others, held], fitted.amplitudes, ROUGHLY)
     except (CannotAct, NoSteadyState, NoConvergenceError):
         return None
 
 
 def _at_an_end(fitted, ranges):
     """Whether an option is at an end of its range, where nothing changes with it."""
-    shape = fitted.causes[0].shape
+    shape = fitted.causes[-1].shape
     return any(not 0 < ranges[key].fraction(x) < 1 for key, x in shape.items() if not ranges[key].goes_around)
 
 
@@ -104,10 +104,10 @@ def _distribution(cause, fits, ranges):
     """
     from scipy.interpolate import PchipInterpolator
 
-    rest, rows = list(next(iter(fits.values())).causes[0].shape), []
+    rest, rows = list(next(iter(fits.values())).causes[-1].shape), []
     for one in fits.values():
         covariance = one.covariance
-        values = [ranges[key].fraction(one.causes[0].shape[key]) for key in rest]
+        values = [ranges[key].fraction(one.causes[-1].shape[key]) for key in rest]
         for i, key in enumerate(rest):
             if ranges[key].goes_around:  # beside the best one
                 about = ranges[key].fraction(cause.shape[key])

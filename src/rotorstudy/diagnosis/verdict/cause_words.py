@@ -135,7 +135,8 @@ def sizes(cause):
             found[label] = "not known"
         elif known:
             least = 0.0 if one.part == "magnitude" else -np.inf
-            found[label] = f"{text} (95 %: {interval(value, unit, std, least)})"
+            ends = one.interval_95 and np.array(one.interval_95) * (1e3 if unit == "mm" else 1.0)
+            found[label] = f"{text} (95 %: {interval(value, unit, std, least, ends)})"
         else:
             found[label] = text
     return found | _variants(cause)

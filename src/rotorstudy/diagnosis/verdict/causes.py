@@ -8,13 +8,16 @@ from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.model.registry import registry
 
 
-def causes_of(explanation, probability, among, share):
+def causes_of(explanation, probability, among, share, formed):
     """The Cause of every fault of an explanation; the parts of a fault are one cause.
 
     among : explanations with which its variants are compared;  share : as for `_other_variants`
+    formed : Formed of the cause of which it is known, or None
     """
     return [
-        cause_of(parts, explanation.fit, probability[fault], _other_variants(explanation, parts[0], among, share))
+        cause_of(
+            parts, explanation.fit, probability[fault], _other_variants(explanation, parts[0], among, share), formed
+        )
         for fault, parts in faults_of(explanation.causes).items()
     ]
 
@@ -33,8 +36,8 @@ def _other_variants(explanation, cause, among, share):
     return [dict(one) for one in needed if dict(one) != cause.variant]
 
 
-def cause_of(parts, fitted, probability, other_variants=()):
-    """The Cause of the parts of a fault, whose options are listed where they differ."""
+def cause_of(parts, fitted, probability, other_variants=(), formed=None):
+    """The Cause of the parts of a fault, whose options are listed where they differ; formed : as for `causes_of`."""
     where = {}
     for key in dict.fromkeys(key for part in parts for key in part.where):
         values = sorted({part.where[key] for part in parts if key in part.where})
@@ -44,11 +47,16 @@ def cause_of(parts, fitted, probability, other_variants=()):
         found = _parameters(part, fitted)
         taken = "".join(f"_{key}_{own}" for key, own in part.where.items() if isinstance(where[key], list))
         parameters |= {f"{name}{taken}" if name in parameters else name: one for name, one in found.items()}
+    usual = {}
+    if formed and formed.over and parts[0] is formed.usual:
+        usual = _shape(parts[0], fitted)
+        parameters |= _shape(formed.over.cause, fitted, formed.over.intervals)
     return Cause(
         effect=parts[0].effect,
         where=where,
         label=fitted.model.structure.label_at(where),
         parameters=parameters,
+        usual_form=usual,
         variant=parts[0].variant,
         other_variants=other_variants,
         posterior_probability=probability,
@@ -71,13 +79,25 @@ def _parameters(candidate, fitted):
         for name, (unit, factor) in p.also.items():
             also = {"value": size.value / factor, "std": size.std / factor, "unit": unit}
             parameters[name] = size.model_copy(update=also)
+    return parameters | _shape(candidate, fitted)
+
+
+def _shape(candidate, fitted, intervals=None):
+    """{name: ParameterEstimate} of the shape of a candidate, and what follows from it.
+
+    intervals : option -> ends of its 95 % interval
+    """
+    parameters, intervals = {}, intervals or {}
     for name, value in candidate.shape.items():
-        unit = "rad" if name.endswith("_rad") else ""
-        parameters[name] = ParameterEstimate(value=value, std=candidate.shape_std.get(name), unit=unit, part="shape")
+        unit, std = "rad" if name.endswith("_rad") else "", candidate.shape_std.get(name)
+        parameters[name] = ParameterEstimate(
+            value=value, std=std, unit=unit, part="shape", interval_95=intervals.get(name)
+        )
     plugin = registry().get("effect", candidate.effect)
     known = plugin.stated and set(plugin.shape) <= set(candidate.shape)  # not before its whole shape was searched
     for name, (option, factor) in plugin.stated(fitted.model.structure, **candidate.shape).items() if known else ():
         one = parameters[option]
-        std = None if one.std is None else factor * one.std
-        parameters[name] = ParameterEstimate(value=factor * one.value, std=std, unit="", part="shape")
+        std, ends = None if one.std is None else factor * one.std, one.interval_95
+        also = {"value": factor * one.value, "std": std, "interval_95": ends and tuple(factor * x for x in ends)}
+        parameters[name] = one.model_copy(update=also | {"unit": ""})
     return parameters

@@ -25,6 +25,7 @@ from rotorstudy.diagnosis.verdict.far_from_the_rig import far_from_the_rig
 from rotorstudy.diagnosis.verdict.first_answer import first_answer, stopped_early
 from rotorstudy.diagnosis.verdict.held_out import gain_of, is_upheld, is_worse, split
 from rotorstudy.diagnosis.verdict.next_run import next_runs
+from rotorstudy.diagnosis.verdict.over_its_forms import over_its_forms
 from rotorstudy.diagnosis.verdict.result import LIKELY_OUTSIDE, OnePlace, PValues, Verdict
 from rotorstudy.diagnosis.verdict.resultant import resultant_of
 from rotorstudy.diagnosis.verdict.within_uncertainty import within_uncertainty
@@ -141,6 +142,7 @@ def _judged(found, chain, expected, measured, held, settings, findings):
     worse = is_worse(base, best.fit, expected, settings, gain)
     kind = _kind(found, p_values, p_parameters, probability, is_alone=not stated, is_worse=worse)
     outside = found.outside_probability if best.causes and not chain else 0.0
+    formed = over_its_forms(found) if kind in ("cause", "ambiguous") else None
     labels = parameter_labels(best.fit.model, best.causes)
     moved = moved_parameters(best.fit, found.prior.by_name)
     if chain is not None:
@@ -150,10 +152,11 @@ def _judged(found, chain, expected, measured, held, settings, findings):
     else:
         findings = [*findings, *within_uncertainty(found)]
     findings = [*findings, *unstable_rig(found.unstable, best.fit, fitted.speed), *stopped_early(found)]
+    findings += formed.findings if formed else []
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
         verdict=kind,
-        causes=causes_of(best, probability, found.explanations, STATED_SET),
+        causes=causes_of(best, probability, found.explanations, STATED_SET, formed),
         ambiguous_with=[cause_of(parts, e.fit, probability[fault]) for fault, parts, e in stated],
         resultant=resultant_of(found, best),
         separating_measurement=separating_measurements(best.causes, others, model.structure),

@@ -42,23 +42,27 @@ class ParameterEstimate(Result):
 
     part : an "amplitude", the "magnitude" or "phase" of a complex one, or an option of the "shape", which has its unit
            in its name and a standard deviation if it was fitted
+    interval_95 : its ends, where they are not 1.96 standard deviations from the value
     """
 
     value: float | None
     std: float | None
     unit: str
     part: Literal["amplitude", "magnitude", "phase", "shape"]
+    interval_95: tuple[float, float] | None = None
 
 
 class Cause(Place):
     """A possible cause.
 
-    parameters : by name, a complex amplitude `x` as `x` and `x_phase`
+    parameters : by name, a complex amplitude `x` as `x` and `x_phase`; the shape is that over all its forms
+    usual_form : its shape in the usual form, where it may have others; the extended rig has it
     variant    : which of its alternatives fits best, like {"crack": "breathing"}
     other_variants : those that the records do not exclude, most probable first
     """
 
     parameters: dict[str, ParameterEstimate]
+    usual_form: dict[str, ParameterEstimate] = {}
     variant: dict[str, str] = {}
     other_variants: list[dict[str, str]] = []
     posterior_probability: float  # of this effect at this place, among all explanations that were fitted

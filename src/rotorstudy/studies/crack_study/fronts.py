@@ -103,7 +103,7 @@ def _by_each_law(study, work, shape):
         fitted = fitted_from(work, [one], np.concatenate([work.prior.mean, [mean for mean, _ in one.prior.values()]]))
         found = identified(work, fitted, [fitted])
         rows.append([found.cause.shape["depth_ratio"], *interval_of(found, "depth_ratio"), found.p_value])
-    *straight, p_value = rows[-2]
+    *straight, p_value = np.maximum(rows[-2], 0.0)  # an interval may reach below
     law = registry().get("depth", study.fronts.straight, "fronts")
     same = [float(np.interp(_across(law, one), equivalent_beam(FINE)[0], FINE)) for one in straight]
     return [*rows[:-1], [*same, p_value], rows[-1]]
