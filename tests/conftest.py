@@ -44,4 +44,4 @@ def unrendered(monkeypatch):
 
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", save_nothing)
     monkeypatch.setattr("rotorstudy.presentation.plots._lay_out", lambda picture, dpi: None)
-    monkeypatch.setattr("rotorstudy.presentation.plots._few_colours", lambda path: None)
+    monkeypatch.setattr("rotorstudy.presentation.plots._save_png", save_nothing)

@@ -22,7 +22,7 @@ def elasticity(
     of; 1 is a circle, 0 a straight front.  The table has depths of 2 to 60 % and Poisson's ratios of 0.25 to 0.33;
     beyond, the powers of the depth at 2 % and the parabola of the logarithm are continued.
     """
-    xi, eta, _ = _crack(depth_ratio, front_aspect_ratio, poissons_ratio)
+    (xi, eta), _ = _crack(depth_ratio, front_aspect_ratio, poissons_ratio)
     if not depth_ratio:
         return 0.0, 0.0
     scale = youngs_modulus_Pa * (diameter_m / 2) ** 3
@@ -42,7 +42,10 @@ def partly_open(
     Of m = (sqrt(c_xi) cos, sqrt(c_eta) sin) of the direction, |m|^2 / 2 is the energy of the open crack, and e(arg m)
     the share of it that the crack has; the rotation is the gradient of |m|^2 e / 2.
     """
-    xi, eta, share = _crack(depth_ratio, front_aspect_ratio, poissons_ratio)
+    from scipy.interpolate import CubicSpline
+
+    (xi, eta), shares = _crack(depth_ratio, front_aspect_ratio, poissons_ratio)
+    share = CubicSpline(np.linspace(0, np.pi, len(shares)), shares, bc_type="clamped")
     root = np.sqrt([xi, eta]) / np.sqrt(youngs_modulus_Pa * (diameter_m / 2) ** 3)
     across = np.abs(np.angle(np.exp(1j * np.asarray(direction, float))))
     m = root[0] * np.cos(across) + 1j * root[1] * np.sin(across)
@@ -53,20 +56,24 @@ def partly_open(
 
 @lru_cache(maxsize=512)
 def _crack(depth_ratio, front_aspect_ratio, poissons_ratio):
-    """Compliances xi and eta for E = R = 1, and the share e of the energy over the angle of m, a spline."""
-    from scipy.interpolate import CubicSpline
-
-    depth, over_aspect = _table()
-    rows = [fronts(_slimness(d, front_aspect_ratio)) for d, fronts in zip(depth, over_aspect, strict=True)]
-    by_depth, first = CubicSpline(np.log(depth), rows), np.log(depth[0])
+    """Compliances (xi and eta) for E = R = 1, and shares e of the energy at equal steps of the angle of m, 0 to pi."""
+    by_depth, first = _over_depth(front_aspect_ratio)
     log = np.log(max(depth_ratio, SHALLOWEST))
     row = by_depth(max(log, first))
     beyond = min(log - first, 0) * by_depth(first, 1)[:2]
     off = poissons_ratio - 0.3
     curve = (row[4:6] / 0.03 + row[2:4] / 0.05) / 0.08  # of the parabola through 0.25, 0.3 and 0.33
-    xi, eta = np.exp(row[:2] + beyond + off * (row[4:6] / 0.03 + curve * (off - 0.03)))
-    angles = np.linspace(0, np.pi, len(row) - 6)
-    return xi, eta, CubicSpline(angles, row[6:], bc_type="clamped")
+    return np.exp(row[:2] + beyond + off * (row[4:6] / 0.03 + curve * (off - 0.03))), row[6:]
+
+
+@lru_cache(maxsize=512)
+def _over_depth(front_aspect_ratio):
+    """Spline of the rows of the table over the logarithm of the depth, and where it begins."""
+    from scipy.interpolate import CubicSpline
+
+    depth, over_aspect = _table()
+    rows = [fronts(_slimness(d, front_aspect_ratio)) for d, fronts in zip(depth, over_aspect, strict=True)]
+    return CubicSpline(np.log(depth), rows), np.log(depth[0])
 
 
 @lru_cache(maxsize=1)

@@ -90,6 +90,7 @@ def test_a_crack_by_a_published_formula_is_identified():
     assert min(others) > 20
 
 
+@pytest.mark.usefixtures("few_starts")
 def test_formulas_are_not_tried_where_the_physics_explains_the_records():
     """By a formula a shallow crack fits about as well, and with fewer data better by chance."""
     found = identify_cause(records(crack(depth_ratio=0.06)), build_model(rig()), "transverse_crack", SETTINGS)

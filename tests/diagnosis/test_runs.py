@@ -92,8 +92,14 @@ def folder(tmp_path_factory):
     return path
 
 
-def test_a_trial_mass_gives_the_machine_and_the_unknown_mass_of_another_run(folder):
-    found = identify_runs(folder / "runs.yaml", folder / "rig.yaml").joint
+@pytest.fixture(scope="module")
+def found(folder):
+    """The three runs, fitted together."""
+    return identify_runs(folder / "runs.yaml", folder / "rig.yaml")
+
+
+def test_a_trial_mass_gives_the_machine_and_the_unknown_mass_of_another_run(found):
+    found = found.joint
     names = ["eccentricity[added 1]_real @ unknown", "eccentricity[added 1]_imag @ unknown"]
     theta, covariance = found.of(names)
     true = 0.025 * np.array([np.cos(np.deg2rad(-40)), np.sin(np.deg2rad(-40))])
@@ -107,14 +113,13 @@ def test_a_trial_mass_gives_the_machine_and_the_unknown_mass_of_another_run(fold
         assert cost < rows + 4 * np.sqrt(2 * rows)
 
 
-def test_without_the_trial_mass_the_size_is_not_known(folder):
+def test_without_the_trial_mass_the_size_is_not_known(folder, found):
     """The negative control: residual unbalance and stiffness trade off unless something known is added."""
     runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"]
     del runs[1]
     (folder / "two.yaml").write_text(yaml.safe_dump({"runs": runs}))
-    both = [identify_runs(folder / name, folder / "rig.yaml").joint for name in ("runs.yaml", "two.yaml")]
-    name = "eccentricity[added 1]_real @ unknown"
-    narrow, wide = (one.of([name])[1][0, 0] ** 0.5 for one in both)
+    name, without = "eccentricity[added 1]_real @ unknown", identify_runs(folder / "two.yaml", folder / "rig.yaml")
+    narrow, wide = (one.joint.of([name])[1][0, 0] ** 0.5 for one in (found, without))
     assert wide > 1.5 * narrow
 
 
@@ -135,12 +140,12 @@ def test_one_run_is_the_fit_of_its_spectrum(folder):
 
 
 @pytest.mark.parametrize("suffix", [".nc", ".json"])
-def test_the_command_writes_its_result(folder, suffix):
+def test_the_command_writes_its_result(folder, found, suffix, monkeypatch):
+    monkeypatch.setattr("rotorstudy.diagnosis.runs.joint.identify_runs", lambda *_: found)
     out = folder / f"identified{suffix}"
     arguments = ["identify", "--runs", str(folder / "runs.yaml"), "--rig", str(folder / "rig.yaml")]
     assert main([*arguments, "--out", str(out)]) == 0
     read = xr.load_dataset(out) if suffix == ".nc" else xr.Dataset.from_dict(json.loads(out.read_text()))
-    found = identify_runs(folder / "runs.yaml", folder / "rig.yaml")
     for name in [*shared_names(found.joint), "eccentricity[added 1]_real @ unknown"]:
         one = read.sel(parameter=name)
         value, std = found.of(name)
@@ -150,11 +155,16 @@ def test_the_command_writes_its_result(folder, suffix):
     assert read.misfit.sizes == {"run": 3} and read.attrs["rotorstudy_version"]
 
 
-def test_the_updated_rig_carries_the_covariance(folder, capsys):
+def test_the_updated_rig_carries_the_covariance(folder, found, capsys):
+    """And the command prints unbalances in g mm at an angle."""
     arguments = ["identify", "--runs", str(folder / "runs.yaml"), "--rig", str(folder / "rig.yaml")]
     assert main([*arguments, "--rig-out", str(folder / "updated.yaml")]) == 0
-    assert "run 'trial'" in capsys.readouterr().out
-    found = identify_runs(folder / "runs.yaml", folder / "rig.yaml").joint
+    said = capsys.readouterr().out
+    assert "run 'trial'" in said and "eccentricity" not in said
+    (line,) = [one for one in said.splitlines() if "added 1" in one]  # 25 g mm at -40 degrees
+    size, angle = float(line.split("unknown")[1].split()[0]), float(line.split(" at ")[1].split()[0])
+    assert abs(size - 25) < 0.5 and abs(angle - 320) < 1
+    found = found.joint
     updated = read_rig(folder / "updated.yaml")
     _, prior = base_model(updated.model, read_settings(updated.given, "updated"))
     names = [name for name in shared_names(found) if not name.startswith("rotor")]
@@ -180,12 +190,10 @@ def findings_of(folder, name, runs):
 
 
 @pytest.mark.parametrize("scale", [{}, {"std_g_mm": 0.5}])
-def test_a_mass_on_the_wrong_side_of_the_disc_is_told(folder, scale):
+def test_a_mass_on_the_wrong_side_of_the_disc_is_told(folder, found, scale):
     """With what the records show instead; as it was, nothing is told. A mass that was weighed may be wrong too."""
+    assert not {"known mass contradicted", "not explained"} & {one.name for one in found.findings}
     runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:2]
-    assert not {"known mass contradicted", "not explained"} & {
-        one.name for one in findings_of(folder, "agreeing", runs)
-    }
     runs[1]["unbalances"][0] |= {"angle_deg": 270.0} | scale
     (told,) = [one for one in findings_of(folder, "contradicting", runs) if one.name == "known mass contradicted"]
     assert told.where == "run 'trial'" and "60 g mm at 270 ° is stated" in told.text
@@ -193,7 +201,7 @@ def test_a_mass_on_the_wrong_side_of_the_disc_is_told(folder, scale):
     assert abs(float(shown.split()[0]) - 60) < 2 and abs(float(shown.split(" at ")[1].split()[0]) - 90) < 2
 
 
-def test_parameters_that_run_away_are_fitted_again_and_named(folder, monkeypatch):
+def test_parameters_that_run_away_are_fitted_again_and_named(folder, found, monkeypatch):
     """A trial mass stated in the wrong unit, and an unbalance that is said to be known."""
     rig = yaml.safe_load(yaml.safe_dump(RIG))
     rig["diagnosis"]["uncertainty"]["eccentricity"] = 0.1
@@ -201,6 +209,7 @@ def test_parameters_that_run_away_are_fitted_again_and_named(folder, monkeypatch
     runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:2]
     runs[1]["unbalances"][0]["unbalance_g_mm"] = 6e4
     (folder / "wrong_unit.yaml").write_text(yaml.safe_dump({"runs": runs}))
+    assert _moved_far(found.joint) == []  # negative control
     found = identify_runs(folder / "wrong_unit.yaml", folder / "narrow.yaml")
     monkeypatch.setattr("rotorstudy.inference.fit.IMPLAUSIBLE", 0.0)  # negative control: the fit that runs away
     direct = identify_runs(folder / "wrong_unit.yaml", folder / "narrow.yaml")
@@ -208,27 +217,26 @@ def test_parameters_that_run_away_are_fitted_again_and_named(folder, monkeypatch
     assert gentle < 0.99 * rough
     (told,) = _moved_far(found.joint)
     assert told.name == "far from the rig" and "eccentricity[disc" in told.text
-    assert _moved_far(identify_runs(folder / "runs.yaml", folder / "rig.yaml").joint) == []  # negative control
 
 
-def test_a_rig_with_a_larger_error_than_stated_says_so_and_widens_the_intervals(folder, monkeypatch):
+def test_a_rig_with_a_larger_error_than_stated_says_so_and_widens_the_intervals(folder, found, monkeypatch):
     """The modulus is 8 % too high and held. Negative controls: the rig without that error, and no larger one."""
     rig = yaml.safe_load(yaml.safe_dump(RIG))
     rig["diagnosis"]["uncertainty"] |= {"default": 0.02, "rotor.youngs_modulus_Pa": 0}
     (folder / "stiff.yaml").write_text(yaml.safe_dump(rig))
 
-    def found(path):
+    def of_the_stiff_rig():
         """Names of the findings, and how far the unknown mass is off in standard deviations."""
-        result = identify_runs(folder / "runs.yaml", path)
+        result = identify_runs(folder / "runs.yaml", folder / "stiff.yaml")
         theta, covariance = result.joint.of([f"eccentricity[added 1]_{part} @ unknown" for part in ("real", "imag")])
         off = theta - 0.025 * np.array([np.cos(np.deg2rad(-40)), np.sin(np.deg2rad(-40))])
         return {one.name for one in result.findings}, np.sqrt(off @ np.linalg.solve(covariance, off))
 
-    names, off = found(folder / "stiff.yaml")
+    names, off = of_the_stiff_rig()
     assert {"not explained", "larger model error"} <= names and off < 3
-    assert "larger model error" not in found(folder / "rig.yaml")[0]
+    assert "larger model error" not in {one.name for one in found.findings}
     monkeypatch.setattr(diagnosis_joint, "is_implausible", lambda *_: False)
-    assert found(folder / "stiff.yaml")[1] > 5
+    assert of_the_stiff_rig()[1] > 5
 
 
 def test_a_number_of_the_rotor_keeps_its_sign_while_it_is_fitted(folder, monkeypatch):
@@ -312,15 +320,6 @@ def test_bad_runs_are_told_in_one_line(folder, change, said):
     with pytest.raises(RotorstudyError, match=said) as error:
         identify_runs(folder / "bad.yaml", folder / "rig.yaml")
     assert "\n" not in str(error.value)
-
-
-def test_an_unbalance_is_printed_in_g_mm_at_an_angle(folder, capsys):
-    assert main(["identify", "--runs", str(folder / "runs.yaml"), "--rig", str(folder / "rig.yaml")]) == 0
-    said = capsys.readouterr().out
-    assert "eccentricity" not in said
-    (line,) = [one for one in said.splitlines() if "added 1" in one]  # 25 g mm at -40 degrees
-    size, angle = float(line.split("unknown")[1].split()[0]), float(line.split(" at ")[1].split()[0])
-    assert abs(size - 25) < 0.5 and abs(angle - 320) < 1
 
 
 def test_a_bow_that_the_rig_does_not_state_does_not_move_the_bearings(folder, monkeypatch):

@@ -57,6 +57,7 @@ def test_a_search_that_is_stopped_keeps_what_it_found_and_says_so(monkeypatch, f
         investigate(data, clean, settings=ONE)
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_diagnosis_tells_its_progress_also_to_a_file(spectrum, tmp_path, capsys):
     """Unless it is asked to be quiet."""
     data, rig = spectrum

@@ -121,21 +121,21 @@ class Hinge:
     def force_of_form(self, motion: str, order: int) -> NonlinearForce:
         """A part of a law of breathing by the direction of the instantaneous moment; as `entries_of_form`."""
         stiffness, share = self.section.stiffness, self.open_shares[0]
-        own_rotation = self.section.own_moment / stiffness
+        own_rotation, is_odd = self.section.own_moment / stiffness, motion in ("coupled", "lagging")
+        kink = {
+            "across": lambda law, imposed: law * imposed.real,
+            "along": lambda law, imposed: 1j * law * imposed.imag,
+            "coupled": lambda law, imposed: law * (imposed.imag + 1j * imposed.real),
+            "lagging": lambda law, imposed: law * imposed.real,
+        }[motion]
 
         def moment(rotation, velocity, deflection, shaft_angle):
             turned = np.exp(1j * (shaft_angle + self.angle))
             imposed = -(rotation + own_rotation) / turned
             size = np.abs(imposed)
-            law = (imposed / np.where(size > 0, size, 1)) ** order
-            even, odd = (1 - law.real) / 2 if order else 1.0, law.imag / 2
-            kink = {
-                "across": even * imposed.real,
-                "along": 1j * even * imposed.imag,
-                "coupled": odd * (imposed.imag + 1j * imposed.real),
-                "lagging": odd * imposed.real,
-            }[motion]
-            return -stiffness * share * kink * turned
+            law = (imposed / np.where(size > 0, size, 1)) ** order if order else 1.0 + 0j
+            law = law.imag / 2 if is_odd else (1 - law.real) / 2 if order else 1.0
+            return -stiffness * share * kink(law, imposed) * turned
 
         return NonlinearForce(self.row[None], moment, takes_angle=True, takes_velocity=False)
 

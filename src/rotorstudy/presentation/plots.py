@@ -83,23 +83,24 @@ def save_figure(picture, *paths):
     """Write a figure to every path given (PNG, SVG, PDF), atomically and without the date: rebuilds are identical."""
     import matplotlib.pyplot as plt
 
-    without_date = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    without_date = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     _lay_out(picture, STYLE["savefig.dpi"])
     for path in paths:
         with atomic(path) as temporary:
-            picture.savefig(temporary, metadata=without_date[temporary.suffix])
             if temporary.suffix == ".png":
-                _few_colours(temporary)
+                _save_png(picture, temporary)
+            else:
+                picture.savefig(temporary, metadata=without_date[temporary.suffix])
     plt.close(picture)
 
 
-def _few_colours(path):
-    """Write a PNG again with at most 256 colours: less than half of its size, and no difference that is seen."""
+def _save_png(picture, path):
+    """Write a PNG with at most 256 colours: less than half of its size otherwise, and no difference that is seen."""
     from PIL import Image
 
-    with Image.open(path) as image:
-        small = image.convert("RGB").quantize(256, dither=Image.Dither.NONE)
-    small.save(path, "PNG")
+    picture.canvas.draw()
+    image = Image.frombuffer("RGBA", picture.canvas.get_width_height(), picture.canvas.buffer_rgba())
+    image.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(path, "PNG")
 
 
 def png_bytes(picture, dpi=80):
