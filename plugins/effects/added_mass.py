@@ -2,7 +2,7 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, TypedDict, hookimpl
+from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, TypedDict, hookimpl, outer
 
 Motion = Literal["translation", "tilt"]
 
@@ -25,7 +25,7 @@ def added_mass(
     """
     if places is None:
         here = structure.unit(structure.default_node() if node is None else node)
-        pattern = np.outer(here, here)
+        pattern = outer(here)
     else:
         pattern = sum(
             p["lever_m"]

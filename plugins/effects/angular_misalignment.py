@@ -1,6 +1,4 @@
-import numpy as np
-
-from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, hookimpl
+from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, hookimpl, outer
 
 HARMONICS = (1, 2)
 ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 0)
@@ -25,7 +23,7 @@ def angular_misalignment(
     ]
     if not coupled:
         return moments
-    pattern, usual = np.outer(tilt, tilt), 0.05 * scales.stiffness(node, "tilt")
+    pattern, usual = outer(tilt), 0.05 * scales.stiffness(node, "tilt")
     return [
         *moments,
         Parameter("coupling_stiffness", "N m", (Entry(-pattern),), usual),

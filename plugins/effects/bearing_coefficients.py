@@ -1,6 +1,4 @@
-import numpy as np
-
-from rotorstudy.plugins import Effect, Parameter, at_supports, hookimpl, planar_entries
+from rotorstudy.plugins import Effect, Parameter, at_supports, hookimpl, outer, planar_entries
 
 DIRECTIONS = ("xx", "xy", "yx", "yy")
 
@@ -11,7 +9,7 @@ def bearing_coefficients(structure, node: int | None = None):
     -K_xy is the force along x due to a unit displacement along y; K_xy = -K_yx > 0 drives a forward whirl.
     """
     here = structure.unit(structure.default_node() if node is None else node)
-    here = np.outer(here, here)
+    here = outer(here)
     stiffness, damping = 0.03 * structure.scales.stiffness(node), 0.04 * structure.scales.critical_damping(node)
     return [
         Parameter(f"bearing_{name}_error_{direction}", unit, planar_entries(direction, -here, order), typical)

@@ -14,7 +14,7 @@ def bow(structure, node: int | None = None, element: int | None = None, last_ele
     """
     if element is not None:
         stretch = range(element, (element if last_element is None else last_element) + 1)
-        usual = 1.6 * structure.scales.length / shaft_length(structure)
+        usual = 1.6 * structure.scales.length / structure.length
         forces = zip(("bow_angle", "bow_angle_skew"), bent(structure, stretch), strict=True)
         return [Parameter(name, "rad", (Entry(f, on="one", shift=1),), usual, is_complex=True) for name, f in forces]
     node = structure.default_node() if node is None else node
@@ -34,11 +34,6 @@ def bow(structure, node: int | None = None, element: int | None = None, last_ele
 def length_of(structure, element):
     """Length of an element, m: a tilt of one end by 1 rad is a mean curvature of one over the length."""
     return 1 / (structure.curvature_at(element) @ structure.unit(element + 1, "tilt"))
-
-
-def shaft_length(structure):
-    """Length of all elements, m."""
-    return sum(length_of(structure, place["element"]) for place in structure.crack_places())
 
 
 def bent(structure, stretch):

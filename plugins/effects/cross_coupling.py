@@ -1,6 +1,4 @@
-import numpy as np
-
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, outer
 
 
 def cross_coupling(structure, node: int | None = None):
@@ -10,7 +8,7 @@ def cross_coupling(structure, node: int | None = None):
     """
     here = structure.unit(structure.default_node() if node is None else node)
     usual = 0.007 * structure.scales.stiffness(node)
-    return [Parameter("cross_coupling", "N/m", (Entry(1j * np.outer(here, here)),), typical=usual)]
+    return [Parameter("cross_coupling", "N/m", (Entry(1j * outer(here)),), typical=usual)]
 
 
 @hookimpl

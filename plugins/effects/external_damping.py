@@ -1,13 +1,11 @@
-import numpy as np
-
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, outer
 
 
 def external_damping(structure, node: int | None = None):
     """Viscous damping to ground: force -c dz/dt."""
     here = structure.unit(structure.default_node() if node is None else node)
     usual = 0.04 * structure.scales.critical_damping(node)
-    return [Parameter("external_damping", "N s/m", (Entry(-np.outer(here, here), order=1),), typical=usual)]
+    return [Parameter("external_damping", "N s/m", (Entry(-outer(here), order=1),), typical=usual)]
 
 
 @hookimpl

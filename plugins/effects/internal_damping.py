@@ -1,6 +1,4 @@
-import numpy as np
-
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, outer
 
 
 def internal_damping(structure, node: int | None = None, element: int | None = None, last_element: int | None = None):
@@ -14,7 +12,7 @@ def internal_damping(structure, node: int | None = None, element: int | None = N
         unit, typical = "s", 0.05 / structure.scales.frequency
     else:
         at = structure.unit(structure.default_node() if node is None else node)
-        here, unit, typical = np.outer(at, at), "N s/m", 0.008 * structure.scales.critical_damping(node)
+        here, unit, typical = outer(at), "N s/m", 0.008 * structure.scales.critical_damping(node)
     entries = (Entry(-here, order=1), Entry(1j * here, gain=lambda speed: speed))
     return [Parameter("internal_damping", unit, entries, typical)]
 

@@ -1,6 +1,4 @@
-import numpy as np
-
-from rotorstudy.plugins import AtLeastOne, CannotAct, Effect, Entry, Feared, Parameter, hookimpl
+from rotorstudy.plugins import AtLeastOne, CannotAct, Effect, Entry, Feared, Parameter, hookimpl, outer
 
 HARMONICS = (2, 1, 3)
 ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 0)
@@ -35,7 +33,7 @@ def parallel_misalignment(
     ]
     if not coupled:
         return forces
-    pattern, usual = np.outer(here, here), 0.05 * local
+    pattern, usual = outer(here), 0.05 * local
     return [
         *forces,
         Parameter("coupling_stiffness", "N/m", (Entry(-pattern),), usual),

@@ -1,6 +1,4 @@
-import numpy as np
-
-from rotorstudy.plugins import Effect, NonNegative, Parameter, Positive, at_supports, hookimpl, planar_entries
+from rotorstudy.plugins import Effect, NonNegative, Parameter, Positive, at_supports, hookimpl, outer, planar_entries
 
 
 def pedestal_resonance(
@@ -20,7 +18,7 @@ def pedestal_resonance(
     / 2 is lost, to first order in k_b / (k_b + k_p). It is defined in the frequency domain.
     """
     here = structure.unit(structure.default_node() if node is None else node)
-    pattern, local = np.outer(here, here), structure.scales.stiffness(node)
+    pattern, local = outer(here), structure.scales.stiffness(node)
 
     def passed(speed, harmonic):
         return 1 + 1j * harmonic * speed * bearing_time_s

@@ -1,6 +1,4 @@
-import numpy as np
-
-from rotorstudy.plugins import Effect, Entry, Parameter, Share, hookimpl
+from rotorstudy.plugins import Effect, Entry, Parameter, Share, hookimpl, outer
 
 
 def seal(structure, node: int | None = None, swirl_ratio: Share = 0.45):
@@ -11,7 +9,7 @@ def seal(structure, node: int | None = None, swirl_ratio: Share = 0.45):
     do not depend on the speed, of a swirl at the inlet. K is negative where the pressure drop pulls.
     """
     here = structure.unit(structure.default_node() if node is None else node)
-    here, scales = np.outer(here, here), structure.scales
+    here, scales = outer(here), structure.scales
     stiffness, damping = scales.stiffness(node), scales.critical_damping(node)
     film = (Entry(-here, order=1), Entry(1j * swirl_ratio * here, gain=lambda speed: speed))
     fluid = (

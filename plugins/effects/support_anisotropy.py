@@ -1,6 +1,4 @@
-import numpy as np
-
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, outer
 
 
 def support_anisotropy(structure, node: int | None = None):
@@ -9,7 +7,7 @@ def support_anisotropy(structure, node: int | None = None):
     The phase of the amplitude is twice the angle alpha of the stiff direction.
     """
     here = structure.unit(structure.default_node() if node is None else node)
-    entry = Entry(-np.outer(here, here), on="conj")
+    entry = Entry(-outer(here), on="conj")
     usual = 0.03 * structure.scales.stiffness(node)
     return [Parameter("support_anisotropy", "N/m", (entry,), typical=usual, is_complex=True)]
 

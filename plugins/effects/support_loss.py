@@ -1,6 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, Entry, Parameter, at_supports, hookimpl
+from rotorstudy.plugins import Effect, Entry, Parameter, at_supports, hookimpl, outer
 
 
 def support_loss(structure, node: int | None = None, direction_rad: float = 0.0):
@@ -9,7 +9,7 @@ def support_loss(structure, node: int | None = None, direction_rad: float = 0.0)
     With z = x + j y it is k (z + e^{2j alpha} conj(z)) / 2, where alpha is the angle of d from x.
     """
     here = structure.unit(structure.default_node() if node is None else node)
-    here = np.outer(here, here) / 2
+    here = outer(here) / 2
     usual = 0.03 * structure.scales.stiffness(node)
     entries = (Entry(here), Entry(np.exp(2j * direction_rad) * here, on="conj"))
     return [Parameter("support_stiffness_loss", "N/m", entries, typical=usual)]

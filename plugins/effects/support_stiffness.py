@@ -1,13 +1,11 @@
-import numpy as np
-
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, outer
 
 
 def support_stiffness(structure, node: int | None = None):
     """Additional stiffness to ground at a node, negative if too much was modelled: force -k z."""
     here = structure.unit(structure.default_node() if node is None else node)
     usual = 0.03 * structure.scales.stiffness(node)
-    return [Parameter("support_stiffness", "N/m", (Entry(-np.outer(here, here)),), typical=usual)]
+    return [Parameter("support_stiffness", "N/m", (Entry(-outer(here)),), typical=usual)]
 
 
 @hookimpl

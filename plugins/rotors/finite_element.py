@@ -196,10 +196,11 @@ class _Shaft:
             numbers = range(1, len(self.elements) + 1)
             if element not in numbers:
                 raise unknown_name("element", element, numbers, "the finite_element rotor", CannotAct)
-            pattern = np.zeros((2 * len(self.nodes), 2 * len(self.nodes)))
-            here = _coordinates(element - 1)
-            pattern[here, here] = self.matrices[element - 1][2]
-            return {"stiffness_loss": (pattern[np.ix_(self.free, self.free)], "1", 0.1)}
+            pattern, ends = np.zeros((len(self.free), len(self.free))), 2 * element - 2 + np.arange(4)
+            free = np.isin(ends, self.free)
+            here = np.searchsorted(self.free, ends[free])
+            pattern[np.ix_(here, here)] = self.matrices[element - 1][2][np.ix_(free, free)]
+            return {"stiffness_loss": (pattern, "1", 0.1)}
         rigidity = self.length / sum(element["length_m"] / _rigidity(element) for element in self.elements)
         losses = {}
         for name, motion, unit, typical in (

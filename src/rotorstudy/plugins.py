@@ -9,7 +9,7 @@ _HOME = {
     "model.kinds": "Bearing Crack CrackDepth Effect Estimator Feared Rotor SpectrumMethod hookimpl",
     "model.rebuilt_bearings": "changeable_numbers number_slope",
     "model.bearings": "weight_carried",
-    "model.entries": "Entry film_entries planar_entries",
+    "model.entries": "Entry film_entries outer planar_entries",
     "model.terms": "NonlinearForce Parameter",
     "model.reading": "probe_axis sensor_unit",
     "model.shaft_parts": "RigidDisc Section",

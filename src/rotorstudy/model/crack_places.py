@@ -100,11 +100,12 @@ class CrackPlaces:
         last = element if last_element is None else last_element
         if last < element:
             raise CannotAct(f"last_element {last} lies before element {element}")
-        losses = [self.stiffness_loss_at(None, number) for number in range(element, last + 1)]
-        shares = [pattern for loss in losses for pattern, unit, _ in loss.values() if unit == "1"]
-        if not shares:
+        losses = (self.stiffness_loss_at(None, number) for number in range(element, last + 1))
+        shares = (pattern for loss in losses for pattern, unit, _ in loss.values() if unit == "1")
+        found = next(shares, None)
+        if found is None:
             raise CannotAct("this rotor states no stiffness of its elements")
-        return sum(shares)
+        return sum(shares, found)
 
     def stretches(self) -> list[dict]:
         """Options for each stretch of neighbouring elements that is shorter than the shaft, single elements first.

@@ -22,24 +22,68 @@ LARGE = 60  # coordinates from which on a matrix is kept as its elements
 
 
 class LocalMatrix:
-    """A matrix of which few elements are not zero, in the memory of these alone; numpy takes it as an array.
+    """A matrix or vector of which few elements are not zero, in the memory of these alone; numpy takes it as an array.
 
-    shape : (rows, columns);  elements : rows (element,), columns (element,) and values (element,)
+    Multiplied by a number, and added to one with the same places, it stays one.
+
+    shape : (rows, columns) or (rows,);  elements : rows (element,), columns (element,) and values (element,)
     """
 
-    ndim = 2
+    __array_priority__ = 1.0  # of a product with a number of numpy, which would make an array of it
 
-    def __init__(self, shape: tuple[int, int], elements: tuple[np.ndarray, np.ndarray, np.ndarray]):
-        self.shape, self.elements = shape, elements
+    def __init__(self, shape: tuple[int, ...], elements: tuple[np.ndarray, np.ndarray, np.ndarray]):
+        self.shape, self.ndim, self.elements = shape, len(shape), elements
 
     def __array__(self, dtype=None, copy=None):
         row, column, value = self.elements
         dense = np.zeros(self.shape, value.dtype if dtype is None else dtype)
-        dense[row, column] = value
+        dense[(row, column)[: self.ndim]] = value
         return dense
 
     def __getitem__(self, place):
         return np.asarray(self)[place]
+
+    def __mul__(self, factor):
+        if np.ndim(factor):
+            return factor * np.asarray(self)
+        *place, value = self.elements
+        return LocalMatrix(self.shape, (*place, factor * value))
+
+    __rmul__ = __mul__
+
+    def __add__(self, other):
+        if isinstance(other, LocalMatrix) and all(map(np.array_equal, self.elements[:2], other.elements[:2])):
+            return LocalMatrix(self.shape, (*self.elements[:2], self.elements[2] + other.elements[2]))
+        return np.asarray(self) + np.asarray(other)
+
+    def __neg__(self):
+        return self * -1.0
+
+    def __truediv__(self, divisor):
+        return self * (1 / divisor)
+
+    def __matmul__(self, vector):
+        return np.asarray(self) @ vector
+
+
+def outer(row: np.ndarray) -> np.ndarray | LocalMatrix:
+    """Matrix of a force along a row of coordinates by the motion along it.
+
+    Parameters
+    ----------
+    row : array (dof,)
+        Of unit 1.
+
+    Returns
+    -------
+    array (dof, dof) or LocalMatrix
+        The products of its elements; of a long row those that are not zero.
+    """
+    if len(row) < LARGE:
+        return np.outer(row, row)
+    here = np.flatnonzero(row)
+    places = np.repeat(here, len(here)), np.tile(here, len(here))
+    return LocalMatrix((len(row), len(row)), (*places, np.outer(row[here], row[here]).ravel()))
 
 
 @dataclass(frozen=True)
@@ -59,6 +103,11 @@ class Entry:
     shift: int = 0
     gain: Callable | None = None
     frequency_only: bool = False
+
+    @property
+    def is_local(self) -> bool:
+        """Whether its matrix is a LocalMatrix."""
+        return isinstance(self.matrix, LocalMatrix)
 
     @property
     def reads_motion(self) -> bool:
@@ -100,7 +149,7 @@ class Entry:
 
         The column of a vector is 0.
         """
-        if isinstance(self.matrix, LocalMatrix):
+        if self.is_local:
             return self.matrix.elements
         matrix = np.asarray(self.matrix).reshape(len(self.matrix), -1)
         row, column = np.nonzero(matrix)
@@ -160,10 +209,7 @@ class Entry:
         -------
         Entry
         """
-        if isinstance(self.matrix, LocalMatrix):
-            *place, value = self.matrix.elements
-            return replace(self, matrix=LocalMatrix(self.matrix.shape, (*place, factor * value)))
-        return replace(self, matrix=factor * np.asarray(self.matrix))
+        return replace(self, matrix=factor * (self.matrix if self.is_local else np.asarray(self.matrix)))
 
     def compact(self) -> "Entry":
         """The same entry with a large matrix as a LocalMatrix: a search has many, each at one place of a long shaft.
@@ -173,7 +219,8 @@ class Entry:
         Entry
         """
         shape = np.shape(self.matrix)
-        return replace(self, matrix=LocalMatrix(shape, self.nonzero)) if len(shape) == 2 and shape[0] >= LARGE else self
+        is_large = shape[0] >= LARGE and not self.is_local
+        return replace(self, matrix=LocalMatrix(shape, self.nonzero)) if is_large else self
 
 
 def planar_entries(direction, matrix, order=0, gain=None, *, frequency_only=False):
@@ -195,7 +242,7 @@ def film_entries(unit, coefficients):
     unit         : (dof,) one at the coordinate
     coefficients : function(speed, rad/s) -> (2, 2) stiffness and (2, 2) damping, N/m and N s/m, force along x and y
     """
-    here = np.outer(unit, unit)
+    here = outer(unit)
 
     def gain(order, sign):
         """Of the motion (sign 1) or of its conjugate (-1); complex, so that the four directions are one entry."""
@@ -224,7 +271,7 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
     force = np.zeros((*_lead(amplitudes, reference), rows), complex)
     for entry in entries:
         source = _source(entry, amplitudes, speed, harmonics, reference)
-        force += source * entry.matrix if entry.is_constant else source @ np.asarray(entry.matrix).T
+        force += source * np.asarray(entry.matrix) if entry.is_constant else source @ np.asarray(entry.matrix).T
     return force
 
 

@@ -27,7 +27,7 @@ import numpy as np
 
 from rotorstudy.errors import CannotAct, RotorstudyError
 from rotorstudy.model.depth import compliance
-from rotorstudy.model.entries import Entry
+from rotorstudy.model.entries import Entry, outer
 from rotorstudy.model.kinds import CrackDepth
 from rotorstudy.model.options import option_names
 from rotorstudy.model.registry import registry
@@ -203,11 +203,12 @@ class Hinge:
             half = self._along / 2
             shares = {k: ((a - d) * half, (b - c) * half) for k, ((a, b), (c, d)) in both.items()}
         row, found = self.row, []
-        pattern, own = self.section.stiffness * np.outer(row, row), self.section.own_moment * row
+        pattern, own = self.section.stiffness * outer(row), self.section.own_moment * row
+        acts = {"z": True, "conj": True, "one": own.any()}
         for shift, (direct, mirrored) in shares.items():
             turn = np.exp(1j * int(shift) * self.angle)
             sources = ("z", direct, pattern), ("conj", mirrored, pattern), ("one", direct + mirrored, own)
-            some = [(on, share, matrix) for on, share, matrix in sources if share and matrix.any()]
+            some = [(on, share, matrix) for on, share, matrix in sources if share and acts[on]]
             found += [Entry(turn * share * matrix, on=on, shift=int(shift)) for on, share, matrix in some]
         return tuple(found)
 

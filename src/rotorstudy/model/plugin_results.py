@@ -64,5 +64,5 @@ def check_shapes(parameters, size, plugin, where):
                     f"{who}: entry {i} of '{parameter.name}' has a matrix of shape {np.shape(entry.matrix)}; on "
                     f"'{entry.on}' it must be {needed} here"
                 )
-            if not np.isfinite(entry.matrix).all():
+            if not np.isfinite(entry.nonzero[-1]).all():
                 raise PluginError(f"{who}: entry {i} of '{parameter.name}' is not finite")

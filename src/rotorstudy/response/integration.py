@@ -32,7 +32,7 @@ def force_in_time(entries, speed, time, displacement, velocity=None, acceleratio
             raise RotorstudyError("an effect is defined in the frequency domain only; it has no force in time")
         turning = (np.exp(1j * entry.shift * speed * time) * entry.gain_at(speed, 0))[:, None]
         if entry.is_constant:
-            total = total + turning * entry.matrix
+            total = total + turning * np.asarray(entry.matrix)
         elif not entry.reads_motion:
             still = np.conj(deflection) if entry.is_conjugate else deflection
             total = total + turning * (np.asarray(entry.matrix) @ still)

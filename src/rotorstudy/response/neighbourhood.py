@@ -14,7 +14,7 @@ from rotorstudy.response.solving import solver
 from rotorstudy.response.statics import static_deflection
 
 TABLES_KEPT, FACTORS_KEPT = 48, 250_000  # tables of unknowns, and numbers of the factors of each of them, 4 MB
-MOTION_AT_ONCE = 1_000_000  # numbers of the motions that are taken together
+MOTION_AT_ONCE, COLUMNS_AT_ONCE = 1_000_000, 500_000  # numbers of motions, and of forces, that are taken together
 FORCES_AT_ONCE = 2_000_000  # numbers of the forces whose motions are solved together, several times 32 MB
 
 
@@ -122,10 +122,15 @@ class Neighbourhood:
                   that results, the change is exact
         returns : (speed, harmonic, sensor, unknown) complex, m per unit; the unknowns of the groups follow one another
         """
-        groups = [(unknowns, motion or self.motion) for unknowns, motion in groups if unknowns]
-        found, together = [self._no_changes], max(1, MOTION_AT_ONCE // self.motion.amplitude.size)
-        for first in range(0, len(groups), together):
-            part = groups[first : first + together]
+        most = max(1, COLUMNS_AT_ONCE // (len(self.speed) * len(self.blocks.harmonics)))
+        together, found, parts = max(1, MOTION_AT_ONCE // self.motion.amplitude.size), [self._no_changes], [[]]
+        for unknowns, motion in groups:
+            for first in range(0, len(unknowns), most):
+                part = unknowns[first : first + most]
+                if len(parts[-1]) == together or sum(len(one) for one, _ in parts[-1]) + len(part) > most:
+                    parts.append([])
+                parts[-1].append((part, motion or self.motion))
+        for part in filter(None, parts):
             found.append(self._moved(self._columns(part), sum(len(unknowns) for unknowns, _ in part)))
         return np.concatenate(found, axis=-1)
 

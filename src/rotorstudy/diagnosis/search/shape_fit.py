@@ -206,8 +206,8 @@ def _as_one(term, amplitudes):
         return term, amplitudes
     for value, unknown in unknowns:
         for entry in unknown.entries:
-            _, known = matrices.get(entry.kind, (entry, 0.0))
-            matrices[entry.kind] = entry, known + value * np.asarray(entry.matrix)
+            _, known = matrices.get(entry.kind, (entry, 0.0 * entry.matrix))
+            matrices[entry.kind] = entry, known + value * entry.matrix
     force = forces and replace(forces[0][1], function=lambda *at: sum(value * f.function(*at) for value, f in forces))
     entries = tuple(replace(entry, matrix=matrix) for entry, matrix in matrices.values())
     jumps = any(u.jumps for _, u in unknowns)

@@ -32,6 +32,7 @@ REFINED = 2  # places of each effect at which the best shape is refined
 LEAST_SEEN = 0.01  # share of the cost that the best coarse shape of a place explains, if it is refined
 SPREADS = (0.12, 0.05, 0.02, 0.008, 0.003)  # standard deviation of the shapes of each round, as a share of the range
 COARSE = 3  # rounds that are always made
+MOTIONS_AT_ONCE = 4_000_000  # numbers of the motions that are kept at a time, 64 MB
 STILL_GAINS = 0.1  # log odds gained by a round, from which the next one is made: a fit finds the rest
 
 
@@ -54,8 +55,12 @@ def acts_on(cause, structure):
     if "node" in cause.where:
         return structure.unit(cause.where["node"])
     unknown = cause.term.unknowns[0]  # all act there
-    matrix = unknown.force.matrix if unknown.force else np.real(unknown.entries[0].matrix)
-    return matrix[np.argmax(np.linalg.norm(matrix, axis=1))]
+    if unknown.force:
+        return unknown.force.matrix[np.argmax(np.linalg.norm(unknown.force.matrix, axis=1))]
+    row, column, value = unknown.entries[0].nonzero
+    here, found = row == np.argmax(np.bincount(row, value.real**2)), np.zeros(len(structure.dofs))
+    found[column[here]] = value.real[here]
+    return found
 
 
 def scan(
@@ -132,11 +137,14 @@ class _Scan(NamedTuple):
         groups = self._over_the_range(points) if kept else self._grouped(points)
         if not groups:
             raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
-        motions = self._motions([row for row, _, _ in groups.values()], kept)
-        causes = [chosen for _, _, chosen in groups.values()]
-        projected = self.projection.of_groups(list(zip(causes, motions, strict=True)))
-        points, chosen = ([one for group in groups.values() for one in group[i]] for i in (1, 2))
-        found = map(_Judged, points, chosen, screen_each(projected, chosen))
+        groups, found = list(groups.values()), []
+        together = max(1, MOTIONS_AT_ONCE // self.projection.near.motion.amplitude.size)
+        for first in range(0, len(groups), together):
+            rows, points, causes = zip(*groups[first : first + together], strict=True)
+            motions = self._motions(rows, kept and len(groups) <= together)
+            projected = self.projection.of_groups(list(zip(causes, motions, strict=True)))
+            chosen = [one for some in causes for one in some]
+            found += map(_Judged, [one for some in points for one in some], chosen, screen_each(projected, chosen))
         return sorted(found, key=lambda one: -one.screened.evidence)
 
     def _over_the_range(self, points):
