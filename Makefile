@@ -8,7 +8,7 @@
 # make elasticity  the flexibility of cracks by three-dimensional elasticity anew, in an environment of its own
 # make ross     diagnose records of the package ROSS, in an environment of its own, and write the rotors of tests/measured/ross
 # make lock     write environment.txt again: the newest versions that fit together, with hashes
-# make newest   run the tests with the newest versions of everything, on Python 3.11 to 3.14 as far as they are installed
+# make newest   run the tests (or TESTS=tests/published) with the newest versions of everything, on Python 3.11 to 3.14 as far as these can be had
 # make peers    speed, memory and results beside ROSS and scipy on one rotor, about ten minutes on 1 core
 PYTHON ?= python3
 CORES ?= all
@@ -85,10 +85,11 @@ lock: .venv-uv/ready
 	  pyproject.toml --extra uff --group dev --output-file .venv-uv/lock.txt
 	{ head -2 environment.txt; cat .venv-uv/lock.txt; } > .venv-uv/environment.txt && mv .venv-uv/environment.txt environment.txt
 
+# interpreters: of the system, of pyenv, else those that uv can download
 newest: .venv-uv/ready
-	@for version in 3.11 3.12 3.13 3.14; do \
+	@PATH="$$PATH:$$(echo $$HOME/.pyenv/versions/*/bin | tr ' ' :)"; for version in 3.11 3.12 3.13 3.14; do \
 	  python=.venv-uv/$$version; \
-	  .venv-uv/bin/uv venv --quiet --clear --python $$version $$python || { echo "Python $$version: not installed"; continue; }; \
+	  .venv-uv/bin/uv venv --quiet --clear --python $$version $$python || { echo "Python $$version: not to be had"; continue; }; \
 	  .venv-uv/bin/uv pip install --quiet --upgrade --python $$python/bin/python --editable '.[uff]' --group dev && \
 	  PATH="$$PWD/$$python/bin:$$PATH" OPENBLAS_NUM_THREADS=1 $$python/bin/pytest -q -n 2 --dist loadfile $(TESTS) || \
 	  failed="$$failed $$version"; \

@@ -266,6 +266,7 @@ def test_every_command_prints_json_alone_on_stdout(records, tmp_path, capsys):
     assert stop.value.code == 2
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_units_of_a_rig_and_of_the_command_line(tmp_path, capsys):
     rig = tmp_path / "rig.yaml"
     rig.write_text(Path(RIG).read_text() + "units: [mil, oz in, rad/s]\n")

@@ -82,7 +82,7 @@ def test_options_of_an_explanation_are_labelled_with_their_units():
     keys = "pedestal_resonance, node 1, natural_frequency_rad_per_s 3772, frequency_ratio 2.5, bearing_time_s 5.74e-04"
     assert (
         in_words(keys)
-        == "pedestal resonance, node 1, natural frequency 3770 rad/s, frequency ratio 2.5, bearing time 0.574 ms"
+        == "pedestal resonance, node 1, natural frequency 36000 rpm, frequency ratio 2.5, bearing time 0.574 ms"
     )
     assert (
         in_words("rub, clearance_m 5e-05 + support_loss, direction_rad -1.327")

@@ -40,6 +40,7 @@ def test_numbers_have_no_exponent_unless_they_are_very_large():
 def test_speeds_are_written_in_both_units():
     assert spins([300.0]) == "2865 rpm (300 rad/s)"
     assert spins([300.0, 350.0, 377.0]) == "2865, 3342 and 3600 rpm (300, 350 and 377 rad/s)"
+    assert quantity(300.0, "rad/s", 0.5) == "2864.8 ± 4.8 rpm"
     assert spins(np.linspace(100.0, 300.0, 20)) == "20 speeds from 954.9 rpm (100 rad/s) to 2865 rpm (300 rad/s)"
 
 

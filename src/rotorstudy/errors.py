@@ -27,11 +27,15 @@ class CannotAct(RotorstudyError):
     """An effect that cannot act at the given place of this rotor."""
 
 
-class MissingValue(RotorstudyError):
-    """An amplitude without a value in the rig file; the command line says which file."""
+class RigError(RotorstudyError):
+    """An error of what a rig file states, found where its name is not known: the command line says which file."""
 
 
-class NoSteadyState(RotorstudyError):
+class MissingValue(RigError):
+    """An amplitude without a value in the rig file."""
+
+
+class NoSteadyState(RigError):
     """No periodic response at a speed: an undamped resonance, a jump, or bearings that do not carry the rotor."""
 
 

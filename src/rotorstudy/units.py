@@ -55,6 +55,8 @@ def shown_unit(unit: str) -> tuple[str, float]:
     """The display unit of an SI unit, and the factor to it."""
     if unit == "m":
         return LENGTHS[units_shown().length]
+    if unit == "rad/s":
+        return shown_speed()
     return UNBALANCES[units_shown().unbalance] if unit == "kg m" else SHOWN.get(unit, (unit, 1.0))
 
 

@@ -35,6 +35,7 @@ def read_yaml(path):
         place = getattr(error, "problem_mark", None)
         at = f" line {place.line + 1}" if place else ""
         what = " ".join(str(getattr(error, "problem", None) or error).split())
+        what = "it is not in UTF-8; save it as such a text" if isinstance(error, UnicodeDecodeError) else what
         raise RotorstudyError(f"{path}{at}: not valid YAML: {what}") from None
     if not isinstance(found, dict):
         what = (
@@ -126,7 +127,7 @@ def _safe_loader():
 
 
 def _loader():
-    """The safe loader, with an error for a key given twice, for dates and for whole numbers of many digits.
+    """The safe loader, with an error for a key given twice, for dates and for numbers that are not decimal or huge.
 
     50e-6 and 2e5 are read as the numbers they are; YAML 1.1 takes them as text, for lack of a point or of a sign.
     """
@@ -143,16 +144,22 @@ def _loader():
                 seen.add(key.value)
             return super().construct_mapping(node, deep)
 
+        def decimal(self, node):
+            if re.search(r"^[-+]?0[\dbox]|[_:]", node.value):  # 010, 0x10 and 1:30 are 8, 16 and 90 to YAML 1.1
+                raise _refused(f"'{node.value}': write a number in decimal digits, a text in quotes", node.start_mark)
+            return self.construct_yaml_float(node)
+
         def whole(self, node):
-            if len(node.value) > 30 or abs(value := self.construct_yaml_int(node)) > LARGEST_WHOLE:
+            if len(node.value) > 30 or abs(value := self.decimal(node)) > LARGEST_WHOLE:
                 raise _refused(f"whole number beyond {LARGEST_WHOLE:.0e}", node.start_mark)
-            return value
+            return int(value)
 
         def unusual(self, node):
             raise _refused(f"a value of type {node.tag.rsplit(':')[-1]}; write a text in quotes", node.start_mark)
 
     Loader.add_implicit_resolver("tag:yaml.org,2002:float", NUMBER, list("-+.0123456789"))
     Loader.add_constructor("tag:yaml.org,2002:int", Loader.whole)
+    Loader.add_constructor("tag:yaml.org,2002:float", Loader.decimal)
     for name in ("timestamp", "binary", "set", "omap", "pairs"):
         Loader.add_constructor(f"tag:yaml.org,2002:{name}", Loader.unusual)
     return Loader

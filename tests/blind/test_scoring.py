@@ -186,10 +186,6 @@ def test_pages_and_figures_of_a_run(truths, tmp_path):
     assert list(table.key) == list(data.criterion.values) == [c.key for c in criteria]
 
 
-def silent(spectrum, model, settings, findings):
-    return {"verdict": "nothing", "causes": []}, None
-
-
 def guessing(spectrum, model, settings, findings):
     """An answer that depends on the record, with predictions at a held-out speed."""
     shown = spectrum.amplitude[:1]
@@ -213,32 +209,35 @@ def test_a_diagnosis_that_ends_in_an_error_is_counted(drawn):
     assert {c.key: c for c in judge(pd.DataFrame([row]))}["without_verdict"].reached == 1
 
 
-@pytest.mark.parametrize("chunks", [1, 4])
-def test_a_run_in_chunks_is_the_run(config, tmp_path, chunks):
+@pytest.fixture(scope="module")
+def whole(config, tmp_path_factory):
+    """A run of four clean cases: its configuration, folder, result and rows."""
+    folder = tmp_path_factory.mktemp("whole")
     config = config.model_copy(update={"cases": 4, "seed": 4, "records": 1, "shares": only("clean")})
-    whole, _, rows = run_blind(config, tmp_path / "whole", answer=guessing)
+    return config, folder, *run_blind(config, folder, cores=1, answer=guessing)[::2]
+
+
+@pytest.mark.parametrize("chunks", [1, 4])
+def test_a_run_in_chunks_is_the_run(whole, tmp_path, chunks):
+    config, folder, data, rows = whole
     seals, answers = ([tmp_path / f"{name}_{i}.json" for i in range(chunks)] for name in ("seals", "answers"))
     for i in range(chunks):
         answer_chunk(config, i, chunks, seals[i], answers[i], tmp_path / "parts", answer=guessing)
     gathered, _, same = gather_chunks(config, tmp_path / "parts", seals, answers)
-    assert gathered.drop_vars("case_seconds").identical(whole.drop_vars("case_seconds"))
+    assert gathered.drop_vars("case_seconds").identical(data.drop_vars("case_seconds"))
     pd.testing.assert_frame_equal(rows.drop(columns="seconds"), same.drop(columns="seconds"))
     assert np.isfinite(rows.gain_true).any()
     for name in ("seals.json", "truths.json"):
-        assert (tmp_path / "parts" / name).read_text() == (tmp_path / "whole" / name).read_text()
+        assert (tmp_path / "parts" / name).read_text() == (folder / name).read_text()
     if chunks > 1:  # out of order
         with pytest.raises(RotorstudyError, match="sealed"):
             gather_chunks(config, tmp_path / "wrong", seals, answers[::-1])
 
 
-def test_a_run_does_not_depend_on_the_cores(config, tmp_path):
-    small = config.model_copy(update={"records": 1, "shares": only("clean")})
-    first, _, _ = run_blind(small, tmp_path / "one", cases=3, seed=4, cores=1, answer=silent)
-    second, _, _ = run_blind(small, tmp_path / "two", cases=3, seed=4, cores=2, answer=silent)
+def test_a_run_does_not_depend_on_the_cores(whole, tmp_path):
+    config, folder, first, _ = whole
+    second, _, _ = run_blind(config, tmp_path, cores=2, answer=guessing)
     assert first.drop_vars("case_seconds").identical(second.drop_vars("case_seconds"))
     assert first.attrs["seed"] == 4
-    assert json.loads((tmp_path / "one" / "seals.json").read_text())["sha256"][0]
-    assert sorted(path.name for path in (tmp_path / "one" / "records" / "case_0").iterdir()) == [
-        "record.nc",
-        "rig.yaml",
-    ]
+    assert json.loads((folder / "seals.json").read_text())["sha256"][0]
+    assert sorted(path.name for path in (folder / "records" / "case_0").iterdir()) == ["record.nc", "rig.yaml"]

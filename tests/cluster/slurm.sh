@@ -1,5 +1,6 @@
 #!/bin/sh
-# The blind tests in chunks on a real SLURM of this machine, compared with one job without it. On request, as root:
+# Blind tests in chunks on a real SLURM of this machine, compared with one job without it; and an array of diagnoses that
+# is cancelled and submitted again, with a command in place of `rotorstudy` that costs nothing. On request, as root:
 #   apt-get install slurm-wlm munge; pip install snakemake-executor-plugin-slurm; tests/cluster/slurm.sh [PYTHON]
 # PYTHON (default .venv/bin/python) has rotorstudy, Snakemake and that plugin. Daemons and files are removed at the end.
 set -eu
@@ -50,6 +51,25 @@ slurmctld
 slurmd
 sleep 3
 sinfo
+
+mkdir "$work/bin"
+cat > "$work/bin/rotorstudy" << 'END'
+#!/bin/sh
+echo "$3" >> "$LOG" && mkdir -p "$7" && touch "$7/verdict.nc" # --quiet diagnose RECORD --rig RIG --out FOLDER
+END
+chmod +x "$work/bin/rotorstudy"
+seq -f run_%05g.nc 10000 > "$work/list"
+LOG="$work/log" PATH="$work/bin:$PATH"
+export LOG PATH
+array() { sbatch --parsable --mem=10 --output=/dev/null --array=0-199 "$project/profiles/slurm/diagnose.sh" rig.yaml "$work/list" "$work/out"; }
+first=$(array)
+while [ "$(cat "$LOG" 2>&1 | wc -l)" -lt 3000 ]; do sleep 1; done
+scancel "$first"
+while [ -n "$(squeue --noheader)" ]; do sleep 1; done
+echo "$(find "$work/out" -name verdict.nc | wc -l) of 10000 diagnosed when the array was cancelled"
+array
+while [ -n "$(squeue --noheader)" ]; do sleep 1; done
+sort "$LOG" | uniq --count | awk '{ done++; twice += $1 > 1 } END { print done " records diagnosed, " twice " of them twice, as the first was cancelled"; exit done != 10000 }'
 
 sed 's/^cases: .*/cases: 5/' "$project/workflow/config/test/blind.yaml" > "$work/blind.yaml"
 for chunks in 1 3; do

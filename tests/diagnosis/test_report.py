@@ -363,7 +363,7 @@ def test_a_cause_has_one_pair_of_brackets_and_units_instead_of_endings_of_names(
         return cause_in_words(cause)
 
     shape = {"natural_frequency_rad_per_s": 1400.0, "bearing_time_s": 0.0005, "damping_ratio": 0.03}
-    text = "natural frequency 1400 rad/s, bearing time 0.5 ms, damping ratio 0.03"
+    text = "natural frequency 13400 rpm, bearing time 0.5 ms, damping ratio 0.03"
     assert said({"node": 4}, **shape) == f"pedestal resonance at node 4 ({text})"
     assert said({"node": 4}, "bearing node 4", **shape) == f"pedestal resonance at node 4 (bearing; {text})"
     two = said({"node": 4, "harmonic": [2, 3]}, "disc A", damping_ratio=0.03)

@@ -45,7 +45,11 @@ HOSTILE = {
     "a list as key": ("? [a]\n: 1\n", "a key must be"),
     "nothing as key": ("rotor: {null: 1}\n", "a key must be"),
     "a truth as key": ("yes: 1\n", "a key must be"),
-    "not UTF-8": (b"rotor: \xff\xfe\n", "not valid YAML"),
+    "not UTF-8": (b"rotor: \xff\xfe\n", "not in UTF-8; save it"),
+    "octal digits": ("rotor: {node: 010}\n", "'010': write a number in decimal digits"),
+    "hexadecimal digits": ("rotor: {mass_kg: 0x10}\n", "'0x10': write"),
+    "minutes and seconds": ("rotor: {mass_kg: 1:30}\n", "'1:30': write"),
+    "groups of digits": ("rotor: {mass_kg: 1_0.5}\n", "'1_0.5': write"),
 }
 
 
@@ -99,6 +103,33 @@ def test_impossible_numbers_are_refused(tmp_path, capsys, change, message):
     change(rig)
     assert simulated(rig, tmp_path) == 1
     assert message in capsys.readouterr().err
+
+
+WITHOUT_CARE = {  # what nobody would type on purpose: the line that answers it
+    "analyse examples/jeffcott.yaml --out {}/a --speeds 1e-300 1e300": "give two speeds from 0.001 to 1e+06",
+    "simulate {}/units.yaml --speeds 100 --out {}/o.nc": "unknown unit '{{'length': 'mil'}}' in ",
+    "simulate {}/twice.yaml --speeds 100 --out {}/o.nc": "twice.yaml: two terms share the amplitude",
+    "new crack my_crack --folder {}/units.yaml": "units.yaml: File exists",
+    "new rig machine --folder {} --records {}/wide.csv": "wide.csv: 20000 columns, at most 5000",
+    "new rig machine --folder {} --records {}/workbook.csv": "workbook.csv: a workbook or a compressed file",
+    "new rig machine --folder {} --records {}/empty.mat": "empty.mat: not a readable MATLAB file (it is empty)",
+}
+
+
+@pytest.mark.parametrize("line", WITHOUT_CARE)
+def test_a_command_line_without_care_is_answered_in_one_line(line, tmp_path, capsys):
+    rig = Path("examples/jeffcott.yaml").read_text(encoding="utf-8")
+    damping = "  - {kind: external_damping, external_damping_N_s_per_m: 100.0}\n"
+    (tmp_path / "units.yaml").write_text(rig + "units: {length: mil}\n", encoding="utf-8")
+    (tmp_path / "twice.yaml").write_text(rig + damping, encoding="utf-8")
+    (tmp_path / "wide.csv").write_text("\n".join([20000 * "a,"] + 5 * [20000 * "1,"]), encoding="utf-8")
+    (tmp_path / "workbook.csv").write_bytes(b"PK\3\4" + bytes(99))
+    (tmp_path / "empty.mat").touch()
+    before = len(list(tmp_path.iterdir()))
+    assert main(line.format(tmp_path, tmp_path).split()) == 1
+    err = capsys.readouterr().err
+    assert WITHOUT_CARE[line].format() in err and len(list(tmp_path.iterdir())) == before
+    assert_one_line(err)
 
 
 def test_a_node_loses_no_more_stiffness_than_it_has(tmp_path, capsys):

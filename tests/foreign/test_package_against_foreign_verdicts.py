@@ -159,8 +159,10 @@ def test_a_zero_on_the_unloaded_line_is_no_preload(tmp_path):
     verdict = verdict_on(case, tmp_path, rig_error=0.0, leave_out=CRACKS)
     assert verdict.measuring_chain.remedy == "state 'displacement_zero: unloaded_line'"
     assert not verdict.causes
-    assert verdict_on(case, tmp_path, rig_error=0.0, zero="unloaded_line").verdict == "nothing"
+    stated = verdict_on(case, tmp_path, rig_error=0.0, zero="unloaded_line", leave_out=CRACKS)
+    assert stated.verdict == "nothing"
 
 
 def test_a_modulus_within_its_uncertainty_is_no_fault(tmp_path):
-    assert verdict_on(small(1, "healthy"), tmp_path, modulus=1.01).verdict == "nothing"
+    left = [*CRACKS, *OF_SHAPE]  # the test of the clean case has them
+    assert verdict_on(small(1, "healthy"), tmp_path, modulus=1.01, leave_out=left).verdict == "nothing"

@@ -70,3 +70,31 @@ def test_phases_of_a_table_as_lags(tmp_path):
         found[phase] = read_measurement(table, rig_file(tmp_path, table_phase=phase)).spectrum
     assert found["lag"].amplitude == pytest.approx(found["lead"].amplitude, rel=1e-12)
     assert found["lead"].amplitude[0, 1, 0] == pytest.approx(4e-6 * np.exp(0.7j), rel=1e-12)
+
+
+WAVES = np.column_stack(
+    [
+        np.arange(2000) / 2000,
+        *(np.cos(np.arange(2000) / 20 + turn) for turn in (0, -1.5708)),
+        5 * (np.arange(2000) % 126 < 5),
+    ]
+)
+
+
+@pytest.mark.parametrize(
+    ("angles", "channels", "answer"),
+    [((0, 90), "xy", None), ((30, 30), "xy", "probe angles"), ((0, 90), "xx", "'x' is that of two probes")],
+)
+def test_two_probes_have_two_signals_and_two_directions(angles, channels, answer, tmp_path):
+    np.savetxt(tmp_path / "run.csv", WAVES, delimiter=",", header="time,x,y,keyphasor", comments="")
+    probes = [
+        {"channel": name, "node": 1, "angle_deg": angle, "unit": "um"}
+        for name, angle in zip(channels, angles, strict=True)
+    ]
+    rig = rig_file(tmp_path, probes=probes)
+    if channels == "xx":
+        with pytest.raises(RotorstudyError, match=answer):
+            read_measurement(tmp_path / "run.csv", rig)
+        return
+    names = {finding.name for finding in read_measurement(tmp_path / "run.csv", rig).findings}
+    assert ("probe angles" in names) == (answer is not None)

@@ -192,6 +192,7 @@ def test_a_rig_with_unknowns_is_checked_as_far_as_it_goes(tmp_path):
     assert [f.name for f in found.findings] == ["unknown"] and found.analysis is None
 
 
+@pytest.mark.usefixtures("unrendered")
 @pytest.mark.parametrize(("damping", "listed", "hidden"), [(300.0, 1, 0), (6000.0, 0, 2)])
 def test_check_and_analyse_list_the_same_critical_speeds(damping, listed, hidden, tmp_path, capsys):
     """Both leave out those that are overdamped, and say how many."""

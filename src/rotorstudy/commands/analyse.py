@@ -4,6 +4,8 @@ from rotorstudy.commands.outputs import check_folder
 from rotorstudy.commands.speeds import add_rpm, in_rad_s
 from rotorstudy.errors import RotorstudyError
 
+LOWEST, HIGHEST = 1e-3, 1e6  # of a speed that is given, in its unit
+
 
 def add(commands):
     """Add the command and its arguments to the subparsers."""
@@ -48,6 +50,8 @@ def run(given):
 
 def _range(given, rpm, option):
     """A range of speeds in rad/s, or None if it is not given."""
-    if given is not None and not 0 < given[0] < given[1] < float("inf"):
-        raise RotorstudyError(f"{option} {given[0]:g} {given[1]:g}: give two positive speeds, the lower one first")
+    if given is not None and not LOWEST < given[0] < given[1] < HIGHEST:
+        raise RotorstudyError(
+            f"{option} {given[0]:g} {given[1]:g}: give two speeds from {LOWEST:g} to {HIGHEST:g}, the lower one first"
+        )
     return in_rad_s(given, rpm)

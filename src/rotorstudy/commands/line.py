@@ -25,7 +25,7 @@ from rotorstudy.commands import (
     plugins,
     simulate,
 )
-from rotorstudy.errors import MissingValue, RotorstudyError
+from rotorstudy.errors import RigError, RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.shown_units import QUANTITY, asked, shown_for
 
@@ -77,9 +77,10 @@ def _units_of_rig(given):
     path = getattr(given, "rig", None) or getattr(given, "file", "")
     readable = str(path).endswith((".yaml", ".yml")) and os.path.isfile(path)
     try:
-        return shown_for(read_yaml(path) if readable else {}, path)
+        rig = read_yaml(path) if readable else {}
     except (RotorstudyError, OSError):  # said by the command that reads the file
-        return shown_for({})
+        rig = {}
+    return shown_for(rig, path)
 
 
 def run(given):
@@ -162,8 +163,9 @@ def main(arguments=None):
         signal.signal(signal.SIGTERM, _terminate)  # so that partial files are removed
     try:
         return run(given)
-    except MissingValue as error:
-        message = f"{given.rig}: {error}"
+    except RigError as error:
+        rig = getattr(given, "rig", None) or getattr(given, "file", "")
+        message = error if rig in str(error) else f"{rig}: {error}"
     except RotorstudyError as error:
         message = error
     except BrokenPipeError:  # the reader of the output has closed it, as `| head` does
@@ -175,7 +177,8 @@ def main(arguments=None):
     except UnicodeError as error:
         message = blamed(error) or f"a name that this locale cannot write ({error}); set PYTHONUTF8=1"
     except (OSError, MemoryError) as error:
-        message = blamed(error) or f"{type(error).__name__}: {error}"
+        place = getattr(error, "filename", None)
+        message = blamed(error) or (f"{place}: {error.strerror}" if place else f"{type(error).__name__}: {error}")
     except BaseException as error:  # a plugin may raise any
         message = blamed(error)
         if not message:

@@ -70,6 +70,8 @@ def _check_survived(path):
     kinds = {MATRIX}
     with path.open("rb") as file:
         start, at, end = file.read(128), 128, file.seek(0, 2)
+        if not start:
+            raise ValueError("it is empty")
         if start[124:126] in (b"\0\2", b"\2\0"):  # 7.3, which is not read
             return
         while 0 not in start[:4] and at < end:

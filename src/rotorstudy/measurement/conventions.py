@@ -201,6 +201,15 @@ def _check_dict(given, where):
         raise RotorstudyError(f"{where}: expected keys and values, found {type(given).__name__}")
 
 
+def check_once(probes, where, of_nodes=False):
+    """RotorstudyError if two probes read one signal. of_nodes : the file has signals of a name for each node."""
+    signals = [(probe.channel, probe.node if of_nodes else None) for probe in probes]
+    for channel, _ in (one for one in signals if signals.count(one) > 1):
+        raise RotorstudyError(
+            f"{where}: channel '{channel}' is that of two probes under 'measurement: probes:'; each has its own"
+        )
+
+
 def measured_direction(directions_rad):
     """Direction (rad) that the probes of a node show if it is only one, that of the first of them; NaN for an orbit.
 

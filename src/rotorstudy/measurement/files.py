@@ -6,6 +6,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.measurement.channels import open_csv, open_matlab, open_uff
+from rotorstudy.measurement.conventions import check_once
 from rotorstudy.measurement.netcdf_files import existing, read_netcdf
 from rotorstudy.measurement.raw_record import assemble
 from rotorstudy.measurement.text_table import header_of, layout_hint
@@ -78,6 +79,7 @@ def _from_channels(path, conventions, nodes, names, channel):
             raise RotorstudyError(f"probe '{probe.channel}' has no 'node:', which is optional for NetCDF files only")
         reading = wanted(probe.channel, "probe")
         readings.append((probe, probe.node, probe.metres(None, str(path)) * reading))
+    check_once(conventions.probes, path)
     length = len(readings[0][2])
     if conventions.sample_rate_Hz is not None:
         time = np.arange(length) / conventions.sample_rate_Hz

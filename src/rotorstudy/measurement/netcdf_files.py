@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, reading, unknown_name
-from rotorstudy.measurement.conventions import Conventions, Probe
+from rotorstudy.measurement.conventions import Conventions, Probe, check_once
 from rotorstudy.measurement.raw_record import assemble
 from rotorstudy.units import RAD_PER_S, SECONDS
 
@@ -108,6 +108,7 @@ def _readings(path, one, probes, conventions, where):
     stated = one.displacement.attrs.get("units")
     directions = [str(name) for name in one.direction.values]
     held_nodes = [conventions.node(label, str(path)) for label in one.node.values.tolist()]
+    check_once(probes, path, of_nodes=True)
     found = []
     for probe in probes:
         if probe.channel not in directions:

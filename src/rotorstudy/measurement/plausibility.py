@@ -179,10 +179,10 @@ def check_probe_angles(probes, where):
     for node in sorted({probe.node for probe in probes if probe.node is not None}):
         angles = np.array([probe.angle_deg for probe in probes if probe.node == node])
         widest = np.abs((angles[:, None] - angles + 180) % 360 - 180).max()
-        if 0 < widest < CLOSE_DEG:
+        if len(angles) > 1 and widest < CLOSE_DEG:
             text = (
                 f"its probes are only {widest:.2g} degrees apart by 'measurement: probes:', and show one direction "
-                "together. Are the angles in radians? They must be in degrees"
+                "together. Correct the angles; they must be in degrees"
             )
             found.append(Finding("warning", "probe angles", f"{where}, node {node}", text))
     return found

@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.measurement.conventions import combine, measured_direction
+from rotorstudy.measurement.conventions import check_once, combine, measured_direction
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT, left_out
 from rotorstudy.measurement.tables import (
@@ -185,6 +185,7 @@ def _check_rows(speed, harmonic, where):
 
 def _probes(text, conventions, nodes, where):
     """(row,) Probe of the rig file."""
+    check_once(conventions.probes, where)
     known = {p.channel: p for p in conventions.probes}
     if not known:
         raise RotorstudyError(f"{where}: no probes; list them with their angles under 'measurement: probes:'")

@@ -7,6 +7,7 @@ import json
 import re
 import warnings
 from array import array
+from collections import Counter
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -20,6 +21,7 @@ LINES = 400  # read for a guess
 FIRST = 1 << 16  # bytes, of which one at least is no space
 ROWS = 3  # at least of data
 LONGEST = 1000  # characters in a cell of a table
+MOST_COLUMNS = 5000  # a table of 250 probes with ten harmonics each
 SEPARATORS = (";", "\t", ",", WHITESPACE[0])
 COMMENTS = ("#", "%", "//")  # at the start of lines between the rows
 MISSING = {"", "nan", "-nan", "na", "n/a", "n.a.", "#n/a", "#na", "<na>", "null", "none", "-", "--", "---"}
@@ -74,8 +76,10 @@ def layout_hint(path, stated):
         found = guess_layout(path).csv
     except RotorstudyError:
         return ""
+    if found == stated:
+        return ""
     other = found.model_dump(exclude_defaults=True)
-    return f"; the file looks like 'csv: {json.dumps(other)}' in 'measurement:'" if found != stated else ""
+    return f"; the file looks like 'csv: {json.dumps(other)}' in 'measurement:'" if other else "; leave 'csv:' out"
 
 
 def header_of(path, layout):
@@ -92,9 +96,14 @@ def header_of(path, layout):
                 break
     if names is None:
         raise RotorstudyError(f"{path}: no header from line {layout.skip_rows + 1} on; check 'csv: skip_rows'")
-    names = [name or f"Unnamed: {i}" for i, name in enumerate(names)]
-    names = [f"{name}.{names[:i].count(name)}" if name in names[:i] else name for i, name in enumerate(names)]
-    return names, [*units, *[""] * len(names)][: len(names)], numbers
+    if len(names) > MOST_COLUMNS:
+        raise RotorstudyError(f"{path}: {len(names)} columns, at most {MOST_COLUMNS} are read; is a row a sample?")
+    seen, different = Counter(), []
+    for i, name in enumerate(names):
+        name = name or f"Unnamed: {i}"
+        different.append(f"{name}.{seen[name]}" if seen[name] else name)
+        seen[name] += 1
+    return different, [*units, *[""] * len(names)][: len(names)], numbers
 
 
 def rows_of(path, layout):
@@ -194,6 +203,9 @@ def decoded(file, path):
     """An open file of bytes as text without its byte order mark: UTF-8, UTF-16, or else Windows-1252."""
     first = file.read(FIRST)
     file.seek(0)
+    if first.startswith((b"PK\3\4", b"\x1f\x8b")):
+        file.close()
+        raise RotorstudyError(f"{path}: a workbook or a compressed file; export it as text, or unpack it")
     if not first.strip():
         file.close()
         raise RotorstudyError(f"{path}: the file is empty; export it again, or leave it out")

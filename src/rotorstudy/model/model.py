@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import RigError
 from rotorstudy.model.amplitudes import Amplitudes
 from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.rebuilt_bearings import with_bearings_at
@@ -65,7 +65,7 @@ class Model(Amplitudes):
         object.__setattr__(self, "terms", tuple(ordered))
         if len(set(self.names)) < len(self.names):
             doubled = [name for name in self.names if self.names.count(name) > 1]
-            raise RotorstudyError(f"two terms share the amplitude {doubled[0]!r}; give each its own 'label:'")
+            raise RigError(f"two terms share the amplitude {doubled[0]!r}; give each its own 'label:'")
 
     @cached_property
     def rotor_unknowns(self) -> tuple[Unknown, ...]:
@@ -267,7 +267,7 @@ class Model(Amplitudes):
             if e.reads_motion and not (e.is_conjugate or e.order or e.shift)
         )
         if structure.static_load.any() and not any(springs):
-            raise RotorstudyError("nothing carries the weight of the rotor; add bearings or rigid supports")
+            raise RigError("nothing carries the weight of the rotor; add bearings or rigid supports")
         return structure.static_load
 
     def without(self, kinds: Iterable[str]) -> "Model":

@@ -43,7 +43,7 @@ def units_of(rig, words=(), where="the rig"):
     for given, place in ((own, f"{where}, units"), (words, "--units")):
         taken = {}
         for word in given:
-            if word not in QUANTITY:
+            if str(word) not in QUANTITY:
                 raise unknown_name("unit", word, QUANTITY, place)
             if (quantity := QUANTITY[word]) in taken:
                 raise RotorstudyError(f"{place}: {taken[quantity]} and {word} are both units of {quantity}; keep one")

@@ -23,6 +23,7 @@ from rotorstudy.units import p_value, percent, probability, quantity, spins
 
 MOST_LIMITS = 12  # detection limits on the page, the lowest first; all are in verdict.json
 FEWEST_SPEEDS = 8  # of a Bode plot
+LEAST_SAID = 1e-3  # probability that the true cause is no effect of the library that a reader should know
 NAMED = 6  # parameters in a list; more are counted by their kind
 CHANGED = {
     "nothing": "nothing",
@@ -112,7 +113,7 @@ def _hides(verdict):
     if verdict.ambiguous_with:
         others = list(dict.fromkeys(map(place, verdict.ambiguous_with)))
         said.append(f"Not ruled out: {'; '.join(others)}.")
-    if verdict.outside_probability:
+    if verdict.outside_probability >= LEAST_SAID:
         share = percent(verdict.outside_probability, 2)
         said.append(f"With a probability of {share} the true cause is no effect of the library.")
     if verdict.not_considered:

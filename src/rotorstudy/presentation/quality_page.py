@@ -10,7 +10,7 @@ from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.plots import png_bytes
 from rotorstudy.presentation.tables import cells
 from rotorstudy.store import write_text
-from rotorstudy.units import RAD_PER_S, shown_unit
+from rotorstudy.units import shown_unit
 
 SHOWN_REVOLUTIONS = 4  # of the waveform
 MOST_SAMPLES = 480  # of it that are drawn
@@ -40,13 +40,11 @@ def write_page(measurement, path, title):
 
 
 def _named(facts, kind):
-    """Facts under their long names with unit; a speed in rpm too."""
+    """Facts under their long names with unit."""
     found = {}
     for name, unit, long in facts_of(kind):
-        value, (unit, factor) = float(getattr(facts, name)), shown_unit(unit)
-        found[f"{long} ({unit})" if unit else long] = factor * value
-        if unit == "rad/s":
-            found[f"{long} (rpm)"] = value / RAD_PER_S["rpm"]
+        unit, factor = shown_unit(unit)
+        found[f"{long} ({unit})" if unit else long] = factor * float(getattr(facts, name))
     return found
 
 

@@ -7,7 +7,7 @@ crack opened by the vibration, a contact) has the slopes that it takes along the
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import RigError
 from rotorstudy.model.model import Model
 from rotorstudy.response.coefficients import time_matrices
 from rotorstudy.response.coupling import COUPLED_ORDER, check_speed
@@ -56,7 +56,7 @@ def _growth_of_one_turn(model, speed, theta):
     middles = (np.arange(steps) + 0.5) / TURN_STEPS
     rates = _rates(_accelerations(model, theta, speed, middles, shapes, along), speed)
     if not np.finfo(float).eps * np.abs(rates).max() < speed:
-        raise RotorstudyError(
+        raise RigError(
             f"the stability at {speed:g} rad/s cannot be computed: masses or stiffnesses of the rotor differ beyond "
             "the digits of a number; check lengths, diameters and masses"
         )

@@ -3,10 +3,9 @@
 import matplotlib.pyplot
 import netCDF4
 import scipy.stats
-import snakemake.cli  # the copies import the program that started them
 import xarray
 
 from rotorstudy.model.registry import registry
 
-__all__ = ["matplotlib", "netCDF4", "scipy", "snakemake", "xarray"]
+__all__ = ["matplotlib", "netCDF4", "scipy", "xarray"]
 registry()

@@ -82,7 +82,7 @@ def index_page(snakemake):
 
 
 _SERVER = multiprocessing.get_context("forkserver")
-_SERVER.set_forkserver_preload(["rotorstudy.studies.preloaded"])
+_SERVER.set_forkserver_preload(["snakemake.cli", "rotorstudy.studies.preloaded"])  # copies import what started them
 _LOCK = threading.Lock()
 
 

@@ -181,6 +181,8 @@ class Known(NamedTuple):
 def _with_unbalances(whole, planes, conventions):
     """The model with unbalances in each plane and other forces, all zero, and names: of the planes', of both others."""
     structure, zero = whole.structure, [AddedUnbalance(node=node, unbalance_g_mm=0.0) for node in planes]
+    if len(set(planes)) < len(planes):
+        raise RotorstudyError(f"planes {', '.join(map(str, planes))}: give each once")
     terms = [
         unbalance_term(one, structure, whole.sensors, conventions, f"plane {i}", f"plane {one.node}")
         for i, one in enumerate(zero, 1)

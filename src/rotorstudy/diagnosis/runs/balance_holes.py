@@ -13,6 +13,7 @@ import numpy as np
 from rotorstudy.errors import RotorstudyError
 
 MOST = 5000  # choices in a plane, beyond which the search takes long
+LARGEST_G_MM = 1e9  # 1000 kg at 1 m
 
 
 class Holes(NamedTuple):
@@ -38,13 +39,13 @@ def equal_holes(count: int, unbalances_g_mm: list[float], sense: float = 1.0) ->
 
     unbalances_g_mm : of one weight in a hole
     sense           : 1 or -1, of the user's angles
-    raises          : RotorstudyError without a hole or a weight, for weights that are not positive, and for too many of
+    raises          : RotorstudyError without a hole or a weight, for weights out of reach, and for too many of
                       both
     """
-    if count < 1 or not unbalances_g_mm or min(unbalances_g_mm) <= 0:
+    if count < 1 or not unbalances_g_mm or not all(0 < one <= LARGEST_G_MM for one in unbalances_g_mm):
         raise RotorstudyError(
-            f"holes: {count}, weights: {unbalances_g_mm} g mm; give at least one hole and one weight, positive, as the "
-            "unbalance that it adds in a hole (mass times radius)"
+            f"holes: {count}, weights: {unbalances_g_mm} g mm; give at least one hole and one weight, above 0 and at "
+            f"most {LARGEST_G_MM:g}, as the unbalance that it adds in a hole (mass times radius)"
         )
     weights = 1e-6 * np.unique(unbalances_g_mm)
     choices = 1 + count * len(weights) + count * (count - 1) // 2 * len(weights) ** 2

@@ -24,7 +24,7 @@ def split(spectrum, hold_out):
         held = []
         for speed in hold_out:
             near = int(np.abs(spectrum.speed - speed).argmin())
-            if abs(spectrum.speed[near] - speed) > 1e-3 * speed:
+            if not abs(spectrum.speed[near] - speed) <= 1e-3 * speed:
                 known = ", ".join(f"{w:g}" for w in spectrum.speed)
                 raise RotorstudyError(
                     f"hold-out speed {speed:g} rad/s was not measured (measured: {known}; --rpm for rpm)"
