@@ -25,8 +25,8 @@ def plain_journal(
 
     Finite-length Reynolds equation, ruptured film (Reynolds' condition), times bearing_scale. grooves: none, oil fills
     the film wherever it converges; two_axial, the pressure is zero in two grooves of 20 degrees at right angles to the
-    load. Interpolated: to 1 % of the largest coefficient up to an eccentricity ratio of 0.9, 8 % beyond. load_N as for
-    short_journal, and displacements are measured from the equilibrium position as there.
+    load. To 1 % of the largest coefficient, but stiffness with grooves beyond an eccentricity ratio of 0.9 to 4 %.
+    load_N as for short_journal, and displacements are measured from the equilibrium position as there.
     """
     ratio = length_m / diameter_m
     if not 0.999 * LENGTHS[0] <= ratio <= 1.001 * LENGTHS[1]:  # a derivative by the length steps over the limits

@@ -60,7 +60,7 @@ class Variation:
         raises : NoSteadyState if the plugin builds no rotor with these numbers
         """
         if self.is_linear:
-            return _unpacked(self.base + change @ self.slopes)
+            return self._linear(change.shape, change.tobytes())
         return _unpacked(np.apply_along_axis(lambda one: self._built(tuple(one.tolist())), -1, change))
 
     def slopes_at(self, change: np.ndarray) -> Matrices:
@@ -68,6 +68,18 @@ class Variation:
         if self.is_linear:
             return _unpacked(np.broadcast_to(self.slopes, (*change.shape[:-1], *self.slopes.shape)))
         return _unpacked(np.apply_along_axis(lambda one: self._differences(tuple(one.tolist())), -1, change))
+
+    @cached_property
+    def _linear(self):
+        """The Matrices of a linear rotor, not to be changed, kept for the last changes, as a response asks often."""
+
+        @lru_cache(maxsize=2)
+        def matrices(shape, changes):
+            found = self.base + np.frombuffer(changes).reshape(shape) @ self.slopes
+            found.setflags(write=False)
+            return _unpacked(found)
+
+        return matrices
 
     @cached_property
     def _built(self):

@@ -13,9 +13,10 @@ from numpy.typing import ArrayLike
 from rotorstudy.model.model import Model
 from rotorstudy.response.alternating import nonlinear_columns, seen_coordinates, steady_states
 from rotorstudy.response.coupling import COUPLED_ORDER, check_harmonics, check_speed, layout, layout_of_forced
-from rotorstudy.response.factorised import narrow_band
+from rotorstudy.response.factorised import has_narrow_band
 from rotorstudy.response.solving import solver, uncoupled
 from rotorstudy.response.statics import Deflection, static_deflection
+from rotorstudy.response.turning import replies
 
 NUMBERS_AT_ONCE = 5e7  # complex numbers in the matrices of one solve, 0.8 GB; above it, speeds are split into parts
 
@@ -236,7 +237,8 @@ def _columns_of_the_rotor(model, theta, speed, carried, found, kept):
         found[..., gone] = -np.linalg.solve(inner, outer @ found[..., kept, None])[..., 0]
     nw = (speed[:, None] * carried)[..., None]
     pairs = ((slopes.stiffness, -1.0), (slopes.mass, nw**2), (slopes.gyroscopic, -nw * speed[:, None, None]))
-    columns = sum(_product(slope, factor * found) for slope, factor in pairs)
+    band = model.structure.bandwidth if has_narrow_band(model.structure.bandwidth, found.shape[-1]) else None
+    columns = sum(_product(slope, factor * found, band) for slope, factor in pairs)
     if model.static_residual.any():
         columns[..., carried == 0, :] += np.moveaxis(slopes.static_load, -2, 0)[..., None, None, :]
     if len(gone):  # the matrices of a rotor are symmetric
@@ -246,9 +248,8 @@ def _columns_of_the_rotor(model, theta, speed, carried, found, kept):
     return columns
 
 
-def _product(slope, motion):
+def _product(slope, motion, band):
     """Products (number, ..., speed, harmonic, dof) of matrices (..., number, dof, dof) and a motion of the rest."""
-    band = narrow_band(slope)
     if band is None:
         return np.einsum("...pij,...shj->p...shi", slope, motion)
     found = np.zeros((slope.shape[-3], *motion.shape), complex)
@@ -266,11 +267,20 @@ def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, line
     if not acting:
         return linear, None
     seen = seen_coordinates([force for _, force in acting])
-    unit = np.zeros((len(carried), len(seen), len(carried), dof), complex)
-    unit[range(len(carried)), :, range(len(carried))] = seen
-    unit = np.moveaxis(unit.reshape(-1, len(carried), dof), 0, -1)
-    unit = np.broadcast_to(np.concatenate([unit, 1j * unit], axis=-1), (*linear.shape, 2 * unit.shape[-1]))
-    reply = solved(unit)
+    if model.table.turning_patterns or (carried != -carried[::-1]).any():
+        unit = np.zeros((len(carried), len(seen), len(carried), dof), complex)
+        unit[range(len(carried)), :, range(len(carried))] = seen
+        unit = np.moveaxis(unit.reshape(-1, len(carried), dof), 0, -1)
+        unit = np.broadcast_to(np.concatenate([unit, 1j * unit], axis=-1), (*linear.shape, 2 * unit.shape[-1]))
+        reply = solved(unit)
+    else:  # harmonics are coupled with their negatives alone
+        found = replies(seen, linear.shape[:-2], carried, solved)
+        own, other = (one.reshape(*one.shape[:-1], 2, len(seen)) for one in found)
+        reply = np.zeros((*linear.shape, 2, len(carried), len(seen)), complex)
+        for n in range(len(carried)):
+            reply[..., n, :, :, n, :] = own[..., n, :, :, :]
+            reply[..., n, :, :, -1 - n, :] += other[..., n, :, :, :]
+        reply = reply.reshape(*linear.shape, -1)
     deflection = np.broadcast_to(deflection, (*linear.shape[:-2], dof))
     found, tangents = np.empty_like(linear), np.empty(linear.shape[:-3], object)
     for trial in np.ndindex(tangents.shape):

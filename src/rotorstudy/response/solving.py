@@ -11,7 +11,6 @@ from rotorstudy.response.factorised import (
     factorised,
     factorised_bands,
     has_narrow_band,
-    narrow_band,
     stored_by_band,
 )
 from rotorstudy.response.on_bearings import are_few, diagonal_blocks, on_bearings, touched_by
@@ -142,7 +141,7 @@ def solver(model, theta, speed, blocks, kept=None, *, adjoint=False):
               ones times imaginary ones
     """
     dof = len(model.structure.dofs)
-    if kept is None or _band(model, theta) is not None:  # condensing a slender shaft takes longer than solving it
+    if kept is None or _band(model) is not None:  # condensing a slender shaft takes longer than solving it
         kept = np.arange(dof)
     touched = model.table.turned
     whole = sum(len(group) * (group.shape[1] * len(kept)) ** 3 for group in blocks.groups)
@@ -209,7 +208,7 @@ def _on_bearings(model, theta, speed, blocks, kept, adjoint):
     if not are_few(touched_by(patterns), len(kept), members):
         own = [pattern for pattern in patterns if not pattern.entry.is_conjugate]
         patterns, support = [pattern for pattern in patterns if pattern.entry.is_conjugate], None
-    touched, band = touched_by(patterns), _band(model, theta, own)
+    touched, band = touched_by(patterns), _band(model, own)
     by_band_alone = band is not None and not patterns
     if not by_band_alone and not are_few(touched, len(kept), members):
         return None
@@ -229,13 +228,11 @@ def _on_bearings(model, theta, speed, blocks, kept, adjoint):
         return None
 
 
-def _band(model, theta, patterns=()):
+def _band(model, patterns=()):
     """Bandwidth of the matrices of a slender shaft, and of some patterns; None if it is not slender."""
-    own = model.matrices(theta)
-    band = narrow_band(own.mass, own.stiffness, own.gyroscopic)
-    if band is not None:
-        band = max([band, *(int(np.abs(one.row - one.column).max(initial=0)) for one in patterns)])
-    return band if band is not None and has_narrow_band(band, own.mass.shape[-1]) else None
+    count = len(model.structure.dofs)
+    band = max([model.structure.bandwidth, *(int(np.abs(one.row - one.column).max(initial=0)) for one in patterns)])
+    return band if has_narrow_band(band, count) else None
 
 
 def _by_harmonic(group, count, dof):

@@ -44,21 +44,28 @@ def turning(model, theta, speed, harmonics, solved, adjoint=False):
     solved    : force (..., speed, harmonic, dof, column) -> motion of the rotor without the turning coefficients
     adjoint   : whether that is the adjoint function; then the Turning is that of the adjoint one with them
     """
-    touched, dof = model.table.turned, len(model.structure.dofs)
-    count = len(touched)
-    unit = np.zeros((len(harmonics), dof, 2, 2, count), complex)  # on harmonics n >= 0, or n < 0; real, or imaginary
-    for sign, here in enumerate((harmonics >= 0, harmonics < 0)):
-        for i, coordinate in enumerate(touched):
-            unit[here, coordinate, sign, :, i] = 1, 1j
-    unit = unit.reshape(len(harmonics), dof, -1)
-    reply = solved(np.broadcast_to(unit, (*theta.shape[:-1], len(speed), *unit.shape)))
-    positive, negative = np.split(reply, 2, axis=-1)
-    at = harmonics[:, None, None]
-    own, other = np.where(at >= 0, positive, negative), np.where(at > 0, negative, positive) * (at != 0)
+    touched = model.table.turned
+    own, other = replies(np.eye(len(model.structure.dofs))[touched], (*theta.shape[:-1], len(speed)), harmonics, solved)
     force = _force_matrix(model, theta, speed, harmonics)
     force = np.swapaxes(force, -1, -2) if adjoint else force
     receptance = _components(_replied(own[..., touched, :], other[..., touched, :], force))
     return Turning(touched, own, other, force, np.eye(force.shape[-1]) - receptance)
+
+
+def replies(rows, lead, harmonics, solved):
+    """Motion (*lead, harmonic, dof, part * row) at harmonic n by unit forces along rows (row, dof) at n, and at -n.
+
+    lead : leading dimensions, the last that of speeds;  solved : as for `turning`, couples no others than n and -n
+    """
+    unit = np.zeros(
+        (len(harmonics), rows.shape[1], 2, 2, len(rows)), complex
+    )  # on n >= 0, or n < 0; real, or imaginary
+    for sign, here in enumerate((harmonics >= 0, harmonics < 0)):
+        unit[here, :, sign] = rows.T[:, None] * np.array([1, 1j])[:, None]
+    unit = unit.reshape(len(harmonics), rows.shape[1], -1)
+    positive, negative = np.split(solved(np.broadcast_to(unit, (*lead, *unit.shape))), 2, axis=-1)
+    at = harmonics[:, None, None]
+    return np.where(at >= 0, positive, negative), np.where(at > 0, negative, positive) * (at != 0)
 
 
 def _force_matrix(model, theta, speed, harmonics):

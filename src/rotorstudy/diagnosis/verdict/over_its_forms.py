@@ -38,7 +38,10 @@ def over_its_forms(found: Search) -> Formed | None:
     (usual,), others = formed, [cause for cause in best.causes if cause is not formed[0]]
     shape = usual.shape | {name: ends.value(0.5) for name, ends in form_ranges(usual.effect).items()}
     label = usual.term.label
-    one = candidate(found.rig, usual.effect, usual.where, shape, label, settings.prior_width, usual.variant, True)
+    try:
+        one = candidate(found.rig, usual.effect, usual.where, shape, label, settings.prior_width, usual.variant, True)
+    except CannotAct:  # a published formula has one form
+        return None
     work = Work(found.rig, found.whole, found.prior, best.spectrum, settings)
     names = [*found.prior.names, *(name for cause in others for name in cause.names)]
     means = [mean for mean, _ in one.prior.values()]
