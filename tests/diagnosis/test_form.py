@@ -6,7 +6,6 @@ import pytest
 from rotorstudy import harmonic_response, make_term
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.form import (
-    SCALES,
     SHARES,
     Change,
     form_errors,
@@ -47,9 +46,10 @@ def test_a_shared_error_whitens_like_the_full_covariance():
 
 def test_the_error_of_form_is_common_to_the_nodes_and_differs_by_harmonic():
     change = np.ones((4, 4, 2)) * [1, 2j]
-    errors = form_errors(SPEED, [Change(change)], SHARES[0])
+    errors, harmonic = form_errors(SPEED, [Change(change)], SHARES[0])
     assert np.allclose(errors[..., 1], 2j * errors[..., 0])
-    assert (np.count_nonzero(np.abs(errors).max(axis=(1, 3)), axis=1) == 1).all()
+    shown = np.abs(errors).max(axis=(1, 3))
+    assert (np.count_nonzero(shown, axis=1) == 1).all() and np.array_equal(shown.argmax(axis=1), harmonic)
     variance = np.sum(np.abs(errors[..., 0]) ** 2, axis=0)  # of each harmonic, beside that of the change itself
     assert np.allclose(variance, 1 + 0.1**2 * 4, rtol=1e-3)
 
@@ -57,7 +57,7 @@ def test_the_error_of_form_is_common_to_the_nodes_and_differs_by_harmonic():
 def test_what_a_form_explains_is_not_evidence_against_a_cause():
     spectrum = noisy(1e-9)
     change = spectrum.amplitude
-    prior = Prior.independent({"size": (0.0, 10.0)})
+    prior = Prior.independent({"size": (1.0, 1e-4)})  # so that the size takes none of the error
     jacobian = spectrum.whitened(change)[:, None]
 
     def evidence(off, largest):
@@ -73,14 +73,34 @@ def test_what_a_form_explains_is_not_evidence_against_a_cause():
     assert 0.005 < form.mean_std < 0.05
     # negative controls: what no form explains stays evidence against it; no residual needs no error
     assert evidence(scattered, 0.05)[1] < any_form - 1e3
-    assert evidence(0 * near, 0.05)[0].scale == SCALES[0]
+    assert not evidence(0 * near, 0.05)[0].std.any()
+
+
+def test_an_order_that_is_far_off_does_not_widen_the_others():
+    spectrum = noisy(1e-9)
+    change, prior = spectrum.amplitude, Prior.independent({"size": (1.0, 1e-4)})
+    jacobian = spectrum.whitened(change)[:, None]
+
+    def most_probable(off, by_order=True):
+        known = np.append(spectrum.whitened(off), 0.0), jacobian, prior.whitener
+        form = most_probable_form(spectrum, [Change(change)], *known, 0.05, by_order)
+        return form.std, form.evidence(*known)
+
+    of_second = change * (HARMONICS == 2)[:, None] * 0.04
+    (own, separate), (alike, together) = most_probable(of_second), most_probable(of_second, by_order=False)
+    assert own[HARMONICS == 2] > 0.02 and not own[HARMONICS != 2].any()
+    assert separate > together + 50 and (alike > 0).all()  # negative control: one size for all orders
+    everywhere, _ = most_probable(0.04 * change)
+    assert (everywhere > 0.01).all()
 
 
 def test_a_law_known_less_exactly_has_a_larger_error():
     change = np.ones((4, 4, 2)) * [1, 2j]
-    usual, wide = (form_errors(SPEED, [Change(change, x)], SHARES[0]) for x in (1.0, 4.0))
+    (usual, _), (wide, _) = (form_errors(SPEED, [Change(change, x)], SHARES[0]) for x in (1.0, 4.0))
     assert np.allclose(wide, 4 * usual)
-    assert largest_error("looseness", 0.05) > 0.05 == largest_error("unbalance", 0.05)
+    assert largest_error("looseness", "support_loss", 0.05) > 0.05 == largest_error("unbalance", "eccentricity", 0.05)
+    assert largest_error("parallel_misalignment", "misalignment_force_2X", 0.05) > 0.05
+    assert largest_error("parallel_misalignment", "coupling_stiffness", 0.05) == 0.05
 
 
 def test_long_steps_are_shortened_in_their_direction():

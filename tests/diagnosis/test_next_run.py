@@ -177,6 +177,9 @@ def test_speeds_beyond_the_table_of_a_bearing_are_left_out():
     covariance = independent_covariance(np.full(shown.shape, NOISE**2))
     measured = Spectrum(shown, SPEEDS, HARMONICS, tuple(model.sensors), covariance)
     held = fit(model, measured, Prior.independent({"eccentricity_real": (1e-5, 1e-6)}), steps=0)
-    found, speeds = SimpleNamespace(settings=Settings(), form_error=0.0), np.array([250.0, 299.0, 301.0, 390.0])
+    found, speeds = (
+        SimpleNamespace(settings=Settings(), form_error_by_harmonic=0.0),
+        np.array([250.0, 299.0, 301.0, 390.0]),
+    )
     run, each = further_run(found, measured, held, [held, held], np.array([0.5, 0.5]), speeds)
     assert run.speed.tolist() == [250.0, 299.0] and each.shape == (2, 2, len(HARMONICS), 1)

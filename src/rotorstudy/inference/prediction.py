@@ -106,15 +106,16 @@ def with_model_error(spectrum: Spectrum, settings) -> Spectrum:
     return replace(spectrum, covariance=(1 + settings.covariance_error) * spectrum.covariance).with_error(floor)
 
 
-def with_cause_error(spectrum: Spectrum, missing: np.ndarray, share: float) -> Spectrum:
+def with_cause_error(spectrum: Spectrum, missing: np.ndarray, share: np.ndarray | float) -> Spectrum:
     """The spectrum with its covariance enlarged by the error of whatever cause is added to the model.
 
     A cause is a model too: linear in its amplitude, at one place, of an ideal shape.
 
     missing : (speed, harmonic, sensor) measured less predicted by the base model, m
-    share   : standard deviation of the error as a fraction of what is missing at each harmonic, and a tenth of that of
-              the rms over the harmonics
+    share   : (harmonic,) or float, standard deviation of the error as a fraction of what is missing at the harmonic,
+              and of a tenth of the rms over the harmonics
     """
     size = np.abs(spectrum.shown(missing))
     whole = np.sqrt(np.sum(size**2, axis=-2, keepdims=True))
+    share = np.reshape(share, (-1, 1))
     return spectrum.with_error(share**2 * (size**2 + (ACROSS_HARMONICS * whole) ** 2) / 2)

@@ -174,7 +174,7 @@ class Effect(Plugin):
     any_form  : option -> value, with which diagnosis tries it, so that it can have forms near its own; parameter ->
                 (mean, standard deviation) of its amplitudes then, in typical sizes; and its alternatives then
     form_error : largest standard deviation of the error of its form, as a fraction of what it changes, where published
-                forms of it differ by more than `diagnosis: form_error` of the rig
+                forms of it differ by more than `diagnosis: form_error` of the rig; or that of some parameters
     """
 
     acts_on: str = "rotor"
@@ -202,7 +202,7 @@ class Effect(Plugin):
     together: Callable | None = field(default=None, compare=False)
     feared: Feared | None = field(default=None, compare=False)
     any_form: tuple[dict, dict, dict] = field(default=({}, {}, {}), compare=False)
-    form_error: float = 0.0
+    form_error: float | dict = 0.0
 
     def __post_init__(self):
         if self.places is None:

@@ -93,6 +93,11 @@ class Search:
         """Expected standard deviation of the error of the form of the best causes, relative to what they change."""
         return self.best.form.mean_std if self.best.form else 0.0
 
+    @property
+    def form_error_by_harmonic(self) -> np.ndarray | float:
+        """(harmonic,) that of each."""
+        return self.best.form.std if self.best.form else 0.0
+
     @cached_property
     def prior_odds(self) -> PriorOdds:
         """Of the candidates."""

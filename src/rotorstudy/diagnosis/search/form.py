@@ -3,8 +3,9 @@
 What a cause changes, c, is taken to be c (1 + d). The relative error d is complex; there is one for each harmonic and
 direction of whirl, the same at all nodes, as a force that acts where the ideal one does moves all of them by its own
 receptances. Over the speeds d is a Gaussian process: partly constant, partly slowly varying, for the smallest part
-free. Its standard deviation is unknown, with a prior over some orders of magnitude up to `Settings.form_error`, or that
-of the effect where published forms of it differ by more (`Effect.form_error`).
+free. Its standard deviation is unknown, another one for each order of the spin speed, with a prior over some orders of
+magnitude up to `Settings.form_error`, or that of the effect where published forms of it differ by more
+(`Effect.form_error`).
 
 So the data have errors in common, of low rank: the columns c of each harmonic. They serve in the fit, its evidence and
 its intervals alike, for one cause or several. A second cause is then worth its prior odds only if it explains what the
@@ -28,12 +29,14 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
 from rotorstudy.response.neighbourhood import Motion, Neighbourhood
 
-SCALES = np.append(0.0, 2.0 ** np.arange(-5, 1))  # of the largest standard deviation of the error, equally likely
+SCALES = np.append(0.0, 2.0 ** np.arange(-7, 1))  # of the largest standard deviation of the error, equally likely
 # shares of its variance: the same at all speeds, slowly varying, independent; a form that depends on the motion changes
-# where the motion does, others do not: equally likely
+# where the motion does: equally likely
 SHARES = ((0.9, 0.1, 0.0), (0.7, 0.28, 0.02), (0.4, 0.5, 0.1), (0.1, 0.3, 0.6))
+STEADY, STEADY_LENGTH = (0.5, 0.5, 0.0), 1.0  # of a force that does not depend on the motion: by a power of the speed
 LENGTH = 0.2  # of the slow part, in the logarithm of the speed: resonances are seldom closer
 ACROSS = 0.1  # of the rms change over the harmonics, by which the error of a small one may exceed it: laws leak
+SWEEPS = 2  # over the orders, for their most probable scales
 ROUND_OFF = 1e-9  # of a change: what is below it has no direction
 LEAST_MODE = 1e-4  # variance over the speeds, beside 1, of a mode that changes nothing
 LEAST = 1e-2  # standard deviations of the data, below which a column changes nothing
@@ -43,25 +46,28 @@ class Change(NamedTuple):
     """What a fault changes: (speed, harmonic, sensor), m.
 
     inexactness : largest error of its form, relative to `Settings.form_error`
+    of_motion : whether its force depends on the motion; if not, its error is by a power of the speed
     forces : (force, speed, harmonic, sensor) what free forces at its place show; none where it acts at several places
     forced : (force,) position of the harmonic of each
     """
 
     change: np.ndarray
     inexactness: float = 1.0
+    of_motion: bool = True
     forces: np.ndarray | None = None
     forced: np.ndarray | None = None
 
 
-def largest_error(effect: str, usual: float) -> float:
-    """Largest standard deviation of the error of the form of an effect, as a fraction of what it changes."""
-    return max(registry().get("effect", effect).form_error, usual)
+def largest_error(effect: str, parameter: str, usual: float) -> float:
+    """Largest standard deviation of the error of the form of an effect, as a fraction of what a parameter changes."""
+    stated = registry().get("effect", effect).form_error
+    return max(stated.get(parameter, 0.0) if isinstance(stated, dict) else stated, usual)
 
 
 def changes_of(
     causes: Sequence[Candidate], values: dict, motion: Motion, forces: "LocalForces", largest: float
 ) -> list[Change]:
-    """The Change of each fault on the rotor: what its force at a motion shows.
+    """The Changes of each fault on the rotor: what its forces at a motion show, those that depend on it and others.
 
     values  : of the amplitudes, by name
     motion  : with all the causes
@@ -69,12 +75,23 @@ def changes_of(
     """
     found = []
     for parts in faults_of(causes).values():
-        own = [u for c in parts if not c.term.acts_on_output for u in c.term.unknowns]
-        if own:
-            change = forces.near.changes_by_forces([(own, motion)]) @ np.array([values[u.name] for u in own])
-            inexactness = max(largest_error(c.effect, largest) for c in parts) / largest
-            found.append(Change(change, inexactness, *forces.beside(parts)))
+        every = {
+            u: largest_error(c.effect, c.term.parameters[i].name, largest) / largest
+            for c in parts
+            if not c.term.acts_on_output
+            for u, i in zip(c.term.unknowns, c.parameter, strict=True)
+        }
+        for of_motion in (False, True):
+            own = [u for u in every if _depends_on_motion(u) == of_motion]
+            if own:
+                inexactness = max(every[u] for u in own)
+                change = forces.near.changes_by_forces([(own, motion)]) @ np.array([values[u.name] for u in own])
+                found.append(Change(change, inexactness, of_motion, *forces.beside(parts)))
     return found
+
+
+def _depends_on_motion(unknown):
+    return unknown.force is not None or any(entry.on != "one" for entry in unknown.entries)
 
 
 class LocalForces:
@@ -138,9 +155,12 @@ def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple) -> np.n
     -------
     array (error, speed, harmonic, sensor)
         Complex, m; the errors are independent, of unit variance.
+    array (error,)
+        Position of the harmonic of each.
     """
-    modes, found = over_speeds(speed, shares), []
-    for change, inexactness, forces, forced in changes:
+    found, at = [], []
+    for change, inexactness, of_motion, forces, forced in changes:
+        modes = over_speeds(speed, shares) if of_motion else over_speeds(speed, STEADY, STEADY_LENGTH)
         size = np.linalg.norm(change, axis=-1)  # (speed, harmonic)
         whole = np.linalg.norm(size, axis=-1, keepdims=True)
         larger = np.sqrt(size**2 + (ACROSS * whole) ** 2)
@@ -150,20 +170,23 @@ def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple) -> np.n
             shown = np.zeros((2 * size.shape[1], *change.shape), complex)
             for h in np.flatnonzero(seen.any(axis=0)):
                 shown[2 * h, :, h], shown[2 * h + 1, :, h] = moved[:, h], 1j * moved[:, h]
+            own = np.repeat(np.arange(size.shape[1]), 2)
         else:
             of_unit = np.linalg.norm(forces, axis=(2, 3))  # (force, speed)
             shown = forces * (larger[:, forced].T / np.where(of_unit > 0, of_unit, np.inf))[..., None, None]
+            own = forced
         errors = modes[:, None, :, None, None] * shown[None]
         found.append(inexactness * errors.reshape(-1, *change.shape))
-    return np.concatenate(found) if found else np.zeros((0, 0, 0, 0))
+        at.append(np.tile(own, len(modes)))
+    return (np.concatenate(found), np.concatenate(at)) if found else (np.zeros((0, 0, 0, 0)), np.zeros(0, int))
 
 
-def over_speeds(speed: np.ndarray, shares: tuple) -> np.ndarray:
+def over_speeds(speed: np.ndarray, shares: tuple, length: float = LENGTH) -> np.ndarray:
     """Functions (mode, speed) whose sum, each with an independent amplitude of unit variance, is such a process.
 
     That of the real and of the imaginary part, each of half the variance.
     """
-    distance = np.subtract.outer(np.log(speed), np.log(speed)) / LENGTH
+    distance = np.subtract.outer(np.log(speed), np.log(speed)) / length
     constant, slow, free = shares
     covariance = constant + slow * np.exp(-0.5 * distance**2) + free * np.eye(len(speed))
     size, modes = np.linalg.eigh(covariance / 2)
@@ -176,29 +199,35 @@ def largest_errors(spectrum: Spectrum, change: np.ndarray, largest: float) -> np
 
     spectrum : without such an error;  change : (speed, harmonic, sensor), m
     """
-    return _columns(spectrum, [Change(change)], SHARES[1], largest)
+    return _columns(spectrum, [Change(change)], SHARES[1], largest)[0]
 
 
 def _columns(spectrum, changes, shares, largest):
-    """Columns (component, error) of errors of form, whitened, that change anything."""
-    errors = largest * form_errors(spectrum.speed, changes, shares)
-    columns = spectrum.whitened(errors).T if len(errors) else np.zeros((spectrum.data_count, 0))
-    return columns[:, np.linalg.norm(columns, axis=0) > LEAST]
+    """Columns (component, error) of errors of form, whitened, that change anything, and the order (error,) of each."""
+    errors, at = form_errors(spectrum.speed, changes, shares)
+    if not len(errors):
+        return np.zeros((spectrum.data_count, 0)), np.zeros(0, int)
+    columns = spectrum.whitened(largest * errors).T
+    seen = np.linalg.norm(columns, axis=0) > LEAST
+    return columns[:, seen], np.abs(spectrum.harmonics)[at][seen]
 
 
 class FormError(NamedTuple):
     """An error of the form of the causes of an explanation, the most probable one.
 
-    shares, scale : of `SHARES` and `SCALES`;  columns : (component, error) what it changes, whitened
-    mean_std : expected standard deviation, relative
-    more     : logarithm of the mean evidence over all shares and scales, less that of these
+    shares  : of `SHARES`;  columns : (component, error) what it changes, whitened
+    std     : (harmonic,) its standard deviation, relative to what the causes change
+    mean_std : root mean square of that over what they change
+    more    : logarithm of the mean evidence over all shares and scales, less that of these
+    reached : log evidence with it at the best values of the linearised fit
     """
 
     shares: tuple[float, float, float]
-    scale: float
     columns: np.ndarray
+    std: np.ndarray
     mean_std: float
     more: float
+    reached: float
 
     def evidence(self, off: np.ndarray, jacobian: np.ndarray, known: np.ndarray) -> float:
         """Log evidence of a fit with this error; arguments as for `most_probable_form`."""
@@ -213,9 +242,20 @@ class FormError(NamedTuple):
 
 
 def most_probable_form(
-    spectrum: Spectrum, changes: list[Change], off: np.ndarray, jacobian: np.ndarray, known: np.ndarray, largest: float
+    spectrum: Spectrum,
+    changes: list[Change],
+    off: np.ndarray,
+    jacobian: np.ndarray,
+    known: np.ndarray,
+    largest: float,
+    by_order: bool = True,
 ) -> FormError:
     """The most probable error of form at the values of a fit, linearised.
+
+    Each order of the spin speed has a scale of its own, as a law may be exact at one and far off at another (automatic
+    relevance determination: D. J. C. MacKay, ASHRAE Trans. 100 (1994) 1053-1062). The shares are the most probable ones
+    with one scale for all orders; the mean over the scales is taken about the most probable ones, that of one order at
+    a time.
 
     Parameters
     ----------
@@ -229,6 +269,9 @@ def most_probable_form(
         Whitener of the prior.
     largest : float
         Standard deviation of the error of scale 1.
+    by_order : bool
+        Otherwise all orders have one scale: far from the best values, an order of its own would be off by any size, and
+        its data would be lost to the fit.
 
     Returns
     -------
@@ -238,16 +281,60 @@ def most_probable_form(
     data, rest = np.column_stack([off[:count], jacobian]), np.column_stack([off[count:], known])
     gram, prior, found = data.T @ data + rest.T @ rest, 2 * np.linalg.slogdet(known)[1], []
     for shares in SHARES if changes else SHARES[:1]:
-        columns = _columns(spectrum, changes, shares, largest)
+        columns, order = _columns(spectrum, changes, shares, largest)
         along, variance = _principal(columns)
-        turned = along.T @ data
-        found += [(_evidence(gram, turned, x**2 * variance, prior), shares, x, x * columns) for x in SCALES]
-    evidence = np.array([one[0] for one in found])
-    best = found[int(np.argmax(evidence))]
-    weights = np.exp(evidence - evidence.max())
-    mean = weights @ [one[2] for one in found] / weights.sum()
+        turned = (along * np.sqrt(variance)).T @ data
+        found.append((_by_scale(gram, turned, variance, -prior), shares, columns, order))
+    whole = np.array([np.logaddexp.reduce(one[0]) for one in found])
+    alike, shares, columns, order = found[int(np.argmax(whole))]
+    scale, more = np.full(len(order), SCALES[int(np.argmax(alike))]), np.log(np.mean(np.exp(whole - whole.max())))
+    best, products = alike.max(), columns.T @ np.column_stack([data, columns])
+    for sweep in range(SWEEPS if by_order else 0):
+        for n in np.unique(order):
+            each = _of_one_order(gram, products, order == n, scale, prior)
+            scale[order == n] = SCALES[int(np.argmax(each))]
+            more += np.log(np.mean(np.exp(each - each.max()))) if sweep == SWEEPS - 1 else 0.0
+            best = each.max()
     inexact = largest * max((one.inexactness for one in changes), default=0.0)
-    return FormError(*best[1:], float(mean * inexact), float(np.log(weights.mean())))
+    of_order = dict(zip(order, scale, strict=True))
+    std = inexact * np.array([of_order.get(abs(n), 0.0) for n in spectrum.harmonics])
+    size = sum((np.abs(one.change) ** 2).sum(axis=(0, 2)) for one in changes) if changes else np.zeros(len(std))
+    mean = np.sqrt(size @ std**2 / size.sum()) if np.any(size) else 0.0
+    return FormError(shares, columns * scale, std, float(mean), float(more), float(best + more))
+
+
+def _of_one_order(gram, products, own, scale, prior):
+    """Log evidence (scale,) with the errors of one order on each of `SCALES`, the others on theirs.
+
+    products : (error, residual and derivatives, then errors);  own : (error,) whether it is of that order
+    """
+    others, count = ~own & (scale > 0), len(gram)
+    of_data, of_errors = products[:, :count], products[:, count:]
+    size = scale[others, None]
+    within = np.eye(len(size)) + size * of_errors[np.ix_(others, others)] * size.T
+    both = np.hstack([size * of_data[others], size * of_errors[np.ix_(others, own)]])
+    less = both.T @ np.linalg.solve(within, both)
+    variance, along = np.linalg.eigh(of_errors[np.ix_(own, own)] - less[count:, count:])
+    turned = along.T @ (of_data[own] - less[count:, :count])
+    narrowed = np.linalg.slogdet(within)[1] - prior
+    return _by_scale(gram - less[:count, :count], turned, np.maximum(variance, 0.0), narrowed)
+
+
+def _by_scale(gram, turned, variance, narrowed):
+    """Log evidence (scale,) of linearised data with errors in common on each of `SCALES`.
+
+    gram     : products of residual and derivatives, with those of the prior
+    turned   : (error, ...) products of the errors with these;  variance : (error,) of the errors, which are orthogonal
+    narrowed : log determinant of the covariance of other errors, less that of the precision of the prior
+    """
+    every = SCALES[:, None] ** 2 * variance
+    less = turned.T @ ((SCALES[:, None] ** 2 / (1 + every))[..., None] * turned)
+    products = gram - less
+    size = np.sqrt(np.diagonal(products, axis1=1, axis2=2)[:, 1:])
+    normal, right = products[:, 1:, 1:] / (size[:, :, None] * size[:, None]), products[:, 1:, :1] / size[..., None]
+    gain = np.sum(right * np.linalg.solve(normal, right), axis=(1, 2))
+    narrowed = narrowed + np.log1p(every).sum(axis=1) + np.linalg.slogdet(normal)[1] + 2 * np.log(size).sum(axis=1)
+    return -0.5 * (products[:, 0, 0] - gain + narrowed)
 
 
 def _principal(columns):
@@ -259,17 +346,3 @@ def _principal(columns):
         along = columns @ (along / np.sqrt(np.maximum(variance, np.finfo(float).tiny)))
     kept = variance > ROUND_OFF * variance.max(initial=0.0)
     return along[:, kept], variance[kept]
-
-
-def _evidence(gram, turned, variance, prior):
-    """Log evidence of linearised data with errors in common.
-
-    gram   : products of residual and derivatives, with those of the prior;  turned : both along the errors
-    prior  : log determinant of the precision of the prior
-    """
-    less = gram - turned.T @ (turned * (variance / (1 + variance))[:, None])
-    size = np.sqrt(np.diag(less)[1:])
-    normal, right = less[1:, 1:] / np.outer(size, size), less[1:, 0] / size
-    gain = right @ np.linalg.solve(normal, right)
-    narrowed = np.linalg.slogdet(normal)[1] + 2 * np.log(size).sum() - prior
-    return -0.5 * (less[0, 0] - gain + narrowed + np.log1p(variance).sum())

@@ -16,9 +16,9 @@ from rotorstudy.inference.prior import Prior
 from rotorstudy.response.neighbourhood import carried_motion
 
 HOPELESS = 300.0  # log odds below the best, from which a further round does not lead to it
-SETTLED = 0.25  # change of the log odds by another round of a fit with the error of form that it has found
+SETTLED = 0.25  # log odds that another round of a fit, with the error of form that it has found, must promise
 ROUNDS = 4  # of these
-ROUND = replace(HYPOTHESIS, steps=15)  # after which it is decided whether another one is worth it
+ROUND = replace(HYPOTHESIS, steps=15, gain_relative=1e-3)  # then it is decided whether another one is worth it
 LONGEST_OF_SHAPE = 0.1  # of the range of an option: the longest step, as columns change with the shape
 LONGEST_OF_FIXED = 2.0  # standard deviations of its prior: the same of an amplitude whose size is known
 FAILURES = 2  # shapes in which a cause cannot act, or the rotor has no steady motion, after which a fit ends
@@ -79,11 +79,11 @@ class _Parameters:
         whole[model.position(self.prior.names)] = amplitudes
         return carried_motion(model, near.speed, near.harmonics, whole, order=near.order)
 
-    def form(self, work, theta, linearised):
+    def form(self, work, theta, linearised, by_order=True):
         """The most probable FormError at the values of a fit; linearised : what the method of that name returns."""
         values, largest = dict(zip(self.prior.names, theta, strict=False)), work.settings.form_error
         changes = changes_of(self.causes, values, self.motion(work, theta), work.local_forces, largest)
-        return most_probable_form(work.spectrum, changes, *linearised, largest)
+        return most_probable_form(work.spectrum, changes, *linearised, largest, by_order)
 
     def linearised(self, work, theta, response):
         """Residual and distance from the prior, Jacobian and whitener of the prior, without an error of form."""
@@ -114,8 +114,8 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
         return known[key]
 
     best_so_far = max(map(odds_of, work.explanations))
-    form = parameters.form(work, theta, parameters.linearised(work, theta, response(theta)))
-    for _ in range(ROUNDS):
+    form = parameters.form(work, theta, parameters.linearised(work, theta, response(theta)), by_order=False)
+    for number in range(ROUNDS):
         spectrum = work.spectrum.with_shared_error(form.columns)
 
         def predict(trials, spectrum=spectrum):
@@ -134,16 +134,16 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
             longest=parameters.longest,
             convergence=ROUND,
         )
-        theta, before, fitted_with = found.theta[0], best, form
+        theta, fitted_with = found.theta[0], form
         linearised = parameters.linearised(work, theta, response(theta))
         form, converged = parameters.form(work, theta, linearised), bool(found.converged[0])
         tried = [
             _explanation(work, parameters, theta, response(theta), one, one.evidence(*linearised), converged)
-            for one in (fitted_with, form)
+            for one in ((fitted_with, form) if number else (form,))  # the first one is for the fit alone
         ]
-        best = max([*tried, *([before] if before else [])], key=odds_of)
-        gain = odds_of(best) - odds_of(before) if before else np.inf
-        if odds_of(best) + min(gain, HOPELESS) < best_so_far - HOPELESS or gain < SETTLED:
+        best = max([*tried, *([best] if best else [])], key=odds_of)
+        promised = form.reached - max(one.fit.evidence for one in tried)
+        if promised < SETTLED or odds_of(best) + promised < best_so_far - HOPELESS:
             break
     return best
 

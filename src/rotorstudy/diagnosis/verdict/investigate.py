@@ -214,7 +214,7 @@ def _against_held_out(found, chain, tested, held):
     expected = None
     if held is not None:
         missing = held.amplitude - predicted(found.base.model, held, found.base.theta)
-        expected = with_cause_error(held, missing, found.form_error)
+        expected = with_cause_error(held, missing, found.form_error_by_harmonic)
     if tested and not (chain or found.stopped):
         chain = chain_hypothesis(found, found.base, tested)
     return replace(found, upheld=chain is None and is_upheld(found, expected)), chain, expected

@@ -165,7 +165,7 @@ def further_run(
     spectrum, (of_base, *each) = spectrum.at_speeds(steady), shown[:, steady]
     mean = np.tensordot(weights, each, 1)
     spectrum = with_model_error(spectrum.with_amplitude(spectrum.shown(mean)), found.settings)
-    return with_cause_error(spectrum, mean - of_base, found.form_error), spectrum.shown(np.array(each))
+    return with_cause_error(spectrum, mean - of_base, found.form_error_by_harmonic), spectrum.shown(np.array(each))
 
 
 def _predicted_where_steady(fitted, spectrum):
