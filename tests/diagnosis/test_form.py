@@ -73,7 +73,7 @@ def test_what_a_form_explains_is_not_evidence_against_a_cause():
     assert 0.005 < form.mean_std < 0.05
     # negative controls: what no form explains stays evidence against it; no residual needs no error
     assert evidence(scattered, 0.05)[1] < any_form - 1e3
-    assert not evidence(0 * near, 0.05)[0].std.any()
+    assert evidence(0 * near, 0.05)[0].mean_std < 0.1 * form.mean_std
 
 
 def test_an_order_that_is_far_off_does_not_widen_the_others():
@@ -88,7 +88,7 @@ def test_an_order_that_is_far_off_does_not_widen_the_others():
 
     of_second = change * (HARMONICS == 2)[:, None] * 0.04
     (own, separate), (alike, together) = most_probable(of_second), most_probable(of_second, by_order=False)
-    assert own[HARMONICS == 2] > 0.02 and not own[HARMONICS != 2].any()
+    assert own[HARMONICS == 2] > 0.02 and (own[HARMONICS != 2] < 0.002).all()
     assert separate > together + 50 and (alike > 0).all()  # negative control: one size for all orders
     everywhere, _ = most_probable(0.04 * change)
     assert (everywhere > 0.01).all()

@@ -254,7 +254,7 @@ class Model(Amplitudes):
 
         Raises
         ------
-        RotorstudyError
+        RigError
             If nothing supports the rotor.
         """
         structure = self.structure

@@ -216,7 +216,7 @@ class FormError(NamedTuple):
     """An error of the form of the causes of an explanation, the most probable one.
 
     shares  : of `SHARES`;  columns : (component, error) what it changes, whitened
-    std     : (harmonic,) its standard deviation, relative to what the causes change
+    std     : (harmonic,) its expected standard deviation, relative to what the causes change
     mean_std : root mean square of that over what they change
     more    : logarithm of the mean evidence over all shares and scales, less that of these
     reached : log evidence with it at the best values of the linearised fit
@@ -288,16 +288,17 @@ def most_probable_form(
     whole = np.array([np.logaddexp.reduce(one[0]) for one in found])
     alike, shares, columns, order = found[int(np.argmax(whole))]
     scale, more = np.full(len(order), SCALES[int(np.argmax(alike))]), np.log(np.mean(np.exp(whole - whole.max())))
+    expected = dict.fromkeys(order, scale[0]) if len(order) else {}
     best, products = alike.max(), columns.T @ np.column_stack([data, columns])
     for sweep in range(SWEEPS if by_order else 0):
         for n in np.unique(order):
             each = _of_one_order(gram, products, order == n, scale, prior)
             scale[order == n] = SCALES[int(np.argmax(each))]
-            more += np.log(np.mean(np.exp(each - each.max()))) if sweep == SWEEPS - 1 else 0.0
-            best = each.max()
+            weights, best = np.exp(each - each.max()), each.max()
+            more += np.log(weights.mean()) if sweep == SWEEPS - 1 else 0.0
+            expected[n] = weights @ SCALES / weights.sum()
     inexact = largest * max((one.inexactness for one in changes), default=0.0)
-    of_order = dict(zip(order, scale, strict=True))
-    std = inexact * np.array([of_order.get(abs(n), 0.0) for n in spectrum.harmonics])
+    std = inexact * np.array([expected.get(abs(n), 0.0) for n in spectrum.harmonics])
     size = sum((np.abs(one.change) ** 2).sum(axis=(0, 2)) for one in changes) if changes else np.zeros(len(std))
     mean = np.sqrt(size @ std**2 / size.sum()) if np.any(size) else 0.0
     return FormError(shares, columns * scale, std, float(mean), float(more), float(best + more))
