@@ -46,14 +46,14 @@ class Change(NamedTuple):
     """What a fault changes: (speed, harmonic, sensor), m.
 
     inexactness : largest error of its form, relative to `Settings.form_error`
-    of_motion : whether its force depends on the motion; if not, its error is by a power of the speed
+    steady : whether its error is by a power of the speed
     forces : (force, speed, harmonic, sensor) what free forces at its place show; none where it acts at several places
     forced : (force,) position of the harmonic of each
     """
 
     change: np.ndarray
     inexactness: float = 1.0
-    of_motion: bool = True
+    steady: bool = False
     forces: np.ndarray | None = None
     forced: np.ndarray | None = None
 
@@ -67,7 +67,9 @@ def largest_error(effect: str, parameter: str, usual: float) -> float:
 def changes_of(
     causes: Sequence[Candidate], values: dict, motion: Motion, forces: "LocalForces", largest: float
 ) -> list[Change]:
-    """The Changes of each fault on the rotor: what its forces at a motion show, those that depend on it and others.
+    """The Changes of each fault on the rotor: what its forces at a motion show.
+
+    An error that is larger than usual, of forces that do not depend on the motion, is by a power of the speed.
 
     values  : of the amplitudes, by name
     motion  : with all the causes
@@ -86,7 +88,7 @@ def changes_of(
             if own:
                 inexactness = max(every[u] for u in own)
                 change = forces.near.changes_by_forces([(own, motion)]) @ np.array([values[u.name] for u in own])
-                found.append(Change(change, inexactness, of_motion, *forces.beside(parts)))
+                found.append(Change(change, inexactness, not of_motion and inexactness > 1.0, *forces.beside(parts)))
     return found
 
 
@@ -159,8 +161,8 @@ def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple) -> np.n
         Position of the harmonic of each.
     """
     found, at = [], []
-    for change, inexactness, of_motion, forces, forced in changes:
-        modes = over_speeds(speed, shares) if of_motion else over_speeds(speed, STEADY, STEADY_LENGTH)
+    for change, inexactness, steady, forces, forced in changes:
+        modes = over_speeds(speed, STEADY, STEADY_LENGTH) if steady else over_speeds(speed, shares)
         size = np.linalg.norm(change, axis=-1)  # (speed, harmonic)
         whole = np.linalg.norm(size, axis=-1, keepdims=True)
         larger = np.sqrt(size**2 + (ACROSS * whole) ** 2)
