@@ -19,7 +19,6 @@ from rotorstudy.model.registry import registry
 from rotorstudy.store import as_complex
 
 UNKNOWNS = ("eccentricity[1]_real", "eccentricity[1]_imag", "internal_damping")
-PAIRED = [0, 1, -1, 2, -2, 3, -3, 5, -5]
 
 
 def probes(*names):

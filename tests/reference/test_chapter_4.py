@@ -84,13 +84,6 @@ def test_chapter_5_from_one_speed_names_the_pair():
     assert np.isfinite(solve_linear(*problem.equations(), problem.names)).all()
 
 
-def test_six_parameters_come_back_from_the_steady_state(study):
-    model = study.rig("physical")
-    problem = Problem(model, clean_spectrum(study, model, study.cases[CASE].speeds), tuple(study.unknowns))
-    found = solve_linear(*problem.equations(), problem.names)
-    assert found == pytest.approx(model.theta[model.position(study.unknowns)], rel=1e-9)
-
-
 def test_misprints_of_the_regression_matrix_move_the_estimates_and_the_right_one_does_not(study):
     model = study.rig("physical")
     problem = Problem(model, clean_spectrum(study, model, study.cases[CASE].speeds), tuple(study.unknowns))

@@ -220,16 +220,6 @@ def test_another_seed_gives_other_numbers(built, project, tmp_path):
         xr.testing.assert_equal(other.without_noise, same.without_noise)
 
 
-def test_a_half_written_file_never_has_the_name_of_a_result(built, tmp_path):
-    """The store writes beside and renames: a copy cut in the middle lies under another name."""
-    from rotorstudy.store import atomic
-
-    with pytest.raises(KeyboardInterrupt), atomic(tmp_path / "result.nc") as temporary:
-        temporary.write_bytes((built / SOME_TARGETS[0]).read_bytes()[:1000])
-        raise KeyboardInterrupt
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_misspelt_configuration_key_stops_before_anything_runs(project, some, tmp_path):
     text = changed_study(project, "crack_scales:", "crack_scale:")
     (tmp_path / "study.yaml").write_text(text)
