@@ -48,10 +48,7 @@ def _longer_section(section, longer):
 
 
 def at_housings(structure: Structure, parameters: tuple[Parameter, ...], *, from_ground: bool) -> tuple:
-    """Parameters whose forces between a node and the ground act where the housings are.
-
-    from_ground : whether between the housing and the ground, as of the foundation; else between journal and housing
-    """
+    """Parameters with forces between housing and ground, if `from_ground`, else between journal and housing."""
     seen = np.eye(len(structure.dofs))  # what the force reads as the motion of the node
     for node in structure.housings:
         journal, housing = structure.index(node), structure.index(node, "housing")
@@ -71,10 +68,7 @@ def _moved(matrix, seen):
 
 
 def riding_of(probes: list, bearings: dict, housings: tuple, sensors: tuple, where: str) -> dict:
-    """{node of a probe: node of the housing on which it rides}, from the items of `measurement: probes:`.
-
-    bearings : what a bearing can be called -> its node
-    """
+    """{node of a probe: node of the housing on which it rides}; bearings : what a bearing can be called -> its node"""
     found = {}
     for i, probe in enumerate(probes):
         place, to = f"{where}, measurement.probes[{i}]", probe.get("relative_to")
