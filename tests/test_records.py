@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorstudy import RotorstudyError, full_spectrum, load_rig, measured_response, registry, simulate_records
+from rotorstudy import Record, RotorstudyError, full_spectrum, load_rig, measured_response, registry, simulate_records
 from rotorstudy.measurement import simulated_records
 from rotorstudy.measurement.full_spectra import compensate
 from rotorstudy.measurement.harmonics import white_noise_covariance
 from rotorstudy.measurement.keyphasor import phase_from_keyphasor
-from rotorstudy.measurement.records import Record
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.response import stability
 from rotorstudy.response.series import synthesize

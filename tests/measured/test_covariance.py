@@ -19,9 +19,8 @@ from machine import (
 from scipy.signal import lfilter
 from scipy.stats import chi2
 
-from rotorstudy import measured_response
+from rotorstudy import measured_response, read_measurement
 from rotorstudy.measurement.harmonics import estimate, shrunk_covariance, with_phase_noise
-from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.response.series import rotating_basis
 

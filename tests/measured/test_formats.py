@@ -7,12 +7,11 @@ import xarray as xr
 from machine import HARMONICS, PROBES, SPEEDS, channels, model, records, section, write, write_rig
 from scipy.stats import chi2
 
-from rotorstudy import RotorstudyError, measured_response
+from rotorstudy import RotorstudyError, load_spectrum, measured_response, read_measurement
 from rotorstudy.measurement.conventions import Conventions, Keyphasor, Probe
-from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.measurement.records import records_dataset
 from rotorstudy.measurement.spectrum import components
-from rotorstudy.measurement.spectrum_file import load_spectrum, measurement_dataset
+from rotorstudy.measurement.spectrum_file import measurement_dataset
 from rotorstudy.measurement.tables import last_digit
 from rotorstudy.store import save
 

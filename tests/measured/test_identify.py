@@ -6,9 +6,8 @@ import xarray as xr
 import yaml
 from machine import records, write, write_rig
 
-from rotorstudy import registry
+from rotorstudy import measured_spectrum, registry
 from rotorstudy.commands.line import main
-from rotorstudy.measurement.measurement import measured_spectrum
 
 UNKNOWNS = ["internal_damping", "stiffness_loss_22", "eccentricity[1]"]
 

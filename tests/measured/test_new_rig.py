@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 import yaml
 
-from rotorstudy import RotorstudyError, load_rig, simulate_records
+from rotorstudy import RotorstudyError, load_rig, read_measurement, simulate_records
 from rotorstudy.authoring.new_rig import PLANES, new_rig
 from rotorstudy.commands.line import main
 from rotorstudy.measurement.channel_names import angle_in, plane_in, unit_in
 from rotorstudy.measurement.guess import guess_measurement
-from rotorstudy.measurement.measurement import read_measurement
 
 SPEED = 300.0  # rad/s
 TIME = np.arange(1000) / 2000

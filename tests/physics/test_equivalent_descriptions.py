@@ -10,14 +10,8 @@ import pytest
 from collocation import four_coordinates
 from random_rotor import random_model
 
-from rotorstudy import (
-    Model,
-    harmonic_response,
-    measured_response,
-    measured_response_and_jacobian,
-)
-from rotorstudy.inference.problem import Problem
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy import Model, Problem, Spectrum, harmonic_response, measured_response, measured_response_and_jacobian
+from rotorstudy.measurement.spectrum import independent_covariance
 
 SPEED = 110.0
 SHOWN = np.arange(-5, 6)

@@ -5,12 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rotorstudy import RotorstudyError, build_model, make_term, registry
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import build_model
-from rotorstudy.model.rig_items import make_term
 
 ROOT = Path(__file__).parents[2]
 FREE = {

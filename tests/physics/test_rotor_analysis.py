@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from page_checks import problems
 
-from rotorstudy import build_model, harmonic_response, measured_spectrum, read_rig
+from rotorstudy import RotorstudyError, build_model, harmonic_response, measured_spectrum, read_rig
 from rotorstudy.commands.line import main
-from rotorstudy.errors import RotorstudyError
 from rotorstudy.presentation.rotor_files import analyse_files, measured_vectors
 from rotorstudy.response.resonance import Peak, peaks, required_margin, separation_margin
 from rotorstudy.response.stability import damping_of_effects

@@ -6,8 +6,7 @@ import yaml
 from machines import disc, shaft
 from scipy.linalg import eigvals
 
-from rotorstudy import build_model
-from rotorstudy.errors import RotorstudyError
+from rotorstudy import RotorstudyError, build_model
 from rotorstudy.presentation.rig_check_words import check_words
 from rotorstudy.presentation.rotor_files import analyse_files
 from rotorstudy.presentation.rotor_page import resonances, summary

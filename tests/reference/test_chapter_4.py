@@ -7,11 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rotorstudy import Problem, RotorstudyError, build_model
+from rotorstudy import Problem, RotorstudyError, build_model, full_spectrum, registry
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.linear import solve_linear
-from rotorstudy.measurement.full_spectra import full_spectrum
-from rotorstudy.model.registry import registry
 from rotorstudy.store import as_complex
 from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.studies.config import load_study

@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rotorstudy import Problem, RotorstudyError, build_model
+from rotorstudy import Problem, RotorstudyError, build_model, registry
 from rotorstudy.inference.linear import solve_equations
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
 from rotorstudy.measurement.spectrum import independent_covariance
-from rotorstudy.model.registry import registry
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.studies.config import changed, load_study

@@ -6,9 +6,8 @@ import xarray as xr
 import yaml
 from machines import disc, shaft
 
-from rotorstudy import build_model, eigenvalues, harmonic_response, registry, stability_threshold
+from rotorstudy import build_model, eigenvalues, harmonic_response, make_term, registry, stability_threshold
 from rotorstudy.commands.line import main
-from rotorstudy.model.rig_items import make_term
 from rotorstudy.presentation.bearing_figures import plot_bearing_coefficients
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.studies.bearings import all_bearings, bearing_coefficients

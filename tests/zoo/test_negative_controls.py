@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorstudy import Entry, Parameter, Structure, registry
+from rotorstudy import Entry, Parameter, RotorstudyError, Structure, registry
 from rotorstudy.authoring.invariants import INVARIANTS, outcomes
 from rotorstudy.authoring.invariants.base import BrokenInvariant, claimed, kind_of, numbers_checked, stated
 from rotorstudy.authoring.invariants.depth import depth_keeps_to_its_range
 from rotorstudy.authoring.invariants.spectrum import spectrum_is_exact, spectrum_tolerates_outliers
-from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.entries import planar_entries
 from rotorstudy.model.kinds import Bearing, Crack, CrackDepth, Effect, Estimator, Rotor, SpectrumMethod
 
