@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import disc, shaft
+from machines import OFFSET_DISC, disc, shaft
 
 from rotorstudy import (
     Model,
@@ -21,19 +21,7 @@ MASS, STIFFNESS = 2.0, 7.6e5
 NATURAL = np.sqrt(STIFFNESS / MASS)
 SPEEDS = np.array([60.0, 150.0, 250.0, 340.0])
 PLAIN = build_model({"rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS}}).structure
-TILTING = build_model(
-    {
-        "rotor": {
-            "kind": "offset_disc",
-            "mass_kg": MASS,
-            "polar_moment_kg_m2": 0.0048,
-            "diametral_moment_kg_m2": 0.0024,
-            "a_m": 0.2,
-            "b_m": 0.16,
-            "diameter_m": 0.015,
-        }
-    }
-).structure
+TILTING = build_model({"rotor": OFFSET_DISC}).structure
 SHAFT = build_model({"rotor": shaft(0.6, 60, disc(21), theory="euler_bernoulli", pinned_nodes=[1, 61])}).structure
 SHAKEN = (
     {"kind": "unbalance", "eccentricity_m": 1e-5, "eccentricity_phase_rad": 0.4},
