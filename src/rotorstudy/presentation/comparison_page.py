@@ -46,8 +46,9 @@ def write_advice(ranked, use_if, csv, html, index=None):
             "The first choice for each fault of a record, and where you do not know. The error is that of the "
             "parameters on all rotors, over the Cramér-Rao bound: the least error that the noise allows.",
             "Choices are the spectrum methods with the smallest error in their worst rotor and noise level, at most "
-            f"three, each with the estimator to use and those whose error is within {100 * (AS_GOOD - 1):.0f} % of it. Pairs that "
-            f"fail in more than {100 * SELDOM:.0f} % of the trials are left out.",
+            "three, each with the estimator to use and those whose error is within "
+            f"{100 * (AS_GOOD - 1):.0f} % of it. Pairs that fail in more than {100 * SELDOM:.0f} % of the trials are "
+            "left out.",
             f"Intervals are valid if in every cell between {100 * VALID[0]:.0f} and {100 * VALID[1]:.0f} % of the "
             "stated 95 % intervals hold the truth.",
             "advice.csv also has coverage, failures and times, ranking.csv every pair on every rotor.",
