@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import disc, shaft
+from machines import disc, shaft, spectrum_of
 from scipy.integrate import solve_ivp
 
 from rotorstudy import (
@@ -12,7 +12,6 @@ from rotorstudy import (
     NonlinearForce,
     Problem,
     RotorstudyError,
-    Spectrum,
     build_model,
     harmonic_response,
     measured_response,
@@ -24,7 +23,6 @@ from rotorstudy.authoring.invariants.base import BrokenInvariant
 from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
 from rotorstudy.authoring.invariants.effect import check_steady_state
 from rotorstudy.errors import PluginError
-from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.response.alternating import affine_error, nonlinear_columns
 from rotorstudy.response.coupling import COUPLED_ORDER
 from rotorstudy.response.stability import check_stable, eigenvalues
@@ -186,8 +184,7 @@ def test_derivatives_are_those_of_the_response(effect):
 @pytest.mark.parametrize("effect", [RUB, LOOSE, CUBIC], ids=lambda e: e["kind"])
 def test_it_is_identified_from_the_linear_start(effect):
     true, speeds = rotor(effect, PRELOAD), np.array([420.0, 450.0, 480.0])
-    shown = measured_response(true, speeds, EVERY)
-    spectrum = Spectrum(shown, speeds, EVERY, (1,), independent_covariance(np.full(shown.shape, 1e-18)))
+    spectrum = spectrum_of(true, speeds, EVERY, 1e-9)
     name = true.names[-3]
     sought = rotor({key: value for key, value in effect.items() if "stiffness" not in key or key == "kind"}, PRELOAD)
     problem = Problem(sought, spectrum, (name, "eccentricity_real", "eccentricity_imag"))
