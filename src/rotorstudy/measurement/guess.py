@@ -93,7 +93,7 @@ def _of_signals(columns, section, said, nodes):
     else:
         unit = "ms" if unit_in(time.name, time.unit) == "ms" else "s"
         section |= {"time_channel": time.name} | ({"time_unit": "ms"} if unit == "ms" else {})
-        step = float(np.median(np.diff(time.values))) * (1e-3 if unit == "ms" else 1.0)
+        step = float(np.mean(np.diff(time.values))) * (1e-3 if unit == "ms" else 1.0)  # times may be rounded
         said.append(f"time: '{time.name}' in {unit}, {1 / step:.6g} samples per second")
     speed = _take(left, lambda c: SPEED.search(c.name))
     if speed is not None:
