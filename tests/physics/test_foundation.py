@@ -18,6 +18,7 @@ from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.fit import chi_square_p_value, fit
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
 
@@ -163,6 +164,18 @@ def test_a_measured_foundation_moves_as_the_block_that_it_was_measured_on(compre
     assert np.abs(found - true).max() < 1e-3 * np.abs(true).max()
     with pytest.raises(RotorstudyError, match="no response at 4y"):
         build_model(rig | {"foundation": [dict(wrong, axes={})]})
+
+
+def test_a_changed_foundation_is_one_built_otherwise():
+    model = build_model(RIG | {"foundation": PEDESTALS})
+    change = {"kind": "foundation_change", "node": 1, "change_of_bearing_stiffness_xx": -0.3,
+              "change_of_bearing_stiffness_yy": 0.2}  # fmt: skip
+    changed = model.plus(make_term("effect", change, model.structure, model.sensors))
+    other = {"bearing_stiffness_xx_N_per_m": 0.7 * 8e6, "bearing_stiffness_yy_N_per_m": 1.2 * 5e6}
+    built = build_model(RIG | {"foundation": [PEDESTALS[0] | other, PEDESTALS[1]]})
+    found, true = (measured_response(one, SPEEDS, [1, -1]) for one in (changed, built))
+    assert np.abs(found - true).max() < 1e-12 * np.abs(true).max()
+    assert np.abs(measured_response(model, SPEEDS, [1, -1]) - true).max() > 0.01 * np.abs(true).max()
 
 
 def test_a_rotor_on_a_soft_foundation_has_its_frequencies():
