@@ -38,6 +38,7 @@ from rotorstudy.diagnosis.verdict.next_run import next_runs
 from rotorstudy.diagnosis.verdict.over_its_forms import over_its_forms
 from rotorstudy.diagnosis.verdict.result import LIKELY_OUTSIDE, OnePlace, PValues, Verdict
 from rotorstudy.diagnosis.verdict.resultant import resultant_of
+from rotorstudy.diagnosis.verdict.wide_ranges import wide_ranges
 from rotorstudy.diagnosis.verdict.within_uncertainty import within_uncertainty
 from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.diagnosis.verdict.wrong_convention import (
@@ -174,6 +175,13 @@ def _judged(found, chain, expected, measured, held, settings, findings):
         findings = [*findings, *far_from_the_rig(found, moved, labels)]
     else:
         findings = [*findings, *within_uncertainty(found)]
+    if (
+        kind == "unknown"
+        and not found.stopped
+        and model.before is None
+        and (said := wide_ranges(model, fitted, settings))
+    ):
+        findings = [*findings, Finding("note", "free parts of the rig", "records and rig", said)]
     findings = [*findings, *unstable_rig(found.unstable, best.fit, fitted.speed), *stopped_early(found)]
     findings += formed.findings if formed else []
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
