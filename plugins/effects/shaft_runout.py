@@ -15,6 +15,7 @@ def shaft_runout(sensors, structure, highest: int = 1):
             is_complex=True,
         )
         for node in sensors
+        if node not in structure.casings
         for order in range(1, highest + 1)
         for harmonic in (order, -order)
     ]

@@ -22,6 +22,7 @@ _HOME = {
     "measurement.harmonics": "circular_covariance fit_basis noise_power shared_error_covariance spectral_lines "
     "white_noise_covariance",
     "measurement.keyphasor": "shaft_angle",
+    "measurement.receptances": "receptances_in",
     "inference.estimate": "Estimate linear_estimate",
     "inference.linear": "by_speed in_chunks invert noise_in_equations solve_equations solve_full_rank solve_linear "
     "solve_truncated solve_weighted undetermined whitened",

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "mil": 2.54e-5}
+DERIVATIVES = {"m/s": (1, 1.0), "mm/s": (1, 1e-3), "in/s": (1, 25.4e-3), "m/s2": (2, 1.0), "g": (2, 9.80665)}
 RAD_PER_S = {"rad/s": 1.0, "Hz": 2 * np.pi, "rpm": np.pi / 30}
 SECONDS = {"s": 1.0, "ms": 1e-3}
 SHOWN = {"rad": ("°", 180 / np.pi), "s": ("ms", 1e3), "1": ("", 1.0)}

@@ -66,5 +66,5 @@ def test_the_stiffness_loss_is_found_again_by_the_name_of_the_new_crack(followed
 
 def test_the_new_effect_is_found_again(followed):
     _, said = followed
-    value, std = map(float, re.search(r"steam_stiffness +(\S+) ± (\S+)", said).groups())
-    assert abs(value - 5e3) < 4 * std < 5e3
+    value, std = map(float, re.search(r"drag +(\S+) ± (\S+)", said).groups())
+    assert abs(value - 20) < 4 * std < 20

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
-from machines import disc, shaft
+import pyuff
+import yaml
+from machines import disc, errors_of_derivatives, shaft, spectrum_of
 from named_machines import plant
 
-from rotorstudy import build_model, harmonic_response, measured_response
+from rotorstudy import build_model, harmonic_response, load_rig, measured_response
 from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.places import places_of
@@ -14,7 +16,9 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.fit import chi_square_p_value, fit
+from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
 
@@ -62,13 +66,116 @@ def test_probes_on_a_housing_show_the_motion_against_it():
     journal, housing = (absolute.structure.index(1, what) for what in ("translation", "housing"))
     against = np.stack([motion[..., journal] - motion[..., housing], motion[..., absolute.structure.index(3)]], axis=-1)
     assert np.abs(shown - against).max() < 1e-12 * np.abs(motion).max()
-    jacobian = measured_response_and_jacobian(relative, SPEEDS, [1]).jacobian
-    step = 1e-6 * relative.theta
-    for p in range(6):
-        both = [measured_response(relative, SPEEDS, [1], relative.theta + sign * step * (np.arange(len(step)) == p))
-                for sign in (1, -1)]  # fmt: skip
-        slope = (both[0] - both[1]) / (2 * step[p])
-        assert np.abs(jacobian[..., p] - slope).max() < 1e-6 * np.abs(slope).max()
+    assert errors_of_derivatives(relative, SPEEDS, [1], 1e-6 * relative.theta[:6]).max() < 1e-6
+
+
+def on_casing(node=101, bearing="DE", **changes):
+    """A velocity transducer on the housing of a bearing, beside the probe that rides on it."""
+    probes = riding("bearing DE")["measurement"]["probes"]
+    casing = {"channel": "v", "node": node, "angle_deg": 0, "unit": "mm/s", "on": bearing, **changes}
+    return {"foundation": PEDESTALS, "sensors": [1, node], "measurement": {"probes": [*probes, casing]}}
+
+
+def test_a_transducer_on_a_housing_shows_its_motion():
+    model = build_model(RIG | on_casing())
+    motion, shown = harmonic_response(model, SPEEDS, [1]), measured_response(model, SPEEDS, [1])
+    housing = motion[..., model.structure.index(1, "housing")]
+    assert np.abs(shown[..., 1] - housing).max() < 1e-12 * np.abs(motion).max()
+    assert model.structure.index(101) == model.structure.index(1, "housing") and 101 not in model.structure.nodes
+    assert {c.where["node"] for c in candidates(model, Settings())[0] if c.effect == "runout"} == {1}
+
+
+def test_velocities_and_accelerations_of_casings_are_read_as_displacements(tmp_path):
+    """Of cosines whose derivatives are written out, with offsets; the record ends within a sample of a revolution."""
+    speed, time = 200.0, np.arange(4000) / 4000
+    x = 20e-6 * np.cos(speed * time + 0.3) + 4e-6 * np.cos(2 * speed * time - 1.0)
+    velocity = -speed * (20e-6 * np.sin(speed * time + 0.3) + 8e-6 * np.sin(2 * speed * time - 1.0))
+    acceleration = -(speed**2) * (20e-6 * np.cos(speed * time + 0.3) + 16e-6 * np.cos(2 * speed * time - 1.0))
+    key = np.exp(-0.5 * (np.angle(np.exp(1j * speed * time)) / 0.1) ** 2)
+    rows = np.column_stack([time, 1e3 * (velocity + 1e-3), (acceleration + 0.1) / 9.80665, 1e6 * x, key])
+    np.savetxt(tmp_path / "r.csv", rows, delimiter=",", header="time,v,a,d,key", comments="")
+    probes = [
+        {"channel": "v", "node": 101, "angle_deg": 0, "unit": "mm/s", "on": "DE"},
+        {"channel": "a", "node": 105, "angle_deg": 0, "unit": "g", "on": "bearing NDE"},
+        {"channel": "d", "node": 1, "angle_deg": 0, "unit": "um", "relative_to": "DE"},
+    ]
+    measurement = {"probes": probes, "keyphasor": {"channel": "key"}, "harmonics": [1, -1, 2, -2, 0]}
+    rig = RIG | {"foundation": PEDESTALS, "measurement": measurement}
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig))
+    spectrum, model, _ = measured_spectrum([tmp_path / "r.csv"], tmp_path / "rig.yaml")
+    assert spectrum.sensors == model.sensors == (1, 101, 105)
+    shown = spectrum.amplitude[0]
+    assert np.abs(shown[0, 0] / 10e-6 - np.exp(0.3j)) < 1e-3
+    assert np.abs(shown[:4, 1:] - shown[:4, :1]).max() < 1e-3 * 10e-6
+    assert spectrum.covariance[0, 1:, 4, 4].min() > 1e-9 > spectrum.covariance[0, 0, 4, 4]  # of the mean
+
+
+def write_uff(path, rows, frequency):
+    """Mobilities of a CSV table as accelerances in data sets 58, forces at all nodes against their axis."""
+    responses = {}
+    for _, response, force, real, imaginary in (row.split(",") for row in rows):
+        responses.setdefault((response, force), []).append(float(real) + 1j * float(imaginary))
+    for (response, force), values in responses.items():
+        codes = [(int(point[:-1]), 1 + "xyz".index(point[-1])) for point in (response, force)]
+        data = -1j * frequency * np.array(values)
+        ends = dict(
+            zip(("rsp_node", "rsp_dir", "ref_node", "ref_dir"), (*codes[0], codes[1][0], -codes[1][1]), strict=True)
+        )
+        kind = {"func_type": 4, "abscissa_spacing": 0, "binary": 0, "ordinate_spec_data_type": 12}
+        numbers = dict.fromkeys(pyuff.prepare_58(func_type=4, return_full_dict=True), 0)
+        texts = {name: "NONE" for name in numbers if name.startswith("id") or name.endswith(("name", "label"))}
+        one = {**numbers, **texts, "type": 58, "data": data, "x": frequency / (2 * np.pi), **kind, **ends}
+        pyuff.UFF(str(path)).write_sets(one, "add")
+
+
+def test_a_measured_foundation_moves_as_the_block_that_it_was_measured_on(compressor, tmp_path):
+    """Receptances of the block, by its equations written out: motion at the feet over force there."""
+    _, foundation, rig = compressor
+    frequency = np.linspace(2.0, 120.0, 600)
+    w, model = 2 * np.pi * frequency, build_model(rig)
+    rows = ["frequency_Hz,response,force,real,imaginary"]
+    places = [model.structure.node_positions[node] for node in (4, 10)]
+    for axis, k, c in zip("xy", foundation.stiffness, foundation.damping, strict=True):
+        arms = [np.array([1.0, foot - foundation.centre]) for foot in foundation.feet]
+        feet = sum(np.outer(arm, arm) for arm in arms)
+        inertia = foundation.mass * np.diag([1.0, foundation.radius_of_gyration**2])
+        stiffness = (k + 1j * w * c)[:, None, None] * feet - (w**2)[:, None, None] * inertia
+        at = np.array([[1.0, place - foundation.centre] for place in places])
+        shown = (1j * w)[:, None, None] * (at @ np.linalg.inv(stiffness) @ at.T)  # a mobility
+        rows += [
+            f"{f:.6f},{(4, 10)[i]}{name},{(4, 10)[j]}{name},{h[i, j].real:.9e},{h[i, j].imag:.9e}"
+            for f, h in zip(frequency, shown, strict=True) for i, j in ((0, 0), (0, 1), (1, 1))
+            for name in [{"x": "z", "y": "x"}[axis]]
+        ]  # fmt: skip
+    (tmp_path / "frame.csv").write_text("\n".join(rows))
+    measured = {"kind": "foundation_receptance", "node": 4, "other_nodes": [10], "label": "frame", "file": "frame.csv",
+                "quantity": "mobility", "axes": {"x": "-z", "y": "x"}}  # fmt: skip
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig | {"foundation": [measured]}))
+    found = measured_response(load_rig(tmp_path / "rig.yaml"), SPEEDS, [1, -1])
+    true = measured_response(model, SPEEDS, [1, -1])
+    assert np.abs(found - true).max() < 1e-3 * np.abs(true).max()  # lines of 0.2 Hz, linear between them
+    wrong = dict(measured, file=str(tmp_path / "frame.csv"), axes={"x": "x", "y": "z"})
+    other = measured_response(build_model(rig | {"foundation": [wrong]}), SPEEDS, [1, -1])
+    assert np.abs(other - true).max() > 0.05 * np.abs(true).max()  # negative control
+    write_uff(tmp_path / "frame.uff", rows[1:], w)
+    in_uff = {"kind": "foundation_receptance", "node": 4, "other_nodes": [10], "axes": {"x": "z", "y": "-x"}}
+    in_uff["file"] = str(tmp_path / "frame.uff")
+    found = measured_response(build_model(rig | {"foundation": [in_uff]}), SPEEDS, [1, -1])
+    assert np.abs(found - true).max() < 1e-3 * np.abs(true).max()
+    with pytest.raises(RotorstudyError, match="no response at 4y"):
+        build_model(rig | {"foundation": [dict(wrong, axes={})]})
+
+
+def test_a_changed_foundation_is_one_built_otherwise():
+    model = build_model(RIG | {"foundation": PEDESTALS})
+    change = {"kind": "foundation_change", "node": 1, "change_of_bearing_stiffness_xx": -0.3,
+              "change_of_bearing_stiffness_yy": 0.2}  # fmt: skip
+    changed = model.plus(make_term("effect", change, model.structure, model.sensors))
+    other = {"bearing_stiffness_xx_N_per_m": 0.7 * 8e6, "bearing_stiffness_yy_N_per_m": 1.2 * 5e6}
+    built = build_model(RIG | {"foundation": [PEDESTALS[0] | other, PEDESTALS[1]]})
+    found, true = (measured_response(one, SPEEDS, [1, -1]) for one in (changed, built))
+    assert np.abs(found - true).max() < 1e-12 * np.abs(true).max()
+    assert np.abs(measured_response(model, SPEEDS, [1, -1]) - true).max() > 0.01 * np.abs(true).max()
 
 
 def test_a_rotor_on_a_soft_foundation_has_its_frequencies():
@@ -90,6 +197,8 @@ def test_a_rotor_on_a_soft_foundation_has_its_frequencies():
         ({"foundation": [PEDESTALS[0] | {"node": 3}]}, "node of a bearing"),
         ({"foundation": PEDESTALS, **riding("XX")}, "by its label or node"),
         (riding("DE"), "must be a bearing on the foundation"),
+        (on_casing(node=3), "no node of the rotor"),
+        (on_casing(bearing="XX"), "by its label or node"),
         ({"foundation": [{"kind": "foundation_block", "node": 1, "second_node": 1}]}, "another bearing"),
     ],
 )
@@ -189,10 +298,8 @@ def test_a_cracked_rotor_on_a_foundation_has_a_stability():
 
 def test_equations_of_motion_are_not_solved_for_relative_motion():
     model = build_model(RIG | {"foundation": PEDESTALS, "sensors": [1, 3]} | riding("DE"))
-    shown = measured_response(model, SPEEDS, [1, -1])
-    data = Spectrum(shown, SPEEDS, np.array([1, -1]), (1, 3), independent_covariance(np.full(shown.shape, 1e-16)))
     with pytest.raises(RotorstudyError, match="relative to a bearing"):
-        regression(model, data, ["bearing_damping[DE]"])
+        regression(model, spectrum_of(model, SPEEDS, [1, -1], 1e-8), ["bearing_damping[DE]"])
 
 
 def test_a_fit_that_runs_away_finds_the_foundation_gradually(compressor):

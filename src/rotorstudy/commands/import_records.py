@@ -39,7 +39,7 @@ def run(given):
     measurement, names = read_measurement(given.records, rig), ", ".join(Path(path).name for path in given.records)
     _, repeats = averaged(measurement.spectrum, names) if measurement.spectrum else (None, [])  # for what it finds
     shown = replace(measurement, findings=worst_first([*measurement.findings, *repeats]))
-    write_page(shown, page, f"Quality of {names}")
+    write_page(shown, page, f"Quality of {names if len(given.records) <= 3 else f'{len(given.records)} records'}")
     for finding in shown.findings:
         print(finding, file=sys.stderr)
     if measurement.errors:

@@ -15,7 +15,7 @@ BEYOND = 4  # harmonics carried beyond the highest measured one where a model co
 BEYOND_JUMPS = 10  # where a law jumps: off by 0.2 sigma for a crack of 30 % that opens at once, 1.3 with BEYOND
 
 RECENT, LARGEST = 48, 50_000  # responses kept, and numbers in each with its derivatives
-ACROSS_HARMONICS = 0.1  # of the error of a cause that reaches other harmonics than the one it is of
+LEAK = 0.3  # of what a cause changes at all harmonics: an error of its law by angle or deflection spreads over ten
 
 
 def carried_order(spectrum: Spectrum, model: Model | None = None) -> int:
@@ -25,21 +25,15 @@ def carried_order(spectrum: Spectrum, model: Model | None = None) -> int:
 
 
 def predicted(model: Model, spectrum: Spectrum, theta: np.ndarray) -> np.ndarray:
-    """Predicted displacement at the sensors, at the speeds and harmonics of a spectrum.
+    """Displacement (..., speed, harmonic, sensor), complex, m, where a spectrum has it; NoSteadyState if there is none.
 
-    theta   : (..., parameter) amplitudes in the order of `model.names`
-    returns : (..., speed, harmonic, sensor) complex displacement, m
-    raises  : NoSteadyState
+    theta : (..., parameter) amplitudes in the order of `model.names`
     """
     return measured_response(model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum, model))
 
 
 def misfit(model: Model, spectrum: Spectrum, theta: np.ndarray) -> float:
-    """Weighted sum of squares of what a model leaves of a spectrum.
-
-    theta  : (parameter,) amplitudes in the order of `model.names`
-    raises : NoSteadyState
-    """
+    """Weighted sum of squares of what a model leaves of a spectrum; theta (parameter,) as of `predicted`."""
     off = spectrum.whitened(spectrum.amplitude - predicted(model, spectrum, theta))
     return float(off @ off)
 
@@ -47,14 +41,11 @@ def misfit(model: Model, spectrum: Spectrum, theta: np.ndarray) -> float:
 def whitened_prediction(
     model: Model, spectrum: Spectrum, names: Sequence[str], theta: np.ndarray, order: int | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Prediction and its derivatives, in standard deviations of the spectrum.
+    """Prediction (..., component) and derivatives (..., component, parameter) in standard deviations of the spectrum.
 
-    model   : gives the values of all amplitudes that are not in `names`
-    names   : the free amplitudes
-    theta   : (..., parameter) their values
-    order   : highest harmonic carried where the model couples harmonics; `carried_order` by default
-    returns : (..., component), (..., component, parameter)
-    raises  : RotorstudyError if an amplitude is neither free nor given a value; NoSteadyState
+    names, theta : the free amplitudes, and their values (..., parameter); the model gives those of all others
+    order : highest harmonic carried where the model couples harmonics; `carried_order` by default
+    raises : RotorstudyError if an amplitude is neither free nor given a value; NoSteadyState
     """
     position = model.position(names)
     full = np.broadcast_to(model.stated, (*theta.shape[:-1], len(model.stated))).copy()
@@ -113,9 +104,9 @@ def with_cause_error(spectrum: Spectrum, missing: np.ndarray, share: np.ndarray 
 
     missing : (speed, harmonic, sensor) measured less predicted by the base model, m
     share   : (harmonic,) or float, standard deviation of the error as a fraction of what is missing at the harmonic,
-              and of a tenth of the rms over the harmonics
+              and of `LEAK` of that at all harmonics
     """
     size = np.abs(spectrum.shown(missing))
     whole = np.sqrt(np.sum(size**2, axis=-2, keepdims=True))
     share = np.reshape(share, (-1, 1))
-    return spectrum.with_error(share**2 * (size**2 + (ACROSS_HARMONICS * whole) ** 2) / 2)
+    return spectrum.with_error(share**2 * (size**2 + (LEAK * whole) ** 2) / 2)

@@ -15,6 +15,8 @@ from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses, ste
 from rotorstudy.measurement.records import Record, reference_signal
 from rotorstudy.response.series import rotating_basis
 
+NO_MEAN = 1e-3  # m, standard deviation of the mean displacement where a velocity or an acceleration is measured
+SLOWEST = 0.2  # of the speed: what a velocity or an acceleration shows of slower motion is drift
 WHOLE_REVOLUTION = 0.01  # revolutions by which a record may fall short of a whole number: its marks are not exact
 
 
@@ -57,6 +59,7 @@ def analyse(raw, with_signals=True):
     whole = angle - angle[0] < 2 * np.pi * revolutions - 1e-9
     time, angle, signals = raw.time[whole], angle[whole], raw.displacement[:, whole]
     speed = float(turning.speed(time).mean())
+    signals = integrated(signals, raw.orders, time, speed)
     _fill_in(facts, turning, time, speed, revolutions, len(raw.time) / held, float(np.mean(~np.isfinite(signals))))
     findings += quality.check_drift(facts.speed_drift, where)
     checked, dead = check_channels(raw, whole, angle, harmonics)
@@ -83,6 +86,22 @@ def analyse(raw, with_signals=True):
     reference = reference_signal(speed, harmonics, time + lead)
     record = Record(time + lead, signals, speed, raw.nodes, reference, None, where, marks)
     return Analysed(facts, findings, speed, of_node, record, single)
+
+
+def integrated(signals, orders, time, speed):
+    """Displacements (node, time), m, without their mean and what is slower than SLOWEST, of whole revolutions.
+
+    orders : (node,) of the derivative by time that each of the signals (node, time) is; zeros are left as they are
+    """
+    found = signals.copy()
+    frequency = 2 * np.pi * np.fft.fftfreq(len(time), np.median(np.diff(time)))
+    kept = np.abs(frequency) > SLOWEST * speed
+    for i in np.flatnonzero(orders):
+        there = np.isfinite(signals[i])
+        spectrum = np.fft.fft(np.interp(time, time[there], signals[i, there]) if there.any() else signals[i])
+        spectrum[kept] /= (1j * frequency[kept]) ** orders[i]
+        found[i] = np.where(there, np.fft.ifft(np.where(kept, spectrum, 0)), np.nan)
+    return found
 
 
 def _turning(raw):
@@ -129,13 +148,15 @@ def _harmonics_of_nodes(raw, facts, signals, angle, psi, mark_variance):
     """
     harmonics, of_node, findings = np.array(raw.conventions.harmonics), {}, []
     fits = fit_each(signals, angle, harmonics)
-    for node, signal, direction, fit in zip(raw.nodes, signals, raw.directions, fits, strict=True):
+    for node, signal, direction, fit, order in zip(raw.nodes, signals, raw.directions, fits, raw.orders, strict=True):
         found = estimate(signal, angle, int(facts.revolutions), harmonics, direction, fit)
         amplitude, covariance = found.amplitude, found.covariance
         if psi is None:
             covariance = with_phase_noise(amplitude, covariance, harmonics, mark_variance)
         else:
             (amplitude,), (covariance,) = compensate(amplitude[None], covariance[None], *psi)
+        if order:
+            covariance = covariance + NO_MEAN**2 * np.diag(np.tile(harmonics == 0, 2))
         of_node[node] = amplitude, covariance
         findings += _check_harmonics(amplitude, covariance, found.blocks, harmonics, f"{raw.where}, node {node}")
         facts.nodes[node] = node_facts(amplitude, harmonics, found.noise_std, found.shrinkage, found.lines)

@@ -9,7 +9,7 @@ from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.reading import Reading
 from rotorstudy.response.coupling import check_harmonics
-from rotorstudy.units import METRES, RAD_PER_S
+from rotorstudy.units import DERIVATIVES, METRES, RAD_PER_S
 
 LEAST_ANGLE_RAD = 0.05  # between the probes of a node: nearly parallel ones show one direction, not an orbit
 HARMONICS = [0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5]
@@ -17,13 +17,14 @@ WHITESPACE = (" ", r"\s+")  # separators that stand for any number of spaces and
 
 
 class Probe(Strict):
-    """A displacement probe.
+    """A displacement probe, or a transducer of velocity or acceleration.
 
     channel   : name in the file; in NetCDF the direction
-    node      : of the rig; optional in NetCDF if all nodes have such a probe
+    node      : of the rig; optional in NetCDF if all nodes have such a probe; a number of its own if `on` a housing
     angle_deg : position of the probe in the user's angles
     unit      : of the channel; V needs sensitivity_V_per_m; optional where a NetCDF file states it
     gap_at_rest_V : gap voltage (DC) while the shaft rests at the bottom of its bearing
+    on        : bearing whose housing it is on, of which it shows the motion in space
     relative_to : bearing whose housing carries the probe, which then shows the motion against it
     sign      : 1 if the reading increases as the shaft moves towards the probe's angle, -1 if it decreases
     """
@@ -31,20 +32,28 @@ class Probe(Strict):
     channel: str
     node: int | None = None
     angle_deg: float
-    unit: Literal["m", "mm", "um", "mil", "V"] | None = None
+    unit: Literal["m", "mm", "um", "mil", "V", "m/s", "mm/s", "in/s", "m/s2", "g"] | None = None
     sensitivity_V_per_m: Annotated[float, Gt(0)] | None = None
     sign: Literal[1, -1] = 1
     gap_at_rest_V: float | None = None
+    on: str | int | None = None
     relative_to: str | int | None = None
 
+    @property
+    def order(self):
+        """Of the derivative of the displacement by time that it shows."""
+        return DERIVATIVES.get(self.unit, (0,))[0]
+
     def metres(self, stated, where):
-        """Signed factor from the channel to m; `stated` is the unit that the file gives, or None."""
+        """Signed factor from the channel to m, m/s or m/s^2; `stated` is the unit that the file gives, or None."""
         if self.unit and stated and self.unit != stated:
             raise RotorstudyError(
                 f"{where}: the file states the unit '{stated}' for channel '{self.channel}', the rig '{self.unit}'; "
                 "correct the wrong one"
             )
         unit = self.unit or stated
+        if unit in DERIVATIVES:
+            return self.sign * DERIVATIVES[unit][1]
         if unit == "V":
             if self.sensitivity_V_per_m is None:
                 raise RotorstudyError(f"{where}: channel '{self.channel}' is in V; give sensitivity_V_per_m")
@@ -81,10 +90,7 @@ class Keyphasor(Strict):
 
 
 class CsvLayout(Strict):
-    """Layout of a CSV file.
-
-    skip_rows : lines above the header;  unit_rows : lines between the header and the numbers
-    """
+    """Layout of a CSV file: lines above the header, and between the header and the numbers."""
 
     separator: Literal[",", ";", "\t", "|", ":", *WHITESPACE] = ","
     decimal: Literal[".", ","] = "."
@@ -211,10 +217,7 @@ def check_once(probes, where, of_nodes=False):
 
 
 def measured_direction(directions_rad):
-    """Direction (rad) that the probes of a node show if it is only one, that of the first of them; NaN for an orbit.
-
-    directions_rad : (probe,) from x in the sense of rotation
-    """
+    """Direction (rad) of the first of probes at directions (probe,) if all show only that one; NaN for an orbit."""
     spread = np.linalg.svd(_axes(directions_rad), compute_uv=False)
     single = len(directions_rad) < 2 or spread[-1] < LEAST_ANGLE_RAD
     return float(directions_rad[0]) if single else np.nan

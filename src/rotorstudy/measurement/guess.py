@@ -45,8 +45,7 @@ class Column(NamedTuple):
 def guess_measurement(path, nodes):
     """The Guess of a section `measurement:` by which a record, or a table of amplitude and phase, can probably be read.
 
-    nodes  : of the rig for the planes of probes, in the order in which they are given away
-    raises : RotorstudyError if the file cannot be read, or has no channel that may be a probe
+    nodes : for the planes of probes, first ones first. RotorstudyError if no channel may be that of a probe.
     """
     path = existing(path)
     kind = kind_of(path)
@@ -93,7 +92,7 @@ def _of_signals(columns, section, said, nodes):
     else:
         unit = "ms" if unit_in(time.name, time.unit) == "ms" else "s"
         section |= {"time_channel": time.name} | ({"time_unit": "ms"} if unit == "ms" else {})
-        step = float(np.median(np.diff(time.values))) * (1e-3 if unit == "ms" else 1.0)
+        step = float(np.mean(np.diff(time.values))) * (1e-3 if unit == "ms" else 1.0)  # times may be rounded
         said.append(f"time: '{time.name}' in {unit}, {1 / step:.6g} samples per second")
     speed = _take(left, lambda c: SPEED.search(c.name))
     if speed is not None:

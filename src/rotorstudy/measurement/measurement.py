@@ -202,7 +202,7 @@ def read_measurement(
     conventions = read_conventions(rig.given, str(rig.path))
     columns = {path: table_columns(path, conventions) for path in paths}
     conventions = with_harmonics_of_tables(conventions, [path for path in paths if is_probe_table(columns[path])])
-    nodes = rig.model.structure.nodes
+    nodes = rig.model.structure.measurable
     found, findings, in_time = [], [], []
     for path in paths:
         if is_probe_table(columns[path]) or "harmonic" in columns[path]:

@@ -56,18 +56,27 @@ class RawRecord:
         return np.array(found) if 0 in self.conventions.harmonics else np.array([_without_mean(z) for z in found])
 
     @property
+    def orders(self):
+        """(node,) order of the derivative by time of a displacement, which `displacement` is at a node."""
+        return np.array([self.at(node)[0].order for node in self.nodes])
+
+    @property
     def directions(self):
         """(node,) rad, direction that the probes of a node show if it is only one, NaN for orbits."""
         return np.array([measured_direction([c.direction for c in self.at(node)]) for node in self.nodes])
 
 
 class Channel(NamedTuple):
-    """The signal of a probe: name, node, direction (rad from x in the sense of rotation), readings (time,) in m."""
+    """The signal of a probe: name, node, direction (rad from x in the sense of rotation), readings (time,).
+
+    order : of the derivative by time of a displacement in m, which the readings are
+    """
 
     name: str
     node: int
     direction: float
     readings: np.ndarray
+    order: int = 0
 
 
 def assemble(readings, conventions, nodes, time, label, keyphasor, marks, reference, where):
@@ -94,9 +103,12 @@ def assemble(readings, conventions, nodes, time, label, keyphasor, marks, refere
         if node not in nodes:
             raise unknown_name("node", node, nodes, f"{where}; the probes must sit at nodes of the rig")
     channels = [
-        Channel(probe.channel, node, float(conventions.direction_rad(probe.angle_deg)), values)
+        Channel(probe.channel, node, float(conventions.direction_rad(probe.angle_deg)), values, probe.order)
         for probe, node, values in readings
     ]
+    kinds = {(channel.node, channel.order) for channel in channels}
+    if len(kinds) > len(dict(kinds)):
+        raise RotorstudyError(f"{where}: a node has channels of displacement and of its derivative; number them apart")
     if label is not None and not 0 < label < np.inf:
         raise RotorstudyError(f"{where}: the stated speed is {label:g} rad/s; it must be positive and finite")
     return RawRecord(time, channels, label, keyphasor, marks, reference, where, conventions)

@@ -42,6 +42,9 @@ def _tracked(raw, sweep, findings):
     missing = float(np.mean(~np.isfinite(raw.displacement)))
     if not dead:
         findings += quality.check_gaps(missing, float(np.max(np.diff(raw.time))) / step, raw.where)
+    if raw.orders.any():
+        text = "a velocity or an acceleration during a run-up is not integrated; give displacements, or constant speeds"
+        findings.append(Finding("error", "no displacement", raw.where, text))
     if errors_among(findings):
         return [Analysed(facts, findings, dead=dead)]
     variance = sweep.jitter_rad**2 / np.median(grid.length * grid.speed / (2 * np.pi))

@@ -70,22 +70,23 @@ def _moved(matrix, seen):
     return seen.T @ matrix if matrix.ndim == 1 else seen.T @ matrix @ seen
 
 
-def riding_of(probes: list, bearings: dict, housings: tuple, sensors: tuple, where: str) -> dict:
-    """{node of a probe: node of the housing on which it rides}, from the items of `measurement: probes:`.
+def housings_of(key: str, probes: list, bearings: dict, housings: tuple, sensors: tuple, where: str) -> dict:
+    """{node of a probe: node of the housing that a key names}, from the items of `measurement: probes:`.
 
+    key      : "relative_to", of probes that ride on a housing, or "on", of transducers that show its motion
     bearings : what a bearing can be called -> its node
     """
     found = {}
     for i, probe in enumerate(probes):
-        place, to = f"{where}, measurement.probes[{i}]", probe.get("relative_to")
+        place, to = f"{where}, measurement.probes[{i}]", probe.get(key)
         for node in [probe["node"]] if probe.get("node") is not None else sensors:
             known = {**bearings, "bearing": node}
             if to is not None and known.get(to) not in housings:
                 raise RotorstudyError(
-                    f"relative_to = {to!r} in {place}: must be a bearing on the foundation, by its label or node, or "
+                    f"{key} = {to!r} in {place}: must be a bearing on the foundation, by its label or node, or "
                     f"'bearing' for the one at the probe's own node (on a foundation: nodes {list(housings)})"
                 )
             housing = None if to is None else known[to]
             if found.setdefault(node, housing) != housing:
-                raise RotorstudyError(f"{place}: all probes of node {node} must be relative to the same bearing")
+                raise RotorstudyError(f"{place}: all probes of node {node} need the same bearing under '{key}:'")
     return {node: housing for node, housing in found.items() if housing is not None}

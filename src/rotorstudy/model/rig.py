@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.errors import CannotAct, RotorstudyError, unknown_name
-from rotorstudy.model.foundation import on_housings, riding_of
+from rotorstudy.model.foundation import housings_of, on_housings
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import check_options, plain
 from rotorstudy.model.plugin_results import check_structure
@@ -34,11 +34,7 @@ SPEEDS_TRIED = 12  # halved each time, to find one at which a bearing is defined
 
 @dataclass(frozen=True)
 class RigFile:
-    """A rig file that is read once.
-
-    path  : where it was read from
-    given : its content
-    """
+    """A rig file that is read once: where it was read from, and what was given."""
 
     path: Path
     given: dict
@@ -77,7 +73,16 @@ def read_rig(rig: "str | Path | RigFile") -> "RigFile":
     RotorstudyError
         If the file cannot be read.
     """
-    return rig if isinstance(rig, RigFile) else RigFile(Path(rig), read_yaml(rig))
+    return rig if isinstance(rig, RigFile) else RigFile(Path(rig), _with_whole_paths(read_yaml(rig), Path(rig).parent))
+
+
+def _with_whole_paths(given, folder):
+    """A rig dict in which the files that items of `foundation:` name, from its folder, are found from anywhere."""
+    items = given.get("foundation")
+    for item in items if isinstance(items, list) else []:
+        if isinstance(item, dict) and isinstance(item.get("file"), str):
+            item["file"] = str((folder / item["file"]).resolve())
+    return given
 
 
 def load_rig(path: str | Path) -> Model:
@@ -144,13 +149,14 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
     for node in bearing_nodes:
         if node not in structure.nodes:
             raise unknown_name("node", node, structure.nodes, f"{where}, bearings")
+    structure = replace(structure, bearing_nodes=bearing_nodes)
+    structure = replace(structure, casings=_carried("on", rig, structure, (), where))
     sensors = _sensors(rig.get("sensors"), structure, where)
     structure = replace(
         structure,
-        bearing_nodes=bearing_nodes,
         labels=_labels(rig),
         origin=origin,
-        riding=_riding(rig, structure, sensors, where),
+        riding=_carried("relative_to", rig, structure, [n for n in sensors if n in structure.nodes], where),
         reading=reading or Reading(),
     )
     terms = []
@@ -165,7 +171,8 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
             terms.append(make_term(kind, item, structure, sensors, place, is_foundation=is_foundation))
         if SECTIONS[section] == "bearing" and rig.get(section):
             own = tuple(term for term in terms if term.carries and not term.is_foundation)
-            structure = replace(structure, support=_support(structure, terms), bearings=own)
+            under = tuple(term for term in terms if term.is_foundation)
+            structure = replace(structure, support=_support(structure, terms), bearings=own, foundation=under)
     _check_together(structure, terms, where)
     for node in structure.housings:
         here = structure.index(node, "housing")
@@ -200,10 +207,7 @@ def _check_together(structure, terms, where):
 
 
 def _support(structure, terms):
-    """Static stiffness (dof, dof) of the bearings, N/m, those without a value with their typical one.
-
-    It gives the usual sizes of effects alone, so that a film may be taken at any speed at which it exists.
-    """
+    """Static stiffness (dof, dof) of the bearings, N/m, a typical one where it is not stated: for usual sizes alone."""
     found, speeds = np.zeros_like(structure.stiffness), structure.scales.frequency * 0.5 ** np.arange(SPEEDS_TRIED)
     for term in (term for term in terms if term.carries):
         for unknown, value in zip(term.unknowns, term.theta, strict=True):
@@ -235,7 +239,8 @@ def _housings(rig, where):
     items, found = rig.get("foundation") or [], []
     for i, item in enumerate(items if isinstance(items, list) else []):
         given = item if isinstance(item, dict) else {}
-        given = [value for key, value in given.items() if key == "node" or str(key).endswith("_node")]
+        given = [value for key, value in given.items() if str(key).endswith(("node", "_nodes"))]
+        given = [node for value in given for node in (value if isinstance(value, list) else [value])]
         found += given
         for node in given:
             if node not in (known := [one["node"] for one in _at_nodes(rig.get("bearings"))]):
@@ -243,15 +248,22 @@ def _housings(rig, where):
     return dict.fromkeys(found)
 
 
-def _riding(rig, structure, sensors, where):
-    """{node of a probe: node on whose housing it rides}."""
+def _carried(key, rig, structure, sensors, where):
+    """{node of a probe: node on whose housing it is}, as a key of the probes says."""
     measured = rig.get("measurement")
     probes = measured.get("probes") if isinstance(measured, dict) else None
     if not isinstance(probes, list) or not all(isinstance(probe, dict) for probe in probes):
         return {}  # said where the section is read
     called = {bearing.get("label", bearing["node"]): bearing["node"] for bearing in _at_nodes(rig.get("bearings"))}
     called |= {node: node for node in structure.bearing_nodes} | {f"bearing {name}": at for name, at in called.items()}
-    return riding_of(probes, called, structure.housings, sensors, where)
+    found = housings_of(key, probes, called, structure.housings, sensors, where)
+    for node in found if key == "on" else ():
+        if node in structure.nodes or isinstance(node, bool) or not isinstance(node, int):
+            raise RotorstudyError(
+                f"{where}, measurement.probes: node = {node!r} of a transducer with 'on:' must be a number that no "
+                f"node of the rotor has (nodes: {list(structure.nodes)})"
+            )
+    return found
 
 
 def _labels(rig):
@@ -286,7 +298,7 @@ def _sensors(given, structure, where):
     if not isinstance(given, list) or not given or len(set(map(str, given))) < len(given):
         raise RotorstudyError(f"sensors = {given!r} in {where}: must be a list of nodes, each once")
     for node in given:
-        if node not in structure.nodes or isinstance(node, bool):
+        if node not in structure.measurable or isinstance(node, bool):
             raise RotorstudyError(f"sensors: node {node!r} in {where} does not exist (nodes: {list(structure.nodes)})")
     return tuple(given)
 

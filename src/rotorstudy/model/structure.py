@@ -57,6 +57,8 @@ class Structure(CrackPlaces, UnderWeight):
     vibration   : usual vibration in the records to be explained, m; for usual sizes alone
     origin      : the Origin, set where a rig is read; None for a structure without a plugin
     riding      : node with a sensor -> node on whose housing it rides
+    foundation  : the Terms of what the bearings stand on
+    casings     : number of a transducer on a housing -> node of the bearing in it
     reading     : the Reading of the records, set where they are read; by default of probes along x and y
     """
 
@@ -81,6 +83,8 @@ class Structure(CrackPlaces, UnderWeight):
     vibration: float = 0.0
     origin: Origin | None = None
     riding: dict = field(default_factory=dict)
+    casings: dict = field(default_factory=dict)
+    foundation: tuple = ()
     reading: Reading = field(default_factory=Reading)
 
     def label_at(self, where: dict) -> str:
@@ -144,6 +148,11 @@ class Structure(CrackPlaces, UnderWeight):
         """Nodes of the shaft that can translate; a node on a rigid support only tilts."""
         return tuple(sorted({node for node, motion in self.dofs if motion == "translation"}))
 
+    @property
+    def measurable(self) -> tuple[int, ...]:
+        """Nodes at which a sensor may be, and numbers of transducers on housings."""
+        return (*self.nodes, *self.casings)
+
     @cached_property
     def housings(self) -> tuple[int, ...]:
         """Nodes whose bearings stand on a foundation that moves."""
@@ -155,7 +164,7 @@ class Structure(CrackPlaces, UnderWeight):
         Parameters
         ----------
         node : int or None
-            Node of the rotor.
+            Node of the rotor, or number of a transducer on a housing.
         motion : str
             "translation" or "tilt".
 
@@ -174,6 +183,8 @@ class Structure(CrackPlaces, UnderWeight):
                 f"no node is given; choose one of {list(self.nodes)} with 'node:' (a plugin takes the "
                 "only node with structure.default_node())"
             )
+        if node in self.casings and motion == "translation":
+            node, motion = self.casings[node], "housing"
         if (node, motion) not in self.dofs:
             known = [n for n, m in self.dofs if m == motion]
             if not known:

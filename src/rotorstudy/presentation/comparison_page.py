@@ -2,7 +2,7 @@
 
 from rotorstudy.presentation.pages import to_index
 from rotorstudy.presentation.tables import write_csv, write_html
-from rotorstudy.studies.comparison.ranking import AS_GOOD, SELDOM, VALID, advice, in_short, named, with_words
+from rotorstudy.studies.comparison.ranking import AS_GOOD, FIRST, SELDOM, VALID, advice, in_sentences, named, with_words
 
 BEST = 7  # pairs that the page shows of each rotor, fault and noise; the CSV file has all
 
@@ -38,20 +38,22 @@ def write_advice(ranked, use_if, csv, html, index=None):
     """
     told = with_words(advice(ranked), use_if)
     write_csv(told, csv)
+    choices = in_sentences(told)
     write_html(
         html,
         "Which spectrum method and estimator for which data",
         [
             "The first choice for each fault of a record, and where you do not know. The error is that of the "
             "parameters on all rotors, over the Cramér-Rao bound: the least error that the noise allows.",
-            "In full: the three spectrum methods with the smallest error in their worst rotor and noise level, each "
-            f"with the estimator to use and those whose error is within {100 * (AS_GOOD - 1):.0f} % of it. Pairs that "
-            f"fail in more than {100 * SELDOM:.0f} % of the trials are left out.",
+            "Choices are the spectrum methods with the smallest error in their worst rotor and noise level, at most "
+            "three, each with the estimator to use and those whose error is within "
+            f"{100 * (AS_GOOD - 1):.0f} % of it. Pairs that fail in more than {100 * SELDOM:.0f} % of the trials are "
+            "left out.",
             f"Intervals are valid if in every cell between {100 * VALID[0]:.0f} and {100 * VALID[1]:.0f} % of the "
             "stated 95 % intervals hold the truth.",
-            "advice.csv has the full table, ranking.csv every pair on every rotor.",
+            "advice.csv also has coverage, failures and times, ranking.csv every pair on every rotor.",
         ],
-        {"In short": in_short(told), "In full": told.drop(columns="use this if").map(_worded)},
+        {"First choice": choices.drop_duplicates(FIRST).drop(columns="equally good"), "Up to three choices": choices},
         3,
         links=to_index(html, index),
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 from rotorstudy.blind.glance import sentences
 from rotorstudy.presentation.pages import render
 from rotorstudy.store import load, write_text
-from rotorstudy.studies.comparison.ranking import in_short
+from rotorstudy.studies.comparison.ranking import FIRST, in_sentences
 
 HEADINGS = {
     "": ("All chapters", "Each printed value beside ours, the errors of the thesis, and the plugin library."),
@@ -147,7 +147,7 @@ def _of_advice(path):
     return [
         f"Use {row['spectrum method']} with {row['estimator']} if {row['use this if']}: the error is "
         f"{row['error, times the least possible']} times the least possible."
-        for row in in_short(pd.read_csv(path)).to_dict("records")
+        for row in in_sentences(pd.read_csv(path).drop_duplicates(FIRST)).to_dict("records")
     ]
 
 

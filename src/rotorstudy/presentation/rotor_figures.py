@@ -75,7 +75,7 @@ def rotor(rig):
         x, wide = places[node], 0.015 * structure.length
         corners = [(x, -shaft), (x - wide, -shaft - 0.25 * thickest), (x + wide, -shaft - 0.25 * thickest)]
         panel.add_patch(Polygon(corners, facecolor=COLOURS[2], edgecolor="k"))
-    for node in model.sensors:
+    for node in (structure.casings.get(node, node) for node in model.sensors):
         top = max([shaft, *(disc.radius for disc in structure.discs if disc.node == node)])
         arrow = {"arrowstyle": "->", "color": "k"}
         panel.annotate("", (places[node], top), (places[node], top + 0.35 * thickest), arrowprops=arrow)

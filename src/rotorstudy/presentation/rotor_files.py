@@ -40,8 +40,8 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
     rig, measured, from_rest = read_rig(rig_path), None, {}
     model, conventions = rig.model, read_conventions(rig.given, str(rig_path))
     for probe in conventions.probes:
-        if probe.node not in (None, *model.structure.nodes):
-            raise unknown_name("node", probe.node, model.structure.nodes, f"{rig_path}, probe '{probe.channel}'")
+        if probe.node not in (None, *model.structure.measurable):
+            raise unknown_name("node", probe.node, model.structure.measurable, f"{rig_path}, probe '{probe.channel}'")
     reading = conventions.reading(model.sensors)
     if records:
         spectrum, model, _ = measured_spectrum(records, rig)

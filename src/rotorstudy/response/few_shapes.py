@@ -9,7 +9,6 @@ from rotorstudy.model.model import Model
 
 ALL_KEPT = 60  # coordinates, with fewer of which eigenvalues need no shapes
 MODES = 24  # lowest ones; the eigenvalues of the first eight are then within 1e-6 of those with all coordinates
-DISTRIBUTED = 0.5  # share of the coordinates, from which on a force acts along the shaft and bends no shape of its own
 
 
 def few_shapes(model: Model, theta: ArrayLike | None = None) -> np.ndarray | None:
@@ -48,7 +47,7 @@ def shapes(model: Model, theta: np.ndarray) -> np.ndarray:
     for entry in (e for _, unknown in model.acting for e in unknown.entries if e.reads_motion):
         row, column, _ = entry.nonzero
         here = np.union1d(row, column)
-        if len(here) < DISTRIBUTED * size:
+        if len(here) <= MODES:  # others are sums along the shaft, which bend no shape of their own
             touched[here] = True
     loads = np.column_stack([np.eye(size)[:, touched], *(force.matrix.T for _, force in model.nonlinear_forces)])
     static = np.linalg.lstsq(stiffness / np.outer(scale, scale), loads / scale[:, None], rcond=1e-12)[0]

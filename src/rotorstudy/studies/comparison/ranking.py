@@ -7,6 +7,7 @@ import numpy as np
 VALID = (0.90, 0.99)  # mean coverage of valid 95 % intervals; 100 trials determine it to 2 % for one parameter
 SELDOM = 0.02  # largest share of failed trials of a recommended pair: a failure is noticed, another pair can be used
 AS_GOOD = 1.05  # errors within this factor count as equal: 100 trials determine the mean of two or more to 5 %
+FIRST = "use this if"  # a column; the first of its rows that are alike is the first choice
 ANY_FAULT = "not known which"
 ABBREVIATION = re.compile("[b-df-hj-np-tv-xz]{3,}")  # a word without a vowel
 
@@ -92,32 +93,32 @@ def advice(ranked):
 
 
 def with_words(told, use_if):
-    """Advice with the column "use this if", its faults in the order of `use_if`."""
+    """Advice with the column FIRST, its faults in the order of `use_if`."""
     words = {fault: text for fault, text in use_if.items() if text} | {
         ANY_FAULT: "you do not know which of these holds"
     }
     place = {fault: i for i, fault in enumerate(use_if)}
     told = told.sort_values("fault", key=lambda faults: faults.map(place).fillna(len(place)), kind="stable")
-    told.insert(0, "use this if", [words.get(fault, f"the record has: {fault}") for fault in told.fault])
+    told.insert(0, FIRST, [words.get(fault, f"the record has: {fault}") for fault in told.fault])
     return told
 
 
-def in_short(told):
-    """The first choice for each fault in words, a row each; told : DataFrame of `with_words`."""
+def in_sentences(told):
+    """Advice as a page shows it, which is fewer columns; told : DataFrame of `with_words`."""
     import pandas as pd
 
-    first = told.groupby("fault", sort=False).head(1)
     return pd.DataFrame(
         {
-            "use this if": row["use this if"],
+            FIRST: row[FIRST],
             "spectrum method": named(row["spectrum_method"]),
             "estimator": named(row["estimator"]),
+            "equally good": named(row["equally good estimators"]),
             "error, times the least possible": f"typically {row['error over bound, median']:.2g}, "
             f"at worst {row['error over bound, worst rotor and noise']:.2g}",
             "at worst": f"{row['worst rotor and noise']} noise, {named(row['worst parameter there'])}",
             "its 95 % intervals": row["intervals"],
         }
-        for row in first.to_dict("records")
+        for row in told.to_dict("records")
     )
 
 
