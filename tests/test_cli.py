@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rotorstudy import __version__, registry
+from rotorstudy import __version__
 from rotorstudy.commands.line import main
 from rotorstudy.store import load, save
 
@@ -196,16 +196,6 @@ def test_identify_takes_some_of_the_measured_harmonics(records, capsys):
     status, fewer, _ = run(capsys, *base, "--harmonics", 1, -1, 2)
     assert status == 0 and fewer != out
     refused(run(capsys, *base, "--harmonics", 1, 9), "unknown harmonic '9'", "measurement: harmonics:")
-
-
-@pytest.mark.parametrize("name", [plugin.name for plugin in registry().plugins["spectrum"].values()])
-def test_identify_by_every_spectrum_method(records, name, tmp_path, capsys):
-    """Within five standard deviations and two percent: the FFT leaks by the part of a sample that is not whole."""
-    base = ["identify", records, "--rig", RIG, "--unknowns", "external_damping", "--out", tmp_path / "x.nc"]
-    status, _, _ = run(capsys, *base, "--spectrum", name)
-    assert status == 0
-    with xr.open_dataset(tmp_path / "x.nc") as found:
-        assert abs(float(found.estimate[0]) - 100) < 5 * float(found.standard_deviation[0]) + 2
 
 
 def test_a_new_plugin_is_written_where_one_stands(tmp_path, capsys, monkeypatch):

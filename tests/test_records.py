@@ -5,23 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorstudy import RotorstudyError, full_spectrum, load_rig, measured_response, registry, simulate_records
+from rotorstudy import Record, RotorstudyError, full_spectrum, load_rig, measured_response, registry, simulate_records
 from rotorstudy.measurement import simulated_records
 from rotorstudy.measurement.full_spectra import compensate
 from rotorstudy.measurement.harmonics import white_noise_covariance
 from rotorstudy.measurement.keyphasor import phase_from_keyphasor
-from rotorstudy.measurement.noise import noise_std
-from rotorstudy.measurement.records import Record
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.response import stability
-from rotorstudy.response.series import rotating_basis, synthesize
+from rotorstudy.response.series import synthesize
 
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]
 RIG = "examples/jeffcott.yaml"
 SPEED, METHODS = 100.0, list(registry().plugins["spectrum"].values())
 # others take harmonics above those asked for, which drop out of whole turns in a linear fit, for speed or outliers
 LINEAR = [m for m in METHODS if m.uses_marks or not (m.tolerates_wrong_speed or m.tolerates_outliers)]
-EFFICIENT = [m for m in LINEAR if m.name != "windowed_fft"]  # a window costs variance
 TURNS = 2 * np.pi / SPEED * 20 * np.arange(4000) / 4000  # twenty whole turns
 
 
@@ -65,19 +62,6 @@ def test_a_late_record_is_put_right_by_either_phase_reference(model, true, metho
     assert np.abs(plain - true).max() > 0.5 * np.abs(true).max()  # negative control
 
 
-def test_fft_leaks_on_an_incomplete_turn_and_regression_does_not():
-    time = TURNS[:-90]
-    size = np.ones(len(HARMONICS)) + 0j
-    record = Record(time, synthesize(size, SPEED, HARMONICS, time)[None], SPEED, (1,))
-    found = {
-        method.name: full_spectrum([record], HARMONICS, method, "none", whole_revolutions=False).amplitude[0, :, 0]
-        for method in METHODS
-        if not method.uses_marks
-    }
-    assert found["regression"] == pytest.approx(size, rel=1e-10)
-    assert np.abs(found["fft"] - size).max() > 0.05
-
-
 def test_whole_turns_keep_unlisted_harmonics_out():
     time = TURNS[:-90]
     every = [*HARMONICS, 9, -7]
@@ -87,28 +71,6 @@ def test_whole_turns_keep_unlisted_harmonics_out():
     cut = full_spectrum([record], HARMONICS, method, "none").amplitude[0, :, 0]
     assert np.abs(as_it_is - 1).max() > 1e-3
     assert cut == pytest.approx(np.ones(len(HARMONICS)), rel=1e-9)
-
-
-@pytest.mark.parametrize("method", EFFICIENT, ids=lambda m: m.name)
-def test_stated_covariance_is_the_scatter_of_noisy_records(model, true, method):
-    """White noise on x and y, drawn in time; `noise_std` and the plugin's own covariance both foretell the scatter."""
-    clean = simulate_records(model, [SPEED], HARMONICS, TURNS)
-    spectrum = full_spectrum(clean, HARMONICS, method, "none")
-    expected = noise_std(spectrum, 0.05, "white in time", len(TURNS))[0, 0, 0]
-    moving = clean[0].displacement - clean[0].displacement.mean()
-    sigma = 0.05 * np.sqrt(np.mean(np.abs(moving) ** 2) / 2)
-    generator, found, stated = np.random.default_rng(2), [], []
-    for _ in range(300):
-        x, y = generator.normal(size=(2, *moving.shape)) * sigma
-        noisy = replace(clean[0], displacement=clean[0].displacement + x + 1j * y)
-        one = full_spectrum([noisy], HARMONICS, method, "none")
-        found.append(components(one.amplitude[0])[:, 0])
-        stated.append(np.diag(one.covariance[0, 0]))
-    scatter = np.var(found, axis=0, ddof=1)
-    # 300 draws of 18 components: the mean variance is known to 2 %, each alone to 8 %; unlisted harmonics add under 1 %
-    assert scatter.mean() == pytest.approx(expected**2, rel=0.08)
-    assert np.mean(stated) == pytest.approx(scatter.mean(), rel=0.08)
-    assert np.all(np.abs(scatter / expected**2 - 1) < 0.5)
 
 
 def test_lines_nobody_asked_for_do_not_count_as_noise():
@@ -147,11 +109,6 @@ def test_keyphasor_jitter_is_stated():
     scatter, mean = np.cov(np.transpose(phases)), np.mean(stated, axis=0)
     assert scatter[0, 0] == pytest.approx(mean[0, 0], rel=0.5)  # 100 records: 14 % of a variance, three of these
     assert mean[1, 1] == pytest.approx(9 * mean[0, 0])
-
-
-def test_basis_turns_forward_and_backward():
-    basis = rotating_basis(TURNS, SPEED, HARMONICS)
-    assert basis == pytest.approx(np.exp(1j * np.array(HARMONICS)[:, None] * SPEED * TURNS), abs=1e-12)
 
 
 def drifting_record(w, label, drift, jitter_s, start_angle_rad, samples=6000, turns=30):

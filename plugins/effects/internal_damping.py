@@ -35,7 +35,7 @@ def rotorstudy_effect():
         source="Tondl 1965; thesis Eq. (2.7)",
         places=where_the_shaft_is_damped,
         positive=True,
-        checked="-c (dz/dt - j w z) in time to 1e-12; onset at w_n (1 + c_e / c_i) in tests/physics/test_stability.py",
+        checked="-c (dz/dt - j w z) in time to 1e-12; onset at w_n (1 + c_e / c_i) in tests/physics/test_threshold.py",
         confounders=(
             (
                 "seal",

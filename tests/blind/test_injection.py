@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from named_machines.failures import FAILURES
 
+from rotorstudy import RotorstudyError, measured_response, measured_spectrum, read_rig, registry
 from rotorstudy.blind.base import absorbed, left_by_base
 from rotorstudy.blind.config import KINDS, load_blind
 from rotorstudy.blind.injection import KINDS_OF_CASES, Order, draw, order_of
@@ -14,11 +15,6 @@ from rotorstudy.blind.machines.faults import FAMILIES
 from rotorstudy.blind.machines.forms import FORMS
 from rotorstudy.blind.meanings import ALIKE, CONVENTIONS, MEANS, SIZES, compared, in_library, left_out
 from rotorstudy.blind.sealing import canonical
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.measurement import measured_spectrum
-from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import read_rig
-from rotorstudy.response.measured import measured_response
 
 from .conftest import SEED, cause
 

@@ -6,12 +6,11 @@ import secrets
 import numpy as np
 import pytest
 
+from rotorstudy import RotorstudyError, registry
 from rotorstudy.blind.config import KINDS as KINDS_OF_CASES
 from rotorstudy.blind.run import diagnosed, run_blind
 from rotorstudy.blind.sealing import check_seal
 from rotorstudy.diagnosis.verdict.result import Cause
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.model.registry import registry
 
 FIXED_SEED, CLEAN, LARGE = 4, 2, 3
 KINDS = {

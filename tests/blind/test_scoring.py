@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from scipy.stats import binom
 
+from rotorstudy import RotorstudyError, registry
 from rotorstudy.blind.config import KINDS
 from rotorstudy.blind.criteria import attributes, judge, printed, statement, tally
 from rotorstudy.blind.glance import ANSWERS, OWN, PUBLISHED, answers_of, sentences
@@ -15,9 +16,7 @@ from rotorstudy.blind.run import answer_case, answer_chunk, gather_chunks, run_b
 from rotorstudy.blind.scoring import score, score_case, share_bounds
 from rotorstudy.blind.sealing import check_seal, salt_of, seal
 from rotorstudy.blind.summary import summary
-from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.depth import compliance
-from rotorstudy.model.registry import registry
 from rotorstudy.presentation.blind_page import criteria_page, write_pages
 from rotorstudy.presentation.captions import BLIND_FIGURES
 

@@ -11,9 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rotorstudy import harmonic_response, load_rig
+from rotorstudy import harmonic_response, load_rig, registry
 from rotorstudy.commands.line import main
-from rotorstudy.model.registry import registry
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()

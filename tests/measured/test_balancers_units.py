@@ -6,13 +6,11 @@ import xarray as xr
 import yaml
 from machines import shaft
 
-from rotorstudy import load_rig
+from rotorstudy import RotorstudyError, build_model, load_rig
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.verdict.cause_words import place
 from rotorstudy.diagnosis.verdict.result import Place
-from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.estimated_rig import rig_with_values
-from rotorstudy.model.rig import build_model
 from rotorstudy.yaml_file import read_yaml
 
 ROTOR = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}

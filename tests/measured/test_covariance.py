@@ -19,9 +19,8 @@ from machine import (
 from scipy.signal import lfilter
 from scipy.stats import chi2
 
-from rotorstudy import measured_response
-from rotorstudy.measurement.harmonics import estimate, fit_basis, shrunk_covariance, with_phase_noise
-from rotorstudy.measurement.measurement import read_measurement
+from rotorstudy import measured_response, read_measurement
+from rotorstudy.measurement.harmonics import estimate, shrunk_covariance, with_phase_noise
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.response.series import rotating_basis
 
@@ -120,14 +119,6 @@ def test_whole_records_with_noise_and_jitter(tmp_path):
     low, high = chi2.ppf([0.001, 0.999], count - 8) / count
     assert 0.9 * low < total / count < 1.1 * high, total / count
     assert without / count > 1.15, without / count  # negative control: the jitter matters
-
-
-def test_the_fit_is_exact_off_whole_turns():
-    """Where the harmonics are not orthogonal: a third of a turn too much."""
-    angle = 0.7 + 2 * np.pi * np.arange(133) / PER_TURN
-    clean = SIZE @ np.exp(1j * np.multiply.outer(LISTED, angle))
-    amplitude, residual, _ = fit_basis(clean, rotating_basis(angle, 1.0, LISTED))
-    assert amplitude == pytest.approx(SIZE, rel=1e-10) and np.abs(residual).max() < 1e-10
 
 
 def pink(generator, samples):

@@ -9,11 +9,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from rotorstudy import RotorstudyError
+from rotorstudy import RotorstudyError, read_measurement
 from rotorstudy.measurement.channels import open_csv, open_matlab, open_uff
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.guess import guess_measurement
-from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.measurement.probe_tables import is_probe_table, read_probe_table
 from rotorstudy.measurement.tables import read_table
 from rotorstudy.measurement.text_table import guess_layout, header_of

@@ -7,12 +7,11 @@ import xarray as xr
 from machine import HARMONICS, PROBES, SPEEDS, channels, model, records, section, write, write_rig
 from scipy.stats import chi2
 
-from rotorstudy import RotorstudyError, full_spectrum, measured_response, registry
+from rotorstudy import RotorstudyError, load_spectrum, measured_response, read_measurement
 from rotorstudy.measurement.conventions import Conventions, Keyphasor, Probe
-from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.measurement.records import records_dataset
 from rotorstudy.measurement.spectrum import components
-from rotorstudy.measurement.spectrum_file import load_spectrum, measurement_dataset
+from rotorstudy.measurement.spectrum_file import measurement_dataset
 from rotorstudy.measurement.tables import last_digit
 from rotorstudy.store import save
 
@@ -128,15 +127,6 @@ def test_a_reference_signal_serves_where_there_is_no_keyphasor(tmp_path):
     found = read_measurement(tmp_path / "own.nc", rig)
     assert found.findings == []
     assert found.spectrum.amplitude == pytest.approx(true(), abs=5e-11)  # unlisted harmonics leak by a sample
-
-
-def test_clean_records_give_the_same_spectrum_by_the_projects_own_methods(tmp_path):
-    rig = write_rig(tmp_path / "rig.yaml")
-    measurement = read_measurement([write("csv", tmp_path, record) for record in records()], rig)
-    again = full_spectrum(measurement.records, HARMONICS, registry().get("spectrum", "regression"), "reference")
-    assert again.amplitude == pytest.approx(
-        measurement.spectrum.amplitude, abs=1e-9
-    )  # a sample more or less; noise is 7e-9
 
 
 def test_mirrored_and_turned_tables_of_harmonics(tmp_path):

@@ -5,14 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rotorstudy import RotorstudyError, read_rig, simulate_records
 from rotorstudy.commands.line import main
-from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import measurement, netcdf_files
 from rotorstudy.measurement.angle_fit import PIECE, fit_each, fit_harmonics
 from rotorstudy.measurement.harmonics import fit_basis
 from rotorstudy.measurement.records import records_dataset
-from rotorstudy.measurement.simulated_records import simulate_records
-from rotorstudy.model.rig import read_rig
 from rotorstudy.response.series import rotating_basis
 from rotorstudy.store import load, save_along
 

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 import yaml
 
-from rotorstudy import RotorstudyError, load_rig, simulate_records
+from rotorstudy import RotorstudyError, load_rig, read_measurement, simulate_records
 from rotorstudy.authoring.new_rig import PLANES, new_rig
 from rotorstudy.commands.line import main
 from rotorstudy.measurement.channel_names import angle_in, plane_in, unit_in
 from rotorstudy.measurement.guess import guess_measurement
-from rotorstudy.measurement.measurement import read_measurement
-from rotorstudy.measurement.text_table import guess_layout
 
 SPEED = 300.0  # rad/s
 TIME = np.arange(1000) / 2000
@@ -127,22 +125,6 @@ def test_every_command_accepts_a_new_rig(bearings, tmp_path, capsys):
     assert main(["identify", records, "--rig", str(path), "--unknowns", unknown]) == 0
     assert main(["balance", records, "--rig", str(path), "--planes", "5"]) == 0
     capsys.readouterr()
-
-
-@pytest.mark.parametrize(
-    ("text", "separator", "decimal", "skipped", "units"),
-    [
-        ("t,x\n0,1\n1,2\n2,3\n", ",", ".", 0, 0),
-        ("t;x\n0,5;1,25\n1,5;2,5\n2,5;3\n", ";", ",", 0, 0),
-        ("a logger, of 2024\n\nt\tx\ts\nms\tmil\t-\n0\t1\t5\n1\t2\t5\n2\t3\t5\n", "\t", ".", 2, 1),
-        ("t,x,probe\n0,1,a\n1,2,b\n2,3,c\n", ",", ".", 0, 0),
-    ],
-)
-def test_layouts(text, separator, decimal, skipped, units, tmp_path):
-    path = tmp_path / "x.csv"
-    path.write_text(text)
-    csv = guess_layout(path).csv
-    assert (csv.separator, csv.decimal, csv.skip_rows, csv.unit_rows) == (separator, decimal, skipped, units)
 
 
 @pytest.mark.parametrize("text", ["", "nothing\nhere\n", "0,1\n1,2\n2,3\n"])

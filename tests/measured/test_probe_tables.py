@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 import yaml
 
+from rotorstudy import RotorstudyError, read_measurement
 from rotorstudy.commands.line import main
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.measurement.wide_tables import wide_table
 
 SPEEDS = np.array([90.0, 150.0, 210.0])  # rad/s

@@ -8,12 +8,10 @@ from machine import HARMONICS, TIME, channels, model, records, section, write, w
 from page_checks import problems
 from phase_marks import MARKS, SPEED, pulses
 
-from rotorstudy import RotorstudyError
+from rotorstudy import RotorstudyError, load_spectrum, read_measurement
 from rotorstudy.commands.line import main
-from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.measurement.plausibility import check_sense
 from rotorstudy.measurement.quality import flat_top
-from rotorstudy.measurement.spectrum_file import load_spectrum
 
 
 def findings(tmp_path, record=None, rig_changes=None, **changes):

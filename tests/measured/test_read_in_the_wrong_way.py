@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from machine import TIME, records, section, write, write_rig
 
-from rotorstudy import RotorstudyError
+from rotorstudy import RotorstudyError, measured_spectrum, read_measurement
 from rotorstudy.commands.line import main
-from rotorstudy.measurement.measurement import measured_spectrum, read_measurement
 
 SPEED = 80.0
 IN_RADIANS = [{**probe, "angle_deg": float(np.deg2rad(probe["angle_deg"]))} for probe in section()["probes"]]

@@ -7,9 +7,8 @@ import pytest
 import yaml
 from scipy.integrate import quad, solve_ivp
 
-from rotorstudy.measurement.measurement import read_measurement
+from rotorstudy import Spectrum, read_measurement
 from rotorstudy.measurement.resonances import check_resonances, find_resonances, modal_passage, vectors_1x
-from rotorstudy.measurement.spectrum import Spectrum
 
 CRITICAL, DECAY = np.array([162.0, 172.0]), np.array([3.0, 6.0])  # rad/s, 1/s: 95 rpm apart, factors of 27 and 14
 

@@ -8,13 +8,11 @@ import xarray as xr
 import yaml
 from scipy.integrate import solve_ivp
 
+from rotorstudy import Problem, Spectrum, measured_spectrum, read_measurement
 from rotorstudy.commands.line import main
 from rotorstudy.inference.output_error import output_error_fit
-from rotorstudy.inference.problem import Problem
-from rotorstudy.measurement.measurement import measured_spectrum, read_measurement
 from rotorstudy.measurement.resonances import vectors_1x
 from rotorstudy.measurement.run_up import peaks, speed_grid, track
-from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.sweep import find_sweep, is_swept
 from rotorstudy.model.rig_numbers import with_numbers
 

@@ -6,10 +6,8 @@ import yaml
 from machines import shaft, unbalance
 from scipy.linalg import expm
 
-from rotorstudy import build_model
+from rotorstudy import Problem, build_model, measured_spectrum
 from rotorstudy.inference.output_error import output_error_fit
-from rotorstudy.inference.problem import Problem
-from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig_numbers import with_numbers
 
 FIRST, LAST, RATE, STEP = 150.0, 380.0, 14.0, 1e-3

@@ -5,21 +5,17 @@ import pytest
 import yaml
 from machine import PROBES, TIME, channels, records, section, write, write_rig
 
+from rotorstudy import Problem, RotorstudyError, Spectrum, measured_spectrum, read_measurement, registry
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.verdict.dataset import verdict_dataset
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.errors import RotorstudyError, UnidentifiableError
+from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.inference.prediction import predicted
-from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.harmonics import estimate
-from rotorstudy.measurement.measurement import measured_spectrum, read_measurement
-from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.model.registry import registry
 from rotorstudy.store import as_complex
 
 UNKNOWNS = ("eccentricity[1]_real", "eccentricity[1]_imag", "internal_damping")
-PAIRED = [0, 1, -1, 2, -2, 3, -3, 5, -5]
 
 
 def probes(*names):

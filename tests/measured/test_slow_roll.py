@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 import yaml
 
-from rotorstudy import build_model
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy import RotorstudyError, Spectrum, build_model, measured_spectrum
 from rotorstudy.measurement.slow_roll import without_missing_mean, without_slow_roll
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.measurement.spectrum import independent_covariance
 
 SPEEDS, HARMONICS, NODES = np.array([30.0, 40.0, 200.0, 300.0]), np.array([0, 1, -1, 2]), (1, 3)
 RUNOUT = np.array([[1e-6, 2e-6], [3e-6j, 1e-6], [1e-6, -1e-6j], [2e-7, 0]])  # (harmonic, node)

@@ -5,8 +5,7 @@ import pytest
 import yaml
 from machines import jeffcott_rig
 
-from rotorstudy import RotorstudyError, load_rig, measured_response
-from rotorstudy.measurement.measurement import measured_spectrum, read_measurement
+from rotorstudy import RotorstudyError, load_rig, measured_response, measured_spectrum, read_measurement
 from rotorstudy.measurement.records import records_dataset
 from rotorstudy.measurement.spectrum_file import measurement_dataset
 from rotorstudy.store import save

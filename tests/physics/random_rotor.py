@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from rotorstudy import Entry, Model, Parameter, Structure, Term
-from rotorstudy.model.rig_items import make_term
+from rotorstudy import Entry, Model, Parameter, Structure, Term, make_term
 
 SENSORS = (1, 2)
 

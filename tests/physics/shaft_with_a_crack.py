@@ -1,7 +1,7 @@
 """A shaft with a disc in the middle, and a transverse crack in it."""
 
 import numpy as np
-from machines import springs, unbalance
+from machines import disc, shaft, springs, unbalance
 
 from rotorstudy import build_model, harmonic_response
 
@@ -11,24 +11,13 @@ HARMONICS = np.arange(-6, 7)
 
 def rotor(count, *effects, density=7850.0, bearings=True, **options):
     """A disc in the middle of a shaft of equal elements, on pins or on two bearings."""
-    disc = {"node": count // 2 + 1, "mass_kg": MASS, "polar_moment_kg_m2": 0.0, "diametral_moment_kg_m2": 0.0}
-    ends = (1, count + 1)
+    middle, ends = count // 2 + 1, (1, count + 1)
+    options = {"density_kg_per_m3": density, "pinned_nodes": [] if bearings else list(ends), **options}
     return build_model(
         {
-            "rotor": {
-                "kind": "finite_element",
-                "elements": [{"length_m": LENGTH, "count": count}],
-                "outer_diameter_m": DIAMETER,
-                "density_kg_per_m3": density,
-                "discs": [disc],
-                "pinned_nodes": [] if bearings else list(ends),
-                **options,
-            },
+            "rotor": shaft(LENGTH, count, disc(middle, MASS, 0.0, 0.0), outer_diameter_m=DIAMETER, **options),
             "bearings": springs(ends if bearings else (), 1e7, 500.0),
-            "effects": [
-                unbalance(disc["node"], 2e-5, 0.7, mass_kg=MASS),
-                *effects,
-            ],
+            "effects": [unbalance(middle, 2e-5, 0.7, mass_kg=MASS), *effects],
         }
     )
 

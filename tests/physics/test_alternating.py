@@ -171,16 +171,6 @@ def test_inside_the_clearance_and_below_the_lift_nothing_happens():
         assert np.abs(harmonic_response(rotor(effect), [480.0], EVERY) - plain).max() > 0.1 * np.abs(plain).max()
 
 
-def test_looseness_lifts_the_mean_and_has_2x_and_a_rub_is_driven_backward():
-    loose = harmonic_response(rotor(LOOSE), [450.0], EVERY)[0, :, 0]
-    assert loose[EVERY == 0][0].real < 0  # up, against gravity
-    assert np.abs(loose[EVERY == 2][0]) > 1e-3 * np.abs(loose[EVERY == 1][0])
-    slipping = harmonic_response(rotor(RUB), [500.0], [1])[0, 0, 0]
-    smooth = harmonic_response(rotor({**RUB, "friction_ratio": 0.0}), [500.0], [1])[0, 0, 0]
-    assert np.angle(slipping) < np.angle(smooth)  # friction takes energy from forward whirl, as damping does
-    assert np.abs(slipping) < np.abs(smooth)
-
-
 @pytest.mark.parametrize("effect", [RUB, LOOSE, CUBIC], ids=lambda e: e["kind"])
 def test_derivatives_are_those_of_the_response(effect):
     model, speed = rotor(effect, PRELOAD), [470.0, 485.0]

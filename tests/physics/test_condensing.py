@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import disc, shaft, unbalance
 
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.harmonic import harmonic_response, harmonic_response_and_jacobian
@@ -10,18 +11,12 @@ from rotorstudy.response.measured import measured_response, measured_response_an
 HARMONICS = [0, 1, 2, 3, -1, -2, -3]
 
 
-def shaft(**crack):
-    rotor = {
-        "kind": "finite_element",
-        "elements": [{"length_m": 0.6, "count": 8}],
-        "outer_diameter_m": 0.02,
-        "discs": [{"node": 3, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}],
-        "pinned_nodes": [1, 9],
-    }
+def cracked(**crack):
+    rotor = shaft(0.6, 8, disc(3), pinned_nodes=[1, 9])
     effects = [
         {"kind": "external_damping", "node": 5, "external_damping_N_s_per_m": 50.0},
         {"kind": "internal_damping", "node": 5, "internal_damping_N_s_per_m": 10.0},
-        {"kind": "unbalance", "node": 3, "mass_kg": 2.0, "eccentricity_m": 1e-5, "eccentricity_phase_rad": 0.3},
+        unbalance(3, 1e-5, 0.3, mass_kg=2.0),
     ]
     cracks = [{"kind": "breathing", "node": 5, "stiffness_loss_22_N_per_m": 5e3, "stiffness_loss_44_N_m": 0.0, **crack}]
     return build_model({"rotor": rotor, "effects": effects, "cracks": cracks, "sensors": [3, 5]})
@@ -29,7 +24,7 @@ def shaft(**crack):
 
 @pytest.mark.parametrize("crack", [{}, {"weight_dominance": False}])
 def test_measured_response_is_the_one_of_all_coordinates(crack):
-    model, speeds = shaft(**crack), np.linspace(40, 400, 5)
+    model, speeds = cracked(**crack), np.linspace(40, 400, 5)
     assert len(model.involved) < len(model.structure.dofs) / 2
     found, change = measured_response_and_jacobian(model, speeds, HARMONICS)
     whole, whole_change = harmonic_response_and_jacobian(model, speeds, HARMONICS)
@@ -42,7 +37,7 @@ def test_where_the_condensed_part_resonates_on_its_own_all_coordinates_are_solve
     """At that speed the condensed matrix is infinite, the response is not."""
     from scipy.linalg import eigvals
 
-    model = shaft()
+    model = cracked()
     gone = np.setdiff1d(np.arange(len(model.structure.dofs)), model.involved)
     part = np.ix_(gone, gone)
     stiffness, mass, gyroscopic = (getattr(model.structure, name)[part] for name in ("stiffness", "mass", "gyroscopic"))

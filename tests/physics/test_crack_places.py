@@ -1,14 +1,10 @@
 """Cracks of a finite-element shaft: in an element or at a node, refused where there is no such place."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from machines import disc, shaft
-from uniform_shaft import ANISOTROPIC, GOOD, E, rotor
+from uniform_shaft import GOOD, E, rotor
 
-from rotorstudy import Model, RotorstudyError, build_model, harmonic_response, make_term, time_response
-from rotorstudy.response.coupling import forced_harmonics
+from rotorstudy import Model, RotorstudyError, build_model, make_term
 
 
 def test_a_crack_in_an_element_is_that_element_made_softer():
@@ -48,34 +44,6 @@ def test_two_cracks_are_told_apart_by_label_and_the_crack_force_acts_where_they_
     deflection = shaft.static_deflection
     assert np.array_equal(here, shaft.stiffness_loss_at(element=2)["stiffness_loss"][0])
     assert not np.allclose(here @ deflection, elsewhere @ deflection)
-
-
-def test_harmonics_and_time_integration_agree_for_a_cracked_shaft_on_anisotropic_bearings():
-    rig = {
-        "rotor": shaft(0.4, 2, disc(2, 2.0, 0.004, 0.002)),
-        "cracks": [{"kind": "switching", "order": 1, "element": 1, "weight_dominance": False, "stiffness_loss": 0.1}],
-        "bearings": [{"kind": "linear", "node": node, "label": str(node), **ANISOTROPIC} for node in (1, 3)],
-        "effects": [
-            {"kind": "shaft_damping", "shaft_damping_s": 2e-5},
-            {"kind": "external_damping", "node": 2, "external_damping_N_s_per_m": 300.0},
-            {"kind": "unbalance", "node": 2, "mass_kg": 2.0, "eccentricity_m": 1e-5},
-        ],
-    }
-    model, speed = build_model(rig), 150.0
-    harmonics = forced_harmonics(model, order=21)
-    amplitude = harmonic_response(model, [speed], harmonics, order=21)[0]
-    time = np.linspace(0, 2 * np.pi / speed, 9)[1:]
-
-    def motion(at):
-        turning = np.exp(1j * np.outer(at, harmonics) * speed)
-        return turning @ amplitude, turning @ (1j * harmonics[:, None] * speed * amplitude)
-
-    start = tuple(part[0] for part in motion(np.array([0.0])))
-    found = time_response(model, speed, time, start=start)
-    size = np.abs(found).max()
-    assert np.abs(found - motion(time)[0]).max() < 1e-5 * size  # harmonics beyond 21
-    sound = replace(model, terms=tuple(term for term in model.terms if term.kind != "switching"))
-    assert np.abs(time_response(sound, speed, time, start=start) - found).max() > 1e-3 * size
 
 
 BAD_CRACKS = [

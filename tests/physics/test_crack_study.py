@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from rotorstudy import RotorstudyError
-from rotorstudy.response.measured import measured_response
+from rotorstudy import RotorstudyError, measured_response
 from rotorstudy.studies.crack_study.config import load_crack_study
 from rotorstudy.studies.crack_study.limits import needed_visibility, smallest
 from rotorstudy.studies.crack_study.sensitivity import SHAPE, Machine, bounds, explained_away, visibility

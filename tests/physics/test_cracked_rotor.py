@@ -9,8 +9,7 @@ from cracked_rotor import OPENINGS, Shaft
 from machines import disc, shaft, unbalance
 from scipy.integrate import solve_ivp
 
-from rotorstudy.model.rig import build_model
-from rotorstudy.response.measured import measured_response
+from rotorstudy import build_model, measured_response
 from rotorstudy.response.statics import static_deflection
 
 MASS, STIFFNESS, DAMPING, LOSS, PUSH = 2.0, 7.6e5, 120.0, 0.1 * 7.6e5, 2e-5 * np.exp(0.8j)

@@ -5,11 +5,10 @@ import pytest
 from machines import unbalance
 from shaft_with_a_crack import MASS, crack, rotor
 
-from rotorstudy import simulate_records
+from rotorstudy import check_stable, simulate_records
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.response import floquet
 from rotorstudy.response.floquet import periodic_growth_rate
-from rotorstudy.response.stability import check_stable
 
 TWICE = 820.0  # rad/s, about twice the natural frequency of the cracked shaft, where its stiffness pumps a whirl
 LIGHT = {"density": 1e-3, "bearings": False, "theory": "euler_bernoulli"}

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorstudy import make_term
-from rotorstudy.model.entries import LARGE, Entry, LocalMatrix, apply_entries
+from rotorstudy import Entry, make_term, read_rig
+from rotorstudy.model.entries import LARGE, LocalMatrix, apply_entries
 from rotorstudy.model.entry_table import EntryTable
-from rotorstudy.model.rig import read_rig
 from rotorstudy.model.terms import Unknown
 from rotorstudy.response.neighbourhood import Neighbourhood
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import disc, shaft, springs
 from uniform_shaft import LENGTH, E, isotropic, rotor
 
 from rotorstudy import Model, RotorstudyError, build_model, eigenvalues, harmonic_response, make_term
@@ -60,17 +61,8 @@ def test_a_disc_on_a_light_shaft_is_the_disc_of_the_zoo(a, b, weight_dominance):
 
 
 def test_the_shaft_sags_on_its_bearings():
-    disc = {"node": 2, "mass_kg": 4.0, "polar_moment_kg_m2": 0.0, "diametral_moment_kg_m2": 0.0}
-    shaft = {
-        "kind": "finite_element",
-        "elements": [{"length_m": LENGTH, "count": 2}],
-        "outer_diameter_m": 0.02,
-        "density_kg_per_m3": 1e-6,
-        "theory": "euler_bernoulli",
-        "discs": [disc],
-    }
-    items = [{"kind": "linear", "node": node, "label": str(node), **isotropic(1e6)} for node in (1, 3)]
-    model = build_model({"rotor": shaft, "bearings": items})
+    light = shaft(LENGTH, 2, disc(2, 4.0, 0.0, 0.0), density_kg_per_m3=1e-6, theory="euler_bernoulli")
+    model = build_model({"rotor": light, "bearings": springs((1, 3), damping=0.0)})
     found = static_deflection(model, [50.0], model.theta).value[0]
     assert np.abs(harmonic_response(model, [50.0], [0])).max() < 1e-15  # displacements count from there
     sag = 4.0 * 9.81 * LENGTH**3 / (48 * E * np.pi / 64 * 0.02**4)
@@ -79,7 +71,7 @@ def test_the_shaft_sags_on_its_bearings():
     for place, value in expected.items():
         assert found[model.structure.dofs.index(place)] == pytest.approx(value, rel=1e-6, abs=1e-12)
     with pytest.raises(RotorstudyError, match="nothing carries the weight"):
-        harmonic_response(build_model({"rotor": shaft}), [50.0], [0])
+        harmonic_response(build_model({"rotor": light}), [50.0], [0])
 
 
 def test_a_bow_of_a_free_shaft_counts_from_the_line_through_its_ends():

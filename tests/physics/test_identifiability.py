@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 from test_transient import OFFSET_DISC
 
-from rotorstudy import Problem, RotorstudyError, build_model
+from rotorstudy import Problem, RotorstudyError, build_model, cramer_rao_bound, magnitude_and_phase, make_term
 from rotorstudy.errors import UnidentifiableError
-from rotorstudy.inference.bounds import cramer_rao_bound
-from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.measurement.spectrum import independent_covariance
-from rotorstudy.model.rig_items import make_term
 from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.studies.config import ExtraMeasurement, load_study
 from rotorstudy.studies.identifiability import identifiability, information

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import HARMONICS, jeffcott, unbalance
+from machines import HARMONICS, disc, jeffcott, shaft, unbalance
 
 from rotorstudy import (
     Entry,
@@ -55,12 +55,10 @@ def carried(**crack):
     values = {"xx": 1e5, "yy": 2e5, "xy": 4e4, "yx": -3e4}
     bearing |= {f"bearing_stiffness_{k}_N_per_m": v for k, v in values.items()}
     bearing |= {f"bearing_damping_{k}_N_s_per_m": 1e-3 * v for k, v in values.items()}
-    disc = {"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.004, "diametral_moment_kg_m2": 0.002}
-    rotor = {"elements": [{"length_m": 0.4, "count": 3}], "outer_diameter_m": 0.02, "discs": [disc]}
     losses = {"stiffness_loss_22_N_per_m": 2e4, "stiffness_loss_44_N_m": 300.0}
     return build_model(
         {
-            "rotor": {"kind": "finite_element", **rotor},
+            "rotor": shaft(0.4, 3, disc(2, 2.0, 0.004, 0.002)),
             "bearings": [{**bearing, "node": node, "label": str(node)} for node in (1, 4)],
             "cracks": [{"kind": "switching", "node": 3, **losses, **crack}],
             "effects": [

@@ -8,17 +8,14 @@ from machines import HARMONICS, jeffcott
 from scipy.stats import chi2, norm
 
 from rotorstudy import (
-    Problem,
     Spectrum,
-    cramer_rao_bound,
     full_spectrum,
-    magnitude_and_phase,
     measured_response,
     registry,
     simulate_records,
 )
 from rotorstudy.measurement.full_spectra import harmonics_by
-from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
+from rotorstudy.measurement.noise import noise_std, standard_normal
 from rotorstudy.measurement.spectrum import components, independent_covariance
 from rotorstudy.response.series import synthesize
 
@@ -57,48 +54,6 @@ def test_the_check_passes_what_is_right_and_finds_what_is_wrong():
     for wrong in (1.5 * COVARIANCE, COVARIANCE / 1.5, np.diag(np.diag(COVARIANCE))):
         with pytest.raises(AssertionError):
             check_scatter(errors, wrong)
-
-
-@pytest.fixture(scope="module")
-def problem():
-    """400 trials at one speed; 0.2 % white noise, so small that its square does not show."""
-    model = jeffcott()
-    shown = measured_response(model, [308.0], HARMONICS)
-    exact = independent_covariance(np.zeros(shown.shape))
-    clean = Spectrum(shown, np.array([308.0]), np.array(HARMONICS), (1,), exact)
-    std = noise_std(clean, 0.002, "white in time", 100)
-    trials = noisy(shown, std, standard_normal(3, 0, 400, (2, *shown.shape)), "white in time")
-    return Problem(model, replace(clean, amplitude=trials, covariance=independent_covariance(std**2)), model.names)
-
-
-def bound(problem):
-    clean = problem.spectrum.with_amplitude(measured_response(problem.model, problem.spectrum.speed, HARMONICS))
-    return cramer_rao_bound(replace(problem, spectrum=clean), problem.model.theta)
-
-
-def estimated(problem, name):
-    return registry().get("estimator", name).function(problem)
-
-
-def test_maximum_likelihood_fills_the_cramer_rao_ellipsoid(problem):
-    found = estimated(problem, "maximum_likelihood")
-    check_scatter(found.theta - problem.model.theta, bound(problem))
-    check_scatter(found.theta - problem.model.theta, found.covariance.mean(axis=0), slack=0.01)  # at the estimate
-
-
-def test_least_squares_lies_outside_it_but_inside_its_own(problem):
-    found = estimated(problem, "least_squares")
-    check_scatter(found.theta - problem.model.theta, found.covariance, slack=0.01)  # taken at the mean estimate
-    with pytest.raises(AssertionError):
-        check_scatter(found.theta - problem.model.theta, bound(problem))
-
-
-def test_reported_magnitude_and_phase_scatter_as_stated(problem):
-    found = estimated(problem, "maximum_likelihood")
-    names, polar, covariance = magnitude_and_phase(problem.names, found.theta, found.covariance)
-    assert "eccentricity_phase" in names
-    true = magnitude_and_phase(problem.names, problem.model.theta, bound(problem))[1]
-    check_scatter(polar - true, covariance.mean(axis=0), slack=0.01)
 
 
 def test_a_trial_has_the_same_noise_in_whatever_chunk_it_is_drawn():

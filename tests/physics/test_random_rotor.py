@@ -25,7 +25,7 @@ from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.linear import solve_linear
 from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.measurement.spectrum import independent_covariance
-from rotorstudy.response.integration import force_in_time, time_response
+from rotorstudy.response.integration import time_response
 
 SPEED, ORDER = 110.0, 30  # the response of these rotors falls below 1e-10 of its largest harmonic before the 15th
 EVERY = np.arange(-ORDER, ORDER + 1)
@@ -51,32 +51,6 @@ def spectrum_of(model, speeds, harmonics):
     shown = measured_response(model, speeds, harmonics)
     covariance = independent_covariance(np.full(shown.shape, 1e-16))
     return Spectrum(shown, np.array(speeds), np.array(harmonics), model.sensors, covariance)
-
-
-def unbalanced_force(model, theta):
-    """Largest share of the equations of motion, at 100 instants of a turn, that the harmonic response leaves over."""
-    structure = model.structure
-    amplitude = harmonic_response(model, [SPEED], EVERY, theta, order=ORDER)[0]
-    time = np.arange(100) * 2 * np.pi / SPEED / 100
-    turning = np.exp(1j * EVERY * SPEED * time[:, None])
-    motion = [turning * (1j * EVERY * SPEED) ** order @ amplitude for order in range(3)]
-    motion[0] = motion[0] + structure.static_deflection
-    inertia, elastic = motion[2] @ structure.mass.T, motion[0] @ structure.stiffness.T
-    left = inertia - 1j * SPEED * motion[1] @ structure.gyroscopic.T + elastic - structure.static_load
-    for value, unknown in zip(model.theta, model.rotor_unknowns, strict=True):
-        left = left - value * force_in_time(unknown.entries, SPEED, time, *motion)
-    return np.abs(left).max() / np.abs(elastic).max()
-
-
-def test_the_response_balances_the_forces_at_every_instant(model):
-    assert unbalanced_force(model, model.theta) < 1e-9  # what lies beyond harmonic 30, times its inertia of 900
-
-
-def test_the_balance_finds_every_parameter_that_is_off_by_a_thousandth(model):
-    for p in range(len(model.theta)):
-        wrong = model.theta.copy()
-        wrong[p] *= 1.001
-        assert unbalanced_force(model, wrong) > 1e-8, model.names[p]
 
 
 def test_time_integration_settles_to_the_response():

@@ -4,15 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import HARMONICS, jeffcott
+from collocation import four_coordinates
+from machines import HARMONICS, OFFSET_DISC, jeffcott, jeffcott_rig
 
-from rotorstudy import Model, RotorstudyError, Spectrum, Term, build_model, harmonic_response, measured_response
+from rotorstudy import Model, RotorstudyError, Spectrum, build_model, measured_response
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.linear import solve_linear
 from rotorstudy.measurement.spectrum import independent_covariance
-from rotorstudy.model.entries import apply_entries
-from rotorstudy.response.integration import force_in_time
 
 
 def spectrum_of(model, speeds, harmonics, **options):
@@ -24,22 +23,6 @@ def spectrum_of(model, speeds, harmonics, **options):
 
 def solved(model, spectrum, names):
     return solve_linear(*regression(model, spectrum, names).real_system(), names)
-
-
-def test_columns_are_the_force_in_time_seen_by_harmonic(machine):
-    """One speed, one whole turn: e^{jnwt} of the force a term exerts equals its regression column."""
-    w, harmonics = 150.0, np.arange(-4, 5)
-    amplitude = harmonic_response(machine, [w], harmonics)
-    time = np.arange(64) * 2 * np.pi / w / 64
-    turning = np.exp(1j * harmonics * w * time[:, None])
-    motion = [turning * (1j * harmonics * w) ** order @ amplitude[0] for order in range(3)]
-    motion[0] = motion[0] + machine.structure.static_deflection
-    static = machine.structure.static_deflection
-    for unknown in machine.rotor_unknowns:
-        force = force_in_time(unknown.entries, w, time, *motion)
-        column = apply_entries(unknown.entries, amplitude, np.array([w]), harmonics, static)[0]
-        seen = np.fft.fft(force, axis=0)[harmonics[2:-2]] / len(time)  # a shift moves harmonics in from the edge
-        assert column[2:-2] == pytest.approx(seen, rel=1e-10, abs=1e-12 * np.abs(column).max())
 
 
 @pytest.mark.parametrize("from_unloaded_line", [False, True])
@@ -73,16 +56,8 @@ def test_the_full_crack_needs_its_harmonics():
         regression(model, spectrum_of(model, [50.0, 88.0], HARMONICS), model.names)
 
 
-def test_a_hidden_coordinate_is_eliminated_exactly(machine):
-    """The tilt is not measured, is driven by the unknown push, and is coupled by stiffness and gyroscopic moment."""
-    harmonics = list(range(-15, 16))
-    spectrum = spectrum_of(machine, [90.0, 150.0], harmonics)
-    names = ("rotating", "uneven", "turning", "push_real", "push_imag")
-    expected = machine.theta[machine.position(names)]
-    assert solved(machine, spectrum, names) == pytest.approx(expected, rel=1e-9)
-
-
-def test_an_unknown_on_a_hidden_coordinate_is_refused_by_name(machine):
+def test_an_unknown_on_a_hidden_coordinate_is_refused_by_name():
+    machine = four_coordinates(1)
     with pytest.raises(RotorstudyError, match=r"'damping' acts on coordinates .*tilt.* not measured"):
         regression(machine, spectrum_of(machine, [90.0], range(-15, 16)), ("damping",))
 
@@ -136,11 +111,23 @@ def test_a_model_with_an_unknown_nobody_asked_for_is_refused():
         regression(model, spectrum_of(jeffcott(), [88.0], HARMONICS), ("external_damping",))
 
 
-def test_rows_keep_harmonic_and_sensor_order(machine):
-    """A force at one harmonic of one coordinate appears in that row and no other."""
-    harmonics = list(range(-15, 16))
-    spectrum = spectrum_of(machine, [150.0], harmonics)
-    push = Term("own", (machine.terms[-1].parameters[0],), {}, label="own")
-    equations = regression(machine.plus(push), spectrum, ("push[own]_real", "push[own]_imag"))
-    strength = np.abs(equations.columns[0, :, 0])
-    assert np.flatnonzero(strength > 1e-9) == pytest.approx([2 * (1 + 15), 2 * (1 + 15) + 1])
+def test_both_parts_of_a_complex_amplitude_without_value_are_unknown():
+    model = build_model({"rotor": jeffcott_rig()["rotor"], "effects": [{"kind": "unbalance"}]})
+    assert model.unknown_names() == ("eccentricity_real", "eccentricity_imag")
+
+
+@pytest.mark.parametrize("n", [0, 2])
+def test_free_crack_forces_are_refused_where_the_speed_cannot_tell_deflection_and_tilt_apart(n):
+    """At 0X, and at 2X for a polar moment twice the diametral one, the tilt has no inertia: one shape at all speeds."""
+    shaking = [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
+        {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": 0.5},
+    ]
+    free = {"kind": "crack_force", "harmonics": [1, n], "label": "free"}
+    for order in (1, n):
+        free |= {f"stiffness_loss_22_p{order}_N_per_m": 1e4, f"stiffness_loss_44_p{order}_N_m": 100.0}
+    model = build_model({"rotor": OFFSET_DISC, "effects": [*shaking, free]})
+    names = [name for name in model.names if name.endswith("[free]")]
+    with pytest.raises(UnidentifiableError, match="trade off") as refused:
+        solved(model, spectrum_of(model, [90.0, 200.0, 310.0], [1, n]), tuple(names))
+    assert refused.value.parameters == tuple(f"stiffness_loss_{k}_p{n}[free]" for k in ("22", "44"))

@@ -5,12 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from collocation import four_coordinates
 from machines import HARMONICS, jeffcott
 
-from rotorstudy import (
-    harmonic_response,
-    measured_response_and_jacobian,
-)
+from rotorstudy import harmonic_response, measured_response_and_jacobian
+from rotorstudy.response import harmonic
 
 M, K, C_E, C_H, DK, E, G = 2.0, 7.6e5, 100.0, 20.0, 2.5e5, 5e-6 * np.exp(1j * np.pi / 6), 9.81
 
@@ -104,16 +103,6 @@ def two_dampings():
     return theta
 
 
-def test_response_is_linear_in_the_forces(machine):
-    theta = machine.theta
-    rest, push = theta.copy(), theta.copy()
-    position = machine.position(["push_real", "push_imag"])
-    rest[position] = 0
-    push[position] *= 3
-    at_rest, once, thrice = (harmonic_response(machine, [150.0], range(-3, 4), t) for t in (rest, theta, push))
-    assert thrice - at_rest == pytest.approx(3 * (once - at_rest), rel=1e-9, abs=1e-18)
-
-
 def test_displacement_counts_from_the_static_line_of_the_uncracked_rotor():
     still = jeffcott(stiffness_loss=0.0)
     theta = still.theta * 0
@@ -122,12 +111,10 @@ def test_displacement_counts_from_the_static_line_of_the_uncracked_rotor():
     assert loose.structure.static_deflection == 0  # not supported: no static line, all counts from zero
 
 
-def test_speeds_taken_in_parts_give_the_same(machine, monkeypatch):
-    from rotorstudy.response import harmonic as response
-
-    speeds, harmonics = np.linspace(50.0, 150.0, 7), range(-4, 5)
+def test_speeds_taken_in_parts_give_the_same(monkeypatch):
+    machine, speeds, harmonics = four_coordinates(1), np.linspace(50.0, 150.0, 7), range(-4, 5)
     whole = measured_response_and_jacobian(machine, speeds, harmonics)
-    monkeypatch.setattr(response, "NUMBERS_AT_ONCE", 10.0)
+    monkeypatch.setattr(harmonic, "NUMBERS_AT_ONCE", 10.0)
     parts = measured_response_and_jacobian(machine, speeds, harmonics)
     for one, other in zip(whole, parts, strict=True):
         assert one == pytest.approx(other, rel=1e-12)

@@ -4,11 +4,11 @@ import json
 
 import numpy as np
 import pytest
+from machines import disc, shaft, springs
 from page_checks import problems
 
-from rotorstudy import build_model, harmonic_response, measured_spectrum, read_rig
+from rotorstudy import RotorstudyError, build_model, harmonic_response, measured_spectrum, read_rig
 from rotorstudy.commands.line import main
-from rotorstudy.errors import RotorstudyError
 from rotorstudy.presentation.rotor_files import analyse_files, measured_vectors
 from rotorstudy.response.resonance import Peak, peaks, required_margin, separation_margin
 from rotorstudy.response.stability import damping_of_effects
@@ -59,12 +59,8 @@ def test_a_peak_without_both_half_power_points_has_no_amplification_factor():
 
 def test_a_maximum_between_critical_speeds_is_no_resonance():
     """Overhung rotor: beside the node of a mode, the response has a zero and a maximum where no mode swings."""
-    disc = {"node": 7, "mass_kg": 15.3, "polar_moment_kg_m2": 0.12, "diametral_moment_kg_m2": 0.062}
-    shaft = {"kind": "finite_element", "elements": [{"length_m": 1.5, "count": 6}], "outer_diameter_m": 0.025}
-    springs = {"bearing_stiffness_xx_N_per_m": 2e7, "bearing_stiffness_yy_N_per_m": 1e7}
-    damped = {**springs, "bearing_damping_xx_N_s_per_m": 1e3, "bearing_damping_yy_N_s_per_m": 1e3}
-    bearings = [{"kind": "linear", "node": node, "label": str(node), **damped} for node in (1, 5)]
-    model = build_model({"rotor": {**shaft, "discs": [disc]}, "bearings": bearings})
+    overhung = shaft(1.5, 6, disc(7, 15.3, 0.12, 0.062), outer_diameter_m=0.025)
+    model = build_model({"rotor": overhung, "bearings": springs((1, 5), (2e7, 1e7), (1e3, 1e3))})
     found = analyse_rotor(model, highest=700.0)
     speed, response = found.data.response_speed.values, np.abs(as_complex(found.data.unbalance_response))
     maxima = {peak.speed for one in response.T for peak in peaks(speed, one)}

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 import yaml
-from machines import disc, shaft
+from machines import disc, shaft, springs
 from scipy.linalg import eigvals
 
-from rotorstudy import build_model
-from rotorstudy.errors import RotorstudyError
+from rotorstudy import RotorstudyError, build_model
 from rotorstudy.presentation.rig_check_words import check_words
 from rotorstudy.presentation.rotor_files import analyse_files
 from rotorstudy.presentation.rotor_page import resonances, summary
@@ -29,11 +28,6 @@ FILM = {
     "eccentricity_ratio": 0.4,
     "bearing_scale": 1.0,
 }
-
-
-def linear(node):
-    coefficients = {"bearing_stiffness_N_per_m": 1e6, "bearing_damping_N_s_per_m": 300.0}
-    return {"kind": "linear", "node": node, "label": str(node), **coefficients}
 
 
 def test_an_undamped_resonance_has_no_bound():
@@ -72,7 +66,7 @@ def test_runout_is_no_unbalance():
 
 @pytest.mark.parametrize("speeds", [(None, None), (10.0, 1000.0)])
 def test_a_rotor_on_one_bearing_is_refused(speeds):
-    rig = {"rotor": SHAFT, "bearings": [linear(1)], "sensors": [3]}
+    rig = {"rotor": SHAFT, "bearings": springs([1]), "sensors": [3]}
     with pytest.raises(RotorstudyError, match="do not hold the rotor"):
         analyse_rotor(build_model(rig), *speeds)
 
@@ -137,7 +131,7 @@ def test_a_rotor_on_pedestals_alone_has_the_critical_speeds_of_the_whole_structu
 def test_growth_with_a_crack_leaves_out_hysteretic_damping():
     crack = {"kind": "switching", "element": 2, "angle_rad": 1.0, "stiffness_loss": 0.1, "weight_dominance": False}
     lossy = {"kind": "hysteretic_damping", "loss_factor": 0.01}
-    rig = {"rotor": SHAFT, "bearings": [linear(1), linear(5)], "sensors": [3], "cracks": [crack], "effects": [lossy]}
+    rig = {"rotor": SHAFT, "bearings": springs((1, 5)), "sensors": [3], "cracks": [crack], "effects": [lossy]}
     found = analyse_rotor(build_model(rig), 100.0, 300.0)
     assert (found.left_out, found.timeless, found.threshold) == (["switching"], ["hysteretic_damping"], None)
 
@@ -161,7 +155,7 @@ def test_critical_speeds_on_a_bearing_that_is_isotropic_at_some_speeds_only():
 def test_a_slender_shaft_is_drawn_and_a_vertical_one_names_its_bearings(tmp_path):
     """A shaft of 30 diameters is not drawn to scale; without weight each bearing still has its own node."""
     thick = shaft(0.6, 4)
-    rig = {"rotor": thick, "bearings": [linear(1), linear(5)], "effects": []}
+    rig = {"rotor": thick, "bearings": springs((1, 5)), "effects": []}
     rig["rotor"]["gravity_m_per_s2"] = 0.0
     path = tmp_path / "rig.yaml"
     path.write_text(yaml.safe_dump(rig))

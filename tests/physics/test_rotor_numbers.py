@@ -12,7 +12,6 @@ from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rig_numbers import rig_with_changes, with_numbers
 from rotorstudy.response.floquet import periodic_growth_rate
-from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.integration import time_response
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 from rotorstudy.response.stability import eigenvalues
@@ -149,17 +148,6 @@ def test_numbers_that_enter_linearly_build_no_rotor_again():
             assert np.abs(one - other).max() <= 1e-9 * np.abs(other).max()
 
 
-def test_condensed_coordinates_change_nothing():
-    rig = {**SUPPORTS["periodic crack"], "sensors": [3, 6]}
-    model = with_numbers(build_model(rig), NUMBERS)
-    theta = model.theta.copy()
-    theta[model.position(NUMBERS)] = [0.01, 0.02, -0.01, 0.01]
-    assert len(model.involved) < len(model.structure.dofs)
-    whole = harmonic_response(model, SPEEDS, HARMONICS, theta, order=5)[..., model.measured]
-    shown = measured_response(model, SPEEDS, HARMONICS, theta, order=5)
-    assert np.abs(shown - whole).max() < 1e-10 * np.abs(whole).max()
-
-
 def test_many_trials_are_each_their_own():
     model = with_numbers(build_model({**SUPPORTS["bearings"], "sensors": [3, 6]}), NUMBERS)
     theta = np.tile(model.theta, (3, 1))
@@ -169,20 +157,6 @@ def test_many_trials_are_each_their_own():
         alone = measured_response_and_jacobian(model, SPEEDS, HARMONICS, theta[i])
         assert np.abs(together.response[i] - alone.response).max() < 1e-12 * np.abs(alone.response).max()
         assert together.jacobian[i] == pytest.approx(alone.jacobian, rel=1e-9, abs=1e-18)
-
-
-@pytest.mark.parametrize("plugin", registry().plugins["rotor"].values(), ids=lambda plugin: plugin.name)
-def test_every_rotor_has_numbers_that_move(plugin):
-    model = build_model({"rotor": {"kind": plugin.name, **plugin.example}})
-    assert plugin.uncertain, f"{plugin.name} states no uncertain number"
-    names = [f"rotor.{path}" for path in plugin.uncertain]
-    working = []
-    for name in names:
-        try:
-            working.append(with_numbers(model, [name]).names)
-        except RotorstudyError:  # another way to describe that rotor
-            continue
-    assert working
 
 
 def test_a_new_rotor_keeps_what_was_not_changed_and_has_the_new_numbers():

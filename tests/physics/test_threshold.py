@@ -1,9 +1,19 @@
-"""Gyroscopic whirl and the threshold of instability: closed forms beyond the isotropic Jeffcott rotor."""
+"""Eigenvalues, gyroscopic whirl and the threshold of instability in closed form."""
 
 import numpy as np
 import pytest
+from machines import jeffcott
 
-from rotorstudy import Entry, Parameter, Term, build_model, eigenvalues, harmonic_response, stability_threshold
+from rotorstudy import (
+    Entry,
+    Parameter,
+    RotorstudyError,
+    Term,
+    build_model,
+    eigenvalues,
+    harmonic_response,
+    stability_threshold,
+)
 from rotorstudy.response.integration import time_response
 from rotorstudy.response.stability import check_stable
 
@@ -49,14 +59,6 @@ def test_a_tilting_disc_whirls_at_its_closed_form(speed):
     assert np.abs(found - 1j * expected).max() < 1e-12 * np.abs(expected).max()
 
 
-def test_forward_tilting_speeds_up_and_backward_slows_down():
-    speeds = np.array([100.0, 200.0, 400.0, 800.0])  # from the first, tilting forward is the fastest mode
-    _, backward, _, forward = eigenvalues(rotor(MID_SPAN), speeds).imag.T
-    assert (np.diff(forward) > 0).all() and (np.diff(np.abs(backward)) < 0).all()
-    _, backward, _, forward = np.sort(-eigenvalues(rotor({**MID_SPAN, "gyroscopic_sign": -1}), speeds).imag).T
-    assert (np.diff(forward) > 0).all()  # negative control: the sign of the thesis swaps forward and backward
-
-
 @pytest.mark.parametrize(
     ("n", "inertia"), [(1, DIAMETRAL - POLAR), (-1, DIAMETRAL + POLAR), (2, 4 * DIAMETRAL - 2 * POLAR)]
 )
@@ -71,6 +73,23 @@ def test_a_turning_couple_tilts_a_disc_against_its_gyroscopic_moment(n, inertia)
 def uneven(difference):
     """k + d along x, k - d along y: force -d conj(z)."""
     return ad_hoc("uneven", difference, Entry(-np.array([[1.0]]), on="conj"))
+
+
+@pytest.mark.parametrize(("internal", "external"), [(20.0, 100.0), (50.0, 25.0), (30.0, 30.0)])
+def test_internal_damping_is_unstable_from_its_closed_form_on(internal, external):
+    found = stability_threshold(rotor(JEFFCOTT, internal, external), 8 * NATURAL)
+    assert found == pytest.approx(NATURAL * (1 + external / internal), rel=1e-9)  # the root finder's 1e-9 rad/s
+
+
+def test_an_uneven_support_gives_two_natural_frequencies():
+    found = eigenvalues(rotor(JEFFCOTT).plus(uneven(1e5)), [100.0])[0]
+    positive = np.unique(np.round(found.imag[found.imag > 0], 6))
+    assert positive == pytest.approx(np.sqrt([(K - 1e5) / M, (K + 1e5) / M]), rel=1e-8)
+
+
+def test_a_model_that_varies_in_time_has_no_eigenvalues():
+    with pytest.raises(RotorstudyError, match="'stiffness_loss' makes the model time-varying"):
+        eigenvalues(jeffcott(weight_dominance=False), [88.0])
 
 
 @pytest.mark.parametrize("difference", [1e3, 1e4, 5e4])

@@ -7,11 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rotorstudy import Problem, RotorstudyError, build_model
+from rotorstudy import Problem, RotorstudyError, build_model, full_spectrum, registry
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.linear import solve_linear
-from rotorstudy.measurement.full_spectra import full_spectrum
-from rotorstudy.model.registry import registry
 from rotorstudy.store import as_complex
 from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.studies.config import load_study
@@ -82,13 +80,6 @@ def test_chapter_5_from_one_speed_names_the_pair():
     assert set(caught.value.parameters) == {"eccentricity_real", "stiffness_loss_22_p1"}
     problem = replay_problem(replay, ["15 Hz", "20 Hz"], compensated, draws)
     assert np.isfinite(solve_linear(*problem.equations(), problem.names)).all()
-
-
-def test_six_parameters_come_back_from_the_steady_state(study):
-    model = study.rig("physical")
-    problem = Problem(model, clean_spectrum(study, model, study.cases[CASE].speeds), tuple(study.unknowns))
-    found = solve_linear(*problem.equations(), problem.names)
-    assert found == pytest.approx(model.theta[model.position(study.unknowns)], rel=1e-9)
 
 
 def test_misprints_of_the_regression_matrix_move_the_estimates_and_the_right_one_does_not(study):

@@ -34,6 +34,12 @@ def environment(project):
     return {**os.environ, "PYTHONPATH": str(project / "src")}
 
 
+def run(project, folder, *arguments, config, cores=2, **changed):
+    """What Snakemake returns and says; changed : of the environment."""
+    call = command(project, folder, *arguments, config=config, cores=cores)
+    return subprocess.run(call, capture_output=True, text=True, timeout=1200, env=environment(project) | changed)
+
+
 @pytest.fixture(scope="module")
 def project(tmp_path_factory):
     """A copy of what the workflow is made of."""
@@ -66,18 +72,12 @@ def some(whole, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def snakemake(project):
-    def run(folder, *arguments, config, cores=2):
-        found = subprocess.run(
-            command(project, folder, *arguments, config=config, cores=cores),
-            capture_output=True,
-            text=True,
-            timeout=1200,
-            env=environment(project),
-        )
+    def complete(folder, *arguments, config, cores=2):
+        found = run(project, folder, *arguments, config=config, cores=cores)
         assert found.returncode == 0, found.stdout + found.stderr
         return found.stdout + found.stderr
 
-    return run
+    return complete
 
 
 @pytest.fixture(scope="module")
@@ -220,25 +220,10 @@ def test_another_seed_gives_other_numbers(built, project, tmp_path):
         xr.testing.assert_equal(other.without_noise, same.without_noise)
 
 
-def test_a_half_written_file_never_has_the_name_of_a_result(built, tmp_path):
-    """The store writes beside and renames: a copy cut in the middle lies under another name."""
-    from rotorstudy.store import atomic
-
-    with pytest.raises(KeyboardInterrupt), atomic(tmp_path / "result.nc") as temporary:
-        temporary.write_bytes((built / SOME_TARGETS[0]).read_bytes()[:1000])
-        raise KeyboardInterrupt
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_misspelt_configuration_key_stops_before_anything_runs(project, some, tmp_path):
     text = changed_study(project, "crack_scales:", "crack_scale:")
     (tmp_path / "study.yaml").write_text(text)
-    found = subprocess.run(
-        command(project, tmp_path, "--config", f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}", config=some),
-        capture_output=True,
-        text=True,
-        env=environment(project),
-    )
+    found = run(project, tmp_path, "--config", f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}", config=some)
     assert found.returncode != 0
     assert "unknown key 'crack_scale'" in found.stdout + found.stderr
     assert "did you mean 'crack_scales'" in found.stdout + found.stderr
@@ -246,12 +231,7 @@ def test_a_misspelt_configuration_key_stops_before_anything_runs(project, some, 
 
 
 def test_a_folder_that_cannot_be_written_to_stops_before_anything_runs(project, some, tmp_path):
-    found = subprocess.run(
-        command(project, tmp_path, config=some),
-        capture_output=True,
-        text=True,
-        env=environment(project) | {"TMPDIR": str(tmp_path / "missing")},
-    )
+    found = run(project, tmp_path, config=some, TMPDIR=str(tmp_path / "missing"))
     assert found.returncode != 0
     assert f"error: {tmp_path / 'missing'}, stated by TMPDIR, is not a folder" in found.stderr
     assert "Traceback" not in found.stdout + found.stderr
@@ -260,9 +240,7 @@ def test_a_folder_that_cannot_be_written_to_stops_before_anything_runs(project, 
 
 def test_results_that_are_no_folder_stop_before_anything_runs(project, some, tmp_path):
     (tmp_path / "results").write_text("a file\n")
-    found = subprocess.run(
-        command(project, tmp_path, config=some), capture_output=True, text=True, env=environment(project)
-    )
+    found = run(project, tmp_path, config=some)
     assert found.returncode != 0 and "Traceback" not in found.stdout + found.stderr
     assert "error: results, where results are written, is not a folder" in found.stderr
 
@@ -286,8 +264,8 @@ def test_a_damaged_result_is_named_by_the_job_that_reads_it(built, project, whol
     path = tmp_path / "copy" / "results" / "chapter_7" / "limits.nc"
     content = path.read_bytes()
     path.write_bytes(content[: len(content) // 2])
-    call = command(project, tmp_path / "copy", "--", "results/chapter_7/figures/smallest_crack.png", config=whole)
-    found = subprocess.run(call, capture_output=True, text=True, env=environment(project))
+    figure = "results/chapter_7/figures/smallest_crack.png"
+    found = run(project, tmp_path / "copy", "--", figure, config=whole)
     assert found.returncode != 0
     assert "limits.nc: not a readable NetCDF file; a result is made again if you delete" in found.stdout + found.stderr
 

@@ -79,13 +79,6 @@ def test_a_file_that_is_no_plugin_is_told_so(text, words, tmp_path):
         check_file(path)
 
 
-def test_a_name_of_the_zoo_cannot_be_used_twice(tmp_path):
-    path = new_plugin("crack", "brand_new", tmp_path)
-    path.write_text(path.read_text().replace('"brand_new"', '"switching"'))
-    with pytest.raises(PluginError, match="two plugins are called crack 'switching'"):
-        check_file(path)
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -4,12 +4,9 @@ import numpy as np
 import pytest
 from machines import disc, shaft
 
-from rotorstudy import Model, Problem, RotorstudyError, Spectrum, build_model, eigenvalues, harmonic_response, make_term
-from rotorstudy.inference.output_error import output_error_fit
-from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy import Model, RotorstudyError, build_model, eigenvalues, harmonic_response, make_term
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.response.integration import force_in_time
-from rotorstudy.response.measured import measured_response
 
 PLAIN = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
 SHAFT = shaft(0.6, 4, disc(2, 2.0, 0.004, 0.002))
@@ -101,21 +98,6 @@ def test_only_the_coefficients_of_the_kind_are_parameters():
     assert [u.name for u in term(TABLE).unknowns] == ["bearing_scale"]
 
 
-def test_unbalance_response_on_an_anisotropic_bearing():
-    """R_1 = (X + Y) / 2 and R_-1 = conj(X - Y) / 2 with X = m e w^2 / (k + k_xx - m w^2 + j w c_xx), Y alike."""
-    unbalance = {"kind": "unbalance", "eccentricity_m": 1e-5}
-    model = build_model({"rotor": PLAIN, "bearings": [ANISOTROPIC], "effects": [unbalance]})
-    speeds = np.array([88.0, 500.0, 750.0])
-
-    def along(ab):
-        return 2.0 * 1e-5 * speeds**2 / (7.6e5 + K[ab] - 2.0 * speeds**2 + 1j * speeds * C[ab])
-
-    expected = np.transpose([(along("xx") + along("yy")) / 2, np.conj(along("xx") - along("yy")) / 2])
-    found = harmonic_response(model, speeds, [1, -1])[..., 0]
-    assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
-    assert np.abs(found - expected.conj()).max() > 1e-2 * np.abs(expected).max()
-
-
 @pytest.mark.parametrize("sign", [1, -1])
 def test_cross_coupling_drives_whirl_in_its_own_direction_beyond_the_damping(sign):
     """m z'' + c z' + (k - j q) z = 0 with q = k_xy = -k_yx grows where |q| > c sqrt(k / m), forward for q > 0."""
@@ -141,21 +123,6 @@ def test_a_table_is_linear_between_its_speeds_and_ends_where_it_ends():
     for speed in (49.0, 401.0):
         with pytest.raises(RotorstudyError, match=f"speed {speed:g} rad/s is outside .* node 1, 50 to 400 rad/s"):
             harmonic_response(tabulated, [88.0, speed], [1])
-
-
-def test_unlike_bearings_of_a_shaft_are_found_again_from_its_response():
-    items = [{**ANISOTROPIC, "node": 1, "label": "left"}, {**ANISOTROPIC, "node": 5, "label": "right"}]
-    items[1]["bearing_stiffness_xx_N_per_m"] = 2e5
-    unbalance = {"kind": "unbalance", "node": 2, "mass_kg": 2.0, "eccentricity_m": 1e-5}
-    model = build_model({"rotor": SHAFT, "bearings": items, "effects": [unbalance], "sensors": [1, 5]})
-    speeds, harmonics = np.array([60.0, 120.0, 180.0, 400.0]), np.array([0, 1, -1])
-    shown = measured_response(model, speeds, harmonics)
-    spectrum = Spectrum(shown, speeds, harmonics, (1, 5), independent_covariance(np.full(shown.shape, 1e-9) ** 2))
-    names = tuple(name for name in model.names if name.startswith("bearing"))
-    true = model.theta[model.position(names)]
-    found = output_error_fit(Problem(model, spectrum, names), start=1.2 * true)
-    assert found.theta == pytest.approx(true, rel=1e-6)
-    assert len(names) == 8 and not np.allclose(true[:4], true[4:])
 
 
 def test_a_tabulated_bearing_without_damping_and_some_directions_acts_in_those():

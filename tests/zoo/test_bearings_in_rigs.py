@@ -6,9 +6,8 @@ import xarray as xr
 import yaml
 from machines import disc, shaft
 
-from rotorstudy import build_model, eigenvalues, harmonic_response, registry, stability_threshold
+from rotorstudy import build_model, eigenvalues, harmonic_response, make_term, registry, stability_threshold
 from rotorstudy.commands.line import main
-from rotorstudy.model.rig_items import make_term
 from rotorstudy.presentation.bearing_figures import plot_bearing_coefficients
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.studies.bearings import all_bearings, bearing_coefficients
@@ -80,15 +79,6 @@ def test_unbalance_on_journals_goes_backward_too_and_oil_whip_starts_near_twice_
     assert 0.45 < whirl / threshold < 0.52
     for factor, grows in ((0.99, False), (1.01, True)):
         assert bool(eigenvalues(model, [factor * threshold]).real.max() > 0) is grows
-
-
-def test_a_rigid_shaft_on_two_journals_whirls_where_one_mass_on_one_does():
-    """Steel made 10 000 times as stiff: 2 sqrt(6 / pi) sqrt(g / c), light load (see test_film_bearings)."""
-    stiff = {**SHAFT, "outer_diameter_m": 0.15, "youngs_modulus_Pa": 2.1e15}
-    share = float(weight(build_model({"rotor": stiff})) / 2)
-    given = rig(registry().get("bearing", "short_journal"), load_N=share, viscosity_Pa_s=10.0)
-    threshold = stability_threshold(build_model({**given, "rotor": stiff}), 3000.0)
-    assert threshold == pytest.approx(2 * np.sqrt(6 / np.pi) * np.sqrt(9.81 / 1e-4), rel=2e-3)
 
 
 def test_every_bearing_is_compared_and_a_speed_it_refuses_is_left_out():

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from cracked_jeffcott import CRACKS, HARMONICS, crack, rig
 
-from rotorstudy import harmonic_response
+from rotorstudy import harmonic_response, make_term
 from rotorstudy.authoring.invariants.bench import bench_structure
 from rotorstudy.errors import PluginError
 from rotorstudy.model.cracks import crack_series, participation_factors
 from rotorstudy.model.kinds import Crack
-from rotorstudy.model.rig_items import make_term
 
 
 def test_cosine_to_the_second_power_is_breathing_and_its_mean_is_a_binomial():

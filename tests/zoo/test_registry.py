@@ -125,13 +125,6 @@ def test_files_of_one_name_in_folders_of_one_name_both_load(tmp_path):
     assert set(zoo.plugins["crack"]) == {"first", "second"}
 
 
-def test_a_copied_plugin_file_is_refused_as_a_second_plugin_of_its_name(tmp_path):
-    files = [write(tmp_path / user / "cracks", "mine", CRACK.format(name="same")) for user in ("one", "two")]
-    with pytest.raises(PluginError, match="two plugins are called crack 'same'") as refused:
-        alone(*(file.parent for file in files))
-    assert all(str(file) in str(refused.value) for file in files)
-
-
 def test_two_plugins_of_one_name_clash_and_both_files_are_named(tmp_path):
     write(tmp_path, "first", CRACK.format(name="mine"))
     write(tmp_path, "second", CRACK.format(name="mine").replace("+ 1", "+ 0.5"))
@@ -155,13 +148,6 @@ def test_the_variable_names_further_folders(tmp_path):
     folders = os.pathsep.join(str(tmp_path / name) for name in ("one", "two"))
     cracks, *failures = in_subprocess(LIST, ROTORSTUDY_PLUGINS=folders).stdout.splitlines()
     assert {"one", "two", "switching"} <= set(cracks.split()) and not any(failures)
-
-
-def test_an_installed_distribution_is_found_by_entry_point(tmp_path):
-    distribution(tmp_path, "their_cracks", CRACK.format(name="theirs"))
-    cracks, *failures = in_subprocess(LIST, PYTHONPATH=str(tmp_path)).stdout.splitlines()
-    assert "theirs" in cracks.split() and not any(failures)
-    assert "theirs" not in in_subprocess(LIST).stdout
 
 
 def test_an_installed_distribution_that_does_not_import_is_named_and_the_next_loads(tmp_path):

@@ -9,8 +9,6 @@ from rotorstudy.model.kinds import KINDS
 from rotorstudy.model.registry import Registry, plugin_folders, registry, using
 from rotorstudy.presentation.plugin_library_page import shown, write_plugin_library
 
-WANTED = {"crack": 5, "bearing": 5, "spectrum": 6, "estimator": 7, "effect": 20, "rotor": 3}
-
 
 def test_every_plugin_is_on_the_page_with_its_source_and_checks():
     found = tables()
@@ -19,11 +17,6 @@ def test_every_plugin_is_on_the_page_with_its_source_and_checks():
         assert list(table.name) == sorted(registry().plugins[kind])
         assert table["source"].str.len().min() > 3 and table["checked against"].str.len().min() > 10
     assert found["bearing"].parameters.str.contains("typically").all()
-
-
-def test_the_zoo_is_as_large_as_it_is_said_to_be():
-    for kind, least in WANTED.items():
-        assert len(registry().plugins[kind]) >= least
 
 
 def test_a_plugin_of_another_folder_is_on_the_page(tmp_path):

@@ -85,10 +85,7 @@ def receptance_at(model, speeds):
 
 
 def backward_1x_table(replays):
-    """What the published -1X of both rigs says about the probes and the runout.
-
-    replays : (ReplayConfig, identification, spectra) of each rig;  returns : Table
-    """
+    """Table of what the published -1X of both rigs says about probes and runout; replays as for `readings`."""
     rig, forward, backward, receptance = readings(replays)
     rows = hypotheses(rig, forward, backward, receptance, np.hypot(READING_M, METHOD * np.abs(backward)))
     for name in ("share", "standard deviation", "angle"):

@@ -108,10 +108,7 @@ def described():
 
 
 def tables(config, reference, spectra, variants, reasons):
-    """The tables of Chapter 6 beside the thesis's, and the errors that wrong equations cause.
-
-    As `thesis.chapter_2.tables`, with the Dataset of `studies.variants.variants`.
-    """
+    """As `thesis.chapter_2.tables`, with the errors that wrong equations cause, of `studies.variants.variants`."""
     texts = described()
     printed = published(reference, list(texts))
     rows = spectrum_rows(spectra, spectrum_columns())

@@ -69,10 +69,7 @@ def names_of_either_sign(config):
 
 
 def shown_estimates(config, estimates):
-    """Estimates as pages show them: names, units, lengths in µm, phases in degrees.
-
-    estimates : DataFrame with parameter, estimate, low, high, SI
-    """
+    """DataFrame of parameter, estimate, low, high (SI) as pages show it: names, units, lengths in µm, degrees."""
     units = {name: unit for name in estimates.parameter for unit in config.model.reported_units([_alike(name)])}
     shown = {"m": ("µm", 1e6), "rad": ("deg", 180 / np.pi)}
     unit, factor = zip(*(shown.get(units[name], (units[name], 1.0)) for name in estimates.parameter), strict=True)

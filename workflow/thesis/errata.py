@@ -107,10 +107,7 @@ def chapter_2(config, folder):
 
 
 def chapter_3(replay, folder):
-    """Numbers on the mean of the slow roll, and on the mean at 17 Hz in section 3.7.
-
-    replay : ReplayConfig;  folder : of the printed values
-    """
+    """Numbers on the mean of the slow roll, and on the mean at 17 Hz in section 3.7; folder : of printed values."""
     data_set = replay.data_sets.index("fft")
     zero = replay.harmonics.index(0)
     remaining = {}
@@ -127,10 +124,7 @@ def chapter_3(replay, folder):
 
 
 def chapter_5(replay, spectra, identification):
-    """Numbers on the mass implied by Table 5.1, and on Eq. (5.1).
-
-    replay : ReplayConfig;  spectra, identification : of `thesis.replay`
-    """
+    """Numbers on the mass implied by Table 5.1, and on Eq. (5.1); spectra, identification : of `thesis.replay`."""
     structure = replay.model.structure
     stiffness = 1 / np.linalg.inv(structure.stiffness)[0, 0]
     mass = replay.thesis_deflection_m * stiffness / GRAVITY

@@ -115,10 +115,7 @@ def harmonic_rows(config, data, folder):
 
 
 def compared_parameters(config, data, folder):
-    """Compared of each parameter of the thesis's model: the thesis's estimate, and ours without and with the causes.
-
-    config : ReplayConfig;  data : Dataset of verdict.nc;  folder : of the published values
-    """
+    """Compared of each parameter of the thesis's model: the thesis's estimate, ours without and with the causes."""
     names = list(config.model.names)
     printed = thesis_estimates(config, folder, config.all_speeds)
     chosen = data.sel(parameter=names)

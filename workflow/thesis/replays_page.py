@@ -54,10 +54,7 @@ def left_out_rows(config, rows):
 
 
 def notes_on(config, verdict, harmonics, left_out):
-    """Sentences on one rig: residuals of its model, verdict, and errors at the speeds left out.
-
-    harmonics, left_out : from `harmonic_rows`, `leave_one_out`
-    """
+    """Sentences on one rig: residuals by `harmonic_rows`, verdict, and errors at the speeds left out."""
     rig = readable(config.name).capitalize()
     wrong = sorted(harmonics, key=lambda row: -row["base (σ)"])[:WORST]
     where = ", ".join(
@@ -100,10 +97,7 @@ def _explained(verdict):
 
 
 def changed_estimates(compared):
-    """Sentences, one per rig, on the thesis's estimates that the extended model contradicts by two standard deviations.
-
-    compared : from `compared_parameters`, of all rigs
-    """
+    """Sentences, one a rig, on estimates of the thesis two standard deviations off those of the extended model."""
     found = []
     for rig in dict.fromkeys(one.rig for one in compared):
         own = [one for one in compared if one.rig == rig and not one.is_phase]

@@ -31,10 +31,7 @@ def in_micrometres(scored):
 
 
 def side_by_side(scored, rows, columns):
-    """A scored table for readers: published and ours next to each other, lengths in µm.
-
-    scored : rows of a scoreboard;  rows, columns : key columns of the rows and of the columns
-    """
+    """Rows of a scoreboard for readers: published and ours next to each other, lengths in µm, by key columns."""
     scored = in_micrometres(scored)
     mixed = scored.groupby(columns, dropna=False).unit.nunique().max() > 1
     rows = [*rows, "unit"] if mixed else rows

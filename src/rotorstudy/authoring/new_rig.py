@@ -17,12 +17,7 @@ OPPOSITE = {"with_angles": "against_angles", "against_angles": "with_angles"}
 
 
 class NewRig(NamedTuple):
-    """A rig file that was written.
-
-    path    : of it
-    guessed : sentences on what was guessed from the records
-    changed : sentences on what is different from the rotor of ROSS
-    """
+    """A rig file that was written: sentences on what was guessed from records, and what differs from ROSS."""
 
     path: Path
     guessed: list[str]

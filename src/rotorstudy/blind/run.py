@@ -91,10 +91,7 @@ def answer_chunk(config, chunk, chunks, seals, answers, out, *, cores=1, answer=
 
 
 def gather_chunks(config, out, seals, answers):
-    """Open the truth of all cases, score the answers, and write everything except the figures; see `run_blind`.
-
-    seals, answers : files of every chunk, in order
-    """
+    """Open the truth of all cases, score the answers and write all but the figures; seals, answers : files in order."""
     out, opened, told = Path(out), [], []
     published = [one for path in seals for one in _read(path)["sha256"]]
     answered = [one for path in answers for one in _read(path)]

@@ -33,9 +33,8 @@ def name_of(cause):
 
 
 def score_case(truth, answer):
-    """One row: what was hidden, what was answered, and what is right about the answer.
+    """One row: what was hidden, what was answered, and what is right about it; truth : of `injection.draw`.
 
-    truth  : of `injection.draw`
     answer : {"verdict": as JSON, "held_out": None or {"speed", "before", "after"} predicted harmonics, "seconds": s}
     """
     verdict, true = answer["verdict"], truth["true"]

@@ -113,10 +113,7 @@ def complete(commands):
 
 
 def show_progress(stream):
-    """Write what the package is doing, with the seconds since the start, to a stream.
-
-    Details are written if nothing else was for a while.
-    """
+    """Write to a stream what the package is doing, with the seconds since the start; details after a while."""
     handler, start = logging.StreamHandler(stream), time.time()
     latest = start
 

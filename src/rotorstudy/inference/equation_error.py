@@ -30,10 +30,9 @@ from rotorstudy.response.statics import static_deflection
 
 @dataclass(frozen=True)
 class Regression:
-    """Equations columns @ theta = right_side, in newtons, a complex row for each measured harmonic and sensor.
+    """Equations of `names`, columns (..., speed, row, parameter) @ theta = right_side (..., speed, row), complex, N.
 
-    columns    : (..., speed, row, parameter) complex;  right_side : (..., speed, row) complex
-    names      : the unknowns
+    A row for each measured harmonic and sensor.
     """
 
     columns: np.ndarray
@@ -192,12 +191,10 @@ def _equations(arranged, amplitude, deflection=None):
 def residual_sensitivity(
     model: Model, spectrum: Spectrum, names: Sequence[str], theta: np.ndarray, *, order: int = COUPLED_ORDER
 ) -> np.ndarray:
-    """Derivative of the residual columns @ theta - right_side by the spectrum; its covariance follows from it.
+    """Derivative (..., speed, row, component), real, of the residual columns @ theta - right_side by the spectrum.
 
-    model, spectrum, names, order : see `regression`
-    theta                         : (..., parameter) values of `names`
-    returns                       : (..., speed, row, component) real, rows as in `Regression.real_system`, components
-                                    of all sensors together
+    Its covariance follows from it. Arguments as of `regression`, theta (..., parameter) the values of `names`; rows as
+    in `Regression.real_system`, components of all sensors together.
     """
     columns, right_side = equation_sensitivity(model, spectrum, names, order=order)
     return np.einsum("srcp,...p->...src", columns, theta) - right_side

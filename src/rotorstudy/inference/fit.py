@@ -81,11 +81,7 @@ class Fit:
 
 
 def chi_square_p_value(cost: float, freedom: int) -> float:
-    """Probability of a cost this large by noise alone.
-
-    freedom : 1 is returned if nothing is free
-    returns : positive, also where it underflows
-    """
+    """Probability of a cost this large by noise alone, 1 if nothing is free; positive also where it underflows."""
     from scipy.special import chdtrc
 
     return float(max(chdtrc(freedom, cost), np.finfo(float).tiny)) if freedom else 1.0
@@ -143,14 +139,9 @@ def fit_within(
     start: np.ndarray | None = None,
     steps: int = HYPOTHESIS.steps,
 ) -> Posterior:
-    """Fit whitened data within a prior, whether or not the steps allowed suffice to converge.
+    """The Posterior of whitened data (component,) within a prior, whether or not the steps suffice to converge.
 
-    predict  : as for `levenberg_marquardt`
-    measured : (component,) whitened data
-    prior    : of all parameters
-    start    : (free,) the prior mean by default
-    steps    : largest number of steps; 0 evaluates the start
-    raises   : NoSteadyState if the model has none at the start
+    predict, prior, start (the prior mean by default), steps and errors as of `fit` and `levenberg_marquardt`.
     """
     found = levenberg_marquardt(
         predict,
@@ -211,9 +202,8 @@ def _gradually(predict, measured, prior):
 
 
 def residual_share(before: float, after: float, rows: int) -> float:
-    """Remaining share of the excess error (rms): 0 if all is explained, 1 if nothing.
+    """Remaining share of the excess error (rms), by two costs: 0 if all is explained, 1 if nothing.
 
-    before, after : costs
-    rows          : number of residuals, the cost expected by noise alone
+    rows : number of residuals, the cost expected by noise alone
     """
     return float(np.sqrt(max(after - rows, 0) / max(before - rows, 1e-300))) if before > rows else 0.0

@@ -14,12 +14,9 @@ from rotorstudy.model.model import Model
 
 
 class Run(NamedTuple):
-    """A run of a machine.
+    """A run of a machine: its name, its Model with what is added in this run, its Spectrum with the model error.
 
-    name     : of the run
-    model    : Model of the machine, with what is added in this run
-    spectrum : Spectrum, its covariance with the model error
-    own      : Prior of the parameters of the model that this run has for itself
+    own : Prior of the parameters of the model that this run has for itself
     """
 
     name: str
@@ -33,12 +30,7 @@ class Run(NamedTuple):
 
 
 class JointFit(NamedTuple):
-    """Several runs fitted together.
-
-    runs      : tuple of Run
-    prior     : Prior of the parameters of all runs, named by `Run.joint_name`
-    posterior : Posterior of these
-    """
+    """Several runs fitted together: Prior and Posterior of the parameters of all, named by `Run.joint_name`."""
 
     runs: tuple[Run, ...]
     prior: Prior
@@ -74,10 +66,7 @@ def independent_share(joint: JointFit) -> float:
 
 
 def joint_prior(shared: Prior, runs: Sequence[Run]) -> Prior:
-    """The Prior of the parameters of all runs: those of the machine, then each run's own, independent of the others.
-
-    shared : of the machine's parameters; left out are those that every run has for itself
-    """
+    """The Prior of the parameters of all runs: those of the machine that are shared, then each run's, independent."""
     found = shared.part([name for name in shared.names if not all(name in run.own.names for run in runs)])
     for run in runs:
         found = found.plus(replace(run.own, names=tuple(run.joint_name(name) for name in run.own.names)))
@@ -85,14 +74,11 @@ def joint_prior(shared: Prior, runs: Sequence[Run]) -> Prior:
 
 
 def fit_runs(runs: Sequence[Run], shared: Prior, start: np.ndarray | None = None) -> JointFit:
-    """Fit several runs of one machine together, within a prior.
+    """The JointFit of several runs of one machine within a prior; NoSteadyState if a model has none at the start.
 
     The noise of different runs is independent, so that their whitened residuals are stacked. If the parameters end
     where the prior makes them implausible, another way is tried, see `fit_from_afar`.
-
-    shared : of the parameters that the runs share
-    start  : (parameter,) of the parameters of `joint_prior`; its mean by default
-    raises : NoSteadyState if the model of a run has none at the start
+    start : (parameter,) of the parameters of `joint_prior`; its mean by default
     """
     prior = joint_prior(shared, runs)
     column = {name: i for i, name in enumerate(prior.names)}

@@ -58,11 +58,7 @@ def undetermined(columns: np.ndarray, names: Sequence[str]) -> list[str]:
 
 
 def check_identifiable(columns: np.ndarray, names: Sequence[str]) -> None:
-    """Raise unless the equations determine all unknowns.
-
-    columns : (row, parameter)
-    raises  : UnidentifiableError with the names of the unknowns that trade off, or that the data do not depend on
-    """
+    """UnidentifiableError unless columns (row, parameter) determine all unknowns; it names those that trade off."""
     if columns.shape[0] < columns.shape[1]:
         raise UnidentifiableError(
             f"{columns.shape[0]} equations for {columns.shape[1]} unknowns ({', '.join(names)}); "

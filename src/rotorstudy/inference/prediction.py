@@ -25,21 +25,15 @@ def carried_order(spectrum: Spectrum, model: Model | None = None) -> int:
 
 
 def predicted(model: Model, spectrum: Spectrum, theta: np.ndarray) -> np.ndarray:
-    """Predicted displacement at the sensors, at the speeds and harmonics of a spectrum.
+    """Displacement (..., speed, harmonic, sensor), complex, m, where a spectrum has it; NoSteadyState if there is none.
 
-    theta   : (..., parameter) amplitudes in the order of `model.names`
-    returns : (..., speed, harmonic, sensor) complex displacement, m
-    raises  : NoSteadyState
+    theta : (..., parameter) amplitudes in the order of `model.names`
     """
     return measured_response(model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum, model))
 
 
 def misfit(model: Model, spectrum: Spectrum, theta: np.ndarray) -> float:
-    """Weighted sum of squares of what a model leaves of a spectrum.
-
-    theta  : (parameter,) amplitudes in the order of `model.names`
-    raises : NoSteadyState
-    """
+    """Weighted sum of squares of what a model leaves of a spectrum; theta (parameter,) as of `predicted`."""
     off = spectrum.whitened(spectrum.amplitude - predicted(model, spectrum, theta))
     return float(off @ off)
 
@@ -47,14 +41,11 @@ def misfit(model: Model, spectrum: Spectrum, theta: np.ndarray) -> float:
 def whitened_prediction(
     model: Model, spectrum: Spectrum, names: Sequence[str], theta: np.ndarray, order: int | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Prediction and its derivatives, in standard deviations of the spectrum.
+    """Prediction (..., component) and derivatives (..., component, parameter) in standard deviations of the spectrum.
 
-    model   : gives the values of all amplitudes that are not in `names`
-    names   : the free amplitudes
-    theta   : (..., parameter) their values
-    order   : highest harmonic carried where the model couples harmonics; `carried_order` by default
-    returns : (..., component), (..., component, parameter)
-    raises  : RotorstudyError if an amplitude is neither free nor given a value; NoSteadyState
+    names, theta : the free amplitudes, and their values (..., parameter); the model gives those of all others
+    order : highest harmonic carried where the model couples harmonics; `carried_order` by default
+    raises : RotorstudyError if an amplitude is neither free nor given a value; NoSteadyState
     """
     position = model.position(names)
     full = np.broadcast_to(model.stated, (*theta.shape[:-1], len(model.stated))).copy()

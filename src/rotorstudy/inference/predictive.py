@@ -20,23 +20,14 @@ SEED = 1
 
 
 class Predictive(NamedTuple):
-    """What several models predict, in standard deviations of the noise.
-
-    mean       : ndarray (model, component)
-    covariance : ndarray (model, component, component)
-    """
+    """What models predict, in standard deviations of the noise: mean (model, component) and its covariance."""
 
     mean: np.ndarray
     covariance: np.ndarray
 
 
 def predictive(fits: list[Fit], spectrum: Spectrum) -> list[Predictive]:
-    """What fitted models predict at each speed of a spectrum.
-
-    spectrum : gives speeds, harmonics, sensors and the covariance of the noise
-    returns  : one for each speed
-    raises   : NoSteadyState
-    """
+    """The Predictive of fitted models at each speed of a spectrum, which gives harmonics, sensors and noise too."""
     means, covariances, speeds = [], [], len(spectrum.speed)
     for fitted in fits:
         mean, columns = whitened_prediction(fitted.model, spectrum, fitted.names, fitted.free)
@@ -47,11 +38,7 @@ def predictive(fits: list[Fit], spectrum: Spectrum) -> list[Predictive]:
 
 
 def log_densities(run: Predictive, measured: np.ndarray) -> np.ndarray:
-    """Logarithm of the predictive density of data, less a constant.
-
-    measured : (..., component) in standard deviations of the noise
-    returns  : (..., model)
-    """
+    """Logarithm (..., model) of the predictive density of data (..., component), whitened, less a constant."""
     return np.stack([_log_density(measured, *one) for one in zip(*run, strict=True)], axis=-1)
 
 
@@ -80,12 +67,7 @@ def divergence(run: Predictive) -> np.ndarray:
 
 
 def posterior_after(run: Predictive, weights: np.ndarray, measured: np.ndarray) -> np.ndarray:
-    """Posterior probabilities of the models.
-
-    weights  : (model,) their probabilities before
-    measured : (..., component) in standard deviations of the noise
-    returns  : (..., model)
-    """
+    """Posterior probabilities (..., model) of models after whitened data (..., component); weights (model,) before."""
     log_odds = np.log(weights) + log_densities(run, measured)
     return np.exp(log_odds - np.logaddexp.reduce(log_odds, axis=-1, keepdims=True))
 
@@ -93,9 +75,7 @@ def posterior_after(run: Predictive, weights: np.ndarray, measured: np.ndarray) 
 def expected_log_odds(run: Predictive, weights: np.ndarray) -> float:
     """Mean log posterior odds of the true model against its closest rival after the data, at most `DECISIVE`.
 
-    Else the odds of one improbable model, which can be enormous, would count most.
-
-    weights : (model,) their probabilities before
+    Else the odds of one improbable model, which can be enormous, would count most. weights : (model,) before
     """
     odds = np.log(weights)[:, None] - np.log(weights)[None, :] + divergence(run)
     np.fill_diagonal(odds, np.inf)
@@ -103,11 +83,7 @@ def expected_log_odds(run: Predictive, weights: np.ndarray) -> float:
 
 
 def decision_probability(run: Predictive, weights: np.ndarray, decided: float) -> float:
-    """Probability that data decide between the models.
-
-    weights : (model,) their probabilities before
-    decided : posterior probability of one of them from which on it does
-    """
+    """Probability that data raise one model, of weights (model,) before, to a posterior probability of `decided`."""
     draws, share = np.random.default_rng(SEED), []
     for mean, covariance in zip(*run, strict=True):
         data = mean + draws.normal(size=(DRAWS, len(mean))) @ np.linalg.cholesky(covariance).T

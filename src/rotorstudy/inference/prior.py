@@ -13,11 +13,7 @@ from rotorstudy.model.rig_numbers import uncertain_numbers
 
 @dataclass(frozen=True)
 class Prior:
-    """A normal distribution of some amplitudes.
-
-    names      : as in `model.names`;  mean : (parameter,)
-    covariance : (parameter, parameter) positive definite
-    """
+    """Normal distribution of the amplitudes `names`: mean (parameter,), covariance (parameter, parameter), definite."""
 
     names: tuple[str, ...]
     mean: np.ndarray
@@ -122,8 +118,7 @@ def prior_of(model: Model, uncertainty: dict[str, float]) -> Prior:
 def log_narrowing(jacobian: np.ndarray, factor: np.ndarray) -> float:
     """ln det (posterior precision / prior precision), the Occam factor of Laplace's approximation.
 
-    jacobian : (component, parameter) derivatives of the whitened prediction
-    factor   : (parameter, parameter) Cholesky factor of the prior covariance
+    By the derivatives (component, parameter) and the Cholesky factor (parameter, parameter) of the prior covariance.
     """
     scaled = jacobian @ factor
     return float(np.linalg.slogdet(np.eye(len(factor)) + scaled.T @ scaled)[1])

@@ -90,10 +90,7 @@ class Keyphasor(Strict):
 
 
 class CsvLayout(Strict):
-    """Layout of a CSV file.
-
-    skip_rows : lines above the header;  unit_rows : lines between the header and the numbers
-    """
+    """Layout of a CSV file: lines above the header, and between the header and the numbers."""
 
     separator: Literal[",", ";", "\t", "|", ":", *WHITESPACE] = ","
     decimal: Literal[".", ","] = "."
@@ -220,10 +217,7 @@ def check_once(probes, where, of_nodes=False):
 
 
 def measured_direction(directions_rad):
-    """Direction (rad) that the probes of a node show if it is only one, that of the first of them; NaN for an orbit.
-
-    directions_rad : (probe,) from x in the sense of rotation
-    """
+    """Direction (rad) of the first of probes at directions (probe,) if all show only that one; NaN for an orbit."""
     spread = np.linalg.svd(_axes(directions_rad), compute_uv=False)
     single = len(directions_rad) < 2 or spread[-1] < LEAST_ANGLE_RAD
     return float(directions_rad[0]) if single else np.nan

@@ -25,10 +25,9 @@ SUFFIXES = {
 
 
 def read_file(path, conventions, nodes):
-    """Raw records of a file, one for each speed: an iterator, so that only one need be in memory.
+    """The RawRecord of each speed of a file, an iterator, so that only one need be in memory; nodes (node,) of the rig.
 
-    nodes  : (node,) of the rig
-    raises : RotorstudyError for a file that cannot be read, or that contradicts the rig file
+    RotorstudyError for a file that cannot be read, or that contradicts the rig file.
     """
     path = existing(path)
     if kind_of(path) == "netcdf":

@@ -45,8 +45,7 @@ class Column(NamedTuple):
 def guess_measurement(path, nodes):
     """The Guess of a section `measurement:` by which a record, or a table of amplitude and phase, can probably be read.
 
-    nodes  : of the rig for the planes of probes, in the order in which they are given away
-    raises : RotorstudyError if the file cannot be read, or has no channel that may be a probe
+    nodes : for the planes of probes, first ones first. RotorstudyError if no channel may be that of a probe.
     """
     path = existing(path)
     kind = kind_of(path)

@@ -20,11 +20,7 @@ STEPS = 4  # Gauss-Newton, from within half a line
 
 @dataclass(frozen=True)
 class Line:
-    """A line that is not synchronous.
-
-    order    : its frequency over the spin speed
-    forward, backward : amplitudes of its circular parts, m
-    """
+    """A line that is not synchronous: frequency over the spin speed, amplitudes (m) of its circular parts."""
 
     order: float
     forward: float
@@ -32,9 +28,8 @@ class Line:
 
 
 def orders_of_lines(signal, angle, harmonics, residual=None):
-    """(line,) orders of the lines in a record beside its harmonics, those of most power first.
+    """Orders (line,) of the lines beside the harmonics of a record (time,), m, finite, those of most power first.
 
-    signal : (time,) complex, m, finite;  angle : (time,) rad, increasing
     residual : (time,) m, of a fit of the harmonics to it, if it is known
     """
     synchronous, found, left_out = None, np.zeros(0), np.zeros(0)

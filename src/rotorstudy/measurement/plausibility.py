@@ -57,10 +57,7 @@ def _expected(rig, spectrum):
 
 
 def check_units(fluctuating, expected, where):
-    """Whether the amplitudes are plausible for a shaft.
-
-    fluctuating : (speed, node) rms of the harmonics without the mean, m;  expected : predicted amplitude, m, or None
-    """
+    """Whether rms amplitudes (speed, node), m, without the mean are plausible for a shaft; expected : m, or None."""
     largest = float(np.max(fluctuating))
     if largest == 0:
         return [Finding("error", "units", where, "no vibration in any harmonic; check the probes and their columns")]
@@ -141,11 +138,7 @@ def check_mean(mean, expected, fluctuating, nodes, where):
 
 
 def check_sense(forward, backward, expected_backward, nodes, where):
-    """Whether backward 1X exceeds forward where the rig does not predict it.
-
-    forward, backward : (speed, node) |R_1|, |R_-1|, m, of nodes whose orbit is measured
-    expected_backward : (node,) bool, predicted by the rig
-    """
+    """Whether backward 1X exceeds forward, (speed, node), m, at nodes (node,) where the rig does not predict it."""
     size = np.sqrt(np.sum(forward**2, axis=0)), np.sqrt(np.sum(backward**2, axis=0))
     reversed_nodes = (size[1] > BACKWARD * size[0]) & ~expected_backward
     ratio = size[1] / np.maximum(size[0], 1e-300)

@@ -25,10 +25,7 @@ def check_pairs(harmonics, nodes):
 
 
 def along_probes(amplitude, harmonics, directions):
-    """The part (..., harmonic, sensor) of harmonics that the probes show: (R_n + e^{2ja} conj(R_-n)) / 2.
-
-    Orbits are unchanged. directions : (sensor,) rad, NaN for orbits
-    """
+    """The part (..., harmonic, sensor) that probes show: (R_n + e^{2ja} conj(R_-n)) / 2; of orbits (NaN) all."""
     single = np.flatnonzero(~is_orbit(directions))
     if not len(single):
         return amplitude

@@ -341,9 +341,6 @@ def shared_product(matrix, vectors):
 
 
 def independent_covariance(variance):
-    """Covariance of circular noise, independent by harmonic.
-
-    variance : (speed, harmonic, sensor) of each of the real and imaginary parts, m^2
-    """
+    """Covariance of circular noise, independent by harmonic, of the variance (speed, harmonic, sensor) of each part."""
     both = np.concatenate([variance, variance], axis=1)  # (speed, component, sensor)
     return np.moveaxis(both, -1, 1)[..., None] * np.eye(both.shape[1])

@@ -53,10 +53,7 @@ def read_table(path, conventions, nodes):
 
 
 def open_table(path, layout):
-    """The cells of a table as text, without the spaces around them; of a wide one in rows (`wide_tables`).
-
-    The index has the line of the file of each row.
-    """
+    """The cells of a table as text, stripped, of a wide one in rows (`wide_tables`), by the line of the file."""
     text = text_in(path, layout)
     wide = wide_table(*header_of(path, layout)[:2], path)
     return text if wide is None else in_rows(text, wide, path)

@@ -53,34 +53,12 @@ class Amplitudes:
         return self.stated.copy()
 
     def require_values(self) -> None:
-        """Raise if an amplitude has no value.
-
-        Raises
-        ------
-        MissingValue
-            Naming the amplitudes without a value.
-        """
+        """Raise MissingValue, which names them, if amplitudes have no value."""
         if self.unstated:
             raise MissingValue(f"no value for {', '.join(self.unstated)}; give one in the rig file to simulate")
 
     def position(self, names: Iterable[str]) -> np.ndarray:
-        """Positions of amplitudes in `theta`.
-
-        Parameters
-        ----------
-        names : names (name,)
-            Of amplitudes.
-
-        Returns
-        -------
-        array (name,)
-            Positions, int.
-
-        Raises
-        ------
-        RotorstudyError
-            For an unknown name.
-        """
+        """Positions (name,) of amplitudes in `theta`, int; RotorstudyError for an unknown name."""
         for name in names:
             if name not in self._places:
                 raise unknown_name("parameter", name, self.names, "this model")
@@ -91,24 +69,11 @@ class Amplitudes:
         return {name: place for place, name in enumerate(self.names)}
 
     def unknown_names(self, wanted: Iterable[str] | None = None) -> tuple[str, ...]:
-        """Names of the real amplitudes to estimate.
+        """Names of the real amplitudes to estimate: those wanted, by default those without a value.
 
         The name of a complex amplitude, such as eccentricity, stands for its real and its imaginary part, a name
-        without a label for all labels.
-
-        Parameters
-        ----------
-        wanted : names, optional
-            Those to estimate; those without a value by default.
-
-        Returns
-        -------
-        tuple[str, ...]
-
-        Raises
-        ------
-        RotorstudyError
-            If there is nothing to estimate, or a name is unknown or given twice.
+        without a label for all labels. RotorstudyError if there is nothing to estimate, or a name is unknown or given
+        twice.
         """
         if wanted is None:
             if not self.names:
@@ -127,18 +92,7 @@ class Amplitudes:
         return tuple(found)
 
     def amplitudes_of(self, parameter: str) -> tuple[str, ...]:
-        """Names of the real amplitudes of a parameter.
-
-        Parameters
-        ----------
-        parameter : str
-            Its name, with the label of a term, or without for all terms.
-
-        Returns
-        -------
-        tuple[str, ...]
-            Empty if there is none.
-        """
+        """Names of the real amplitudes of a parameter, of all terms if it has no label; empty if there is none."""
         found = []
         for term in self.terms:
             for p in term.parameters:
@@ -148,16 +102,6 @@ class Amplitudes:
         return tuple(found)
 
     def reported_units(self, names: Iterable[str]) -> list[str]:
-        """Units of amplitudes as reported: a magnitude has its own, a phase rad.
-
-        Parameters
-        ----------
-        names : names
-            As `magnitude_and_phase` gives them.
-
-        Returns
-        -------
-        list[str]
-        """
+        """Units of amplitudes as `magnitude_and_phase` names them: a magnitude has its own, a phase rad."""
         known = dict(zip(self.names, self.units, strict=True))
         return ["rad" if n.endswith("_phase") else known.get(n, known.get(f"{n}_real")) for n in names]

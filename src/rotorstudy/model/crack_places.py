@@ -20,28 +20,10 @@ class CrackPlaces:
     def stiffness_loss_at(
         self, node: int | None = None, element: int | None = None
     ) -> dict[str, tuple[np.ndarray, str, float]]:
-        """Stiffness losses of a crack at a node or in an element.
+        """Stiffness losses of a crack at a place: name -> pattern (dof, dof) of unit 1, unit, typical size.
 
-        A rotor that can crack at only one place needs no arguments.
-
-        Parameters
-        ----------
-        node : int, optional
-            Node of the crack.
-        element : int, optional
-            Element of the crack.
-
-        Returns
-        -------
-        dict
-            Name -> pattern (dof, dof) of unit 1, unit of the loss, typical size.
-
-        Raises
-        ------
-        RotorstudyError
-            If the rotor can crack at several places and not exactly one is given.
-        CannotAct
-            If the rotor cannot crack at that place.
+        A rotor that can crack at only one place needs no arguments. RotorstudyError if it can at several places and not
+        exactly one is given, CannotAct if it cannot crack there.
         """
         if callable(self.stiffness_loss):
             if (node is None) == (element is None):
@@ -57,13 +39,7 @@ class CrackPlaces:
         return self.stiffness_loss
 
     def crack_places(self) -> list[dict]:
-        """Options for each possible place of a crack: none for a rotor with one place, else each element of the shaft.
-
-        Returns
-        -------
-        list[dict]
-            Options of a crack, one for each place.
-        """
+        """Options for each possible place of a crack: none for a rotor with one place, else each element."""
         if not callable(self.stiffness_loss):
             return [{}] if self.stiffness_loss else []
         return [{"element": 1 + i} for i in range(self._elements)]
@@ -79,23 +55,9 @@ class CrackPlaces:
         return element
 
     def stiffness_of(self, element: int, last_element: int | None = None) -> np.ndarray:
-        """Stiffness of an element of the shaft, or of all from that to a last one.
+        """Stiffness (dof, dof) of an element of the shaft, or of all from it to a last one, N/m (N m of a tilt).
 
-        Parameters
-        ----------
-        element, last_element : int
-            Numbers of elements, from 1.
-
-        Returns
-        -------
-        array (dof, dof)
-            N/m (N m of a tilt).
-
-        Raises
-        ------
-        CannotAct
-            If the rotor does not state the stiffness of its elements, has no such elements, or the last one is before
-            the first.
+        CannotAct if it is not stated, there are no such elements, or the last one is before the first.
         """
         last = element if last_element is None else last_element
         if last < element:
@@ -111,11 +73,6 @@ class CrackPlaces:
         """Options for each stretch of neighbouring elements that is shorter than the shaft, single elements first.
 
         On a fine mesh longer stretches begin and end at only some of the nodes, so that their number stays small.
-
-        Returns
-        -------
-        list[dict]
-            `element`, and `last_element` where there are several; none for a rotor without elements.
         """
         numbers = [place["element"] for place in self.crack_places() if place]
         step = max(-(-len(numbers) // STRETCHES), 1)

@@ -43,10 +43,7 @@ def compliance(depth, depth_ratio, where="the depth of the crack", **options):
 
 
 def stiffness_loss(depth, depth_ratio, stiffness, span_m, where="the depth of the crack", **options):
-    """`Loss` of a simply supported shaft (stiffness in N/m, span in m) with crack and disc at mid-span.
-
-    options : of the depth plugin
-    """
+    """`Loss` of a simply supported shaft (stiffness in N/m, span in m) with crack and disc at mid-span."""
     softer = stiffness * compliance(depth, depth_ratio, where, **options) * span_m**2 / 16
     return Loss(*(stiffness * softer / (1 + softer)))
 

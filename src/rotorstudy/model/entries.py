@@ -22,11 +22,9 @@ LARGE = 60  # coordinates from which on a matrix is kept as its elements
 
 
 class LocalMatrix:
-    """A matrix or vector of which few elements are not zero, in the memory of these alone; numpy takes it as an array.
+    """A matrix or vector by its few elements that are not zero; numpy takes it as an array.
 
     Multiplied by a number, and added to one with the same places, it stays one.
-
-    shape : (rows, columns) or (rows,);  elements : rows (element,), columns (element,) and values (element,)
     """
 
     __array_priority__ = 1.0  # of a product with a number of numpy, which would make an array of it

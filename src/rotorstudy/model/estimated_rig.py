@@ -47,12 +47,7 @@ def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.n
 
 
 def rig_with_values(rig: dict, model: Model, values: dict[str, float]) -> dict:
-    """A rig dict with new values of some amplitudes.
-
-    rig    : as read from its file
-    model  : of that rig
-    values : name as in `model.names` -> value
-    """
+    """A rig dict with new values of some amplitudes, {name as in `model.names`: value}."""
     values = {name: value if abs(value) >= SMALLEST else 0.0 for name, value in values.items()}  # as a rig states it
     result = dict(rig)
     for section in ("cracks", "bearings", "foundation", "effects"):
@@ -83,10 +78,7 @@ def _item(section, item, model, values):
 
 
 def write_rig(rig: dict, path: str | Path, comment: str) -> None:
-    """Write a rig as YAML, atomically.
-
-    comment : first lines of the file
-    """
+    """Write a rig as YAML, atomically, below a comment."""
     import yaml
 
     head = "".join(f"# {line}\n" for line in comment.splitlines())

@@ -172,21 +172,12 @@ class Hinge:
     def entries_of_form(self, motion: str, order: int) -> tuple[Entry, ...]:
         """A part of a law of breathing by the turn of the crack against the side that the weight stretches.
 
-        Nearly any such law is a sum of these.
-
-        Parameters
-        ----------
-        motion : str
-            "across", a kink by a rotation across the front; "along", the same along it, both with one minus the cosine
-            of a multiple of the angle, so that the crack yields as before where it is open; "coupled", a kink along it
-            by a rotation across it and conversely, with the sine; "lagging", across with the sine.
-        order : int
-            Multiple of the angle; 0 is an open crack.
-
-        Returns
-        -------
-        tuple of Entry
-            Of an amplitude of 1, which is what the open crack yields across.
+        Nearly any such law is a sum of these. Its amplitude of 1 is what the open crack yields across.
+        motion : "across", a kink by a rotation across the front; "along", the same along it, both with one minus the
+                 cosine of a
+                 multiple of the angle, so that the crack yields as before where it is open; "coupled", a kink along it
+        by a          rotation across it and conversely, with the sine; "lagging", across with the sine
+        order  : that multiple of the angle; 0 is an open crack
         """
         shares, size = _shares_of_form(motion, order, self.side), self.open_shares[0]
         return self._entries({k: (size * direct, size * mirrored) for k, (direct, mirrored) in shares.items()}, False)

@@ -69,10 +69,7 @@ def elements_of(
 
 
 def patterns_of(elements: Elements, kinds: list[Entry], size: int, *, turning: bool) -> list[Pattern]:
-    """Pattern of every kind of entry on the motion that rotates with the shaft, or of every one that does not.
-
-    size : number of coordinates
-    """
+    """Pattern of every kind of entry on the motion that rotates with the shaft, or of every one that does not."""
     found = []
     for k, entry in enumerate(kinds):
         if bool(entry.shift) == turning:

@@ -25,11 +25,7 @@ class Varied(NamedTuple):
 
 
 class Uncertainty(NamedTuple):
-    """Joint uncertainty of some amplitudes.
-
-    names      : (parameter,) as in `Model.names`
-    covariance : (parameter, parameter), in the units of the model, about its values
-    """
+    """Names (parameter,) of amplitudes and their joint covariance (parameter, parameter), in the units of the model."""
 
     names: tuple[str, ...]
     covariance: np.ndarray

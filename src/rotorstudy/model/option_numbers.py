@@ -24,11 +24,7 @@ def is_of(section: str, name: str) -> bool:
 
 
 def number_paths(options: object, path: str = "") -> list[str]:
-    """Paths of the numbers other than zero among options; whole ones are counts and nodes.
-
-    options : as a plugin takes them
-    path    : of the options themselves
-    """
+    """Paths of the numbers other than zero among options of a plugin; whole ones are counts and nodes."""
     if isinstance(options, dict):
         inside = [(f"{path}.{key}" if path else key, value) for key, value in options.items()]
     elif isinstance(options, (list, tuple)):

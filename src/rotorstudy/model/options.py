@@ -52,10 +52,7 @@ def _arguments(function):
 
 
 def check_options(function, given, where, given_by_engine=(), left=()):
-    """Validated options of a function, or an error with the key, its value, the place and what is allowed.
-
-    left : other keys given, one of which may be a missing option misspelt
-    """
+    """Validated options of a function; an error may name one of the keys `left` as a missing option misspelt."""
     from pydantic import ValidationError
 
     fields, model = _options_model(function, tuple(given_by_engine))
@@ -89,10 +86,7 @@ def _options_model(function, given_by_engine):
 
 
 def named_keys(annotation, loc=()):
-    """Keys of the TypedDict or configuration class at a place in a configuration; empty if there is none.
-
-    annotation : a type;  loc : keys and list positions that lead to the place
-    """
+    """Keys of the TypedDict or class at a place (keys and list positions) of a type; empty if there is none."""
     fields = annotation.__annotations__ if is_typeddict(annotation) else None
     if fields is None and hasattr(annotation, "model_fields"):
         fields = {name: field.annotation for name, field in annotation.model_fields.items()}

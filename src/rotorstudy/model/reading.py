@@ -28,8 +28,7 @@ class Reading:
     def axis(self, node: int) -> complex:
         """Direction e^{ja} of the probe x of a node: of its first two probes, the one from which the other is ahead.
 
-        returns : the other one is taken as 90 degrees ahead, also where the angle between them is not right, or it
-                  is missing
+        The other one is taken as 90 degrees ahead, also where the angle between them is not right, or it is missing.
         """
         first, *others = np.exp(1j * np.array(list(self.probes_at(node).values())[:2]))
         second = others[0] if others else 1j * first

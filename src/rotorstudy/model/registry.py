@@ -159,10 +159,7 @@ def said(error):
 
 
 def blamed(error):
-    """One line with file and line for an exception raised inside a plugin; "" for any other exception.
-
-    Commands and jobs print it instead of a traceback.
-    """
+    """One line with file and line for an exception raised inside a plugin; "" for any other exception."""
     lines = [f"{kind} '{plugin.name}' ({plugin.file}:{line}): {said(error)}" for kind, plugin, line in _passed(error)]
     return lines[-1] if lines else ""
 

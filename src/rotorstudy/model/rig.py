@@ -34,11 +34,7 @@ SPEEDS_TRIED = 12  # halved each time, to find one at which a bearing is defined
 
 @dataclass(frozen=True)
 class RigFile:
-    """A rig file that is read once.
-
-    path  : where it was read from
-    given : its content
-    """
+    """A rig file that is read once: where it was read from, and what was given."""
 
     path: Path
     given: dict
@@ -210,10 +206,7 @@ def _check_together(structure, terms, where):
 
 
 def _support(structure, terms):
-    """Static stiffness (dof, dof) of the bearings, N/m, those without a value with their typical one.
-
-    It gives the usual sizes of effects alone, so that a film may be taken at any speed at which it exists.
-    """
+    """Static stiffness (dof, dof) of the bearings, N/m, a typical one where it is not stated: for usual sizes alone."""
     found, speeds = np.zeros_like(structure.stiffness), structure.scales.frequency * 0.5 ** np.arange(SPEEDS_TRIED)
     for term in (term for term in terms if term.carries):
         for unknown, value in zip(term.unknowns, term.theta, strict=True):

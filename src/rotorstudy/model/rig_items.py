@@ -113,12 +113,9 @@ def make_term(
 
 
 def with_options(term: Term, options: dict, structure: Structure, sensors: tuple[int, ...]) -> Term:
-    """The Term of an effect without stated values with other options, of which only what the plugin gives is checked.
+    """The Term of an effect, as `make_term` gives it, without values and with other options by name, SI.
 
-    term      : Term of an effect, as `make_term` gives it
-    options   : those that change, within the limits that the plugin states; by name, in SI
-    structure : Structure, the rotor it acts on;  sensors : ints (sensor,), nodes with a sensor
-    returns   : Term;  raises : RotorstudyError, PluginError as `make_term`
+    Of these only what the plugin gives is checked: they lie within the limits that it states.
     """
     plugin, options, where = registry().get("effect", term.kind), {**term.options, **options}, f"effect {term.kind}"
     fixed = _fixed(plugin, "effect", structure, sensors)

@@ -45,11 +45,9 @@ def with_numbers(model: Model, names: Iterable[str], where: str = "the rig") -> 
 
 
 def uncertain_numbers(model: Model, section: str, stated: Iterable[str] = ()) -> dict[str, float]:
-    """Numbers that plugins state to be uncertain, and on which the rotor depends.
+    """{name: relative standard deviation} of numbers of "rotor" or "bearings" that plugins state to be uncertain.
 
-    section : "rotor" or "bearings"
-    stated  : names of numbers; what they mean is left out
-    returns : name -> relative standard deviation; nothing for a rotor without a plugin
+    stated : names of numbers; what they mean is left out
     """
     found, stated = {}, [name for name in stated if is_number(name)]
     for holder in (holder for holder in _holders(model) if holder.section == section):
@@ -62,12 +60,7 @@ def uncertain_numbers(model: Model, section: str, stated: Iterable[str] = ()) ->
 
 
 def rig_with_changes(rig: dict, model: Model, changes: dict[str, float]) -> dict:
-    """A rig with some of its numbers changed.
-
-    rig     : as read from its file
-    model   : of that rig
-    changes : name of a number -> relative change
-    """
+    """A rig dict with relative changes of some of its numbers, {name: change}."""
 
     def changed(item, holder):
         options = holder.changed(changes)

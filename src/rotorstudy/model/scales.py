@@ -87,11 +87,7 @@ class Scales:
         return self.measured or self.length
 
     def usual(self, scale: str, node: int | None = None) -> float:
-        """The size of that name; of a vibration or length at a node less where the node is stiff.
-
-        scale : "vibration", "length", "shaft" or another size of this class
-        node  : None where the rotor moves most
-        """
+        """The size of that name; of a vibration or length at a node, None where most moves, less where it is stiff."""
         size = getattr(self, scale)
         local = node is not None and scale in ("vibration", "length")
         return size * self.displacement(node) / self.length if local else size
@@ -111,22 +107,13 @@ class Scales:
         return float(1 / self.flexibility[here, here])
 
     def displacement(self, node: int | None) -> float:
-        """Displacement by the usual force at a node, m: small at a stiff bearing.
-
-        raises : CannotAct as `stiffness`
-        """
+        """Displacement by the usual force at a node, m: small at a stiff bearing."""
         return self.force / self.stiffness(node)
 
     def critical_damping(self, node: int | None) -> float:
-        """Damping 2 k / w at a node that is critical for a mass on its local stiffness, N s/m.
-
-        raises : CannotAct as `stiffness`
-        """
+        """Damping 2 k / w at a node that is critical for a mass on its local stiffness, N s/m."""
         return 2 * self.stiffness(node) / self.frequency
 
     def lever(self, node: int | None) -> float:
-        """Length by which a moment at a node strains the rotor as much as a force where it is softest, m.
-
-        raises : CannotAct as `stiffness`
-        """
+        """Length by which a moment at a node strains the rotor as much as a force where it is softest, m."""
         return (self.stiffness(node, "tilt") / self.softest) ** 0.5

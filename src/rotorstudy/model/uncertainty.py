@@ -90,10 +90,7 @@ def _correlation(rows, count, where):
 
 
 def uncertainty_section(names: Sequence[str], covariance: np.ndarray) -> dict:
-    """The section `prior` for a covariance.
-
-    covariance : (parameter, parameter)
-    """
+    """The section `prior` for a covariance (parameter, parameter)."""
     std = np.sqrt(np.diag(covariance))
     correlation = np.asarray(covariance) / np.outer(std, std)
     correlation = (correlation + correlation.T) / 2

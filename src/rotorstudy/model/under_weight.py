@@ -34,59 +34,24 @@ class UnderWeight:
         return np.linalg.solve(self.stiffness, self.static_load)
 
     def tension_side(self, element: int | None) -> int:
-        """On which side of an element bending by the weight stretches the shaft: there a crack is open.
+        """The side of an element, 1 below or -1 above, that bending by the weight stretches: there a crack is open.
 
-        It is the lower side between bearings and the upper one of an overhung end. The bearings are taken as rigid,
-        which is exact for two of them: the moment then follows from equilibrium alone.
-
-        Parameters
-        ----------
-        element : int or None
-            None for a crack whose place along the shaft is not known.
-
-        Returns
-        -------
-        int
-            1 below (also where the moment is zero or not known), -1 above.
+        It is the lower side between bearings, and where the moment is zero or not known (element None), and the upper
+        one of an overhung end. The bearings are taken as rigid, which is exact for two: the moment then follows from
+        equilibrium alone.
         """
         if element is None or self.curvature_at is None:
             return 1
         return -1 if self.curvature_at(element) @ self._deflection_on_rigid_bearings > 0 else 1
 
     def tension_side_at(self, section: Section) -> int:
-        """On which side of a cross section bending by the weight stretches the shaft; see `tension_side`.
-
-        Parameters
-        ----------
-        section : Section
-            Of this rotor.
-
-        Returns
-        -------
-        int
-            1 below (also where the moment is zero or not known), -1 above.
-        """
+        """The side of a cross section that bending by the weight stretches, as `tension_side`."""
         return -1 if section.moment @ self._deflection_on_rigid_bearings + section.own_moment > 0 else 1
 
     def bearing_load(self, node: int) -> float:
-        """Static load on the bearing at a node, N downward, if the bearings are rigid.
+        """Static load on the bearing at a node, N downward, if bearings are rigid; negative if the rotor lifts there.
 
-        That is exact for two bearings: the loads then follow from equilibrium alone.
-
-        Parameters
-        ----------
-        node : int
-            Of a bearing.
-
-        Returns
-        -------
-        float
-            Zero where there is no gravity; negative if the rotor lifts there.
-
-        Raises
-        ------
-        CannotAct
-            If the node cannot move, or the bearings do not carry the rotor.
+        That is exact for two bearings. CannotAct if the node cannot move, or the bearings do not carry the rotor.
         """
         i = self.index(node)
         deflection = self._deflection_on_rigid_bearings

@@ -86,10 +86,7 @@ def _error_over_bound(noisy, columns, title):
 
 
 def bias(bias_data, cases, units, title):
-    """Error of the estimates by known quantities that are wrong by 1 % and by the most that was tried.
-
-    cases : name in the data -> name shown
-    """
+    """Error of estimates by quantities wrong by 1 % and by the most that was tried; cases : name -> name shown."""
     parameters, known = bias_data.parameter.values, bias_data.known.values
     size = np.abs(bias_data.percent)
     ends = [1.0, float(size.max())]

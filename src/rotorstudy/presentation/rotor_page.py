@@ -22,13 +22,7 @@ SAME_RESONANCE = 0.05  # a peak of a probe within this of a critical speed is th
 
 
 def rotor_page(analysis, figures, title, operating=None, measured=None):
-    """The page as HTML.
-
-    figures   : name -> PNG (path or bytes)
-    title     : what was analysed
-    operating : (float, float); lowest and highest operating speed, rad/s, for separation margins (optional)
-    measured  : (speed, probe); rad/s (speed,) and 1X of the probes (speed, probe), complex, m (optional)
-    """
+    """The page as HTML, of figures name -> PNG (path or bytes); operating, measured as of `rotor_figures`."""
     import pandas as pd
 
     found = {

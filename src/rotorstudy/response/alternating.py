@@ -56,11 +56,9 @@ def _one_revolution(harmonics):
 
 
 def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
-    """Force harmonics of one unit of each of some nonlinear forces at given displacement harmonics.
+    """Columns of one unit of each of some NonlinearForce at displacement harmonics (..., speed, harmonic, dof), m.
 
-    forces     : list of NonlinearForce
-    amplitudes : (..., speed, harmonic, dof) complex, m, about the deflection (dof,) or (..., speed, dof)
-    returns    : Columns, an amplitude for each force; harmonics not listed are taken as zero
+    These are about the deflection (dof,) or (..., speed, dof); harmonics not listed are taken as zero.
     """
     (angle, basis), deflection = one_revolution(harmonics), np.asarray(deflection)
     rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
@@ -79,8 +77,7 @@ def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
 def affine_error(force, amplitudes, speed, harmonics, deflection):
     """Share (rms) of a nonlinear force that no affine function of the displacement, one for all speeds, describes.
 
-    It is zero where a contact stays open or closed: it is then a constant force and a stiffness. Arguments as for
-    `nonlinear_columns`, of one force.
+    It is zero where a contact stays open or closed: it is then a constant force and a stiffness.
     """
     angle, basis = one_revolution(harmonics)
     rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]

@@ -13,12 +13,9 @@ WIDEST = 0.25  # of the unknowns: bandwidth below which it is
 
 
 def factorised(matrices, order=None):
-    """Function that solves systems of equations.
+    """Function from right sides (..., n, column) to solutions of systems (..., n, n), complex, which it may overwrite.
 
-    matrices : complex array (..., n, n), may be overwritten
-    order    : (n,) in which the unknowns are taken, so that coupled ones lie close to each other; as they are by
-               default
-    returns  : from right sides (..., n, column) to solutions (..., n, column); LinAlgError if a matrix is singular
+    LinAlgError if one is singular. order : (n,) in which the unknowns are taken, so that coupled ones lie close
     """
     count = matrices.shape[-1]
     if count < FEWEST:
@@ -57,10 +54,7 @@ def has_narrow_band(band, count):
 
 
 def stored_by_band(matrices, band, order=None):
-    """The diagonals (..., 2 band + 1, n) of matrices (..., n, n), the uppermost first, as LAPACK takes them.
-
-    order : (n,) in which the unknowns are taken; as they are by default
-    """
+    """Diagonals (..., 2 band + 1, n) of matrices (..., n, n) in that order, the uppermost first, as LAPACK has them."""
     column, offset = np.arange(matrices.shape[-1]), np.arange(-band, band + 1)[:, None]  # offset: row minus column
     row = column + offset
     inside = (row >= 0) & (row < len(column))

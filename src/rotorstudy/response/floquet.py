@@ -99,10 +99,7 @@ def _slow_and_fast(rates, frequency):
 
 
 def _rates(accelerations, speed):
-    """Matrices A (instant, state, state) of s' = A s, for displacements times their natural frequency and velocities.
-
-    accelerations : (instant, state / 2, state) by displacements and velocities
-    """
+    """Matrices A (instant, state, state) of s' = A s, of displacements times their natural frequency and velocities."""
     size = accelerations.shape[-2]
     square = np.abs(np.diagonal(accelerations[..., :size].mean(axis=0)))
     frequency = np.sqrt(np.maximum(square, speed**2))
@@ -179,10 +176,7 @@ def _accelerations(model, theta, speed, turned, shapes, along):
 
 
 def _slopes(force, along, speed, turned, shapes):
-    """Slopes (instant, 2 shape, 2 shape) of a force in x and y by displacement (N/m) and by velocity (N s/m), real.
-
-    force : NonlinearForce;  along : Motion;  turned : (instant,) fractions of a revolution;  shapes : (dof, shape)
-    """
+    """Slopes (instant, 2 shape, 2 shape) of a NonlinearForce in x and y by displacement (N/m) and velocity, real."""
     amplitude, deflection = along.amplitude[0] @ force.matrix.T, force.matrix @ along.deflection.reshape(-1)
     orders = np.arange(len(amplitude)) - len(amplitude) // 2
     turns = np.exp(2j * np.pi * np.outer(turned, orders))

@@ -149,9 +149,9 @@ def reference_of(unknown, deflection):
 
 
 def static_force(model, theta, speed, carried, deflection, *, constant=True):
-    """Force harmonics (..., speed, harmonic, dof), N, at the static deflection (dof,) or (..., speed, dof).
+    """Force harmonics (..., speed, harmonic, dof), N, at the static deflection.
 
-    constant : whether those that do not depend on the deflection are included
+    constant : also what it does not change
     """
     own = theta[..., [p for p, _ in model.acting]]
     return model.table.static_force(own, speed, carried, deflection, constant=constant)
@@ -226,7 +226,7 @@ def _carried_about(still, model, speed, theta, blocks, jacobian, kept):
 def _columns_of_the_rotor(model, theta, speed, carried, found, kept):
     """Derivatives (number, ..., speed, harmonic, dof) of the force by the numbers of the rotor; zero except at `kept`.
 
-    Coordinates that are condensed follow the others; what acts on them is passed on to the others.
+    What acts on coordinates that are condensed is passed on to the others.
     """
     varied, gone = model.varied, np.setdiff1d(np.arange(found.shape[-1]), kept)
     slopes = varied.variation.slopes_at(theta[..., varied.positions])

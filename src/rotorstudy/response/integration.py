@@ -117,11 +117,10 @@ def time_response(
 
 
 def _equations(model, theta, speed, reference):
-    """Shifts (shift,), forces (shift, dof * column) by what acts with each of them, and a function to the acceleration.
+    """Shifts (shift,), forces (shift, dof * column) by what acts with each, and a function to the acceleration (dof,).
 
-    The function takes the force (dof,) and the turns e^{j shift w t} (shift,) and gives the acceleration (dof,).
-
-    The columns are by z, conj(z), dz/dt, conj(dz/dt) and, the last one, by 1; reference : (dof,) static deflection, m
+    It takes the force (dof,) and the turns e^{j shift w t} (shift,). The columns are by z, conj(z), their derivatives
+    and, the last one, by 1; reference : (dof,) static deflection, m
     """
     own, dof = model.matrices(theta), len(model.structure.dofs)
     constant, stiffness, damping, mass = time_matrices(model, theta, speed, reference)

@@ -147,10 +147,10 @@ def _shown(model, speed, harmonics, theta, order, jacobian):
 
 
 def at_sensors(model, speed, theta, carried, found, derivatives=None):
-    """Displacements (..., speed, harmonic, sensor) at the sensors, from the stated zero, m, and their derivatives.
+    """Displacements (..., speed, harmonic, sensor), m, from the stated zero, and their derivatives if these are given.
 
-    found, derivatives : (..., dof) and (..., dof, parameter) from the static deflection; changed are those of 0X if
-                         displacements count from the unloaded line. Without derivatives None is returned for them.
+    found, derivatives : (..., dof) and (..., dof, parameter) from the static deflection; 0X is changed if displacements
+                         count from the unloaded line
     """
     true = model.seen(found)
     derivatives = None if derivatives is None else model.seen(derivatives, axis=-2)

@@ -104,7 +104,7 @@ class Neighbourhood:
     def _moved(self, columns, count):
         """Measured harmonics (speed, harmonic, sensor, unknown) by the Columns of a number of unknowns.
 
-        Every force acts on few coordinates, so that the sum goes over the forces on each coordinate.
+        They are taken coordinate by coordinate.
         """
         speeds = len(self.speed)
         found = np.zeros((speeds, count, len(self.harmonics) * len(self.model.measured)), complex)

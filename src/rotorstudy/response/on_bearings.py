@@ -48,10 +48,7 @@ def touched_by(patterns):
 
 
 def are_few(touched, dof, members):
-    """Whether bearings touch so few coordinates that the rotor is worth inverting without them.
-
-    members : harmonics that are solved together; a slender shaft of one is solved by its band
-    """
+    """Whether bearings touch so few coordinates, all harmonics together, that the rotor is inverted without them."""
     return 0 < FEWER_BY * len(touched) <= dof and (members > 1 or dof < FEWEST)
 
 

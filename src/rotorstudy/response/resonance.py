@@ -22,11 +22,9 @@ class Peak(NamedTuple):
 
 
 def peaks(speed, amplitude):
-    """The resonances of an amplitude.
+    """The Peaks of an amplitude (speed,) over speeds, rad/s, so close that half-power points can be interpolated.
 
-    speed     : (speed,) rad/s, ascending, so close that the half-power points can be interpolated
-    amplitude : (speed,) in any unit;  returns : list of Peak
-    source    : API RP 684, Figure 1-1: the amplification factor is N_c / (N_2 - N_1)
+    API RP 684, Figure 1-1: the amplification factor is N_c / (N_2 - N_1).
     """
     from scipy.signal import find_peaks
 
@@ -39,10 +37,7 @@ def peaks(speed, amplitude):
 
 
 def _crossing(speed, amplitude):
-    """Speed at which the amplitude, from its first value on, first falls to 1/sqrt(2) of it; NaN if it never does.
-
-    It ends where the amplitude rises again: what lies behind belongs to another resonance.
-    """
+    """Speed at which the amplitude first falls to 1/sqrt(2) of its first value; NaN if it rises again before."""
     rises = np.flatnonzero(np.diff(amplitude) > 0)
     end = rises[0] + 1 if len(rises) else len(amplitude)
     low = np.flatnonzero(amplitude[:end] <= HALF_POWER * amplitude[0])
@@ -53,24 +48,16 @@ def _crossing(speed, amplitude):
 
 
 def separation_margin(speed, operating):
-    """Distance of a critical speed from the operating range, relative to its nearer end; 0 inside it.
-
-    speed     : rad/s
-    operating : (float, float) lowest and highest operating speed, rad/s
-    """
+    """Distance of a critical speed, rad/s, from the operating range, relative to its nearer end; 0 inside it."""
     lowest, highest = operating
     return max((lowest - speed) / lowest, (speed - highest) / highest, 0.0)
 
 
 def required_margin(peak, operating):
-    """Separation margin that API 617 asks for.
+    """Separation margin that API 617 asks for at a Peak, relative to the nearer end of the operating range.
 
-    peak      : Peak
-    operating : (float, float) lowest and highest operating speed, rad/s
-    returns   : relative to the nearer end of the range; 0 for a resonance below the amplification factor of 2.5. NaN if
-                the amplification factor is not known.
-    source    : API 617, 8th edition, part 1, 4.8.2.10: 17 (1 - 1/(AF - 1.5)) % below the range, 10 % more above it, of
-                which at most 16 % and 26 % are asked for
+    0 for an amplification factor below 2.5, NaN if it is not known. API 617, 8th edition, part 1, 4.8.2.10: 17 (1 -
+    1/(AF - 1.5)) % below the range, 10 % more above it, of which at most 16 % and 26 % are asked for.
     """
     if np.isnan(peak.amplification):
         return np.nan

@@ -42,10 +42,7 @@ def operator(model, theta, speed, blocks, kept=None, *, turning=True, adjoint=Fa
 
 
 def _of_rotor(model, theta, speed, blocks, kept, band=None):
-    """Dynamic stiffness (..., speed, block, member, kept, kept), real, symmetric, of the rotor alone, for each group.
-
-    band : if given, that of all coordinates is returned as `stored_by_band`
-    """
+    """Dynamic stiffness (..., speed, block, member, kept, kept), real, symmetric, of the rotor; or its band."""
     carried, matrices, found = blocks.harmonics, model.matrices(theta), []
     if band is not None:
         matrices = _each(matrices, partial(stored_by_band, band=band))
@@ -60,10 +57,7 @@ def _of_rotor(model, theta, speed, blocks, kept, band=None):
 
 
 def _of_entries(patterns, model, theta, speed, blocks, kept, adjoint, band=None):
-    """What the entries of some patterns, on the coordinates `kept`, add to the dynamic stiffness of each group.
-
-    band : if given, of harmonics on their own, (..., speed, block, member, 2 band + 1, dof) as `stored_by_band`
-    """
+    """What entries of some patterns, on coordinates `kept`, add to the dynamic stiffness; by its band if given."""
     count, speed = len(kept), np.asarray(speed, float)
     at = np.zeros(len(model.structure.dofs), int)
     at[kept] = np.arange(count)

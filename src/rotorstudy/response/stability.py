@@ -136,15 +136,10 @@ def stability_threshold(
 
 
 def damping_of_effects(model, speed, theta=None):
-    """What each effect adds to the growth rate of the least stable mode.
+    """{effect with its label: what it adds to the growth rate of the least stable mode, 1/s}, the largest first.
 
     The derivative of the eigenvalue times the amplitudes of the effect. Effects on stiffness and mass act through the
     shape of the mode, so the sum is not the growth rate itself.
-
-    model   : Model, time-invariant;  speed : rad/s
-    theta   : (parameter,) amplitudes, SI; the model's own by default
-    returns : kind of each effect, with its label -> change of the growth rate, 1/s, the largest first; negative if it
-              damps
     """
     theta = np.asarray(model.theta if theta is None else theta, float)
     values, right = np.linalg.eig(state_matrix(model, [speed], theta)[0])
@@ -160,11 +155,7 @@ def damping_of_effects(model, speed, theta=None):
 
 
 def growth_of_free_motion(model, speeds, theta=None):
-    """Growth rate (speed,) of the fastest growing free motion, 1/s; -inf if stated in frequency only.
-
-    speeds : (speed,) rad/s;  theta : (parameter,), the model's own by default
-    raises : NoSteadyState if nonlinear forces leave no steady state about which a motion is free
-    """
+    """Growth rate (speed,) of the fastest growing free motion, 1/s; -inf if stated in frequency only."""
     if any(e.reads_motion and e.frequency_only for u in model.rotor_unknowns for e in u.entries):
         return np.full(len(speeds), -np.inf)
     return (periodic_growth_rate if varies_in_time(model) else growth_rate)(model, speeds, theta)

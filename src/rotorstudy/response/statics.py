@@ -39,11 +39,7 @@ class Load(NamedTuple):
 
 
 def static_loads(model, deflection, speed):
-    """Static loads of the bearings.
-
-    model      : Model with a value for every amplitude;  deflection : (dof,) static deflection, m (rad)
-    speed      : rad/s, for bearings that depend on it;  returns : list of Load
-    """
+    """Static Loads of the bearings at a deflection (dof,), m, and a speed, rad/s, for bearings that depend on it."""
     dofs = model.structure.dofs
     moves = np.flatnonzero([motion == "translation" for _, motion in dofs])
     found = []
@@ -143,10 +139,7 @@ def _springs(unknown, speed):
 
 
 def _systems(stiffness, springs, theta, speeds):
-    """Function that solves for deflections, each coordinate beside its conjugate: that of a slender shaft has a band.
-
-    stiffness : (..., dof, dof) of the rotor;  springs : position in theta -> list of _Spring;  speeds : number of them
-    """
+    """Function that solves for deflections, each coordinate beside its conjugate: a slender shaft has a band."""
     count = 2 * stiffness.shape[-1]
     row, column = np.nonzero(np.any(stiffness != 0, axis=tuple(range(stiffness.ndim - 2))))
     every = [spring for own in springs.values() for spring in own]

@@ -69,10 +69,7 @@ def replies(rows, lead, harmonics, solved):
 
 
 def _force_matrix(model, theta, speed, harmonics):
-    """(..., speed, component, component) real, N/m: from harmonics of the motion to those of the turning forces.
-
-    The dimension speed is 1 if the matrix does not depend on it.
-    """
+    """(..., speed or 1, component, component) real, N/m: from harmonics of motion to those of the turning forces."""
     entries = [pattern.entry for pattern in model.table.turning_patterns]
     alike = all(entry.gain is None and entry.order == 0 for entry in entries)
     given = tuple(speed.tolist())[: 1 if alike else None]

@@ -112,14 +112,7 @@ class Modes(NamedTuple):
 
 
 def damped_modes(model, speed, count, theta=None):
-    """The lowest damped whirl modes over speed.
-
-    Overdamped motions, which do not whirl, are left out.
-
-    model   : Model, time-invariant, see `time_invariant`;  speed : (speed,) rad/s
-    count   : number of modes
-    theta   : (parameter,) amplitudes, SI; the model's own by default;  returns : Modes
-    """
+    """The lowest damped whirl Modes of a time-invariant model over speed (rad/s); overdamped motions are left out."""
     dof, moves = len(model.structure.dofs), model.structure.along > 0
     found = Modes(
         np.full((len(speed), count), np.nan * 1j),
@@ -198,7 +191,7 @@ def critical_speeds(model, up_to, orders=(1,), theta=None, speeds=None):
 def _followed(before, after):
     """Order (mode,) of the eigenvalues `after` in which each continues that of `before`, at the speed below it.
 
-    Sorted by frequency they would not: where a pair of overdamped motions begins to whirl, all others change places.
+    By frequency they would not: where a pair of overdamped motions begins to whirl, all others change places.
     """
     from scipy.optimize import linear_sum_assignment
 
