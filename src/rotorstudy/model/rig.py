@@ -171,7 +171,8 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
             terms.append(make_term(kind, item, structure, sensors, place, is_foundation=is_foundation))
         if SECTIONS[section] == "bearing" and rig.get(section):
             own = tuple(term for term in terms if term.carries and not term.is_foundation)
-            structure = replace(structure, support=_support(structure, terms), bearings=own)
+            under = tuple(term for term in terms if term.is_foundation)
+            structure = replace(structure, support=_support(structure, terms), bearings=own, foundation=under)
     _check_together(structure, terms, where)
     for node in structure.housings:
         here = structure.index(node, "housing")

@@ -57,6 +57,7 @@ class Structure(CrackPlaces, UnderWeight):
     vibration   : usual vibration in the records to be explained, m; for usual sizes alone
     origin      : the Origin, set where a rig is read; None for a structure without a plugin
     riding      : node with a sensor -> node on whose housing it rides
+    foundation  : the Terms of what the bearings stand on
     casings     : number of a transducer on a housing -> node of the bearing in it
     reading     : the Reading of the records, set where they are read; by default of probes along x and y
     """
@@ -83,6 +84,7 @@ class Structure(CrackPlaces, UnderWeight):
     origin: Origin | None = None
     riding: dict = field(default_factory=dict)
     casings: dict = field(default_factory=dict)
+    foundation: tuple = ()
     reading: Reading = field(default_factory=Reading)
 
     def label_at(self, where: dict) -> str:

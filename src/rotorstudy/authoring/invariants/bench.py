@@ -53,10 +53,12 @@ def tilting_bench():
 
 
 def bearing_bench():
-    """The first one on a bearing whose numbers may change, for effects on these."""
+    """The first one on a bearing whose numbers may change, for effects on these, and on the like as a foundation."""
     structure = bench_structure()
     plugin = next(plugin for kind, plugin in registry() if kind == "bearing" and plugin.changeable)
-    return replace(structure, bearings=(typical_term(plugin, structure),))
+    springs = (typical_term(one, structure, {"node": 1}) for kind, one in registry() if kind == "bearing")
+    under = next(term for term in springs if any(p.unit == "N/m" for p in term.parameters))
+    return replace(structure, bearings=(typical_term(plugin, structure),), foundation=(under,))
 
 
 def bench_terms(structure):

@@ -21,10 +21,10 @@ from rotorstudy.diagnosis.search.candidates import with_vibration
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import Diagnosis, investigate
+from rotorstudy.diagnosis.verdict.wide_ranges import any_offset, wide_ranges
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import with_model_error
-from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import Entry
@@ -35,19 +35,13 @@ from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.measured import measured_response
 from rotorstudy.units import percent
 
-LEAST_OFFSET = 1e-3  # of the largest harmonic
 SAME_SPEED = 1e-2  # relative difference up to which two records are of the same speed
 LARGEST_MODEL_ERROR = 0.5  # fraction of each harmonic
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """What changed between two states.
-
-    diagnosis     : Diagnosis of the difference
-    before, after : Spectrum of each state at the speeds that both have
-    difference    : Spectrum of their difference, with the sum of their covariances
-    """
+    """What changed between two states: its Diagnosis, and the Spectrum of each state and of the difference."""
 
     diagnosis: Diagnosis
     before: Spectrum
@@ -209,7 +203,7 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
                prediction of the change has too: the stated one unless there is a note
     """
     whole, prior = base_model(model, settings)
-    offset, known = _offset(spectrum)
+    offset, known = any_offset(spectrum)
     share = max(settings.model_error, 1e-3)
     while True:
         widened = with_model_error(spectrum, settings.model_copy(update={"model_error": share}))
@@ -219,11 +213,11 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
         share = min(2 * share, LARGEST_MODEL_ERROR)
     notes, error = [], settings.model_error
     if share > 10 * settings.model_error:
-        error = share
+        error, stated = share, with_model_error(spectrum, settings)
         text = (
             f"the rig explains the state before only with an error of {percent(share)} of each harmonic; what changed "
-            "is predicted with that error too, and named less certainly. State how well more numbers of the rig are "
-            "known, such as those of its bearings and pedestals, or identify the rig first ('rotorstudy identify')"
+            "is predicted with that error too, and named less certainly. "
+            f"{wide_ranges(model, stated, settings) or 'Identify the rig first'} (rotorstudy identify)"
         )
         notes = [Finding("warning", "state before not explained", "state before", text)]
     model = with_numbers(model, prior.names)  # without the calibration of the probes
@@ -236,19 +230,6 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
             covariance[i, i] = prior.std[prior.names.index(name)] ** 2
     terms = tuple(_with_values(term, found.values) for term in model.terms)
     return replace(model, terms=terms, uncertainty=Uncertainty(names, covariance)), notes, error
-
-
-def _offset(spectrum):
-    """The Term of a constant offset of each harmonic at each sensor, and the Prior of its amplitudes."""
-    size = np.sqrt(np.mean(np.abs(spectrum.amplitude) ** 2, axis=0))  # (harmonic, sensor)
-    parameters, known = [], {}
-    for h, n in enumerate(spectrum.harmonics.tolist()):
-        for s, node in enumerate(spectrum.sensors):
-            here = np.eye(len(spectrum.sensors))[s]
-            name, std = f"offset of {n}X at node {node}", max(float(size[h, s]), float(size.max()) * LEAST_OFFSET)
-            parameters.append(Parameter(name, "m", (Entry(here, on="one", shift=n),), std, is_complex=True))
-            known |= {f"{name}_{part}": (0.0, std) for part in ("real", "imag")}
-    return Term("offset", tuple(parameters), acts_on="output"), Prior.independent(known)
 
 
 def _with_values(term, values):

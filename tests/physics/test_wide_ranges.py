@@ -1,0 +1,58 @@
+"""Which part of a rig takes away what it does not explain: one that was changed, and none where a force was added."""
+
+import numpy as np
+import pytest
+from machines import disc, shaft
+
+from rotorstudy import build_model, measured_response
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict.wide_ranges import wide_ranges
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+
+SPEEDS, HARMONICS, NOISE = np.linspace(90.0, 400.0, 8), np.array([1, -1]), 1e-8
+RIG = {
+    "rotor": shaft(1.0, 4, disc(3, 40.0, 0.3, 0.15), outer_diameter_m=0.08),
+    "bearings": [
+        {"kind": "short_journal", "node": node, "label": str(node), "diameter_m": 0.08, "length_m": 0.03,
+         "radial_clearance_m": 8e-5, "viscosity_Pa_s": 0.02} for node in (1, 5)
+    ],
+    "foundation": [
+        {"kind": "linear", "node": node, "label": f"pedestal {node}", "mass_kg": 60.0,
+         "bearing_stiffness_N_per_m": 4e6, "bearing_damping_N_s_per_m": 3e3} for node in (1, 5)
+    ],
+    "effects": [{"kind": "unbalance", "node": 3, "unbalance_kg_m": 4e-4}],
+    "sensors": [1, 3, 5],
+}  # fmt: skip
+SETTINGS = Settings(uncertainty={"default": 0.02, "rotor": 0.0, "bearings": 0.01}, nuisance={}, model_error=1e-3)
+
+
+def changed(section, **numbers):
+    return RIG | {section: [RIG[section][0] | numbers, *RIG[section][1:]]}
+
+
+@pytest.mark.parametrize(
+    ("true", "words"),
+    [
+        (changed("bearings", radial_clearance_m=1.1e-4), "check the bearings first (bearings[1].radial_clearance_m"),
+        (changed("foundation", bearing_stiffness_N_per_m=2e6), "check the foundation first (bearing_stiffness[pedest"),
+        (RIG | {"effects": [*RIG["effects"], {"kind": "runout", "node": 1, "harmonic": 1, "runout_1X_m": 2e-5}]},
+         "check a runout first"),
+        (RIG | {"effects": [*RIG["effects"], {"kind": "unbalance", "node": 5, "label": "2", "unbalance_kg_m": 2e-3}]},
+         "none of these alone"),
+    ],
+)  # fmt: skip
+def test_a_part_that_is_other_than_stated_is_told(true, words):
+    shown = measured_response(build_model(true), SPEEDS, HARMONICS)
+    draws = np.random.default_rng(3).normal(0, NOISE, (2, *shown.shape))
+    covariance = independent_covariance(np.full(shown.shape, NOISE**2 + (1e-3 * np.abs(shown)) ** 2))
+    spectrum = Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, (1, 3, 5), covariance)
+    assert words in wide_ranges(build_model(RIG), spectrum, SETTINGS)
+
+
+def test_a_rig_without_such_parts_says_nothing():
+    rig = {"rotor": RIG["rotor"], "bearings": [{"kind": "linear", "node": 1, "bearing_stiffness_N_per_m": 1e7,
+           "bearing_damping_N_s_per_m": 1e3}], "sensors": [3], "effects": RIG["effects"]}  # fmt: skip
+    model = build_model(rig)
+    shown = measured_response(model, SPEEDS, HARMONICS)
+    spectrum = Spectrum(shown, SPEEDS, HARMONICS, (3,), independent_covariance(np.full(shown.shape, NOISE**2)))
+    assert wide_ranges(model, spectrum, SETTINGS) == ""
