@@ -1,11 +1,12 @@
 """Rigs of the tests, as in a rig file: a finite-element shaft of equal elements with discs, on springs with dampers.
 
-And a model, the rotor with a crack of Chapter 2.
+And a model, the rotor with a crack of Chapter 2, and what the probes of a model would show.
 """
 
 import numpy as np
 
-from rotorstudy import build_model
+from rotorstudy import Spectrum, build_model, measured_response, measured_response_and_jacobian
+from rotorstudy.measurement.spectrum import independent_covariance
 
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]  # those of the thesis
 
@@ -70,3 +71,21 @@ def jeffcott(*, weight_dominance=True, stiffness_loss=2.5e5, order=15, effects=(
     crack = {"kind": "switching", "weight_dominance": weight_dominance, "order": order}
     cracks = [{**crack, "stiffness_loss_N_per_m": stiffness_loss}]
     return build_model(jeffcott_rig(5e-6, np.pi / 6, *effects, internal=20.0, cracks=cracks))
+
+
+def spectrum_of(model, speeds, harmonics, std=0.0):
+    """The response of a model as its probes show it, without noise; std : of each part, as it is stated."""
+    shown = measured_response(model, speeds, harmonics)
+    covariance = independent_covariance(np.full(shown.shape, std**2))
+    return Spectrum(shown, np.array(speeds), np.array(harmonics), model.sensors, covariance)
+
+
+def errors_of_derivatives(model, speeds, harmonics, steps, change=None):
+    """(parameter,) errors, relative, of derivatives of the response (by default its own) by central differences."""
+    change = measured_response_and_jacobian(model, speeds, harmonics).jacobian if change is None else change
+    found = []
+    for p, step in enumerate(steps[:, None] * np.eye(len(steps), len(model.theta))):
+        up, down = measured_response(model, speeds, harmonics, model.theta + np.stack([step, -step]))
+        numerical = (up - down) / (2 * step[p])
+        found.append(np.abs(change[..., p] - numerical).max() / np.abs(numerical).max())
+    return np.array(found)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import yaml
+from one_line_errors import refused
 
 from rotorstudy import RotorstudyError, read_measurement
 from rotorstudy.commands.line import main
@@ -126,9 +127,7 @@ def test_the_covariance_is_that_of_the_digits(tmp_path):
 )
 def test_what_is_wrong_in_a_table_is_named(change, more, words, tmp_path):
     text = table("rms, um")
-    with pytest.raises(RotorstudyError) as error:
-        read(tmp_path, text.replace(*change) if change else text, "rms, um", **more)
-    assert "\n" not in str(error.value) and all(word in str(error.value) for word in words), error.value
+    refused(lambda: read(tmp_path, text.replace(*change) if change else text, "rms, um", **more), *words)
 
 
 def test_a_table_without_rows_is_refused(tmp_path):

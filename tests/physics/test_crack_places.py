@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from one_line_errors import refused
 from uniform_shaft import GOOD, E, rotor
 
 from rotorstudy import Model, RotorstudyError, build_model, make_term
@@ -58,10 +59,7 @@ BAD_CRACKS = [
 @pytest.mark.parametrize("shaft, crack, words", BAD_CRACKS, ids=range(len(BAD_CRACKS)))
 def test_a_crack_needs_a_place_that_exists(shaft, crack, words):
     structure = build_model({"rotor": {"kind": "finite_element", **shaft}}).structure
-    with pytest.raises(RotorstudyError) as refused:
-        make_term("crack", {"kind": "switching", **crack}, structure, structure.nodes)
-    for word in words:
-        assert word in str(refused.value)
+    refused(lambda: make_term("crack", {"kind": "switching", **crack}, structure, structure.nodes), *words)
 
 
 def test_a_node_that_a_support_holds_loses_no_stiffness_of_translation():

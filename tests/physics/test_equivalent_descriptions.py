@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from collocation import four_coordinates
+from machines import spectrum_of
 from random_rotor import random_model
 
-from rotorstudy import Model, Problem, Spectrum, harmonic_response, measured_response, measured_response_and_jacobian
-from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy import Model, Problem, harmonic_response, measured_response_and_jacobian
 
 SPEED = 110.0
 SHOWN = np.arange(-5, 6)
@@ -62,10 +62,7 @@ def test_a_derivative_is_a_gain_of_the_harmonic(model):
 
 
 def exact(model):
-    every = np.arange(-15, 16)
-    shown = measured_response(model, [80.0, SPEED], every)
-    covariance = independent_covariance(np.full(shown.shape, 1e-18))
-    return Spectrum(shown, np.array([80.0, SPEED]), every, model.sensors, covariance)
+    return spectrum_of(model, [80.0, SPEED], np.arange(-15, 16), 1e-9)
 
 
 @pytest.mark.parametrize("seed", [1, 2])

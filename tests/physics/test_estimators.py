@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import HARMONICS, jeffcott
+from machines import HARMONICS, jeffcott, spectrum_of
 from scipy import optimize
 
-from rotorstudy import Problem, Spectrum, magnitude_and_phase, measured_response
+from rotorstudy import Problem, magnitude_and_phase
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.levenberg_marquardt import levenberg_marquardt
 from rotorstudy.inference.linear import invert
@@ -24,13 +24,10 @@ TRIALS = 400
 def problem():
     """One speed, 1 % noise per harmonic, many trials."""
     model = jeffcott()
-    clean = measured_response(model, [88.0], HARMONICS)
-    spectrum = Spectrum(
-        clean, np.array([88.0]), np.array(HARMONICS), (1,), independent_covariance(np.zeros(clean.shape))
-    )
+    spectrum = spectrum_of(model, [88.0], HARMONICS)
     std = noise_std(spectrum, 0.01, "per harmonic", 65536)
-    numbers = standard_normal(11, 0, TRIALS, (2, *clean.shape))
-    trials = noisy(clean, std, numbers, "per harmonic")
+    numbers = standard_normal(11, 0, TRIALS, (2, *spectrum.amplitude.shape))
+    trials = noisy(spectrum.amplitude, std, numbers, "per harmonic")
     return Problem(model, replace(spectrum, amplitude=trials, covariance=independent_covariance(std**2)), model.names)
 
 

@@ -1,9 +1,10 @@
 """Wrong options of the finite-element rotor are refused with what is allowed."""
 
 import pytest
+from one_line_errors import refused
 from uniform_shaft import GOOD
 
-from rotorstudy import RotorstudyError, build_model
+from rotorstudy import build_model
 
 DISC = {"node": 3, "mass_kg": 1.0, "polar_moment_kg_m2": 0.1, "diametral_moment_kg_m2": 0.05}
 CYLINDER = {"node": 3, "thickness_m": 0.02, "diameter_m": 0.3}
@@ -53,8 +54,4 @@ BAD = [
 @pytest.mark.parametrize("wrong, words", BAD, ids=lambda value: str(value)[:40])
 def test_bad_input_is_refused(wrong, words):
     build_model({"rotor": {"kind": "finite_element", **GOOD, "discs": [DISC]}})
-    with pytest.raises(RotorstudyError) as refused:
-        build_model({"rotor": {"kind": "finite_element", **GOOD, **wrong}})
-    for word in words:
-        assert word in str(refused.value)
-    assert "\n" not in str(refused.value)
+    refused(lambda: build_model({"rotor": {"kind": "finite_element", **GOOD, **wrong}}), *words)

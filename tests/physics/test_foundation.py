@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import pyuff
 import yaml
-from machines import disc, shaft
+from machines import disc, errors_of_derivatives, shaft, spectrum_of
 from named_machines import plant
 
 from rotorstudy import build_model, harmonic_response, load_rig, measured_response
@@ -19,6 +19,7 @@ from rotorstudy.inference.fit import chi_square_p_value, fit
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig_items import make_term
+from rotorstudy.presentation.rotor_files import analyse_files
 from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
 
@@ -66,13 +67,7 @@ def test_probes_on_a_housing_show_the_motion_against_it():
     journal, housing = (absolute.structure.index(1, what) for what in ("translation", "housing"))
     against = np.stack([motion[..., journal] - motion[..., housing], motion[..., absolute.structure.index(3)]], axis=-1)
     assert np.abs(shown - against).max() < 1e-12 * np.abs(motion).max()
-    jacobian = measured_response_and_jacobian(relative, SPEEDS, [1]).jacobian
-    step = 1e-6 * relative.theta
-    for p in range(6):
-        both = [measured_response(relative, SPEEDS, [1], relative.theta + sign * step * (np.arange(len(step)) == p))
-                for sign in (1, -1)]  # fmt: skip
-        slope = (both[0] - both[1]) / (2 * step[p])
-        assert np.abs(jacobian[..., p] - slope).max() < 1e-6 * np.abs(slope).max()
+    assert errors_of_derivatives(relative, SPEEDS, [1], 1e-6 * relative.theta[:6]).max() < 1e-6
 
 
 def on_casing(node=101, bearing="DE", **changes):
@@ -89,6 +84,13 @@ def test_a_transducer_on_a_housing_shows_its_motion():
     assert np.abs(shown[..., 1] - housing).max() < 1e-12 * np.abs(motion).max()
     assert model.structure.index(101) == model.structure.index(1, "housing") and 101 not in model.structure.nodes
     assert {c.where["node"] for c in candidates(model, Settings())[0] if c.effect == "runout"} == {1}
+
+
+@pytest.mark.usefixtures("unrendered")
+def test_a_machine_with_a_transducer_on_a_housing_is_drawn(tmp_path):
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(RIG | on_casing()))
+    analyse_files(tmp_path / "rig.yaml", tmp_path / "out")
+    assert (tmp_path / "out" / "figures" / "mode_shapes.png").exists()
 
 
 def test_velocities_and_accelerations_of_casings_are_read_as_displacements(tmp_path):
@@ -304,10 +306,8 @@ def test_a_cracked_rotor_on_a_foundation_has_a_stability():
 
 def test_equations_of_motion_are_not_solved_for_relative_motion():
     model = build_model(RIG | {"foundation": PEDESTALS, "sensors": [1, 3]} | riding("DE"))
-    shown = measured_response(model, SPEEDS, [1, -1])
-    data = Spectrum(shown, SPEEDS, np.array([1, -1]), (1, 3), independent_covariance(np.full(shown.shape, 1e-16)))
     with pytest.raises(RotorstudyError, match="relative to a bearing"):
-        regression(model, data, ["bearing_damping[DE]"])
+        regression(model, spectrum_of(model, SPEEDS, [1, -1], 1e-8), ["bearing_damping[DE]"])
 
 
 def test_a_fit_that_runs_away_finds_the_foundation_gradually(compressor):

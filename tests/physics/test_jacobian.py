@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import HARMONICS, disc, jeffcott, shaft, unbalance
+from machines import HARMONICS, disc, errors_of_derivatives, jeffcott, shaft, unbalance
 
 from rotorstudy import (
     Entry,
@@ -34,14 +34,8 @@ def worst(model, speeds, harmonics, jacobian=None):
     shown, analytic = measured_response_and_jacobian(model, speeds, harmonics)
     analytic = analytic if jacobian is None else jacobian(analytic)
     assert shown == pytest.approx(measured_response(model, speeds, harmonics), rel=1e-12)
-    found = []
-    for p, size in enumerate(np.maximum(np.abs(model.theta), 1e-3 * model.typical)):
-        step = np.zeros(len(model.theta))
-        step[p] = 1e-5 * size
-        high, low = (measured_response(model, speeds, harmonics, model.theta + sign * step) for sign in (1, -1))
-        numerical = (high - low) / (2 * step[p])
-        found.append(np.abs(numerical - analytic[..., p]).max() / np.abs(analytic[..., p]).max())
-    return max(found)
+    steps = 1e-5 * np.maximum(np.abs(model.theta), 1e-3 * model.typical)
+    return errors_of_derivatives(model, speeds, harmonics, steps, analytic).max()
 
 
 # central differences with a relative step of 1e-5: error 1e-10 of the curvature, and round-off 1e-16 / 1e-5 of the

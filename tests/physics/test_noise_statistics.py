@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import HARMONICS, jeffcott
+from machines import HARMONICS, jeffcott, spectrum_of
 from scipy.stats import chi2, norm
 
 from rotorstudy import (
-    Spectrum,
     full_spectrum,
     measured_response,
     registry,
@@ -85,9 +84,7 @@ def test_white_noise_in_time_is_the_noise_drawn_on_harmonics(method):
     spectrum = full_spectrum(records, HARMONICS, method, "none")
     late = np.exp(0.4j * np.array(HARMONICS))[:, None]
     errors, stated = components(spectrum.amplitude - shown * late)[..., 0], spectrum.covariance[:, 0].mean(axis=0)
-    exact = independent_covariance(np.zeros(shown.shape))
-    clean = Spectrum(shown, np.array([SPEED]), np.array(HARMONICS), (1,), exact)
-    std = noise_std(clean, LEVEL, "white in time", len(TIME))
+    std = noise_std(spectrum_of(jeffcott(), [SPEED], HARMONICS), LEVEL, "white in time", len(TIME))
     # the records also hold harmonics above 7, left out of the rms of the nine: under 1 % of it
     if method.name != "windowed_fft":  # which scatters by more
         check_scatter(errors, independent_covariance(std**2)[0, 0], slack=0.02)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from machines import errors_of_derivatives, spectrum_of
 from random_rotor import SENSORS, on_translations, random_model
 
 from rotorstudy import (
@@ -12,19 +13,16 @@ from rotorstudy import (
     Parameter,
     Problem,
     RotorstudyError,
-    Spectrum,
     Term,
     full_spectrum,
     harmonic_response,
     measured_response,
-    measured_response_and_jacobian,
     registry,
     simulate_records,
 )
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.linear import solve_linear
 from rotorstudy.inference.output_error import output_error_fit
-from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.response.integration import time_response
 
 SPEED, ORDER = 110.0, 30  # the response of these rotors falls below 1e-10 of its largest harmonic before the 15th
@@ -47,12 +45,6 @@ def chain(model):
     return model.plus(gap, gain, angle)
 
 
-def spectrum_of(model, speeds, harmonics):
-    shown = measured_response(model, speeds, harmonics)
-    covariance = independent_covariance(np.full(shown.shape, 1e-16))
-    return Spectrum(shown, np.array(speeds), np.array(harmonics), model.sensors, covariance)
-
-
 def test_time_integration_settles_to_the_response():
     model, turn = random_model(1), 2 * np.pi / SPEED
     settled = time_response(model, SPEED, 24 * turn + np.arange(256) * turn / 256)
@@ -64,23 +56,17 @@ def test_time_integration_settles_to_the_response():
 
 def test_derivatives_are_those_of_the_response(model):
     model = chain(model)
-    harmonics = [0, 1, 2, 3, -1]
-    _, analytic = measured_response_and_jacobian(model, [SPEED, 140.0], harmonics)
-    for p, name in enumerate(model.names):
-        step = np.zeros(len(model.theta))
-        step[p] = 2e-5 * model.typical[p]
-        high, low = (measured_response(model, [SPEED, 140.0], harmonics, model.theta + s * step) for s in (1, -1))
-        error = (high - low) / (2 * step[p]) - analytic[..., p]
-        # central differences err by the square of the step, 4e-10, times up to a hundred near resonance, and by
-        # round-off, 1e-16 / 2e-5, of a response that a parameter may change by no more than a thousandth
-        assert np.abs(error).max() < 1e-6 * np.abs(analytic[..., p]).max(), name
+    found = errors_of_derivatives(model, [SPEED, 140.0], [0, 1, 2, 3, -1], 2e-5 * np.array(model.typical))
+    # central differences err by the square of the step, 4e-10, times up to a hundred near resonance, and by
+    # round-off, 1e-16 / 2e-5, of a response that a parameter may change by no more than a thousandth
+    assert found.max() < 1e-6, dict(zip(model.names, found, strict=True))
 
 
 def test_every_amplitude_comes_back_although_the_tilt_is_hidden(model):
     names = on_translations(model)
     assert {"couple", "stiffness_loss", "turning_damper"} < set(names)
     found = solve_linear(
-        *regression(model, spectrum_of(model, [80.0, SPEED, 140.0], range(-15, 16)), names).real_system(), names
+        *regression(model, spectrum_of(model, [80.0, SPEED, 140.0], range(-15, 16), 1e-8), names).real_system(), names
     )
     # round-off of 1e-16, magnified by how alike the columns of ten effects are
     assert found == pytest.approx(model.theta[model.position(names)], rel=1e-6)
@@ -97,13 +83,13 @@ def identified(model, spectrum, names=FORCES):
 
 def test_hidden_coordinates_and_hidden_harmonics_are_eliminated_together(model):
     """The forces come back, also that on the tilt."""
-    found = identified(model, spectrum_of(model, [80.0, SPEED, 140.0], FEW))
+    found = identified(model, spectrum_of(model, [80.0, SPEED, 140.0], FEW, 1e-8))
     assert found == pytest.approx(model.theta[model.position(FORCES)], rel=1e-8)  # round-off times the elimination
 
 
 def test_known_effects_that_are_a_hundredth_off_spoil_the_elimination(model):
     """Negative control: of every known effect."""
-    spectrum = spectrum_of(model, [80.0, SPEED, 140.0], FEW)
+    spectrum = spectrum_of(model, [80.0, SPEED, 140.0], FEW, 1e-8)
     right = identified(model, spectrum)
     for term in model.terms:
         if term.kind in ("unbalance", "couple"):
@@ -116,7 +102,7 @@ def test_known_effects_that_are_a_hundredth_off_spoil_the_elimination(model):
 @pytest.mark.parametrize("measured", [FEW, range(-3, 4)], ids=["few", "both ways"])
 def test_unknown_damping_is_not_got_wrong_in_silence_where_coupled_harmonics_are_hidden(model, measured):
     """It acts on the hidden harmonics too, so the equations left after elimination are not linear in it."""
-    spectrum = spectrum_of(model, [80.0, SPEED, 140.0], measured)
+    spectrum = spectrum_of(model, [80.0, SPEED, 140.0], measured, 1e-8)
     try:
         found = identified(model, spectrum, DAMPINGS)
     except RotorstudyError as error:
@@ -127,7 +113,7 @@ def test_unknown_damping_is_not_got_wrong_in_silence_where_coupled_harmonics_are
 
 def test_an_effect_that_reads_a_harmonic_nobody_measured_is_refused(model):
     with pytest.raises(RotorstudyError, match=r"'anisotropy' acts on harmonics \[.*-2.*\], which were not measured"):
-        regression(model, spectrum_of(model, [SPEED], FEW), ("anisotropy",))
+        regression(model, spectrum_of(model, [SPEED], FEW, 1e-8), ("anisotropy",))
 
 
 def test_the_output_fit_finds_what_the_equations_cannot(model):
@@ -135,7 +121,7 @@ def test_the_output_fit_finds_what_the_equations_cannot(model):
     model = chain(model)
     names = ("damping", "added_mass", "gap_real", "gain_real", "angle", "eccentricity_real")
     true = model.theta[model.position(names)]
-    problem = Problem(model, spectrum_of(model, [80.0, SPEED, 140.0], FEW), names)
+    problem = Problem(model, spectrum_of(model, [80.0, SPEED, 140.0], FEW, 1e-8), names)
     assert output_error_fit(problem, start=1.1 * true).theta == pytest.approx(true, rel=1e-6)
 
 

@@ -5,20 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from collocation import four_coordinates
-from machines import HARMONICS, OFFSET_DISC, jeffcott, jeffcott_rig
+from machines import HARMONICS, OFFSET_DISC, jeffcott, jeffcott_rig, spectrum_of
 
-from rotorstudy import Model, RotorstudyError, Spectrum, build_model, measured_response
+from rotorstudy import Model, RotorstudyError, build_model
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.linear import solve_linear
-from rotorstudy.measurement.spectrum import independent_covariance
-
-
-def spectrum_of(model, speeds, harmonics, **options):
-    shown = measured_response(model, speeds, harmonics, **options)
-    return Spectrum(
-        shown, np.array(speeds), np.array(harmonics), model.sensors, independent_covariance(np.zeros(shown.shape))
-    )
 
 
 def solved(model, spectrum, names):

@@ -10,15 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from machines import spectrum_of
 from scipy.linalg import expm
 
 from rotorstudy import Model, RotorstudyError, harmonic_response, make_term, time_response
 from rotorstudy.authoring.invariants import broken_invariants
 from rotorstudy.authoring.invariants.bench import tilting_bench
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import Registry, plugin_folders, registry, using
-from rotorstudy.response.measured import measured_response
 from rotorstudy.response.stability import check_stable, periodic_growth_rate
 
 FILE = '''import numpy as np
@@ -144,8 +143,7 @@ def test_a_diagnosis_finds_it(zoo):
         amplitudes = "external_damping", "eccentricity", "couple_unbalance"
         known = [term(kind, TILTING, **{name: effects[kind]}) for kind, name in zip(effects, amplitudes, strict=True)]
         rig, others = Model(TILTING, tuple(known)), {"asymmetric_disc", "bow", "added_mass", *effects}
-        shown = measured_response(rig.plus(disc(TILTING)), speeds, harmonics)
-        data = Spectrum(shown, speeds, harmonics, rig.sensors, independent_covariance(np.full(shown.shape, 1e-18)))
+        data = spectrum_of(rig.plus(disc(TILTING)), speeds, harmonics, 1e-9)
         left_out = [name for name in registry().plugins["effect"] if name not in others]
         verdict = investigate(data, rig, hold_out=[], settings={"leave_out": left_out}).verdict
     assert not verdict.broken_plugins

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import springs, unbalance
+from machines import spectrum_of, springs, unbalance
 
 from rotorstudy import registry
 from rotorstudy.errors import RotorstudyError
@@ -201,12 +201,7 @@ def test_a_number_that_the_rotor_does_not_depend_on_is_refused():
 
 
 def test_estimators_of_the_equations_refuse_the_numbers_of_the_rotor():
-    from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
-
     rig = {**SUPPORTS["bearings"], "sensors": [1, 2, 3, 4, 5, 6, 7, 8]}
     model = with_numbers(build_model(rig), NUMBERS[:1])
-    shown = measured_response(model, SPEEDS, HARMONICS)
-    covariance = independent_covariance(np.full(shown.shape, 1e-16))
-    spectrum = Spectrum(shown, np.array(SPEEDS), np.array(HARMONICS), model.sensors, covariance)
     with pytest.raises(RotorstudyError, match="maximum_likelihood"):
-        Problem(model, spectrum, NUMBERS[:1]).equations()
+        Problem(model, spectrum_of(model, SPEEDS, HARMONICS, 1e-8), NUMBERS[:1]).equations()

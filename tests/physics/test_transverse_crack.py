@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from one_line_errors import refused
 from shaft_with_a_crack import DIAMETER, LENGTH, POISSON, YOUNG, at_disc, crack, rotor
 
 from rotorstudy import RotorstudyError, build_model, registry
@@ -203,11 +204,7 @@ def test_the_mesh_does_not_matter(law, heavy):
     ],
 )
 def test_what_is_wrong_with_a_crack_is_said_in_one_line(changes, words):
-    with pytest.raises(RotorstudyError) as said:
-        rotor(4, crack(**changes))
-    assert "\n" not in str(said.value)
-    for word in words:
-        assert word in str(said.value)
+    refused(lambda: rotor(4, crack(**changes)), *words)
 
 
 @pytest.mark.parametrize(
@@ -219,10 +216,7 @@ def test_two_cracks_are_apart_and_in_elements_of_their_own(second, words):
     if words is None:
         assert rotor(4, *both).nonlinear_forces
         return
-    with pytest.raises(RotorstudyError, match=words) as said:
-        rotor(4, *both)
-    assert "two effects transverse_crack" in str(said.value)
-    assert "\n" not in str(said.value)
+    refused(lambda: rotor(4, *both), words, "two effects transverse_crack")
 
 
 def test_a_hollow_shaft_and_a_rotor_without_sections_are_refused():

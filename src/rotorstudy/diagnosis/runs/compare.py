@@ -41,12 +41,7 @@ LARGEST_MODEL_ERROR = 0.5  # fraction of each harmonic
 
 @dataclass(frozen=True)
 class Comparison:
-    """What changed between two states.
-
-    diagnosis     : Diagnosis of the difference
-    before, after : Spectrum of each state at the speeds that both have
-    difference    : Spectrum of their difference, with the sum of their covariances
-    """
+    """What changed between two states: its Diagnosis, and the Spectrum of each state and of the difference."""
 
     diagnosis: Diagnosis
     before: Spectrum

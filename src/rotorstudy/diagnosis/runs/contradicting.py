@@ -88,12 +88,7 @@ def unstated_forces() -> Finding:
 
 
 def check_slow_roll(name: str, speed: np.ndarray, model: Model) -> list[Finding]:
-    """A finding if a run that is said to be a slow roll passed a critical speed: its vectors are not runout.
-
-    name  : of the run
-    speed : (speed,) in rad/s
-    model : with a value for every parameter
-    """
+    """A finding if a run at speeds (speed,), rad/s, called a slow roll, passed a critical speed: it is not runout."""
     try:
         whirl = np.abs(eigenvalues(model, speed).imag)
     except RotorstudyError:  # of a rotor whose motion is not free vibration, as of an asymmetric shaft

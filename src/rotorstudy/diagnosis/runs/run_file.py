@@ -31,10 +31,7 @@ class RunItem(Strict):
 
 
 def read_runs(path: str | Path) -> list[RunItem]:
-    """The runs listed in a file.
-
-    raises : RotorstudyError if there is none, two have the same name, or a key is unknown
-    """
+    """The runs listed in a file; RotorstudyError if there is none, two have one name, or a key is unknown."""
     given = read_yaml(path)
     for key in given:
         if key != "runs":

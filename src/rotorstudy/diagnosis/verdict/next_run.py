@@ -59,10 +59,9 @@ def next_runs(found: Search, measured: Spectrum, known: tuple[float, ...], decid
 
 
 def explanations_in_question(found: Search, decided: float) -> tuple[list[Fit], np.ndarray]:
-    """The explanations of a credible set, at most `MOST`. Those that add to the best one are no alternatives to it.
+    """Fits of a credible set of a probability, at most `MOST`, and their posterior probabilities, of sum one.
 
-    decided : posterior probability of the set
-    returns : the fits, and (explanation,) their posterior probabilities, scaled to a sum of one
+    Those that add to the best one are no alternatives to it.
     """
     best, total, chosen = found.best, 0.0, []
     for explanation, weight in found.posterior():
@@ -124,10 +123,7 @@ def _best_run(found, measured, fits, weights, speeds, trial, decided):
 
 
 def with_term(fitted: Fit, term: Term) -> Fit:
-    """A fit with a term added to its model.
-
-    term : with a value for every parameter
-    """
+    """A fit with a term, with a value for every parameter, added to its model."""
     model = fitted.model.plus(term)  # whose amplitudes of the measuring chain remain the last ones
     values = fitted.values | dict(zip((unknown.name for unknown in term.unknowns), term.theta, strict=True))
     return replace(fitted, model=model, theta=np.array([values[name] for name in model.names]))

@@ -21,10 +21,7 @@ CHECK = (
 
 
 def known_and_not(verdict, of_change=False):
-    """{heading: sentences} of what an unknown verdict leaves known, and what not.
-
-    of_change : whether it is on the difference between two states
-    """
+    """{heading: sentences} of what an unknown verdict, perhaps `of_change`, leaves known, and what not."""
     changed = "The machine differs between the two states" if of_change else "The machine differs from the rig file"
     known = f"{changed} by more than noise and the errors stated for it ({p_value(verdict.residual_p_value.before)})."
     known += f" {where_it_acts(verdict).capitalize()}" * bool(verdict.one_place)
@@ -72,10 +69,7 @@ def runs_in_words(verdict):
 
 
 def next_steps(verdict, of_change=False):
-    """Recommended actions and measurements, as sentences.
-
-    of_change : whether the verdict is on the difference between two states
-    """
+    """Recommended actions and measurements after a verdict, perhaps `of_change`, as sentences."""
     kind, steps = verdict.verdict, []
     if found := doubts(verdict):
         steps.append(f"Check the records first: {found} (see below).")

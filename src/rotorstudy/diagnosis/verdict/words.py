@@ -17,10 +17,7 @@ LARGE_LOG_ODDS = 7.0  # from which on odds are said as a power of ten
 
 
 def summary(verdict, of_change=False):
-    """The verdict as a few plain sentences.
-
-    of_change : whether it is on the difference between two states
-    """
+    """The verdict as a few plain sentences; of_change : whether it is on the difference between two states."""
     said = [_said(verdict, of_change)]
     if verdict.verdict == "unknown" and (far := moved_far(verdict.base_parameters)):
         said.append(f"The fit moved these values of the rig far; check them first: {', '.join(far)}.")
