@@ -14,6 +14,7 @@ from rotorstudy.diagnosis.search.form import (
 )
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.levenberg_marquardt import levenberg_marquardt
+from rotorstudy.inference.prediction import LEAK
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.hinge import crack_at
@@ -51,7 +52,7 @@ def test_the_error_of_form_is_common_to_the_nodes_and_differs_by_harmonic():
     shown = np.abs(errors).max(axis=(1, 3))
     assert (np.count_nonzero(shown, axis=1) == 1).all() and np.array_equal(shown.argmax(axis=1), harmonic)
     variance = np.sum(np.abs(errors[..., 0]) ** 2, axis=0)  # of each harmonic, beside that of the change itself
-    assert np.allclose(variance, 1 + 0.1**2 * 4, rtol=1e-3)
+    assert np.allclose(variance, 1 + LEAK**2 * 4, rtol=1e-3)
 
 
 def test_what_a_form_explains_is_not_evidence_against_a_cause():

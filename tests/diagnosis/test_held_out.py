@@ -6,10 +6,20 @@ import numpy as np
 import pytest
 from machines import jeffcott_rig
 
+from rotorstudy.diagnosis import diagnose
+from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import held_out
-from rotorstudy.diagnosis.verdict.held_out import HeldOutMisfit, gain_of, is_upheld, is_worse, rise_probability
+from rotorstudy.diagnosis.verdict.held_out import (
+    HeldOutMisfit,
+    gain_of,
+    is_contradicted,
+    rise_probability,
+    split,
+    with_held_out,
+)
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted
@@ -78,17 +88,61 @@ def test_a_rise_that_noise_explains_is_no_contradiction_and_another_one_is(fits)
         without = held.with_amplitude(predicted(base.model, held, base.theta) - 0.01 * NOISE)
         gain = gain_of(base, best, without, without)
         assert gain.ratio > 1
-        assert is_worse(base, best, without, SETTINGS, gain) == contradicted
-    assert not is_worse(base, best, held, SETTINGS, gain_of(base, best, held, held))
+        assert is_contradicted(base, best, without, SETTINGS, gain) == contradicted
+    assert not is_contradicted(base, best, held, SETTINGS, gain_of(base, best, held, held))
+
+
+@pytest.mark.parametrize("off", [0, 5])
+def test_a_prediction_that_is_off_is_contradicted_even_if_the_rig_alone_is_off_by_more(fits, off):
+    base, best, held = fits(1.0)
+    seen = held.with_amplitude(held.amplitude + off * NOISE)
+    gain = gain_of(base, best, seen, seen)
+    assert gain.ratio < 0.5
+    assert is_contradicted(base, best, seen, SETTINGS, gain) == (off > 0)
+
+
+def spectrum(model, speeds, seed):
+    """Spectrum of a model with noise."""
+    still = Spectrum(
+        np.zeros((len(speeds), len(HARMONICS), 1), complex), speeds, HARMONICS, (1,),
+        independent_covariance(np.full((len(speeds), len(HARMONICS), 1), NOISE**2 / 2)),
+    )  # fmt: skip
+    draws = np.random.default_rng(seed).normal(0, NOISE / np.sqrt(2), (2, *still.amplitude.shape))
+    return still.with_amplitude(predicted(model, still, model.stated) + draws[0] + 1j * draws[1])
+
+
+@pytest.mark.parametrize("is_touched", [True, False])
+def test_a_contact_that_only_the_held_out_speed_shows_is_found(is_touched):
+    """The shaft whirls by 60 um near its critical speed, 616 rad/s, and by less than 20 elsewhere: it touches there."""
+    model = build_model(RIG)
+    item = {"kind": "rub", "label": "hidden", "rub_stiffness_N_per_m": 3e5, "clearance_m": 3e-5}
+    rubbing = model.plus(make_term("effect", item, model.structure, model.sensors))
+    speeds = np.array([200.0, 300.0, 400.0, 610.0, 900.0, 1000.0, 1100.0])
+    measured = spectrum(rubbing if is_touched else model, speeds, 3)
+    assert split(measured, None)[1].speed == [610.0]
+    verdict = diagnose(measured, model, settings={"uncertainty": {"default": 0.02}, "candidates_per_round": 4})
+    assert verdict.verdict == "nothing" if not is_touched else verdict.verdict != "nothing"
+    assert ("held-out speeds" in {finding.name for finding in verdict.findings}) == is_touched
+    assert (610.0 in verdict.gain.speeds) != is_touched
 
 
 @pytest.mark.parametrize("is_steady", [True, False])
-def test_causes_that_allow_no_steady_motion_at_a_held_out_speed_are_not_upheld(monkeypatch, is_steady):
+def test_causes_that_allow_no_steady_motion_at_a_held_out_speed_are_dropped(fits, monkeypatch, is_steady):
+    base, best, held = fits(0.1)
+
     def misfit(fitted, held):
-        if fitted == "with causes" and not is_steady:
+        if fitted is best and not is_steady:
             raise NoSteadyState("no steady state at 350 rad/s")
         return HeldOutMisfit(1.0, 1.0, 0.0)
 
-    monkeypatch.setattr(held_out, "_misfit", misfit)
-    best = SimpleNamespace(causes=("a crack",), fit="with causes", log_posterior_odds=50.0)
-    assert is_upheld(SimpleNamespace(best=best, base="without"), blank(HELD)) == is_steady
+    monkeypatch.setattr(held_out, "held_out_misfit", misfit)
+    cause = SimpleNamespace(cause="a preload")
+    known = {
+        frozenset(): Explanation((), base, 0.0),
+        frozenset({("a preload",)}): Explanation((cause,), best, 50.0, SimpleNamespace(std=np.zeros(len(HARMONICS)))),
+    }
+    monkeypatch.setattr(Explanation, "kind", property(lambda e: frozenset((c.cause,) for c in e.causes)))
+    monkeypatch.setattr(held_out, "without_impossible", lambda found: found)
+    found = with_held_out(Search(None, None, held, SETTINGS, None, base, [], found=known), held)
+    assert (len(found.found), found.upheld) == ((2, True) if is_steady else (1, False))
+    assert bool(found.best.causes) == is_steady

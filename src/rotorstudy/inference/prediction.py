@@ -15,7 +15,7 @@ BEYOND = 4  # harmonics carried beyond the highest measured one where a model co
 BEYOND_JUMPS = 10  # where a law jumps: off by 0.2 sigma for a crack of 30 % that opens at once, 1.3 with BEYOND
 
 RECENT, LARGEST = 48, 50_000  # responses kept, and numbers in each with its derivatives
-ACROSS_HARMONICS = 0.1  # of the error of a cause that reaches other harmonics than the one it is of
+LEAK = 0.3  # of what a cause changes at all harmonics: an error of its law by angle or deflection spreads over ten
 
 
 def carried_order(spectrum: Spectrum, model: Model | None = None) -> int:
@@ -104,9 +104,9 @@ def with_cause_error(spectrum: Spectrum, missing: np.ndarray, share: np.ndarray 
 
     missing : (speed, harmonic, sensor) measured less predicted by the base model, m
     share   : (harmonic,) or float, standard deviation of the error as a fraction of what is missing at the harmonic,
-              and of a tenth of the rms over the harmonics
+              and of `LEAK` of that at all harmonics
     """
     size = np.abs(spectrum.shown(missing))
     whole = np.sqrt(np.sum(size**2, axis=-2, keepdims=True))
     share = np.reshape(share, (-1, 1))
-    return spectrum.with_error(share**2 * (size**2 + (ACROSS_HARMONICS * whole) ** 2) / 2)
+    return spectrum.with_error(share**2 * (size**2 + (LEAK * whole) ** 2) / 2)

@@ -93,7 +93,7 @@ def _slow_and_fast(rates, frequency):
         return rates, np.empty(0)
     slow, fast = triangular[:count, :count], triangular[count:, count:]
     basis[:, count:] += basis[:, :count] @ solve_sylvester(slow, -fast, -triangular[:count, count:])
-    apart = np.linalg.solve(basis, rates @ basis)
+    apart = np.linalg.inv(basis) @ rates @ basis
     followed = apart[:, :count, count:] @ np.linalg.solve(apart[:, count:, count:], apart[:, count:, :count])
     return apart[:, :count, :count] - followed, np.linalg.eigvals(fast)
 
@@ -110,7 +110,7 @@ def _rates(accelerations, speed):
 
 def _shapes(model, theta):
     """Shapes (dof, shape) of which the free motion consists, at right angles and of unit mass: the modes of the shaft,
-    on a fine mesh the lowest ones and the deflections by a unit of each load that effects and bearings exert.
+    on a fine mesh the lowest ones and the deflections by a unit of each load that effects and bearings exert there.
     """
     from scipy.linalg import eigh, orth
 
@@ -124,7 +124,7 @@ def _shapes(model, theta):
     modes = eigh(stiffness, mass, subset_by_index=(0, MODES - 1))[1]
     acting = [np.asarray(e.matrix) for _, u in model.acting for e in u.entries if e.reads_motion]
     touched = [(matrix != 0).any(axis=0) | (matrix != 0).any(axis=1) for matrix in acting]
-    touched = np.any([np.zeros(count, bool), *touched], axis=0)
+    touched = np.any([np.zeros(count, bool), *(one for one in touched if one.sum() <= MODES)], axis=0)
     loads = np.column_stack([np.eye(count)[:, touched], *(force.matrix.T for _, force in model.nonlinear_forces)])
     static = np.linalg.lstsq(stiffness / np.outer(scale, scale), loads / scale[:, None], rcond=1e-12)[0]
     found = np.column_stack([modes * scale[:, None], static / np.linalg.norm(static, axis=0)])

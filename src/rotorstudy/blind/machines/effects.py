@@ -119,11 +119,7 @@ def add_internal_damping_change(machine, change, elements=None):
     """Rotating internal damping changed by `change` s (over stiffness) in some elements (default: all)."""
     count = len(machine.rotor.elements)
     chosen = range(count) if elements is None else elements
-    weights = [change if number in chosen else 0.0 for number in range(count)]
-    rows = 4 * machine.rotor.nodes
-    if machine.size != rows:
-        raise ValueError("add it before coordinates of pedestals")
-    add_internal_damping(machine, weights)
+    add_internal_damping(machine, [change if number in chosen else 0.0 for number in range(count)])
 
 
 def add_external_damping_change(machine, node, change):

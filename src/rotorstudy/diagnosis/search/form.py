@@ -23,7 +23,7 @@ from rotorstudy.diagnosis.search.free_forces import shown_forces
 from rotorstudy.diagnosis.search.odds import faults_of
 from rotorstudy.diagnosis.search.places import places_of
 from rotorstudy.inference.fit import Fit
-from rotorstudy.inference.prediction import carried_order
+from rotorstudy.inference.prediction import LEAK, carried_order
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
@@ -35,7 +35,6 @@ SCALES = np.append(0.0, 2.0 ** np.arange(-7, 1))  # of the largest standard devi
 SHARES = ((0.9, 0.1, 0.0), (0.7, 0.28, 0.02), (0.4, 0.5, 0.1), (0.1, 0.3, 0.6))
 STEADY, STEADY_LENGTH = (0.5, 0.5, 0.0), 1.0  # of a force that does not depend on the motion: by a power of the speed
 LENGTH = 0.2  # of the slow part, in the logarithm of the speed: resonances are seldom closer
-ACROSS = 0.1  # of the rms change over the harmonics, by which the error of a small one may exceed it: laws leak
 SWEEPS = 2  # over the orders, for their most probable scales
 ROUND_OFF = 1e-9  # of a change: what is below it has no direction
 LEAST_MODE = 1e-4  # variance over the speeds, beside 1, of a mode that changes nothing
@@ -164,23 +163,28 @@ def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple) -> np.n
     for change, inexactness, steady, forces, forced in changes:
         modes = over_speeds(speed, STEADY, STEADY_LENGTH) if steady else over_speeds(speed, shares)
         size = np.linalg.norm(change, axis=-1)  # (speed, harmonic)
-        whole = np.linalg.norm(size, axis=-1, keepdims=True)
-        larger = np.sqrt(size**2 + (ACROSS * whole) ** 2)
         if forces is None:
+            whole = np.linalg.norm(size, axis=-1, keepdims=True)
             seen = size > ROUND_OFF * whole
-            moved = change * np.where(seen, larger / np.where(seen, size, 1.0), 0.0)[..., None]
+            moved = change * np.where(seen, _with_leak(size, whole) / np.where(seen, size, 1.0), 0.0)[..., None]
             shown = np.zeros((2 * size.shape[1], *change.shape), complex)
             for h in np.flatnonzero(seen.any(axis=0)):
                 shown[2 * h, :, h], shown[2 * h + 1, :, h] = moved[:, h], 1j * moved[:, h]
             own = np.repeat(np.arange(size.shape[1]), 2)
         else:
             of_unit = np.linalg.norm(forces, axis=(2, 3))  # (force, speed)
-            shown = forces * (larger[:, forced].T / np.where(of_unit > 0, of_unit, np.inf))[..., None, None]
-            own = forced
+            acting = size[:, forced].T / np.where(of_unit > 0, of_unit, np.inf)
+            whole = np.sqrt(size.shape[1] * np.mean(acting**2, axis=0))
+            shown, own = forces * _with_leak(acting, whole)[..., None, None], forced
         errors = modes[:, None, :, None, None] * shown[None]
         found.append(inexactness * errors.reshape(-1, *change.shape))
         at.append(np.tile(own, len(modes)))
     return (np.concatenate(found), np.concatenate(at)) if found else (np.zeros((0, 0, 0, 0)), np.zeros(0, int))
+
+
+def _with_leak(size, whole):
+    """Sizes with what an error of the law moves to each harmonic from the others, whose root of squares is `whole`."""
+    return np.sqrt(size**2 + (LEAK * whole) ** 2)
 
 
 def over_speeds(speed: np.ndarray, shares: tuple, length: float = LENGTH) -> np.ndarray:

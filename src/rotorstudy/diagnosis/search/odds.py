@@ -13,6 +13,7 @@ from rotorstudy.model.structure import Structure
 
 SWEEPS = 3  # over the parameters of a cause, for their most probable widths
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
+FURTHER_FAULT = 0.1  # prior odds of one more fault against none, whichever it is: most machines have one at a time
 FURTHER_PART = 0.5  # prior probability that a fault has one more of its parts: as likely as not
 THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
 ROUND_OFF = 1e-15  # of the largest eigenvalue of a covariance: smaller ones have no correct digits
@@ -171,8 +172,9 @@ class PriorOdds:
 
     def log_odds(self, causes: tuple[Candidate, ...]) -> float:
         """Logarithm of those of several causes together."""
-        total = 0.0
-        for first, *others in self.together(causes):
+        faults = self.together(causes)
+        total = np.log(FURTHER_FAULT) * max(len(faults) - 1, 0)
+        for first, *others in faults:
             total += np.log(self.of(first)) + sum(np.log(self._of_further(first, c)) for c in others)
         return float(total)
 

@@ -34,6 +34,7 @@ EXPLAINS = 2.0  # misfit for each datum that a free force at one place leaves, a
 REACH = 10.0  # log odds below the best, beyond which an explanation cannot change a probability
 WORTH_ADDING = -1.0  # change of the log odds that one more cause must promise
 EXPANDED = 4  # explanations from which moves are tried
+UNFULFILLED = 4  # proposals beside known causes that in succession do not raise the odds; the next promise less
 OF_AN_EFFECT = 2  # proposals of the same effects and laws that are fitted from one explanation
 
 
@@ -118,6 +119,12 @@ def search(begun: Search) -> Search:
     return work
 
 
+def without_impossible(work: Search) -> Search:
+    """The same without the explanations that cannot be true, as far as they could be the best."""
+    _drop_impossible(work, {frozenset()})
+    return work
+
+
 def with_one_cause(work: Search) -> list[Explanation]:
     """The best explanations by one cause, of a Search in which nothing was searched yet."""
     _fit_best(work, _moves(work, work.nothing))
@@ -174,8 +181,14 @@ def _fit_best(work, proposals):
         chosen.append(one)
         if len(chosen) == work.settings.candidates_per_round:
             break
+    unfulfilled = 0
     for one in chosen:
-        work.explain(one.causes, one.values)
+        before = max(map(odds_of, work.explanations))
+        found = work.explain(one.causes, one.values)
+        if len(one.causes) > 1:
+            unfulfilled = 0 if found and odds_of(found) > before else unfulfilled + 1
+        if unfulfilled == UNFULFILLED:
+            break
 
 
 def _best_of_each_set(work):

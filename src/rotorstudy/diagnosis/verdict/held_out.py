@@ -1,25 +1,35 @@
 """Held-out speeds: which, how well each model predicts them, and what that says of an explanation."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS
+from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
+from rotorstudy.diagnosis.search.form import largest_error
+from rotorstudy.diagnosis.search.odds import Explanation, odds_of
+from rotorstudy.diagnosis.search.search import without_impossible
+from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.result import Gain
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import Fit, chi_square_p_value
-from rotorstudy.inference.prediction import carried_order, predicted, whitened_prediction
+from rotorstudy.inference.prediction import carried_order, predicted, whitened_prediction, with_cause_error
+from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum, components
 from rotorstudy.response.measured import measured_response_and_jacobian
 
+NEAR = 100.0  # log odds by the fit below the best, from which an explanation is not considered further
 IMPROBABLE = 0.01  # probability by which the error at held-out speeds may rise although the causes are right
 
 
-def split(spectrum, hold_out):
-    """The spectrum without the held-out speeds, and those; by default a quarter of five speeds or more."""
+def split(spectrum, hold_out, others=False):
+    """The spectrum without the held-out speeds, and those; by default a quarter of five speeds or more.
+
+    others : hold out each one's lower neighbour instead
+    """
     count = len(spectrum.speed)
     if hold_out is None:
-        held = np.linspace(0, count - 1, count // 4 + 2).round().astype(int)[1:-1] if count >= 5 else []
+        held = np.linspace(0, count - 1, count // 4 + 2).round().astype(int)[1:-1] - int(others) if count >= 5 else []
     else:
         held = []
         for speed in hold_out:
@@ -34,6 +44,13 @@ def split(spectrum, hold_out):
     if mask.all():
         raise RotorstudyError("every speed is held out; leave some to fit")
     return spectrum.at_speeds(~mask), spectrum.at_speeds(mask) if mask.any() else None
+
+
+def others_held_out(held: Spectrum) -> Finding:
+    """The note that speeds are fitted after all, as they show what the others do not."""
+    speeds = ", ".join(f"{speed:.4g}" for speed in held.speed)
+    text = f"what explains the other speeds does not explain {speeds} rad/s; these are fitted, and others held out"
+    return Finding("note", "held-out speeds", "diagnosis", text)
 
 
 def gain_of(base, best, held, expected):
@@ -78,31 +95,60 @@ def rise_probability(base: Fit, best: Fit, held: Spectrum) -> float:
     return float(ndtr(-np.sum(np.abs(change) ** 2) / (2 * spread))) if spread else 0.5
 
 
-def is_upheld(found, held):
-    """Whether the posterior odds of the best explanation suffice with the held-out speeds included.
+def expected_of(explanation: Explanation, found: Search, held: Spectrum, least: float) -> Spectrum:
+    """Held-out speeds with the error of the form of the causes, relative, as in the fit but no smaller than `least`."""
+    if not explanation.causes:
+        return held
+    missing = held.amplitude - predicted(found.base.model, held, found.base.theta)
+    return with_cause_error(held, missing, np.maximum(explanation.form.std, least))
 
-    They do not where it allows no steady motion at one of them.
+
+def largest_of(explanation: Explanation, settings: Settings) -> float:
+    """Largest standard deviation of the error of form of its causes, relative."""
+    every = ((cause.effect, p.name) for cause in explanation.causes for p in cause.term.parameters)
+    return max((largest_error(*one, settings.form_error) for one in every), default=0.0)
+
+
+def with_held_out(found: Search, held: Spectrum | None) -> Search:
+    """The Search with the held-out speeds in the odds of its explanations; whether causes are upheld by both.
+
+    Odds with all records are those of the fit times the likelihood of the held-out speeds, given the fit. A fault that
+    the library lacks is taken to predict these speeds as well as the causes that do so best.
+
+    held : with the model error
     """
-    best = found.best
-    if held is None or not best.causes:
-        return True
-    try:
-        before, after = (_misfit(fitted, held).log_likelihood for fitted in (found.base, best.fit))
-    except NoSteadyState:
-        return False
-    return best.log_posterior_odds + after - before > LEAST_LOG_ODDS
+    if held is None:
+        return found
+    usual = found.settings.form_error  # which the values of a fit may hide at its own speeds
+    least, gains = max(map(odds_of, found.explanations)) - NEAR, {}
+    for key, one in found.found.items():
+        if not one.causes or odds_of(one) > least:
+            try:
+                gains[key] = held_out_misfit(one.fit, expected_of(one, found, held, usual)).log_likelihood
+            except NoSteadyState:
+                continue
+    stated = gains[frozenset()]
+    weighed = {
+        key: replace(found.found[key], log_posterior_odds=odds_of(found.found[key]) + gain - stated)
+        for key, gain in gains.items()
+    }
+    forces = tuple(f._replace(log_odds=f.log_odds + max(gains.values()) - stated) for f in found.free_forces)
+    before, found = found.best.kind, replace(found, found=weighed, free_forces=forces)
+    found = found if found.best.kind == before else without_impossible(found)
+    alone = odds_of(found.best) - (gains[found.best.kind] - stated)
+    return replace(found, upheld=alone > LEAST_LOG_ODDS)
 
 
-def is_worse(base, best, held, settings, gain):
-    """Whether the held-out speeds contradict the extended model, and the base model less.
+def is_contradicted(base: Fit, best: Fit, held: Spectrum | None, settings: Settings, gain: Gain | None) -> bool:
+    """Whether the held-out speeds contradict a model.
 
-    Its prediction must be off by more than its uncertainty and than that of the base model, or the error rise where
-    noise hardly explains it.
+    Its prediction is off by more than its uncertainty, or the error rises where noise hardly explains it.
+
+    held : with the error of the causes, the largest one that their form may have
     """
     if held is None:
         return False
-    before, after = (_misfit(fitted, held) for fitted in (base, best))
-    is_off = after.p_value < settings.significance and after.misfit > before.misfit
+    is_off = held_out_misfit(best, held).p_value < settings.significance
     return is_off or (gain.ratio > 1 and gain.rise_probability < IMPROBABLE)
 
 
@@ -114,7 +160,7 @@ class HeldOutMisfit(NamedTuple):
     log_likelihood: float
 
 
-def _misfit(fitted, held):
+def held_out_misfit(fitted: Fit, held: Spectrum) -> HeldOutMisfit:
     """Misfit of the held-out speeds, given their noise and the posterior covariance of the parameters."""
     shown, columns = whitened_prediction(fitted.model, held, fitted.names, fitted.free)
     off = held.whitened(held.amplitude) - shown

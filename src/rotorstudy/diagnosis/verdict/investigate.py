@@ -23,7 +23,17 @@ from rotorstudy.diagnosis.verdict.evidence import (
 from rotorstudy.diagnosis.verdict.excluded import excluded
 from rotorstudy.diagnosis.verdict.far_from_the_rig import far_from_the_rig
 from rotorstudy.diagnosis.verdict.first_answer import first_answer, stopped_early
-from rotorstudy.diagnosis.verdict.held_out import gain_of, is_upheld, is_worse, split
+from rotorstudy.diagnosis.verdict.held_out import (
+    HeldOutMisfit,
+    expected_of,
+    gain_of,
+    held_out_misfit,
+    is_contradicted,
+    largest_of,
+    others_held_out,
+    split,
+    with_held_out,
+)
 from rotorstudy.diagnosis.verdict.next_run import next_runs
 from rotorstudy.diagnosis.verdict.over_its_forms import over_its_forms
 from rotorstudy.diagnosis.verdict.result import LIKELY_OUTSIDE, OnePlace, PValues, Verdict
@@ -39,7 +49,7 @@ from rotorstudy.diagnosis.verdict.wrong_convention import (
 )
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
-from rotorstudy.inference.prediction import misfit, predicted, with_cause_error, with_model_error
+from rotorstudy.inference.prediction import misfit, with_model_error
 from rotorstudy.inference.prior import with_usual
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
@@ -60,6 +70,7 @@ class Diagnosis:
     search             : Search;  best : Fit of the extended model, the base fit if nothing was added
     alternatives       : names (`Candidate.cause`) of the other causes that cannot be ruled out
     labels             : readable name of each parameter of the extended model
+    surprise           : HeldOutMisfit of what was found, with no larger an error of form than the fit has; or None
     """
 
     verdict: Verdict
@@ -70,6 +81,7 @@ class Diagnosis:
     settings: Settings
     alternatives: frozenset[str]
     labels: dict[str, str]
+    surprise: HeldOutMisfit | None = None
 
 
 def diagnose(spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, findings=()) -> Verdict:
@@ -89,7 +101,8 @@ def investigate(
 
     spectrum : measured harmonics (speed, harmonic, sensor), m, with their covariance, of the sensors of the model
     model    : with values for all its parameters
-    hold_out : speeds held out of every fit, rad/s; by default about a quarter, from the middle
+    hold_out : speeds held out of every fit, rad/s; by default about a quarter, from the middle, or others if these
+               show what the rest does not
     settings : or a dict of some of them
     findings : on the records, to be included in the verdict
     raises   : RotorstudyError for sensors that do not match, speeds that were not measured, a model without values
@@ -97,13 +110,16 @@ def investigate(
     settings = Settings(**settings) if isinstance(settings, dict) else settings or Settings()
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
-    measured, held = split(spectrum, settings.hold_out_rad_s if hold_out is None else hold_out)
-    held = None if held is None else with_film_error(with_model_error(held, settings), model)
-    failed = {}
+    chosen, failed = settings.hold_out_rad_s if hold_out is None else hold_out, {}
     with using(registry()):  # which is asked for at every shape
         while True:
             try:
-                return _investigated(measured, held, model, settings, findings, failed)
+                found = _investigated(*split(spectrum, chosen), model, settings, findings, failed)
+                if chosen is not None or not _is_surprised(found, settings):
+                    return found
+                again = [*findings, others_held_out(found.held_out)]
+                again = _investigated(*split(spectrum, chosen, others=True), model, settings, again, failed)
+                return min(found, again, key=lambda one: one.surprise.misfit)
             except KeyboardInterrupt:
                 raise
             except BaseException as error:  # of a plugin, any: the diagnosis is made again without it
@@ -113,8 +129,15 @@ def investigate(
                 failed |= new
 
 
+def _is_surprised(found, settings):
+    """Whether the speeds held out show something of what is missing that the others do not."""
+    known = found.search.stopped or found.verdict.measuring_chain or found.verdict.outside_probability > LIKELY_OUTSIDE
+    return found.surprise is not None and found.surprise.p_value < settings.significance and not known
+
+
 def _investigated(measured, held, model, settings, findings, failed):
-    """The Diagnosis, see `investigate`; held : with the model error;  failed : effects left out -> why."""
+    """The Diagnosis, see `investigate`; failed : effects left out -> why."""
+    held = None if held is None else with_film_error(with_model_error(held, settings), model)
     kept = settings.model_copy(update={"leave_out": [*settings.leave_out, *failed]})
     fitted = with_film_error(with_model_error(measured, kept), model)
     found, chain, tested = _searched(model, measured, fitted, kept)
@@ -140,8 +163,8 @@ def _judged(found, chain, expected, measured, held, settings, findings):
     weights = found.posterior()
     probability = _probability(weights)
     stated, gain = _stated(weights, best), gain_of(base, best.fit, held, expected)
-    worse = is_worse(base, best.fit, expected, settings, gain)
-    kind = _kind(found, p_values, p_parameters, probability, is_alone=not stated, is_worse=worse)
+    against = is_contradicted(base, best.fit, expected, settings, gain)
+    kind = _kind(found, p_values, p_parameters, probability, is_alone=not stated, is_contradicted=against)
     outside = found.outside_probability if best.causes and not chain else 0.0
     formed = over_its_forms(found) if kind in ("cause", "ambiguous") else None
     labels = parameter_labels(best.fit.model, best.causes)
@@ -190,8 +213,9 @@ def _judged(found, chain, expected, measured, held, settings, findings):
         findings=worst_first(findings),
     )
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
+    surprise = None if held is None else held_out_misfit(best.fit, expected_of(found.best, found, held, 0.0))
     alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
-    return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
+    return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels, surprise)
 
 
 def _searched(model, measured, fitted, settings):
@@ -219,28 +243,27 @@ def _against_held_out(found, chain, tested, held):
 
     held : with the model error;  the one returned has the error of the causes too
     """
-    expected = None
-    if held is not None:
-        missing = held.amplitude - predicted(found.base.model, held, found.base.theta)
-        expected = with_cause_error(held, missing, found.form_error_by_harmonic)
     if tested and not (chain or found.stopped):
         chain = chain_hypothesis(found, found.base, tested)
-    return replace(found, upheld=chain is None and is_upheld(found, expected)), chain, expected
+    found = replace(found, upheld=False) if chain else with_held_out(found, held)
+    expected = None if held is None else expected_of(found.best, found, held, largest_of(found.best, found.settings))
+    return found, chain, expected
 
 
-def _kind(found, p_values, p_parameters, probability, *, is_alone, is_worse):
+def _kind(found, p_values, p_parameters, probability, *, is_alone, is_contradicted):
     """The kind of verdict: "nothing", "cause", "ambiguous" or "unknown".
 
     probability : fault -> posterior probability;  is_alone : whether no other causes have to be stated
-    is_worse    : whether the causes predict the held-out speeds worse
+    is_contradicted : whether the held-out speeds contradict the verdict
     """
     settings, best = found.settings, found.best
     if found.stopped:
         return "unknown"
     if not best.causes:
-        return "nothing" if min(p_values.before, p_parameters) >= settings.significance else "unknown"
+        explained = min(p_values.before, p_parameters) >= settings.significance and not is_contradicted
+        return "nothing" if explained else "unknown"
     rejected = min(p_values.after, p_parameters) < settings.significance
-    if is_worse or rejected or found.outside_probability > LIKELY_OUTSIDE:
+    if is_contradicted or rejected or found.outside_probability > LIKELY_OUTSIDE:
         return "unknown"
     is_sure = min(probability[fault] for fault in best.faults) >= settings.naming_probability
     return "cause" if is_sure and is_alone else "ambiguous"
