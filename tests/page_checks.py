@@ -124,9 +124,8 @@ def seen_in_browser(paths, folder):
     return json.loads(html.unescape(told)), console
 
 
-def problems_in_browser(paths, folder):
-    """Console messages, requests outside, broken images, pages wider than the window; see `seen_in_browser`."""
-    measured, console = seen_in_browser(paths, folder)
+def problems_seen(measured, console):
+    """Console messages, requests outside, broken images, pages wider than the window, of `seen_in_browser`."""
     said = [*console]
     for one in measured:
         page = Path(one["path"]).name
@@ -142,4 +141,4 @@ def problems(paths, folder):
     """What is wrong with pages: in their text, and in the browser where there is one; folder : for its files."""
     paths = list(map(Path, paths))
     said = [f"{path}: {one}" for path in paths for one in problems_of_text(path.read_text(encoding="utf-8"))]
-    return said + (problems_in_browser(paths, folder) if BROWSER else [])
+    return said + (problems_seen(*seen_in_browser(paths, folder)) if BROWSER else [])

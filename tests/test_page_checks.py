@@ -2,7 +2,7 @@
 
 import pandas as pd
 import pytest
-from page_checks import BROWSER, problems_in_browser, problems_of_text, seen_in_browser
+from page_checks import BROWSER, problems_of_text, problems_seen, seen_in_browser
 
 from rotorstudy.presentation.pages import render
 from rotorstudy.presentation.tables import cells
@@ -16,6 +16,9 @@ def good():
     table = cells(pd.DataFrame({"c": ["d"], "below": ["of d"]}), below="below")
     links = {"home": "index.html"}
     return render("tables.html", title="a", note=["b"], tables={"": table}, choose=["c"], marks={}, links=links)
+
+
+PAGES = {"good": good(), "bad": BAD}
 
 
 def test_a_bad_page_is_seen_in_its_text():
@@ -34,12 +37,12 @@ def test_a_bad_page_is_seen_in_its_text():
 
 @pytest.mark.skipif(not BROWSER, reason="no Chromium found: pages are read, not opened")
 def test_a_bad_page_is_seen_in_the_browser(tmp_path):
-    for name, text in (("good", good()), ("bad", BAD)):
+    for name, text in PAGES.items():
         (tmp_path / f"{name}.html").write_text(text)
-    assert problems_in_browser([tmp_path / "good.html"], tmp_path) == []
-    measured, _ = seen_in_browser([tmp_path / "good.html", tmp_path / "bad.html"], tmp_path)
-    assert [one["moved"] for one in measured] == [True, True, False, False]  # the filter of rows works
-    said = " ".join(problems_in_browser([tmp_path / "bad.html"], tmp_path))
+    (fine, quiet), (wrong, console) = (seen_in_browser([tmp_path / f"{name}.html"], tmp_path) for name in PAGES)
+    assert problems_seen(fine, quiet) == []
+    assert [one["moved"] for one in [*fine, *wrong]] == [True, True, False, False]  # the filter of rows works
+    said = " ".join(problems_seen(wrong, console))
     for wanted in (
         "undefined_function is not defined",
         "bad.html is 1008 px wide at 700",

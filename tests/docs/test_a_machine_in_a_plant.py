@@ -35,6 +35,9 @@ def test_the_page_finds_the_worn_bearing(tmp_path, monkeypatch):
     assert "measured at 0.19 of the clearance at 52° from gravity at 4002 rpm" in said
     sound, change = (json.loads(Path(name, "verdict.json").read_text()) for name in ("sound", "change"))
     assert sound["verdict"] == "nothing" and change["verdict"] == "cause"
+    journals = {one["name"]: one for one in change["findings"] if one["name"].startswith("journal")}
+    assert journals["journal in place"]["where"] == "bearing NDE" and journals["journal moved"]["where"] == "bearing DE"
+    assert journals["journal moved"]["text"] in " ".join(PAGE.replace("\n> ", " ").split())
     (cause,) = change["causes"]
     assert cause["effect"] == "bearing_change" and cause["where"] == {"node": 4, "number": "radial_clearance_m"}
     (found,) = cause["parameters"].values()

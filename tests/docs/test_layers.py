@@ -47,7 +47,7 @@ def strings(text):
     return {n.value for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Constant) and isinstance(n.value, str)}
 
 
-def contracts(config=ROOT / "pyproject.toml"):
+def contracts(config):
     """What import-linter says: its exit status and text."""
     code = "import sys; from importlinter.cli import lint_imports_command; sys.exit(lint_imports_command())"
     found = subprocess.run(
@@ -60,13 +60,8 @@ def contracts(config=ROOT / "pyproject.toml"):
     return found.returncode, found.stdout + found.stderr
 
 
-def test_folders_import_as_the_contracts_say():
-    status, said = contracts()
-    assert status == 0, said
-
-
 def test_the_contracts_see_imports_inside_functions(tmp_path):
-    """The negative control: the command line imports late, in its functions."""
+    """The command line imports late, in its functions. (That imports hold the contracts is checked by `make check`.)"""
     config = tmp_path / "pyproject.toml"
     config.write_text(
         '[tool.importlinter]\nroot_package = "rotorstudy"\n[[tool.importlinter.contracts]]\nname = "turned round"\n'

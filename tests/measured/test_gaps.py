@@ -7,7 +7,7 @@ from rotorstudy import build_model
 from rotorstudy.blind.machines.film import Film, running_position
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.gaps import gap_positions
-from rotorstudy.studies.centreline import centrelines
+from rotorstudy.studies.centreline import centrelines, journals_moved
 
 FILM = {"diameter_m": 0.08, "length_m": 0.03, "radial_clearance_m": 7e-5, "viscosity_Pa_s": 0.018}
 SPEEDS = np.array([125.0, 250.0, 400.0])
@@ -45,6 +45,11 @@ def test_gap_voltages_show_where_the_journal_runs(tmp_path):
     thinner = dict(RIG, bearings=[one | {"viscosity_Pa_s": 0.009} for one in RIG["bearings"]])
     other, _ = centrelines(build_model(thinner), SPEEDS, found)
     assert np.abs(other.measured - other.predicted).min() > 0.02 * film.clearance  # negative control
+    speed, place = found[1]
+    (same,) = journals_moved(model, found, {1: (speed * 1.002, place + 1e-6)})
+    (moved,) = journals_moved(model, found, {1: (speed, place + 8e-6j)})
+    assert same.name == "journal in place" and moved.name == "journal moved" and moved.where == "bearing 1"
+    assert journals_moved(model, found, {1: (speed * 1.1, place)}) == []  # at other speeds
 
 
 @pytest.mark.parametrize("share", [0.2, 0.45])

@@ -19,6 +19,7 @@ from rotorstudy.inference.fit import chi_square_p_value, fit
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig_items import make_term
+from rotorstudy.presentation.rotor_files import analyse_files
 from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
 
@@ -83,6 +84,13 @@ def test_a_transducer_on_a_housing_shows_its_motion():
     assert np.abs(shown[..., 1] - housing).max() < 1e-12 * np.abs(motion).max()
     assert model.structure.index(101) == model.structure.index(1, "housing") and 101 not in model.structure.nodes
     assert {c.where["node"] for c in candidates(model, Settings())[0] if c.effect == "runout"} == {1}
+
+
+@pytest.mark.usefixtures("unrendered")
+def test_a_machine_with_a_transducer_on_a_housing_is_drawn(tmp_path):
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(RIG | on_casing()))
+    analyse_files(tmp_path / "rig.yaml", tmp_path / "out")
+    assert (tmp_path / "out" / "figures" / "mode_shapes.png").exists()
 
 
 def test_velocities_and_accelerations_of_casings_are_read_as_displacements(tmp_path):

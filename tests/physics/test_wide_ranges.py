@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+import yaml
 from machines import disc, shaft
 
 from rotorstudy import build_model, measured_response
+from rotorstudy.diagnosis.runs.joint import identify_runs
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.wide_ranges import wide_ranges
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
@@ -56,3 +58,27 @@ def test_a_rig_without_such_parts_says_nothing():
     shown = measured_response(model, SPEEDS, HARMONICS)
     spectrum = Spectrum(shown, SPEEDS, HARMONICS, (3,), independent_covariance(np.full(shown.shape, NOISE**2)))
     assert wide_ranges(model, spectrum, SETTINGS) == ""
+
+
+def test_a_run_up_finds_a_foundation_of_which_nothing_is_known(tmp_path):
+    """Twice as stiff, and two thirds as heavy, in the rig as in truth; films 5 % uncertain, an unknown unbalance."""
+    speeds, noise = np.linspace(60.0, 420.0, 40), 2e-7
+    model = build_model(changed("foundation", bearing_stiffness_N_per_m=2e6, mass_kg=90.0))
+    draws = np.random.default_rng(1).normal(0, noise, (2, 40, 2, 3))
+    shown = measured_response(model, speeds, [1, -1]) + draws[0] + 1j * draws[1]
+    rows = ["speed_rad_per_s,node,harmonic,amplitude_m,phase_rad"]
+    rows += [
+        f"{speeds[k]:.4f},{(1, 3, 5)[s]},{(1, -1)[h]},{abs(z):.6e},{np.angle(z):.6f}"
+        for (k, h, s), z in np.ndenumerate(shown)
+    ]
+    (tmp_path / "up.csv").write_text("\n".join(rows))
+    free = ("bearing_stiffness", "bearing_damping", "bearing_mass_scale", "eccentricity")
+    uncertainty = {"default": 0.1, "rotor": 0.0, "bearings": 0.05, "bearing_scale": 0.0} | dict.fromkeys(free, 1.0)
+    rig = RIG | {"measurement": {"harmonics": [1, -1], "table_noise_m": noise},
+                 "diagnosis": {"uncertainty": uncertainty, "nuisance": {}, "model_error": 0.01}}  # fmt: skip
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig))
+    (tmp_path / "runs.yaml").write_text(yaml.safe_dump({"runs": [{"name": "up", "records": ["up.csv"]}]}))
+    found = identify_runs(tmp_path / "runs.yaml", tmp_path / "rig.yaml")
+    for name, true in (("bearing_stiffness", 2e6), ("bearing_mass_scale", 1.5)):
+        value, std = found.of(f"{name}[pedestal 1]")
+        assert abs(value - true) < 3 * std < 0.1 * true

@@ -1,15 +1,15 @@
 """How plugins are found, and what is said when one is wrong: the rest of the library stays whole."""
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from rotorstudy import RotorstudyError, registry
+from rotorstudy import RotorstudyError, build_model, registry
+from rotorstudy.commands.line import main
 from rotorstudy.errors import PluginError
-from rotorstudy.model.registry import Registry, plugin_folders
+from rotorstudy.model.registry import Registry, plugin_folders, using
 
 CRACK = '''from rotorstudy.plugins import Crack, hookimpl
 
@@ -23,7 +23,6 @@ def {name}(angle):
 def rotorstudy_crack():
     return Crack("{name}", {name}, source="a test", series=lambda order: {{0: 1.0}})
 '''
-LIST = "from rotorstudy import registry; print(*registry().plugins['crack']); print(*registry().failures, sep='\\n')"
 
 
 def write(folder, name, text):
@@ -36,10 +35,13 @@ def alone(*folders):
     return Registry(folders, entry_points=False)
 
 
-def in_subprocess(code, **environment):
-    return subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, **environment}, timeout=60
-    )
+@pytest.fixture
+def installed(tmp_path, monkeypatch):
+    """A folder of installed distributions, which a registry made by Registry(plugin_folders()) sees."""
+    monkeypatch.syspath_prepend(tmp_path)
+    yield tmp_path
+    for name in ("a_fake_plugin", "b_fake_plugin"):
+        sys.modules.pop(name, None)
 
 
 def distribution(folder, module, text):
@@ -132,38 +134,35 @@ def test_two_plugins_of_one_name_clash_and_both_files_are_named(tmp_path):
         alone(tmp_path)
 
 
-def test_a_name_of_the_projects_own_zoo_cannot_be_taken(tmp_path):
+def test_a_name_of_the_projects_own_zoo_cannot_be_taken(tmp_path, monkeypatch, capsys):
     mine = write(tmp_path, "mine", CRACK.format(name="switching"))
-    found = in_subprocess(
-        "import sys; from rotorstudy.commands.line import main; sys.exit(main(['plugins']))",
-        ROTORSTUDY_PLUGINS=str(tmp_path),
-    )
-    assert found.returncode == 1 and found.stderr.startswith("error: ") and found.stderr.count("\n") == 1
-    assert str(mine) in found.stderr and str(Path("cracks") / "switching.py") in found.stderr
+    monkeypatch.setenv("ROTORSTUDY_PLUGINS", str(tmp_path))
+    status, said = main(["plugins"]), capsys.readouterr().err
+    assert status == 1 and said.startswith("error: ") and said.count("\n") == 1
+    assert str(mine) in said and str(Path("cracks") / "switching.py") in said
 
 
-def test_the_variable_names_further_folders(tmp_path):
+def test_the_variable_names_further_folders(tmp_path, monkeypatch):
     for name in ("one", "two"):
         write(tmp_path / name, "mine", CRACK.format(name=name))
     folders = os.pathsep.join(str(tmp_path / name) for name in ("one", "two"))
-    cracks, *failures = in_subprocess(LIST, ROTORSTUDY_PLUGINS=folders).stdout.splitlines()
-    assert {"one", "two", "switching"} <= set(cracks.split()) and not any(failures)
+    monkeypatch.setenv("ROTORSTUDY_PLUGINS", folders)
+    assert {"one", "two", "switching"} <= set(registry().plugins["crack"]) and registry().failures == []
 
 
-def test_an_installed_distribution_that_does_not_import_is_named_and_the_next_loads(tmp_path):
-    distribution(tmp_path, "a_fake_plugin", "\nimport a_module_nobody_has\n")
-    distribution(tmp_path, "b_fake_plugin", CRACK.format(name="installed"))
-    cracks, *failures = in_subprocess(LIST, PYTHONPATH=str(tmp_path)).stdout.splitlines()
-    assert "switching" in cracks.split() and cracks.endswith("installed")
-    assert len(failures) == 1 and "a_fake_plugin" in failures[0] and "a_module_nobody_has" in failures[0]
-
-
-def test_a_misspelt_hook_of_an_installed_distribution_does_not_spoil_the_next(tmp_path):
-    distribution(tmp_path, "a_fake_plugin", CRACK.format(name="wrong").replace("rotorstudy_crack", "rotorstudy_crak"))
-    distribution(tmp_path, "b_fake_plugin", CRACK.format(name="installed"))
-    cracks, *failures = in_subprocess(LIST, PYTHONPATH=str(tmp_path)).stdout.splitlines()
-    assert len(failures) == 1 and "a_fake_plugin" in failures[0] and "rotorstudy_crak" in failures[0]
-    assert "switching" in cracks.split() and cracks.endswith("installed")
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("\nimport a_module_nobody_has\n", "a_module_nobody_has"),
+        (CRACK.format(name="wrong").replace("rotorstudy_crack", "rotorstudy_crak"), "rotorstudy_crak"),
+    ],
+)
+def test_an_installed_distribution_that_is_wrong_is_named_and_the_next_loads(installed, text, words):
+    distribution(installed, "a_fake_plugin", text)
+    distribution(installed, "b_fake_plugin", CRACK.format(name="installed"))
+    zoo = Registry(plugin_folders())
+    assert len(zoo.failures) == 1 and "a_fake_plugin" in zoo.failures[0] and words in zoo.failures[0]
+    assert {"switching", "installed"} <= set(zoo.plugins["crack"])
 
 
 def test_a_forgotten_hookimpl_does_not_lose_the_plugin_in_silence(tmp_path):
@@ -244,11 +243,9 @@ def wrong(structure):
 def rotorstudy_effect():
     return Effect("wrong", wrong, source="a test")
 """
-    build = (
-        "import rotorstudy; rotorstudy.build_model({'rotor': {'kind': 'jeffcott', 'mass_kg': 1.0, "
-        "'stiffness_N_per_m': 1.0}, 'effects': [{'kind': 'wrong', 'wrong_N_per_m': 1.0}]})"
-    )
+    rotor = {"kind": "jeffcott", "mass_kg": 1.0, "stiffness_N_per_m": 1.0}
     for matrix, words in (("[[1.0, 2.0]]", "shape (1, 2); on 'z' it must be (1, 1)"), ("[[np.nan]]", "is not finite")):
         write(tmp_path, "wrong", text.replace("MATRIX", matrix))
-        said = in_subprocess(build, ROTORSTUDY_PLUGINS=str(tmp_path)).stderr
-        assert "plugin 'wrong'" in said and words in said
+        with using(Registry((*plugin_folders(), tmp_path))), pytest.raises(RotorstudyError) as refused:
+            build_model({"rotor": rotor, "effects": [{"kind": "wrong", "wrong_N_per_m": 1.0}]})
+        assert "plugin 'wrong'" in str(refused.value) and words in str(refused.value)

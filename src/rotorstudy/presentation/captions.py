@@ -63,9 +63,9 @@ ROTOR_FIGURES = {
         "speeds, where given.",
     ),
     "mode_shapes": (
-        "Mode shapes at the highest speed",
-        "Motion in the plane of its largest displacement; dotted: largest radius of the orbit at each node. Triangles "
-        "below: bearings; above: planes of probes.",
+        "Mode shapes",
+        "At the highest operating speed, or the highest shown. Motion in the plane of its largest displacement; "
+        "dotted: largest radius of the orbit at each node. Triangles below: bearings; above: planes of probes.",
     ),
     "bode": (
         "Unbalance response",

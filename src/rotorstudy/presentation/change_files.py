@@ -10,6 +10,7 @@ from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.diagnosis.verdict.hidden import with_hidden
 from rotorstudy.diagnosis.verdict.result import Verdict
 from rotorstudy.diagnosis.verdict.words import summary
+from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import named_plugins, read_rig
@@ -17,7 +18,9 @@ from rotorstudy.model.shown_units import shown_for
 from rotorstudy.presentation.change_figures import both_states, two_states
 from rotorstudy.presentation.charts import axes_of
 from rotorstudy.presentation.diagnosis_files import write_diagnosis
+from rotorstudy.presentation.rotor_files import mean_positions
 from rotorstudy.store import provenance
+from rotorstudy.studies.centreline import journals_moved
 
 
 def compare_files(before: list[str | Path], after: list[str | Path], rig_path: str | Path, out: str | Path) -> Verdict:
@@ -29,7 +32,11 @@ def compare_files(before: list[str | Path], after: list[str | Path], rig_path: s
     model = other if len(second.single_probes) > len(first.single_probes) else model  # it has the probes of both states
     check_names(settings, model, f"{rig_path}, diagnosis")
     with shown_for(rig_file.given, str(rig_path)):
-        found = compare(first, second, model, settings=settings, findings=(*findings, *more))
+        conventions = read_conventions(rig_file.given, str(rig_path))
+        states = ((before, first), (after, second))
+        places = (mean_positions(paths, conventions, spectrum, model) for paths, spectrum in states)
+        findings = (*findings, *more, *journals_moved(model, *places))
+        found = compare(first, second, model, settings=settings, findings=findings)
         diagnosis = with_hidden(found.diagnosis)
         said = summary(diagnosis.verdict, of_change=True)
     added = [registry().get("effect", cause.effect) for cause in diagnosis.verdict.causes]

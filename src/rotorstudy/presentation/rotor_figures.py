@@ -40,8 +40,10 @@ def rotor_figures(rig, analysis, measured=None, operating=None):
         found["centreline"] = centreline(analysis.centrelines, rig.model.structure)
     if rig.model.structure.node_positions:
         found = {"rotor": rotor(rig), **found}
-        if np.isfinite(analysis.data.frequency.values[-1]).any():
-            found["mode_shapes"] = mode_shapes(rig.model.structure, analysis, rig.model.sensors)
+        highest = operating[1] if operating else analysis.data.speed[-1]
+        modes = analysis.data.sel(speed=highest, method="nearest")
+        if np.isfinite(modes.frequency.values).any():
+            found["mode_shapes"] = mode_shapes(rig.model.structure, modes, rig.model.sensors)
     conventions = read_conventions(rig.given, str(rig.path))
     if conventions.probes:
         found["probes"] = probe_picture(conventions, rig.model.structure.nodes, rig.model.structure.labels)
@@ -144,9 +146,8 @@ def campbell(analysis, bands=()):
     return picture
 
 
-def mode_shapes(structure, analysis, sensors=()):
-    """The lowest mode shapes at the highest speed: the plane of the largest motion, and its envelope."""
-    data = analysis.data.isel(speed=-1)
+def mode_shapes(structure, data, sensors=()):
+    """The lowest mode shapes at the speed of `data`: the plane of the largest motion, and its envelope."""
     places = structure.node_positions
     moves = [(i, node) for i, (node, motion) in enumerate(structure.dofs) if motion == "translation"]
     at = np.array([places[node] for _, node in moves])
@@ -166,12 +167,16 @@ def mode_shapes(structure, analysis, sensors=()):
         panel.plot(
             [places[n] for n in structure.bearing_nodes], [-1.15] * len(structure.bearing_nodes), "^", color=COLOURS[2]
         )
-        panel.plot([places[n] for n in sensors], [1.15] * len(sensors), "v", color="k", markersize=3)
+        panel.plot(
+            [places[structure.casings.get(n, n)] for n in sensors], [1.15] * len(sensors), "v", color="k", markersize=3
+        )
         panel.set_ylim(-1.3, 1.3)
         frequency, ratio = float(data.frequency[mode]) / (2 * np.pi), float(data.damping_ratio[mode])
         panel.set_title(f"{frequency:.3g} Hz, {whirl_name(float(data.direction[mode]))},\ndamping ratio {ratio:.2g}")
         panel.set_xlabel("position (m)")
     axes[0, 0].set_ylabel("motion over its largest (1)")
+    unit, per = shown_speed()
+    picture.suptitle(f"At {float(data.speed) * per:.0f} {unit}")
     return picture
 
 
@@ -193,7 +198,7 @@ def stability(analysis):
         axes[1, 0].plot(data.speed.values * per, decrement, ".", color=COLOURS[0], markersize=3)
         axes[1, 0].axhline(LEAST_DECREMENT, color="0.4", linestyle=":", label=f"API 617: {LEAST_DECREMENT:g}")
         axes[1, 0].set_ylabel("logarithmic decrement,\nfirst forward mode (1)")
-        axes[1, 0].set_ylim(top=min(1.0, 1.1 * np.nanmax(decrement)))
+        axes[1, 0].set_ylim(top=min(1.0, 1.1 * max(LEAST_DECREMENT, np.nanmax(decrement))))
         axes[1, 0].legend()
     for panel in axes[:, 0]:
         panel.axhline(0, color="k", linewidth=0.8)

@@ -5,8 +5,13 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.findings import Finding
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
+from rotorstudy.units import number, spin
+
+SAME_SPEED = 0.01  # relative difference
+SAME_PLACE = 0.05  # of the clearance: gap voltages drift by that with temperature
 
 
 class Centreline(NamedTuple):
@@ -45,6 +50,30 @@ def centrelines(model: Model, speeds: np.ndarray, from_rest: dict) -> list[Centr
             for every in (speeds, at)
         )
         found.append(Centreline(node, clearance, predicted, at, clearance + moved, there))
+    return found
+
+
+def journals_moved(model: Model, before: dict, after: dict) -> list[Finding]:
+    """A note on each journal whose mean position was measured in two states: whether it runs elsewhere now.
+
+    before, after : as `from_rest` of `centrelines`; compared are the highest speeds that both have
+    """
+    found = []
+    for one, other in zip(*(centrelines(model, np.zeros(0), state) for state in (before, after)), strict=True):
+        apart = np.abs(one.measured_speed[:, None] / other.measured_speed - 1) <= SAME_SPEED
+        if not apart.any():
+            continue
+        i, k = np.argwhere(apart)[-1]
+        places = (f"{number(abs(z) / one.clearance, 2)} of the clearance at {number(np.rad2deg(np.angle(z)) % 360, 2)}°"
+                  for z in (one.measured[i], other.measured[k]))  # fmt: skip
+        moved = abs(other.measured[k] - one.measured[i]) > SAME_PLACE * one.clearance
+        text = f"its mean position at {spin(other.measured_speed[k])} was {' from gravity, and is '.join(places)}: " + (
+            "load (alignment), clearance or oil of this bearing changed, whatever the vibration says"
+            if moved
+            else "load, clearance and oil of this bearing are as before"
+        )
+        where = model.structure.label_at({"node": one.node}) or f"node {one.node}"
+        found.append(Finding("note", "journal moved" if moved else "journal in place", where, text))
     return found
 
 
