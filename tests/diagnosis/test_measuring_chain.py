@@ -158,7 +158,7 @@ def refused(begun):
 
 
 def test_no_cause_is_searched_for_where_none_comes_near_a_convention(monkeypatch):
-    monkeypatch.setattr("rotorstudy.diagnosis.verdict.investigate.search", refused)
+    monkeypatch.setattr("rotorstudy.diagnosis.verdict.sought.search", refused)
     verdict = investigate(read_wrongly(measured(), WRONG["turns in the other sense"]), MODEL, settings=QUICK).verdict
     assert verdict.measuring_chain.log_odds > verdict.measuring_chain.log_odds_of_best_causes
     assert verdict.candidates > 0 and verdict.detection_limit
@@ -169,7 +169,7 @@ def test_causes_are_searched_for_where_one_is_the_same_change_of_the_records(mon
     one_node = {**RIG, "sensors": [3]}
     reversed_probe = {"kind": "reversed_probe", "node": 3, "probe": "y", "reversed_probe_y": 1.0}
 
-    monkeypatch.setattr("rotorstudy.diagnosis.verdict.investigate.search", refused)
+    monkeypatch.setattr("rotorstudy.diagnosis.verdict.sought.search", refused)
     for spectrum, model in (
         (measured(FAULTS[:1]), MODEL),
         (measured([reversed_probe], rig=one_node), build_model(one_node)),

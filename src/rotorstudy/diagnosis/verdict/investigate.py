@@ -1,13 +1,11 @@
 """From a spectrum and a model to a verdict: nothing, a cause, ambiguous, or unknown."""
 
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from rotorstudy.diagnosis.search.explanations import Search
-from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.impossible import unstable_rig
 from rotorstudy.diagnosis.search.odds import faults_of
-from rotorstudy.diagnosis.search.search import begin, is_asked_to_stop, search, unsearched
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.causes import cause_of, causes_of
 from rotorstudy.diagnosis.verdict.evidence import (
@@ -22,34 +20,20 @@ from rotorstudy.diagnosis.verdict.evidence import (
 )
 from rotorstudy.diagnosis.verdict.excluded import excluded
 from rotorstudy.diagnosis.verdict.far_from_the_rig import far_from_the_rig
-from rotorstudy.diagnosis.verdict.first_answer import first_answer, stopped_early
-from rotorstudy.diagnosis.verdict.held_out import (
-    HeldOutMisfit,
-    expected_of,
-    gain_of,
-    held_out_misfit,
-    is_contradicted,
-    largest_of,
-    others_held_out,
-    split,
-    with_held_out,
-)
+from rotorstudy.diagnosis.verdict.first_answer import stopped_early
+from rotorstudy.diagnosis.verdict.held_out import gain_of, is_contradicted, others_held_out, split
 from rotorstudy.diagnosis.verdict.next_run import next_runs
 from rotorstudy.diagnosis.verdict.over_its_forms import over_its_forms
 from rotorstudy.diagnosis.verdict.result import LIKELY_OUTSIDE, OnePlace, PValues, Verdict
 from rotorstudy.diagnosis.verdict.resultant import resultant_of
+from rotorstudy.diagnosis.verdict.sought import seek, without_the_best
 from rotorstudy.diagnosis.verdict.wide_ranges import wide_ranges
 from rotorstudy.diagnosis.verdict.within_uncertainty import within_uncertainty
 from rotorstudy.diagnosis.verdict.words import summary
-from rotorstudy.diagnosis.verdict.wrong_convention import (
-    chain_hypothesis,
-    clear_convention,
-    finding_of,
-    tested_convention,
-)
+from rotorstudy.diagnosis.verdict.wrong_convention import finding_of
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
-from rotorstudy.inference.prediction import misfit, with_model_error
+from rotorstudy.inference.prediction import misfit
 from rotorstudy.inference.prior import with_usual
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
@@ -70,7 +54,6 @@ class Diagnosis:
     search             : Search;  best : Fit of the extended model, the base fit if nothing was added
     alternatives       : names (`Candidate.cause`) of the other causes that cannot be ruled out
     labels             : readable name of each parameter of the extended model
-    surprise           : HeldOutMisfit of what was found, with no larger an error of form than the fit has; or None
     """
 
     verdict: Verdict
@@ -81,7 +64,6 @@ class Diagnosis:
     settings: Settings
     alternatives: frozenset[str]
     labels: dict[str, str]
-    surprise: HeldOutMisfit | None = None
 
 
 def diagnose(spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, findings=()) -> Verdict:
@@ -114,12 +96,7 @@ def investigate(
     with using(registry()):  # which is asked for at every shape
         while True:
             try:
-                found = _investigated(*split(spectrum, chosen), model, settings, findings, failed)
-                if chosen is not None or not _is_surprised(found, settings):
-                    return found
-                again = [*findings, others_held_out(found.held_out)]
-                again = _investigated(*split(spectrum, chosen, others=True), model, settings, again, failed)
-                return min(found, again, key=lambda one: one.surprise.misfit)
+                return _diagnosis(_best_sought(spectrum, chosen, model, settings, failed), settings, findings)
             except KeyboardInterrupt:
                 raise
             except BaseException as error:  # of a plugin, any: the diagnosis is made again without it
@@ -129,31 +106,29 @@ def investigate(
                 failed |= new
 
 
-def _is_surprised(found, settings):
-    """Whether the speeds held out show something of what is missing that the others do not."""
-    known = found.search.stopped or found.verdict.measuring_chain or found.verdict.outside_probability > LIKELY_OUTSIDE
-    return found.surprise is not None and found.surprise.p_value < settings.significance and not known
+def _best_sought(spectrum, hold_out, model, settings, failed):
+    """The Sought of a spectrum; with other speeds held out, where the first ones surprise it and these do less."""
+    first = seek(*split(spectrum, hold_out), model, settings, failed)
+    if hold_out is not None or not first.is_surprised(settings.significance):
+        return first
+    again = seek(*split(spectrum, None, others=True), model, settings, failed)
+    return again._replace(surprised=first.held) if again.surprise.misfit < first.surprise.misfit else first
 
 
-def _investigated(measured, held, model, settings, findings, failed):
-    """The Diagnosis, see `investigate`; failed : effects left out -> why."""
-    held = None if held is None else with_film_error(with_model_error(held, settings), model)
-    kept = settings.model_copy(update={"leave_out": [*settings.leave_out, *failed]})
-    fitted = with_film_error(with_model_error(measured, kept), model)
-    found, chain, tested = _searched(model, measured, fitted, kept)
-    found.failures.update(failed)
+def _diagnosis(one, settings, findings):
+    """The Diagnosis of a Sought."""
     while True:
-        judged, shown, expected = _against_held_out(found, chain, tested, held)
         try:
-            return _judged(judged, shown, expected, measured, held, settings, findings)
-        except NoSteadyState:  # with its causes the machine could not run as it was measured
-            if not judged.best.causes:
+            return _judged(one, settings, findings)
+        except NoSteadyState:
+            if not one.judged.best.causes:
                 raise
-            del found.found[judged.best.kind]
+            one = without_the_best(one)
 
 
-def _judged(found, chain, expected, measured, held, settings, findings):
-    """The Diagnosis that follows from a Search; see `_against_held_out`."""
+def _judged(one, settings, findings):
+    """The Diagnosis that follows from a Sought; raises NoSteadyState, if with its causes the machine could not run."""
+    found, chain, expected, measured, held = one.judged, one.chain, one.expected, one.measured, one.held
     model, fitted = found.rig, found.spectrum
     base, best = found.base, found.best
     rows = fitted.data_count
@@ -183,6 +158,7 @@ def _judged(found, chain, expected, measured, held, settings, findings):
     ):
         findings = [*findings, Finding("note", "free parts of the rig", "records and rig", said)]
     findings = [*findings, *unstable_rig(found.unstable, best.fit, fitted.speed), *stopped_early(found)]
+    findings += [others_held_out(one.surprised)] if one.surprised else []
     findings += formed.findings if formed else []
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
@@ -213,41 +189,8 @@ def _judged(found, chain, expected, measured, held, settings, findings):
         findings=worst_first(findings),
     )
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
-    surprise = None if held is None else held_out_misfit(best.fit, expected_of(found.best, found, held, 0.0))
     alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
-    return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels, surprise)
-
-
-def _searched(model, measured, fitted, settings):
-    """The Search, the ChainHypothesis that explains the records better or None, and the conventions tested or None.
-
-    measured : Spectrum;  fitted : with the model error
-    """
-    begun = begin(model, fitted, settings)
-    log.info("%s", first_answer(begun))
-    tested, chain = None, None
-    try:
-        log.info("testing whether conventions of the records are wrongly stated")
-        tested = tested_convention(begun, measured) if model.before is None else None  # shared by both states
-        chain = clear_convention(begun, tested) if tested else None
-        found = unsearched(begun) if chain else search(begun)
-    except KeyboardInterrupt as stop:
-        if not is_asked_to_stop(stop):
-            raise
-        found = replace(unsearched(begun), stopped=True)
-    return found, chain, tested
-
-
-def _against_held_out(found, chain, tested, held):
-    """The Search with whether it is upheld, the ChainHypothesis or None, and the Spectrum held out or None.
-
-    held : with the model error;  the one returned has the error of the causes too
-    """
-    if tested and not (chain or found.stopped):
-        chain = chain_hypothesis(found, found.base, tested)
-    found = replace(found, upheld=False) if chain else with_held_out(found, held)
-    expected = None if held is None else expected_of(found.best, found, held, largest_of(found.best, found.settings))
-    return found, chain, expected
+    return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
 
 
 def _kind(found, p_values, p_parameters, probability, *, is_alone, is_contradicted):

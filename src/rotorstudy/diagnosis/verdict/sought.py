@@ -1,0 +1,94 @@
+"""What was sought in the speeds measured, and what the speeds held out say of it."""
+
+import logging
+from dataclasses import replace
+from typing import NamedTuple
+
+from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.film_error import with_film_error
+from rotorstudy.diagnosis.search.search import begin, is_asked_to_stop, search, unsearched
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict.first_answer import first_answer
+from rotorstudy.diagnosis.verdict.held_out import HeldOutMisfit, expected_of, held_out_misfit, largest_of, with_held_out
+from rotorstudy.diagnosis.verdict.result import LIKELY_OUTSIDE, ChainHypothesis
+from rotorstudy.diagnosis.verdict.wrong_convention import Tested, chain_hypothesis, clear_convention, tested_convention
+from rotorstudy.inference.prediction import with_model_error
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.model import Model
+
+log = logging.getLogger(__name__)
+
+
+class Sought(NamedTuple):
+    """A search and what the held-out speeds say of it; these are None where none is held out.
+
+    found    : Search by the speeds fitted;  tested : conventions that were tested, or None
+    measured : Spectrum fitted, without the model error;  held : held out, with it;  expected : with that of causes too
+    judged   : Search with the held-out speeds in its odds;  chain : what explains the records better, or None
+    surprise : misfit of the held-out speeds, with no larger an error of form than the fit has
+    surprised : Spectrum of the speeds that were held out at first, and surprised the fit; None if there are none
+    """
+
+    found: Search
+    tested: Tested | None
+    measured: Spectrum
+    held: Spectrum | None
+    judged: Search
+    chain: ChainHypothesis | None
+    expected: Spectrum | None
+    surprise: HeldOutMisfit | None
+    surprised: Spectrum | None = None
+
+    def is_surprised(self, significance):
+        """Whether the speeds held out show something of what is missing that the others do not."""
+        known = self.judged.stopped or self.chain or self.judged.outside_probability > LIKELY_OUTSIDE
+        return self.surprise is not None and self.surprise.p_value < significance and not known
+
+
+def seek(measured: Spectrum, held: Spectrum | None, model: Model, settings: Settings, failed: dict) -> Sought:
+    """The Sought of the speeds measured and of those held out; failed : effects left out -> why."""
+    held = None if held is None else with_film_error(with_model_error(held, settings), model)
+    kept = settings.model_copy(update={"leave_out": [*settings.leave_out, *failed]})
+    found, chain, tested = _searched(model, measured, with_film_error(with_model_error(measured, kept), model), kept)
+    found.failures.update(failed)
+    return _judged(Sought(found, tested, measured, held, found, chain, None, None))
+
+
+def without_the_best(one: Sought) -> Sought:
+    """The same without its best explanation, with which the machine could not run as it was measured."""
+    del one.found.found[one.judged.best.kind]
+    return _judged(one)
+
+
+def _judged(one: Sought) -> Sought:
+    """The same with the held-out speeds in its odds."""
+    found, held, chain = one.found, one.held, one.chain
+    if one.tested and not (chain or found.stopped):
+        chain = chain_hypothesis(found, found.base, one.tested)
+    judged = replace(found, upheld=False) if chain else with_held_out(found, held)
+    if held is None:
+        return one._replace(judged=judged, chain=chain)
+    best = judged.best
+    expected = expected_of(best, judged, held, largest_of(best, judged.settings))
+    surprise = held_out_misfit(best.fit, expected_of(best, judged, held, 0.0))
+    return one._replace(judged=judged, chain=chain, expected=expected, surprise=surprise)
+
+
+def _searched(model, measured, fitted, settings):
+    """The Search, the ChainHypothesis that explains the records better or None, and the conventions tested or None.
+
+    measured : Spectrum;  fitted : with the model error
+    """
+    begun = begin(model, fitted, settings)
+    log.info("%s", first_answer(begun))
+    tested, chain = None, None
+    try:
+        log.info("testing whether conventions of the records are wrongly stated")
+        tested = tested_convention(begun, measured) if model.before is None else None  # shared by both states
+        chain = clear_convention(begun, tested) if tested else None
+        found = unsearched(begun) if chain else search(begun)
+    except KeyboardInterrupt as stop:
+        if not is_asked_to_stop(stop):
+            raise
+        found = replace(unsearched(begun), stopped=True)
+    return found, chain, tested
