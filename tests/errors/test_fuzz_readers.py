@@ -43,24 +43,11 @@ TEXTS = {
 
 def seeds(folder):
     """{kind: files}: text, rigs, rotors of ROSS, MATLAB and UFF."""
-    import pyuff
     from scipy.io import savemat
+    from uff_files import signal_set, write_sets
 
     savemat(mat := BytesIO(), {"time": np.arange(4.0), "x": np.eye(2), "s": {"y": np.arange(4)}}, do_compression=True)
-    given = dict.fromkeys(("id2", "id3", "id4", "id5", "rsp_ent_name", "ref_ent_name"), "") | {"id1": "a", "binary": 0}
-    given |= dict.fromkeys(("ver_num", "load_case_id", "orddenom_spec_data_type", "z_axis_spec_data_type"), 0)
-    given |= {
-        "func_type": 1,
-        "rsp_node": 1,
-        "rsp_dir": 1,
-        "ref_node": 1,
-        "ref_dir": 1,
-        "ord_data_type": 4,
-        "num_pts": 8,
-    }
-    given |= {"abscissa_spacing": 1, "abscissa_min": 0.0, "abscissa_inc": 0.1, "z_axis_value": 0.0}
-    given |= {"abscissa_spec_data_type": 17, "ordinate_spec_data_type": 8, "x": np.arange(8) / 10, "data": np.ones(8)}
-    pyuff.UFF(str(folder / "seed.uff")).write_sets([pyuff.prepare_58(**given)], mode="add")
+    write_sets(folder / "seed.uff", [signal_set("a", 1, np.arange(8) / 10, np.ones(8))])
     rig = (ROOT / "examples" / "jeffcott.yaml").read_bytes()
     ross = (ROOT / "tests/measured/ross/models/supports.toml").read_bytes()
     uff = (folder / "seed.uff").read_bytes()

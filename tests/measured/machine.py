@@ -99,30 +99,8 @@ def write(kind, folder, record, name=None, **changes):
 
         savemat(path, {key.replace(" ", "_"): value for key, value in found.items()})
     elif kind == "uff":
-        _write_uff(path, record.time, found)
+        from uff_files import signal_set, write_sets
+
+        names = [name for name in found if name != "time"]
+        write_sets(path, [signal_set(name, i, record.time, found[name], binary=1) for i, name in enumerate(names)])
     return path
-
-
-def _write_uff(path, time, found):
-    import warnings
-
-    import pyuff
-
-    given = {"binary": 1, "func_type": 1, "rsp_dir": 1, "ref_dir": 1, "ref_node": 1, "ord_data_type": 4, "ver_num": 0}
-    given |= {
-        "abscissa_spacing": 1,
-        "abscissa_min": 0.0,
-        "abscissa_inc": time[1],
-        "z_axis_value": 0.0,
-        "load_case_id": 0,
-    }
-    given |= dict.fromkeys(("id2", "id3", "id4", "id5", "rsp_ent_name", "ref_ent_name"), "")
-    given |= {"abscissa_spec_data_type": 17, "ordinate_spec_data_type": 8, "num_pts": len(time), "x": time}
-    given |= dict.fromkeys(("orddenom_spec_data_type", "z_axis_spec_data_type", "load_case_id"), 0) | {
-        "z_axis_value": 0.0
-    }
-    names = [name for name in found if name != "time"]
-    sets = [pyuff.prepare_58(rsp_node=i, id1=name, data=found[name], **given) for i, name in enumerate(names)]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ResourceWarning)  # pyuff 2.5.8 does not close the file
-        pyuff.UFF(str(path)).write_sets(sets, mode="add")

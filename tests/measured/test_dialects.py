@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from scipy.io import savemat
 
 from rotorstudy import RotorstudyError, read_measurement
 from rotorstudy.measurement.channels import open_csv, open_matlab, open_uff
@@ -181,8 +182,8 @@ def test_columns_of_spaces_as_numpy_writes_them(dialect, tmp_path):
 
 def test_signals_of_other_lengths_and_times_are_refused(tmp_path):
     """The columns of MATLAB and UFF files, which have no rows."""
-    pyuff, scipy = pytest.importorskip("pyuff"), pytest.importorskip("scipy.io")
-    scipy.savemat(tmp_path / "run.mat", {"time": np.arange(9.0), "x": np.arange(8.0), "key": np.arange(9.0)})
+    uff = pytest.importorskip("uff_files")
+    savemat(tmp_path / "run.mat", {"time": np.arange(9.0), "x": np.arange(8.0), "key": np.arange(9.0)})
     assert {name: len(open_matlab(tmp_path / "run.mat", None)[1](name)) for name in ("time", "x")} == {
         "time": 9,
         "x": 8,
@@ -204,7 +205,7 @@ def test_signals_of_other_lengths_and_times_are_refused(tmp_path):
     ):
         path = tmp_path / "run.uff"
         path.unlink(missing_ok=True)
-        _write_two_sets(pyuff, path, x, change)
+        _write_two_sets(uff, path, x, change)
         if words is None:
             assert len(open_uff(path, None)[1]("b")) == 50
             continue
@@ -212,21 +213,11 @@ def test_signals_of_other_lengths_and_times_are_refused(tmp_path):
             open_uff(path, None)
 
 
-def _write_two_sets(pyuff, path, x, change):
+def _write_two_sets(uff, path, x, change):
     """A UFF file of the signals a and b, the second with a change."""
-    import warnings
-
-    given = {"binary": 0, "func_type": 1, "ord_data_type": 4, "num_pts": len(x), "x": x, "data": np.cos(x)}
-    given |= {"abscissa_spacing": 1, "abscissa_min": 0.0, "abscissa_inc": 0.01, "rsp_dir": 1, "ref_dir": 1}
-    given |= dict.fromkeys(("id2", "id3", "id4", "id5", "rsp_ent_name", "ref_ent_name"), "") | {"z_axis_value": 0.0}
-    given |= {"abscissa_spec_data_type": 17, "ordinate_spec_data_type": 8, "orddenom_spec_data_type": 0, "ver_num": 0}
-    given |= {"z_axis_spec_data_type": 0, "load_case_id": 0, "ref_node": 1}
-    first = pyuff.prepare_58(rsp_node=1, id1="a", **given)
-    second = pyuff.prepare_58(rsp_node=2, id1="b", **given)
+    first, second = (uff.signal_set(name, node, x, np.cos(x)) for node, name in enumerate("ab", start=1))
     second.update({} if change == "cut" else change)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ResourceWarning)  # pyuff does not close the file
-        pyuff.UFF(str(path)).write_sets([first, second], mode="add")
+    uff.write_sets(path, [first, second])
     if change == "cut":
         lines = path.read_text().splitlines()
         path.write_text("\n".join([*lines[:-6], *lines[-1:]]) + "\n")  # without 18 samples

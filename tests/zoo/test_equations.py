@@ -154,7 +154,7 @@ def test_probes_show_what_their_source_says(name):
 
 def test_every_effect_has_its_equation_written_a_second_time():
     elsewhere = {"crack_force", "breathing_crack", "breathing_crack_weight", "hysteretic_damping", "ac_coupling"}
-    elsewhere |= {"pedestal_resonance", "bearing_change"}
+    elsewhere |= {"pedestal_resonance", "bearing_change", "foundation_change"}
     assert set(registry().plugins["effect"]) == {*FORMS, *SHOWN, *elsewhere, *LOCAL}
 
 
