@@ -106,11 +106,18 @@ def _diagnosed(spectrum, model, settings, findings, true):
     verdict = investigate(spectrum, model, settings=settings, findings=findings).verdict
     causes = verdict.causes if verdict.verdict in ("cause", "ambiguous") else []
     cracks = [c for c in causes if c.effect == "transverse_crack"]
-    return {
+    depth = cracks[0].parameters["depth_ratio"] if cracks else None
+    held = {"verdict_depth": np.nan, "verdict_low": np.nan, "verdict_high": np.nan}
+    if depth:
+        half = INTERVAL * (depth.std or 0.0)
+        low, high = depth.interval_95 or (depth.value - half, depth.value + half)
+        held = {"verdict_depth": depth.value, "verdict_low": low, "verdict_high": high}
+    return held | {
         "verdict": verdict.verdict,
         "named": " + ".join(c.effect + "".join(f" {v}" for v in c.where.values()) for c in causes),
         "verdict_breathing": cracks[0].variant["breathing"] if cracks else "",
         "verdict_position_error": cracks[0].parameters["position_m"].value - true["position_m"] if cracks else np.nan,
+        "verdict_warned": any(one.name == "form of the cause" for one in verdict.findings),
         "verdict_seconds": time.process_time() - start,
     }
 

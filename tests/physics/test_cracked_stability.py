@@ -7,7 +7,7 @@ from shaft_with_a_crack import MASS, crack, rotor
 
 from rotorstudy import check_stable, simulate_records
 from rotorstudy.errors import NoSteadyState
-from rotorstudy.response import floquet
+from rotorstudy.response import few_shapes, floquet
 from rotorstudy.response.floquet import periodic_growth_rate
 
 TWICE = 820.0  # rad/s, about twice the natural frequency of the cracked shaft, where its stiffness pumps a whirl
@@ -49,9 +49,8 @@ def test_on_a_fine_mesh_few_shapes_do(monkeypatch):
     model = rotor(6, drag, crack(0.28, 0.5, angle_rad=0.0))
     speeds = [300.0, 560.0]
     every = periodic_growth_rate(model, speeds)
-    monkeypatch.setattr(floquet, "ALL_KEPT", 0)
-    monkeypatch.setattr(floquet, "MODES", 6)
-    assert floquet._shapes(model, model.theta).shape[1] < len(model.structure.dofs)
+    monkeypatch.setattr(few_shapes, "MODES", 6)
+    assert few_shapes.shapes(model, model.theta).shape[1] < len(model.structure.dofs)
     assert periodic_growth_rate(model, speeds) == pytest.approx(every, rel=2e-3)
-    monkeypatch.setattr(floquet, "_shapes", lambda model, theta: np.linalg.eigh(model.structure.stiffness)[1][:, :2])
+    monkeypatch.setattr(floquet, "shapes", lambda model, theta: np.linalg.eigh(model.structure.stiffness)[1][:, :2])
     assert np.abs(periodic_growth_rate(model, speeds) - every).max() > 0.01 * np.abs(every).max()

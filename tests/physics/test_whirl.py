@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from machines import shaft
+from machines import disc, shaft, springs
 from scipy.optimize import brentq
 from test_transient import OFFSET_DISC, RIGS
 
 from rotorstudy import build_model, eigenvalues
-from rotorstudy.response.stability import state_matrix
-from rotorstudy.response.whirl import critical_speeds, time_invariant, whirl_modes
+from rotorstudy.response import few_shapes, whirl
+from rotorstudy.response.stability import damping_of_effects, state_matrix
+from rotorstudy.response.whirl import critical_speeds, damped_modes, time_invariant, whirl_modes
 
 
 def closed_form(order, sign):
@@ -117,3 +118,20 @@ def test_a_critical_speed_beside_the_onset_of_another_whirl_is_found():
     i = np.searchsorted(speeds, expected)
     assert onset[i - 1] == onset[i]  # they cancel: the count does not change
     assert np.abs(critical_speeds(model, 728.06, speeds=speeds)[0] - expected).min() < 1e-5
+
+
+def test_on_a_fine_mesh_whirl_by_few_shapes_is_that_of_all_coordinates(monkeypatch):
+    """Modes of the free shaft without the deflections by the bearings are not: the negative control."""
+    rotor = shaft(1.0, 40, disc(14, 5.0, 0.02, 0.01), outer_diameter_m=0.03)
+    effects = [{"kind": "shaft_damping", "shaft_damping_s": 1e-6}]
+    bearings = springs([1, 41], (2e7, 1.5e7), (800.0, 600.0))
+    model = build_model({"rotor": rotor, "bearings": bearings, "effects": effects})
+    few, dampings = damped_modes(model, [300.0], 8), damping_of_effects(model, 300.0)
+    monkeypatch.setattr(few_shapes, "ALL_KEPT", 1000)
+    every = damped_modes(model, [300.0], 8)
+    assert few.eigenvalue == pytest.approx(every.eigenvalue, rel=1e-6)
+    assert few.forward == pytest.approx(every.forward, abs=1e-3)
+    assert dampings == pytest.approx(damping_of_effects(model, 300.0), rel=1e-4)
+    free = np.linalg.eigh(model.structure.stiffness)[1][:, :24]
+    monkeypatch.setattr(whirl, "few_shapes", lambda *_: free)
+    assert damped_modes(model, [300.0], 8).eigenvalue != pytest.approx(every.eigenvalue, rel=1e-4)

@@ -153,9 +153,12 @@ def mode_shapes(structure, data, sensors=()):
     at = np.array([places[node] for _, node in moves])
     rows = [i for i, _ in moves]
     count = min(SHAPES, int(np.isfinite(data.frequency.values).sum()))
-    picture, axes = figure(1, count, height=2.0, width=2.2, sharey=True)
+    columns = min(2, count)  # readable in a narrow window
+    picture, axes = figure(-(-count // columns), columns, height=2.0, width=2.8, sharey=True)
+    for empty in axes.flat[count:]:
+        empty.set_visible(False)
     forward, backward = as_complex(data.forward_shape)[:, rows], as_complex(data.backward_shape)[:, rows]
-    for mode, panel in enumerate(axes[0]):
+    for mode, panel in enumerate(axes.flat[:count]):
         orbit = forward[mode][:, None] * np.exp(1j * TURN) + backward[mode][:, None] * np.exp(-1j * TURN)
         largest = np.abs(orbit).max(axis=1)
         instant = np.abs(orbit[largest.argmax()]).argmax()
@@ -174,7 +177,8 @@ def mode_shapes(structure, data, sensors=()):
         frequency, ratio = float(data.frequency[mode]) / (2 * np.pi), float(data.damping_ratio[mode])
         panel.set_title(f"{frequency:.3g} Hz, {whirl_name(float(data.direction[mode]))},\ndamping ratio {ratio:.2g}")
         panel.set_xlabel("position (m)")
-    axes[0, 0].set_ylabel("motion over its largest (1)")
+    for panel in axes[:, 0]:
+        panel.set_ylabel("motion over its largest (1)")
     unit, per = shown_speed()
     picture.suptitle(f"At {float(data.speed) * per:.0f} {unit}")
     return picture

@@ -11,6 +11,7 @@ from rotorstudy.errors import RigError
 from rotorstudy.model.model import Model
 from rotorstudy.response.coefficients import time_matrices
 from rotorstudy.response.coupling import COUPLED_ORDER, check_speed
+from rotorstudy.response.few_shapes import shapes
 from rotorstudy.response.neighbourhood import carried_motion
 
 TURN_STEPS = 256  # of a revolution, a power of two
@@ -18,8 +19,6 @@ FAST = 100  # times the speed: the sum of two faster modes is above all harmonic
 ROUND_OFF = 1e-9  # of an eigenvalue: real part of an undamped mode due to the slopes of nonlinear forces
 DIFFERENCE = 1e-6  # step of the central differences of a force, relative to the motion
 SMALLEST = 1e-12  # m, of the motion, for that step
-ALL_KEPT = 24  # coordinates; with more of them the motion consists of the lowest modes and the static shapes of forces
-MODES = 24  # lowest ones: their frequencies are far above those that a rotation can pump
 
 
 def varies_in_time(model):
@@ -50,11 +49,11 @@ def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None
 def _growth_of_one_turn(model, speed, theta):
     from scipy.linalg import expm
 
-    folds, shapes = _folds(model), _shapes(model, theta)
+    folds, kept = _folds(model), shapes(model, theta)
     steps, duration = TURN_STEPS // folds, 2 * np.pi / speed / folds
     along = _steady_state(model, theta, speed) if model.nonlinear_forces else None
     middles = (np.arange(steps) + 0.5) / TURN_STEPS
-    rates = _rates(_accelerations(model, theta, speed, middles, shapes, along), speed)
+    rates = _rates(_accelerations(model, theta, speed, middles, kept, along), speed)
     if not np.finfo(float).eps * np.abs(rates).max() < speed:
         raise RigError(
             f"the stability at {speed:g} rad/s cannot be computed: masses or stiffnesses of the rotor differ beyond "
@@ -108,46 +107,15 @@ def _rates(accelerations, speed):
     return np.concatenate([np.broadcast_to(upper, lower.shape), lower], axis=-2)
 
 
-def _shapes(model, theta):
-    """Shapes (dof, shape) of which the free motion consists, at right angles and of unit mass: the modes of the shaft,
-    on a fine mesh the lowest ones and the deflections by a unit of each load that effects and bearings exert there.
-    """
-    from scipy.linalg import eigh, orth
-
-    count, own = len(model.structure.dofs), model.matrices(theta)
-    held = model.structure.support if model.structure.support is not None else 0
-    stiffness = np.real(own.stiffness + held)
-    mass = own.mass + _mass_of_housings(model, theta)
-    if count <= ALL_KEPT:
-        return eigh(stiffness, mass)[1]
-    scale = np.sqrt(np.diag(mass))  # translations and tilts have different units
-    modes = eigh(stiffness, mass, subset_by_index=(0, MODES - 1))[1]
-    acting = [np.asarray(e.matrix) for _, u in model.acting for e in u.entries if e.reads_motion]
-    touched = [(matrix != 0).any(axis=0) | (matrix != 0).any(axis=1) for matrix in acting]
-    touched = np.any([np.zeros(count, bool), *(one for one in touched if one.sum() <= MODES)], axis=0)
-    loads = np.column_stack([np.eye(count)[:, touched], *(force.matrix.T for _, force in model.nonlinear_forces)])
-    static = np.linalg.lstsq(stiffness / np.outer(scale, scale), loads / scale[:, None], rcond=1e-12)[0]
-    found = np.column_stack([modes * scale[:, None], static / np.linalg.norm(static, axis=0)])
-    kept = orth(found / np.linalg.norm(found, axis=0), rcond=1e-9) / scale[:, None]
-    return kept @ eigh(kept.T @ stiffness @ kept, kept.T @ mass @ kept)[1]
-
-
-def _mass_of_housings(model, theta):
-    """Mass (dof, dof) of the foundation, kg, which the rotor alone does not have; 0 without a foundation."""
-    entries = [(theta[p], entry) for p, unknown in model.acting for entry in unknown.entries if entry.order == 2]
-    here = [(size, entry) for size, entry in entries if entry.on == "z" and not entry.shift]
-    return -sum(size * np.real(entry.matrix) for size, entry in here if model.structure.housings)
-
-
 def _steady_state(model, theta, speed):
     """The Motion at one speed, all harmonics carried."""
     return carried_motion(model, [speed], np.arange(-COUPLED_ORDER, COUPLED_ORDER + 1), theta)
 
 
-def _accelerations(model, theta, speed, turned, shapes, along):
+def _accelerations(model, theta, speed, turned, kept, along):
     """Accelerations of x and y by x, y and their velocities, (instant, state / 2, state), at fractions of a revolution.
 
-    turned : (instant,);  shapes : (dof, shape) of which the motion consists
+    turned : (instant,);  kept : (dof, shape) of which the motion consists
     along : the Motion about which nonlinear forces are linearised, None without such forces
     """
     own, still = model.matrices(theta), np.zeros(len(model.structure.dofs))
@@ -155,7 +123,7 @@ def _accelerations(model, theta, speed, turned, shapes, along):
     turning = np.multiply.outer(2j * np.pi * turned, np.ones((1, 1)))
 
     def reduced(matrix):
-        return shapes.T @ matrix @ shapes
+        return kept.T @ matrix @ kept
 
     def at(parts, shaft, turning=turning):
         """Real matrices on (x, y) of minus `shaft` plus the entries."""
@@ -170,12 +138,12 @@ def _accelerations(model, theta, speed, turned, shapes, along):
     inverse = -np.linalg.inv(at(mass, own.mass, turning if is_turning else turning[:1]))
     lower = [at(stiffness, own.stiffness), at(damping, -1j * speed * own.gyroscopic)]
     for position, force in model.nonlinear_forces if along else ():
-        for part, slope in zip(lower, _slopes(force, along, speed, turned, shapes), strict=True):
+        for part, slope in zip(lower, _slopes(force, along, speed, turned, kept), strict=True):
             part += theta[position] * slope
     return inverse @ np.concatenate(lower, axis=-1)
 
 
-def _slopes(force, along, speed, turned, shapes):
+def _slopes(force, along, speed, turned, kept):
     """Slopes (instant, 2 shape, 2 shape) of a NonlinearForce in x and y by displacement (N/m) and velocity, real."""
     amplitude, deflection = along.amplitude[0] @ force.matrix.T, force.matrix @ along.deflection.reshape(-1)
     orders = np.arange(len(amplitude)) - len(amplitude) // 2
@@ -190,7 +158,7 @@ def _slopes(force, along, speed, turned, shapes):
         return (up - down) / (2 * size)
 
     units = [unit * one for unit in (1, 1j) for one in np.eye(amplitude.shape[1])]
-    seen, found = np.kron(np.eye(2), force.matrix @ shapes), []
+    seen, found = np.kron(np.eye(2), force.matrix @ kept), []
     for of_position in (True, False):
         columns = [slope(one, 0) if of_position else slope(0, speed * one) / speed for one in units]
         columns = np.stack(columns, axis=-1)

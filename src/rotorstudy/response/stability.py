@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.model.model import Model
 from rotorstudy.response.coupling import check_speed
+from rotorstudy.response.few_shapes import few_shapes
 from rotorstudy.response.floquet import periodic_growth_rate, varies_in_time
 
 ROUND_OFF = 1e-12  # of the largest eigenvalue: real part of an undamped mode due to round-off
@@ -14,22 +15,26 @@ NUMBERS_AT_ONCE = 2e6  # complex numbers in the state matrices of the speeds tak
 SLOWEST_GROWTH = 1e-6  # per revolution; slower growth is round-off of an undamped mode
 
 
-def state_matrix(model, speed, theta=None):
+def state_matrix(model, speed, theta=None, shapes=None):
     """State matrix A of the time-invariant model, d/dt (q, q') = A (q, q').
 
     speed   : (speed,) rad/s
+    shapes  : (dof, shape) of which the motion consists, whose amplitudes are then q; all coordinates by default
     returns : (speed, state, state) complex, SI; with entries on conj(z), q is replaced by q stacked on conj(q)
     raises  : RotorstudyError if the model is time-varying at constant speed (an open or breathing crack) or nonlinear
     """
     speed = check_speed(speed)
     model, theta = model.at(theta)
-    own, dof = model.matrices(theta), len(model.structure.dofs)
-    shape = (len(speed), dof, dof)
+
+    mass, stiffness, gyroscopic = (
+        one if shapes is None else shapes.T @ one @ shapes for one in model.matrices(theta)[:3]
+    )
+    shape = (len(speed), *mass.shape)
     on_z = {order: np.zeros(shape, complex) for order in range(3)}
     on_conj = {order: np.zeros(shape, complex) for order in range(3)}
-    on_z[0] += own.stiffness
-    on_z[1] -= 1j * speed[:, None, None] * own.gyroscopic
-    on_z[2] += own.mass
+    on_z[0] += stiffness
+    on_z[1] -= 1j * speed[:, None, None] * gyroscopic
+    on_z[2] += mass
     for position, unknown in model.acting:
         if unknown.force:
             raise RotorstudyError(f"{unknown.name!r} is nonlinear; the model has no eigenvalues")
@@ -39,7 +44,8 @@ def state_matrix(model, speed, theta=None):
                     f"{unknown.name!r} makes the model time-varying or frequency-dependent; it has no eigenvalues"
                 )
             target = on_conj if entry.is_conjugate else on_z
-            target[entry.order] -= theta[position] * entry.gain_at(speed, 0)[:, None, None] * entry.matrix
+            matrix = entry.matrix if shapes is None else _reduced(entry, shapes)
+            target[entry.order] -= theta[position] * entry.gain_at(speed, 0)[:, None, None] * matrix
     if any(np.any(part) for part in on_conj.values()):
         k, c, m = (
             np.block([[on_z[order], on_conj[order]], [on_conj[order].conj(), on_z[order].conj()]]) for order in range(3)
@@ -50,7 +56,15 @@ def state_matrix(model, speed, theta=None):
     return np.block([[np.zeros_like(k), identity], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])
 
 
-def eigenvalues(model: Model, speed: ArrayLike, theta: ArrayLike | None = None) -> np.ndarray:
+def _reduced(entry, shapes):
+    """Matrix (shape, shape) of an entry on the motion, which is summed over its few elements."""
+    row, column, value = entry.nonzero
+    return shapes[row].T @ (value[:, None] * shapes[column])
+
+
+def eigenvalues(
+    model: Model, speed: ArrayLike, theta: ArrayLike | None = None, shapes: np.ndarray | None = None
+) -> np.ndarray:
     """Eigenvalues of the time-invariant model.
 
     Parameters
@@ -61,6 +75,8 @@ def eigenvalues(model: Model, speed: ArrayLike, theta: ArrayLike | None = None) 
         Spin speeds in rad/s.
     theta : array (parameter,), optional
         Amplitudes in the units of `model.units`; the model's own by default.
+    shapes : array (dof, shape), optional
+        Of which the motion consists, such as `few_shapes` of a fine mesh; all coordinates by default.
 
     Returns
     -------
@@ -73,16 +89,17 @@ def eigenvalues(model: Model, speed: ArrayLike, theta: ArrayLike | None = None) 
     RotorstudyError
         If the model is time-varying (an open or breathing crack), frequency-dependent or nonlinear.
     """
-    values = np.linalg.eigvals(state_matrix(model, speed, theta))
+    values = np.linalg.eigvals(state_matrix(model, speed, theta, shapes))
     return np.take_along_axis(values, np.argsort(values.imag, axis=-1), axis=-1)
 
 
 def growth_rate(model, speed, theta=None):
     """Largest real part (speed,) of the eigenvalues beyond round-off, 1/s; unstable if > 0. Speed (speed,) in rad/s."""
-    speed, found = check_speed(speed), []
-    at_once = max(1, int(NUMBERS_AT_ONCE / (4 * len(model.structure.dofs)) ** 2))
+    speed, shapes, found = check_speed(speed), few_shapes(model, theta), []
+    size = len(model.structure.dofs) if shapes is None else shapes.shape[1]
+    at_once = max(1, int(NUMBERS_AT_ONCE / (4 * size) ** 2))
     for first in range(0, len(speed), at_once):
-        values = eigenvalues(model, speed[first : first + at_once], theta)
+        values = eigenvalues(model, speed[first : first + at_once], theta, shapes)
         found.append(values.real.max(axis=-1) - ROUND_OFF * np.abs(values).max(axis=-1))
     return np.concatenate(found)
 
@@ -142,14 +159,16 @@ def damping_of_effects(model, speed, theta=None):
     shape of the mode, so the sum is not the growth rate itself.
     """
     theta = np.asarray(model.theta if theta is None else theta, float)
-    values, right = np.linalg.eig(state_matrix(model, [speed], theta)[0])
+    shapes = few_shapes(model, theta)
+    values, right = np.linalg.eig(state_matrix(model, [speed], theta, shapes)[0])
     worst = int(np.argmax(values.real))
     left = np.linalg.inv(right)[worst]
     effect_of = {u.name: f"{t.kind} ({t.label})" if t.label else t.kind for t in model.terms for u in t.unknowns}
     effects, found = np.array([effect_of[name] for name in model.names]), {}
     for effect in dict.fromkeys(effects.tolist()):
         change = RELATIVE_STEP * np.where(effects == effect, theta, 0)
-        slope = state_matrix(model, [speed], theta + change) - state_matrix(model, [speed], theta - change)
+        up, down = (state_matrix(model, [speed], theta + one, shapes) for one in (change, -change))
+        slope = up - down
         found[effect] = float((left @ slope[0] @ right[:, worst]).real / (2 * RELATIVE_STEP))
     return {name: found[name] for name in sorted(found, key=lambda name: -abs(found[name])) if found[name]}
 

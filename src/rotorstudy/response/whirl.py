@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.response.few_shapes import few_shapes
 from rotorstudy.response.stability import eigenvalues, state_matrix
 
 CREEPING = 0.1  # imaginary part over modulus: below it a motion creeps back instead of whirling (damping ratio 0.995)
@@ -142,9 +143,12 @@ def whirl_modes(model, speed, theta=None):
     returns : eigenvalues (mode,) 1/s and shapes (mode, dof) complex; on anisotropic bearings (mode, 2 dof), where the
               second half is the motion of opposite whirl direction
     """
-    values, vectors = np.linalg.eig(state_matrix(model, [speed], theta)[0])
+    few = few_shapes(model, theta)
+    values, vectors = np.linalg.eig(state_matrix(model, [speed], theta, few)[0])
     order = np.argsort(values.imag)
     shapes = vectors[: len(values) // 2, order].T
+    if few is not None:
+        shapes = (shapes.reshape(-1, few.shape[1]) @ few.T).reshape(len(values), -1)
     tallest = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)
     return values[order], shapes / tallest
 
@@ -162,13 +166,14 @@ def critical_speeds(model, up_to, orders=(1,), theta=None, speeds=None):
     from scipy.optimize import brentq
 
     speeds = np.geomspace(1e-4 * up_to, up_to, 600) if speeds is None else speeds
-    values = eigenvalues(model, speeds, theta)
+    shapes = few_shapes(model, theta)
+    values = eigenvalues(model, speeds, theta, shapes)
     for i in range(1, len(speeds)):
         values[i] = values[i][_followed(values[i - 1], values[i])]
 
     def value(w, i, mode):
         """The eigenvalue at a speed between two others that continues a mode."""
-        here = eigenvalues(model, [w], theta)[0]
+        here = eigenvalues(model, [w], theta, shapes)[0]
         if len(here) < values.shape[1]:  # bearings that are isotropic at this speed, and not at others
             here = np.concatenate([here, here.conj()])
         share = (w - speeds[i]) / (speeds[i + 1] - speeds[i])

@@ -7,6 +7,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.response.coupling import check_speed
+from rotorstudy.response.few_shapes import few_shapes
 from rotorstudy.response.floquet import varies_in_time
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.resonance import Peak, peaks
@@ -154,7 +155,7 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None, covered=0.0):
 
 def _default_highest(still, lowest):
     """A highest speed that shows the first critical ones, rad/s."""
-    values = eigenvalues(still, [lowest or still.structure.scales.frequency])[0]
+    values = eigenvalues(still, [lowest or still.structure.scales.frequency], shapes=few_shapes(still))[0]
     share = np.abs(values.imag) / np.abs(values)
     whirl = np.abs(values.imag[share >= min(OSCILLATING, share.max())])
     if share.max() <= OVERDAMPED:
@@ -164,7 +165,7 @@ def _default_highest(still, lowest):
 
 def _check_held(still, speed):
     """Raise if the rotor can move at a speed (rad/s) without a restoring force."""
-    slowest = np.abs(eigenvalues(still, [speed])).min()
+    slowest = np.abs(eigenvalues(still, [speed], shapes=few_shapes(still))).min()
     if slowest < UNHELD * still.structure.scales.frequency:
         raise RotorstudyError(
             "the bearings do not hold the rotor, which can move without a restoring force; add bearings"
@@ -184,7 +185,7 @@ def _resonances(still, found, criticals, speeds):
     Between resonances that cancel each other at a speed the response rises and falls, too, without a mode that swings.
     """
     found = [one._replace(peak=unbounded(one.peak, criticals, speeds)) for one in found]
-    at = {speed: eigenvalues(still, [speed])[0] for speed in {one.peak.speed for one in found}}
+    at = {w: eigenvalues(still, [w], shapes=few_shapes(still))[0] for w in {one.peak.speed for one in found}}
 
     def swings(speed):
         width = 2 * np.maximum(np.abs(at[speed].real), NARROWEST * speed)

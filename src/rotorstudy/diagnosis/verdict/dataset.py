@@ -79,8 +79,10 @@ def _parameters(diagnosis):
 
 def _explanations(diagnosis):
     """Every explanation that was fitted, that with the highest odds first."""
-    weights = diagnosis.search.posterior()
-    best = diagnosis.search.best
+    weights, best, others = diagnosis.search.posterior(), diagnosis.search.best, 0.0
+    if diagnosis.verdict.verdict == "nothing":
+        odds = odds_of_causes_not_fitted(diagnosis.search)
+        others = odds / (odds + 1 / next(w for e, w in weights if not e.causes))
     along = ("explanation",)
     labels = [" + ".join(cause.label for cause in e.causes) or "nothing more" for e, _ in weights]
     alternative = [bool(e.named & diagnosis.alternatives) and not best.named <= e.named for e, _ in weights]
@@ -88,8 +90,24 @@ def _explanations(diagnosis):
     return {
         "explanation_label": (along, np.array(labels, object), "1", "causes"),
         "log_posterior_odds": (along, odds, "1", "natural logarithm of the odds against the base alone"),
-        "posterior_probability": (along, np.array([w for _, w in weights]), "1", "posterior probability"),
+        "posterior_probability": (
+            along,
+            np.array([(1 - others) * w for _, w in weights]),
+            "1",
+            "posterior probability; all sum to one with that of causes that were not fitted and of an unknown fault",
+        ),
+        "not_fitted_probability": ((), others, "1", "posterior probability of causes that nothing asked to be fitted"),
         "cost": (along, np.array([e.fit.cost for e, _ in weights]), "1", "misfit of data and priors"),
         "is_alternative": (along, np.array(alternative, "int8"), "1", "1 if the data cannot rule it out"),
         "is_best": (along, np.array([e is best for e, _ in weights], "int8"), "1", "1 for the best"),
     }
+
+
+def odds_of_causes_not_fitted(search):
+    """Posterior odds, against nothing, that one of the causes acts that were screened alone, over all their shapes."""
+    fitted, each = {e.named for e in search.explanations}, {}
+    for cause, screened in zip(search.candidates, search.screened, strict=True):
+        if frozenset([cause.cause]) not in fitted:
+            shapes = each.setdefault((cause.cause, *cause.variant.values()), [])
+            shapes.append(np.exp(search.prior_odds.log_odds((cause,)) + screened.evidence))
+    return float(sum(np.mean(shapes) for shapes in each.values()))

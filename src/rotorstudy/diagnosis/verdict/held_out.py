@@ -7,6 +7,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.search.form import largest_error
+from rotorstudy.diagnosis.search.impossible import grows
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.search import without_impossible
 from rotorstudy.diagnosis.settings import Settings
@@ -135,6 +136,9 @@ def with_held_out(found: Search, held: Spectrum | None) -> Search:
     forces = tuple(f._replace(log_odds=f.log_odds + max(gains.values()) - stated) for f in found.free_forces)
     before, found = found.best.kind, replace(found, found=weighed, free_forces=forces)
     found = found if found.best.kind == before else without_impossible(found)
+    is_stable = ~grows(found.base, held.speed)
+    while found.best.causes and (grows(found.best.fit, held.speed) & is_stable).any():  # no steady records there
+        del found.found[found.best.kind]
     alone = odds_of(found.best) - (gains[found.best.kind] - stated)
     return replace(found, upheld=alone > LEAST_LOG_ODDS)
 
