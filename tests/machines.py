@@ -73,11 +73,19 @@ def jeffcott(*, weight_dominance=True, stiffness_loss=2.5e5, order=15, effects=(
     return build_model(jeffcott_rig(5e-6, np.pi / 6, *effects, internal=20.0, cracks=cracks))
 
 
-def spectrum_of(model, speeds, harmonics, std=0.0):
-    """The response of a model as its probes show it, without noise; std : of each part, as it is stated."""
-    shown = measured_response(model, speeds, harmonics)
+def spectrum_of(model, speeds, harmonics, std=0.0, seed=None, **options):
+    """What the probes of a model show, as `readings` has it; options : theta and others of `measured_response`."""
+    shown = measured_response(model, speeds, harmonics, **options)
+    return readings(shown, speeds, harmonics, model.sensors, std, seed)
+
+
+def readings(shown, speeds, harmonics, sensors, std, seed=None):
+    """A Spectrum of harmonics (speed, harmonic, sensor); std : of each part of the noise, added only by a seed."""
+    if seed is not None:
+        real, imaginary = np.random.default_rng(seed).normal(0, std, (2, *shown.shape))
+        shown = shown + real + 1j * imaginary
     covariance = independent_covariance(np.full(shown.shape, std**2))
-    return Spectrum(shown, np.array(speeds), np.array(harmonics), model.sensors, covariance)
+    return Spectrum(shown, np.array(speeds), np.array(harmonics), tuple(sensors), covariance)
 
 
 def errors_of_derivatives(model, speeds, harmonics, steps, change=None):

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from machines import shaft
+from machines import readings, shaft
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.odds import FURTHER_FAULT, PriorOdds, faults_of
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.measured import measured_response
 
@@ -84,10 +83,8 @@ def test_fifty_grams_are_among_the_causes_if_modulus_and_disc_mass_are_uncertain
 def diagnosed(built, uncertainty):
     """Verdict on a record of a rotor, by the nominal rig."""
     nominal = build_model(rig())
-    amplitude = shown(build_model(built), nominal)
-    draws = np.random.default_rng(3).normal(0, NOISE / np.sqrt(2), (2, *amplitude.shape))
-    covariance = independent_covariance(np.full(amplitude.shape, NOISE**2 / 2))
-    record = Spectrum(amplitude + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, nominal.sensors, covariance)
+    found = shown(build_model(built), nominal)
+    record = readings(found, SPEEDS, HARMONICS, nominal.sensors, NOISE / np.sqrt(2), 3)
     settings = {"most_causes": 1, "candidates_per_round": 3, "uncertainty": uncertainty, "leave_out": SLOW}
     return investigate(record, nominal, settings=settings).verdict
 

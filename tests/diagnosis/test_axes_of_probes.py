@@ -5,10 +5,10 @@ What each probe shows is written out here from the picture of the machine, not w
 
 import numpy as np
 import pytest
+from machines import readings
 
 from rotorstudy.diagnosis.verdict.measuring_chain import hypotheses
 from rotorstudy.measurement.conventions import Conventions
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.measurement.tables import read_table
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.rig import build_model
@@ -56,7 +56,7 @@ def spectrum_of(phasors, angles, conventions):
         for n in HARMONICS
     ]
     amplitude = np.array(found)[None, :, None]
-    return Spectrum(amplitude, np.array([100.0]), HARMONICS, (1,), independent_covariance(np.ones(amplitude.shape)))
+    return readings(amplitude, [100.0], HARMONICS, (1,), 1.0)
 
 
 def corrected(wrong, conventions, name):
@@ -112,8 +112,7 @@ def test_a_table_of_lags(directions, rotation, tmp_path):
     for phase in ("lead", "lag"):
         ((_, of_node),), _ = read_table(table, conventions.model_copy(update={"table_phase": phase}), (1,))
         read[phase] = of_node[1][0][None, :, None]
-    covariance = independent_covariance(np.ones(read["lead"].shape))
-    wrong = Spectrum(read["lead"], np.array([100.0]), HARMONICS, (1,), covariance)
+    wrong = readings(read["lead"], [100.0], HARMONICS, (1,), 1.0)
     found = corrected(wrong, conventions, "phases of the table are lags")
     assert found == pytest.approx(read["lag"], abs=1e-18)
     assert np.abs(found - read["lead"]).max() > 1e-7

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from machines import unbalance
+from machines import readings, unbalance
 from scipy.stats import norm, rayleigh
 from test_runs import RIG, machine, write_table
 from test_runs import SPEEDS as RUN_SPEEDS
@@ -15,7 +15,6 @@ from rotorstudy.diagnosis.runs.balance_holes import _choices, chosen, equal_hole
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.conventions import Conventions
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
@@ -39,8 +38,7 @@ def jeffcott(uncertainty=0.0, read=0.0, stated=0.0, speeds=SPEEDS):
     model = build_model({"rotor": rotor, "effects": [support, runout]})
     shown = np.zeros((len(speeds), 2, 1), complex)
     shown[:, 0, 0] = ECCENTRICITY * MASS * speeds**2 / (STIFFNESS - MASS * speeds**2) + read
-    covariance = independent_covariance(np.full(shown.shape, NOISE**2 / 2))
-    spectrum = Spectrum(shown, speeds, HARMONICS, tuple(model.sensors), covariance)
+    spectrum = readings(shown, speeds, HARMONICS, model.sensors, NOISE / np.sqrt(2))
     known = {"default": uncertainty, "rotor": 0.0, "runout_1X": uncertainty if stated else 0.0}
     settings = Settings(**EXACT, uncertainty=known)
     return balance(spectrum, model, [1], settings, Conventions()), shown
@@ -148,8 +146,7 @@ def test_a_plane_may_be_named_by_the_label_of_its_disc(folder, tmp_path):
 
 def test_records_without_1x_cannot_be_balanced():
     model = build_model(RIG)
-    shown = np.zeros((1, 1, 2), complex)
-    spectrum = Spectrum(shown, RUN_SPEEDS[:1], np.array([2]), (2, 8), independent_covariance(np.ones((1, 1, 2))))
+    spectrum = readings(np.zeros((1, 1, 2), complex), RUN_SPEEDS[:1], [2], (2, 8), 1.0)
     with pytest.raises(RotorstudyError, match="no harmonic 1"):
         balance(spectrum, model, [3], Settings(), Conventions())
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import disc, shaft, unbalance
+from machines import disc, shaft, spectrum_of, unbalance
 from test_runs import SPEEDS, write_table
 
 from rotorstudy import build_model, registry
@@ -13,7 +13,6 @@ from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.runs.joint import identify_runs
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 
@@ -45,10 +44,7 @@ def machine(**changes):
 
 
 def spectrum(model, seed):
-    shown = measured_response(model, SPEEDS, HARMONICS)
-    noise = np.random.default_rng(seed).normal(0, NOISE, (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, NOISE**2))
-    return Spectrum(shown + noise[0] + 1j * noise[1], SPEEDS, HARMONICS, tuple(model.sensors), covariance)
+    return spectrum_of(model, SPEEDS, HARMONICS, NOISE, seed)
 
 
 def test_runs_give_the_viscosity_of_a_film(tmp_path):

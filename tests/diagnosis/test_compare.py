@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import disc, jeffcott_rig, shaft
+from machines import disc, jeffcott_rig, readings, shaft, spectrum_of
 from page_checks import problems
 from slow_effects import SLOW
 
@@ -20,7 +20,6 @@ from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.single_probe import along_probes
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
@@ -46,9 +45,7 @@ def state(seed, change=None, sizes=(20e-6, 0.05, 0.09), speeds=SPEEDS):
     draws = np.random.default_rng(5).normal(size=(2, 1, 3, 1))
     shown = measured_response(model, speeds, HARMONICS) * (1 + sizes[1]) * np.exp(-1j * sizes[2])
     shown = shown + sizes[0] * (draws[0] + 1j * draws[1]) / 2
-    noise = np.random.default_rng(seed).normal(0, NOISE, (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, NOISE**2))
-    return Spectrum(shown + noise[0] + 1j * noise[1], speeds, HARMONICS, (1,), covariance)
+    return readings(shown, speeds, HARMONICS, (1,), NOISE, seed)
 
 
 def test_a_model_counted_from_an_earlier_state_shows_the_difference_of_the_two():
@@ -238,10 +235,7 @@ def on_pedestals(share):
 @pytest.mark.parametrize(("uncertainty", "told"), [({}, False), ({"bearings": 0}, True)])
 def test_a_pedestal_that_is_off_is_fitted_to_the_state_before(uncertainty, told):
     """Negative control: held, its error is that of the prediction of the change."""
-    shown = measured_response(on_pedestals(0.12), SPEEDS, HARMONICS)
-    noise = np.random.default_rng(3).normal(0, 1e-7, (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, 1e-14))
-    before = Spectrum(shown + noise[0] + 1j * noise[1], SPEEDS, HARMONICS, (1, 5), covariance)
+    before = spectrum_of(on_pedestals(0.12), SPEEDS, HARMONICS, 1e-7, 3)
     _, notes, _ = known_as_before(on_pedestals(0.0), before, Settings(uncertainty=uncertainty))
     assert [note.name for note in notes] == ["state before not explained"] * told
 

@@ -2,16 +2,14 @@
 
 import numpy as np
 import pytest
-from machines import disc, shaft, springs
+from machines import disc, shaft, spectrum_of, springs
 
 from rotorstudy.diagnosis.search.search import begin, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.prediction import with_model_error
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
-from rotorstudy.response.measured import measured_response
 
 RIG = {
     "rotor": shaft(0.6, 3, disc(2)),
@@ -28,9 +26,7 @@ def test_both_sides_are_tried_and_the_true_one_is_reached():
     settings = Settings(leave_out=[name for name in registry().plugins["effect"] if name != "transverse_crack"])
     crack = make_term("effect", {"kind": "transverse_crack", "label": "hidden", **TRUTH,
                                  "flexibility_factor": 1.0}, model.structure, model.sensors)  # fmt: skip
-    shown = measured_response(model.plus(crack), SPEED, HARMONICS, order=7)
-    covariance = independent_covariance(np.full(shown.shape, 1e-14))
-    spectrum = with_model_error(Spectrum(shown, SPEED, HARMONICS, tuple(model.sensors), covariance), settings)
+    spectrum = with_model_error(spectrum_of(model.plus(crack), SPEED, HARMONICS, 1e-7, order=7), settings)
     found = search(begin(model, spectrum, settings))
     (named,) = found.best.causes
     assert named.shape == pytest.approx(TRUTH, rel=0.01, abs=0.01)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import jeffcott_rig
+from machines import jeffcott_rig, readings, spectrum_of
 from scipy.stats import multivariate_normal, norm
 from slow_effects import SLOW
 
@@ -17,7 +17,7 @@ from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import carried_order, with_model_error
 from rotorstudy.inference.prior import Prior
-from rotorstudy.measurement.spectrum import Spectrum, components, independent_covariance
+from rotorstudy.measurement.spectrum import components
 from rotorstudy.model.registry import Registry, plugin_folders, registry, using
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
@@ -28,15 +28,8 @@ SPEEDS, HARMONICS, NOISE = np.array([150.0, 300.0, 450.0]), np.array([0, 1, -1, 
 MODEL = build_model(jeffcott_rig())
 
 
-def spectrum(amplitude):
-    covariance = independent_covariance(np.full(amplitude.shape, NOISE**2 / 2))
-    return Spectrum(amplitude, SPEEDS, HARMONICS, tuple(MODEL.sensors), covariance)
-
-
 def noisy(model, seed):
-    shown = measured_response(model, SPEEDS, HARMONICS)
-    draws = np.random.default_rng(seed).normal(0, NOISE / np.sqrt(2), (2, *shown.shape))
-    return spectrum(shown + draws[0] + 1j * draws[1])
+    return spectrum_of(model, SPEEDS, HARMONICS, NOISE / np.sqrt(2), seed)
 
 
 def test_evidence_is_the_probability_of_the_data_of_a_linear_model():
@@ -128,7 +121,8 @@ def test_the_model_error_of_a_harmonic_that_is_nearly_zero_is_not():
     """A share of itself says nothing there; a gap at 0X is no vibration."""
     amplitude = np.tile(np.array([1e-3, 1e-5, 0, 0])[None, :, None], (3, 1, 1)).astype(complex)
     settings = Settings(model_error=0.01, model_floor=1e-3, covariance_error=0.0)
-    wide = with_model_error(spectrum(amplitude), settings).covariance - spectrum(amplitude).covariance
+    spectrum = readings(amplitude, SPEEDS, HARMONICS, MODEL.sensors, NOISE / np.sqrt(2))
+    wide = with_model_error(spectrum, settings).covariance - spectrum.covariance
     assert np.sqrt(2 * wide[0, 0, 2, 2]) == pytest.approx(1e-8)
     assert np.sqrt(2 * wide[0, 0, 1, 1]) == pytest.approx(np.hypot(1e-7, 1e-8))
 
@@ -170,7 +164,7 @@ def test_a_free_force_at_the_node_gives_its_motion():
     push = {"kind": "parallel_misalignment", "label": "p", "misalignment_force_2X_N": 4.0, "harmonics": [2]}
     pushed = MODEL.plus(make_term("effect", push, MODEL.structure, MODEL.sensors))
     for model in (MODEL, pushed):
-        data = spectrum(measured_response(model, SPEEDS, HARMONICS))
+        data = noisy(model, None)
         held = Prior.independent({"external_damping": (100.0, 1.0)})
         (found,) = motions_by_free_forces(fit(MODEL, data, held, steps=0), data, [MODEL.structure.unit(1)])
         true = carried_motion(model, SPEEDS, HARMONICS, order=carried_order(data)).amplitude

@@ -1,11 +1,10 @@
 """Records of another machine are told; a large fault of the machine itself is no reason to doubt the records."""
 
 import numpy as np
-from machines import jeffcott_rig
+from machines import jeffcott_rig, readings
 
 from rotorstudy.diagnosis.verdict.far_from_the_rig import CONTRADICTED
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.measured import measured_response
@@ -21,13 +20,9 @@ SETTINGS = {
 
 
 def verdict_on(truth):
-    model = build_model(RIG)
     shown = measured_response(build_model(truth), SPEEDS, HARMONICS)
-    std = 1e-3 * np.abs(shown).max()
-    draws = np.random.default_rng(1).normal(0, std, (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, std**2))
-    spectrum = Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, model.sensors, covariance)
-    return investigate(spectrum, model, settings=SETTINGS).verdict
+    spectrum = readings(shown, SPEEDS, HARMONICS, (1,), 1e-3 * np.abs(shown).max(), 1)
+    return investigate(spectrum, build_model(RIG), settings=SETTINGS).verdict
 
 
 def test_an_unbalance_left_from_an_example_is_named_where_nothing_else_explains_the_records(monkeypatch):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import readings
 
 from rotorstudy import harmonic_response, make_term
 from rotorstudy.diagnosis import investigate
@@ -16,7 +17,6 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.levenberg_marquardt import levenberg_marquardt
 from rotorstudy.inference.prediction import LEAK
 from rotorstudy.inference.prior import Prior
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.hinge import crack_at
 from rotorstudy.model.rig import load_rig
 
@@ -27,8 +27,7 @@ SPEED, HARMONICS = np.array([50.0, 60.0, 80.0, 110.0]), np.array([0, 1, -1, 2])
 def noisy(noise=1e-7):
     """A spectrum of two nodes with independent noise."""
     amplitude = RNG.standard_normal((4, 4, 2)) + 1j * RNG.standard_normal((4, 4, 2))
-    covariance = independent_covariance(np.full((4, 4, 2), noise**2))
-    return Spectrum(1e-5 * amplitude, SPEED, HARMONICS, (1, 2), covariance)
+    return readings(1e-5 * amplitude, SPEED, HARMONICS, (1, 2), noise)
 
 
 def test_a_shared_error_whitens_like_the_full_covariance():
@@ -37,7 +36,6 @@ def test_a_shared_error_whitens_like_the_full_covariance():
     found, whole = spectrum.with_shared_error(columns), np.eye(spectrum.data_count) + columns @ columns.T
     white = spectrum.whitened(spectrum.amplitude)
     assert np.sum(found.whitened(spectrum.amplitude) ** 2) == pytest.approx(white @ np.linalg.solve(whole, white))
-    assert found.log_shared == pytest.approx(-0.5 * np.linalg.slogdet(whole)[1])
     more = spectrum.with_shared_error(RNG.standard_normal((spectrum.data_count, 2 * spectrum.data_count)))
     assert np.sum(more.whitened(spectrum.amplitude) ** 2) < white @ white
     # negative control: without such errors, and in a part of the spectrum, nothing changes
@@ -70,6 +68,11 @@ def test_what_a_form_explains_is_not_evidence_against_a_cause():
     scattered = 0.02 * np.roll(change, 1, axis=0)
     near = change * np.array([0.03, -0.02, 0.02, -0.03])[:, None]
     (_, exact), (form, any_form) = (evidence(near, largest) for largest in (1e-6, 0.05))
+    # as of normal data of which size and errors are a part, but for the scales that the errors may have too
+    whole = np.eye(len(jacobian)) + form.columns @ form.columns.T + (1e-4 * jacobian) @ (1e-4 * jacobian).T
+    white = spectrum.whitened(near)
+    exactly = -0.5 * (white @ np.linalg.solve(whole, white) + np.linalg.slogdet(whole)[1])
+    assert any_form - form.more == pytest.approx(exactly, rel=1e-6)
     assert any_form > exact + 1e4
     assert 0.005 < form.mean_std < 0.05
     # negative controls: what no form explains stays evidence against it; no residual needs no error
@@ -168,11 +171,7 @@ def test_a_verdict_names_a_cause_and_calls_a_clean_record_clean():
     for machine in (faulty, rig):
         shown = harmonic_response(machine, speed, harmonics)[..., list(machine.measured)]
         noise = 0.003 * np.abs(shown[:, [1]]).mean()
-        drawn = RNG.standard_normal((2, *shown.shape))
-        variance = np.full(shown.shape, noise**2)
-        spectrum = Spectrum(
-            shown + noise * (drawn[0] + 1j * drawn[1]), speed, harmonics, rig.sensors, independent_covariance(variance)
-        )
+        spectrum = readings(shown, speed, harmonics, rig.sensors, noise, RNG)
         verdicts.append(investigate(spectrum, rig, settings=settings).verdict)
     found, clean = verdicts
     (named,) = found.causes

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import jeffcott_rig
+from machines import jeffcott_rig, readings
 
 from rotorstudy.diagnosis import diagnose
 from rotorstudy.diagnosis.search.explanations import Search
@@ -24,7 +24,6 @@ from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted
 from rotorstudy.inference.prior import Prior
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
 
@@ -37,8 +36,7 @@ DRAWS = 4000
 
 def blank(speed):
     """A Spectrum of white noise without a motion."""
-    covariance = independent_covariance(np.full((len(speed), len(HARMONICS), 1), NOISE**2 / 2))
-    return Spectrum(np.zeros((len(speed), len(HARMONICS), 1), complex), speed, HARMONICS, (1,), covariance)
+    return readings(np.zeros((len(speed), len(HARMONICS), 1), complex), speed, HARMONICS, (1,), NOISE / np.sqrt(2))
 
 
 @pytest.fixture(scope="module")
@@ -103,12 +101,8 @@ def test_a_prediction_that_is_off_is_contradicted_even_if_the_rig_alone_is_off_b
 
 def spectrum(model, speeds, seed):
     """Spectrum of a model with noise."""
-    still = Spectrum(
-        np.zeros((len(speeds), len(HARMONICS), 1), complex), speeds, HARMONICS, (1,),
-        independent_covariance(np.full((len(speeds), len(HARMONICS), 1), NOISE**2 / 2)),
-    )  # fmt: skip
-    draws = np.random.default_rng(seed).normal(0, NOISE / np.sqrt(2), (2, *still.amplitude.shape))
-    return still.with_amplitude(predicted(model, still, model.stated) + draws[0] + 1j * draws[1])
+    shown = predicted(model, blank(speeds), model.stated)
+    return readings(shown, speeds, HARMONICS, (1,), NOISE / np.sqrt(2), seed)
 
 
 @pytest.mark.parametrize("is_touched", [True, False])

@@ -2,16 +2,15 @@
 
 import numpy as np
 import pytest
+from machines import spectrum_of
 from test_search import TWO_DISCS, hidden
 
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.hidden import what_could_hide, with_hidden
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
-from rotorstudy.response.measured import measured_response
 
 SPEEDS, HARMONICS, NOISE = np.array([120.0, 200.0, 280.0, 360.0]), np.array([1, -1, 2, -2, 3]), 2e-8
 MODEL = build_model(TWO_DISCS)
@@ -19,10 +18,7 @@ FEARED = {name: plugin for name, plugin in registry().plugins["effect"].items() 
 
 
 def records(model, seed):
-    shown = measured_response(model, SPEEDS, HARMONICS)
-    draws = np.random.default_rng(seed).normal(0, NOISE, (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, NOISE**2))
-    return Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, MODEL.sensors, covariance)
+    return spectrum_of(model, SPEEDS, HARMONICS, NOISE, seed)
 
 
 def settings(*effects):

@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from machines import disc, shaft, springs
+from machines import disc, shaft, spectrum_of, springs
 
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import candidate, shape_ranges, with_vibration
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
-from rotorstudy.response.measured import measured_response
 from rotorstudy.response.neighbourhood import carried_motion
 
 SPEEDS, HARMONICS = np.array([100.0, 140.0, 170.0, 200.0, 230.0]), np.array([0, 1, -1, 2, -2, 3, -3])
@@ -38,9 +36,7 @@ def test_shapes_are_sought_as_far_as_the_place_moves():
 
 
 def shown(model, theta):
-    amplitude = measured_response(model, SPEEDS, HARMONICS, theta)
-    noise = np.full(amplitude.shape, (1e-3 * vibration(MODEL, 1)) ** 2)
-    return Spectrum(amplitude, SPEEDS, HARMONICS, MODEL.sensors, independent_covariance(noise))
+    return spectrum_of(model, SPEEDS, HARMONICS, 1e-3 * vibration(MODEL, 1), theta=theta)
 
 
 def test_a_stiff_support_that_lifts_by_a_little_is_found():

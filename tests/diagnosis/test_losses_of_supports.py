@@ -2,16 +2,14 @@
 
 import numpy as np
 import pytest
-from machines import disc, shaft, unbalance
+from machines import disc, shaft, spectrum_of, unbalance
 
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.search.supports import loses_more_than_all
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model
-from rotorstudy.response.measured import measured_response
 
 SPEEDS, HARMONICS = np.array([60.0, 100.0, 140.0]), np.array([0, 1, -1])
 BEARING = {"kind": "linear", "coefficients": "anisotropic", "bearing_damping_xx_N_s_per_m": 300.0}
@@ -32,8 +30,7 @@ def explained(lost, node, along):
     (name,), extended = cause.names, MODEL.plus(cause.term)
     theta = np.append(MODEL.theta, lost)
     assert extended.names[-1] == name
-    shown = measured_response(extended, SPEEDS, HARMONICS, theta)
-    spectrum = Spectrum(shown, SPEEDS, HARMONICS, MODEL.sensors, independent_covariance(np.full(shown.shape, 1e-18)))
+    spectrum = spectrum_of(extended, SPEEDS, HARMONICS, 1e-9, theta=theta)
     prior = Prior.independent({name: cause.prior[name]})
     return Explanation((cause,), fit(extended, spectrum, prior, start=theta), 0.0)
 

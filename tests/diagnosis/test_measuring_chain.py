@@ -5,16 +5,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import unbalance
+from machines import spectrum_of, unbalance
 
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.wrong_convention import _accepted
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.reading import Reading
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
-from rotorstudy.response.measured import measured_response
 from rotorstudy.response.statics import static_deflection
 
 SPEEDS = np.array([60.0, 110.0, 180.0])
@@ -60,10 +58,7 @@ MODEL = build_model(RIG)
 def measured(changes=(), seed=1, rig=RIG):
     """Spectrum with noise of a rig with further effects."""
     model = build_model({**rig, "effects": [*rig["effects"], *changes]})
-    shown = measured_response(model, SPEEDS, HARMONICS)
-    draws = np.random.default_rng(seed).normal(0, NOISE / np.sqrt(2), (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, NOISE**2 / 2))
-    return Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, model.sensors, covariance)
+    return spectrum_of(model, SPEEDS, HARMONICS, NOISE / np.sqrt(2), seed)
 
 
 def read_wrongly(spectrum, change):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import spectrum_of
 from scipy.stats import norm
 
 from rotorstudy.diagnosis import investigate
@@ -12,10 +13,8 @@ from rotorstudy.diagnosis.search.screening import Projected, screen
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
-from rotorstudy.response.measured import measured_response
 
 SPEEDS, HARMONICS, RIG_DAMPING = np.array([300.0, 450.0, 600.0, 750.0, 900.0]), np.array([0, 1, -1, 2, -2]), 100.0
 MODEL = build_model({
@@ -35,8 +34,7 @@ def explained(effect, value, noise):
     (position,) = (place + i for i, name in enumerate(cause.names) if name in cause.positive)
     theta = np.concatenate([MODEL.theta, np.zeros(len(cause.names))])
     theta[position] = value
-    shown = measured_response(extended, SPEEDS, HARMONICS, theta)
-    measured = Spectrum(shown, SPEEDS, HARMONICS, MODEL.sensors, independent_covariance(np.full(shown.shape, noise**2)))
+    measured = spectrum_of(extended, SPEEDS, HARMONICS, noise, theta=theta)
     found = fit(extended, measured, Prior.independent(cause.prior), start=theta)
     std = np.sqrt(found.covariance[position - place, position - place])
     return Explanation((cause,), found, 0.0), std
@@ -94,11 +92,10 @@ def test_a_coupling_of_negative_stiffness_is_not_named(stiffness, named):
     cause = candidate(MODEL, "parallel_misalignment", {"node": 1})
     hidden = {"coupling_stiffness": stiffness, "misalignment_force_2X": 20.0}
     values = [hidden.get(p.name, 0.0) for p in cause.term.parameters for _ in range(2 if p.is_complex else 1)]
-    shown = measured_response(MODEL.plus(cause.term), SPEEDS, HARMONICS, np.concatenate([MODEL.theta, values]))
-    noise = independent_covariance(np.full(shown.shape, 1e-16))
+    theta = np.concatenate([MODEL.theta, values])
+    measured = spectrum_of(MODEL.plus(cause.term), SPEEDS, HARMONICS, 1e-8, theta=theta)
     alone = [name for name, effect in registry().plugins["effect"].items() if name != cause.effect and effect.candidate]
     settings = {"uncertainty": {"default": 1e-3}, "leave_out": alone}  # no other effect, nor the rig, explains it
-    measured = Spectrum(shown, SPEEDS, HARMONICS, MODEL.sensors, noise)
     found = investigate(measured, MODEL, settings=settings).verdict
     assert ({c.effect for c in found.causes} == {cause.effect}) == named
     assert (found.verdict == "cause") == named

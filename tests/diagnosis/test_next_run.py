@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import jeffcott_rig, shaft
+from machines import jeffcott_rig, shaft, spectrum_of
 from scipy.stats import binom
 from slow_effects import SLOW
 
@@ -24,10 +24,8 @@ from rotorstudy.inference.predictive import (
     predictive,
 )
 from rotorstudy.inference.prior import Prior
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
-from rotorstudy.response.measured import measured_response
 
 SPEEDS, HARMONICS, NOISE = np.array([200.0, 220.0, 240.0]), np.array([0, 1, -1, 2]), 2e-7
 MODEL = build_model(jeffcott_rig())
@@ -38,10 +36,8 @@ ONE_IN_A_THOUSAND = (5e-4, 1 - 5e-4)
 def diagnosed(speeds, **hidden):
     """Diagnosis of a rotor with an effect that is not in its model, and the Spectrum measured."""
     item = {"label": "hidden", **hidden}
-    shown = measured_response(MODEL.plus(make_term("effect", item, MODEL.structure, MODEL.sensors)), speeds, HARMONICS)
-    draws = np.random.default_rng(1).normal(0, NOISE / np.sqrt(2), (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, NOISE**2 / 2))
-    measured = Spectrum(shown + draws[0] + 1j * draws[1], speeds, HARMONICS, tuple(MODEL.sensors), covariance)
+    faulty = MODEL.plus(make_term("effect", item, MODEL.structure, MODEL.sensors))
+    measured = spectrum_of(faulty, speeds, HARMONICS, NOISE / np.sqrt(2), 1)
     settings = {"uncertainty": {"default": 0.02}, "most_causes": 1, "leave_out": SLOW}
     return investigate(measured, MODEL, settings=settings), measured
 
@@ -173,9 +169,7 @@ def test_speeds_beyond_the_table_of_a_bearing_are_left_out():
     bearings = [{"kind": "speed_tabulated", "node": n, "label": str(n), "bearing_scale": 1.0} | table for n in (1, 3)]
     unbalance = {"kind": "unbalance", "node": 2, "eccentricity_m": 1e-5}
     model = build_model({"rotor": rotor, "bearings": bearings, "effects": [unbalance], "sensors": [2]})
-    shown = measured_response(model, SPEEDS, HARMONICS)
-    covariance = independent_covariance(np.full(shown.shape, NOISE**2))
-    measured = Spectrum(shown, SPEEDS, HARMONICS, tuple(model.sensors), covariance)
+    measured = spectrum_of(model, SPEEDS, HARMONICS, NOISE)
     held = fit(model, measured, Prior.independent({"eccentricity_real": (1e-5, 1e-6)}), steps=0)
     found, speeds = (
         SimpleNamespace(settings=Settings(), form_error_by_harmonic=0.0),

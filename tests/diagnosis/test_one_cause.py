@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import disc, shaft, springs, unbalance
+from machines import disc, readings, shaft, springs, unbalance
 
 from rotorstudy import RotorstudyError, build_model, registry
 from rotorstudy.diagnosis.one_cause import shape_starts
@@ -18,7 +18,6 @@ from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.search.shape_fit import Work, fitted_from
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.response.measured import measured_response
 
 SPEEDS, HARMONICS = np.linspace(60.0, 190.0, 5), np.arange(-2, 3)
@@ -46,9 +45,7 @@ def records(*cracks):
     """Of the true machine, whose unbalance the rig does not know exactly, with noise of 1e-3 of the vibration."""
     shown = measured_response(build_model(rig(*cracks, eccentricity=3.05e-5)), SPEEDS, HARMONICS)
     std = 1e-3 * np.sqrt(np.mean(np.abs(shown[:, HARMONICS != 0]) ** 2))
-    draws = np.random.default_rng(2).normal(0, std, (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, std**2))
-    return Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, (2, 4), covariance)
+    return readings(shown, SPEEDS, HARMONICS, (2, 4), std, 2)
 
 
 @pytest.fixture
@@ -173,8 +170,7 @@ def test_what_is_no_crack_is_not_explained_by_one():
     preload = {"kind": "static_preload", "node": 2, "static_preload_N": 30.0, "static_preload_phase_rad": 1.0}
     speeds = SPEEDS[::2]
     shown = measured_response(build_model(rig(preload)), speeds, HARMONICS)
-    covariance = independent_covariance(np.full(shown.shape, (1e-3 * np.abs(shown).max()) ** 2))
-    spectrum = Spectrum(shown, speeds, HARMONICS, (2, 4), covariance)
+    spectrum = readings(shown, speeds, HARMONICS, (2, 4), 1e-3 * np.abs(shown).max())
     assert identify_cause(spectrum, build_model(rig()), "transverse_crack", SETTINGS).p_value < 1e-6
 
 
@@ -183,8 +179,7 @@ def test_what_is_no_crack_is_not_explained_by_one():
     [("unbalance", "no shape to be searched"), ("crack", "unknown effect 'crack'"), ("runout", "no shape")],
 )
 def test_other_effects_are_refused_in_one_line(effect, words):
-    shown = np.zeros((5, 5, 2), complex)
-    spectrum = Spectrum(shown, SPEEDS, HARMONICS, (2, 4), independent_covariance(np.ones(shown.shape)))
+    spectrum = readings(np.zeros((5, 5, 2), complex), SPEEDS, HARMONICS, (2, 4), 1.0)
     with pytest.raises(RotorstudyError, match=words) as said:
         identify_cause(spectrum, build_model(rig()), effect, SETTINGS)
     assert "\n" not in str(said.value)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import jeffcott_rig
+from machines import jeffcott_rig, spectrum_of
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
@@ -19,11 +19,9 @@ from rotorstudy.inference.fit import fit
 from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.inference.prior import Prior, prior_of
 from rotorstudy.inference.problem import Problem
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.estimated_rig import rig_with_estimate
 from rotorstudy.model.rig import build_model, load_rig
 from rotorstudy.model.uncertainty import uncertainty_section
-from rotorstudy.response.measured import measured_response
 from rotorstudy.store import load
 
 HARMONICS, NOISE = np.array([0, 1, -1, 2, 3]), 2e-9
@@ -33,10 +31,7 @@ KNOWN = ("external_damping", "eccentricity_real", "eccentricity_imag")
 
 
 def noisy(model, speeds, seed):
-    shown = measured_response(model, speeds, HARMONICS)
-    draws = np.random.default_rng(seed).normal(0, NOISE / np.sqrt(2), (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, NOISE**2 / 2))
-    return Spectrum(shown + draws[0] + 1j * draws[1], np.array(speeds), HARMONICS, tuple(model.sensors), covariance)
+    return spectrum_of(model, speeds, HARMONICS, NOISE / np.sqrt(2), seed)
 
 
 def both(one, other):

@@ -4,15 +4,13 @@ import json
 
 import numpy as np
 import pytest
-from machines import shaft
+from machines import shaft, spectrum_of
 from scipy.stats import chi2
 
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model, make_term
-from rotorstudy.response.measured import measured_response
 
 NOISE, HARMONICS = 5e-7, np.array([1, -1])
 DISC = {"mass_kg": 0.8, "polar_moment_kg_m2": 5.8e-4, "diametral_moment_kg_m2": 3.3e-4}
@@ -41,11 +39,7 @@ def verdict_on(speeds, settings, added=ADDED, seed=1):
         item = {"kind": "unbalance", "node": node, "mass_kg": 1.0, "label": f"at {node}",
                 "eccentricity_m": abs(unbalance), "eccentricity_phase_rad": float(np.angle(unbalance))}  # fmt: skip
         model = model.plus(make_term("effect", item, model.structure, model.sensors))
-    shown = measured_response(model, speeds, HARMONICS)
-    draws = np.random.default_rng(seed).normal(0, NOISE, (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, NOISE**2))
-    spectrum = Spectrum(shown + draws[0] + 1j * draws[1], speeds, HARMONICS, model.sensors, covariance)
-    return investigate(spectrum, base, settings=settings).verdict
+    return investigate(spectrum_of(model, speeds, HARMONICS, NOISE, seed), base, settings=settings).verdict
 
 
 def test_the_sum_is_known_and_the_split_is_not(settings):

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from machines import disc, shaft
+from machines import disc, readings, shaft
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
@@ -13,7 +13,6 @@ from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.prediction import with_model_error
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.measured import measured_response
@@ -95,11 +94,9 @@ def hidden_in(rig, *items):
 
 def record(rig, speeds, scale=SI, noise=2e-8):
     """Harmonics of the rig in SI, as the scale shows them; the noise is the same in every scale."""
-    shown = measured_response(build_model(rig), speeds, HARMONICS)
-    generator = np.random.default_rng(7)
-    shown = shown + (generator.normal(size=shown.shape) + 1j * generator.normal(size=shown.shape)) * noise / np.sqrt(2)
-    covariance = independent_covariance(np.full(shown.shape, (noise * scale[1]) ** 2 / 2))
-    return Spectrum(shown * scale[1], speeds / scale[2], HARMONICS, build_model(rig).sensors, covariance)
+    model = build_model(rig)
+    shown, std = measured_response(model, speeds, HARMONICS), noise / np.sqrt(2)
+    return readings(shown * scale[1], speeds / scale[2], HARMONICS, model.sensors, std * scale[1], 7)
 
 
 @cache

@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from machines import disc, shaft, springs
+from machines import disc, readings, shaft, springs
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.odds import SCALES, log_scales
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model
 
 SPEEDS = np.array([120.0, 170.0, 230.0, 300.0, 380.0])
@@ -73,9 +72,7 @@ def solved(coefficients=lambda speed: (), forces=lambda speed: {}, rotating_damp
 
 
 def measured(shown, seed=1):
-    draws = np.random.default_rng(seed).normal(0, NOISE / np.sqrt(2), (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, NOISE**2 / 2))
-    return Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, NODES, covariance)
+    return readings(shown, SPEEDS, HARMONICS, NODES, NOISE / np.sqrt(2), seed)
 
 
 def diagnosed(**physics):

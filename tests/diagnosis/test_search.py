@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import disc, jeffcott_rig, shaft, springs, unbalance
+from machines import disc, jeffcott_rig, shaft, spectrum_of, springs, unbalance
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.candidates import candidates
@@ -15,12 +15,10 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.terms import share_of
-from rotorstudy.response.measured import measured_response
 
 HARMONICS = np.array([0, 1, -1, 2, -2, 3])
 SPEEDS = np.array([120.0, 200.0, 280.0, 360.0, 440.0, 520.0])
@@ -44,10 +42,7 @@ def hidden(model, kind, **values):
 
 def measured(model, *terms, seed=1, noise=1e-7, speeds=SPEEDS):
     """Spectrum of a model with further terms, with white noise (m)."""
-    shown = measured_response(model.plus(*terms), speeds, HARMONICS)
-    draws = np.random.default_rng(seed).normal(0, noise / np.sqrt(2), (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, noise**2 / 2))
-    return Spectrum(shown + draws[0] + 1j * draws[1], speeds, HARMONICS, tuple(model.sensors), covariance)
+    return spectrum_of(model.plus(*terms), speeds, HARMONICS, noise / np.sqrt(2), seed)
 
 
 def names(causes):

@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
-from machines import unbalance
+from machines import spectrum_of, unbalance
 from test_resultant import HARMONICS, NOISE, RIG
 
 from rotorstudy.diagnosis.runs.compare import compare, of_changes
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model, make_term
-from rotorstudy.response.measured import measured_response
 
 SPEEDS, LOAD = np.array([105.0, 126.0]), 3e-4  # rad/s, below the first critical speed; kg m
 TRIED = ("unbalance", "couple_unbalance")
@@ -23,12 +21,8 @@ def stated(loads, **given):
     for node, load in loads.items():
         item = unbalance(node, abs(load), float(np.angle(load)), mass_kg=1.0, label=f"at {node}")  # fmt: skip
         model = model.plus(make_term("effect", item, model.structure, model.sensors))
-    random, states = np.random.default_rng(3), []
-    for one in (base, model):
-        shown = measured_response(one, SPEEDS, HARMONICS)
-        noise = random.normal(0, NOISE, (2, *shown.shape))
-        covariance = independent_covariance(np.full(shown.shape, NOISE**2))
-        states.append(Spectrum(shown + noise[0] + 1j * noise[1], SPEEDS, HARMONICS, one.sensors, covariance))
+    random = np.random.default_rng(3)
+    states = [spectrum_of(one, SPEEDS, HARMONICS, NOISE, random) for one in (base, model)]
     others = [name for name in registry().plugins["effect"] if name not in TRIED]
     known = {"uncertainty": {"default": 0.02}, "nuisance": {}, "leave_out": others, "hold_out_rad_s": [], **given}
     found = compare(*states, base, settings=Settings(**known)).diagnosis.search

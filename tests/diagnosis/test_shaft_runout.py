@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from machines import disc, shaft, springs
+from machines import disc, readings, shaft, springs
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.diagnosis.verdict.investigate import diagnose
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 
 SPEEDS, HARMONICS, NODES = np.linspace(60.0, 380.0, 8), np.array([1, -1, 2, -2]), (1, 5)
 RIG = {
@@ -22,8 +21,7 @@ def test_runout_of_all_planes_is_one_cause_and_that_of_one_plane_another(planes)
     model, rng = build_model(RIG), np.random.default_rng(8)
     runout = 5e-6 * (rng.normal(size=(4, 2)) + 1j * rng.normal(size=(4, 2))) * (np.arange(2) < planes)
     shown = measured_response(model, SPEEDS, HARMONICS) + runout
-    shown += 2e-8 * (rng.normal(size=shown.shape) + 1j * rng.normal(size=shown.shape))
-    data = Spectrum(shown, SPEEDS, HARMONICS, NODES, independent_covariance(np.full(shown.shape, 4e-16)))
+    data = readings(shown, SPEEDS, HARMONICS, NODES, 2e-8, rng)
     slow = ["transverse_crack", "rub", "looseness", "seal", "bow", "parallel_misalignment", "angular_misalignment"]
     verdict = diagnose(data, model, settings={"uncertainty": {"default": 0.05}, "leave_out": slow})
     assert verdict.verdict == "cause"

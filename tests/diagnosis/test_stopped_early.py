@@ -1,7 +1,7 @@
 """The first answer of a diagnosis, and what is left of one that is stopped by Ctrl-C."""
 
-import numpy as np
 import pytest
+from machines import spectrum_of
 from test_places_of_forces import FAULTY, MODEL, begun
 from test_search import HARMONICS, JEFFCOTT, ONE, SPEEDS, hidden
 
@@ -10,20 +10,15 @@ from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.search import begin, unsearched
 from rotorstudy.diagnosis.verdict.first_answer import first_answer
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model
-from rotorstudy.response.measured import measured_response
 
 
 class Terminated(KeyboardInterrupt):
     """As the command line raises for SIGTERM."""
 
 
-def records(model, noise=1e-8):
-    shown = measured_response(model, SPEEDS, HARMONICS)
-    draws = np.random.default_rng(3).normal(0, noise, (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, noise**2))
-    return Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, model.sensors, covariance)
+def records(model):
+    return spectrum_of(model, SPEEDS, HARMONICS, 1e-8, 3)
 
 
 def test_the_first_answer_says_where_most_of_the_missing_force_acts():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import disc, shaft, unbalance
+from machines import disc, shaft, spectrum_of, unbalance
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
@@ -15,7 +15,6 @@ from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.prior import prior_of
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model, load_rig
 from rotorstudy.model.rig_numbers import rig_with_changes
 from rotorstudy.response.measured import measured_response
@@ -41,11 +40,7 @@ def with_changes(rig, **changes):
 
 
 def record(rig, seed, noise=2e-9):
-    model = build_model(rig)
-    shown = measured_response(model, SPEEDS, HARMONICS)
-    draws = np.random.default_rng(seed).normal(0, noise / np.sqrt(2), (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, noise**2 / 2))
-    return Spectrum(shown + draws[0] + 1j * draws[1], np.array(SPEEDS), HARMONICS, model.sensors, covariance)
+    return spectrum_of(build_model(rig), SPEEDS, HARMONICS, noise / np.sqrt(2), seed)
 
 
 def free_values(fitted):

@@ -7,13 +7,13 @@ import json
 
 import numpy as np
 import pytest
+from machines import readings
 from named_machines.balancing import PLANES, draw
 
 from rotorstudy import build_model
 from rotorstudy.diagnosis.runs.balance import balance
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.measurement.conventions import Conventions
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 
 MACHINES = range(1, 7)
 
@@ -28,9 +28,8 @@ def balanced(seed, share=1.0):
     stated = rig["diagnosis"] | {"uncertainty": {k: share * v for k, v in rig["diagnosis"]["uncertainty"].items()}}
     own = machine.scattered(rng)
     shown = machine.reading(machine.motion(own=own), rng)
-    covariance = independent_covariance(np.full(shown.shape, machine.noise**2))
     model = build_model(rig)
-    spectrum = Spectrum(shown, machine.speeds, np.array([1, -1]), tuple(model.sensors), covariance)
+    spectrum = readings(shown, machine.speeds, [1, -1], model.sensors, machine.noise)
     found = balance(spectrum, model, [node + 1 for node in PLANES], Settings(**stated), Conventions())
     added = list(zip(PLANES, found.corrections @ [1, 1j], strict=True))
     left = machine.motion(added, own)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import disc, shaft, unbalance
+from machines import disc, readings, shaft, unbalance
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.blind.machines.beam import Element
@@ -19,7 +19,6 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.inference.problem import Problem
 from rotorstudy.inference.rig_estimate import estimate_rig
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_numbers import with_numbers
 
@@ -46,10 +45,7 @@ def true_spectrum(films, seed, noise=3e-9):
             add_unbalance(machine, node, abs(value), np.angle(value))
         steady = steady_state(machine, [speed], steps=32)
         shown[i] = [[steady.whirl(node, n)[0] for node in NODES] for n in HARMONICS]
-    draws = np.random.default_rng(seed).normal(0, noise / np.sqrt(2), (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, noise**2 / 2))
-    sensors = tuple(node + 1 for node in NODES)
-    return Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, sensors, covariance), shown
+    return readings(shown, SPEEDS, HARMONICS, [node + 1 for node in NODES], noise / np.sqrt(2), seed), shown
 
 
 def rig():
@@ -164,9 +160,7 @@ def test_what_linear_films_leave_out_is_within_the_error_that_a_diagnosis_allows
             add_unbalance(machine, node, heavier * abs(value), np.angle(value))
         steady = steady_state(machine, [speed], steps=32)
         shown[i] = [[steady.whirl(node, n)[0] for node in NODES] for n in HARMONICS]
-    record = Spectrum(
-        shown, speeds, HARMONICS, tuple(n + 1 for n in NODES), independent_covariance(0 * abs(shown) + 1e-18)
-    )
+    record = readings(shown, speeds, HARMONICS, [node + 1 for node in NODES], 1e-9)
     files = rig()
     for effect in files["effects"]:
         effect["eccentricity_m"] *= heavier

@@ -157,11 +157,6 @@ class Spectrum:
         kept = variance > SHARED_FLOOR
         return columns @ (vectors[:, kept] / np.sqrt(variance[kept])), variance[kept]
 
-    @property
-    def log_shared(self) -> float:
-        """Logarithm of the factor of the density of data without residual by the shared errors, at most zero."""
-        return 0.0 if self.shared_error is None else float(-0.5 * np.log1p(self._shared[1]).sum())
-
     def full_covariance(self) -> np.ndarray:
         """Covariance of the components of all sensors together.
 
