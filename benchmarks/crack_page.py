@@ -76,8 +76,12 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
         crack, slot = told[told.kind == "crack"], told[told.kind == "slot"]
         alone = (crack.verdict == "cause") & (crack.named == "transverse_crack")
         near = np.abs(crack.verdict_position_error) <= PLACE * crack.true_length_m
+        stated = crack[crack.verdict_depth.notna()]
         found += [
             share("diagnosed with the whole library: crack named alone, place within 5 %", alone & near),
+            share("diagnosed: 95 % intervals that hold the depth",
+                  (stated.verdict_low <= stated.true_depth_ratio) & (stated.true_depth_ratio <= stated.verdict_high),
+                  "90 to 97 %"),
             share("diagnosed: slots called a crack that opens and closes",
                   slot.verdict_breathing.isin(["gradual", "sudden"]), "<= 2 %"),
         ]  # fmt: skip

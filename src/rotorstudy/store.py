@@ -30,6 +30,13 @@ def atomic(path):
         temporary.unlink(missing_ok=True)
 
 
+def copied(source, path):
+    """Copy a file, whole or not at all; RotorstudyError if it cannot be written."""
+    text = Path(source).read_bytes()
+    with atomic(path) as temporary:
+        temporary.write_bytes(text)
+
+
 def partial_path(path):
     """A hidden path beside `path` for this process alone. Those that killed processes left there are removed."""
     stem, suffix = f".{path.stem}.", f".partial{path.suffix}"

@@ -144,6 +144,7 @@ def test_a_node_loses_no_more_stiffness_than_it_has(tmp_path, capsys):
     [
         (["simulate", "examples/jeffcott.yaml", "--speeds", "100", "--out", "{}/o.nc"], 20000, "cannot be written"),
         (["new", "crack", "my_crack", "--folder", "{}"], 500, "my_crack.py: cannot be written (File too large)"),
+        (["demo", "--out", "{}"], 500, "jeffcott.yaml: cannot be written (File too large)"),
     ],
 )
 def test_a_disk_that_refuses_is_said_in_one_line(command, most, words, tmp_path):

@@ -6,7 +6,6 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from shutil import copytree
 from signal import SIG_DFL, SIGINT, signal
 from tempfile import TemporaryDirectory
 from time import process_time
@@ -23,7 +22,7 @@ from rotorstudy.chunks import chunk_of
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import read_rig
-from rotorstudy.store import provenance, save, write_text
+from rotorstudy.store import copied, provenance, save, write_text
 
 log = logging.getLogger(__name__)
 
@@ -78,7 +77,8 @@ def answer_chunk(config, chunk, chunks, seals, answers, out, *, cores=1, answer=
         hidden = list(mapped(draw, orders, folders))
         for order, folder in zip(orders, folders, strict=True):
             if order.number < config.records:
-                copytree(folder, Path(out) / "records" / folder.name, dirs_exist_ok=True)
+                for file in folder.iterdir():
+                    copied(file, Path(out) / "records" / folder.name / file.name)
         salts = [salt_of(config.seed, i) for i in numbers]
         sealed = [seal(truth, salt) for truth, salt in zip(hidden, salts, strict=True)]
         write_text(seals, json.dumps({"seed": config.seed, "sha256": sealed}, indent=1))

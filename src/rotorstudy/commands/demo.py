@@ -1,12 +1,12 @@
 """`rotorstudy demo`: records of a simulated rotor with a fault, and their diagnosis."""
 
 import shlex
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 from rotorstudy.commands.outputs import check_folder
+from rotorstudy.store import copied
 
 RIG, MACHINE = "jeffcott.yaml", "jeffcott_with_a_fault.yaml"
 SPEEDS = ["100", "200", "300", "400", "500"]
@@ -25,7 +25,7 @@ def run(given):
     folder = Path(given.out)
     folder.mkdir(exist_ok=True)
     for name in (RIG, MACHINE):
-        shutil.copy(_examples() / name, folder / name)
+        copied(_examples() / name, folder / name)
     records, diagnosis = str(folder / "machine.nc"), str(folder / "diagnosis")
     for arguments in (
         ["simulate", str(folder / MACHINE), "--speeds", *SPEEDS, "--noise", "2", "--out", records],
