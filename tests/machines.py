@@ -12,7 +12,7 @@ HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]  # those of the thesis
 
 
 def shaft(length_m, count, *discs, outer_diameter_m=0.02, **options):
-    """A rotor of equal elements, each so long, with discs, of `disc`, and further options."""
+    """A rotor of a length, of equal elements, with discs, of `disc`, and further options."""
     elements = [{"length_m": length_m, "count": count}]
     rotor = {"kind": "finite_element", "elements": elements, "outer_diameter_m": outer_diameter_m}
     return {**rotor, **({"discs": list(discs)} if discs else {}), **options}

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import readings, shaft
+from machines import disc, readings, shaft
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.candidates import candidates
@@ -17,9 +17,8 @@ NOISE = 2e-8  # m, of each harmonic
 
 
 def rig(disc_mass=2.0, gravity=9.81, effects=()):
-    disc = {"node": 3, "mass_kg": disc_mass, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}
     return {
-        "rotor": shaft(0.6, 6, disc, pinned_nodes=[1, 7], gravity_m_per_s2=gravity),
+        "rotor": shaft(0.6, 6, disc(3, disc_mass), pinned_nodes=[1, 7], gravity_m_per_s2=gravity),
         "effects": [
             {"kind": "unbalance", "node": 3, "mass_kg": 2.0, "eccentricity_m": 1e-5},
             {"kind": "external_damping", "node": 3, "external_damping_N_s_per_m": 40.0},

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import jeffcott_rig, readings, spectrum_of
+from machines import disc, jeffcott_rig, readings, shaft, spectrum_of, springs
 from scipy.stats import multivariate_normal, norm
 from slow_effects import SLOW
 
@@ -89,23 +89,17 @@ def test_every_effect_is_as_likely_as_another_whatever_its_places():
 def test_an_unbalance_is_expected_where_the_mass_is_whatever_the_mesh():
     """With all places alike, a finer mesh would make the shaft ever more likely than the disc."""
 
-    bearing = {"kind": "linear", "bearing_stiffness_N_per_m": 1e7, "bearing_damping_N_s_per_m": 10.0}
-
     def of_the_disc(elements, **chosen):
-        disc = {"node": elements + 1, "mass_kg": 2.0, "polar_moment_kg_m2": 1e-3, "diametral_moment_kg_m2": 6e-4}
-        element = {"length_m": 0.3, "count": elements}
-        shaft = {"kind": "finite_element", "outer_diameter_m": 0.01, "elements": [element] * 2, "discs": [disc]}
-        model = build_model(
-            {"rotor": shaft, "bearings": [bearing | {"node": n, "label": n} for n in (1, 2 * elements + 1)]}
-        )
+        rotor = shaft(0.6, 2 * elements, disc(elements + 1, 2.0, 1e-3, 6e-4), outer_diameter_m=0.01)
+        model = build_model({"rotor": rotor, "bearings": springs((1, 2 * elements + 1), 1e7, 10.0)})
         found = [c for c in candidates(model, Settings())[0] if c.effect == "unbalance"]
         settings = Settings(**chosen)
         prior = {c.where["node"]: PriorOdds(found, settings, model.structure).of(c) for c in found}
         assert sum(prior.values()) == pytest.approx(1)
         return prior[elements + 1]
 
-    shaft = 7850 * np.pi / 4 * 0.01**2 * 0.6  # kg
-    share = (2.0 + shaft / 12) / (2.0 + shaft)  # the element on either side of 12 lends half its mass
+    of_shaft = 7850 * np.pi / 4 * 0.01**2 * 0.6  # kg
+    share = (2.0 + of_shaft / 12) / (2.0 + of_shaft)  # the element on either side of 12 lends half its mass
     assert of_the_disc(6) == pytest.approx(0.9 * share + 0.1 / 13, rel=1e-3)
     assert of_the_disc(12) == pytest.approx(of_the_disc(6), rel=0.02)
     assert of_the_disc(6, expected_place=0.0) == pytest.approx(1 / 13)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import spectrum_of
+from machines import jeffcott_rig, spectrum_of
 from scipy.stats import norm
 
 from rotorstudy.diagnosis import investigate
@@ -16,14 +16,8 @@ from rotorstudy.inference.prior import Prior
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 
-SPEEDS, HARMONICS, RIG_DAMPING = np.array([300.0, 450.0, 600.0, 750.0, 900.0]), np.array([0, 1, -1, 2, -2]), 100.0
-MODEL = build_model({
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
-    "effects": [
-        {"kind": "external_damping", "external_damping_N_s_per_m": RIG_DAMPING},
-        {"kind": "unbalance", "eccentricity_m": 2e-5},
-    ],
-})  # fmt: skip
+SPEEDS, HARMONICS = np.array([300.0, 450.0, 600.0, 750.0, 900.0]), np.array([0, 1, -1, 2, -2])
+MODEL = build_model(jeffcott_rig(2e-5))
 SIGNIFICANCE = Settings().significance
 
 

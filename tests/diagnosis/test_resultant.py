@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from machines import shaft, spectrum_of
+from machines import disc, shaft, spectrum_of, springs, unbalance
 from scipy.stats import chi2
 
 from rotorstudy.diagnosis import investigate
@@ -13,13 +13,10 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model, make_term
 
 NOISE, HARMONICS = 5e-7, np.array([1, -1])
-DISC = {"mass_kg": 0.8, "polar_moment_kg_m2": 5.8e-4, "diametral_moment_kg_m2": 3.3e-4}
-SUPPORT = {"kind": "linear", "bearing_stiffness_N_per_m": 1e6, "bearing_damping_N_s_per_m": 50.0}
+DISCS = [disc(node, 0.8, 5.8e-4, 3.3e-4, label=label) for node, label in ((3, "disc 1"), (7, "disc 2"))]
 RIG = {
-    "rotor": shaft(
-        0.56, 8, {"node": 3, "label": "disc 1", **DISC}, {"node": 7, "label": "disc 2", **DISC}, outer_diameter_m=0.01
-    ),
-    "bearings": [{**SUPPORT, "node": 1, "label": "left"}, {**SUPPORT, "node": 9, "label": "right"}],
+    "rotor": shaft(0.56, 8, *DISCS, outer_diameter_m=0.01),
+    "bearings": springs({1: "left", 9: "right"}, 1e6, 50.0),
     "sensors": [2, 8],
 }
 BELOW, BEYOND = np.array([80.0, 90.0, 100.0]), np.array([80.0, 300.0, 600.0])  # rad/s; the first critical speed is 150
@@ -32,14 +29,18 @@ def settings():
     return Settings(uncertainty={"default": 0.02}, nuisance={}, leave_out=others, hold_out_rad_s=[])
 
 
-def verdict_on(speeds, settings, added=ADDED, seed=1):
-    base = build_model(RIG)
-    model = base
-    for node, unbalance in added.items():
-        item = {"kind": "unbalance", "node": node, "mass_kg": 1.0, "label": f"at {node}",
-                "eccentricity_m": abs(unbalance), "eccentricity_phase_rad": float(np.angle(unbalance))}  # fmt: skip
+def loaded(added):
+    """The model of the rig with unbalances {node: kg m}."""
+    model = build_model(RIG)
+    for node, load in added.items():
+        item = unbalance(node, abs(load), float(np.angle(load)), mass_kg=1.0, label=f"at {node}")
         model = model.plus(make_term("effect", item, model.structure, model.sensors))
-    return investigate(spectrum_of(model, speeds, HARMONICS, NOISE, seed), base, settings=settings).verdict
+    return model
+
+
+def verdict_on(speeds, settings, added=ADDED, seed=1):
+    spectrum = spectrum_of(loaded(added), speeds, HARMONICS, NOISE, seed)
+    return investigate(spectrum, build_model(RIG), settings=settings).verdict
 
 
 def test_the_sum_is_known_and_the_split_is_not(settings):

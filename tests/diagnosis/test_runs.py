@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from machines import shaft
+from machines import disc, shaft, springs
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.runs import contradicting
@@ -26,11 +26,9 @@ from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 
 SPEEDS = np.array([80.0, 120.0, 150.0])
-DISC = {"mass_kg": 0.8, "polar_moment_kg_m2": 5.8e-4, "diametral_moment_kg_m2": 3.3e-4}
-SUPPORT = {"bearing_stiffness_N_per_m": 2e5, "bearing_damping_N_s_per_m": 50.0}
 RIG = {
-    "rotor": shaft(0.56, 8, {"node": 3, **DISC}, {"node": 7, **DISC}, outer_diameter_m=0.01),
-    "bearings": [{"kind": "linear", "node": n, "label": label} | SUPPORT for n, label in ((1, "left"), (9, "right"))],
+    "rotor": shaft(0.56, 8, *(disc(node, 0.8, 5.8e-4, 3.3e-4) for node in (3, 7)), outer_diameter_m=0.01),
+    "bearings": springs({1: "left", 9: "right"}, 2e5, 50.0),
     "effects": [
         {"kind": "unbalance", "node": 3, "label": "disc 1", "mass_kg": 1e-3, "eccentricity_m": 0.0},
         {"kind": "unbalance", "node": 7, "label": "disc 2", "mass_kg": 1e-3, "eccentricity_m": 0.0},

@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
-from machines import spectrum_of, unbalance
-from test_resultant import HARMONICS, NOISE, RIG
+from machines import spectrum_of
+from test_resultant import HARMONICS, NOISE, RIG, loaded
 
 from rotorstudy.diagnosis.runs.compare import compare, of_changes
+from rotorstudy.diagnosis.search.candidates import candidates
+from rotorstudy.diagnosis.search.odds import PriorOdds
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
 
 SPEEDS, LOAD = np.array([105.0, 126.0]), 3e-4  # rad/s, below the first critical speed; kg m
 TRIED = ("unbalance", "couple_unbalance")
@@ -16,13 +18,8 @@ TRIED = ("unbalance", "couple_unbalance")
 
 def stated(loads, **given):
     """Faults of the best explanation of what two states differ by, each by its nodes."""
-    base = build_model(RIG)
-    model = base
-    for node, load in loads.items():
-        item = unbalance(node, abs(load), float(np.angle(load)), mass_kg=1.0, label=f"at {node}")  # fmt: skip
-        model = model.plus(make_term("effect", item, model.structure, model.sensors))
-    random = np.random.default_rng(3)
-    states = [spectrum_of(one, SPEEDS, HARMONICS, NOISE, random) for one in (base, model)]
+    base, random = build_model(RIG), np.random.default_rng(3)
+    states = [spectrum_of(one, SPEEDS, HARMONICS, NOISE, random) for one in (base, loaded(loads))]
     others = [name for name in registry().plugins["effect"] if name not in TRIED]
     known = {"uncertainty": {"default": 0.02}, "nuisance": {}, "leave_out": others, "hold_out_rad_s": [], **given}
     found = compare(*states, base, settings=Settings(**known)).diagnosis.search
@@ -48,9 +45,6 @@ def test_rates_of_the_user_come_first():
 
 @pytest.mark.parametrize(("nodes", "faults"), [((3, 7), 1), ((3, 8), 2)])
 def test_only_discs_share_an_unbalance(nodes, faults):
-    from rotorstudy.diagnosis.search.candidates import candidates
-    from rotorstudy.diagnosis.search.odds import PriorOdds
-
     model, settings = build_model(RIG), of_changes(Settings())
     every, _ = candidates(model, settings)
     causes = tuple(c for c in every if c.effect == "unbalance" and c.where["node"] in nodes)
