@@ -49,8 +49,15 @@ SHAFT = {
 }
 SPEEDS = {"jeffcott": np.array([250.0, 400.0, 500.0, 640.0, 900.0]), "shaft": np.array([120.0, 200.0, 280.0, 330.0])}
 NOT_OFFERED = {  # effects that need a tilt, or a bearing with numbers, and the crack of the other kind of rotor
-    "jeffcott": {"angular_misalignment", "bearing_change", "couple_unbalance", "gyroscopic_error", "transverse_crack"},
-    "shaft": {"bearing_change", "breathing_crack"},
+    "jeffcott": {
+        "angular_misalignment",
+        "bearing_change",
+        "couple_unbalance",
+        "foundation_change",
+        "gyroscopic_error",
+        "transverse_crack",
+    },
+    "shaft": {"bearing_change", "breathing_crack", "foundation_change"},
 }
 RIGS = {"jeffcott": JEFFCOTT, "shaft": SHAFT}
 

@@ -75,8 +75,8 @@ def eigenvalues(
         Spin speeds in rad/s.
     theta : array (parameter,), optional
         Amplitudes in the units of `model.units`; the model's own by default.
-    shapes : array (dof, shape), optional
-        Of which the motion consists, such as `few_shapes` of a fine mesh; all coordinates by default.
+    shapes : array (dof, mode), optional
+        Of which the motion consists, of any unit, such as `few_shapes` of a fine mesh; all coordinates by default.
 
     Returns
     -------
