@@ -1,7 +1,7 @@
-"""Put the numbers of a run of benchmarks/foreign.py into README and docs: python benchmarks/foreign_page.py FOLDER
+"""Numbers of runs of benchmarks/foreign.py in README and docs: python benchmarks/foreign_page.py FOLDER --forms FOLDER
 
-The rows of the cases go to `docs/independent_records.csv`. What follows from them stands between marks in
-`docs/independent_records.md` and in the README; a test compares both with the file.
+The rows of the cases go to `docs/independent_records.csv`, those of faults of another form marked there. What follows
+from them stands between marks in `docs/independent_records.md` and in the README; a test compares both with the file.
 """
 
 import argparse
@@ -23,7 +23,8 @@ DRAWN = 500  # sets of answers, right with the probability stated
 COLUMNS = [
     "case", "seed", "kind", "families", "mass_kg", "elements", "probed_nodes", "known", "size", "beside", "verdict",
     "named", "stated", "alone", "in_set", "wrong", "probability", "first_right", "gain", "gain_sigma",
-    "rise_probability", "sizes", "covered", "angle_right", "seconds",
+    "rise_probability", "sizes", "covered", "angle_right", "place_error", "angle_error_deg", "flexibility_held",
+    "seconds", "forms",
 ]  # fmt: skip
 
 
@@ -84,15 +85,14 @@ def sentence(rows):
     done = rows[~rows.verdict.isin(["not drawn", "refused"])]
     large = rows[(rows["size"] >= LARGE) & rows.gain.notna()]
     unknown = done[done.verdict == "unknown"].seconds
-    worst = by_kind(rows)
-    worst = (worst.alone / worst.cases)[worst.cases >= WORST_OF].drop(["healthy", "pair", "outside"]).nsmallest(3)
-    named = ", ".join(f"{kind.replace('_', ' ')} {100 * share:.0f} %" for kind, share in worst.items())
+    worst = ", ".join(f"{kind.replace('_', ' ')} {100 * share:.0f} %" for kind, share in _worst(by_kind(rows)).items())
+    worst, pairs = f"Worst kinds, named alone: {worst}. " if worst else "", found["two_in_set"].cases
+    pairs = f"Pairs, both in the stated set: {bounded('two_in_set')}. " if pairs else ""
     text = (
         f"{len(rows)} cases. Single effects of three standard deviations or more: named alone at the right place in "
         f"{bounded('named_alone')}; named or not ruled out in {bounded('in_set')}; a wrong name in "
-        f"{count('wrong_name')}. Worst kinds, named alone: {named}. Pairs, both in the stated set: "
-        f"{bounded('two_in_set')}. Cracks named, within one element: {count('cracks_named')}. Clean records called "
-        f"clean: {count('clean_called_clean')}. The stated probability is off by "
+        f"{count('wrong_name')}. {worst}{pairs}Cracks named, within one element: {count('cracks_named')}. Clean "
+        f"records called clean: {count('clean_called_clean')}. The stated probability is off by "
         f"{found['calibration'].reached:.2f} on average; chance alone gives {by_chance(rows):.2f}. The error at "
         f"held-out speeds falls to {found['gain_measured'].reached:.2g} of what it was in the median, to "
         f"{large.gain.quantile(0.9):.2g} or less in 90 %, and to {large.gain.max():.3g} in the worst case. Seconds of "
@@ -102,28 +102,36 @@ def sentence(rows):
     return textwrap.fill(text, 130, initial_indent="  ", subsequent_indent="  ")
 
 
+def _worst(table):
+    """Shares named alone of the worst kinds of single effects with several cases."""
+    single = table[~table.index.str.contains("healthy|pair|outside") & (table.cases >= WORST_OF)]
+    return (single.alone / single.cases).nsmallest(3)
+
+
 def with_numbers(text, mark, numbers):
     """A page with what stands between its marks replaced."""
-    pattern = re.compile(rf"(<!-- {mark} -->\n).*?(\n *<!-- end -->)", re.DOTALL)
-    return pattern.sub(lambda found: found[1] + numbers + found[2], text)
+    pattern = re.compile(rf"(<!-- {mark} -->\n).*?( *<!-- end -->)", re.DOTALL)
+    return pattern.sub(lambda found: f"{found[1]}{numbers}\n{found[2]}", text)
 
 
 def pages(rows):
     """{path: text} of the pages with the numbers of some cases."""
-    page, readme = (path.read_text(encoding="utf-8") for path in (PAGE, README))
-    return {
-        PAGE: with_numbers(page, "numbers", numbers(rows)),
-        README: with_numbers(readme, "independent records", sentence(rows)),
-    }
+    texts = {path: path.read_text(encoding="utf-8") for path in (PAGE, README)}
+    for mark, some in (("library", rows[~rows.forms]), ("forms", rows[rows.forms])):
+        texts[PAGE] = with_numbers(texts[PAGE], f"numbers of {mark}", numbers(some))
+        texts[README] = with_numbers(texts[README], f"records of {mark}", sentence(some))
+    return texts
 
 
 def main():
     """Copy the rows, write the pages."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", type=Path, nargs="*", metavar="FOLDER", help="none: write the pages again")
+    parser.add_argument("--forms", type=Path, nargs="*", default=[], metavar="FOLDER", help="of --families forms")
     given = parser.parse_args()
-    if given.folders:
-        rows = pd.concat([pd.read_csv(folder / "cases.csv") for folder in given.folders])
+    folders = {folder: folder in given.forms for folder in [*given.folders, *given.forms]}
+    if folders:
+        rows = pd.concat([pd.read_csv(folder / "cases.csv").assign(forms=mark) for folder, mark in folders.items()])
         rows[COLUMNS].to_csv(ROWS, index=False, float_format="%.4g")
     for path, text in pages(pd.read_csv(ROWS)).items():
         path.write_text(text, encoding="utf-8")
