@@ -1,7 +1,7 @@
 """Numbers of runs of benchmarks/foreign.py in README and docs: python benchmarks/foreign_page.py FOLDER --forms FOLDER
 
-The rows of the cases go to `docs/independent_records.csv`, those of faults of another form marked there. What follows
-from them stands between marks in `docs/independent_records.md` and in the README; a test compares both with the file.
+The rows of the cases go to `docs/independent_records.csv`, those of faults of another form to `docs/forms.csv`. What
+follows from them stands between marks in `docs/independent_records.md` and in the README; a test compares these.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from rotorstudy.blind.criteria import LARGE, judge
 from rotorstudy.blind.scoring import calibration
 
 ROOT = Path(__file__).parents[1]
-ROWS = ROOT / "docs/independent_records.csv"
+ROWS = {"library": ROOT / "docs/independent_records.csv", "forms": ROOT / "docs/forms.csv"}
 PAGE, README = ROOT / "docs/independent_records.md", ROOT / "README.md"
 WORST_OF = 5  # cases: kinds with fewer are not called worst
 DRAWN = 500  # sets of answers, right with the probability stated
@@ -24,7 +24,7 @@ COLUMNS = [
     "case", "seed", "kind", "families", "mass_kg", "elements", "probed_nodes", "known", "size", "beside", "verdict",
     "named", "stated", "alone", "in_set", "wrong", "probability", "first_right", "gain", "gain_sigma",
     "rise_probability", "sizes", "covered", "angle_right", "place_error", "angle_error_deg", "flexibility_held",
-    "seconds", "forms",
+    "seconds",
 ]  # fmt: skip
 
 
@@ -115,12 +115,17 @@ def with_numbers(text, mark, numbers):
 
 
 def pages(rows):
-    """{path: text} of the pages with the numbers of some cases."""
+    """{path: text} of the pages with the numbers of some cases; rows : key of `ROWS` -> table."""
     texts = {path: path.read_text(encoding="utf-8") for path in (PAGE, README)}
-    for mark, some in (("library", rows[~rows.forms]), ("forms", rows[rows.forms])):
+    for mark, some in rows.items():
         texts[PAGE] = with_numbers(texts[PAGE], f"numbers of {mark}", numbers(some))
         texts[README] = with_numbers(texts[README], f"records of {mark}", sentence(some))
     return texts
+
+
+def read_rows():
+    """The rows of the cases, as `pages` takes them."""
+    return {mark: pd.read_csv(path) for mark, path in ROWS.items()}
 
 
 def main():
@@ -129,11 +134,11 @@ def main():
     parser.add_argument("folders", type=Path, nargs="*", metavar="FOLDER", help="none: write the pages again")
     parser.add_argument("--forms", type=Path, nargs="*", default=[], metavar="FOLDER", help="of --families forms")
     given = parser.parse_args()
-    folders = {folder: folder in given.forms for folder in [*given.folders, *given.forms]}
-    if folders:
-        rows = pd.concat([pd.read_csv(folder / "cases.csv").assign(forms=mark) for folder, mark in folders.items()])
-        rows[COLUMNS].to_csv(ROWS, index=False, float_format="%.4g")
-    for path, text in pages(pd.read_csv(ROWS)).items():
+    for mark, folders in (("library", given.folders), ("forms", given.forms)):
+        if folders:
+            rows = pd.concat([pd.read_csv(folder / "cases.csv") for folder in folders])
+            rows[COLUMNS].to_csv(ROWS[mark], index=False, float_format="%.4g")
+    for path, text in pages(read_rows()).items():
         path.write_text(text, encoding="utf-8")
 
 
