@@ -116,19 +116,20 @@ def with_held_out(found: Search, held: Spectrum | None) -> Search:
     Odds with all records are those of the fit times the likelihood of the held-out speeds, given the fit. A fault that
     the library lacks is taken to predict these speeds as well as the causes that do so best.
 
-    held : with the model error
+    held   : with the model error
+    raises : NoSteadyState if the rig without causes has none at a held-out speed
     """
     if held is None:
         return found
     usual = found.settings.form_error  # which the values of a fit may hide at its own speeds
-    least, gains = max(map(odds_of, found.explanations)) - NEAR, {}
+    stated = held_out_misfit(found.base, held).log_likelihood
+    least, gains = max(map(odds_of, found.explanations)) - NEAR, {frozenset(): stated}
     for key, one in found.found.items():
-        if not one.causes or odds_of(one) > least:
+        if one.causes and odds_of(one) > least:
             try:
                 gains[key] = held_out_misfit(one.fit, expected_of(one, found, held, usual)).log_likelihood
             except NoSteadyState:
                 continue
-    stated = gains[frozenset()]
     weighed = {
         key: replace(found.found[key], log_posterior_odds=odds_of(found.found[key]) + gain - stated)
         for key, gain in gains.items()

@@ -20,7 +20,7 @@ log = logging.getLogger(__name__)
 
 
 class Sought(NamedTuple):
-    """A search and what the held-out speeds say of it; these are None where none is held out.
+    """A search and what the held-out speeds say of it; held, expected and surprise are None where no speed is held out.
 
     found    : Search by the speeds fitted;  tested : conventions that were tested, or None
     measured : Spectrum fitted, without the model error;  held : held out, with it;  expected : with that of causes too
