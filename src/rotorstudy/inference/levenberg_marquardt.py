@@ -66,6 +66,8 @@ def levenberg_marquardt(
     prior: Prior | None = None,
     clip: float = np.inf,
     longest: np.ndarray | float = np.inf,
+    lower: np.ndarray | float = -np.inf,
+    needed: float = np.inf,
     convergence: Convergence = ESTIMATE,
 ) -> Minimum:
     """Minimise the sum of squares (or Huber's loss) of the whitened residual, plus the squared distance from a prior.
@@ -80,6 +82,9 @@ def levenberg_marquardt(
     prior       : Prior of these parameters; without it the data must identify them
     clip        : standard deviations beyond which the loss is linear (Huber); data only
     longest     : (parameter,) or float, longest step of each parameter; a longer one is shortened in its direction
+    lower       : (parameter,) or float, least value of each; one that is there and would fall is held
+    needed      : cost that matters: a trial ends where as much gained by each step left as by the last one would not
+                  lead there
     convergence : Convergence;  returns : Minimum
     raises      : UnidentifiableError if the parameters trade off at the start and there is no prior; NoSteadyState if
                   the model has none at the start
@@ -117,7 +122,7 @@ def levenberg_marquardt(
     damping = np.full(len(theta), convergence.first_damping)
     converged = np.zeros(len(theta), bool)
     freedom = max(1, rows - count)
-    for _ in range(convergence.steps):
+    for number in range(convergence.steps):
         weighted = np.swapaxes(jacobian[trials] * weight[trials][..., None], -1, -2)
         normal[trials] = weighted @ jacobian[trials]
         scale = np.sqrt(np.diagonal(normal[trials], axis1=-2, axis2=-1))
@@ -129,9 +134,12 @@ def levenberg_marquardt(
         scaled = normal[trials] / (scale[:, :, None] * scale[:, None, :])
         scaled = scaled + damping[trials, None, None] * np.eye(count)
         gradient = (weighted @ residual[trials][..., None])[..., 0] / scale
-        step = np.linalg.solve(scaled, gradient[..., None])[..., 0] / scale
+        free = (theta[trials] > lower) | (gradient > 0)
+        scaled = np.where(free[:, :, None] & free[:, None, :], scaled, np.eye(count))
+        step = np.linalg.solve(scaled, np.where(free, gradient, 0.0)[..., None])[..., 0] / scale
         step = step / np.maximum(1.0, np.max(np.abs(step) / longest, axis=-1, keepdims=True, initial=0.0))
-        tried = theta[trials] + step
+        tried = np.maximum(theta[trials] + step, lower)
+        step = tried - theta[trials]
         new_residual, new_jacobian, new_cost, new_weight = attempt(trials, tried)
         better = new_cost <= cost[trials] * (1 + ROUND_OFF)
         in_sigma = np.sqrt(np.maximum(np.einsum("tp,tpq,tq->t", step, normal[trials], step), 0))
@@ -139,12 +147,14 @@ def levenberg_marquardt(
         done = in_sigma < convergence.step_in_sigma
         done |= np.all(np.abs(step) <= convergence.step_relative * np.abs(tried), axis=-1)
         done |= better & (cost[trials] - new_cost <= convergence.gain_relative * new_cost)
+        left = convergence.steps - number - 1
+        given_up = better & (new_cost - left * (cost[trials] - new_cost) > needed)
         taken = trials[better]
         theta[taken], cost[taken] = tried[better], new_cost[better]
         residual[taken], jacobian[taken], weight[taken] = new_residual[better], new_jacobian[better], new_weight[better]
         damping[trials] = np.maximum(damping[trials] * np.where(better, 0.1, 10.0), LEAST_DAMPING)
         converged[trials[done]] = True
-        trials = trials[~done]
+        trials = trials[~(done | given_up)]
         if not len(trials):
             break
     return Minimum(theta, cost, residual, jacobian, normal, converged)

@@ -15,7 +15,7 @@ from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prior import Prior
 from rotorstudy.response.neighbourhood import carried_motion
 
-HOPELESS = 300.0  # log odds below the best, from which a further round does not lead to it
+WITHIN = 30.0  # log odds of the best explanation so far, which one must be able to reach to be fitted to its end
 SETTLED = 0.25  # log odds that another round of a fit, with the error of form that it has found, must promise
 ROUNDS = 4  # of these
 ROUND = replace(HYPOTHESIS, steps=15, gain_relative=1e-3)  # then it is decided whether another one is worth it
@@ -52,11 +52,27 @@ class _Parameters:
         whole = prior.plus(Prior.independent(shapes)) if shapes else prior
         return cls(causes, ranges, prior, whole, np.cumsum([len(prior.names), *map(len, ranges)])[:-1])
 
+    @property
+    def mean(self):
+        """Name -> mean of the prior."""
+        return dict(zip(self.prior.names, self.prior.mean, strict=True))
+
     def start(self, work, values):
         """(parameter,) at values of amplitudes by name, and the shapes of the causes."""
-        known = dict(zip(self.prior.names, self.prior.mean, strict=True)) | values
+        known = self.mean | values
         points = [point_of(work, c) for c in self.causes if c.shape]
-        return np.concatenate([[known[name] for name in self.prior.names], *points])
+        theta = np.concatenate([[known[name] for name in self.prior.names], *points])
+        return np.maximum(theta, self.least(work, values))
+
+    def least(self, work, values):
+        """(parameter,) least values: no damping or stiffness that is built in is negative, with the rig's own."""
+        stated = dict(zip(work.model.names, work.model.stated, strict=True)) | self.mean | values
+        own = {
+            name: -sum(factor * stated[one] for one, factor in same.items())
+            for c in self.causes
+            for name, same in c.positive.items()
+        }
+        return np.array([own.get(name, -np.inf) for name in self.whole.names])
 
     def response(self, work, theta):
         """What `response_with_shape` returns."""
@@ -113,10 +129,14 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
                 raise NoSteadyState(str(error)) from None
         return known[key]
 
-    best_so_far = max(map(odds_of, work.explanations))
-    form = parameters.form(work, theta, parameters.linearised(work, theta, response(theta)), by_order=False)
+    least = max(map(odds_of, work.explanations)) - WITHIN
+    needed = least + work.base.evidence - work.prior_odds.log_odds(causes)
+    linearised = parameters.linearised(work, theta, response(theta))
+    form = parameters.form(work, theta, linearised, by_order=False)
     for number in range(ROUNDS):
         spectrum = work.spectrum.with_shared_error(form.columns)
+        cost = _cost(spectrum, response(theta), linearised)
+        to_gain = needed - form.evidence(*linearised)
 
         def predict(trials, spectrum=spectrum):
             if len(failed) > FAILURES:
@@ -132,6 +152,8 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
             parameters.whole.names,
             prior=parameters.whole,
             longest=parameters.longest,
+            lower=parameters.least(work, dict(zip(parameters.prior.names, theta, strict=False))),
+            needed=cost - 2 * to_gain,
             convergence=ROUND,
         )
         theta, fitted_with = found.theta[0], form
@@ -143,9 +165,15 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
         ]
         best = max([*tried, *([best] if best else [])], key=odds_of)
         promised = form.reached - max(one.fit.evidence for one in tried)
-        if promised < SETTLED or odds_of(best) + promised < best_so_far - HOPELESS:
+        if promised < SETTLED or odds_of(best) + promised < least:
             break
     return best
+
+
+def _cost(spectrum, response, linearised):
+    """Cost of a fit to a spectrum with an error of form, at the values of a response."""
+    residual, distance = spectrum.whitened(spectrum.amplitude - response[0]), linearised[0][-len(linearised[2]) :]
+    return float(residual @ residual + distance @ distance)
 
 
 def _explanation(work, parameters, theta, response, form, evidence, converged):

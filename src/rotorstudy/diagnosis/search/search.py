@@ -14,8 +14,9 @@ import numpy as np
 from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.free_force import free_forces
+from rotorstudy.diagnosis.search.form_fit import WITHIN
 from rotorstudy.diagnosis.search.impossible import grows, is_impossible
-from rotorstudy.diagnosis.search.moves import additions, exchanges, removals, turns
+from rotorstudy.diagnosis.search.moves import additions, exchanges, other_laws, removals, turns
 from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
 from rotorstudy.diagnosis.settings import Settings
@@ -110,12 +111,14 @@ def search(begun: Search) -> Search:
             current = max(due, key=odds_of)
             tried.append(current.named)
             log.info("trying moves from %s (log odds %.1f)", " and ".join(current.named) or "the rig", odds_of(current))
-            _fit_best(work, _moves(work, current))
+            _fit_best(work, _moves(work, current), possible)
     except KeyboardInterrupt as stop:
         if not is_asked_to_stop(stop):
             raise
         work = replace(work, stopped=True)
     _drop_impossible(work, possible)
+    if work.best.causes and not work.stopped:
+        work.explain(work.best.causes, work.best.fit.values)  # with the steps that its first fit did not have
     return work
 
 
@@ -127,7 +130,7 @@ def without_impossible(work: Search) -> Search:
 
 def with_one_cause(work: Search) -> list[Explanation]:
     """The best explanations by one cause, of a Search in which nothing was searched yet."""
-    _fit_best(work, _moves(work, work.nothing))
+    _fit_best(work, _moves(work, work.nothing), {frozenset()})
     return [one for one in work.explanations if one.causes]
 
 
@@ -142,7 +145,7 @@ def _is_due(work, explanation, tried):
         return not explanation.causes
     if odds_of(explanation) < 0 and not work.base.is_rejected(work.settings.significance):
         return False
-    near = odds_of(explanation) >= max(map(odds_of, work.explanations)) - REACH
+    near = odds_of(explanation) >= max(map(odds_of, work.explanations)) - WITHIN
     return bool(explanation.causes) and near and explanation.named not in tried
 
 
@@ -160,21 +163,21 @@ def _moves(work, current):
         return additions(work, current, alone[:1]) + additions(work, current, [work.base, stated], of_readings)
     found = turns(work, current)
     if len(current.faults) > 1:  # of one alone, all others were judged at the same motion
-        found += removals(current) + exchanges(work, current)
+        found += other_laws(work, current) + removals(current) + exchanges(work, current)
     if len(work.prior_odds.together(current.causes)) < work.settings.most_causes:
         least = odds_of(current) + WORTH_ADDING
         found += [one for one in additions(work, current, [current.fit]) if one.log_odds > least]
     return found
 
 
-def _fit_best(work, proposals):
-    """Fit the most promising proposals."""
+def _fit_best(work, proposals, possible):
+    """Fit the most promising proposals; possible : as of `_drop_impossible`."""
     chosen, often, seen = [], {}, set()
     best = max(map(odds_of, work.explanations))
     for one in sorted(proposals, key=lambda one: -one.log_odds):
         effects = frozenset((c.effect, *c.variant.values()) for c in one.causes)
         label = kind_of(one.causes)
-        if label in seen or often.get(effects, 0) >= OF_AN_EFFECT or one.log_odds < best - REACH:
+        if label in seen or often.get(effects, 0) >= OF_AN_EFFECT or one.log_odds < best - WITHIN:
             continue
         seen.add(label)
         often[effects] = often.get(effects, 0) + 1
@@ -185,8 +188,11 @@ def _fit_best(work, proposals):
     for one in chosen:
         before = max(map(odds_of, work.explanations))
         found = work.explain(one.causes, one.values)
+        is_best = found and odds_of(found) > before
+        if is_best:
+            _drop_impossible(work, possible)  # before others are measured by it
         if len(one.causes) > 1:
-            unfulfilled = 0 if found and odds_of(found) > before else unfulfilled + 1
+            unfulfilled = 0 if is_best else unfulfilled + 1
         if unfulfilled == UNFULFILLED:
             break
 
