@@ -38,7 +38,7 @@ class Proposal(NamedTuple):
     log_odds: float
 
 
-class _Judge(NamedTuple):
+class Judge(NamedTuple):
     """What judges causes beside some others; base : log odds of these without the prior odds of any."""
 
     work: Search
@@ -52,6 +52,21 @@ class _Judge(NamedTuple):
         causes = (*self.rest, *more)
         odds = self.base + evidence + self.work.prior_odds.log_odds(causes)
         return Proposal(causes, self.values | dict(zip(names, start, strict=True)), odds)
+
+    def alone(self, projected, usable):
+        """Proposals of each candidate that has no shape to scan."""
+        chosen = [c for c in usable if not can_be_scanned(c)]
+        screened = screen_each(projected, chosen)
+        return [self.proposal((c,), one.start, one.evidence) for c, one in zip(chosen, screened, strict=True)]
+
+    def together(self, projected, usable):
+        """Proposals of faults of several parts."""
+        found = []
+        for several in (faults_of_several_parts, faults_with_what_they_bring, faults_at_several_discs):
+            for parts, _ in several(self.work, projected, usable):
+                one = screen(projected, *parts)
+                found.append(self.proposal(parts, one.start, one.evidence))
+        return found
 
     def scanned(self, fitted, chosen, without=(), plain=None):
         """Proposals of causes in the shapes that a scan finds; of laws with the same amplitudes one is scanned."""
@@ -94,15 +109,9 @@ def additions(
         projected, usable = work.project(fitted, here, without)
         more = 0.5 * (current.fit.cost - projected.residual @ projected.residual)
         base = odds_of(current) - work.prior_odds.log_odds(current.causes) + more
-        judge = _Judge(work, current.causes, fitted.values, base)
-        alone = [c for c in usable if not can_be_scanned(c)]
-        screened = screen_each(projected, alone)
-        found += [judge.proposal((c,), one.start, one.evidence) for c, one in zip(alone, screened, strict=True)]
+        judge = Judge(work, current.causes, fitted.values, base)
+        found += judge.alone(projected, usable) + judge.together(projected, usable)
         found += judge.scanned(fitted, usable, without=without, plain=plain)
-        for several in (faults_of_several_parts, faults_with_what_they_bring, faults_at_several_discs):
-            for parts, _ in several(work, projected, usable):
-                together = screen(projected, *parts)
-                found.append(judge.proposal(parts, together.start, together.evidence))
     return found
 
 
@@ -135,11 +144,9 @@ def exchanges(work: Search, current: Explanation) -> list[Proposal]:
         if not {c.label for c in gone} <= {c.label for c in usable}:
             continue
         base = odds_of(current) - screen(projected, *gone).evidence - work.prior_odds.log_odds(current.causes)
-        judge = _Judge(wide, rest, current.fit.values, base)
-        others = [c for c in usable if c not in gone and not can_be_scanned(c)]
-        screened = screen_each(projected, others)
-        found += [judge.proposal((c,), one.start, one.evidence) for c, one in zip(others, screened, strict=True)]
-        found += judge.scanned(fitted, [c for c in usable if c not in gone], without=own, plain=whole)
+        judge = Judge(wide, rest, current.fit.values, base)
+        others = [c for c in usable if c not in gone]
+        found += judge.alone(projected, others) + judge.scanned(fitted, others, without=own, plain=whole)
     return found
 
 

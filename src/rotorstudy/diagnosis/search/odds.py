@@ -229,7 +229,7 @@ def log_posterior_odds(causes: tuple[Candidate, ...], fitted: Fit, base: Fit, pr
     odds = fitted.evidence - base.evidence + prior_odds.log_odds(causes)
     for cause in causes:
         for name in cause.positive:
-            odds += _log_limited(cause, name, fitted)
+            odds += _limited(cause, name, fitted)
     for parts in prior_odds.together(causes):
         known = [_in_widths(cause, fitted) for cause in parts if not cause.fixed]
         if is_distributed(parts):
@@ -259,17 +259,26 @@ def _static_and_couple(parts, fitted):
     return turned @ fitted.free[place], turned @ fitted.covariance[np.ix_(place, place)] @ turned.T, parameter
 
 
-def _log_limited(cause, name, fitted):
-    """`log_possible` of an amplitude, together with what the base has of the same, of a fit that held it above zero.
+def log_limited(value: float, step: float, std: float, stated: float) -> float:
+    """`log_possible` of an amplitude that a fit held at zero or above, for its evidence with the cost there.
 
-    From zero a fit without the limit would go on by a Gauss-Newton step to a lower cost.
+    From zero a fit without the limit would go on by a Gauss-Newton step to a lower cost, and the posterior above zero
+    is the tail of a normal distribution about that.
+
+    value, step, std : of the fit, the step that would follow, and the standard deviation without the limit
+    stated           : mean of the prior, in its standard deviations
     """
+    step = min(step, 0.0) if value < HELD * std else 0.0
+    return float(log_possible(value + step, std, stated) + 0.5 * (step / std) ** 2)
+
+
+def _limited(cause, name, fitted):
+    """`log_limited` of an amplitude of a cause, together with what the base has of the same."""
     same = {name: 1.0, **cause.positive[name]}
-    value = sum(factor * fitted.values[one] for one, factor in same.items())
     weight = np.array([same.get(free, 0.0) for free in fitted.names])
+    value = sum(factor * fitted.values[one] for one, factor in same.items())
     std = np.sqrt(weight @ fitted.covariance @ weight)
-    step = min(weight @ fitted.step, 0.0) if value < HELD * std else 0.0
-    return float(log_possible(value + step, std, _stated(cause, name, fitted)) + 0.5 * (step / std) ** 2)
+    return log_limited(value, weight @ fitted.step, std, _stated(cause, name, fitted))
 
 
 def _stated(cause, name, fitted):

@@ -19,9 +19,10 @@ from rotorstudy.diagnosis.search.impossible import grows, is_impossible
 from rotorstudy.diagnosis.search.moves import additions, exchanges, other_laws, removals, turns
 from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
+from rotorstudy.diagnosis.search.unknown_rest import pairs
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
-from rotorstudy.inference.fit import fit
+from rotorstudy.inference.fit import chi_square_p_value, fit
 from rotorstudy.inference.prior import Prior, prior_of, with_usual
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -34,7 +35,7 @@ log = logging.getLogger(__name__)
 EXPLAINS = 2.0  # misfit for each datum that a free force at one place leaves, at most, if one fault may act there
 REACH = 10.0  # log odds below the best, beyond which an explanation cannot change a probability
 WORTH_ADDING = -1.0  # change of the log odds that one more cause must promise
-EXPANDED = 4  # explanations from which moves are tried
+EXPANDED = 6  # explanations from which moves are tried
 UNFULFILLED = 4  # proposals beside known causes that in succession do not raise the odds; the next promise less
 OF_AN_EFFECT = 2  # proposals of the same effects and laws that are fitted from one explanation
 
@@ -112,6 +113,8 @@ def search(begun: Search) -> Search:
             tried.append(current.named)
             log.info("trying moves from %s (log odds %.1f)", " and ".join(current.named) or "the rig", odds_of(current))
             _fit_best(work, _moves(work, current), possible)
+            if not current.causes and work.settings.most_causes > 1 and not _is_enough(work):
+                _fit_best(work, pairs(work), possible)
     except KeyboardInterrupt as stop:
         if not is_asked_to_stop(stop):
             raise
@@ -137,6 +140,14 @@ def with_one_cause(work: Search) -> list[Explanation]:
 def is_asked_to_stop(error):
     """Whether an exception is that of Ctrl-C, after which what was found is kept, and not of a termination."""
     return type(error) is KeyboardInterrupt
+
+
+def _is_enough(work):
+    """Whether one cause explains the records with plausible values of the rig, in a form near that of the library."""
+    best = max(work.explanations, key=odds_of)
+    p_parameters = chi_square_p_value(best.fit.penalty, len(best.fit.names))
+    likely = min(p_parameters, 1.0) >= work.settings.significance and not best.fit.is_rejected(work.settings.significance)
+    return likely and (best.form is None or best.form.mean_std <= work.settings.form_error)
 
 
 def _is_due(work, explanation, tried):
