@@ -114,5 +114,5 @@ def test_a_coupling_of_negative_stiffness_is_not_named(stiffness, named):
     alone = [name for name, effect in registry().plugins["effect"].items() if name != cause.effect and effect.candidate]
     settings = {"uncertainty": {"default": 1e-3}, "leave_out": alone}  # no other effect, nor the rig, explains it
     found = investigate(measured, MODEL, settings=settings).verdict
-    assert ({c.effect for c in found.causes} == {cause.effect}) == named
     assert (found.verdict == "cause") == named
+    assert all(c.parameters["coupling_stiffness"].value >= 0 for c in found.causes)

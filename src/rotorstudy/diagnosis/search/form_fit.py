@@ -19,7 +19,6 @@ WITHIN = 30.0  # log odds of the best explanation so far, which one must be able
 SETTLED = 0.25  # log odds that another round of a fit, with the error of form that it has found, must promise
 ROUNDS = 4  # of these
 ROUND = replace(HYPOTHESIS, steps=15, gain_relative=1e-3)  # then it is decided whether another one is worth it
-LEVELS, AFAR = 8, replace(HYPOTHESIS, steps=4, gain_relative=0.01)  # of the weight of far data, and steps with each
 LONGEST_OF_SHAPE = 0.1  # of the range of an option: the longest step, as columns change with the shape
 LONGEST_OF_FIXED = 2.0  # standard deviations of its prior: the same of an amplitude whose size is known
 FAILURES = 2  # shapes in which a cause cannot act, or the rotor has no steady motion, after which a fit ends
@@ -130,7 +129,6 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
                 raise NoSteadyState(str(error)) from None
         return known[key]
 
-    theta = _from_afar(work, parameters, theta, response)
     least = max(map(odds_of, work.explanations)) - WITHIN
     needed = least + work.base.evidence - work.prior_odds.log_odds(causes)
     linearised = parameters.linearised(work, theta, response(theta))
@@ -170,35 +168,6 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
         if promised < SETTLED or odds_of(best) + promised < least:
             break
     return best
-
-
-def _from_afar(work, parameters, theta, response):
-    """Values (parameter,) near the best ones: the data gain weight step by step, until the fit is no longer far from them.
-
-    Far from precise data, a fit bends what is known well (a modulus) before it has found what is not (an unbalance).
-    """
-    spectrum = work.spectrum
-    shown = response(theta)[0]
-    misfit = np.mean(spectrum.whitened(spectrum.amplitude - shown) ** 2)
-    for level in range(min(LEVELS, int(np.log10(max(misfit, 1.0)))), 0, -1):
-        weight = 10 ** (-0.5 * level)
-
-        def predict(trials, weight=weight):
-            shown, change = response(trials[0])
-            both = weight * spectrum.whitened(np.concatenate([shown[None], change]))
-            return both[:1], both[1:].T[None]
-
-        theta = levenberg_marquardt(
-            predict,
-            weight * spectrum.whitened(spectrum.amplitude)[None],
-            theta[None],
-            parameters.whole.names,
-            prior=parameters.whole,
-            longest=parameters.longest,
-            lower=parameters.least(work, dict(zip(parameters.prior.names, theta, strict=False))),
-            convergence=AFAR,
-        ).theta[0]
-    return theta
 
 
 def _cost(spectrum, response, linearised):
