@@ -31,7 +31,7 @@ from rotorstudy.model.entries import Entry, outer
 from rotorstudy.model.kinds import CrackDepth
 from rotorstudy.model.options import option_names
 from rotorstudy.model.registry import registry
-from rotorstudy.model.shaft_parts import Section
+from rotorstudy.model.shaft import Section
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import NonlinearForce
 

@@ -8,12 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import CannotAct, unknown_name
-from rotorstudy.model.crack_places import CrackPlaces
 from rotorstudy.model.reading import Reading
 from rotorstudy.model.scales import Scales
-from rotorstudy.model.shaft_parts import RigidDisc
+from rotorstudy.model.shaft import RigidDisc, Shaft
 from rotorstudy.model.terms import Term
-from rotorstudy.model.under_weight import UnderWeight
 from rotorstudy.model.variation import Matrices
 
 
@@ -30,7 +28,7 @@ class Origin(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Structure(CrackPlaces, UnderWeight):
+class Structure(Shaft):
     """The rotor without its effects: M q'' - j w G q' + K q = f, in complex nodal coordinates.
 
     mass, stiffness, gyroscopic : (dof, dof)
