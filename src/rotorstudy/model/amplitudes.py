@@ -71,9 +71,7 @@ class Amplitudes:
     def unknown_names(self, wanted: Iterable[str] | None = None) -> tuple[str, ...]:
         """Names of the real amplitudes to estimate: those wanted, by default those without a value.
 
-        The name of a complex amplitude, such as eccentricity, stands for its real and its imaginary part, a name
-        without a label for all labels. RotorstudyError if there is nothing to estimate, or a name is unknown or given
-        twice.
+        The name of a complex amplitude stands for its two parts, a name without a label for all labels.
         """
         if wanted is None:
             if not self.names:

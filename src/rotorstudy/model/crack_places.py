@@ -22,8 +22,7 @@ class CrackPlaces:
     ) -> dict[str, tuple[np.ndarray, str, float]]:
         """Stiffness losses of a crack at a place: name -> pattern (dof, dof) of unit 1, unit, typical size.
 
-        A rotor that can crack at only one place needs no arguments. RotorstudyError if it can at several places and not
-        exactly one is given, CannotAct if it cannot crack there.
+        CannotAct unless exactly one place is given where there are several, or if the rotor cannot crack there.
         """
         if callable(self.stiffness_loss):
             if (node is None) == (element is None):
@@ -55,10 +54,7 @@ class CrackPlaces:
         return element
 
     def stiffness_of(self, element: int, last_element: int | None = None) -> np.ndarray:
-        """Stiffness (dof, dof) of an element of the shaft, or of all from it to a last one, N/m (N m of a tilt).
-
-        CannotAct if it is not stated, there are no such elements, or the last one is before the first.
-        """
+        """Stiffness (dof, dof) of an element of the shaft, or of all from it to a last one, N/m (N m of a tilt)."""
         last = element if last_element is None else last_element
         if last < element:
             raise CannotAct(f"last_element {last} lies before element {element}")
@@ -70,10 +66,7 @@ class CrackPlaces:
         return sum(shares, found)
 
     def stretches(self) -> list[dict]:
-        """Options for each stretch of neighbouring elements that is shorter than the shaft, single elements first.
-
-        On a fine mesh longer stretches begin and end at only some of the nodes, so that their number stays small.
-        """
+        """Options of each stretch of elements shorter than the shaft, single ones first; of a fine mesh, of some."""
         numbers = [place["element"] for place in self.crack_places() if place]
         step = max(-(-len(numbers) // STRETCHES), 1)
         starts = numbers[::step]

@@ -273,7 +273,7 @@ class Estimator(Plugin):
 class Hooks:
     """A plugin file implements one of these with @hookimpl and returns one plugin or a list of them.
 
-    They are historic: each file is called when it is registered, so that an error is attributed to that file alone.
+    Historic: each file is called when it is registered, so that an error is attributed to that file alone.
     """
 
     @_hookspec(historic=True)

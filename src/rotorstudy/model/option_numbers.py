@@ -52,12 +52,9 @@ def scaled(options: object, pattern: re.Pattern, factor: float, path: str = "") 
 
 @dataclass(frozen=True, eq=False)
 class Holder:
-    """What has numbers: the rotor or one of the bearings.
+    """What has numbers: the rotor (`which` is empty), or a bearing by its label, else its place in the list.
 
-    section   : of the rig, "rotor" or "bearings"
-    which     : label of a bearing, else its place in the list; empty for the rotor
-    options   : of its plugin, in SI
-    uncertain : path of a number -> usual relative standard deviation, as the plugin states
+    options : of its plugin, in SI;  uncertain : path -> relative standard deviation, as the plugin states
     """
 
     section: str

@@ -44,10 +44,7 @@ def number_term(name: str) -> Term:
 def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict[str, float]) -> tuple[Term, ...]:
     """The terms with the bearings that have some numbers, and the derivatives there as the entries of these numbers.
 
-    terms  : of a model with numbers of its bearings
-    values : name -> value of the amplitudes of the bearings, and of their numbers, the relative changes
-    raises : NoSteadyState if there is no bearing with these numbers: none is zero or negative, and none outside what
-             its plugin allows
+    values : name -> amplitudes of the bearings, and relative changes of their numbers; NoSteadyState if none has them
     """
     changing = {unknown.name: term for term in terms if term.is_bearing_number for unknown in term.unknowns}
     built, slopes = {}, {name: [] for name in changing}
@@ -67,10 +64,7 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
 
 
 def number_slope(structure: Structure, node: int, number: str) -> tuple[Entry, ...]:
-    """Entries of the force of the bearings at a node per relative change of a number that they have.
-
-    raises : CannotAct if none has this number, or a value
-    """
+    """Entries of the force of the bearings at a node per relative change of a number; CannotAct if none has it."""
     found = []
     for bearing, holder in bearings_of(structure.bearings):
         if _at_node(bearing, structure) == node and number in holder.paths and not np.isnan(bearing.theta).any():

@@ -113,10 +113,7 @@ def make_term(
 
 
 def with_options(term: Term, options: dict, structure: Structure, sensors: tuple[int, ...]) -> Term:
-    """The Term of an effect, as `make_term` gives it, without values and with other options by name, SI.
-
-    Of these only what the plugin gives is checked: they lie within the limits that it states.
-    """
+    """The Term of an effect with other options, SI, and without values; only what the plugin gives is checked."""
     plugin, options, where = registry().get("effect", term.kind), {**term.options, **options}, f"effect {term.kind}"
     fixed = _fixed(plugin, "effect", structure, sensors)
     parameters = _parameters(plugin, plugin.function, fixed, options, where)

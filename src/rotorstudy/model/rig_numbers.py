@@ -45,10 +45,7 @@ def with_numbers(model: Model, names: Iterable[str], where: str = "the rig") -> 
 
 
 def uncertain_numbers(model: Model, section: str, stated: Iterable[str] = ()) -> dict[str, float]:
-    """{name: relative standard deviation} of numbers of "rotor" or "bearings" that plugins state to be uncertain.
-
-    stated : names of numbers; what they mean is left out
-    """
+    """{name: relative standard deviation} of uncertain numbers of "rotor" or "bearings" that no name `stated` means."""
     found, stated = {}, [name for name in stated if is_number(name)]
     for holder in (holder for holder in _holders(model) if holder.section == section):
         said = [holder.pattern(name) for name in holder.meant(stated)]

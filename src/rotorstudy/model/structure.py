@@ -18,10 +18,7 @@ from rotorstudy.model.variation import Matrices
 
 
 class Origin(NamedTuple):
-    """What a structure was built from: the function of its rotor plugin, all its options, and its uncertain numbers.
-
-    uncertain : path of a number -> usual relative standard deviation, as the plugin states
-    """
+    """What a structure was built from: a function, its options, and path -> usual relative standard deviation."""
 
     function: Callable
     options: dict

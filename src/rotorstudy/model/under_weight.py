@@ -36,9 +36,7 @@ class UnderWeight:
     def tension_side(self, element: int | None) -> int:
         """The side of an element, 1 below or -1 above, that bending by the weight stretches: there a crack is open.
 
-        It is the lower side between bearings, and where the moment is zero or not known (element None), and the upper
-        one of an overhung end. The bearings are taken as rigid, which is exact for two: the moment then follows from
-        equilibrium alone.
+        Where the moment is zero or not known, below. Bearings are taken as rigid, which is exact for two.
         """
         if element is None or self.curvature_at is None:
             return 1
@@ -49,10 +47,7 @@ class UnderWeight:
         return -1 if section.moment @ self._deflection_on_rigid_bearings + section.own_moment > 0 else 1
 
     def bearing_load(self, node: int) -> float:
-        """Static load on the bearing at a node, N downward, if bearings are rigid; negative if the rotor lifts there.
-
-        That is exact for two bearings. CannotAct if the node cannot move, or the bearings do not carry the rotor.
-        """
+        """Static load on a bearing, N downward, if bearings are rigid (exact for two); negative if the rotor lifts."""
         i = self.index(node)
         deflection = self._deflection_on_rigid_bearings
         left = self.static_load - self.stiffness @ deflection
