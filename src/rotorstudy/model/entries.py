@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotorstudy.errors import PluginError
+from rotorstudy.errors import PluginError, RotorstudyError
 
 LARGE = 60  # coordinates from which on a matrix is kept as its elements
 
@@ -230,18 +230,20 @@ def planar_entries(direction, matrix, order=0, gain=None, *, frequency_only=Fals
 
 
 def film_entries(unit, coefficients):
-    """Entries of a bearing at a coordinate whose stiffness and damping depend on the speed.
+    """Entries of a bearing whose stiffness and damping depend on the speed; no film at rest is an error.
 
-    unit         : (dof,) one at the coordinate
+    unit         : (dof,) one at its coordinate
     coefficients : function(speed, rad/s) -> (2, 2) stiffness and (2, 2) damping, N/m and N s/m, force along x and y
     """
-    here = outer(unit)
+    here, known = outer(unit), lru_cache(maxsize=4096)(coefficients)
 
     def gain(order, sign):
         """Of the motion (sign 1) or of its conjugate (-1); complex, so that the four directions are one entry."""
 
         def at(speed):
-            (xx, xy), (yx, yy) = np.moveaxis([coefficients(w)[order] for w in np.ravel(speed).tolist()], 0, -1)
+            if not np.min(speed, initial=np.inf) > 0:
+                raise RotorstudyError(f"speed {np.min(speed):g} rad/s: a journal must rotate to have a film")
+            (xx, xy), (yx, yy) = np.moveaxis([known(w)[order] for w in np.ravel(speed).tolist()], 0, -1)
             return ((xx + sign * yy + 1j * (yx - sign * xy)) / 2).reshape(np.shape(speed))
 
         return at
