@@ -22,8 +22,7 @@ def factorised(matrices, order=None):
         return partial(np.linalg.solve, matrices)
     order = np.arange(count) if order is None else order
     coupled = np.any(matrices != 0, axis=tuple(range(matrices.ndim - 2)))
-    row, column = np.nonzero(coupled[np.ix_(order, order)])
-    band = int(np.abs(row - column).max(initial=0))
+    band = bandwidth(coupled[np.ix_(order, order)])
     if not has_narrow_band(band, count):
         return _one_by_one(_dense, matrices)
     systems, back = factorised_bands(stored_by_band(matrices, band, order)), np.argsort(order)
@@ -33,6 +32,12 @@ def factorised(matrices, order=None):
 def factorised_bands(stored):
     """Function like that of `factorised`, for real or complex matrices `stored_by_band`, (..., 2 band + 1, n)."""
     return _one_by_one(_banded, stored)
+
+
+def bandwidth(matrices):
+    """Largest distance from the diagonal of an element that is not zero in one of the matrices (..., n, n)."""
+    row, column = np.nonzero(np.any(matrices.reshape(-1, *matrices.shape[-2:]) != 0, axis=0))
+    return int(np.abs(row - column).max(initial=0))
 
 
 def has_narrow_band(band, count):
