@@ -285,7 +285,7 @@ def _check_reads_measured(model, unknown, harmonics, involved):
     for entry in (e for e in unknown.entries if e.reads_motion):
         read = np.flatnonzero(np.any(entry.matrix, axis=0))
         hidden = [model.structure.dofs[i] for i in read if i not in model.measured]
-        source = [entry.seen_by(int(n)) for n in involved]
+        source = [(int(n) - entry.shift) * (-1 if entry.is_conjugate else 1) for n in involved]
         lost = sorted(unmeasured.intersection(source))
         if hidden or lost:
             what = f"coordinates {hidden}" if hidden else f"harmonics {lost}"
