@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from rotorstudy.measurement.facts import NodeFacts, RecordFacts, facts_of
-from rotorstudy.measurement.findings import SEVERITIES
+from rotorstudy.measurement.findings import SEVERITIES, NodeFacts, RecordFacts, facts_of
 from rotorstudy.presentation.bode_figures import bode, polar
 from rotorstudy.presentation.charts import along_probes, bode_charts, deviations, rounded, speed_view
 from rotorstudy.presentation.pages import inline_png, render
