@@ -71,7 +71,7 @@ def judged(plant, state, verdict):
     stated = [*verdict.causes, *verdict.ambiguous_with]
     right = [is_right(cause, plant, state) for cause in stated]
     return {
-        "verdict": verdict.verdict, "alone": verdict.verdict == "cause" and len(stated) == 1 and all(right),
+        "verdict": verdict.verdict, "alone": verdict.verdict == "cause" and all(right),
         "in_set": verdict.verdict in ("cause", "ambiguous") and any(right),
         "causes": [[c.effect, c.where, round(c.posterior_probability, 3),
                     {k: float(f"{p.value:.4g}") for k, p in c.parameters.items()}] for c in stated],

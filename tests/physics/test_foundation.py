@@ -263,9 +263,7 @@ def independent(plant_machine, speed):
     mass, damping, stiffness = machine.linear(speed)
     force = machine.harmonic[1, 2] * speed**2
     motion = np.linalg.solve(stiffness + 1j * speed * damping - speed**2 * mass, force)
-    x, y = np.transpose(
-        [plant_machine.against_block(machine, node).T @ motion for node in (3, 9)] + [motion[44:46]]
-    )
+    x, y = np.transpose([plant_machine.against_block(machine, node).T @ motion for node in (3, 9)] + [motion[44:46]])
     return np.array([(x + 1j * y) / 2, np.conj(x - 1j * y) / 2])
 
 
