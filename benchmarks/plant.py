@@ -20,6 +20,7 @@ from rotorstudy.blind.machines.effects import add_preload, add_thermal_bow
 from rotorstudy.blind.machines.elastic_crack import arc_form
 from rotorstudy.blind.machines.files import page, stretches
 from rotorstudy.blind.machines.film import running_position
+from rotorstudy.blind.machines.form_contacts import add_elliptic_forces
 from rotorstudy.blind.machines.form_cracks import add_form
 from rotorstudy.blind.machines.machine import LocalForce
 from rotorstudy.blind.machines.measuring import Chain, Probe, record, surface_runout
@@ -41,6 +42,7 @@ STATES = {  # name: usual size, and the effects that are right
     "preload": (0.5, ("static_preload", "bearing_change")),  # across, at the hub, over the mean load of the films
     "bow": (4.0, ("bow",)),  # K across the shaft
     "runout": (6e-6, ("runout", "shaft_runout")),  # m, another surface at the first plane
+    "hub_2X": (100.0, ("parallel_misalignment",)),  # N at twice the speed, along x, at the coupling
 }
 ANGLES = (-np.pi / 4, np.pi / 4)
 STEPS, MODES = 96, 10
@@ -71,6 +73,8 @@ def add_fault(machine, plant, state, size):
         add_form(machine, crack_place(plant, state), arc_form(part, size, 0.0), 0.7)
     if state == "preload":
         add_preload(machine, plant.hub, size * np.mean([film.load for film in plant.rotor.films]), np.pi / 2)
+    if state == "hub_2X":
+        add_elliptic_forces(machine, plant.hub, {(2, 0): (size / 2, size / 2)})
     if state == "bow":
         add_thermal_bow(machine, plant.bow, size, 0.5)
     if state == "looseness":
@@ -137,6 +141,7 @@ def right_places(plant, state):
         "crack": {"element": [plant.cracks[0][0] + 1]},
         "crack_middle": {"element": [plant.cracks[1][0] + 1]},
         "parallel": {"node": hubs, "element": [plant.hub + 1]},
+        "hub_2X": {"node": hubs[:1]},
         "angular": {"node": hubs},
         "preload": {"node": [*hubs, *nodes], "number": ["load_N"]},
         "runout": {"node": nodes[:1]},

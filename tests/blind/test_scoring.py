@@ -12,9 +12,8 @@ from rotorstudy import RotorstudyError, registry
 from rotorstudy.blind.config import KINDS
 from rotorstudy.blind.criteria import attributes, judge, printed, statement, tally
 from rotorstudy.blind.glance import ANSWERS, OWN, PUBLISHED, answers_of, sentences
-from rotorstudy.blind.run import answer_case, answer_chunk, gather_chunks, run_blind
+from rotorstudy.blind.run import answer_case, answer_chunk, check_seal, gather_chunks, run_blind, salt_of, seal
 from rotorstudy.blind.scoring import score, score_case, share_bounds
-from rotorstudy.blind.sealing import check_seal, salt_of, seal
 from rotorstudy.blind.summary import summary
 from rotorstudy.model.depth import compliance
 from rotorstudy.presentation.blind_page import criteria_page, write_pages

@@ -65,14 +65,15 @@ def _group(truth):
 
 
 def grouped(rows):
-    """Rows with the column `group`, also those of a file that lacks it; {name: column} missing there become nan."""
+    """Rows with the column `group`, also those of a file, which may lack it and has nan for no families."""
+    rows = rows.assign(families=rows.families.fillna("").astype(str))
     if "group" not in rows:
-        families, known = rows.families.fillna("").astype(str), rows.known.astype(bool)
+        families, known = rows.families, rows.known.astype(bool)
         group = np.select(
             [families == "", ~known, families.str.contains("+", regex=False), families.isin(CHAIN_FAULTS)],
             ["clean", "outside", "two", "chain"], "single",
         )  # fmt: skip
-        rows = rows.assign(group=group, families=families)
+        rows = rows.assign(group=group)
     return rows
 
 
