@@ -44,10 +44,15 @@ def numbers(rows):
     lines.append(f"| seconds of one core for a diagnosis, median | {seconds.median():.2g} | | {len(seconds)} | |")
     lines.append(f"| the same, most | {seconds.max():.3g} | | {len(seconds)} | |")
     table = by_kind(rows)
-    lines += ["", f"| kind | {' | '.join(table.columns)} |", "|---" * (len(table.columns) + 1) + "|"]
+    table.index = table.index.str.replace("_", " ")
+    right = table[table.alone == table.cases].cases
+    told = f"All named alone at the right place: {', '.join(f'{kind} ({count})' for kind, count in right.items())}."
+    table = table.drop([*right.index, "healthy"], errors="ignore")  # clean records have a row above
+    lines += ["", textwrap.fill(told, 150), ""]
+    lines += [f"| other kinds | {' | '.join(table.columns)} |", "|---" * (len(table.columns) + 1) + "|"]
     for kind, row in table.iterrows():
         cells = ["-" if pd.isna(one) else f"{one:.3g}" for one in row]
-        lines.append(f"| {kind.replace('_', ' ')} | {' | '.join(cells)} |")
+        lines.append(f"| {kind} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
 
