@@ -120,7 +120,7 @@ def _stability(analysis):
     ]
     if margin.cross_coupling:
         bears = f"Cross-coupling of {quantity(margin.cross_coupling, 'N/m')} at node {margin.node} takes it to zero"
-        found.append(f"{bears}; API 617 (level 1) asks for more than twice what is expected there, else for level 2.")
+        found.append(f"{bears}; unless that is more than twice what is expected there, API 617 asks for level 2.")
     if margin.on_films and OIL_WHIRL[0] < share < OIL_WHIRL[1] and margin.log_decrement < LITTLE_DAMPED:
         found.append(
             "Oil whirl: a forward mode near half of the speed is driven by the films. Watch for a line at "
