@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from foreign_page import with_numbers
+from marked_pages import with_numbers
 from run import shaft
 
 ROOT = Path(__file__).parents[1]

@@ -11,7 +11,7 @@ from pathlib import Path
 import pandas as pd
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from foreign_page import with_numbers
+from marked_pages import with_numbers
 
 ROOT = Path(__file__).parents[2]
 ROWS = ROOT / "docs/peers.csv"
