@@ -102,7 +102,7 @@ def run_case(work):
     true = {key: value for key, value in case.effects[0].items() if key != "family"} | {"length_m": case.rotor.length}
     row |= {f"true_{key}": value for key, value in true.items()}
     row |= {"elements": len(case.rotor.elements), "mass_kg": case.rotor.mass,
-            "change": max(value for k, value in case.truth["harmonics_changed"].items() if k != "0")}  # fmt: skip
+            "change": max(value for k, value in case.changed.items() if k != "0")}  # fmt: skip
     with tempfile.TemporaryDirectory() as files:
         write_case(case, files, seed=seed, harmonics=HARMONICS)
         try:
