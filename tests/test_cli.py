@@ -216,15 +216,14 @@ def test_the_files_that_commands_read_are_in_the_wheel():
     """What the wheel is told to hold is what `blind` and `demo` read, where an installed package looks for it."""
     import tomllib
 
-    from rotorstudy.commands import demo
-    from rotorstudy.commands.blind import _default_config
+    from rotorstudy.commands import blind, demo
 
     root = Path(__file__).parents[1]
     included = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
     packaged = {root / source: target for source, target in included["force-include"].items()}
-    assert packaged[_default_config()] == "rotorstudy/blind/blind.yaml"
+    assert packaged[blind.CONFIG] == "rotorstudy/blind/blind.yaml"
     for name in (demo.RIG, demo.MACHINE):
-        assert packaged[demo._examples() / name] == f"rotorstudy/examples/{name}"
+        assert packaged[demo.EXAMPLES / name] == f"rotorstudy/examples/{name}"
 
 
 def test_a_shell_that_completes_is_answered(tmp_path, monkeypatch, capsys):

@@ -21,7 +21,7 @@ def condensed_regression(
     """The Regression with tilts condensed as in the thesis: T = [I; L_n], L_n = -(K_ss - n^2 w^2 M_ss)^-1 (K_sm - ...).
 
     The transformation leaves the gyroscopic moments out, so what is not measured is eliminated only approximately.
-    Arguments as of `regression`; RotorstudyError for terms that couple harmonics. Source: Thesis Eqs. (6.31) to (6.34).
+    Arguments as of `regression`. Source: Thesis Eqs. (6.31) to (6.34).
     """
     structure, speed, harmonics = model.structure, check_speed(spectrum.speed), np.asarray(spectrum.harmonics)
     check_absolute(model)

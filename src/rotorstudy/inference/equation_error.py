@@ -30,10 +30,7 @@ from rotorstudy.response.statics import static_deflection
 
 @dataclass(frozen=True)
 class Regression:
-    """Equations of `names`, columns (..., speed, row, parameter) @ theta = right_side (..., speed, row), complex, N.
-
-    A row for each measured harmonic and sensor.
-    """
+    """Equations columns (..., speed, row, parameter) @ theta = right_side (..., speed, row), complex, N, of `names`."""
 
     columns: np.ndarray
     right_side: np.ndarray
@@ -54,15 +51,9 @@ def regression(
     order: int = COUPLED_ORDER,
     deflection: np.ndarray | None = None,
 ) -> Regression:
-    """Equations for unknown amplitudes from a spectrum.
+    """Equations for the unknown amplitudes `names` from a spectrum of the model's sensors.
 
-    model      : gives the values of all amplitudes that are not in `names`
-    spectrum   : of the model's sensors
-    names      : the unknowns
-    order      : highest harmonic carried where the model couples harmonics
-    deflection : (..., speed, dof) static deflection, m; by default that of the values given and of typical ones of the
-                 unknowns
-    raises     : RotorstudyError if an unknown acts on coordinates or harmonics that were not measured, or on the output
+    deflection : (..., speed, dof) static, m; by default that of the values given and of typical ones of the unknowns
     """
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
@@ -191,11 +182,7 @@ def _equations(arranged, amplitude, deflection=None):
 def residual_sensitivity(
     model: Model, spectrum: Spectrum, names: Sequence[str], theta: np.ndarray, *, order: int = COUPLED_ORDER
 ) -> np.ndarray:
-    """Derivative (..., speed, row, component), real, of the residual columns @ theta - right_side by the spectrum.
-
-    Its covariance follows from it. Arguments as of `regression`, theta (..., parameter) the values of `names`; rows as
-    in `Regression.real_system`, components of all sensors together.
-    """
+    """Derivative (..., speed, row, component), real, of the residual columns @ theta - right_side by the spectrum."""
     columns, right_side = equation_sensitivity(model, spectrum, names, order=order)
     return np.einsum("srcp,...p->...src", columns, theta) - right_side
 
@@ -203,10 +190,7 @@ def residual_sensitivity(
 def equation_sensitivity(
     model: Model, spectrum: Spectrum, names: Sequence[str], *, order: int = COUPLED_ORDER
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives of columns (speed, row, component, parameter) and right side (speed, row, component) by the spectrum.
-
-    Parameters are those of `regression`. The equations are affine in the spectrum, whatever the static deflection.
-    """
+    """Derivatives of columns (speed, row, component, parameter) and right side (..., component) by the spectrum."""
     return _slopes(model, *_key(spectrum.speed, spectrum.harmonics), tuple(names), order)
 
 

@@ -51,7 +51,7 @@ def output_error_fit(
     Returns
     -------
     Estimate
-        With covariance (J^T J)^-1 and the misfit. Trials that do not converge are NaN, unless none converges.
+        Trials that do not converge are NaN.
 
     Raises
     ------

@@ -22,10 +22,7 @@ LARGE = 60  # coordinates from which on a matrix is kept as its elements
 
 
 class LocalMatrix:
-    """A matrix or vector by its few elements that are not zero; numpy takes it as an array.
-
-    Multiplied by a number, and added to one with the same places, it stays one.
-    """
+    """A matrix or vector by its few elements that are not zero; numpy takes it as an array."""
 
     __array_priority__ = 1.0  # of a product with a number of numpy, which would make an array of it
 
@@ -70,12 +67,10 @@ def outer(row: np.ndarray) -> np.ndarray | LocalMatrix:
     Parameters
     ----------
     row : array (dof,)
-        Of unit 1.
 
     Returns
     -------
     array (dof, dof) or LocalMatrix
-        The products of its elements; of a long row those that are not zero.
     """
     if len(row) < LARGE:
         return np.outer(row, row)
@@ -257,13 +252,10 @@ def film_entries(unit, coefficients):
 
 
 def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
-    """Force harmonics of the entries of an effect at given displacement harmonics.
+    """Force harmonics (..., speed, harmonic, row), N per unit of the amplitude, of the entries of an effect.
 
-    amplitudes : (..., speed, harmonic, dof) complex harmonics of q, m; those not listed are taken as zero
-    speed      : (speed,) rad/s
-    harmonics  : (harmonic,) int
+    amplitudes : (..., speed, harmonic, dof) displacement, m; harmonics not listed are zero
     reference  : (dof,) or (..., speed, dof) static deflection, not included in `amplitudes`; None if it has no force
-    returns    : (..., speed, harmonic, row) complex, N per unit of the amplitude
     """
     rows = np.shape(entries[0].matrix)[0] if entries else amplitudes.shape[-1]
     force = np.zeros((*_lead(amplitudes, reference), rows), complex)
@@ -311,10 +303,7 @@ def _gain(entry, speed, harmonic):
 
 @lru_cache(maxsize=4096)
 def harmonics_seen(shift: int, mirrored: bool, harmonics: tuple[int, ...]):
-    """Positions (slice or array) of force harmonics and of the motion harmonics they depend on, and the latter.
-
-    Harmonic n of the force depends on harmonic n - shift of q, or of conj(q) if mirrored.
-    """
+    """Positions (slice or array) of force harmonics and of the motion harmonics they depend on, and the latter."""
     source = np.array(harmonics) - shift
     where = {n: i for i, n in enumerate(harmonics)}
     pairs = [(i, where[n]) for i, n in enumerate((-source if mirrored else source).tolist()) if n in where]

@@ -25,10 +25,8 @@ PACKAGED = Path(__file__).parents[1] / "zoo"  # the project's plugins in an inst
 
 
 class Registry:
-    """The plugin library (zoo): plugins by kind and name.
+    """The plugin library (zoo): plugins by kind and name, from the files in folders and below, and from entry points.
 
-    folders  : searched for plugin files, with all their subfolders
-    files    : further plugin files
     failures : one line for each plugin file that did not load; the others are available all the same
     """
 

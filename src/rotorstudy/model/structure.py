@@ -8,20 +8,15 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import CannotAct, unknown_name
-from rotorstudy.model.crack_places import CrackPlaces
 from rotorstudy.model.reading import Reading
 from rotorstudy.model.scales import Scales
-from rotorstudy.model.shaft_parts import RigidDisc
+from rotorstudy.model.shaft import RigidDisc, Shaft
 from rotorstudy.model.terms import Term
-from rotorstudy.model.under_weight import UnderWeight
 from rotorstudy.model.variation import Matrices
 
 
 class Origin(NamedTuple):
-    """What a structure was built from: the function of its rotor plugin, all its options, and its uncertain numbers.
-
-    uncertain : path of a number -> usual relative standard deviation, as the plugin states
-    """
+    """What a structure was built from: a function, its options, and path -> usual relative standard deviation."""
 
     function: Callable
     options: dict
@@ -33,7 +28,7 @@ class Origin(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Structure(CrackPlaces, UnderWeight):
+class Structure(Shaft):
     """The rotor without its effects: M q'' - j w G q' + K q = f, in complex nodal coordinates.
 
     mass, stiffness, gyroscopic : (dof, dof)

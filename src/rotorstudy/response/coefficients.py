@@ -8,13 +8,8 @@ from rotorstudy.errors import RotorstudyError
 def time_matrices(model, theta, speed, deflection):
     """Sums of the entries of effects, cracks and bearings by shift, as they act on the right-hand side.
 
-    The numbers of the rotor that are parameters are in `model.matrices`, exactly, and not here.
-
-    theta      : (parameter,) of the model;  speed : rad/s
-    deflection : (dof,) static deflection, m, for entries that act on it
-    returns    : constant force {shift: (dof,)} in N, and stiffness, damping and mass, each {"z" or "conj": {shift:
-                 (dof, dof)}}
-    raises     : RotorstudyError for an effect without a time-domain form
+    The constant force {shift: (dof,)}, N, at the static deflection (dof,), and stiffness, damping and mass, each {"z"
+    or "conj": {shift: (dof, dof)}}. Numbers of the rotor are in `model.matrices`, exactly, and not here.
     """
     constant, on_motion = {}, [{"z": {}, "conj": {}} for _ in range(3)]
     for position, unknown in model.acting:

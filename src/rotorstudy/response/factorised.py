@@ -15,7 +15,7 @@ WIDEST = 0.25  # of the unknowns: bandwidth below which it is
 def factorised(matrices, order=None):
     """Function from right sides (..., n, column) to solutions of systems (..., n, n), complex, which it may overwrite.
 
-    LinAlgError if one is singular. order : (n,) in which the unknowns are taken, so that coupled ones lie close
+    order : (n,) in which the unknowns are taken, so that coupled ones lie close
     """
     count = matrices.shape[-1]
     if count < FEWEST:

@@ -28,19 +28,12 @@ def varies_in_time(model):
 
 
 def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None = None) -> np.ndarray:
-    """Growth rate of the fastest growing free motion of a model whose coefficients vary over a revolution.
+    """Growth rate (speed,), 1/s, of the fastest growing free motion if coefficients vary over a revolution.
 
-    The logarithm of the largest multiplier of one revolution, over its duration. The motion is integrated in real x and
-    y by the exponential midpoint rule: the exact motion with the coefficients at the middle of each step. Modes far
-    above the speed, of which the shaft has many, grow as with the mean coefficients, and follow the other modes
-    statically. Constant coefficients leave no error at all; of the rotor of Chapter 6 with a crack of 40 % the result
-    is within 2 % of that with all modes integrated.
-
-    model   : Model;  speed : (speed,) spin speeds in rad/s
-    theta   : (parameter,) amplitudes in the units of `model.units`; the model's own by default
-    returns : (speed,) in 1/s; unstable if > 0
-    raises  : RotorstudyError for an effect without a time-domain form, NoSteadyState if nonlinear forces leave none
-    source  : Hochbruck and Ostermann, Acta Numerica 19 (2010) 209, sec. 3 (Magnus integrators)
+    The logarithm of the largest multiplier of one revolution, over its duration. The motion is integrated in x and y by
+    the exponential midpoint rule (Hochbruck and Ostermann 2010, Acta Numerica 19, sec. 3). Modes far above the speed
+    grow as with the mean coefficients, and follow the others statically; the result is then within 2 % for the rotor of
+    Chapter 6 with a crack of 40 %.
     """
     model, theta = model.at(theta)
     return np.array([_growth_of_one_turn(model, float(w), theta) for w in check_speed(speed)])
@@ -79,11 +72,7 @@ def _folds(model):
 
 
 def _slow_and_fast(rates, frequency):
-    """Matrices (instant, slow, slow) of the states below a frequency, rad/s, which the others follow statically, and
-    the eigenvalues (fast,) of the others with mean coefficients, 1/s.
-
-    rates : (instant, state, state)
-    """
+    """Matrices (instant, slow, slow) of states below a frequency, and eigenvalues (fast,) of those that follow."""
     from scipy.linalg import schur, solve_sylvester
 
     mean = rates.mean(axis=0)
@@ -115,8 +104,7 @@ def _steady_state(model, theta, speed):
 def _accelerations(model, theta, speed, turned, kept, along):
     """Accelerations of x and y by x, y and their velocities, (instant, state / 2, state), at fractions of a revolution.
 
-    turned : (instant,);  kept : (dof, shape) of which the motion consists
-    along : the Motion about which nonlinear forces are linearised, None without such forces
+    kept : (dof, shape) of which the motion consists;  along : the Motion about which nonlinear forces are linearised
     """
     own, still = model.matrices(theta), np.zeros(len(model.structure.dofs))
     _, stiffness, damping, mass = time_matrices(model, theta, speed, still)
