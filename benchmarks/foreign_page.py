@@ -37,27 +37,22 @@ def numbers(rows):
             value, low, high = (f"{scale * number:.{0 if share else 2}{'f' if share else 'g'}}"
                                 for number in (one.reached, one.low, one.high))  # fmt: skip
             lines.append((one.what, f"{value}{unit}", f"{low} to {high}{unit}", one.cases, one.needed))
-    done = rows[~rows.verdict.isin(["not drawn", "refused"])]
+    seconds, gain = rows[~rows.verdict.isin(["not drawn", "refused"])].seconds, _gain(rows)
     lines += [
         ("calibration error by chance alone, if it were exact", f"{by_chance(rows):.2g}", "", "", ""),
-        (
-            "error at held-out speeds, after over before, median",
-            f"{_gain(rows).median():.2g}",
-            "",
-            len(_gain(rows)),
-            "",
-        ),
-        ("the same, worst", f"{_gain(rows).max():.3g}", "", "", ""),
-        ("seconds of one core for a diagnosis, median", f"{done.seconds.median():.2g}", "", len(done), ""),
-        ("the same, most", f"{done.seconds.max():.3g}", "", "", ""),
+        ("error at held-out speeds, after over before, median", f"{gain.median():.2g}", "", len(gain), ""),
+        ("the same, worst", f"{gain.max():.3g}", "", "", ""),
+        ("seconds of one core for a diagnosis, median", f"{seconds.median():.2g}", "", len(seconds), ""),
+        ("the same, most", f"{seconds.max():.3g}", "", "", ""),
     ]
     kinds = by_kind(rows)
-    counts = [
-        (kind.replace("_", " "), *("-" if pd.isna(one) else f"{one:.3g}" for one in row))
-        for kind, row in kinds.iterrows()
-    ]
+    kinds.index = kinds.index.str.replace("_", " ")
+    right = kinds[kinds.alone == kinds.cases].cases
+    told = f"All named alone at the right place: {', '.join(f'{kind} ({count})' for kind, count in right.items())}."
+    others = kinds.drop([*right.index, "healthy"], errors="ignore")  # clean records have a row above
+    counts = [(kind, *("-" if pd.isna(one) else f"{one:.3g}" for one in row)) for kind, row in others.iterrows()]
     judged = table(("", "reached", "95 % bounds", "cases", "asked"), lines)
-    return f"{judged}\n\n{table(('kind', *kinds.columns), counts)}"
+    return f"{judged}\n\n{textwrap.fill(told, 150)}\n\n{table(('other kinds', *others.columns), counts)}"
 
 
 def by_kind(rows):

@@ -108,9 +108,7 @@ def fit(
         prior.mean if start is None else start[place],
     )
     found = fit_from_afar(*given) if from_afar else fit_within(*given, steps)
-    theta = model.stated.copy()
-    theta[place] = found.free
-    return Fit(model, theta, prior, *found[1:])
+    return Fit(model, model.filled(prior.names, found.free), prior, *found[1:])
 
 
 class Posterior(NamedTuple):

@@ -42,9 +42,7 @@ def whitened_prediction(
 
     names, theta : the free amplitudes, and their values (..., parameter); the model gives those of all others
     """
-    position = model.position(names)
-    full = np.broadcast_to(model.stated, (*theta.shape[:-1], len(model.stated))).copy()
-    full[..., position] = theta
+    position, full = model.position(names), model.filled(names, theta)
     if np.isnan(full).any():
         missing = [model.names[p] for p in np.flatnonzero(np.isnan(full).reshape(-1, full.shape[-1]).any(axis=0))]
         raise MissingValue(f"{', '.join(missing)}: neither among the unknowns nor given a value")

@@ -58,6 +58,17 @@ class Assembled:
         found.setflags(write=False)
         return found
 
+    @cached_property
+    def nominal(self) -> np.ndarray:
+        """Values (parameter,) of the amplitudes, typical where the rig states none."""
+        return np.where(np.isnan(self.stated), self.typical, self.stated)
+
+    def filled(self, names: Iterable[str], values: np.ndarray) -> np.ndarray:
+        """Values (..., parameter) of all amplitudes as stated, but for those of some names (..., name)."""
+        found = np.broadcast_to(self.stated, (*np.shape(values)[:-1], len(self.stated))).copy()
+        found[..., self.position(names)] = values
+        return found
+
     @property
     def unstated(self) -> tuple[str, ...]:
         """Names of the amplitudes of which the rig states no value."""

@@ -136,7 +136,7 @@ class Effect(Plugin):
     """function(structure, **options) -> list of Parameter; for acts_on "output" function(sensors, **options),
     or function(sensors, structure, **options) where the typical size follows from the rotor.
 
-    confounders : names of effects it can be confused with, and what separates them; one of the two says so
+    confounders : name of an effect it can be confused with -> what separates them; one of the two says so
     places    : function(structure, sensors) -> list of option dicts, one for each place where it can act; by default
                 each node (each sensor) if it has an option `node`, else one place without options
     candidate : whether diagnosis considers it as a cause; a free force at every harmonic would explain anything
@@ -178,7 +178,7 @@ class Effect(Plugin):
     """
 
     acts_on: str = "rotor"
-    confounders: tuple[tuple[str, str], ...] = ()
+    confounders: dict = field(default_factory=dict, compare=False)
     places: Callable | None = field(default=None, compare=False)
     candidate: bool = True
     hypothesis: dict = field(default_factory=dict, compare=False)
@@ -205,6 +205,7 @@ class Effect(Plugin):
     form_error: float | dict = 0.0
 
     def __post_init__(self):
+        object.__setattr__(self, "confounders", dict(self.confounders))
         if self.places is None:
             object.__setattr__(self, "places", self._usual_places)
 

@@ -106,12 +106,8 @@ class Registry:
     def confounders(self, effect):
         """{name: what separates them} of the effects that one can be confused with, by its plugin or by theirs."""
         effects = self.plugins["effect"]
-        stated = {
-            other.name: dict(other.confounders)[effect]
-            for other in effects.values()
-            if effect in dict(other.confounders)
-        }
-        return dict(sorted((dict(effects[effect].confounders) | stated).items()))
+        stated = {one.name: one.confounders[effect] for one in effects.values() if effect in one.confounders}
+        return dict(sorted((effects[effect].confounders | stated).items()))
 
     def __iter__(self):
         """(kind, plugin) of the whole library, in a fixed order."""

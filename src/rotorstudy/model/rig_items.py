@@ -8,7 +8,7 @@ import numpy as np
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters
 from rotorstudy.model.depth import keys_from_depth
-from rotorstudy.model.entries import Entry
+from rotorstudy.model.entries import Entry, compacted
 from rotorstudy.model.foundation import at_housings
 from rotorstudy.model.key_units import aliases_of, in_si, spellings
 from rotorstudy.model.kinds import Bearing
@@ -152,7 +152,7 @@ def _parameters(plugin, function, fixed, options, where, is_foundation=False):
     _check_shapes(parameters, len(fixed["sensors"]) if on_output else len(fixed["structure"].dofs), plugin, where)
     if isinstance(plugin, Bearing) or getattr(plugin, "places", None) is at_supports:
         return at_housings(fixed["structure"], parameters, from_ground=is_foundation)
-    return tuple(replace(p, entries=tuple(entry.compact() for entry in p.entries)) for p in parameters)
+    return tuple(replace(p, entries=tuple(map(compacted, p.entries))) for p in parameters)
 
 
 @contextmanager

@@ -127,11 +127,9 @@ def with_numbers(model, names: Iterable[str], where: str = "the rig"):
         model = replace(model, terms=(*others, _rotor_term(model.structure, [*known, *rotor], where)))
     if len(wanted) == len(rotor):
         return model
-    terms = (*model.terms, *(_bearing_number(name) for name in wanted if name not in rotor))
-    values = {  # the typical one of an amplitude without a value
-        u.name: u.typical if np.isnan(v) else v for t in terms for u, v in zip(t.unknowns, t.theta, strict=True)
-    }
-    return replace(model, terms=with_bearings_at(model.structure, terms, values))
+    model = replace(model, terms=(*model.terms, *(_bearing_number(name) for name in wanted if name not in rotor)))
+    values = dict(zip(model.names, model.nominal.tolist(), strict=True))
+    return replace(model, terms=with_bearings_at(model.structure, model.terms, values))
 
 
 def uncertain_numbers(model, section: str, stated: Iterable[str] = ()) -> dict[str, float]:

@@ -119,14 +119,8 @@ class Structure(Shaft):
     @cached_property
     def scales(self) -> Scales:
         """Usual sizes of this rotor on its supports, for the typical sizes of effects."""
-
-        def coordinate(node, motion):
-            return self.index(self.default_node() if node is None else node, motion)
-
-        return Scales(
-            self.mass, self.supported_stiffness, self.along, self.acceleration_of_gravity, self.length, self.vibration,
-            coordinate,
-        )  # fmt: skip
+        own = self.mass, self.supported_stiffness, self.along, self.acceleration_of_gravity
+        return Scales(*own, self.length, self.vibration, self.index)
 
     @property
     def supported_stiffness(self) -> np.ndarray:
@@ -159,7 +153,7 @@ class Structure(Shaft):
         Parameters
         ----------
         node : int or None
-            Node of the rotor, or number of a transducer on a housing.
+            Node of the rotor, the only one if None, or number of a transducer on a housing.
         motion : str
             "translation" or "tilt".
 
@@ -171,13 +165,9 @@ class Structure(Shaft):
         Raises
         ------
         CannotAct
-            If no node is given, or one without that motion.
+            If there is no such node, or several and none is given.
         """
-        if node is None:
-            raise CannotAct(
-                f"no node is given; choose one of {list(self.nodes)} with 'node:' (a plugin takes the "
-                "only node with structure.default_node())"
-            )
+        node = self.default_node() if node is None else node
         if node in self.casings and motion == "translation":
             node, motion = self.casings[node], "housing"
         if (node, motion) not in self.dofs:
@@ -196,7 +186,7 @@ class Structure(Shaft):
         Parameters
         ----------
         node : int or None
-            Node of the rotor.
+            As of `index`.
         motion : str
             "translation" or "tilt".
 
@@ -208,7 +198,7 @@ class Structure(Shaft):
         Raises
         ------
         CannotAct
-            If no node is given, or one without that motion.
+            As `index`.
         """
         here = np.zeros(len(self.dofs))
         here[self.index(node, motion)] = 1.0

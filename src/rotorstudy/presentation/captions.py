@@ -82,3 +82,6 @@ ROTOR_FIGURES = {
         "decrement of the first forward mode, the least damped one below the speed, where it is under one.",
     ),
 }
+MEASURED_FIGURES = {  # with records of the machine
+    name: (ROTOR_FIGURES[name][0], f"{ROTOR_FIGURES[name][1]} Symbols: measured.") for name in ("bode", "polar")
+}

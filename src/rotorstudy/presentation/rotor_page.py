@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from rotorstudy.presentation.captions import ROTOR_FIGURES
+from rotorstudy.presentation.captions import MEASURED_FIGURES, ROTOR_FIGURES
 from rotorstudy.presentation.charts import bode_charts, campbell_chart
-from rotorstudy.presentation.pages import inline_png, render
+from rotorstudy.presentation.pages import pictures, render
 from rotorstudy.presentation.rotor_figures import by_probe, whirl_kinds, whirl_name
 from rotorstudy.presentation.tables import cells
 from rotorstudy.response.resonance import required_margin, separation_margin
@@ -40,17 +40,10 @@ def rotor_page(analysis, figures, title, operating=None, measured=None):
         analysis=analysis,
         summary=summary(analysis),
         operating=operating and " to ".join(_speed(w) for w in operating),
-        figures={
-            name: {"title": ROTOR_FIGURES[name][0], "caption": _caption(name, measured), "source": inline_png(png)}
-            for name, png in figures.items()
-        },
+        figures=pictures(figures, ROTOR_FIGURES | MEASURED_FIGURES if measured else ROTOR_FIGURES),
         charts=_charts(analysis, operating, measured),
         tables={name: cells(pd.DataFrame(rows), 4) if rows else None for name, rows in found.items()},
     )
-
-
-def _caption(name, measured):
-    return ROTOR_FIGURES[name][1] + " Symbols: measured." * (name in ("bode", "polar") and measured is not None)
 
 
 def _speed(speed, unit=True):

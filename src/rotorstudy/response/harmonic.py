@@ -139,11 +139,6 @@ def positions(harmonics, blocks):
     return np.searchsorted(blocks.harmonics, harmonics)
 
 
-def reference_of(unknown, deflection):
-    """The static deflection that an amplitude acts on: none for bearings, whose static force balances the load."""
-    return None if unknown.carries else deflection
-
-
 def static_force(model, theta, speed, carried, deflection, *, constant=True):
     """Force harmonics (..., speed, harmonic, dof), N, at a static deflection; all, or what it changes."""
     own = theta[..., [p for p, _ in model.acting]]

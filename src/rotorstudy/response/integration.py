@@ -5,8 +5,8 @@ from numpy.typing import ArrayLike
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
-from rotorstudy.response.coefficients import time_matrices
 from rotorstudy.response.coupling import check_speed, forced_harmonics
+from rotorstudy.response.floquet import time_matrices
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.series import rotating_basis
 from rotorstudy.response.stability import state_matrix
