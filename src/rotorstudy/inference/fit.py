@@ -13,8 +13,8 @@ from rotorstudy.inference.prior import Prior, log_narrowing
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 
-IMPLAUSIBLE = 1e-6  # p-value of the parameters below which a fit may have ended far from the best one
-ONE_FAR = 0.05  # probability of one parameter as far off below which a rejected fit may have ended so, too
+DOUBTFUL = 1e-3  # p-value of the cost below which a fit may have ended far from the best one
+IMPLAUSIBLE = 1e-6  # the same of the parameters alone
 LESS = 0.99  # of the cost that the best fit has at most where another one is found
 MOST_LEVELS = 12
 
@@ -97,7 +97,7 @@ def fit(
     """The Fit of a model to a spectrum within a prior, whether or not the steps allowed suffice to converge.
 
     start : (parameter,) in the order of `model.names`, the prior mean by default;  steps : 0 evaluates the start
-    from_afar : whether another way is tried too, if the parameters end where the prior makes them implausible
+    from_afar : whether another way is tried too, if the data reject the fit or the prior its parameters
     source : MacKay, Information Theory, Inference, and Learning Algorithms, 2003, ch. 27 and 28
     """
     place = model.position(prior.names)
@@ -150,23 +150,14 @@ def fit_within(
 
 
 def fit_from_afar(predict: Callable, measured: np.ndarray, prior: Prior, start: np.ndarray | None = None) -> Posterior:
-    """`fit_within`; if the parameters end where the prior makes them implausible, `_gradually` too: the better one."""
+    """`fit_within`; where data or prior reject what it ends at, `_gradually` too: the better one."""
     found = fit_within(predict, measured, prior, start)
-    if _is_implausible(found, prior, len(measured)):
+    freedom = len(measured), len(prior.names)
+    p_cost, p_penalty = map(chi_square_p_value, (found.misfit + found.penalty, found.penalty), freedom)
+    if p_cost < DOUBTFUL or p_penalty < IMPLAUSIBLE:
         other = _gradually(predict, measured, prior)
         found = other if other.misfit + other.penalty < LESS * (found.misfit + found.penalty) else found
     return found
-
-
-def _is_implausible(found, prior, rows):
-    """Whether the parameters are, or one is far off in a fit that the data reject (of many it would not count)."""
-    from scipy.special import ndtr
-
-    if chi_square_p_value(found.penalty, len(prior.names)) < IMPLAUSIBLE:
-        return True
-    farthest = np.abs((found.free - prior.mean) / prior.std).max(initial=0.0)
-    rejected = chi_square_p_value(found.misfit + found.penalty, rows) < IMPLAUSIBLE
-    return rejected and 2 * len(prior.names) * ndtr(-farthest) < ONE_FAR
 
 
 def _gradually(predict, measured, prior):

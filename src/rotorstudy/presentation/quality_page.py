@@ -4,8 +4,7 @@ import json
 
 import numpy as np
 
-from rotorstudy.measurement.facts import NodeFacts, RecordFacts, facts_of
-from rotorstudy.measurement.findings import SEVERITIES
+from rotorstudy.measurement.findings import SEVERITIES, NodeFacts, RecordFacts, facts_of
 from rotorstudy.presentation.bode_figures import bode, polar
 from rotorstudy.presentation.charts import (
     along_probes,

@@ -7,8 +7,8 @@ import numpy as np
 from rotorstudy.errors import unknown_name
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.files import kind_of
-from rotorstudy.measurement.gaps import gap_positions
 from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.measurement.tables import gap_positions
 from rotorstudy.model.rig import read_rig
 from rotorstudy.model.shown_units import shown_for
 from rotorstudy.presentation.diagnosis_files import whole_folder
