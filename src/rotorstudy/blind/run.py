@@ -111,7 +111,7 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
 
     config : BlindConfig;  cases, seed : override those of the configuration
     answer : function(spectrum, model, settings, findings) -> verdict dict, held-out predictions or None
-    returns: Dataset of `summary.summary`, list of Criterion, DataFrame of cases
+    returns: Dataset of `summary.summary`, DataFrames of criteria and of cases
     Apart from times the result depends on configuration and seed alone, not on the number of cores.
     """
     stated = {"cases": cases, "seed": seed}

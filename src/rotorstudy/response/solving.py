@@ -7,12 +7,7 @@ import numpy as np
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.entries import Entry
 from rotorstudy.response.coupling import gather, layout_without_turning, linked_members, mirrored_unknown, own_harmonic
-from rotorstudy.response.factorised import (
-    factorised,
-    factorised_bands,
-    has_narrow_band,
-    stored_by_band,
-)
+from rotorstudy.response.factorised import factorised, factorised_bands, has_narrow_band, stored_by_band
 from rotorstudy.response.on_bearings import are_few, diagonal_blocks, on_bearings, touched_by
 from rotorstudy.response.turning import turning
 
