@@ -25,7 +25,7 @@ import numpy as np
 from foreign_page import by_kind
 from named_machines.failures import FAILURES
 
-from rotorstudy.blind.criteria import judge, printed, table
+from rotorstudy.blind.criteria import judge, printed
 from rotorstudy.blind.injection import KINDS_OF_CASES, Order
 from rotorstudy.blind.machines.cases import CHAIN_FAULTS
 from rotorstudy.blind.machines.faults import FAMILIES
@@ -103,7 +103,7 @@ def main():
     run = partial(run_case, out=given.out, records=given.records)
     rows = rows_of(run, orders(given), file, processes=given.processes, line=line)
     criteria = judge(rows)
-    write_text(given.out / "criteria.csv", table(criteria).to_csv(index=False))
+    write_text(given.out / "criteria.csv", criteria.to_csv(index=False))
     print(by_kind(rows).to_string())
     print(printed(criteria))
     print(f"seconds of one core for a diagnosis: median {rows.seconds.median():.3g}, longest {rows.seconds.max():.3g}")

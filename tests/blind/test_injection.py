@@ -7,9 +7,8 @@ import pytest
 from named_machines.failures import FAILURES
 
 from rotorstudy import RotorstudyError, measured_response, measured_spectrum, read_rig, registry
-from rotorstudy.blind.base import absorbed, left_by_base
 from rotorstudy.blind.config import KINDS, load_blind
-from rotorstudy.blind.injection import KINDS_OF_CASES, Order, draw, order_of
+from rotorstudy.blind.injection import KINDS_OF_CASES, Order, absorbed, draw, left_by_base, order_of
 from rotorstudy.blind.machines.cases import CHAIN_FAULTS
 from rotorstudy.blind.machines.faults import FAMILIES
 from rotorstudy.blind.machines.forms import FORMS

@@ -19,11 +19,10 @@ from rotorstudy.blind.criteria import judge
 from rotorstudy.blind.injection import draw, order_of
 from rotorstudy.blind.scoring import score, score_case
 from rotorstudy.blind.summary import summary
-from rotorstudy.chunks import chunk_of
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import read_rig
-from rotorstudy.store import copied, provenance, save, write_text
+from rotorstudy.store import chunk_of, copied, provenance, save, write_text
 
 SALT_STREAM = 7  # separates the salts of seals from the random numbers of cases
 
@@ -112,7 +111,7 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
 
     config : BlindConfig;  cases, seed : override those of the configuration
     answer : function(spectrum, model, settings, findings) -> verdict dict, held-out predictions or None
-    returns: Dataset of `summary.summary`, list of Criterion, DataFrame of cases
+    returns: Dataset of `summary.summary`, DataFrames of criteria and of cases
     Apart from times the result depends on configuration and seed alone, not on the number of cores.
     """
     stated = {"cases": cases, "seed": seed}

@@ -17,8 +17,7 @@ def add(parser):
 def run(given):
     """Run the blind tests and write their pages."""
     from rotorstudy.blind.config import load_blind
-    from rotorstudy.blind.criteria import printed, statement
-    from rotorstudy.blind.glance import answers_of, sentences
+    from rotorstudy.blind.criteria import printed, sentences, statement
     from rotorstudy.blind.run import run_blind
     from rotorstudy.presentation.blind_page import write_pages
 
@@ -26,7 +25,7 @@ def run(given):
     config = load_blind(given.config)
     data, criteria, rows = run_blind(config, given.out, cases=given.cases, seed=given.seed, cores=given.cores)
     write_pages(data, criteria, rows, given.out)
-    print("\n".join(sentences(answers_of(rows))) or f"{len(rows)} cases, of which none answers a question")
+    print("\n".join(sentences(criteria)) or f"{len(rows)} cases, of which none answers a question")
     print(statement(criteria) if len(rows) < FEW else printed(criteria))
     print(f"wrote {given.out}/criteria.html, cases.html, blind.nc and figures")
-    return {"cases": len(rows), "criteria": [vars(one) for one in criteria], "page": f"{given.out}/criteria.html"}
+    return {"cases": len(rows), "criteria": criteria.to_dict("records"), "page": f"{given.out}/criteria.html"}

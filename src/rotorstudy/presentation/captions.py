@@ -40,10 +40,6 @@ BLIND_FIGURES = {
     "calibration": "Share of the causes named first that are true, over their stated posterior probability. On the "
     "dotted line the probabilities are calibrated; above it they are too low, below it too high. Labels: numbers "
     "of cases.",
-    "coverage": "Shares with 95 % bounds; dotted: 95 %. The stated set of causes holds those that a verdict names and "
-    "those it cannot rule out.",
-    "gain": "Error of the extended model over that of the base model on speeds that no fit has seen, for effects of "
-    "size 3 and more. Dotted: a tenth; right of the solid line the extension increases the error.",
 }
 ROTOR_FIGURES = {
     "rotor": (

@@ -68,7 +68,7 @@ def campbell_chart(data, kinds, criticals, operating=None):
     for i, (label, chosen) in enumerate(kinds):
         chosen = chosen & (frequency < 2.5 * speed[-1] / (2 * np.pi))
         if chosen.any():
-            series.append(curve(label, (0, 4, 1)[i], per * every[chosen], frequency[chosen], mark="circle", size=1.6))
+            series.append(curve(label, (0, 2, 1)[i], per * every[chosen], frequency[chosen], mark="circle", size=1.6))
     ends = np.array([speed[0], speed[-1]])
     series.append(curve("1X", 6, per * ends, ends / (2 * np.pi), line=True, dash=[2, 3]))
     at = np.array([one.speed for one in criticals])

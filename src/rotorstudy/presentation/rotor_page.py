@@ -17,6 +17,7 @@ MOST_EFFECTS = 8  # on the least stable mode, the largest
 RIGID = 1e-3  # of the weight: what the bearings do not carry beyond that is carried by rigid supports
 ROUND_OFF = 1e-9  # of the weight
 OIL_WHIRL, LITTLE_DAMPED = (0.35, 0.55), 0.3  # frequency over speed, and logarithmic decrement below which it is said
+OVERDAMPED = 10.0  # logarithmic decrement that is not worth a number
 FAR = 0.15  # of the clearance: three times what an error of 10 % in clearance or viscosity moves a journal
 SAME_RESONANCE = 0.05  # a peak of a probe within this of a critical speed is that of its mode
 
@@ -114,13 +115,14 @@ def _stability(analysis):
         return []
     share = margin.frequency / margin.speed
     mode = f"the first forward mode ({_speed(margin.frequency)}, {percent(share, 2)} of the speed)"
+    decrement = number(margin.log_decrement, 3) if margin.log_decrement < OVERDAMPED else f"over {OVERDAMPED:g}"
     found = [
-        f"At {_speed(margin.speed)} {mode} has the logarithmic decrement {number(margin.log_decrement, 3)}; API 617 "
+        f"At {_speed(margin.speed)} {mode} has the logarithmic decrement {decrement}; API 617 "
         f"asks for {LEAST_DECREMENT:g} with the cross-coupling that the machine is expected to have."
     ]
     if margin.cross_coupling:
         bears = f"Cross-coupling of {quantity(margin.cross_coupling, 'N/m')} at node {margin.node} takes it to zero"
-        found.append(f"{bears}; API 617 (level 1) asks for more than twice what is expected there, else for level 2.")
+        found.append(f"{bears}; unless that is more than twice what is expected there, API 617 asks for level 2.")
     if margin.on_films and OIL_WHIRL[0] < share < OIL_WHIRL[1] and margin.log_decrement < LITTLE_DAMPED:
         found.append(
             "Oil whirl: a forward mode near half of the speed is driven by the films. Watch for a line at "
