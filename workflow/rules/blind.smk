@@ -28,7 +28,7 @@ if BLIND:
         output:
             data=f"{BLIND_RESULTS}/blind.nc",
             sealed=[f"{BLIND_RESULTS}/{name}.json" for name in ("seals", "truths", "verdicts")],
-            sheets=[f"{BLIND_RESULTS}/{name}.csv" for name in [*BLIND_PAGES, "answers"]],
+            sheets=[f"{BLIND_RESULTS}/{name}.csv" for name in BLIND_PAGES],
             pages=[
                 in_report(f"{BLIND_RESULTS}/{name}.html", f"blind_{name}", "Blind tests", "Tables")
                 for name in BLIND_PAGES

@@ -62,7 +62,7 @@ def blind_files():
     if not BLIND:
         return []
     pages = [f"{BLIND_RESULTS}/{name}.html" for name in BLIND_PAGES]
-    return [f"{BLIND_RESULTS}/blind.nc", f"{BLIND_RESULTS}/answers.csv", *pictures("blind", "png", "svg"), *pages]
+    return [f"{BLIND_RESULTS}/blind.nc", f"{BLIND_RESULTS}/criteria.csv", *pictures("blind", "png", "svg"), *pages]
 
 
 DIAGNOSIS = f"{RESULTS}/diagnosis"

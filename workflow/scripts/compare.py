@@ -3,11 +3,10 @@ from rotorstudy.studies.workflow import index_page, job
 with job(snakemake):
     from pathlib import Path
 
-    from rotorstudy.chunks import gathered
     from rotorstudy.presentation.comparison_figures import comparison_figures
     from rotorstudy.presentation.comparison_page import write_advice, write_ranking
     from rotorstudy.presentation.plots import save_figures
-    from rotorstudy.store import load, provenance, save
+    from rotorstudy.store import gathered, load, provenance, save
     from rotorstudy.studies.comparison.config import load_comparison
     from rotorstudy.studies.comparison.estimates import comparison
     from rotorstudy.studies.comparison.ranking import ranking

@@ -1,9 +1,8 @@
 from rotorstudy.studies.workflow import job
 
 with job(snakemake):
-    from rotorstudy.chunks import chunk_of
     from rotorstudy.model.registry import registry
-    from rotorstudy.store import provenance, save
+    from rotorstudy.store import chunk_of, provenance, save
     from rotorstudy.studies.comparison.config import load_comparison
     from rotorstudy.studies.comparison.trials import spectra
     from thesis.compared import load_rotor
