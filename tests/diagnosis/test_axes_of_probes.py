@@ -9,7 +9,7 @@ from machines import readings
 
 from rotorstudy.diagnosis.verdict.measuring_chain import hypotheses
 from rotorstudy.measurement.conventions import Conventions
-from rotorstudy.measurement.tables import read_table
+from rotorstudy.measurement.table_spectra import read_table
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term

@@ -137,7 +137,7 @@ def levenberg_marquardt(
         done = in_sigma < convergence.step_in_sigma
         done |= np.all(np.abs(step) <= convergence.step_relative * np.abs(tried), axis=-1)
         done |= better & (cost[trials] - new_cost <= convergence.gain_relative * new_cost)
-        left = convergence.steps - number - 1
+        left = max(convergence.steps - number - 1, 1)
         given_up = better & (new_cost - left * (cost[trials] - new_cost) > needed)
         taken = trials[better]
         theta[taken], cost[taken] = tried[better], new_cost[better]

@@ -13,8 +13,8 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
 from rotorstudy.diagnosis.search.explanations import Search
-from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.form_fit import WITHIN
+from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.impossible import grows, is_impossible
 from rotorstudy.diagnosis.search.moves import additions, exchanges, other_laws, removals, turns
 from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
@@ -144,10 +144,10 @@ def is_asked_to_stop(error):
 
 def _is_enough(work):
     """Whether one cause explains the records with plausible values of the rig, in a form near that of the library."""
-    best = max(work.explanations, key=odds_of)
-    p_parameters = chi_square_p_value(best.fit.penalty, len(best.fit.names))
-    likely = min(p_parameters, 1.0) >= work.settings.significance and not best.fit.is_rejected(work.settings.significance)
-    return likely and (best.form is None or best.form.mean_std <= work.settings.form_error)
+    best, significance = max(work.explanations, key=odds_of), work.settings.significance
+    is_plausible = chi_square_p_value(best.fit.penalty, len(best.fit.names)) >= significance
+    is_near = best.form is None or best.form.mean_std <= work.settings.form_error
+    return is_plausible and is_near and not best.fit.is_rejected(significance)
 
 
 def _is_due(work, explanation, tried):
