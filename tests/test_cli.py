@@ -283,13 +283,18 @@ def test_the_version_is_told(capsys):
 
 @pytest.mark.parametrize(
     ("module", "stated", "used"),
-    [("commands", None, "1"), ("commands", "3", "3"), ("studies.workflow", None, "1"), ("studies.workflow", "3", "1")],
+    [
+        ("rotorstudy.commands", None, "1"),
+        ("rotorstudy.commands", "3", "3"),
+        ("jobs.run", None, "1"),
+        ("jobs.run", "3", "1"),
+    ],
 )
 def test_linear_algebra_uses_one_thread_unless_more_are_stated_to_a_command(module, stated, used):
     """Of a job the number is stated by Snakemake, for all its processes together."""
     names = [f"{library}_NUM_THREADS" for library in ("OPENBLAS", "OMP", "MKL")]
     own = {name: value for name, value in os.environ.items() if name not in names}
-    code = f"import os, rotorstudy.{module}; print(*[os.environ[n] for n in {names}])"
+    code = f"import os, sys; sys.path.insert(0, 'workflow'); import {module}; print(*[os.environ[n] for n in {names}])"
     environment = own | ({} if stated is None else dict.fromkeys(names, stated))
     asked = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert asked.stdout.split() == [used] * 3

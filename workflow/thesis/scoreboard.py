@@ -5,6 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.presentation.pages import to_index
+from rotorstudy.presentation.tables import write_csv, write_html
+from thesis.tables import in_table_order
 
 KEYS = ["table", "case", "item", "noise_percent", "quantity", "method"]
 COLUMNS = [*KEYS, "published", "last_digit", "computed", "unit", "origin", "status", "reason"]
@@ -90,3 +93,31 @@ def load_reasons(path):
                 f"{path}: status {rule.get('status')!r} of table {rule.get('table')} (allowed: {STATUSES[1:]})"
             )
     return reasons
+
+
+def write(scored, csv, html, index):
+    """Write the scoreboard over the rows of all chapters, which are CSV files; index : the page of all results."""
+    import pandas as pd
+
+    rows = pd.concat([pd.read_csv(path, dtype={"table": str, "item": str}) for path in scored])
+    rows = in_table_order(rows[COLUMNS])
+    computed, measured = (rows[rows.origin == origin] for origin in ("computed anew", "measured again"))
+
+    def reproduced(rows):
+        return (rows.status == "reproduced").sum()
+
+    counts = rows.groupby(["table", "status"], sort=False).size().unstack(fill_value=0)
+    counts = counts.reindex(columns=list(STATUSES), fill_value=0).reset_index()
+    counts.insert(1, "values", counts[list(STATUSES)].sum(axis=1))
+    write_csv(rows, csv)
+    write_html(
+        html,
+        "Scoreboard",
+        f"Of {len(computed)} printed values that are computed anew, {reproduced(computed)} are reproduced within one "
+        f"unit of their last digit. Another {len(measured)} are measurements: replayed as records and measured again, "
+        f"{reproduced(measured)} are reproduced, which checks the measuring chain. Every other value has a reason.",
+        {"Every value": rows, "Number of values by table": counts},
+        choose=("table", "quantity", "method", "origin", "status"),
+        below="reason",
+        links=to_index(html, index),
+    )
