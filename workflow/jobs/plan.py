@@ -191,17 +191,19 @@ class Plan:
         else:
             shown, tabled = self.of_study(name)
         config, load = {**self.config.studies, **self.config.replays}[name], LOAD_REPLAY if replayed else LOAD_STUDY
-        given, module = {"reference": self.reference}, "replays" if replayed else name
-        function, priority = f"thesis.figures.{module}.figures", 2 * replayed  # the first figures within half a minute
+        given, function = {"reference": self.reference}, f"thesis.figures.{'replays' if replayed else name}.figures"
+        priority = 2 * replayed  # the first figures within half a minute
         pictures = self.pictures(name)
         figures = drawn(f"figures_{name}", load, config, function, pictures, given, self.printed, priority, **shown)
         inputs = {"config": config, "reasons": f"{self.reference}/reasons.yaml", **tabled}
         sheets = self.tables(*(f"{name}/tables/{table}" for table in TABLES[name]))
         outputs = {"scored": f"{self.results}/{name}/scored.csv", "sheets": sheets}
-        function = f"thesis.{'replay_tables' if replayed else name}.tables"
+        function = f"thesis.{'replay' if replayed else 'chapter'}_tables.tables"
         given |= {"load": load, "function": function, **self.index}
         called = (load, function)
-        tables = Job(f"tables_{name}", "jobs.tables.write", inputs, outputs, given, self.printed, calls=called)
+        printed = ("columns_of_spectra.csv", "rows_of_estimates.csv", "tables.yaml")
+        needs = (*self.printed, *(f"{self.reference}/{file}" for file in printed if not replayed))
+        tables = Job(f"tables_{name}", "jobs.tables.write", inputs, outputs, given, needs, calls=called)
         return [figures, tables]
 
     def of_study(self, name):
@@ -209,8 +211,7 @@ class Plan:
 
         def trials(rig):
             cases = [file_name(case) for case in self.settings.studies[name].cases]
-            found = self.of(name, *(f"monte_carlo/{rig}/{case}" for case in cases))
-            return found[0] if name == "chapter_4" else found  # which has one case
+            return self.of(name, *(f"monte_carlo/{rig}/{case}" for case in cases))
 
         def paths(*same, **places):
             places |= {stage: stage for stage in same}
@@ -223,7 +224,8 @@ class Plan:
         if name == "chapter_6":
             return shown | paths("sensors", "variants"), tabled | paths("variants")
         by_thesis = {"monte_carlo": trials("thesis"), **paths(identification="identification/thesis")}
-        return shown | {"monte_carlo_thesis": by_thesis["monte_carlo"]}, tabled | by_thesis
+        shown |= {"monte_carlo_thesis": by_thesis["monte_carlo"]} if name == "chapter_4" else {}
+        return shown, tabled | by_thesis
 
     def over_all_chapters(self):
         """Scoreboard, errata and the rigs side by side; the last two need all chapters."""
@@ -341,7 +343,7 @@ class Plan:
         given, plugins = {"chunks": chunks, "folder": folder}, files_of_kinds(*TESTED)
         threads = 8 if chunks == 1 else 1  # at most
         some = Job("blind_chunk", "jobs.blind_chunk.answer", inputs, outputs, given, plugins, threads=threads)
-        inputs |= {name: [path.format(chunk=i) for i in range(chunks)] for name, path in outputs.items()}
+        inputs = inputs | {name: [path.format(chunk=i) for i in range(chunks)] for name, path in outputs.items()}
         if self.config.independent_records:
             inputs["independent"] = self.config.independent_records
         names = ("blind.nc", "seals.json", "truths.json", "verdicts.json", "answers.csv")

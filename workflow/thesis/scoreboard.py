@@ -72,6 +72,21 @@ def score(printed, computed, reasons, measured_again=()):
     return merged.assign(status=status, reason=text, origin=origin)[COLUMNS]
 
 
+def scored_against(printed, rows, reasons, measured_again=()):
+    """The scoreboard of computed rows; reasons may quote their `deviation` from the printed values and its `percent`.
+
+    rows : with KEYS and `computed`, and perhaps further columns that reasons quote;  reasons : path
+    """
+    import pandas as pd
+
+    computed, values = pd.DataFrame(rows), printed.set_index(KEYS).published
+    known = np.array([values.get(tuple(key), np.nan) for key in computed[KEYS].values])
+    deviation = np.abs(computed.computed - known)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        percent = 100 * deviation / np.abs(known)
+    return score(printed, computed.assign(deviation=deviation, percent=percent), load_reasons(reasons), measured_again)
+
+
 def _matches(rule, row):
     for key, wanted in rule.items():
         if key in ("status", "reason", "even_if_equal"):
