@@ -50,7 +50,7 @@ browser: .venv/ready
 	.venv/bin/pytest -q tests/test_charts.py
 
 bench: .venv/ready
-	.venv/bin/python benchmarks/run.py
+	.venv/bin/python benchmarks/scaling.py
 
 blind: .venv/ready
 	.venv/bin/rotorstudy blind --cases 400 --cores 2 --out results/blind_400
@@ -74,7 +74,7 @@ ross: .venv/ready .venv-ross/ready
 
 peers: .venv/ready .venv-ross/ready
 	.venv/bin/python benchmarks/peers/run.py .venv-ross/bin/python results/peers
-	@echo "Look at results/peers/index.html; benchmarks/peers/page.py puts the numbers into docs and README"
+	@echo "Look at results/peers/peers.csv; benchmarks/peers/run.py with --page puts the numbers into docs and README"
 
 docs: .venv-docs/ready
 	.venv-docs/bin/mkdocs build --quiet

@@ -9,8 +9,8 @@ speed and probe.
 import argparse
 import json
 import os
-import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -18,6 +18,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 from named_machines.balancing import PLANES, PROBES, draw
 
+from rotorstudy.blind.run import rows_of
 from rotorstudy.diagnosis.runs.balance import balance_files
 from rotorstudy.diagnosis.runs.joint import identify_runs
 from rotorstudy.errors import RotorstudyError
@@ -36,15 +37,21 @@ def write_table(path, machine, shown):
     path.write_text("\n".join(rows) + "\n")
 
 
-def balanced(seed, updated):
-    """Stated and true vibration left: (interval of the left (3, speed, probe), of the next, true left, true next)."""
+def balanced(seed, updated="", share=1.0):
+    """Shares of the 95 % intervals of the vibration left, and of the next reading, that hold the truth.
+
+    updated : by which records the rig is, "" as drawn;  share : of the uncertainty that the rig states
+    """
     machine, rng = draw(seed), np.random.default_rng([seed, 31])
+    given = json.loads(json.dumps(machine.rig, default=float))
+    stated = given["diagnosis"]["uncertainty"]
+    stated |= {name: share * value for name, value in stated.items()}
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
-        (folder / "rig.yaml").write_text(json.dumps(machine.rig, default=float))
+        rig = folder / "rig.yaml"
+        rig.write_text(json.dumps(given))
         own = machine.scattered(rng)
         write_table(folder / "baseline.csv", machine, machine.reading(machine.motion(own=own), rng))
-        rig = folder / "rig.yaml"
         if updated:
             size, angle = TRIAL * machine.rig["rotor"]["discs"][0]["mass_kg"], rng.uniform(0, 360)
             trial = machine.motion([(PLANES[0], size * np.exp(1j * np.radians(angle)))], machine.scattered(rng))
@@ -63,34 +70,35 @@ def balanced(seed, updated):
     added = list(zip(PLANES, found.corrections @ [1, 1j], strict=True))
     left = np.abs(machine.motion(added, own)).sum(axis=1)
     shown = np.abs(machine.reading(machine.motion(added, machine.scattered(rng)), rng)).sum(axis=1)
-    return found, left, shown
+    return {
+        name: float(np.mean((low <= true) & (true <= high)))
+        for name, (low, _, high), true in (("left", found.after, left), ("next", found.next_reading, shown))
+    }
+
+
+def run_case(seed, updated):
+    """Row of a machine."""
+    try:
+        return balanced(seed, updated)
+    except RotorstudyError as error:
+        return {"refused": str(error)}
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
+    """Balance, print one line each, and the shares."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--machines", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--processes", type=int, default=1)
     given = parser.parse_args()
+    seeds = {seed: seed for seed in range(given.seed, given.seed + given.machines)}
     for updated in ("", "by these records", "by other records"):
-        inside, ratio = {"left": [], "next": []}, {"left": [], "next": []}
-        for seed in range(given.seed, given.seed + given.machines):
-            try:
-                found, left, shown = balanced(seed, updated)
-            except RotorstudyError as error:
-                print(f"seed {seed}: {error}", file=sys.stderr)
-                continue
-            for name, stated, true in (("left", found.after, left), ("next", found.next_reading, shown)):
-                inside[name].append(((stated[0] <= true) & (true <= stated[2])).ravel())
-                ratio[name].append((true / stated[1]).ravel())
-        for name in inside:
-            hit = np.array(inside[name])
-            per = hit.mean(axis=1)
-            std = per.std(ddof=1) / np.sqrt(len(per))
-            print(
-                f"{f'updated {updated}' if updated else 'as drawn'}, {name}: {hit.mean():.1%} ± {std:.1%} of "
-                f"{hit.size} intervals of {len(per)} machines; median true over stated {np.median(ratio[name]):.2f}",
-                flush=True,
-            )
+        rows = rows_of(partial(run_case, updated=updated), seeds, key="seed", processes=given.processes)
+        for name in ("left", "next"):
+            per = rows[name].dropna()
+            std = per.std() / np.sqrt(len(per))
+            print(f"{f'updated {updated}' if updated else 'as drawn'}, {name}: {per.mean():.1%} ± {std:.1%} of the "
+                  f"intervals of {len(per)} machines", flush=True)  # fmt: skip
 
 
 if __name__ == "__main__":

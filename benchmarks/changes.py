@@ -10,7 +10,6 @@ import argparse
 import os
 import tempfile
 import time
-import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,6 +21,8 @@ from rotorstudy.blind.machines.cases import draw_case
 from rotorstudy.blind.machines.files import write_case
 from rotorstudy.blind.machines.measuring import record, surface_runout
 from rotorstudy.blind.machines.stepping import NoSteadyState
+from rotorstudy.blind.run import rows_of
+from rotorstudy.blind.scoring import shares
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.settings import read_settings
@@ -32,6 +33,13 @@ from rotorstudy.model.rig import read_rig
 RUNOUT, GAIN, ANGLE = 20e-6, 0.05, np.deg2rad(5)  # m, 1, rad
 SHARE = 0.1  # of the unbalance in the second state, of that given to a single run
 HARMONICS = (0, 1, -1, 2, -2, 3, -3)
+COLUMNS = {
+    "in_set": "its cause and place are stated",
+    "alone": "its cause and place are stated alone",
+    "wrong": "another cause is named alone",
+    "in_set_of_one_state": "cause and place stated of the whole unbalance in one state",
+    "size_error": "median relative error of its size",
+}
 
 
 def drawn(seed, family):
@@ -67,20 +75,38 @@ def settings_of(rig):
     return settings.model_copy(update={"nuisance": chain})
 
 
-def verdicts(seed, changed, single):
-    """Case, verdict on the change, CPU time (s), and verdict on the second state alone with the whole unbalance."""
-    case = drawn(seed, "unbalance" if changed else "healthy")
+def run_case(work):
+    """Row of a seed: verdict on the change and CPU time (s), and on the second state alone with the whole unbalance."""
+    seed, changed, single = work
+    try:
+        return _row(drawn(seed, "unbalance" if changed else "healthy"), seed, changed, single) | {"changed": changed}
+    except (NoSteadyState, RotorstudyError) as error:
+        return {"verdict": f"not drawn or refused: {str(error)[:100]}", "changed": changed}
+
+
+def _row(case, seed, changed, single):
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         before, model, findings, rig = measured(case, 2 * seed, 0.0, folder / "before")
         after, *_ = measured(case, 2 * seed + 1, SHARE * changed, folder / "after")
         start = time.process_time()
         found = compare(before, after, model, settings=settings_of(rig), findings=tuple(findings)).diagnosis.verdict
-        seconds, alone = time.process_time() - start, None
-        if changed and single:
+        stated = names(found)
+        row = {"verdict": found.verdict, "seconds": time.process_time() - start, "stated": str(stated[:4])}
+        if not changed:
+            return row
+        (effect,) = case.effects
+        true = ("unbalance", effect["node"])
+        row |= {"in_set": true in stated, "alone": found.verdict == "cause" and stated == [true]}
+        row["wrong"] = found.verdict == "cause" and "unbalance" not in [name for name, _ in stated]
+        for cause in (*found.causes, *found.ambiguous_with):
+            if (cause.effect, cause.where.get("node")) == true:
+                row["size_error"] = abs(cause.parameters["unbalance"].value / (SHARE * effect["moment_kg_m"]) - 1)
+        if single:
             spectrum, model, findings, rig = measured(case, 2 * seed + 1, 1.0, folder / "alone")
             alone = investigate(spectrum, model, settings=settings_of(rig), findings=tuple(findings)).verdict
-    return case, found, seconds, alone
+            row["in_set_of_one_state"] = true in names(alone)
+    return row
 
 
 def names(verdict):
@@ -95,50 +121,20 @@ def main():
     parser.add_argument("--unchanged", type=int, default=40)
     parser.add_argument("--changed", type=int, default=20)
     parser.add_argument("--single", action="store_true", help="diagnose the second state alone, too")
+    parser.add_argument("--processes", type=int, default=1)
     given = parser.parse_args()
-    rows = []
-    for i in range(given.unchanged + given.changed):
-        changed = i >= given.unchanged
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                case, found, seconds, alone = verdicts(given.first + i, changed, given.single)
-        except (NoSteadyState, RotorstudyError) as error:
-            print(given.first + i, "not drawn or refused:", str(error)[:100], flush=True)
-            continue
-        stated, row = names(found), {"changed": changed, "nothing": found.verdict == "nothing", "seconds": seconds}
-        if changed:
-            (effect,) = case.effects
-            true = ("unbalance", effect["node"])
-            row |= {"in set": true in stated, "alone": found.verdict == "cause" and stated == [true]}
-            row["wrong"] = found.verdict == "cause" and "unbalance" not in [name for name, _ in stated]
-            for cause in (*found.causes, *found.ambiguous_with):
-                if (cause.effect, cause.where.get("node")) == true:
-                    row["size"] = cause.parameters["unbalance"].value / (SHARE * effect["moment_kg_m"]) - 1
-            if alone:
-                row["in set of one state"] = true in names(alone)
-        rows.append(row)
-        print(given.first + i, f"{seconds:.1f} s", found.verdict, stated[:4], row.get("size"), flush=True)
-    _print_shares(rows)
-
-
-def _print_shares(rows):
-    still, moved = ([row for row in rows if row["changed"] == changed] for changed in (False, True))
-    sizes = [abs(row["size"]) for row in moved if "size" in row]
-    for told, values in {
-        "nothing claimed where nothing changed": [row["nothing"] for row in still],
-        "change found": [not row["nothing"] for row in moved],
-        "its cause and place are stated": [row["in set"] for row in moved],
-        "its cause and place are stated alone": [row["alone"] for row in moved],
-        "another cause is named alone": [row["wrong"] for row in moved],
-        "median relative error of its size": [float(np.median(sizes))] if sizes else [],
-        "cause and place stated of the whole unbalance in one state": [
-            row["in set of one state"] for row in moved if "in set of one state" in row
-        ],
-        "CPU time of a comparison (s)": [row["seconds"] for row in rows],
-    }.items():
-        if values:
-            print(f"{np.mean(values):8.3g}  {told} ({len(values)})")
+    cases = {
+        given.first + i: (given.first + i, i >= given.unchanged, given.single)
+        for i in range(given.unchanged + given.changed)
+    }
+    rows = rows_of(run_case, cases, key="seed", processes=given.processes)
+    rows = rows[~rows.verdict.str.startswith("not drawn")]
+    still, moved = rows[~rows.changed], rows[rows.changed]
+    found = {"nothing claimed where nothing changed": still.verdict == "nothing",
+             "change found": moved.verdict != "nothing"}  # fmt: skip
+    found |= {what: moved[name].dropna().infer_objects() for name, what in COLUMNS.items() if name in rows}
+    found |= {"CPU time of a comparison (s)": rows.seconds}
+    print(shares(found).to_string(index=False))
 
 
 if __name__ == "__main__":

@@ -5,17 +5,16 @@ follows from them stands between marks in `docs/independent_records.md` and in t
 """
 
 import argparse
-import re
 import textwrap
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from marked_pages import ROOT, table, with_numbers, write
 
 from rotorstudy.blind.criteria import LARGE, judge
 from rotorstudy.blind.scoring import calibration
 
-ROOT = Path(__file__).parents[1]
 ROWS = {"library": ROOT / "docs/independent_records.csv", "forms": ROOT / "docs/forms.csv"}
 PAGE, README = ROOT / "docs/independent_records.md", ROOT / "README.md"
 WORST_OF = 5  # cases: kinds with fewer are not called worst
@@ -30,25 +29,30 @@ COLUMNS = [
 
 def numbers(rows):
     """Markdown tables: what was reached and asked, and the counts of each kind."""
-    lines = ["| | reached | 95 % bounds | cases | asked |", "|---|---|---|---|---|"]
-    for one in judge(rows):
-        if not one.cases:
-            continue
-        share = one.kind in ("share", "coverage")
-        scale, unit = (100, " %") if share else (1, "")
-        value, low, high = (f"{scale * number:.{0 if share else 2}{'f' if share else 'g'}}"
-                            for number in (one.reached, one.low, one.high))  # fmt: skip
-        lines.append(f"| {one.what} | {value}{unit} | {low} to {high}{unit} | {one.cases} | {one.needed_text} |")
-    lines.append(f"| calibration error by chance alone, if it were exact | {by_chance(rows):.2g} | | | |")
-    seconds = rows[~rows.verdict.isin(["not drawn", "refused"])].seconds
-    lines.append(f"| seconds of one core for a diagnosis, median | {seconds.median():.2g} | | {len(seconds)} | |")
-    lines.append(f"| the same, most | {seconds.max():.3g} | | {len(seconds)} | |")
-    table = by_kind(rows)
-    lines += ["", f"| kind | {' | '.join(table.columns)} |", "|---" * (len(table.columns) + 1) + "|"]
-    for kind, row in table.iterrows():
-        cells = ["-" if pd.isna(one) else f"{one:.3g}" for one in row]
-        lines.append(f"| {kind.replace('_', ' ')} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+    lines = []
+    for one in judge(rows).itertuples():
+        if one.cases:
+            share = one.kind == "share"
+            scale, unit = (100, " %") if share else (1, "")
+            value, low, high = (f"{scale * number:.{0 if share else 2}{'f' if share else 'g'}}"
+                                for number in (one.reached, one.low, one.high))  # fmt: skip
+            lines.append((one.what, f"{value}{unit}", f"{low} to {high}{unit}", one.cases, one.needed))
+    seconds, gain = rows[~rows.verdict.isin(["not drawn", "refused"])].seconds, _gain(rows)
+    lines += [
+        ("calibration error by chance alone, if it were exact", f"{by_chance(rows):.2g}", "", "", ""),
+        ("error at held-out speeds, after over before, median", f"{gain.median():.2g}", "", len(gain), ""),
+        ("the same, worst", f"{gain.max():.3g}", "", "", ""),
+        ("seconds of one core for a diagnosis, median", f"{seconds.median():.2g}", "", len(seconds), ""),
+        ("the same, most", f"{seconds.max():.3g}", "", "", ""),
+    ]
+    kinds = by_kind(rows)
+    kinds.index = kinds.index.str.replace("_", " ")
+    right = kinds[kinds.alone == kinds.cases].cases
+    told = f"All named alone at the right place: {', '.join(f'{kind} ({count})' for kind, count in right.items())}."
+    others = kinds.drop([*right.index, "healthy"], errors="ignore")  # clean records have a row above
+    counts = [(kind, *("-" if pd.isna(one) else f"{one:.3g}" for one in row)) for kind, row in others.iterrows()]
+    judged = table(("", "reached", "95 % bounds", "cases", "asked"), lines)
+    return f"{judged}\n\n{textwrap.fill(told, 150)}\n\n{table(('other kinds', *others.columns), counts)}"
 
 
 def by_kind(rows):
@@ -71,47 +75,45 @@ def by_chance(rows):
     return float(np.median([calibration(probability, right.astype(float))[-1] for right in drawn]))
 
 
+def _gain(rows):
+    """Errors at held-out speeds, after over before, of large effects."""
+    return rows[(rows["size"] >= LARGE) & rows.gain.notna()].gain
+
+
 def sentence(rows):
     """The same in a few sentences, for the README."""
-    found = {one.key: one for one in judge(rows)}
+    found = judge(rows).set_index("key")
 
     def count(key):
-        return f"{found[key].found} of {found[key].cases}"
+        return f"{found.found[key]} of {found.cases[key]}"
 
     def bounded(key):
-        one = found[key]
+        one = found.loc[key]
         return f"{count(key)} ({100 * one.reached:.0f} %; 95 % bounds {100 * one.low:.0f} to {100 * one.high:.0f} %)"
 
     done = rows[~rows.verdict.isin(["not drawn", "refused"])]
-    large = rows[(rows["size"] >= LARGE) & rows.gain.notna()]
     unknown = done[done.verdict == "unknown"].seconds
     worst = ", ".join(f"{kind.replace('_', ' ')} {100 * share:.0f} %" for kind, share in _worst(by_kind(rows)).items())
-    worst, pairs = f"Worst kinds, named alone: {worst}. " if worst else "", found["two_in_set"].cases
+    worst, pairs = f"Worst kinds, named alone: {worst}. " if worst else "", found.cases["two_in_set"]
     pairs = f"Pairs, both in the stated set: {bounded('two_in_set')}. " if pairs else ""
     text = (
         f"{len(rows)} cases. Single effects of three standard deviations or more: named alone at the right place in "
         f"{bounded('named_alone')}; named or not ruled out in {bounded('in_set')}; a wrong name in "
         f"{count('wrong_name')}. {worst}{pairs}Cracks named, within one element: {count('cracks_named')}. Clean "
         f"records called clean: {count('clean_called_clean')}. The stated probability is off by "
-        f"{found['calibration'].reached:.2f} on average; chance alone gives {by_chance(rows):.2f}. The error at "
-        f"held-out speeds falls to {found['gain_measured'].reached:.2g} of what it was in the median, to "
-        f"{large.gain.quantile(0.9):.2g} or less in 90 %, and to {large.gain.max():.3g} in the worst case. Seconds of "
-        f"one core: {done.seconds.median():.2g} in the median, {unknown.median():.2g} where the verdict is unknown, "
+        f"{found.reached['calibration']:.2f} on average; chance alone gives {by_chance(rows):.2f}. The error at "
+        f"held-out speeds falls to {_gain(rows).median():.2g} of what it was in the median, to "
+        f"{_gain(rows).quantile(0.9):.2g} or less in 90 %, and to {_gain(rows).max():.3g} in the worst case. Seconds "
+        f"of one core: {done.seconds.median():.2g} in the median, {unknown.median():.2g} where the verdict is unknown, "
         f"{done.seconds.max():.3g} at most."
     )
     return textwrap.fill(text, 130, initial_indent="  ", subsequent_indent="  ")
 
 
-def _worst(table):
+def _worst(kinds):
     """Shares named alone of the worst kinds of single effects with several cases."""
-    single = table[~table.index.str.contains("healthy|pair|outside") & (table.cases >= WORST_OF)]
+    single = kinds[~kinds.index.str.contains("healthy|pair|outside") & (kinds.cases >= WORST_OF)]
     return (single.alone / single.cases).nsmallest(3)
-
-
-def with_numbers(text, mark, numbers):
-    """A page with what stands between its marks replaced."""
-    pattern = re.compile(rf"(<!-- {mark} -->\n).*?( *<!-- end -->)", re.DOTALL)
-    return pattern.sub(lambda found: f"{found[1]}{numbers}\n{found[2]}", text)
 
 
 def pages(rows):
@@ -138,8 +140,7 @@ def main():
         if folders:
             rows = pd.concat([pd.read_csv(folder / "cases.csv") for folder in folders])
             rows[COLUMNS].to_csv(ROWS[mark], index=False, float_format="%.4g")
-    for path, text in pages(read_rows()).items():
-        path.write_text(text, encoding="utf-8")
+    write(pages(read_rows()))
 
 
 if __name__ == "__main__":

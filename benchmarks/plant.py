@@ -1,126 +1,174 @@
-"""Records of a machine in a plant by the independent simulator, with a rig file from drawings: one folder a state.
+"""Records of machines in a plant by the independent simulator, with rig files from drawings (`plant_study.py` judges).
 
-    python benchmarks/plant.py FOLDER [STATE ...] [--draw N]
+    python benchmarks/plant.py FILE MACHINE STATE [--draw N]
 
-STATE: one of STATES below. The draw is of what differs from the drawings, of runout, gains and noise.
-
-    python benchmarks/plant.py --table FILE STATE [--draw N]
-
-writes what a monitoring system exports of a state: amplitudes of 1X and 2X to 0.01 mil and phases to 1 degree, at slow
-roll and at speeds that scatter. The tables of examples/compressor are of draw 5, healthy and clearance.
-
-    python benchmarks/plant.py --study FOLDER [STATE ...] [--draw N]
-
-diagnoses the healthy machine, updates the rig by it, and compares it with the states; a line of JSON for each.
+writes a table as a monitoring system exports it: 1X and 2X to 0.01 mil and 1 degree, at slow roll and at speeds that
+scatter, of a machine of `named_machines.plant.PLANTS` in one of STATES. The draw is of what differs from the drawings,
+of runout, gains and noise. The tables of examples/compressor are of draw 5, healthy and clearance.
 """
 
 import argparse
 import csv
-import json
-import time
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from named_machines import plant
+from named_machines.plant import PLANTS
 
-from rotorstudy.blind.machines.contacts import RubLaw
-from rotorstudy.blind.machines.effects import add_preload, add_seal, add_thermal_bow
+from rotorstudy.blind.machines.contacts import CouplingLaw, OneSidedLaw, RubLaw
+from rotorstudy.blind.machines.effects import add_preload, add_thermal_bow
 from rotorstudy.blind.machines.elastic_crack import arc_form
-from rotorstudy.blind.machines.files import page
+from rotorstudy.blind.machines.files import page, stretches
 from rotorstudy.blind.machines.film import running_position
+from rotorstudy.blind.machines.form_contacts import add_elliptic_forces
 from rotorstudy.blind.machines.form_cracks import add_form
 from rotorstudy.blind.machines.machine import LocalForce
 from rotorstudy.blind.machines.measuring import Chain, Probe, record, surface_runout
-from rotorstudy.blind.machines.stepping import steady_state
+from rotorstudy.blind.machines.stepping import Steady, steady_state
 
-SPEEDS = np.array([1200, 1600, 2000, 2400, 2800, 3200, 3600, 4000]) * 2 * np.pi / 60
-STATES = {  # what is true of each, and the effects and places that are right
-    "healthy": (),
-    "clearance": ("bearing_change", {"node": 4, "number": "radial_clearance_m"}),  # 35 % more at the drive end
-    "clearance_nde": ("bearing_change", {"node": 10, "number": "radial_clearance_m"}),  # the same at the other end
-    "hot_oil": ("bearing_change", {"number": "viscosity_Pa_s"}),  # 30 % thinner in both films
-    "frame": ("foundation_change", {"node": 4}),  # its feet 25 % softer: grout
-    "unbalance": ("unbalance", {"node": 14}),  # half as much again at the last wheel
-    "unbalance_coupling": ("unbalance", {"node": 1}),  # twice as much
-    "crack": ("transverse_crack", {"element": 10}),  # a fifth of the diameter beside the bearing of the wheels
-    "crack_middle": ("transverse_crack", {"element": 7}),  # 0.35 of the diameter between the bearings
-    "rub": ("rub", {"node": 12}),  # light, at the first wheel
-    "preload": ("static_preload", {"node": 1}),  # 400 N across at the coupling
-    "thermal_bow": ("bow", {}),  # 6 K across the shaft, in two elements between the bearings
-    "seal": ("seal", {"node": 13}),  # that of the second wheel swirls
+STATES = {  # name: usual size, and the effects that are right
+    "healthy": (0.0, ()),
+    "clearance": (0.35, ("bearing_change",)),  # of the first film, larger by this share
+    "clearance_last": (0.35, ("bearing_change",)),  # of the last film
+    "oil": (-0.3, ("bearing_change",)),  # change of the viscosity of all films
+    "frame": (-0.25, ("foundation_change",)),  # change of the stiffness of the first block's feet
+    "unbalance": (0.5, ("unbalance",)),  # more at the first of the wheels
+    "crack": (0.25, ("transverse_crack",)),  # depth over diameter, beside a bearing
+    "crack_middle": (0.35, ("transverse_crack",)),
+    "rub": (0.3, ("rub",)),  # share of the orbit at the second of the wheels that is cut off
+    "looseness": (0.5, ("looseness", "foundation_change")),  # share of a foot's stiffness lost where it lifts
+    "parallel": (2e-4, ("parallel_misalignment",)),  # m
+    "angular": (4e-3, ("angular_misalignment",)),  # rad
+    "preload": (0.5, ("static_preload", "bearing_change")),  # across, at the hub, over the mean load of the films
+    "bow": (4.0, ("bow",)),  # K across the shaft
+    "runout": (6e-6, ("runout", "shaft_runout")),  # m, another surface at the first plane
+    "hub_2X": (100.0, ("parallel_misalignment",)),  # N at twice the speed, along x, at the coupling
 }
-PROBES, ANGLES = (3, 9), (-np.pi / 4, np.pi / 4)
-LABELS = {3: "DE", 9: "NDE"}
+ANGLES = (-np.pi / 4, np.pi / 4)
 STEPS, MODES = 96, 10
 AT_REST_V = -10.0  # gap voltage of every probe while the shaft lies at the bottom
-FOUNDATION = (
-    "foundation_mass", "foundation_stiffness_xx", "foundation_stiffness_yy", "foundation_damping_xx",
-    "foundation_damping_yy", "bearings[frame].radius_of_gyration_m",
-)  # fmt: skip
+BLOCK = ("foundation_mass", "foundation_stiffness_xx", "foundation_stiffness_yy", "foundation_damping_xx",
+         "foundation_damping_yy", "radius_of_gyration")  # fmt: skip
 
 
-def rotor_in(state):
-    """The rotor with its films in a state, and its foundation."""
-    rotor, foundation = plant.compressor()
-    clearance = {"clearance": (1.35, 1.0), "clearance_nde": (1.0, 1.35)}.get(state, (1.0, 1.0))
-    thinner = 0.7 if state == "hot_oil" else 1.0
-    films = [
-        replace(film, clearance=film.clearance * share, viscosity=film.viscosity * thinner)
-        for film, share in zip(rotor.films, clearance, strict=True)
-    ]
+def in_state(plant, state, size):
+    """The Plant with its films, blocks and unbalance as in a state."""
+    films, blocks, unbalance = list(plant.rotor.films), list(plant.blocks), dict(plant.unbalance)
+    if state in ("clearance", "clearance_last"):
+        one = 0 if state == "clearance" else -1
+        films[one] = replace(films[one], clearance=films[one].clearance * (1 + size))
+    if state == "oil":
+        films = [replace(film, viscosity=film.viscosity * (1 + size)) for film in films]
     if state == "frame":
-        foundation = replace(foundation, stiffness=tuple(0.75 * k for k in foundation.stiffness))
-    return replace(rotor, films=tuple(films)), foundation
+        blocks[0] = replace(blocks[0], stiffness=tuple(k * (1 + size) for k in blocks[0].stiffness))
+    if state == "unbalance":
+        unbalance[plant.wheels[0]] *= 1 + size
+    return replace(plant, rotor=replace(plant.rotor, films=tuple(films)), blocks=tuple(blocks), unbalance=unbalance)
 
 
-def motion(state, speeds=SPEEDS):
-    """Steady motion in a state as the probes on the block see it, from where each journal runs."""
-    rotor, foundation = rotor_in(state)
-    unbalance = {0: 16 * 4e-5 * np.exp(1j), 11: 26 * 3e-5, 13: 29 * 3.5e-5 * np.exp(2j)}
-    unbalance[13] *= 1.5 if state == "unbalance" else 1.0
-    unbalance[0] *= 2.0 if state == "unbalance_coupling" else 1.0
-    machine = plant.build_on_foundation(rotor, foundation, speeds, unbalance)
-    if state.startswith("crack"):
-        element, depth = (9, 0.2) if state == "crack" else (6, 0.35)
-        place = rotor.positions[element] + 0.4 * rotor.elements[element].length
-        add_form(machine, float(place), arc_form(rotor.elements[element], depth, 0.0), 0.7)
+def add_fault(machine, plant, state, size):
+    """Add what a state is beyond other numbers to the Machine of a plant."""
+    if state in ("crack", "crack_middle"):
+        part = plant.rotor.elements[plant.cracks[state == "crack_middle"][0]]
+        add_form(machine, crack_place(plant, state), arc_form(part, size, 0.0), 0.7)
     if state == "preload":
-        add_preload(machine, 0, 400.0, np.pi / 2)
-    if state == "thermal_bow":
-        add_thermal_bow(machine, (5, 6), 6.0, 0.5)
-    if state == "seal":
-        add_seal(machine, 12, 5e5, 4e5, 500.0, 0.0, 0.0)
+        add_preload(machine, plant.hub, size * np.mean([film.load for film in plant.rotor.films]), np.pi / 2)
+    if state == "hub_2X":
+        add_elliptic_forces(machine, plant.hub, {(2, 0): (size / 2, size / 2)})
+    if state == "bow":
+        add_thermal_bow(machine, plant.bow, size, 0.5)
+    if state == "looseness":
+        own, block = plant.block_slice(machine, 0), plant.blocks[0]
+        selection = np.zeros((machine.size, 2))
+        selection[own] = block.motion_at(block.feet[0]).T
+        machine.local.append(LocalForce(selection, OneSidedLaw(size * block.stiffness[0], np.inf, np.pi), "foot"))
+    if state in ("parallel", "angular"):
+        selection, (lateral, bending) = np.zeros((machine.size, 2)), plant.coupling
+        rows, signs = ([0, 1], [1.0, 1.0]) if state == "parallel" else ([3, 2], [1.0, -1.0])
+        for node, sign in ((plant.hub, 1.0), (plant.other_hub, -1.0)):
+            if node is not None:
+                selection[4 * node + np.array(rows), [0, 1]] = sign * np.array(signs)
+        stiffness = lateral if state == "parallel" else bending
+        machine.stiffness -= stiffness * selection @ selection.T  # its mean is part of the sound machine
+        law = CouplingLaw(stiffness, 0.1, size * np.exp(2j), 0.05 * size * np.exp(1j))
+        machine.local.append(LocalForce(selection, law, state))
     if state == "rub":
-        selection = plant.against_block(machine, foundation, 11)
-        healthy = steady_state(machine, speeds, STEPS, MODES)
+        selection = plant.against_block(machine, plant.wheels[1])
+        healthy = steady_state(machine, plant.speeds, STEPS, MODES)
         radius = np.linalg.norm(healthy.displacement @ selection, axis=-1).max()
-        law = RubLaw(2e6, 0.9 * radius, 0.1, 0.1, (0.0, 0.0), 1e-3)
+        stiffness = plant.rotor.mass * float(np.mean(plant.speeds)) ** 2
+        law = RubLaw(stiffness, (1 - size) * radius, 0.1, 0.1, (0.0, 0.0), 1e-3)
         machine.local.append(LocalForce(selection, law, "rub"))
-    steady = steady_state(machine, speeds, STEPS, MODES)
-    return plant.shown_by(steady, machine, foundation, PROBES)
 
 
-def write(folder, state, draw, steady=None, again=0):
-    """Write record.nc (zero mean at every speed, as by AC coupling), rig.yaml and truth.json."""
+def crack_place(plant, state):
+    """Of its crack along the shaft, m."""
+    element, share = plant.cracks[state == "crack_middle"]
+    return float(plant.rotor.positions[element] + share * plant.rotor.elements[element].length)
+
+
+def motion(name, state, size, speeds=None, kept=None):
+    """Steady motion of a machine in a state as the probes on its blocks see it, from where each journal runs.
+
+    kept : folder of motions computed before, or None
+    """
+    path = kept and Path(kept) / f"{name}_{state}_{size:g}.npz"
+    if path and path.exists():
+        return Steady(**np.load(path))
+    plant = in_state(PLANTS[name](), state, size)
+    plant = plant if speeds is None else replace(plant, speeds=speeds)
+    machine = plant.build()
+    add_fault(machine, plant, state, size)
+    steady = plant.shown_by(steady_state(machine, plant.speeds, STEPS, MODES), machine)
+    if path:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        np.savez(path, **vars(steady))
+    return steady
+
+
+def right_places(plant, state):
+    """Where what a state is may be stated, by the keys of a place of the package."""
+    nodes = [film.node + 1 for film in plant.rotor.films]
+    hubs = [node + 1 for node in (plant.hub, plant.other_hub) if node is not None]
+    return {
+        "clearance": {"node": nodes[:1], "number": ["radial_clearance_m"]},
+        "clearance_last": {"node": nodes[-1:], "number": ["radial_clearance_m"]},
+        "oil": {"number": ["viscosity_Pa_s"]},
+        "frame": {"node": [node for node in nodes if plant.block_at(node - 1) == 0]},
+        "looseness": {"node": [node for node in nodes if plant.block_at(node - 1) == 0]},
+        "unbalance": {"node": [plant.wheels[0] + 1]},
+        "rub": {"node": [plant.wheels[1] + 1]},
+        "crack": {"element": [plant.cracks[0][0] + 1]},
+        "crack_middle": {"element": [plant.cracks[1][0] + 1]},
+        "parallel": {"node": hubs, "element": [plant.hub + 1]},
+        "hub_2X": {"node": hubs[:1]},
+        "angular": {"node": hubs},
+        "preload": {"node": [*hubs, *nodes], "number": ["load_N"]},
+        "runout": {"node": nodes[:1]},
+    }.get(state, {})
+
+
+def write(folder, name, state, draw, steady, again=0):
+    """Write record.nc (zero mean at every speed, as by AC coupling) and rig.yaml; returns their paths."""
     import xarray as xr
 
-    folder = Path(folder)
+    folder, plant = Path(folder), PLANTS[name]()
     folder.mkdir(parents=True, exist_ok=True)
-    rng = np.random.default_rng([draw, 31])
+    rng, nodes = np.random.default_rng([draw, 31]), [film.node for film in plant.rotor.films]
     probes = {}
-    for node in PROBES:
+    for node in nodes:
         runout = surface_runout(rng, ANGLES, 3e-6, orders=4)
-        probes[node] = tuple(
-            Probe(angle, gain=1 + 0.02 * rng.normal(), runout=profile)
-            for angle, profile in zip(ANGLES, runout, strict=True)
-        )
-    error = rng.normal(size=4)
+        probes[node] = [
+            Probe(angle, 1 + 0.02 * rng.normal(), 0.0, own) for angle, own in zip(ANGLES, runout, strict=True)
+        ]
+    error = rng.normal(size=50)
+    if state == "runout":
+        other = surface_runout(np.random.default_rng([draw, 34]), ANGLES, STATES[state][0], orders=4)
+        probes[nodes[0]] = [replace(p, runout=own) for p, own in zip(probes[nodes[0]], other, strict=True)]
     shots = np.random.default_rng([draw, 31, list(STATES).index(state), again])
-    chain = Chain(rate=128 * SPEEDS.max() / (2 * np.pi), revolutions=32, noise=1e-7, coloured_noise=5e-8, quantum=2e-8,
-                  amplitude_scatter=2e-3, phase_scatter=2e-3, jitter=1e-4, pulse_width=0.35)  # fmt: skip
-    steady = steady or motion(state)
-    taken = record(shots, steady, PROBES, probes, chain)
+    chain = Chain(rate=128 * plant.speeds.max() / (2 * np.pi), revolutions=32, noise=1e-7, coloured_noise=5e-8,
+                  quantum=2e-8, amplitude_scatter=2e-3, phase_scatter=2e-3, jitter=1e-4, pulse_width=0.35)  # fmt: skip
+    taken = record(shots, steady, nodes, probes, chain)
     shown = taken["displacement"]
     shown -= shown.mean(axis=-1, keepdims=True)
     names = ("speed", "node", "direction", "time")
@@ -131,51 +179,46 @@ def write(folder, state, draw, steady=None, again=0):
         },
         {
             "speed": ("speed", taken["speed"], {"units": "rad/s"}),
-            "node": ("node", np.array(PROBES) + 1, {"units": "1"}),
+            "node": ("node", np.array(nodes) + 1, {"units": "1"}),
             "direction": ("direction", ["a", "b"]),
             "time": ("time", taken["time"], {"units": "s"}),
         },
         {"title": "Simulated vibration record"},
     ).to_netcdf(folder / "record.nc", encoding={"displacement": {"dtype": "float32"}})
-    for name, with_foundation in (("rig", True), ("rig_without_foundation", False)):
-        (folder / f"{name}.yaml").write_text(page(rig(error, with_foundation)), encoding="utf-8")
-    (folder / "truth.json").write_text(
-        json.dumps({"state": state, "draw": draw, "floquet": steady.multipliers.tolist()})
-    )
+    (folder / "rig.yaml").write_text(page(rig(plant, error)), encoding="utf-8")
+    return folder / "record.nc", folder / "rig.yaml"
 
 
-def write_table(path, state, draw):
+def write_table(path, name, state, draw):
     """Write the table of a state as a monitoring system exports it, of probes 45 degrees off the top."""
-    rng, shots = np.random.default_rng([draw, 31]), np.random.default_rng([draw, 32, list(STATES).index(state)])
-    gaps = np.random.default_rng([draw, 33, list(STATES).index(state)])
-    angles = {"X": 3 * np.pi / 4, "Y": -3 * np.pi / 4}
-    probes = {}
-    for node in PROBES:
+    plant, number, size = PLANTS[name](), list(STATES).index(state), STATES[state][0]
+    rng, shots = np.random.default_rng([draw, 31]), np.random.default_rng([draw, 32, number])
+    gaps = np.random.default_rng([draw, 33, number])
+    angles, probes = {"X": 3 * np.pi / 4, "Y": -3 * np.pi / 4}, {}
+    films = in_state(plant, state, size).rotor.films
+    for film, label in zip(films, labels(plant), strict=True):
         runout = surface_runout(rng, angles.values(), 3e-6, orders=4)
         probes |= {
-            f"{LABELS[node]} {name}": (node, angle, 1 + 0.02 * rng.normal(), profile)
-            for (name, angle), profile in zip(angles.items(), runout, strict=True)
+            f"{label} {axis}": (film, angle, 1 + 0.02 * rng.normal(), profile)
+            for (axis, angle), profile in zip(angles.items(), runout, strict=True)
         }
-    slow, speeds = 300 * np.pi / 30, SPEEDS * (1 + 1e-3 * shots.normal(size=len(SPEEDS)))
+    slow, speeds = 300 * np.pi / 30, plant.speeds * (1 + 1e-3 * shots.normal(size=len(plant.speeds)))
     speeds = np.round(np.append(slow, speeds) * 30 / np.pi) * np.pi / 30
-    steady = motion(state, speeds)
-    heads = ["Speed (rpm)"]
-    heads += [f"{p} {n}X {what}" for p in probes for n in (1, 2) for what in ("Amp (mil pp)", "Phase (deg lag)")]
-    rows = [heads]
-    films = [rotor_in(state)[0].films[PROBES.index(node)] for node, *_ in probes.values()]
-    rows[0] += [f"{p} Gap (V)" for p in probes]
+    steady = motion(name, state, size, speeds)
+    heads = [f"{p} {n}X {what}" for p in probes for n in (1, 2) for what in ("Amp (mil pp)", "Phase (deg lag)")]
+    rows = [["Speed (rpm)", *heads, *(f"{p} Gap (V)" for p in probes)]]
     for k, speed in enumerate(speeds):
         rows.append([f"{speed * 30 / np.pi:.0f}"])
-        for node, angle, gain, runout in probes.values():
-            x, y = steady.displacement[k, :, 4 * node : 4 * node + 2].T
+        for film, angle, gain, runout in probes.values():
+            x, y = steady.displacement[k, :, 4 * film.node : 4 * film.node + 2].T
             for n in (1, 2):
                 turn = np.exp(-1j * n * steady.angle)
                 vector = 2 * np.mean((np.cos(angle) * x + np.sin(angle) * y) * turn) + runout[n]
                 vector = gain * vector * (1 + 2e-3 * shots.normal()) + 2e-8 * (shots.normal() + 1j * shots.normal())
                 lag = -np.rad2deg(np.angle(vector)) - n * 90.0  # the sensor of the phase mark is at 90 degrees
                 rows[-1] += [f"{2 * abs(vector) / 25.4e-6:.2f}", f"{round(lag) % 360}"]
-        for film, (node, angle, gain, _) in zip(films, probes.values(), strict=True):
-            rest = [steady.displacement[k, :, 4 * node + i].mean() for i in (0, 1)]
+        for film, angle, gain, _ in probes.values():
+            rest = [steady.displacement[k, :, 4 * film.node + i].mean() for i in (0, 1)]
             x, y = running_position(film, speed) + rest - [film.clearance, 0.0]  # from the bottom of the bearing
             volts = 7874 * gain * (np.cos(angle) * x + np.sin(angle) * y) + 0.01 * gaps.normal()
             rows[-1].append(f"{AT_REST_V + volts:.2f}")
@@ -183,68 +226,77 @@ def write_table(path, state, draw):
         csv.writer(file, lineterminator="\n").writerows(rows)
 
 
-def foundation_section():
-    """A block as large as the one there, with round numbers: up to 20 % off."""
-    return {
-        "foundation": [
-            {"kind": "foundation_block", "node": PROBES[0] + 1, "second_node": PROBES[1] + 1, "label": "frame",
-             "radius_of_gyration_m": 0.35, "foundation_mass_kg": 1000.0, "foundation_stiffness_xx_N_per_m": 1e8,
-             "foundation_stiffness_yy_N_per_m": 2e8, "foundation_damping_xx_N_s_per_m": 3e4,
-             "foundation_damping_yy_N_s_per_m": 3e4}
-        ]
-    }  # fmt: skip
+def labels(plant):
+    """Of its films."""
+    return ("DE", "NDE") if len(plant.rotor.films) == 2 else tuple(f"bearing {k + 1}" for k in range(4))
 
 
-def rig(error, with_foundation):
-    """The rig file from drawings, with errors in standard deviations; of the foundation rough numbers, or nothing."""
-    rotor, _ = plant.compressor()
-    clearances, viscosity = 1 + 0.05 * error[:2], 1 + 0.08 * error[2]
+def rig(plant, error):
+    """The rig file from drawings, with errors (many standard deviations drawn): modulus, films, blocks, loads."""
+    rotor, upright, draws = plant.rotor, plant.thrust or {}, iter(error)
+    own, films = dict(zip((film.node for film in rotor.films), labels(plant), strict=True)), []
+    modulus, viscosity = 1 + 0.005 * next(draws), 1 + 0.08 * next(draws)
+    for film in rotor.films:
+        films.append(
+            {"kind": "short_journal", "node": film.node + 1, "label": own[film.node], "diameter_m": film.diameter,
+             "length_m": film.length, "radial_clearance_m": film.clearance * (1 + 0.05 * next(draws)),
+             "viscosity_Pa_s": film.viscosity * viscosity}
+            | ({"load_N": film.load * (1 + 0.05 * next(draws))} if upright else {})
+        )  # fmt: skip
+    blocks = []
+    for number, block in enumerate(plant.blocks):
+        nodes = [film.node + 1 for film in rotor.films if plant.block_at(film.node) == number]
+        values = (block.mass, *(2 * k for k in block.stiffness), *(2 * c for c in block.damping))
+        units = ("kg", "N_per_m", "N_per_m", "N_s_per_m", "N_s_per_m")
+        blocks.append(
+            {"kind": "foundation_block", "node": nodes[0], "second_node": nodes[1], "label": f"block {number + 1}",
+             "centre_m": block.centre, "feet_m": list(block.feet),
+             "radius_of_gyration_m": block.radius_of_gyration * (1 + 0.15 * next(draws))}
+            | {f"{key}_{unit}": value * (1 + 0.15 * next(draws))
+               for key, unit, value in zip(BLOCK, units, values, strict=False)}
+        )  # fmt: skip
     return {
         "rotor": {
             "kind": "finite_element",
-            "youngs_modulus_Pa": 2.1e11 * (1 + 0.005 * error[3]),
-            "elements": [
-                {"length_m": part.length, "outer_diameter_m": part.outer_diameter} for part in rotor.elements
-            ],
+            "youngs_modulus_Pa": 2.1e11 * modulus,
+            "gravity_m_per_s2": 0.0 if upright else 9.81,
+            "elements": stretches(rotor.elements),
             "discs": [
                 {"node": disc.node + 1, "mass_kg": disc.mass, "polar_moment_kg_m2": disc.polar_moment,
-                 "diametral_moment_kg_m2": disc.diametral_moment, "label": label}
-                for disc, label in zip(rotor.discs, ("coupling", "wheel 1", "wheel 2", "wheel 3"), strict=True)
+                 "diametral_moment_kg_m2": disc.diametral_moment} for disc in rotor.discs
             ],
         },
-        "bearings": [
-            {"kind": "short_journal", "node": film.node + 1, "label": LABELS[film.node], "diameter_m": film.diameter,
-             "length_m": film.length, "radial_clearance_m": film.clearance * share,
-             "viscosity_Pa_s": film.viscosity * viscosity}
-            for film, share in zip(rotor.films, clearances, strict=True)
-        ],
-        **(foundation_section() if with_foundation else {}),
+        "bearings": films,
+        "foundation": blocks,
         "effects": [
             {"kind": "shaft_damping", "shaft_damping_s": 1e-6},
             *(
-                {"kind": "unbalance", "node": node + 1, "label": label, "mass_kg": 1.0,
-                 "eccentricity_m": 1e-6, "eccentricity_phase_rad": 0.0}
-                for node, label in ((0, "coupling"), (11, "wheel 1"), (13, "wheel 3"))
+                {"kind": "unbalance", "node": node + 1, "label": f"at {node + 1}", "mass_kg": rotor.mass,
+                 "eccentricity_m": 1e-6, "eccentricity_phase_rad": 0.0} for node in plant.unbalance
+            ),
+            *(
+                {"kind": "static_preload", "node": node + 1, "label": f"thrust {node + 1}", "static_preload_N": value,
+                 "static_preload_phase_rad": 0.0} for node, value in upright.items()
             ),
         ],
-        "sensors": [node + 1 for node in PROBES],
+        "sensors": [film.node + 1 for film in rotor.films],
         "measurement": {
             "rotation": "with_angles",
             "harmonics": [1, -1, 2, -2, 3, -3],
             "probes": [
-                {"channel": name, "angle_deg": float(np.rad2deg(angle))}
-                | ({"relative_to": "bearing"} if with_foundation else {})
+                {"channel": name, "angle_deg": float(np.rad2deg(angle)), "relative_to": "bearing"}
                 for name, angle in zip("ab", ANGLES, strict=True)
             ],
             "keyphasor": {"channel": "keyphasor", "sensor_angle_deg": 90.0, "mark_angle_deg": 0.0},
         },
         "diagnosis": {
             "uncertainty": {
-                "default": 0.1, "eccentricity": 3000.0, "rotor": 0.0, "rotor.youngs_modulus_Pa": 0.01,
-                "bearing_scale": 0.0,
-                **{f"bearings[{label}].{key}": 0.1 for label in LABELS.values()
-                   for key in ("radial_clearance_m", "viscosity_Pa_s")},
-                **(dict.fromkeys(FOUNDATION, 0.3) if with_foundation else {}),
+                "default": 0.1, "eccentricity": 30.0, "rotor": 0.0, "rotor.youngs_modulus_Pa": 0.01,
+                "bearing_scale": 0.0, "bearings.viscosity_Pa_s": 0.1,
+                **{f"bearings[{one}].radial_clearance_m": 0.1 for one in own.values()},
+                **({f"bearings[{one}].load_N": 0.1 for one in own.values()} if upright else {}),
+                **dict.fromkeys(BLOCK[:-1], 0.3),
+                **{f"bearings[{block['label']}].radius_of_gyration_m": 0.3 for block in blocks},
             },
             "nuisance": {"probe_gain": 0.02, "probe_angle": 0.01, "phase_reference": 0.01, "runout": 3e-6},
             "model_error": 0.05,
@@ -253,56 +305,11 @@ def rig(error, with_foundation):
     }  # fmt: skip
 
 
-def study(folder, states, draw):
-    """Diagnose the healthy machine of a draw, and compare states with it; lines of JSON in FOLDER/study.jsonl."""
-    from rotorstudy.diagnosis.runs.compare import compare
-    from rotorstudy.diagnosis.verdict.extend import extended_rig
-    from rotorstudy.diagnosis.verdict.investigate import investigate
-    from rotorstudy.measurement.measurement import measured_spectrum
-    from rotorstudy.model.rig import RigFile
-    from rotorstudy.yaml_file import read_yaml
-
-    folder = Path(folder)
-    healthy = motion("healthy")
-    write(folder / "before", "healthy", draw, healthy)
-    rig_path = folder / "before" / "rig.yaml"
-    before, model, _ = measured_spectrum([folder / "before" / "record.nc"], rig_path)
-    settings = RigFile(rig_path, read_yaml(rig_path)).given["diagnosis"]
-
-    def said(state, verdict, seconds):
-        causes = [
-            [c.effect, c.where, round(c.posterior_probability, 4)] for c in (*verdict.causes, *verdict.ambiguous_with)
-        ]
-        row = {"state": state, "draw": draw, "verdict": verdict.verdict, "causes": causes, "alone": len(verdict.causes),
-               "seconds": round(seconds, 1), "places": [[o.where, o.motion] for o in verdict.one_place]}  # fmt: skip
-        with open(folder / "study.jsonl", "a", encoding="utf-8") as file:
-            file.write(json.dumps(row) + "\n")
-
-    start = time.process_time()
-    found = investigate(before, model, settings=settings)
-    said("healthy, diagnosed", found.verdict, time.process_time() - start)
-    updated = RigFile(rig_path, extended_rig(read_yaml(rig_path), found))
-    for state in states:
-        write(folder / state, state, draw, healthy if state == "healthy" else motion(state), 1)
-        after, model, _ = measured_spectrum([folder / state / "record.nc"], updated)
-        start = time.process_time()
-        one = compare(before, after, model, settings=settings)
-        said(state, one.diagnosis.verdict, time.process_time() - start)
-
-
 if __name__ == "__main__":
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    asked.add_argument("folder")
-    asked.add_argument("states", nargs="*", default=list(STATES))
+    asked.add_argument("file")
+    asked.add_argument("machine", choices=PLANTS)
+    asked.add_argument("state", choices=STATES)
     asked.add_argument("--draw", type=int, default=1)
-    asked.add_argument("--table", action="store_true")
-    asked.add_argument("--study", action="store_true")
     asked = asked.parse_args()
-    if asked.study:
-        study(asked.folder, asked.states, asked.draw)
-        asked.states = []
-    for one in asked.states:
-        if asked.table:
-            write_table(asked.folder, one, asked.draw)
-            continue
-        write(Path(asked.folder) / f"{one}_{asked.draw}", one, asked.draw)
+    write_table(asked.file, asked.machine, asked.state, asked.draw)

@@ -18,16 +18,25 @@ import numpy as np
 from rotor_kit import UPDATING, baseline_records, published, updated_rig
 from scipy.stats import chi2
 
+from rotorstudy.blind.run import rows_of
+from rotorstudy.blind.scoring import shares
 from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.measurement.measurement import measured_spectrum
 
 NODES = (6, 9)  # of the discs
 CONFIDENT = 0.95  # posterior probability
+OF_CHANGES = {"in_set": "unbalance among the causes stated", "places_in_set": "the discs that were loaded, too"}
+OF_ALL = {
+    "confident_and_wrong": "named with more than 95 %, alone or not, and wrong",
+    "off_by": "error of the sum of both discs, as a vector (g mm), median",
+    "covered": "95 % regions of the sum that hold the truth",
+    "seconds": "CPU time (s), median",
+}
 
 
-def compared(rig, folder, before, after):
-    """The Verdict on two tables of harmonics, and the CPU time, s."""
+def compared(rig, folder, before, after, true):
+    """Row of two tables of harmonics; true : (2,) unbalance of each disc, g mm, or None where nothing changed."""
     spectra = []
     for name, text in (("before", before), ("after", after)):
         (folder / f"{name}.csv").write_text(text)
@@ -35,7 +44,9 @@ def compared(rig, folder, before, after):
     (first, model, findings), (second, _, _) = spectra
     start = time.process_time()
     found = compare(first, second, model, settings=read_settings(rig.given, str(rig.path)), findings=tuple(findings))
-    return found.diagnosis.verdict, time.process_time() - start
+    verdict = found.diagnosis.verdict
+    row = {"verdict": verdict.verdict, "seconds": time.process_time() - start}
+    return row if true is None else row | {"true": str(np.round(true, 1))} | judged(verdict, true)
 
 
 def judged(verdict, true):
@@ -45,11 +56,10 @@ def judged(verdict, true):
     places = {cause.where.get("node") for cause in stated if cause.effect == "unbalance"}
     loaded = {node for node, one in zip(NODES, true, strict=True) if one}
     row = {
-        "verdict": verdict.verdict,
         "stated": [(c.effect, c.where.get("node"), round(float(c.posterior_probability), 3)) for c in stated],
-        "in the set": "unbalance" in names,
-        "places in the set": loaded <= places or (verdict.resultant is not None and "unbalance" in names),
-        "confident and wrong": any(
+        "in_set": "unbalance" in names,
+        "places_in_set": loaded <= places or (verdict.resultant is not None and "unbalance" in names),
+        "confident_and_wrong": any(
             c.posterior_probability > CONFIDENT
             and (c.effect != "unbalance" or (c.where["node"] not in loaded and verdict.resultant is None))
             for c in verdict.causes
@@ -63,45 +73,31 @@ def judged(verdict, true):
         turned = size * np.exp(1j * angle) - expected
         along, across = (turned * np.exp(-1j * angle)).real, (turned * np.exp(-1j * angle)).imag
         square = (along / (1e6 * found.size.std)) ** 2 + (across / (size * found.angle.std)) ** 2
-        row |= {"off by": round(float(abs(off)), 2), "covered": bool(square < chi2.ppf(0.95, 2))}
+        row |= {"off_by": round(float(abs(off)), 2), "covered": bool(square < chi2.ppf(0.95, 2))}
     return row
 
 
 def main():
     """Compare, print one line each, and the scores."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("conditions", nargs="*", help="by default all")
+    parser.add_argument("conditions", nargs="*", help="by default all, and the records of the baseline among them")
     given = parser.parse_args()
     tables, true, _ = published()
     complete = [n for n, text in tables.items() if n not in UPDATING and text.count("\n") == 9]
-    rows, times, balanced = [], [], []
+    cases = {name: (tables["BASE"], tables[name], true[name]) for name in given.conditions or complete}
+    if not given.conditions:
+        pairs = combinations(enumerate(baseline_records()), 2)
+        cases |= {f"baseline {i}, {j}": (one, other, None) for (i, one), (j, other) in pairs}
     with tempfile.TemporaryDirectory() as folder:
-        folder = Path(folder)
-        rig = updated_rig(folder)
-        for name in given.conditions or complete:
-            verdict, seconds = compared(rig, folder, tables["BASE"], tables[name])
-            rows.append(judged(verdict, true[name]))
-            times.append(seconds)
-            print(name, np.round(true[name], 1), f"{seconds:.1f} s", rows[-1], flush=True)
-        for one, other in combinations(baseline_records() if not given.conditions else [], 2):
-            verdict, seconds = compared(rig, folder, one, other)
-            balanced.append(verdict.verdict == "nothing")
-            print("baseline", f"{seconds:.1f} s", verdict.verdict, flush=True)
-    changed = [row for row in rows if row["verdict"] != "nothing"]
-    sums = [row for row in rows if "off by" in row]
-    for name, values in {
-        "comparisons": [len(rows)],
-        "CPU time (s)": times,
-        "a change is found": [row["verdict"] != "nothing" for row in rows],
-        "of these: unbalance among the causes stated": [row["in the set"] for row in changed],
-        "of these: the discs that were loaded, too": [row["places in the set"] for row in changed],
-        "named with more than 95 %, alone or not, and wrong": [row["confident and wrong"] for row in rows],
-        "error of the sum of both discs, as a vector (g mm)": [row["off by"] for row in sums],
-        "95 % regions of the sum that hold the truth": [row["covered"] for row in sums],
-        "nothing changed, and nothing claimed": balanced,
-    }.items():
-        if values:
-            print(f"{np.mean(values):8.3g}  {name} ({len(values)})")
+        rig = updated_rig(Path(folder))
+        rows = rows_of(lambda case: compared(rig, Path(folder), *case), cases, key="condition")
+    still = rows.condition.str.startswith("baseline")
+    changed = rows[~still & (rows.verdict != "nothing")]
+    found = {"a change is found": rows[~still].verdict != "nothing"}
+    found |= {f"of these: {what}": changed[name].astype(bool) for name, what in OF_CHANGES.items() if name in rows}
+    found |= {what: rows[name].dropna().infer_objects() for name, what in OF_ALL.items() if name in rows}
+    found |= {"nothing changed, and nothing claimed": rows[still].verdict == "nothing"}
+    print(shares(found).to_string(index=False))
 
 
 if __name__ == "__main__":

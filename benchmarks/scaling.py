@@ -11,17 +11,28 @@ os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1"
 import statistics
 import sys
 import time
+from copy import deepcopy
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from foreign_page import with_numbers
-from run import shaft
+from marked_pages import ROOT, table, with_numbers
 
-ROOT = Path(__file__).parents[1]
 ROWS, PAGE = ROOT / "docs/scaling.csv", ROOT / "docs/large.md"
 SPEEDS = np.linspace(50.0, 100.0, 51)
+
+
+def shaft(elements, **crack):
+    """The rotor of Chapter 6 on a mesh of some elements, a multiple of four."""
+    from rotorstudy import build_model
+    from rotorstudy.studies.config import load_study
+
+    rig = deepcopy(load_study(ROOT / "workflow" / "config" / "chapter_6.yaml").rigs["physical"])
+    rig["rotor"]["elements"][0]["count"] = elements
+    for item in [*rig["rotor"]["discs"], *rig["bearings"], *rig["effects"], *rig["cracks"]]:
+        item["node"] = 1 + (item["node"] - 1) * elements // 4
+    rig["cracks"][0] |= crack
+    return build_model(rig)
 
 
 def seconds(function, runs=2):
@@ -105,18 +116,14 @@ def measured():
     return pd.DataFrame(rows, columns=["what", "against", "size", "seconds", "exponent"])
 
 
-def table(rows):
-    """Markdown table, a line for each sweep."""
-    lines = ["| what | against | seconds at each size | exponent |", "|---" * 4 + "|"]
+def page(rows):
+    """The text of the page with some rows: a line of its table for each sweep."""
+    lines = []
     for (what, against), sweep in rows.groupby(["what", "against"], sort=False):
         shown = ", ".join(f"{n:,d}: {s:.2g}" for n, s in zip(sweep["size"], sweep["seconds"], strict=True))
-        lines.append(f"| {what} | {against} | {shown} | {sweep.exponent.iloc[0]:.1f} |")
-    return "\n".join(lines)
-
-
-def page(rows):
-    """The text of the page with some rows."""
-    return with_numbers(PAGE.read_text(encoding="utf-8"), "scaling", table(rows))
+        lines.append((what, against, shown, f"{sweep.exponent.iloc[0]:.1f}"))
+    whole = table(("what", "against", "seconds at each size", "exponent"), lines)
+    return with_numbers(PAGE.read_text(encoding="utf-8"), "scaling", whole)
 
 
 if __name__ == "__main__":

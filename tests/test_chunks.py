@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from rotorstudy import registry
-from rotorstudy.chunks import chunk_of, gathered
+from rotorstudy.store import chunk_of, gathered
 from rotorstudy.studies.comparison.config import load_comparison, study_rotor
 from rotorstudy.studies.comparison.estimates import estimates
 from rotorstudy.studies.comparison.trials import spectra

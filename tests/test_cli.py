@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 from rotorstudy import __version__
-from rotorstudy.commands.line import main
+from rotorstudy.commands.line import COMMANDS, main
 from rotorstudy.store import load, save
 
 RIG = str(Path(__file__).parents[1] / "examples" / "jeffcott.yaml")
@@ -25,12 +25,11 @@ def run(capsys, *arguments):
     return status, printed.out, printed.err
 
 
-@pytest.fixture
-def records(tmp_path, capsys):
-    path = tmp_path / "records.nc"
-    assert (
-        run(capsys, "simulate", RIG, "--speeds", 80 * np.pi / 3, 308, "--noise", 1, "--seed", 1, "--out", path)[0] == 0
-    )
+@pytest.fixture(scope="module")
+def records(tmp_path_factory):
+    path = tmp_path_factory.mktemp("cli") / "records.nc"
+    speeds = ["--speeds", str(80 * np.pi / 3), "308"]
+    assert main(["simulate", RIG, *speeds, "--noise", "1", "--seed", "1", "--out", str(path)]) == 0
     return path
 
 
@@ -87,21 +86,11 @@ def test_identify_notes_a_fit_better_than_usual(records, tmp_path, capsys):
 
 
 def test_the_help_of_every_command_can_be_read(capsys):
-    for command in (
-        [],
-        ["plugins"],
-        ["simulate"],
-        ["import"],
-        ["identify"],
-        ["new"],
-        ["check"],
-        ["diagnose"],
-        ["blind"],
-    ):
+    for command in ("", *(one.__name__.split(".")[-1].removesuffix("_records") for one in COMMANDS)):
         with pytest.raises(SystemExit) as stop:
-            main([*command, "--help"])
+            main([command, "--help"] if command else ["--help"])
         assert stop.value.code == 0
-        assert "usage: rotorstudy" in capsys.readouterr().out
+        assert f"usage: rotorstudy {command}" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -125,49 +114,47 @@ def test_simulate_refuses_and_writes_nothing(tmp_path, capsys, arguments, words)
     assert out.read_text() == "precious"
 
 
-def test_identify_refuses_unknown_names_with_the_near_miss(records, capsys):
-    base = ["identify", records, "--rig", RIG]
-    refused(run(capsys, *base, "--unknowns", "external_dampin"), "did you mean 'external_damping'")
-    refused(
-        run(capsys, *base, "--unknowns", "external_damping", "--spectrum", "ftt"), "unknown spectrum 'ftt'", "'fft'"
-    )
-    refused(run(capsys, *base, "--unknowns", "external_damping", "--estimator", "least_square"), "'least_squares'")
-    refused(run(capsys, *base), "name the unknowns")
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--unknowns", "external_dampin"], ["did you mean 'external_damping'"]),
+        (["--unknowns", "external_damping", "--spectrum", "ftt"], ["unknown spectrum 'ftt'", "'fft'"]),
+        (["--unknowns", "external_damping", "--estimator", "least_square"], ["'least_squares'"]),
+        ([], ["name the unknowns"]),
+    ],
+)
+def test_identify_refuses_unknown_names_with_the_near_miss(records, capsys, more, words):
+    refused(run(capsys, "identify", records, "--rig", RIG, *more), *words)
 
 
-def test_identify_refuses_files_it_cannot_trust(records, tmp_path, capsys):
-    def changed(change, name):
+def in_unit(unit):
+    return lambda data: data.assign(displacement=data.displacement.assign_attrs(units=unit))
+
+
+def with_a_hole(data):
+    return data.assign(displacement=data.displacement.where(data.time > 0.1 * data.time[-1]))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (in_unit("um"), ["units", "less than a probe can resolve"]),
+        (in_unit("furlong"), ["unit 'furlong'", "um"]),
+        (with_a_hole, ["gaps", "samples are missing"]),
+        (lambda data: data.drop_vars(["reference", "keyphasor"]), ["no phase reference"]),
+        (lambda data: data.isel(time=slice(0, 500)), ["too few revolutions"]),
+        (None, ["does not exist"]),
+        ("no netcdf", ["not a readable NetCDF"]),
+    ],
+)
+def test_identify_refuses_files_it_cannot_trust(records, tmp_path, capsys, change, words):
+    path = tmp_path / "changed.nc"
+    if callable(change):
         with xr.open_dataset(records) as data:
-            data = change(data.load())
-        data.to_netcdf(tmp_path / name)
-        return ["identify", tmp_path / name, "--rig", RIG, "--unknowns", "external_damping"]
-
-    def micrometres(data):
-        data.displacement.attrs["units"] = "um"
-        return data
-
-    def hole(data):
-        data.displacement[0, 0, 0, : data.sizes["time"] // 10] = np.nan
-        return data
-
-    def unknown_unit(data):
-        data.displacement.attrs["units"] = "furlong"
-        return data
-
-    def without_phase(data):
-        return data.drop_vars(["reference", "keyphasor"])
-
-    refused(run(capsys, *changed(micrometres, "a.nc")), "units", "less than a probe can resolve")
-    refused(run(capsys, *changed(unknown_unit, "b.nc")), "unit 'furlong'", "um")
-    refused(run(capsys, *changed(hole, "c.nc")), "gaps", "samples are missing")
-    refused(run(capsys, *changed(without_phase, "d.nc")), "no phase reference")
-    refused(run(capsys, *changed(lambda d: d.isel(time=slice(0, 500)), "e.nc")), "too few revolutions")
-    refused(run(capsys, "identify", tmp_path / "none.nc", "--rig", RIG, "--unknowns", "eccentricity"), "does not exist")
-    (tmp_path / "text.nc").write_text("no netcdf")
-    refused(
-        run(capsys, "identify", tmp_path / "text.nc", "--rig", RIG, "--unknowns", "external_damping"),
-        "not a readable NetCDF",
-    )
+            change(data.load()).to_netcdf(path)
+    elif change:
+        path.write_text(change)
+    refused(run(capsys, "identify", path, "--rig", RIG, "--unknowns", "external_damping"), *words)
 
 
 def test_identify_says_what_it_repaired(records, tmp_path, capsys):
@@ -203,11 +190,8 @@ def test_a_new_plugin_is_written_where_one_stands(tmp_path, capsys, monkeypatch)
 
     monkeypatch.chdir(tmp_path)
     status, out, _ = run(capsys, "new", "crack", "brand_new")
-    assert (
-        status == 0
-        and (tmp_path / "rotorstudy_plugins/brand_new.py").is_file()
-        and out.startswith("wrote rotorstudy_plugins/brand_new.py;")
-    )
+    assert status == 0 and out.startswith("wrote rotorstudy_plugins/brand_new.py;")
+    assert (tmp_path / "rotorstudy_plugins/brand_new.py").is_file()
     monkeypatch.chdir(Path(__file__).parents[1])
     assert _folder_of("crack").parts[-2:] == ("plugins", "cracks")
 
@@ -216,15 +200,14 @@ def test_the_files_that_commands_read_are_in_the_wheel():
     """What the wheel is told to hold is what `blind` and `demo` read, where an installed package looks for it."""
     import tomllib
 
-    from rotorstudy.commands import demo
-    from rotorstudy.commands.blind import _default_config
+    from rotorstudy.commands import blind, demo
 
     root = Path(__file__).parents[1]
     included = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
     packaged = {root / source: target for source, target in included["force-include"].items()}
-    assert packaged[_default_config()] == "rotorstudy/blind/blind.yaml"
+    assert packaged[blind.CONFIG] == "rotorstudy/blind/blind.yaml"
     for name in (demo.RIG, demo.MACHINE):
-        assert packaged[demo._examples() / name] == f"rotorstudy/examples/{name}"
+        assert packaged[demo.EXAMPLES / name] == f"rotorstudy/examples/{name}"
 
 
 def test_a_shell_that_completes_is_answered(tmp_path, monkeypatch, capsys):
@@ -281,23 +264,16 @@ def test_the_version_is_told(capsys):
     assert stop.value.code == 0 and capsys.readouterr().out == f"rotorstudy {__version__}\n"
 
 
-@pytest.mark.parametrize(
-    ("module", "stated", "used"),
-    [
-        ("rotorstudy.commands", None, "1"),
-        ("rotorstudy.commands", "3", "3"),
-        ("jobs.run", None, "1"),
-        ("jobs.run", "3", "1"),
-    ],
-)
-def test_linear_algebra_uses_one_thread_unless_more_are_stated_to_a_command(module, stated, used):
+@pytest.mark.parametrize(("stated", "used"), [(None, "1"), ("3", "3")])
+def test_linear_algebra_uses_one_thread_unless_more_are_stated_to_a_command(stated, used):
     """Of a job the number is stated by Snakemake, for all its processes together."""
     names = [f"{library}_NUM_THREADS" for library in ("OPENBLAS", "OMP", "MKL")]
     own = {name: value for name, value in os.environ.items() if name not in names}
-    code = f"import os, sys; sys.path.insert(0, 'workflow'); import {module}; print(*[os.environ[n] for n in {names}])"
+    code = f"import os, sys; sys.path.insert(0, 'workflow'); import {{}}; print(*[os.environ[n] for n in {names}])"
+    both = "\n".join(map(code.format, ("rotorstudy.commands", "jobs.run")))
     environment = own | ({} if stated is None else dict.fromkeys(names, stated))
-    asked = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
-    assert asked.stdout.split() == [used] * 3
+    asked = subprocess.run([sys.executable, "-c", both], env=environment, capture_output=True, text=True, check=True)
+    assert asked.stdout.split() == [used] * 3 + ["1"] * 3
 
 
 def test_a_misspelt_rig_key_is_named_with_its_place(tmp_path, capsys):
@@ -331,13 +307,13 @@ def test_progress_of_short_commands_is_shown_in_a_terminal_alone(tmp_path, capsy
 
     from rotorstudy.commands.line import QUIET_S, show_progress
 
-    stream = io.StringIO()
+    stream, logger = io.StringIO(), logging.getLogger("rotorstudy")
     handler = show_progress(stream)
     try:
-        logging.getLogger("rotorstudy.diagnosis.search.search").info("searching %d candidates", 3)
+        logger.getChild("diagnosis").info("searching %d candidates", 3)
     finally:
-        logging.getLogger("rotorstudy").removeHandler(handler)
-        logging.getLogger("rotorstudy").setLevel(logging.NOTSET)
+        logger.removeHandler(handler)
+        logger.setLevel(logging.NOTSET)
     assert re.fullmatch(r" +0\.\d s  searching 3 candidates\n", stream.getvalue())
     late = logging.makeLogRecord({"msg": "fitting", "levelno": logging.DEBUG, "created": time.time() + QUIET_S + 1})
     early = logging.makeLogRecord({"msg": "fitting more", "levelno": logging.DEBUG, "created": late.created + 1})

@@ -151,12 +151,12 @@ def test_drifting_marks_still_catch_missing_and_double_pulses():
     _, record = drifting_record(SPEED, 1.001 * SPEED, 0.02, 0.0, 0.7)
     method, turn = registry().get("spectrum", "order_tracking"), 2 * np.pi / SPEED
     for wrong, words in (
-        (np.where(np.abs(record.time - 10.3 * turn) < 0.5 * turn, 0, record.keyphasor), "neighbours"),
-        (record.keyphasor + np.exp(-0.5 * ((record.time - 10.3 * turn) / (0.01 * turn)) ** 2), "neighbours"),
-        (np.where(record.time < 4.3 * turn, 0, record.keyphasor), "at the start"),
+        (np.where(np.abs(record.time - 10.3 * turn) < 0.5 * turn, 0, record.keyphasor), "one a revolution"),
+        (record.keyphasor + np.exp(-0.5 * ((record.time - 10.3 * turn) / (0.01 * turn)) ** 2), "one a revolution"),
+        (np.where(record.time < 4.3 * turn, 0, record.keyphasor), "cut the record"),
         (None, "no keyphasor"),
     ):
         with pytest.raises(RotorstudyError, match=words):
             full_spectrum([replace(record, keyphasor=wrong)], HARMONICS, method, "keyphasor")
-    with pytest.raises(RotorstudyError, match="correct the speed"):
+    with pytest.raises(RotorstudyError, match="Correct the speed"):
         full_spectrum([replace(record, speed=2 * SPEED)], HARMONICS, method, "keyphasor")

@@ -1,8 +1,14 @@
-"""The rotor of the comparison of packages, in the words and axes of ROSS.
+"""The rotor of the comparison of packages, in the words and axes of ROSS, and what a task reports of itself.
 
 Nodes count from 0, y points upwards, the weight acts along -y, the shaft turns from x to y. It is the shaft of Chapter
 6 of the thesis without its crack and its internal damping. Plain numbers, read in both environments.
 """
+
+import json
+import resource
+import statistics
+import sys
+import time
 
 LENGTH = 0.45  # m
 DIAMETER = 0.015  # m
@@ -36,3 +42,24 @@ HARMONICS = (1, -1, 2, -2, 3, -3)
 def node(place, elements):
     """Node, from 0, of a place along the shaft."""
     return round(place * elements)
+
+
+def report(prepare, runs, with_import=False):
+    """Print the seconds of a task, the peak memory of the process and the numbers that the task gives, as JSON.
+
+    Processor time, as other work on the machine lengthens the time of the clock on the wall. Of several runs the median
+    without the first, in which a package compiles or loads what it needs; `with_import` that of the process so far.
+    """
+    run, elapsed = prepare(), []
+    for _ in range(runs):
+        start = 0.0 if with_import else time.process_time()
+        result = run()
+        elapsed.append(time.process_time() - start)
+    unit = 1024 if sys.platform != "darwin" else 1024**2
+    found = {
+        "seconds": statistics.median(elapsed[1:] or elapsed),
+        "memory_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit,
+        "real": result.real.tolist(),
+        "imag": result.imag.tolist(),
+    }
+    print("\n" + json.dumps(found))

@@ -1,21 +1,24 @@
-"""rotorstudy beside ROSS and beside scipy on one rotor, in one run: python benchmarks/peers/run.py ROSS_PYTHON OUT
+"""rotorstudy beside ROSS and beside scipy on one rotor: python benchmarks/peers/run.py ROSS_PYTHON OUT [--page]
 
-Each task runs in a process of its own with one BLAS thread. The rows go to OUT/peers.csv and to a page, OUT/index.html;
-`page.py` puts them into docs/.
+Each task runs in a process of its own with one BLAS thread. The rows go to OUT/peers.csv. With --page they go to
+`docs/peers.csv` and, between marks, to `docs/peers.md` and the README; a test compares both with the file.
 """
 
 import json
 import os
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from rotorstudy.presentation.tables import write_csv, write_html
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from marked_pages import ROOT, table, with_numbers, write
 
 HERE = Path(__file__).parent
+ROWS, PAGE, README = ROOT / "docs/peers.csv", ROOT / "docs/peers.md", ROOT / "README.md"
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 ROSS, SCIPY = "ROSS", "scipy solve_ivp"
 # name, task of rotorstudy and its runs, other package, its task and runs; a first run of several is not counted
@@ -73,17 +76,47 @@ def main():
         })  # fmt: skip
         print(rows[-1], flush=True)
     out.mkdir(parents=True, exist_ok=True)
-    note = [
-        "The shaft of Chapter 6 in rotorstudy, in ROSS, and by solve_ivp of scipy on the matrices of ROSS.",
-        "Processor seconds of one thread, medians of one run of the benchmark; the first run of each task, in which a "
-        "package loads or compiles, is not counted, except where the import is the task.",
-        "ratio: seconds of the other package over those of rotorstudy; below 1 the other package is faster.",
-        "difference: largest difference of the results over the largest value.",
-        "ROSS applies the force of the crack of the step before, which explains its difference there.",
-    ]
-    table = pd.DataFrame(rows)
-    write_csv(table, out / "peers.csv")
-    write_html(out / "index.html", "Beside other packages", note, {"": table}, digits=3)
+    pd.DataFrame(rows).to_csv(out / "peers.csv", index=False)
+    if "--page" in sys.argv:
+        pd.DataFrame(rows).to_csv(ROWS, index=False, float_format="%.4g")
+        write(pages(pd.read_csv(ROWS)))
+
+
+def pages(rows):
+    """{path: text} of the pages with the numbers of some rows."""
+    heads = ("task", "beside", "rotorstudy, s", "other, s", "ratio", "rotorstudy, MB", "other, MB", "difference")
+    lines = [
+        (row["task"], row["other package"], *(_rounded(row[name]) for name in ("rotorstudy s", "other s", "ratio")),
+         f"{row['rotorstudy MB']:.0f}", f"{row['other MB']:.0f}", f"{row['difference']:.1g}")
+        for row in rows.to_dict("records")
+    ]  # fmt: skip
+    page, readme = (path.read_text(encoding="utf-8") for path in (PAGE, README))
+    return {
+        PAGE: with_numbers(page, "numbers", table(heads, lines)),
+        README: with_numbers(readme, "peers", sentence(rows)),
+    }
+
+
+def sentence(rows):
+    """What is faster and what slower than ROSS, for the README."""
+    rows = rows[rows["other package"] == "ROSS"]
+
+    def told(some, ratio):
+        return ", ".join(f"{row.task} ({_rounded(ratio(row.ratio))} times)" for row in some.itertuples())
+
+    faster, slower = rows[rows.ratio >= 1].sort_values("ratio"), rows[rows.ratio < 1]
+    text = (
+        f"On the shaft of Chapter 6, rotorstudy was faster than ROSS in {len(faster)} of {len(rows)} tasks: least in "
+        f"{told(faster[:1], lambda r: r)}, most in {told(faster[-1:], lambda r: r)}."
+    )
+    if len(slower):
+        text += f" ROSS was faster in {told(slower, lambda r: 1 / r)}."
+    return textwrap.fill(text, 130)
+
+
+def _rounded(value):
+    """Two digits, without an exponent."""
+    return f"{float(f'{value:.2g}'):.6g}"
 
 
 if __name__ == "__main__":

@@ -4,7 +4,6 @@ import sys
 
 import machine
 import numpy as np
-from clock import report
 
 
 def rotor(elements):
@@ -186,4 +185,4 @@ TASKS = {
 }
 
 if __name__ == "__main__":
-    report(TASKS[sys.argv[1]], int(sys.argv[2]), with_import=sys.argv[1] == "first")
+    machine.report(TASKS[sys.argv[1]], int(sys.argv[2]), with_import=sys.argv[1] == "first")

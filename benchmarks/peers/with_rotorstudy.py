@@ -7,7 +7,6 @@ import sys
 
 import machine
 import numpy as np
-from clock import report
 
 QUARTER = np.pi / 2
 
@@ -169,4 +168,4 @@ TASKS = {
 }
 
 if __name__ == "__main__":
-    report(TASKS[sys.argv[1]], int(sys.argv[2]), with_import=sys.argv[1] == "first")
+    machine.report(TASKS[sys.argv[1]], int(sys.argv[2]), with_import=sys.argv[1] == "first")

@@ -6,20 +6,15 @@ writes a rig file for each case, reads the records by it and diagnoses them. The
 
 import json
 import sys
-import time
-import warnings
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import yaml
 
 from rotorstudy import build_model, measured_response
-from rotorstudy.diagnosis import investigate
-from rotorstudy.diagnosis.settings import read_settings
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.measurement import measured_spectrum
-from rotorstudy.model.rig import read_rig
+from rotorstudy.blind.run import answer_case, rows_of
+from rotorstudy.blind.scoring import name_of, shares
 
 # Truth -> names of the package that are this effect
 MEANS = {
@@ -119,63 +114,51 @@ def difference(machine):
 
 def there(true, cause, element_length):
     """Whether a cause is the true effect at its place: at a node, in an element (m long) or at one of its ends."""
-    if not true or cause.effect not in MEANS[true["family"]]:
+    if not true or cause["effect"] not in MEANS[true["family"]]:
         return False
     first = true.get("node", true.get("element")) + 1
-    if "position_m" in cause.parameters:
+    if "position_m" in cause["parameters"]:
         middle = true.get("position_m", (first - 0.5) * element_length)
-        return abs(cause.parameters["position_m"].value - middle) <= element_length / 2
+        return abs(cause["parameters"]["position_m"]["value"] - middle) <= element_length / 2
     places = (first,) if "node" in true else (first, first + 1)
-    return cause.where.get("element", cause.where.get("node", first)) in places
+    return cause["where"].get("element", cause["where"].get("node", first)) in places
 
 
-def row_of(folder, machine):
-    """Row of a case: truth, verdict, what it names and states, whether that is right, and the size of the effect."""
+def run_case(folder, machine):
+    """Row of a case: truth, verdict, what it names and states, and whether that is right."""
     true = json.loads((folder / "truth.json").read_text())
-    rig_file = folder / "rig.yaml"
-    rig_file.write_text(yaml.safe_dump(rig_of(machine, true.get("weight", False)), sort_keys=False))
+    rig = rig_of(machine, true.get("weight", False))
+    (folder / "rig.yaml").write_text(yaml.safe_dump(rig, sort_keys=False))
+    answer = answer_case(folder, records=sorted(path.name for path in folder.glob("run_*.csv")))
+    verdict = answer["verdict"]
+    (folder / "verdict.json").write_text(json.dumps(verdict, indent=1))
     place = " ".join(f"{key} {true[key] + 1}" for key in ("node", "element") if key in true)
-    row = {"case": folder.name, "truth": f"{true.get('family', 'healthy')} {place}".strip()}
-    start = time.process_time()
-    try:
-        rig = read_rig(rig_file)
-        spectrum, model, findings = measured_spectrum(sorted(folder.glob("run_*.csv")), rig)
-        found = investigate(spectrum, model, settings=read_settings(rig.given, "rig.yaml"), findings=findings)
-    except RotorstudyError as problem:
-        return row | {"verdict": "refused", "named": str(problem), "alone": False, "in_set": False}
-    verdict, base = found.verdict, found.search.base
-    (folder / "verdict.json").write_text(verdict.model_dump_json(indent=1))
-    stated = (*verdict.causes, *verdict.ambiguous_with) if verdict.verdict in ("cause", "ambiguous") else ()
-    healthy = verdict.verdict == "nothing" and not true
+    row = {"truth": f"{true.get('family', 'healthy')} {place}".strip(), "verdict": verdict["verdict"]}
+    if "error" in verdict:
+        return row | {"named": verdict["error"], "alone": False, "in_set": False}
+    causes, others = verdict["causes"], verdict["ambiguous_with"]
+    right = [there(true, cause, machine["shaft"]["length"]) for cause in (*causes, *others)]
+    if verdict["verdict"] not in ("cause", "ambiguous"):
+        right = [not true] if verdict["verdict"] == "nothing" else [False]
     return row | {
-        "size": np.sqrt(base.cost / len(base.residual)),  # of what the healthy machine leaves and moves, rms in sigma
-        "verdict": verdict.verdict,
-        "named": " + ".join(name_of(cause) for cause in verdict.causes),
-        "stated": " | ".join(name_of(cause) for cause in verdict.ambiguous_with),
-        "alone": healthy
-        or (verdict.verdict == "cause" and all(there(true, cause, machine["shaft"]["length"]) for cause in stated)),
-        "in_set": healthy or any(there(true, cause, machine["shaft"]["length"]) for cause in stated),
-        "p_after": verdict.residual_p_value.after,
-        "share_left": verdict.residual_share,
-        "seconds": time.process_time() - start,
+        "named": " + ".join(map(name_of, causes)),
+        "stated": " | ".join(map(name_of, others)),
+        "alone": verdict["verdict"] != "ambiguous" and all(right),
+        "in_set": any(right),
+        "p_after": verdict["residual_p_value"]["after"],
+        "share_left": verdict["residual_share"],
+        "seconds": answer["seconds"],
     }
-
-
-def name_of(cause):
-    """Effect and place in a few characters."""
-    return cause.effect + "".join(f" {value}" for value in cause.where.values())
 
 
 def main(out, wanted):
     """Compare the healthy machine, diagnose the wanted cases (none: all), write the table."""
-    warnings.simplefilter("ignore")
     machine = json.loads((out / "machine.json").read_text())
     print(f"healthy response, largest difference from ROSS: {difference(machine):.1e}", flush=True)
-    rows = []
-    for folder in wanted or sorted(file.parent.name for file in out.glob("*/truth.json")):
-        rows.append(row_of(out / folder, machine))
-        print(json.dumps(rows[-1], default=float), flush=True)
-        pd.DataFrame(rows).to_csv(out / "verdicts.csv", index=False)
+    (out / "verdicts.csv").unlink(missing_ok=True)
+    names = wanted or sorted(file.parent.name for file in out.glob("*/truth.json"))
+    rows = rows_of(partial(run_case, machine=machine), {name: out / name for name in names}, out / "verdicts.csv")
+    print(shares({name: rows[name].astype(bool) for name in ("alone", "in_set")}).to_string(index=False))
 
 
 if __name__ == "__main__":

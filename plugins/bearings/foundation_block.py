@@ -1,14 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import (
-    Bearing,
-    Entry,
-    Parameter,
-    Positive,
-    RotorstudyError,
-    hookimpl,
-    planar_entries,
-)
+from rotorstudy.plugins import Bearing, Entry, Parameter, Positive, RotorstudyError, hookimpl, planar_entries
 
 
 def foundation_block(

@@ -19,7 +19,7 @@ def linear(
     cross-coupling (k_xy is the force along x due to a displacement along y). mass_kg moves with the journal, without
     weight; an item of point_masses of the rotor has weight, too.
     """
-    here = structure.unit(structure.default_node() if node is None else node)
+    here = structure.unit(node)
     here, parameters = np.outer(here, here), []
     for name, unit, order, typical in (
         ("stiffness", "N/m", 0, 13 * structure.scales.stiffness(node)),

@@ -38,12 +38,7 @@ def plain_journal(
     film = sommerfeld_number(1.0, diameter_m, length_m, radial_clearance_m, viscosity_Pa_s, load_N)
     rows = coefficients_over_eccentricity(ratio, grooves)
 
-    @lru_cache(maxsize=4096)
     def at(speed):
-        if not speed > 0:
-            raise RotorstudyError(
-                f"speed {speed:g} rad/s: the journal at node {node} must rotate to have a film; give speeds > 0"
-            )
         where = f"at {speed:g} rad/s the journal at node {node}"
         _, _, stiffness, damping = running(eccentricity_ratio(film * speed, ratio, rows, where), ratio, rows)
         return load_N / radial_clearance_m * stiffness, load_N / (radial_clearance_m * speed) * damping

@@ -1,5 +1,3 @@
-from functools import lru_cache
-
 import numpy as np
 
 from rotorstudy.plugins import Bearing, Parameter, Positive, RotorstudyError, film_entries, hookimpl, weight_carried
@@ -34,13 +32,7 @@ def short_journal(
     node = structure.default_node() if node is None else node
     film = diameter_m * length_m**3 * viscosity_Pa_s / (8 * load_N * radial_clearance_m**2)  # Ocvirk number / speed
 
-    @lru_cache(maxsize=4096)
     def at(speed):
-        """Both matrices at one speed, N/m and N s/m."""
-        if not speed > 0:
-            raise RotorstudyError(
-                f"speed {speed:g} rad/s: the journal at node {node} must rotate to have a film; give speeds > 0"
-            )
         eccentricity = eccentricity_ratio(film * speed, f"at {speed:g} rad/s the journal at node {node}")
         stiffness, damping = coefficients(eccentricity)
         return load_N / radial_clearance_m * stiffness, load_N / (radial_clearance_m * speed) * damping

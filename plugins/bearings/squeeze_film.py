@@ -2,7 +2,7 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.plugins import Bearing, Entry, Fraction, Parameter, Positive, hookimpl
+from rotorstudy.plugins import Bearing, Entry, Fraction, Parameter, Positive, hookimpl, outer
 
 
 def squeeze_film(
@@ -23,8 +23,7 @@ def squeeze_film(
     harmonic is treated as if alone. The orbit radius of the dominant one is eccentricity_ratio times the clearance; the
     user must compare it with the response.
     """
-    here = structure.unit(structure.default_node() if node is None else node)
-    here = np.outer(here, here)
+    here = outer(structure.unit(node))
     stiffness, damping = coefficients(eccentricity_ratio, film)
     size = viscosity_Pa_s * diameter_m / 2 * (length_m / radial_clearance_m) ** 3
     entries = [Entry(-size * damping * here, order=1)]

@@ -26,8 +26,8 @@ def rotorstudy_effect():
         fixed=True,
         shape={"corner_rad_per_s": (1e-4, 0.1, "frequency")},
         checked="0X gone to 1e-12, -3 dB and 45 degrees of lead at the corner",
-        confounders=(
-            ("sensor_gap", "AC coupling removes the entire mean of every sensor"),
-            ("delay", "a high-pass filter leads most at low speeds and removes 0X; a delay lags most at high speeds"),
-        ),
+        confounders={
+            "sensor_gap": "AC coupling removes the entire mean of every sensor",
+            "delay": "a high-pass filter leads most at low speeds and removes 0X; a delay lags most at high speeds",
+        },
     )

@@ -24,7 +24,7 @@ def added_mass(
     plane y: horizontal motion only, without weight, as for a misprinted mass matrix of one plane.
     """
     if places is None:
-        here = structure.unit(structure.default_node() if node is None else node)
+        here = structure.unit(node)
         pattern = outer(here)
     else:
         pattern = sum(
@@ -47,20 +47,14 @@ def rotorstudy_effect():
         source="Newton; plane y for thesis Tables 6.2 to 6.7",
         brings=("unbalance",),
         checked="response equal to that of a rotor built with M + m to 1e-11; thesis Tables 6.2 to 6.7 with plane y",
-        confounders=(
-            ("pedestal_resonance", "a mass acts at all frequencies alike; measure the motion of the pedestal"),
-            ("seal", "the mass of the fluid comes with its damping, and only in the full machine"),
-            (
-                "stiffness_error",
-                "stiffness dominates below the critical speed, mass above it; a mass also has weight (0X)",
-            ),
-            (
-                "speed_error",
-                "equal if all masses have the same relative error and nothing tilts; use a second tachometer",
-            ),
-            (
-                "gyroscopic_error",
-                "gyroscopic moments change sign between forward and backward harmonics, inertia does not",
-            ),
-        ),
+        confounders={
+            "pedestal_resonance": "a mass acts at all frequencies alike; measure the motion of the pedestal",
+            "seal": "the mass of the fluid comes with its damping, and only in the full machine",
+            "stiffness_error": "stiffness dominates below the critical speed, mass above it; a mass also has weight "
+            "(0X)",
+            "speed_error": "equal if all masses have the same relative error and nothing tilts; use a second "
+            "tachometer",
+            "gyroscopic_error": "gyroscopic moments change sign between forward and backward harmonics, inertia does "
+            "not",
+        },
     )

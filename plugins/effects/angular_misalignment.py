@@ -14,7 +14,6 @@ def angular_misalignment(
     rig lacks, acts on the tilt too; its asymmetry k_d, which rotates with the coupling, adds the moment
     -k_d e^{2jwt} conj(dz/ds), which gives 2X.
     """
-    node = structure.default_node() if node is None else node
     tilt, scales = structure.unit(node, "tilt"), structure.scales
     usual = 0.05 * scales.force * scales.lever(node)
     moments = [
@@ -31,28 +30,21 @@ def angular_misalignment(
     ]
 
 
-def tilting_nodes(structure, sensors):
-    """Nodes with a tilt."""
-    return [{"node": node} for node, motion in structure.dofs if motion == "tilt"]
-
-
 @hookimpl
 def rotorstudy_effect():
     return Effect(
         "angular_misalignment",
         angular_misalignment,
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
-        places=tilting_nodes,
+        places=lambda structure, sensors: [{"node": n} for n, motion in structure.dofs if motion == "tilt"],
         positive=("coupling_stiffness",),
         hypothesis={"harmonics": list(ALL_HARMONICS), "coupled": True},
         checked="equal to two opposite parallel forces l apart with moment F l to 5e-3",
         # its moments change with the torque, which grows with up to the square of the speed
         form_error={f"misalignment_moment_{n}X": 0.3 for n in ALL_HARMONICS},
-        confounders=(
-            (
-                "couple_unbalance",
-                "a couple grows with the square of the speed; the moment of a coupling does not, and has 2X",
-            ),
-            ("parallel_misalignment", "a force and a moment at the same node: a second measuring plane separates them"),
-        ),
+        confounders={
+            "couple_unbalance": "a couple grows with the square of the speed; the moment of a coupling does not, and "
+            "has 2X",
+            "parallel_misalignment": "a force and a moment at the same node: a second measuring plane separates them",
+        },
     )

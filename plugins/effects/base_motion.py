@@ -13,21 +13,16 @@ def base_motion(structure, harmonic: int = 1):
     return [Parameter(f"base_motion_{harmonic}X", "m", (entry,), 0.2 * structure.scales.length, is_complex=True)]
 
 
-def usual_harmonics(structure, sensors):
-    """1X and 2X, forward and backward."""
-    return [{"harmonic": n} for n in (1, -1, 2, -2)]
-
-
 @hookimpl
 def rotorstudy_effect():
     return Effect(
         "base_motion",
         base_motion,
         source="Newton, in a frame that accelerates; Genta 2005, Dynamics of Rotating Systems",
-        places=usual_harmonics,
+        places=lambda structure, sensors: [{"harmonic": n} for n in (1, -1, 2, -2)],
         parts=("harmonic",),
         checked="motion solved in the frame at rest to 1e-9",
-        confounders=(
-            ("unbalance", "base motion accelerates all masses alike; equal on a rotor of one mass: measure the base"),
-        ),
+        confounders={
+            "unbalance": "base motion accelerates all masses alike; equal on a rotor of one mass: measure the base",
+        },
     )

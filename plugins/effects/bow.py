@@ -72,8 +72,8 @@ def rotorstudy_effect():
         places=between_the_ends_or_a_stretch,
         parts=("node", "element", "last_element"),
         checked="whirl b / |1 - eta^2| of a Jeffcott rotor to 1e-12; a bent stretch rests in its shape to 1e-9",
-        confounders=(
-            ("unbalance", "an unbalance grows with the square of the speed and vanishes at slow roll, a bow does not"),
-            ("runout", "equal at slow roll; a bow is amplified at the critical speed, a runout is not"),
-        ),
+        confounders={
+            "unbalance": "an unbalance grows with the square of the speed and vanishes at slow roll, a bow does not",
+            "runout": "equal at slow roll; a bow is amplified at the critical speed, a runout is not",
+        },
     )

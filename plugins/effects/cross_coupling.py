@@ -6,7 +6,7 @@ def cross_coupling(structure, node: int | None = None):
 
     Positive k drives forward whirl.
     """
-    here = structure.unit(structure.default_node() if node is None else node)
+    here = structure.unit(node)
     usual = 0.007 * structure.scales.stiffness(node)
     return [Parameter("cross_coupling", "N/m", (Entry(1j * outer(here)),), typical=usual)]
 
@@ -19,11 +19,9 @@ def rotorstudy_effect():
         source="Alford 1965; Childs 1993, Turbomachinery Rotordynamics",
         positive=True,
         checked="stability limit k = c w_n of a Jeffcott rotor: growth rate zero there to 1e-6 of k",
-        confounders=(
-            ("seal", "the cross force of a seal grows with the speed, and a seal also damps"),
-            (
-                "internal_damping",
-                "cross-coupling does not grow with the speed and acts at +1X, where internal damping has no force",
-            ),
-        ),
+        confounders={
+            "seal": "the cross force of a seal grows with the speed, and a seal also damps",
+            "internal_damping": "cross-coupling does not grow with the speed and acts at +1X, where internal damping "
+            "has no force",
+        },
     )

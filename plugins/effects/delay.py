@@ -20,11 +20,6 @@ def delay(sensors, structure, node: int | None = None):
     return [Parameter("delay", "s", (Entry(-late, order=1),), typical=usual, exact=exact)]
 
 
-def all_or_one(structure, sensors):
-    """All sensors together, or each alone."""
-    return [{}] + ([{"node": node} for node in sensors] if len(sensors) > 1 else [])
-
-
 @hookimpl
 def rotorstudy_effect():
     return Effect(
@@ -32,17 +27,12 @@ def rotorstudy_effect():
         delay,
         source="shift theorem of Fourier; filters and multiplexers state their group delay",
         acts_on="output",
-        places=all_or_one,
+        places=lambda structure, sensors: [{}] + [{"node": node} for node in sensors if len(sensors) > 1],
         positive=True,
         checked="z(t - tau) in time at w tau = 0.7 to 1e-12; its derivatives",
-        confounders=(
-            (
-                "external_damping",
-                "a delay also shifts the phase far from resonance, where damping has little influence",
-            ),
-            (
-                "phase_reference",
-                "the phase error of a wrong mark is the same at all speeds, that of a delay grows with the speed",
-            ),
-        ),
+        confounders={
+            "external_damping": "a delay also shifts the phase far from resonance, where damping has little influence",
+            "phase_reference": "the phase error of a wrong mark is the same at all speeds, that of a delay grows with "
+            "the speed",
+        },
     )

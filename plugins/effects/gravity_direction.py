@@ -9,27 +9,18 @@ def gravity_direction(structure):
     return [Parameter("gravity_direction", "rad", (Entry(1j * structure.static_load, on="one"),), typical=0.03)]
 
 
-def where_it_weighs(structure, sensors):
-    """One place, on a rotor with weight."""
-    return [{}] if structure.static_load.any() else []
-
-
 @hookimpl
 def rotorstudy_effect():
     return Effect(
         "gravity_direction",
         gravity_direction,
         source="Newton",
-        places=where_it_weighs,
+        places=lambda structure, sensors: [{}] if structure.static_load.any() else [],
         checked="0X of a Jeffcott rotor is j alpha m g / k to 1e-12",
-        confounders=(
-            (
-                "static_preload",
-                "equal on a rotor of one coordinate; inclined gravity acts on every mass, a preload on one node",
-            ),
-            (
-                "probe_angle",
-                "rotated probes rotate every harmonic, inclined gravity only 0X and the harmonics caused by the weight",
-            ),
-        ),
+        confounders={
+            "static_preload": "equal on a rotor of one coordinate; inclined gravity acts on every mass, a preload on "
+            "one node",
+            "probe_angle": "rotated probes rotate every harmonic, inclined gravity only 0X and the harmonics caused "
+            "by the weight",
+        },
     )

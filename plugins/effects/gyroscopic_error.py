@@ -7,18 +7,15 @@ def gyroscopic_error(structure):
     return [Parameter("gyroscopic_error", "1", (entry,), typical=0.2)]
 
 
-def whole_rotor(structure, sensors):
-    """One place, on a rotor with gyroscopic moments."""
-    return [{}] if structure.gyroscopic.any() else []
-
-
 @hookimpl
 def rotorstudy_effect():
     return Effect(
         "gyroscopic_error",
         gyroscopic_error,
         source="Green 1948; epsilon = -2 is a wrong sign",
-        places=whole_rotor,
+        places=lambda structure, sensors: [{}] if structure.gyroscopic.any() else [],
         checked="response equal to that of a rotor built with (1 + epsilon) G to 1e-11",
-        confounders=(("speed_error", "a wrong speed also shifts modes without tilt"),),
+        confounders={
+            "speed_error": "a wrong speed also shifts modes without tilt",
+        },
     )

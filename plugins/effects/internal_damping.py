@@ -11,7 +11,7 @@ def internal_damping(structure, node: int | None = None, element: int | None = N
         here = structure.stiffness_of(element, last_element)
         unit, typical = "s", 0.05 / structure.scales.frequency
     else:
-        at = structure.unit(structure.default_node() if node is None else node)
+        at = structure.unit(node)
         here, unit, typical = outer(at), "N s/m", 0.008 * structure.scales.critical_damping(node)
     entries = (Entry(-here, order=1), Entry(1j * here, gain=lambda speed: speed))
     return [Parameter("internal_damping", unit, entries, typical)]
@@ -36,15 +36,11 @@ def rotorstudy_effect():
         places=where_the_shaft_is_damped,
         positive=True,
         checked="-c (dz/dt - j w z) in time to 1e-12; onset at w_n (1 + c_e / c_i) in tests/physics/test_threshold.py",
-        confounders=(
-            (
-                "seal",
-                "equal with external damping on a rotor of one coordinate; only a seal depends on its pressure drop",
-            ),
-            ("shaft_damping", "equal on a rotor of one coordinate; internal damping acts in one element"),
-            (
-                "phase_reference",
-                "a wrong mark also shifts the phase far from resonance, where damping has little influence",
-            ),
-        ),
+        confounders={
+            "seal": "equal with external damping on a rotor of one coordinate; only a seal depends on its pressure "
+            "drop",
+            "shaft_damping": "equal on a rotor of one coordinate; internal damping acts in one element",
+            "phase_reference": "a wrong mark also shifts the phase far from resonance, where damping has little "
+            "influence",
+        },
     )

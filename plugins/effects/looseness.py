@@ -12,7 +12,7 @@ def looseness(
     and s = -d . r. k is the part of the modelled stiffness that is lost beyond the lift l, until after a play p the
     bolts hold; by default they never do. l is negative where the support has lifted off already at rest.
     """
-    here = structure.unit(structure.default_node() if node is None else node)[None]
+    here = structure.unit(node)[None]
     along = np.exp(1j * direction_rad)
 
     def lifted(displacement, velocity, deflection):
@@ -41,8 +41,8 @@ def rotorstudy_effect():
         feared=Feared("stiffness_lost_in_lift", 10.0),
         checked="time integration to 2e-3 of its effect; no force below the lift to 1e-12; the mean rises",
         form_error=0.2,  # feet and bolts do not lift off at once
-        confounders=(
-            ("support_loss", "a support that lifts depends on the amplitude and gives multiples of 1X"),
-            ("support_stiffness", "looseness gives multiples of 1X and depends on the amplitude"),
-        ),
+        confounders={
+            "support_loss": "a support that lifts depends on the amplitude and gives multiples of 1X",
+            "support_stiffness": "looseness gives multiples of 1X and depends on the amplitude",
+        },
     )

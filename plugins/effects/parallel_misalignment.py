@@ -21,7 +21,7 @@ def parallel_misalignment(
     """
     scales = structure.scales
     if element is None:
-        here, local = structure.unit(structure.default_node() if node is None else node), scales.stiffness(node)
+        here, local = structure.unit(node), scales.stiffness(node)
     elif node is None:
         here, local = structure.unit(element) - structure.unit(element + 1), scales.softest
     else:
@@ -62,17 +62,13 @@ def rotorstudy_effect():
         checked="whirl F_n / |k - m n^2 w^2| of a Jeffcott rotor to 1e-12",
         # its forces change with the torque, which grows with up to the square of the speed
         form_error={f"misalignment_force_{n}X": 0.3 for n in ALL_HARMONICS},
-        confounders=(
-            ("unbalance", "a misaligned coupling does not grow with the square of the speed, and has 2X"),
-            ("bow", "equal at 1X on a rotor of one coordinate; a misaligned coupling has 2X and acts at its own node"),
-            ("runout", "a runout is not amplified where harmonic n meets a natural frequency"),
-            (
-                "shaft_asymmetry",
-                "the 2X of an asymmetric shaft is caused by gravity and remains when the shaft is uncoupled",
-            ),
-            (
-                "transverse_crack",
-                "a misaligned coupling acts at its own node and has no 0X related to 2X; run the rotor uncoupled",
-            ),
-        ),
+        confounders={
+            "unbalance": "a misaligned coupling does not grow with the square of the speed, and has 2X",
+            "bow": "equal at 1X on a rotor of one coordinate; a misaligned coupling has 2X and acts at its own node",
+            "runout": "a runout is not amplified where harmonic n meets a natural frequency",
+            "shaft_asymmetry": "the 2X of an asymmetric shaft is caused by gravity and remains when the shaft is "
+            "uncoupled",
+            "transverse_crack": "a misaligned coupling acts at its own node and has no 0X related to 2X; run the "
+            "rotor uncoupled",
+        },
     )

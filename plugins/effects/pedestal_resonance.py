@@ -17,7 +17,7 @@ def pedestal_resonance(
     frequency along x; along y it is that times the ratio. Of cross stiffnesses of the bearing k (1 + j v T) (r_x + r_y)
     / 2 is lost, to first order in k_b / (k_b + k_p). It is defined in the frequency domain.
     """
-    here = structure.unit(structure.default_node() if node is None else node)
+    here = structure.unit(node)
     pattern, local = outer(here), structure.scales.stiffness(node)
 
     def passed(speed, harmonic):
@@ -63,8 +63,8 @@ def rotorstudy_effect():
         places=at_supports,
         positive=("stiffness_loss_at_rest_xx", "stiffness_loss_at_rest_yy"),
         checked="a rotor on flexible_pedestal, with and without damping of the bearing, to 1e-10",
-        confounders=(
-            ("support_stiffness", "equal far below its resonance; tap the pedestal, or measure its motion"),
-            ("support_anisotropy", "equal far below its resonance; tap the pedestal, or measure its motion"),
-        ),
+        confounders={
+            "support_stiffness": "equal far below its resonance; tap the pedestal, or measure its motion",
+            "support_anisotropy": "equal far below its resonance; tap the pedestal, or measure its motion",
+        },
     )

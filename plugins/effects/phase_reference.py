@@ -21,11 +21,9 @@ def rotorstudy_effect():
         acts_on="output",
         nuisance=5e-3,
         checked="harmonics of a record without phase reference that starts at 1e-4 rad, to 1e-6",
-        confounders=(
-            ("unbalance", "a wrong mark shifts the phase of harmonic n by n times its angle: compare 1X with 2X"),
-            (
-                "probe_angle",
-                "rotated probes shift all phases by the same angle, a wrong mark that of harmonic n by n times it",
-            ),
-        ),
+        confounders={
+            "unbalance": "a wrong mark shifts the phase of harmonic n by n times its angle: compare 1X with 2X",
+            "probe_angle": "rotated probes shift all phases by the same angle, a wrong mark that of harmonic n by n "
+            "times it",
+        },
     )

@@ -26,12 +26,10 @@ def rotorstudy_effect():
         acts_on="output",
         nuisance=5e-3,
         checked="x (1 + g + m) and y (1 + g - m) in time to 1e-12",
-        confounders=(
-            ("unbalance", "a wrong gain scales every harmonic, an unbalance only 1X"),
-            (
-                "support_anisotropy",
-                "a mismatch mirrors the same share of every harmonic; anisotropy excites backward whirl modes",
-            ),
-            ("reversed_probe", "a reversed probe mirrors the entire signal, a gain mismatch a few per cent of it"),
-        ),
+        confounders={
+            "unbalance": "a wrong gain scales every harmonic, an unbalance only 1X",
+            "support_anisotropy": "a mismatch mirrors the same share of every harmonic; anisotropy excites backward "
+            "whirl modes",
+            "reversed_probe": "a reversed probe mirrors the entire signal, a gain mismatch a few per cent of it",
+        },
     )

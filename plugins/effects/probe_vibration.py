@@ -18,11 +18,6 @@ def probe_vibration(sensors, structure, node: int | None = None, probe: Literal[
     ]
 
 
-def both_probes(structure, sensors):
-    """Each probe of each sensor."""
-    return [{"node": node, "probe": probe} for node in sensors for probe in ("x", "y")]
-
-
 @hookimpl
 def rotorstudy_effect():
     return Effect(
@@ -31,7 +26,9 @@ def rotorstudy_effect():
         source="API 670 (brackets of probes are rigid); Bently and Hatch 2002",
         acts_on="output",
         candidate=False,  # a runout, forward and backward, of one probe: one cause, one name
-        places=both_probes,
+        places=lambda structure, sensors: [{"node": n, "probe": probe} for n in sensors for probe in ("x", "y")],
         checked="the reading of one probe in time to 1e-12",
-        confounders=(("runout", "both probes see a runout; a bracket that vibrates is seen by one probe"),),
+        confounders={
+            "runout": "both probes see a runout; a bracket that vibrates is seen by one probe",
+        },
     )

@@ -15,11 +15,6 @@ def reversed_probe(sensors, structure, node: int | None = None, probe: Literal["
     return [Parameter(f"reversed_probe_{probe}", "1", (Entry(-here), Entry(mirrored, on="conj")), typical=1.0)]
 
 
-def both_probes(structure, sensors):
-    """Each probe of each sensor."""
-    return [{"node": node, "probe": probe} for node in sensors for probe in ("x", "y")]
-
-
 @hookimpl
 def rotorstudy_effect():
     return Effect(
@@ -28,12 +23,10 @@ def rotorstudy_effect():
         source="Bently and Hatch 2002, Fundamentals of Rotating Machinery Diagnostics",
         acts_on="output",
         fixed=True,
-        places=both_probes,
+        places=lambda structure, sensors: [{"node": n, "probe": probe} for n in sensors for probe in ("x", "y")],
         checked="with 1, x or y negative in time to 1e-12",
-        confounders=(
-            (
-                "swapped_probes",
-                "they differ by 90 degrees: harmonics caused by the weight, or a tap on the shaft, separate them",
-            ),
-        ),
+        confounders={
+            "swapped_probes": "they differ by 90 degrees: harmonics caused by the weight, or a tap on the shaft, "
+            "separate them",
+        },
     )

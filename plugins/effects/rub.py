@@ -19,7 +19,7 @@ def rub(
     """
     if offset_ratio >= 1:
         raise CannotAct(f"rub: offset_ratio = {offset_ratio:g}; must be below 1, or the ring touches the shaft at rest")
-    here = structure.unit(structure.default_node() if node is None else node)[None]
+    here = structure.unit(node)[None]
     radial = clearance_m / (1 - offset_ratio)
     centre = -offset_ratio * radial * np.exp(1j * contact_angle_rad)
 
@@ -50,5 +50,7 @@ def rotorstudy_effect():
         feared=Feared("rub_stiffness", 10.0, {"clearance_m": (0.8, "vibration")}),
         checked="full annular rub in closed form to 1e-9; partial rub by time integration to 2e-3 of its effect",
         form_error=0.2,  # contact stiffness grows with the depth, friction falls with the slip
-        confounders=(("looseness", "at large amplitudes a rub stiffens, looseness softens"),),
+        confounders={
+            "looseness": "at large amplitudes a rub stiffens, looseness softens",
+        },
     )

@@ -8,7 +8,7 @@ def seal(structure, node: int | None = None, swirl_ratio: Share = 0.45):
     stiffness lambda C w, the cross damping 2 lambda M w. Added to these are a cross stiffness and a cross damping that
     do not depend on the speed, of a swirl at the inlet. K is negative where the pressure drop pulls.
     """
-    here = structure.unit(structure.default_node() if node is None else node)
+    here = structure.unit(node)
     here, scales = outer(here), structure.scales
     stiffness, damping = scales.stiffness(node), scales.critical_damping(node)
     film = (Entry(-here, order=1), Entry(1j * swirl_ratio * here, gain=lambda speed: speed))
@@ -36,5 +36,7 @@ def rotorstudy_effect():
         base_rate=0.2,  # five numbers describe what a simpler effect explains too
         positive=("seal_damping", "seal_fluid_mass"),
         checked="the forces of Childs' five coefficients along x and y to 1e-12; unstable from w = w_n / lambda",
-        confounders=(("support_stiffness", "a seal also damps, and its stiffness changes with the pressure drop"),),
+        confounders={
+            "support_stiffness": "a seal also damps, and its stiffness changes with the pressure drop",
+        },
     )

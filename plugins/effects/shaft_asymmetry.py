@@ -13,26 +13,18 @@ def shaft_asymmetry(structure, element: int | None = None, last_element: int | N
     return [Parameter("shaft_asymmetry", "1", (entry,), typical=0.02, is_complex=True)]
 
 
-def whole_shaft_or_a_stretch(structure, sensors):
-    """The whole shaft, and each stretch of its elements."""
-    return [{}, *structure.stretches()]
-
-
 @hookimpl
 def rotorstudy_effect():
     return Effect(
         "shaft_asymmetry",
         shaft_asymmetry,
         source="Tondl 1965; Gasch, Nordmann, Pfuetzner, Rotordynamik, unround shaft",
-        places=whole_shaft_or_a_stretch,
+        places=lambda structure, sensors: [{}, *structure.stretches()],
         fold=2,
         checked="0X and 2X from gravity to closed form to 1e-12; no 1X without unbalance",
-        confounders=(
-            ("support_anisotropy", "fixed anisotropy couples n with -n, rotating asymmetry n with 2 - n"),
-            (
-                "transverse_crack",
-                "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too; an open crack also "
-                "lowers the mean stiffness",
-            ),
-        ),
+        confounders={
+            "support_anisotropy": "fixed anisotropy couples n with -n, rotating asymmetry n with 2 - n",
+            "transverse_crack": "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too; "
+            "an open crack also lowers the mean stiffness",
+        },
     )

@@ -31,10 +31,10 @@ def rotorstudy_effect():
         hypothesis={"highest": 4},
         base_rate=1e-5,  # its many numbers describe what the runout of one plane explains too
         checked="the same harmonics at every speed to 1e-12",
-        confounders=(
-            ("runout", "that of one plane is zero at the others"),
-            ("unbalance", "a runout is the same at all speeds, also at slow roll and at the critical speed"),
-            ("bow", "equal at slow roll; a bow is amplified at the critical speed, a runout is not"),
-            ("parallel_misalignment", "a runout is not amplified where harmonic n meets a natural frequency"),
-        ),
+        confounders={
+            "runout": "that of one plane is zero at the others",
+            "unbalance": "a runout is the same at all speeds, also at slow roll and at the critical speed",
+            "bow": "equal at slow roll; a bow is amplified at the critical speed, a runout is not",
+            "parallel_misalignment": "a runout is not amplified where harmonic n meets a natural frequency",
+        },
     )

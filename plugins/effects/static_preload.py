@@ -3,7 +3,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 
 def static_preload(structure, node: int | None = None):
     """Constant force (belt, gear mesh, misaligned bearing line): a deflection at 0X."""
-    here = structure.unit(structure.default_node() if node is None else node)
+    here = structure.unit(node)
     usual = 0.25 * structure.scales.force
     return [Parameter("static_preload", "N", (Entry(here, on="one"),), typical=usual, is_complex=True)]
 

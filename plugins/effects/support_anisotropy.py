@@ -6,7 +6,7 @@ def support_anisotropy(structure, node: int | None = None):
 
     The phase of the amplitude is twice the angle alpha of the stiff direction.
     """
-    here = structure.unit(structure.default_node() if node is None else node)
+    here = structure.unit(node)
     entry = Entry(-outer(here), on="conj")
     usual = 0.03 * structure.scales.stiffness(node)
     return [Parameter("support_anisotropy", "N/m", (entry,), typical=usual, is_complex=True)]
@@ -20,5 +20,7 @@ def rotorstudy_effect():
         source="Gasch, Nordmann, Pfuetzner, Rotordynamik, anisotropic bearings",
         fold=2,
         checked="with alpha = 0: x and y whirl apart with k_s + k and k_s - k, harmonics to 1e-12",
-        confounders=(("support_loss", "a loss along one direction lowers the mean stiffness too; load it along both"),),
+        confounders={
+            "support_loss": "a loss along one direction lowers the mean stiffness too; load it along both",
+        },
     )

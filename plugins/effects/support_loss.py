@@ -8,8 +8,7 @@ def support_loss(structure, node: int | None = None, direction_rad: float = 0.0)
 
     With z = x + j y it is k (z + e^{2j alpha} conj(z)) / 2, where alpha is the angle of d from x.
     """
-    here = structure.unit(structure.default_node() if node is None else node)
-    here = outer(here) / 2
+    here = outer(structure.unit(node)) / 2
     usual = 0.03 * structure.scales.stiffness(node)
     entries = (Entry(here), Entry(np.exp(2j * direction_rad) * here, on="conj"))
     return [Parameter("support_stiffness_loss", "N/m", entries, typical=usual)]
@@ -25,7 +24,7 @@ def rotorstudy_effect():
         shape={"direction_rad": (-np.pi / 2, np.pi / 2)},
         positive=True,
         checked="along x: harmonics of a rotor on k_x - k and k_y to 1e-12",
-        confounders=(
-            ("support_stiffness", "a loss along one direction leaves the other; apply a static load along both"),
-        ),
+        confounders={
+            "support_stiffness": "a loss along one direction leaves the other; apply a static load along both",
+        },
     )

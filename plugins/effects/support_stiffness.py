@@ -3,7 +3,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, outer
 
 def support_stiffness(structure, node: int | None = None):
     """Additional stiffness to ground at a node, negative if too much was modelled: force -k z."""
-    here = structure.unit(structure.default_node() if node is None else node)
+    here = structure.unit(node)
     usual = 0.03 * structure.scales.stiffness(node)
     return [Parameter("support_stiffness", "N/m", (Entry(-outer(here)),), typical=usual)]
 

@@ -80,11 +80,6 @@ def transverse_crack(
     return found
 
 
-def where_it_cracks(structure, sensors):
-    """The shaft, if its cross sections are known; the position on it is an option."""
-    return [{}] if structure.section_at else []
-
-
 def depth_in_metres(structure, position_m, depth_ratio, **others):
     """The depth in m, by the diameter at its position."""
     return {"depth_m": ("depth_ratio", structure.section_at(position_m).outer_diameter_m)}
@@ -119,7 +114,7 @@ def rotorstudy_effect():
         "transverse_crack",
         transverse_crack,
         source="Papadopoulos and Dimarogonas 1987; Darpe, Gupta, Chawla 2004; Mayes and Davies 1984; Gasch 1993",
-        places=where_it_cracks,
+        places=lambda structure, sensors: [{}] if structure.section_at else [],  # its position is an option
         shape={"position_m": (0.0, 1.0, "shaft"), "depth_ratio": (0.02, 0.5), "angle_rad": (-np.pi, np.pi)},
         form=(
             {"front_aspect_ratio": (0.0, 1.0)},

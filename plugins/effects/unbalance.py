@@ -6,7 +6,6 @@ def unbalance(structure, node: int | None = None, mass_kg: Positive | None = Non
 
     mass_kg: by default that of the node; phi is measured from the shaft's reference line.
     """
-    node = structure.default_node() if node is None else node
     here = structure.unit(node)
     mass = here @ structure.mass @ here if mass_kg is None else mass_kg
     entry = Entry(mass * here, on="one", shift=1, gain=lambda speed: speed**2)

@@ -7,12 +7,12 @@ The names below are imported when first used, so that a plugin costs no more tha
 
 _HOME = {
     "model.kinds": "Bearing Crack CrackDepth Effect Estimator Feared Rotor SpectrumMethod hookimpl",
-    "model.rebuilt_bearings": "changeable_numbers number_slope",
+    "model.rig_numbers": "changeable_numbers number_slope",
     "model.bearings": "weight_carried",
     "model.entries": "Entry film_entries outer planar_entries",
     "model.terms": "NonlinearForce Parameter",
     "model.reading": "probe_axis sensor_unit",
-    "model.shaft_parts": "RigidDisc Section",
+    "model.shaft": "RigidDisc Section",
     "model.structure": "Structure at_supports",
     "model.hinge": "crack_at",
     "model.options": "AtLeastOne DepthRatio Even Fraction NonNegative PoissonsRatio Positive Share TypedDict Whole",

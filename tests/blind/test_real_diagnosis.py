@@ -8,8 +8,7 @@ import pytest
 
 from rotorstudy import RotorstudyError, registry
 from rotorstudy.blind.config import KINDS as KINDS_OF_CASES
-from rotorstudy.blind.run import diagnosed, run_blind
-from rotorstudy.blind.sealing import check_seal
+from rotorstudy.blind.run import check_seal, diagnosed, run_blind
 from rotorstudy.diagnosis.verdict.result import Cause
 
 FIXED_SEED, CLEAN, LARGE = 4, 2, 3

@@ -15,12 +15,11 @@ import pytest
 
 from rotorstudy import RotorstudyError, build_model
 from rotorstudy.authoring.ross_model import read_ross
-from rotorstudy.measurement import channels, text_table
-from rotorstudy.measurement.channels import open_csv, open_matlab, open_uff
+from rotorstudy.measurement import files, text_table
 from rotorstudy.measurement.conventions import Conventions
+from rotorstudy.measurement.files import open_csv, open_matlab, open_uff
 from rotorstudy.measurement.guess import guess_measurement
-from rotorstudy.measurement.probe_tables import read_probe_table
-from rotorstudy.measurement.tables import read_table
+from rotorstudy.measurement.table_spectra import read_table
 from rotorstudy.yaml_file import read_yaml
 
 INPUTS = int(os.environ.get("ROTORSTUDY_FUZZ", "20000"))
@@ -76,14 +75,14 @@ def read(kind, path, rng, content=b""):
         if way == 0:
             return [guess_measurement(path, (1, 2, 3)).section["rotation"] == 0]
         if way > 1 and b"deg" in content:
-            spectra, _ = (read_table if b"node" in content else read_probe_table)(path, stated, (1,))
+            spectra, _ = read_table(path, stated, (1,))
             return [part for _, of_node, *_ in spectra for both in of_node.values() for part in both]
-        names, channel = open_csv(path, stated)
+        found = open_csv(path, stated)
     elif kind in ("mat", "uff"):
-        names, channel = (open_matlab if kind == "mat" else open_uff)(path, None)
+        found = (open_matlab if kind == "mat" else open_uff)(path, None)
     else:
         return [build_model(read_yaml(path)).stated] if kind == "rig" else [bool(read_ross(path).sections)]
-    return [np.nan_to_num(channel(name)) for name in names]  # NaN is a missing sample
+    return [np.nan_to_num(found.values(name)) for name in found.names]  # NaN is a missing sample
 
 
 def refused(kind, content, path, rng):
@@ -106,7 +105,7 @@ def refused(kind, content, path, rng):
 def hold_text(patch):
     """Text without the disk, which takes most of the time; the guess of a layout in messages is tried in `read`."""
     patch.setattr(text_table, "_opened", lambda path: text_table.decoded(BytesIO(HELD[0]), path))
-    for module in (text_table, channels):
+    for module in (text_table, files):
         patch.setattr(module, "layout_hint", lambda path, stated: "")
 
 
@@ -129,7 +128,7 @@ def test_a_matlab_file_that_ends_the_process_of_its_reader_is_refused(tmp_path):
 
     path = tmp_path / "a.mat"
     savemat(path, {"x": np.arange(4.0)})
-    assert open_matlab(path, None)[1]("x").tolist() == [0, 1, 2, 3]
+    assert open_matlab(path, None).values("x").tolist() == [0, 1, 2, 3]
     content = bytearray(path.read_bytes())
     at = content.index((5).to_bytes(4, "little") + (8).to_bytes(4, "little")) + 8  # the dimensions of the array
     content[at : at + 8] = (2**30).to_bytes(4, "little") * 2

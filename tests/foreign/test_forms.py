@@ -159,12 +159,10 @@ def test_a_point_rotor_is_a_light_shaft_with_a_disc():
         assert abs(moment) == pytest.approx(from_end * other / rotor.length)
 
 
-def test_contacts_push_only_inwards_and_as_their_slope_says():
+def test_contacts_push_only_inwards_and_the_more_the_deeper():
     for kind in ("hertz", "quadratic", "smooth"):
-        depth = np.array([-0.7, 0.3, 1.1])
-        value, slope = pushed(depth, 2.0, kind, 1.0)
-        step = (pushed(depth + 1e-6, 2.0, kind, 1.0)[0] - pushed(depth - 1e-6, 2.0, kind, 1.0)[0]) / 2e-6
-        assert slope == pytest.approx(step, rel=1e-5, abs=1e-9) and (value >= 0).all()
+        value = pushed(np.array([-0.7, 0.3, 1.1, 1.2]), 2.0, kind, 1.0)
+        assert (value >= 0).all() and (np.diff(value) > 0).all()
     with pytest.raises(ValueError, match="no contact"):
         pushed(0.1, 1.0, "soft", 1.0)
 
@@ -199,8 +197,8 @@ def test_a_film_in_time_is_its_linear_bearing_for_small_motion():
 def test_every_form_acts_on_a_machine(family):
     machine = "jeffcott" if family == "crack_form" else "overhung" if family == "coupling_form" else "between_bearings"
     case = draw_case(11, family, speeds=2, steps=64, modes=4, visible=1e-3, machine=machine)
-    assert case.effects[0]["family"] == family and case.truth["machine"] == machine
-    assert max(case.truth["harmonics_changed"].values()) >= 1e-3
+    assert case.effects[0]["family"] == family and case.machine == machine
+    assert max(case.changed.values()) >= 1e-3
 
 
 def test_machines_of_every_kind():
@@ -220,7 +218,7 @@ def test_a_law_without_a_unique_kink_is_refused():
 @pytest.mark.parametrize("name", ["element_by_curvature", "bench_crack_with_bow"])
 def test_a_named_case_is_its_drawing(name):
     case = FAILURES[name](1, speeds=2, steps=64, modes=4)
-    assert len(case.rotor.elements) == {"two_discs": 4, "bench": 10}[case.truth["machine"]]
+    assert len(case.rotor.elements) == {"two_discs": 4, "bench": 10}[case.machine]
     assert [one["family"] for one in case.effects] == ["crack_form", "bow"][: len(case.effects)]
     if name == "element_by_curvature":  # 11 % of E I less along the edge, 23 % across it
         (one,), part = case.effects, case.rotor.elements[1]

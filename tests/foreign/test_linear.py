@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 from rotorstudy.blind.machines.beam import Element
 from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
-from rotorstudy.blind.machines.stepping import NoSteadyState, march, steady_state
+from rotorstudy.blind.machines.stepping import NoSteadyState, Stepper, steady_state
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7850.0}
 NONE = np.zeros((2, 2))
@@ -132,5 +132,10 @@ def test_stability_threshold_of_internal_damping(ratio):
     assert np.all(steady_state(machine, 0.99 * threshold, 32, modes=4).multipliers < 1.0)
     with pytest.raises(NoSteadyState, match="unstable"):
         steady_state(machine, 1.01 * threshold, 32, modes=4)
-    motion = march(machine, 1.2 * threshold, 60, steps=32, modes=4)[:, 5]
+    stepper, motion = Stepper(machine, 1.2 * threshold, 32, modes=4), []
+    state = np.zeros((1, stepper.propagate.shape[1]))
+    for _ in range(60):
+        states, state, _ = stepper.revolution(state)
+        motion.append(stepper.displacement(states[:, 0])[:, 5])
+    motion = np.concatenate(motion)
     assert np.ptp(motion[-320:]) > 1.5 * np.ptp(motion[320:640])

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from rotorstudy import RotorstudyError, read_measurement
-from rotorstudy.measurement.channels import open_csv, open_matlab, open_uff
 from rotorstudy.measurement.conventions import Conventions
+from rotorstudy.measurement.files import open_csv, open_matlab, open_uff
 from rotorstudy.measurement.guess import guess_measurement
-from rotorstudy.measurement.probe_tables import is_probe_table, read_probe_table
-from rotorstudy.measurement.tables import read_table
+from rotorstudy.measurement.table_spectra import read_table
+from rotorstudy.measurement.tables import is_probe_table
 from rotorstudy.measurement.text_table import guess_layout, header_of
 from rotorstudy.measurement.wide_tables import wide_table
 
@@ -88,10 +88,10 @@ def numbers(path):
         conventions = Conventions(
             **given | {"csv": layout.csv, "keyphasor": {}, "harmonics": given.get("harmonics", [1, -1])}
         )
-        spectra = (read_table if "harmonic" in names else read_probe_table)(path, conventions, PLANES)[0]
+        spectra = read_table(path, conventions, PLANES)[0]
         return np.array([[speed, *np.ravel(next(iter(of_node.values()))[0])] for speed, of_node, *_ in spectra])
-    found, channel = open_csv(path, Conventions(csv=layout.csv))
-    return np.array([channel(name) for name in found if not name.startswith("Unnamed: ")])
+    found = open_csv(path, Conventions(csv=layout.csv))
+    return np.array([found.values(name) for name in found.names if not name.startswith("Unnamed: ")])
 
 
 READ = {
@@ -184,7 +184,7 @@ def test_signals_of_other_lengths_and_times_are_refused(tmp_path):
     """The columns of MATLAB and UFF files, which have no rows."""
     uff = pytest.importorskip("uff_files")
     savemat(tmp_path / "run.mat", {"time": np.arange(9.0), "x": np.arange(8.0), "key": np.arange(9.0)})
-    assert {name: len(open_matlab(tmp_path / "run.mat", None)[1](name)) for name in ("time", "x")} == {
+    assert {name: len(open_matlab(tmp_path / "run.mat", None).values(name)) for name in ("time", "x")} == {
         "time": 9,
         "x": 8,
     }
@@ -207,7 +207,7 @@ def test_signals_of_other_lengths_and_times_are_refused(tmp_path):
         path.unlink(missing_ok=True)
         _write_two_sets(uff, path, x, change)
         if words is None:
-            assert len(open_uff(path, None)[1]("b")) == 50
+            assert len(open_uff(path, None).values("b")) == 50
             continue
         with pytest.raises(RotorstudyError, match=words):
             open_uff(path, None)

@@ -6,7 +6,7 @@ import pytest
 from rotorstudy import build_model
 from rotorstudy.blind.machines.film import Film, running_position
 from rotorstudy.measurement.conventions import read_conventions
-from rotorstudy.measurement.gaps import gap_positions
+from rotorstudy.measurement.tables import gap_positions
 from rotorstudy.studies.centreline import centrelines, journals_moved
 
 FILM = {"diameter_m": 0.08, "length_m": 0.03, "radial_clearance_m": 7e-5, "viscosity_Pa_s": 0.018}

@@ -164,7 +164,9 @@ def test_a_row_that_is_missing_or_doubled_is_named(tmp_path):
         found = read(tmp_path, "\n".join(some), "rms, um")
         assert found.spectrum.speed == pytest.approx(speeds)
         finding = next(one for one in found.findings if one.name == "missing readings")
-        assert left in finding.text and "2005.35 rpm, 1X of 'right'" in finding.text.replace("'left'", "'right'")
+        assert left in finding.text and "2005.35 rpm, 1X of 'right'" in finding.text.replace(
+            " (repeat 2), 1X of 'left'", ", 1X of 'right'"
+        )
 
 
 def test_a_reading_that_is_missing_everywhere_is_an_error(tmp_path):

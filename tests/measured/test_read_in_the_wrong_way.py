@@ -23,7 +23,20 @@ IN_RADIANS = [{**probe, "angle_deg": float(np.deg2rad(probe["angle_deg"]))} for 
             r'line 2, column .*\'V\' is not a number.*{"unit_rows": 1}',
         ),
         (str, {"speed_unit": "Hz"}, "in rpm, and stated in Hz"),
-        (str, {"sample_rate_Hz": 4e6}, "a sampling rate in Hz?"),
+        (str, {"sample_rate_Hz": 4e6, "time_channel": "none"}, "a sampling rate in Hz?"),
+        (str, {"sample_rate_Hz": 4e6}, "'time' has 4000 samples per second, and the rig states sample_rate_Hz = 4e.06"),
+        (str, {"speeds_rpm": {"run_80.csv": 600.0}}, r"states a speed of 763.9 rpm .*, the rig 600 rpm"),
+        (lambda text: text.replace("speed", "speed (Hz)", 1), {"speed_channel": "speed (Hz)"}, "the unit 'Hz' .*'rpm'"),
+        (
+            lambda text: text.replace("\n", "\ns,V,mm,mil,mil,V,rpm\n", 1),
+            {"csv": {"unit_rows": 1}},
+            "the unit 'mil' .*'um'",
+        ),
+        (
+            lambda text: text.replace("key", "disc 1 left", 1),
+            {},
+            "two columns are named 'disc 1 left'",
+        ),
     ],
 )
 def test_a_file_read_in_the_wrong_way_is_told_with_the_remedy(tmp_path, alter, stated, said):
@@ -36,7 +49,8 @@ def test_a_file_read_in_the_wrong_way_is_told_with_the_remedy(tmp_path, alter, s
 @pytest.mark.parametrize(
     ("stated", "name"),
     [
-        ({"sample_rate_Hz": 4e6, "speed_channel": None}, "unusual speed"),
+        ({"sample_rate_Hz": 4e6, "time_channel": "none", "speed_channel": None}, "unusual speed"),
+        ({"sample_rate_Hz": 4000.0}, None),
         ({"probes": IN_RADIANS}, "probe angles"),
         ({}, None),  # the negative control
     ],

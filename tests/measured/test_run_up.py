@@ -12,8 +12,7 @@ from rotorstudy import Problem, Spectrum, measured_spectrum, read_measurement
 from rotorstudy.commands.line import main
 from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.measurement.resonances import vectors_1x
-from rotorstudy.measurement.run_up import peaks, speed_grid, track
-from rotorstudy.measurement.sweep import find_sweep, is_swept
+from rotorstudy.measurement.run_up import find_sweep, is_swept, peaks, speed_grid, track
 from rotorstudy.model.rig_numbers import with_numbers
 
 MASS, STIFFNESS, ECCENTRICITY, PHASE = 2.0, 8e4, 2e-5, 0.7

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rotorstudy import Entry, make_term, read_rig
-from rotorstudy.model.entries import LARGE, LocalMatrix, apply_entries
+from rotorstudy.model.entries import LARGE, LocalMatrix, apply_entries, compacted
 from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.terms import Unknown
 from rotorstudy.response.neighbourhood import Neighbourhood
@@ -125,7 +125,7 @@ def test_a_matrix_kept_as_its_elements_is_the_same_array(random):
     matrix = np.zeros((LARGE, LARGE))
     matrix[3:5, 7:9] = random.normal(size=(2, 2))
     entry = Entry(matrix, "conj", 1, 2)
-    small, kept = Entry(matrix[1:, 1:]).compact(), entry.compact()
+    small, kept = compacted(Entry(matrix[1:, 1:])), compacted(entry)
     assert isinstance(kept.matrix, LocalMatrix) and not isinstance(small.matrix, LocalMatrix)
     assert sum(one.nbytes for one in kept.matrix.elements) < 200
     assert kept.kind == entry.kind and np.shape(kept.matrix) == matrix.shape and kept.matrix[4, 8] == matrix[4, 8]

@@ -1,5 +1,7 @@
 """Bearings on a foundation that moves, and probes that ride on it, against equations written out otherwise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import pyuff
@@ -138,7 +140,8 @@ def write_uff(path, rows, frequency):
 
 def test_a_measured_foundation_moves_as_the_block_that_it_was_measured_on(compressor, tmp_path):
     """Receptances of the block, by its equations written out: motion at the feet over force there."""
-    _, foundation, rig = compressor
+    machine, rig = compressor
+    (foundation,) = machine.blocks
     frequency = np.linspace(2.0, 120.0, 600)
     w, model = 2 * np.pi * frequency, build_model(rig)
     rows = ["frequency_Hz,response,force,real,imaginary"]
@@ -218,7 +221,8 @@ def test_what_is_refused(change, words):
 @pytest.fixture(scope="module")
 def compressor():
     """The compressor of the independent simulator on its films, linear at one speed, and its rig."""
-    rotor, foundation = plant.compressor()
+    machine = plant.compressor()
+    rotor, (foundation,) = machine.rotor, machine.blocks
     rig = {
         "rotor": {
             "kind": "finite_element",
@@ -248,29 +252,27 @@ def compressor():
         "measurement": {"probes": [{"channel": name, "angle_deg": angle, "relative_to": "bearing", "node": node}
                                    for node in (4, 10) for name, angle in (("a", -45), ("b", 45))]},
     }  # fmt: skip
-    return rotor, foundation, rig
+    return machine, rig
 
 
-def independent(rotor, foundation, speed):
+def independent(plant_machine, speed):
     """Forward and backward 1X (harmonic, place) at the probes of nodes 3 and 9 and absolute at 11, by the simulator."""
-    machine = plant.build_on_foundation(rotor, foundation, speed, {})
+    machine = replace(plant_machine, speeds=np.array([speed]), unbalance={}).build()
     machine.local.clear()  # what the films do beyond small motion about where they run at this speed
     add_unbalance(machine, 11, 26.0 * 1e-5)
     mass, damping, stiffness = machine.linear(speed)
     force = machine.harmonic[1, 2] * speed**2
     motion = np.linalg.solve(stiffness + 1j * speed * damping - speed**2 * mass, force)
-    x, y = np.transpose(
-        [plant.against_block(machine, foundation, node).T @ motion for node in (3, 9)] + [motion[44:46]]
-    )
+    x, y = np.transpose([plant_machine.against_block(machine, node).T @ motion for node in (3, 9)] + [motion[44:46]])
     return np.array([(x + 1j * y) / 2, np.conj(x - 1j * y) / 2])
 
 
 @pytest.mark.parametrize("speed", [150.0, 300.0, 400.0])
 def test_a_block_moves_as_that_of_the_independent_simulator(compressor, speed):
     """Matrices by numerical integration, films by integration of the pressure, gravity 9.80665 instead of 9.81."""
-    rotor, foundation, rig = compressor
+    machine, rig = compressor
     found = measured_response(build_model(rig), [speed], [1, -1])[0]
-    true = independent(rotor, foundation, speed)
+    true = independent(machine, speed)
     assert np.abs(found - true).max() < 2e-4 * np.abs(true).max()
     stiffer = dict(rig, foundation=[rig["foundation"][0] | {"radius_of_gyration_m": 0.5}])
     assert np.abs(measured_response(build_model(stiffer), [speed], [1, -1])[0] - true).max() > 2e-3 * np.abs(true).max()
@@ -279,16 +281,16 @@ def test_a_block_moves_as_that_of_the_independent_simulator(compressor, speed):
 def test_numbers_and_amplitudes_of_a_foundation_are_uncertain_like_others(compressor):
     from rotorstudy.model.rig_numbers import rig_with_changes, with_numbers
 
-    model = with_numbers(build_model(compressor[2]), ["bearings[frame].radius_of_gyration_m"])
+    model = with_numbers(build_model(compressor[1]), ["bearings[frame].radius_of_gyration_m"])
     assert {"foundation_mass[frame]", "bearings[frame].radius_of_gyration_m"} <= set(model.names)
     p = model.names.index("bearings[frame].radius_of_gyration_m")
     jacobian = measured_response_and_jacobian(model, [300.0], [1]).jacobian[..., p]
-    ends = [compressor[2] | {"foundation": [compressor[2]["foundation"][0] | {"radius_of_gyration_m": 0.38 * (1 + d)}]}
+    ends = [compressor[1] | {"foundation": [compressor[1]["foundation"][0] | {"radius_of_gyration_m": 0.38 * (1 + d)}]}
             for d in (1e-4, -1e-4)]  # fmt: skip
     slope = np.subtract(*(measured_response(build_model(rig), [300.0], [1]) for rig in ends)) / 2e-4
-    written = rig_with_changes(compressor[2], model, {model.names[p]: 0.5})
+    written = rig_with_changes(compressor[1], model, {model.names[p]: 0.5})
     assert written["foundation"][0]["radius_of_gyration_m"] == pytest.approx(0.57)
-    assert written["bearings"] == compressor[2]["bearings"]
+    assert written["bearings"] == compressor[1]["bearings"]
     assert np.abs(jacobian - slope).max() < 1e-4 * np.abs(slope).max()
 
 
@@ -317,7 +319,7 @@ def test_a_fit_that_runs_away_finds_the_foundation_gradually(compressor):
         {"kind": "unbalance", "node": node, "label": str(node), "mass_kg": 1.0, "eccentricity_m": size,
          "eccentricity_phase_rad": phase} for node, size, phase in ((1, 6e-4, 1.0), (12, 8e-4, 0.0), (14, 1e-3, 2.0))
     ]  # fmt: skip
-    true = compressor[2] | {"effects": [compressor[2]["effects"][0], *unbalances], "sensors": [4, 10]}
+    true = compressor[1] | {"effects": [compressor[1]["effects"][0], *unbalances], "sensors": [4, 10]}
     stated = true | {
         "foundation": [
             true["foundation"][0] | {"foundation_mass_kg": 1000.0, "radius_of_gyration_m": 0.35,

@@ -7,12 +7,7 @@ import pytest
 from machines import HARMONICS, jeffcott, spectrum_of
 from scipy.stats import chi2, norm
 
-from rotorstudy import (
-    full_spectrum,
-    measured_response,
-    registry,
-    simulate_records,
-)
+from rotorstudy import full_spectrum, measured_response, registry, simulate_records
 from rotorstudy.measurement.full_spectra import harmonics_by
 from rotorstudy.measurement.noise import noise_std, standard_normal
 from rotorstudy.measurement.spectrum import components, independent_covariance

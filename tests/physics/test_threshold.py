@@ -135,20 +135,12 @@ def test_the_threshold_of_a_gyroscopic_rotor_is_where_its_own_equations_stop_dec
     assert least_stable(200.0, 60.0, 1.001 * found)[0].real > 1e-4
 
 
-@pytest.mark.parametrize("kind", [JEFFCOTT, OFF_MID_SPAN], ids=["jeffcott", "off mid-span"])
-def test_external_damping_alone_has_no_threshold(kind):
-    assert stability_threshold(rotor(kind, 0.0, 100.0), 5000.0) is None
-
-
+@pytest.mark.parametrize("external", [0.0, 100.0])
 @pytest.mark.parametrize("kind", [JEFFCOTT, MID_SPAN, OFF_MID_SPAN], ids=["jeffcott", "mid-span", "off mid-span"])
-def test_round_off_of_an_undamped_rotor_is_no_threshold(kind):
-    check_stable(rotor(kind), [12.5, 62.5, 500.0])
-    assert stability_threshold(rotor(kind), 5000.0) is None
-
-
-def test_round_off_of_an_undamped_tilt_is_no_threshold():
-    """External damping of the translation; at mid-span the tilt has none, and nothing that feeds it either."""
-    assert stability_threshold(rotor(MID_SPAN, 0.0, 100.0), 5000.0) is None
+def test_external_damping_alone_and_round_off_without_any_have_no_threshold(kind, external):
+    """At mid-span the tilt is not damped, and nothing feeds it either."""
+    check_stable(rotor(kind, 0.0, external), [12.5, 62.5, 500.0])
+    assert stability_threshold(rotor(kind, 0.0, external), 5000.0) is None
 
 
 def test_an_undamped_tilt_does_not_hide_the_threshold_of_the_translation():

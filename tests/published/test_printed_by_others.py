@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from rotorstudy import RotorstudyError
-from rotorstudy.model.option_numbers import scaled
+from rotorstudy.model.rig_numbers import scaled
 from rotorstudy.studies.published import COLUMNS, beside_printed
 
 RIGS = sorted(Path(__file__).parent.glob("*.yaml"))

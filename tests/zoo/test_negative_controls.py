@@ -34,6 +34,10 @@ def crack(function, series=None, **more):
     return Crack("wrong", function, series=series, **SAYS, **more)
 
 
+def cosine(angle):
+    return (1 + np.cos(angle)) / 2
+
+
 def drifting_series():
     """A series that is another one at each call."""
     calls = iter(range(1000))
@@ -111,15 +115,11 @@ CONTROLS = [
     ("crack_is_symmetric", crack(lambda a: (1 + np.sin(a)) / 2, symmetric=True), "opening and closing"),
     ("crack_is_symmetric", crack(lambda a: half(a) + [[0], [0], [0.1]] + 0 * a, symmetric=True), "opening and closing"),
     ("crack_is_symmetric", flipped("crack", "breathing", "symmetric"), "set symmetric=True"),
+    ("crack_series_is_the_function", crack(cosine, lambda n: {0: 0.5, 1: 0.25}), "coefficient -1"),
+    ("crack_series_is_the_function", crack(cosine, lambda n: {0: 0.4, 1: 0.25, -1: 0.25}), "0"),
     (
         "crack_series_is_the_function",
-        crack(lambda a: (1 + np.cos(a)) / 2, lambda n: {0: 0.5, 1: 0.25}),
-        "coefficient -1",
-    ),
-    ("crack_series_is_the_function", crack(lambda a: (1 + np.cos(a)) / 2, lambda n: {0: 0.4, 1: 0.25, -1: 0.25}), "0"),
-    (
-        "crack_series_is_the_function",
-        crack(lambda a: (1 + np.cos(a)) / 2, lambda n: {0: (0.5, 0.1, 0), 1: (0.25, 0, 0), -1: (0.25, 0, 0)}),
+        crack(cosine, lambda n: {0: (0.5, 0.1, 0), 1: (0.25, 0, 0), -1: (0.25, 0, 0)}),
         "along eta",
     ),
     ("crack_force_is_its_table", crack(lambda a: a, drifting_series()), "force of one unit"),

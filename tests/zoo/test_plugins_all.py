@@ -49,7 +49,7 @@ def bad_confounders(effects):
     return [
         (effect.name, confounder)
         for effect in effects.values()
-        for confounder, separation in effect.confounders
+        for confounder, separation in effect.confounders.items()
         if confounder not in effects or len(separation) < 11
     ]
 
@@ -58,7 +58,7 @@ def test_confounders_exist_and_are_told_apart_by_what_one_of_both_says():
     effects = ZOO.plugins["effect"]
     assert bad_confounders(effects) == []
     assert bad_confounders({name: effect for name, effect in effects.items() if name != "runout"})
-    assert bad_confounders({**effects, "bow": replace(effects["bow"], confounders=(("runout", "size"),))})
+    assert bad_confounders({**effects, "bow": replace(effects["bow"], confounders={"runout": "size"})})
     told = {(name, other): text for name in effects for other, text in ZOO.confounders(name).items()}
     assert len(told) > 100 and all(told[other, name] == text for (name, other), text in told.items())
 

@@ -346,7 +346,7 @@ class Plan:
         inputs = inputs | {name: [path.format(chunk=i) for i in range(chunks)] for name, path in outputs.items()}
         if self.config.independent_records:
             inputs["independent"] = self.config.independent_records
-        names = ("blind.nc", "seals.json", "truths.json", "verdicts.json", "answers.csv")
+        names = ("blind.nc", "seals.json", "truths.json", "verdicts.json")
         pages = self.tables("blind/criteria", "blind/cases")
         makes = (*(f"{folder}/{name}" for name in names), *pages, *self.pictures("blind"))
         return [some, Job("blind", "jobs.blind.gather", inputs, given={"folder": folder, **self.index}, makes=makes)]

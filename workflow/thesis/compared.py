@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorstudy.chunks import chunk_of
 from rotorstudy.model.registry import registry
-from rotorstudy.store import load, provenance, save
+from rotorstudy.store import chunk_of, load, provenance, save
 from rotorstudy.studies.comparison import estimates, trials
 from rotorstudy.studies.comparison.config import load_comparison, make_rotor, study_rotor
 from rotorstudy.studies.config import file_name, load_study

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.blind.base import absorbed, left_by_base
 from rotorstudy.blind.machines.cases import CHAIN_FAULTS, draw_case
 from rotorstudy.blind.machines.faults import FAMILIES
 from rotorstudy.blind.machines.files import write_case
@@ -20,8 +19,13 @@ from rotorstudy.blind.machines.stepping import NoSteadyState
 from rotorstudy.blind.meanings import MEANS, in_library, left_out
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.prediction import with_model_error
+from rotorstudy.inference.prior import prior_of, with_usual
 from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import read_rig
+from rotorstudy.model.rig_items import make_term
+from rotorstudy.model.rig_numbers import with_numbers
+from rotorstudy.response.measured import measured_response_and_jacobian
 
 STREAM = 6  # separates the random numbers of blind tests from those of studies
 VISIBLE = 0.01  # least change of a harmonic by an effect, over the healthy 1X; a smaller one is drawn again
@@ -41,7 +45,6 @@ class Order(NamedTuple):
     machines  : shares of `machines.draw.MACHINES`;  elements : fewest and most of the machine `any`, or None
     speeds    : fewest and most;  harmonics : to be read, None: those of the format's default
     sizes     : smallest and largest;  rig_error : over the usual
-    leave_out : whether the library lacks the truth, whatever the kind
     named     : function like `machines.cases.draw_case` without its family, of a kind that is not in KINDS_OF_CASES
     """
 
@@ -54,7 +57,6 @@ class Order(NamedTuple):
     harmonics: tuple | None = None
     sizes: tuple = (0.0, np.inf)
     rig_error: float = 1.0
-    leave_out: bool = False
     named: Callable | None = None
 
 
@@ -108,7 +110,7 @@ def draw(order, folder):
         harmonics = order.harmonics
         if case.rotor.films:  # the mean position of a journal is no displacement of the model
             harmonics = [n for n in harmonics or range(-5, 6) if n]
-        write_case(case, folder, *(ERRORS * order.rig_error), order.seed, harmonics, with_truth=False)
+        write_case(case, folder, *(ERRORS * order.rig_error), order.seed, harmonics)
         true = truth_of(case, fault)
         size, beside, without_noise = _size(case, true, folder)
         low, high = order.sizes
@@ -162,15 +164,15 @@ def _size(case, true, folder):
 
 
 def _truth(order, case, kind, fault, true, size, beside, without_noise):
-    outside = order.leave_out or "outside" in kind
+    outside = "outside" in kind
     numbers = {} if without_noise is None else {
         "without_noise": [without_noise.real.tolist(), without_noise.imag.tolist()]
     }  # fmt: skip
     seed = [int(one) for one in np.atleast_1d(order.seed)]
     return numbers | {
         "case": order.number, "seed": seed[0] if len(seed) == 1 else seed, "kind": kind, "fault": fault, "true": true,
-        "families": "+".join(one["family"] for one in true), "machine": case.truth["machine"],
-        "speeds_rad_per_s": case.truth["speeds_rad_per_s"], "mass_kg": float(case.rotor.mass),
+        "families": "+".join(one["family"] for one in true), "machine": case.machine,
+        "speeds_rad_per_s": case.steady.speed.tolist(), "mass_kg": float(case.rotor.mass),
         "diameter_m": float(case.rotor.diameter), "youngs_modulus_Pa": float(case.rotor.youngs_modulus),
         "elements": len(case.rotor.elements), "probed_nodes": len(case.nodes),
         "size": None if np.isnan(size) else size, "beside": None if np.isnan(beside) else beside,
@@ -190,7 +192,7 @@ def truth_of(case, fault):
             one |= {"nodes_m": nodes.tolist(), "depth_ratio": one["depth_over_radius"] / 2}
         if "softened_m" in one:
             one |= {"nodes_m": nodes.tolist(), "length_m": case.rotor.length}
-    true += [{"family": fault, "node": case.truth["faulty_node"]}] if fault else []
+    true += [{"family": fault, "node": case.faulty_node}] if fault else []
     return [
         {key: value.item() if isinstance(value, np.generic) else value for key, value in one.items()} for one in true
     ]
@@ -228,7 +230,7 @@ def _good(probes):
 
 def change_of(case, harmonics):
     """What each effect alone changes of the measured harmonics (speed, harmonic, node), without noise, m."""
-    if case.truth["chain_fault"] is None:
+    if case.fault is None:
         return [_seen(case, one, harmonics) - _seen(case, case.healthy, harmonics) for one in case.alone]
     sound = replace(case.chain, swapped=(), phase_offset=0.0, delay=0.0)
     probes = (case.probes, case.chain, case.zero), (_good(case.probes), sound, case.sag)
@@ -251,3 +253,42 @@ def _size_beside(case, true, spectrum, columns):
         is_part = bool(set(MEANS[one["family"]][0]) & set(MEANS[other["family"]][2])) and one["node"] == other["node"]
         sizes.append(0.0 if is_part else left_by_base(both - of_other, spectrum, columns, beside))
     return min(sizes)
+
+
+def absorbed(spectrum, model, stated):
+    """What refitted base parameters and calibration change at most, by one standard deviation each (data, parameter).
+
+    In standard deviations of the spectrum, linearised at the stated values.
+
+    spectrum : Spectrum as measured, with the model error in its covariance;  model : Model of the rig file
+    stated   : "uncertainty" with its default and that of the rotor, relative; "nuisance" kind -> standard deviation
+    """
+    calibration = [
+        make_term("effect", {"kind": kind, "label": f"{kind} {i}", **place}, model.structure, model.sensors)
+        for kind in stated["nuisance"]
+        for i, place in enumerate(registry().get("effect", kind).places(model.structure, model.sensors))
+    ]
+    uncertainty = with_usual(stated["uncertainty"], model)
+    model = with_numbers(model, uncertainty)
+    prior = prior_of(model, uncertainty)
+    std = dict(zip(prior.names, prior.std, strict=True))
+    std |= {u.name: stated["nuisance"][term.kind] for term in calibration for u in term.unknowns}
+    whole = model.plus(*calibration)
+    theta = np.nan_to_num(whole.stated)
+    _, columns = measured_response_and_jacobian(whole, spectrum.speed, spectrum.harmonics, theta)
+    columns = columns * np.array([std.get(name, 0.0) for name in whole.names])  # 0: known exactly
+    return spectrum.whitened(np.moveaxis(columns, -1, 0)).T
+
+
+def left_by_base(change, spectrum, columns, beside=None):
+    """Rms of the part of a change (speed, harmonic, sensor), m, that `absorbed` columns leave, in standard deviations.
+
+    beside : another change, of unknown size, that may absorb it too
+    """
+    change, ridge = spectrum.whitened(change), np.ones(columns.shape[1])
+    if beside is not None:
+        columns = np.column_stack([columns, spectrum.whitened(beside)])
+        ridge = np.append(ridge, 1e-9 * (columns[:, -1] @ columns[:, -1] + 1e-300))
+    moved = np.linalg.solve(np.diag(ridge) + columns.T @ columns, columns.T @ change)
+    left = change - columns @ moved
+    return float(np.sqrt(max(left @ left + moved @ (ridge * moved), 0.0) / len(left)))

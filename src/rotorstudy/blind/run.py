@@ -1,30 +1,93 @@
-"""A complete blind test: hide, seal, diagnose, reveal, score."""
+"""Cases with a known truth: hide, seal, diagnose, reveal, score; and the loop of everything that has many cases."""
 
+import hashlib
 import json
 import logging
+import warnings
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from signal import SIG_DFL, SIGINT, signal
 from tempfile import TemporaryDirectory
-from time import process_time
+from time import monotonic, process_time
 from traceback import extract_tb
 
 import numpy as np
 
 from rotorstudy.blind.criteria import judge
 from rotorstudy.blind.injection import draw, order_of
-from rotorstudy.blind.scoring import score
-from rotorstudy.blind.sealing import check_seal, salt_of, seal
+from rotorstudy.blind.scoring import score, score_case
 from rotorstudy.blind.summary import summary
-from rotorstudy.chunks import chunk_of
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import read_rig
-from rotorstudy.store import copied, provenance, save, write_text
+from rotorstudy.store import chunk_of, copied, provenance, save, write_text
+
+SALT_STREAM = 7  # separates the salts of seals from the random numbers of cases
 
 log = logging.getLogger(__name__)
+
+
+def rows_of(run, cases, file=None, *, key="case", processes=1, minutes=np.inf, line=str):
+    """DataFrame of a row for each case; a row is printed, and in the file, CSV, as soon as its case is done.
+
+    run     : function of a case that gives its row, a dict; of several processes one that they can import
+    cases   : {value of the column `key`: case}; those that the file has already are not run again
+    minutes : after which no case is begun;  line : function of a row, for what is printed
+    """
+    import pandas as pd
+
+    rows = pd.read_csv(file).to_dict("records") if file and Path(file).exists() else []
+    known, end = {row[key] for row in rows}, monotonic() + 60 * minutes
+    asked = {name: case for name, case in cases.items() if name not in known}
+    with _pool(processes) as mapped:
+        for name, row in zip(asked, mapped(partial(_until, end, run), asked.values()), strict=True):
+            if row is not None:
+                rows.append({key: name} | row)
+                print(line(rows[-1]), flush=True)
+            if file and rows:
+                write_text(file, pd.DataFrame(rows).to_csv(index=False, float_format="%.6g"))
+    return pd.DataFrame(rows)
+
+
+def _until(end, run, case):
+    """The row of a case, without warnings; None if the clock, which processes share, is beyond the end."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return run(case) if monotonic() < end else None
+
+
+def run_case(order, out, records=None):
+    """Row of an Order: drawn, diagnosed and scored; rig file, truth and verdict stay in OUT/cases.
+
+    records : folder that keeps the records, or has them already
+    """
+    kept, name = Path(out) / "cases" / f"{order.number:04d}", f"{order.number:04d}"
+    with TemporaryDirectory() as beside:
+        folder = Path(records or beside) / name
+        try:
+            truth = stored(order, folder)
+        except RotorstudyError as problem:
+            row = {"seed": order.seed, "kind": order.kind, "families": "", "machine": "", "known": False}
+            return row | {"verdict": "not drawn", "named": str(problem), "size": np.nan}
+        answer = answer_case(folder, truth["leave_out"])
+        for file in ("rig.yaml", "case.json"):
+            copied(folder / file, kept / file)
+    write_text(kept / "verdict.json", json.dumps(answer["verdict"], indent=1))
+    return score_case(truth, answer)
+
+
+def stored(order, folder):
+    """Truth of an Order; record, rig file and `case.json` with the truth are drawn into a folder if not there."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    if not (folder / "case.json").exists():
+        with TemporaryDirectory(dir=folder.parent, prefix=".new") as new:
+            truth = draw(order, Path(new) / "case")
+            (Path(new) / "case" / "case.json").write_text(json.dumps(truth, indent=1), encoding="utf-8")
+            with suppress(OSError):  # another process was faster, with the same content
+                (Path(new) / "case").rename(folder)
+    return _read(folder / "case.json")
 
 
 def diagnosed(spectrum, model, settings, findings):
@@ -48,7 +111,7 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
 
     config : BlindConfig;  cases, seed : override those of the configuration
     answer : function(spectrum, model, settings, findings) -> verdict dict, held-out predictions or None
-    returns: Dataset of `summary.summary`, list of Criterion, DataFrame of cases
+    returns: Dataset of `summary.summary`, DataFrames of criteria and of cases
     Apart from times the result depends on configuration and seed alone, not on the number of cores.
     """
     stated = {"cases": cases, "seed": seed}
@@ -113,6 +176,26 @@ def gather_chunks(config, out, seals, answers):
     return data, criteria, rows
 
 
+def salt_of(seed, index):
+    """Salt of a case, drawn from its seed so that the same case has the same seal."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(SALT_STREAM, index))).bytes(16).hex()
+
+
+def seal(truth, salt):
+    """SHA-256 of truth, as canonical JSON, and salt, which keeps the truth from being guessed from its hash."""
+    canonical = json.dumps(truth, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256((canonical + salt).encode()).hexdigest()
+
+
+def check_seal(truth, salt, sealed, where):
+    """Raise RotorstudyError if a truth is not the one that was sealed."""
+    if seal(truth, salt) != sealed:
+        raise RotorstudyError(
+            f"{where}: the truth is not the one that was sealed (SHA-256 {seal(truth, salt)}, sealed {sealed}); "
+            "it was altered after the diagnosis began. Run the blind tests again"
+        )
+
+
 def _read(path):
     return json.loads(Path(path).read_text(encoding="utf-8"))
 
@@ -122,8 +205,8 @@ def _plain(value):
     return [value.real.tolist(), value.imag.tolist()] if isinstance(value, np.ndarray) else float(value)
 
 
-def answer_case(folder, leave_out=(), answer=diagnosed):
-    """Verdict, held-out predictions and seconds of one core, from the record and the rig file in a folder alone.
+def answer_case(folder, leave_out=(), answer=diagnosed, records=("record.nc",)):
+    """Verdict, held-out predictions and seconds of one core, from the records and the rig file in a folder alone.
 
     Records that are refused, and an error of the diagnosis, are answers too: "refused" and "failed", with the `error`.
     """
@@ -132,7 +215,7 @@ def answer_case(folder, leave_out=(), answer=diagnosed):
     start, held_out = process_time(), None
     try:
         rig = read_rig(folder / "rig.yaml")
-        spectrum, model, findings = measured_spectrum([folder / "record.nc"], rig)
+        spectrum, model, findings = measured_spectrum([folder / name for name in records], rig)
         settings = read_settings(rig.given, "rig.yaml").model_copy(update={"leave_out": list(leave_out)})
     except RotorstudyError as error:
         verdict = {"verdict": "refused", "error": str(error)}

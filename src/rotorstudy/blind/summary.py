@@ -1,20 +1,23 @@
-"""A blind test as one Dataset: curves over size, calibration, confusion, cases and criteria."""
+"""A blind test as one Dataset, and what its figures show: counts over size, and answers by truth."""
 
 import numpy as np
 
-from rotorstudy.blind.criteria import attributes
 from rotorstudy.blind.meanings import MEANS
-from rotorstudy.blind.scoring import (
-    ANSWERS_WITHOUT_CAUSE,
-    PROBABILITY_EDGES,
-    calibration,
-    is_chain,
-    share_bounds,
-)
+from rotorstudy.blind.scoring import ANSWERS_WITHOUT_CAUSE, is_chain
 from rotorstudy.model.registry import registry
 from rotorstudy.store import dataset
 
 SIZE_EDGES = np.array([0.3, 1.0, 2.0, 3.0, 6.0, 12.0, 30.0, 100.0, 300.0])
+CASE_NUMBERS = {
+    "size": ("1", "size in standard deviations, of the smaller effect if two"),
+    "beside": ("1", "the same where the other of two effects is there, and of unknown size"),
+    "probability": ("1", "stated probability of the first cause"),
+    "gain_true": ("1", "error on held-out speeds after over before, against the signal without noise"),
+    "gain": ("1", "the same against the measurement"),
+    "seconds": ("s", "time of the diagnosis, of one core"),
+}
+CASE_TEXTS = ("group", "machine", "families", "verdict", "answer")
+CASE_FLAGS = ("known", "alone", "in_set", "wrong", "names_rotor")
 CRITERION_NUMBERS = {
     "reached": "value reached",
     "low": "lower 95 % bound",
@@ -22,100 +25,28 @@ CRITERION_NUMBERS = {
     "found": "count behind the value",
     "cases": "cases, or intervals where these are counted",
 }
-CRITERION_TEXTS = {"what": "quantity", "kind": "share, coverage, calibration or median", "status": "how it is judged"}
+CRITERION_TEXTS = {
+    "what": "quantity",
+    "kind": "share, calibration or median",
+    "needed": "values that are accepted",
+    "status": "how it is judged",
+    "reasons": "what went wrong most often",
+}
 
 
 def summary(rows, criteria):
-    """All results as a Dataset; rows : DataFrame of `scoring.score`;  criteria : list of Criterion."""
-    truths, answers, matrix = confusion(rows)
-    variables = {
-        **_over_size(rows),
-        **_calibration(rows),
-        "confusion": (("truth", "answer"), matrix, "1", "cases by truth and answer"),
-        "accepted": (("truth", "answer"), confounders_of(truths, answers), "1", "1 right, 2 a declared confounder"),
-        **_cases(rows),
-        **_criteria(criteria),
-    }
-    probability = (PROBABILITY_EDGES[1:] + PROBABILITY_EDGES[:-1]) / 2
-    middle = np.sqrt(SIZE_EDGES[1:] * SIZE_EDGES[:-1])
+    """All cases and criteria as a Dataset; rows : of `scoring.score`, criteria : of `criteria.judge`, DataFrames."""
+    case, one = ("case",), ("criterion",)
+    variables = {f"case_{name}": (case, rows[name].to_numpy(float), *said) for name, said in CASE_NUMBERS.items()}
+    variables |= {f"case_{n}": (case, rows[n].to_numpy(object), "1", f"{n} of the case") for n in CASE_TEXTS}
+    variables |= {f"case_{n}": (case, rows[n].to_numpy(bool).astype("i1"), "1", f"case is {n}") for n in CASE_FLAGS}
+    for names, kind in ((CRITERION_NUMBERS, float), (CRITERION_TEXTS, object)):
+        variables |= {f"criterion_{n}": (one, criteria[n].to_numpy(kind), "1", said) for n, said in names.items()}
     coordinates = {
-        "size_bin": (middle, "1", "size, geometric middle of the bin"),
-        "probability_bin": (probability, "1", "posterior probability, middle of the bin"),
-        "truth": (truths, "1", "what was hidden"),
-        "answer": (answers, "1", "what was named, or the verdict without a cause"),
         "case": (rows.case.to_numpy(int), "1", "number of the case"),
-        "criterion": ([c.key for c in criteria], "1", "key of the acceptance criterion"),
+        "criterion": (criteria.key.to_numpy(object), "1", "key of the acceptance criterion"),
     }
-    return dataset(variables, coordinates, title="Blind tests of the diagnosis").assign_attrs(attributes(criteria))
-
-
-def _over_size(rows):
-    """Completeness and reliability over the size of an effect, with 95 % bounds."""
-    single = rows.group.isin(["single", "chain"]).to_numpy(bool)
-    naming = ((rows.causes > 0) & (rows.group != "two")).to_numpy(bool)
-    right, variables, bins = rows.in_set.to_numpy(bool), {}, ("size_bin",)
-    for name, chosen, long_name in (
-        ("completeness", single, "share of hidden effects found, cause and place"),
-        ("reliability", naming, "share of named causes that are true"),
-    ):
-        k, n = share_over_size(rows, chosen, right)
-        bounds = np.array([share_bounds(a, b) for a, b in zip(k, n, strict=True)])
-        variables[name] = (bins, np.where(n > 0, k / np.maximum(n, 1), np.nan), "1", long_name)
-        variables[f"{name}_low"] = (bins, bounds[:, 0], "1", f"{long_name}, lower 95 % bound")
-        variables[f"{name}_high"] = (bins, bounds[:, 1], "1", f"{long_name}, upper 95 % bound")
-        variables[f"{name}_cases"] = (bins, n, "1", f"cases behind it: {long_name}")
-    return variables
-
-
-def _calibration(rows):
-    """Share of true causes by their stated posterior probability, with 95 % bounds."""
-    stated = rows[rows.probability.notna()]
-    said, correct, count, error = calibration(stated.probability.to_numpy(float), stated.first_right.to_numpy(float))
-    many, by = np.maximum(count, 1), ("probability_bin",)
-    bounds = np.array([share_bounds(int(a), int(b)) for a, b in zip(correct, count, strict=True)])
-    return {
-        "stated_probability": (by, np.where(count, said / many, np.nan), "1", "mean stated posterior probability"),
-        "share_right": (by, np.where(count, correct / many, np.nan), "1", "share of the stated causes that is true"),
-        "share_right_low": (by, bounds[:, 0], "1", "lower 95 % bound"),
-        "share_right_high": (by, bounds[:, 1], "1", "upper 95 % bound"),
-        "probability_cases": (by, count, "1", "cases"),
-        "calibration_error": ((), error, "1", "expected calibration error"),
-    }
-
-
-def _cases(rows):
-    """What is known of every case."""
-    variables, along = {}, ("case",)
-    for name, unit, long_name in (
-        ("size", "1", "size in standard deviations, of the smaller effect if two"),
-        ("beside", "1", "the same where the other of two effects is there, and of unknown size"),
-        ("probability", "1", "stated probability of the first cause"),
-        ("gain_true", "1", "error on held-out speeds after over before, against the signal without noise"),
-        ("gain", "1", "the same against the measurement"),
-        ("seconds", "s", "time of the diagnosis, of one core"),
-    ):
-        variables[f"case_{name}"] = (along, rows[name].to_numpy(float), unit, long_name)
-    for name in ("group", "machine", "families", "verdict", "answer"):
-        variables[f"case_{name}"] = (along, rows[name].to_numpy(object), "1", f"{name} of the case")
-    for name in ("known", "alone", "in_set", "wrong", "names_rotor"):
-        variables[f"case_{name}"] = (along, rows[name].to_numpy(bool).astype("i1"), "1", f"case is {name}")
-    return variables
-
-
-def _criteria(criteria):
-    """Every acceptance criterion: what is needed, what is reached, and why not."""
-    variables, along = {}, ("criterion",)
-    for name, long_name in CRITERION_NUMBERS.items():
-        values = np.array([getattr(c, name) for c in criteria], float)
-        variables[f"criterion_{name}"] = (along, values, "1", long_name)
-    needed = np.array([c.needed or (np.nan, np.nan) for c in criteria], float).reshape(-1, 2)
-    variables["criterion_least"] = (along, needed[:, 0], "1", "lowest accepted value, nan for information")
-    variables["criterion_most"] = (along, needed[:, 1], "1", "highest accepted value, nan for information")
-    for name, long_name in CRITERION_TEXTS.items():
-        values = np.array([getattr(c, name) for c in criteria], object)
-        variables[f"criterion_{name}"] = (along, values, "1", long_name)
-    reasons = np.array(["; ".join(c.reasons) for c in criteria], object)
-    return variables | {"criterion_reasons": (along, reasons, "1", "what went wrong most often")}
+    return dataset(variables, coordinates, title="Blind tests of the diagnosis")
 
 
 def share_over_size(rows, chosen, right):

@@ -1,4 +1,4 @@
-"""The command line: one file per command, with its arguments in `add` and its action in `run`."""
+"""The command line: one file per command, with its options in `add` and its action in `run`."""
 
 from rotorstudy.studies.threads import use_one_thread_unless_stated
 

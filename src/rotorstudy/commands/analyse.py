@@ -1,36 +1,20 @@
-"""`rotorstudy analyse`: critical speeds, unbalance response, static loads and stability of a rig."""
+"""Drawing, loads, critical speeds, unbalance response and stability of a rig."""
 
-from rotorstudy.commands.outputs import check_folder
-from rotorstudy.commands.speeds import add_rpm, in_rad_s
+from rotorstudy.commands.shared import add_rpm, check_folder, in_rad_s
 from rotorstudy.errors import RotorstudyError
 
 LOWEST, HIGHEST = 1e-3, 1e6  # of a speed that is given, in its unit
 
 
-def add(commands):
-    """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser(
-        "analyse", help="drawing, loads, critical speeds, unbalance response and stability of a rig"
-    )
+def add(parser):
+    two = {"type": float, "nargs": 2, "metavar": ("LOWEST", "HIGHEST")}
     parser.add_argument("rig", help="rig file (YAML) with a value for every parameter")
     parser.add_argument("--records", nargs="+", default=(), help="records of the machine, shown beside the response")
-    parser.add_argument(
-        "--speeds",
-        type=float,
-        nargs=2,
-        metavar=("LOWEST", "HIGHEST"),
-        help="range of speeds in rad/s (default: up to 3.5 times the lowest natural frequency)",
-    )
-    parser.add_argument(
-        "--operating",
-        type=float,
-        nargs=2,
-        metavar=("LOWEST", "HIGHEST"),
-        help="operating speeds in rad/s, for separation margins",
-    )
+    told = "range of speeds in rad/s (default: up to 3.5 times the lowest natural frequency)"
+    parser.add_argument("--speeds", **two, help=told)
+    parser.add_argument("--operating", **two, help="operating speeds in rad/s, for separation margins")
     add_rpm(parser)
     parser.add_argument("--out", required=True, metavar="DIR", help="output folder for page, data and figures")
-    parser.set_defaults(func=run)
 
 
 def run(given):
@@ -42,9 +26,9 @@ def run(given):
     speeds = _range(given.speeds, given.rpm, "--speeds") or (None, None)
     operating = _range(given.operating, given.rpm, "--operating")
     analysis = analyse_files(given.rig, given.out, speeds, operating, given.records)
-    print("\n".join(summary(analysis)))
-    print(f"wrote {given.out}/index.html")
-    found = {"summary": summary(analysis), "criticals": criticals(analysis), "loads": loads(analysis)}
+    said = summary(analysis)
+    print("\n".join([*said, f"wrote {given.out}/index.html"]))
+    found = {"summary": said, "criticals": criticals(analysis), "loads": loads(analysis)}
     return found | {"resonances": resonances(analysis, operating), "damping": analysis.damping}
 
 

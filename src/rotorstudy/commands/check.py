@@ -1,44 +1,38 @@
-"""`rotorstudy check`: check a rig file, or the invariants of the plugins in a file."""
+"""Check a rig file (loads, critical speeds, anything odd), or the invariants of a plugin file."""
 
 from pathlib import Path
 
 RIG_FILES = (".yaml", ".yml")
 
 
-def add(commands):
-    """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser(
-        "check", help="check a rig file (loads, critical speeds, anything odd), or the invariants of a plugin file"
-    )
+def add(parser):
     parser.add_argument("file", help="rig file (.yaml) or plugin file (.py)")
-    parser.set_defaults(func=run)
 
 
 def run(given):
     """Check the file by its suffix; status 1 if something is wrong."""
-    return _rig(given) if Path(given.file).suffix.lower() in RIG_FILES else _plugins(given)
+    return _rig(given.file) if Path(given.file).suffix.lower() in RIG_FILES else _plugins(given.file)
 
 
-def _rig(given):
+def _rig(file):
     from rotorstudy.presentation.rig_check_words import check_data, check_words
     from rotorstudy.studies.rig_check import check_rig
 
-    found = check_rig(given.file)
+    found = check_rig(file)
     print("\n".join(check_words(found)))
     return 1 if found.errors else 0, check_data(found)
 
 
-def _plugins(given):
+def _plugins(file):
     from rotorstudy.authoring.files import check_file, left_to_write
 
-    rows = check_file(given.file)
+    rows = check_file(file)
     for kind, name, outcome in rows:
-        wrong = f"\n       {outcome.wrong}" if outcome.wrong else ""
-        print(f"{outcome.state}  {kind} {name}: {outcome.statement}{wrong}")
+        print(f"{outcome.state}  {kind} {name}: {outcome.statement}" + (outcome.wrong and f"\n       {outcome.wrong}"))
     states = [outcome.state for _, _, outcome in rows]
     unclaimed = states.count("not claimed")
     print(f"{states.count('holds')} of {len(states) - unclaimed} hold" + f", {unclaimed} not claimed" * bool(unclaimed))
-    if left := left_to_write(given.file):
-        print(f"note: {' and '.join(left)} in {given.file} still have the text of the template; replace it")
+    if left := left_to_write(file):
+        print(f"note: {' and '.join(left)} in {file} still have the text of the template; replace it")
     facts = [{"kind": kind, "name": name, "state": one.state, "statement": one.statement} for kind, name, one in rows]
     return 1 if "fails" in states else 0, {"checks": facts}

@@ -1,27 +1,13 @@
-"""`rotorstudy compare`: find what changed in a machine between two states."""
+"""Find what changed in a machine between two states."""
 
-import sys
-from pathlib import Path
-
-from rotorstudy.commands.outputs import check_folder
+from rotorstudy.commands.shared import add_rig_and_folder, check_folder, conclude
 
 
-def add(commands):
-    """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser("compare", help="find what changed in a machine between two states")
+def add(parser):
     for state in ("before", "after"):
-        parser.add_argument(
-            f"--{state}",
-            nargs="+",
-            required=True,
-            metavar="RECORDS",
-            help=f"record files, tables of harmonics, or one imported spectrum of the state {state}",
-        )
-    parser.add_argument(
-        "--rig", required=True, help="rig file with a value for every parameter; settings in its section 'diagnosis:'"
-    )
-    parser.add_argument("--out", required=True, metavar="DIR", help="output folder for verdict, figures and page")
-    parser.set_defaults(func=run)
+        told = f"record files, tables of harmonics, or one imported spectrum of the state {state}"
+        parser.add_argument(f"--{state}", nargs="+", required=True, metavar="RECORDS", help=told)
+    add_rig_and_folder(parser)
 
 
 def run(given):
@@ -29,9 +15,4 @@ def run(given):
     from rotorstudy.presentation.change_files import compare_files
 
     check_folder(given.out, given.rig, *given.before, *given.after)
-    verdict = compare_files(given.before, given.after, given.rig, given.out)
-    for finding in verdict.findings:
-        print(finding, file=sys.stderr)
-    print(verdict.summary)
-    print(f"wrote {Path(given.out) / 'index.html'}")
-    return verdict.model_dump(mode="json")
+    return conclude(compare_files(given.before, given.after, given.rig, given.out), given.out)

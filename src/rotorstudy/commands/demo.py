@@ -1,22 +1,20 @@
-"""`rotorstudy demo`: records of a simulated rotor with a fault, and their diagnosis."""
+"""Simulate records of a rotor with a fault, and diagnose them."""
 
 import shlex
 import subprocess
 import sys
 from pathlib import Path
 
-from rotorstudy.commands.outputs import check_folder
+from rotorstudy.commands.shared import check_folder, file_of_project
 from rotorstudy.store import copied
 
+EXAMPLES = file_of_project("examples", "examples")
 RIG, MACHINE = "jeffcott.yaml", "jeffcott_with_a_fault.yaml"
 SPEEDS = ["100", "200", "300", "400", "500"]
 
 
-def add(commands):
-    """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser("demo", help="simulate records of a rotor with a fault, and diagnose them")
+def add(parser):
     parser.add_argument("--out", default="demo", metavar="DIR", help="output folder (default: demo)")
-    parser.set_defaults(func=run)
 
 
 def run(given):
@@ -25,7 +23,7 @@ def run(given):
     folder = Path(given.out)
     folder.mkdir(exist_ok=True)
     for name in (RIG, MACHINE):
-        copied(_examples() / name, folder / name)
+        copied(EXAMPLES / name, folder / name)
     records, diagnosis = str(folder / "machine.nc"), str(folder / "diagnosis")
     for arguments in (
         ["simulate", str(folder / MACHINE), "--speeds", *SPEEDS, "--noise", "2", "--out", records],
@@ -36,9 +34,3 @@ def run(given):
         if status:
             return status, {}
     return {"page": f"{diagnosis}/index.html"}
-
-
-def _examples():
-    """Folder of the example rigs: in an installed package their copy, else that of the project."""
-    packaged = Path(__file__).parents[1] / "examples"
-    return packaged if packaged.is_dir() else Path(__file__).parents[3] / "examples"

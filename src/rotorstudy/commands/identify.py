@@ -1,9 +1,7 @@
-"""`rotorstudy identify`: estimate parameters of a rig from records, tables of harmonics or a spectrum."""
-
-import sys
+"""Estimate parameters of a rig from records, or from several runs."""
 
 from rotorstudy.commands.identify_runs import identify_several
-from rotorstudy.commands.outputs import NETCDF, YAML, check_file
+from rotorstudy.commands.shared import NETCDF, YAML, check_file, tell
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.registry import registry
 from rotorstudy.units import HALF_INTERVAL, with_interval
@@ -11,58 +9,32 @@ from rotorstudy.units import HALF_INTERVAL, with_interval
 MOST_OF_A_CAUSE = 3  # more shapes than that trade off
 
 
-def add(commands):
-    """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser("identify", help="estimate parameters of a rig from records, or from several runs")
-    parser.add_argument(
-        "records",
-        nargs="*",
-        help="record files (.nc, .csv, .mat, .uff), tables of harmonics (.csv), or one spectrum written by `import`",
-    )
-    parser.add_argument(
-        "--runs",
-        metavar="FILE",
-        help="instead of records: YAML file that lists several runs, their records and what is added in each; they are "
-        "fitted together, within the uncertainty that the rig file states",
-    )
-    parser.add_argument(
-        "--rig",
-        required=True,
-        help="rig file; parameters with a value are known unless named in --unknowns; its section 'measurement:' says "
-        "how to read the files",
-    )
-    parser.add_argument(
-        "--unknowns",
-        nargs="+",
-        metavar="NAME",
-        help="parameters to estimate (default: those without a value); "
-        "'rotor.youngs_modulus_Pa' is the relative change of that number of the rotor",
-    )
-    parser.add_argument(
-        "--cause",
-        metavar="EFFECT",
-        help="an effect known to be the cause, such as transverse_crack: its place and shape are searched beside the "
-        "parameters of the rig, which all need a value; 'diagnosis:' of the rig file says how accurate they are",
-    )
-    parser.add_argument(
-        "--count", type=int, default=1, metavar="N", help="how many of that cause there are, 1 to 3 (default 1)"
-    )
-    parser.add_argument(
-        "--harmonics", type=int, nargs="+", metavar="N", help="measured harmonics to use (default: all)"
-    )
-    parser.add_argument(
-        "--spectrum",
-        metavar="NAME",
-        help="spectrum plugin for the records (default: harmonics and covariance as `import` writes them)",
-    )
-    parser.add_argument(
-        "--estimator", default="maximum_likelihood", help="estimator plugin (default maximum_likelihood)"
-    )
+def add(parser):
+    told = "record files (.nc, .csv, .mat, .uff), tables of harmonics (.csv), or one spectrum written by `import`"
+    parser.add_argument("records", nargs="*", help=told)
+    told = """instead of records: YAML file that lists several runs, their records and what is added in each; they are
+    fitted together, within the uncertainty that the rig file states"""
+    parser.add_argument("--runs", metavar="FILE", help=told)
+    told = """rig file; parameters with a value are known unless named in --unknowns; its section 'measurement:' says
+    how to read the files"""
+    parser.add_argument("--rig", required=True, help=told)
+    told = """parameters to estimate (default: those without a value); 'rotor.youngs_modulus_Pa' is the relative change
+    of that number of the rotor"""
+    parser.add_argument("--unknowns", nargs="+", metavar="NAME", help=told)
+    told = """an effect known to be the cause, such as transverse_crack: its place and shape are searched beside the
+    parameters of the rig, which all need a value; 'diagnosis:' of the rig file says how accurate they are"""
+    parser.add_argument("--cause", metavar="EFFECT", help=told)
+    told = "how many of that cause there are, 1 to 3 (default 1)"
+    parser.add_argument("--count", type=int, default=1, metavar="N", help=told)
+    told = "measured harmonics to use (default: all)"
+    parser.add_argument("--harmonics", type=int, nargs="+", metavar="N", help=told)
+    told = "spectrum plugin for the records (default: harmonics and covariance as `import` writes them)"
+    parser.add_argument("--spectrum", metavar="NAME", help=told)
+    told = "estimator plugin (default maximum_likelihood)"
+    parser.add_argument("--estimator", default="maximum_likelihood", help=told)
     parser.add_argument("--out", help="NetCDF file to write the estimates to")
-    parser.add_argument(
-        "--rig-out", metavar="FILE", help="rig file to write, with the estimates and, in 'prior:', their covariance"
-    )
-    parser.set_defaults(func=run)
+    told = "rig file to write, with the estimates and, in 'prior:', their covariance"
+    parser.add_argument("--rig-out", metavar="FILE", help=told)
 
 
 def run(given):
@@ -86,8 +58,7 @@ def run(given):
     estimator = registry().get("estimator", given.estimator)
     rig = read_rig(given.rig)
     spectrum, model, findings = measured_spectrum(given.records, rig, method)
-    for finding in findings:
-        print(finding, file=sys.stderr)
+    tell(findings)
     spectrum = _chosen(spectrum, given.harmonics)
     if given.cause:
         return _run_cause(given, rig, spectrum, model)
@@ -95,19 +66,16 @@ def run(given):
     unknowns = model.unknown_names(given.unknowns)
     estimate = estimate_rig(estimator, Problem(model, spectrum, unknowns), rig.given)
     names, theta, covariance = magnitude_and_phase(unknowns, estimate.theta, estimate.covariance)
-    std = np.sqrt(np.diag(covariance))
-    units = model.reported_units(names)
-    intervals = _intervals(names, theta, std)
-    _print_estimates(names, theta, std, units, intervals)
+    rows = _rows(zip(names, theta, np.sqrt(np.diag(covariance)), model.reported_units(names), strict=True))
+    _print_estimates(rows)
     if np.isfinite(estimate.misfit):
         _print_misfit(float(estimate.misfit), spectrum.data_count - len(names))
     if given.out:
-        used = [*rig.plugins, estimator, *([method] if method else [])]
-        _save(given, rig, used, names, theta, std, units, intervals)
+        _save(given, rig, [*rig.plugins, estimator, *([method] if method else [])], rows)
     if given.rig_out:
         found = rig_with_estimate(rig.given, model, unknowns, estimate.theta, estimate.covariance)
         write_rig(found, given.rig_out, f"{given.rig} identified from {', '.join(map(str, given.records))}")
-    return estimates_data(names, theta, std, units, intervals) | {"misfit": float(estimate.misfit)}
+    return _data(rows) | {"misfit": float(estimate.misfit)}
 
 
 def _check_options(given):
@@ -122,87 +90,8 @@ def _check_options(given):
     if given.out:
         check_file(given.out, given.rig, *given.records, suffixes=NETCDF)
     if given.rig_out:
-        inputs = [given.rig, *given.records, *([given.out] if given.out else [])]
+        inputs = filter(None, [given.rig, *given.records, given.out])
         check_file(given.rig_out, *inputs, option="--rig-out", suffixes=YAML)
-
-
-def _run_cause(given, rig, spectrum, model):
-    """Print the shape and the size of a cause with their intervals, and which of its alternatives fits."""
-    from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, intervals_of, shape_of
-    from rotorstudy.diagnosis.one_cause.identify import identify_cause
-    from rotorstudy.diagnosis.settings import check_names, read_settings
-
-    settings = read_settings(rig.given, given.rig)
-    check_names(settings, model, f"{given.rig}, diagnosis")
-    found = identify_cause(spectrum, model, given.cause, settings, given.count)
-    names, values, std, units = zip(*estimates_of(found), strict=True)
-    for cause in found.causes:
-        print(given.cause + _place(cause))
-    intervals = _intervals(names, values, std, intervals_of(found))
-    _print_estimates(names, values, std, units, intervals)
-    for causes in found.elsewhere:
-        print(f"or, explaining the records as well, {' and '.join(given.cause + _place(cause) for cause in causes)}")
-        for cause in causes:
-            there = list(zip(*shape_of(found, cause), strict=True))
-            _print_estimates(*there, _intervals(*there[:3]))
-    for told, misfit in sorted(found.misfits.items(), key=lambda one: one[1]):
-        print(f"misfit above the best, {told}: {misfit:.3g}")
-    print(f"p-value of the misfit: {found.p_value:.2g}")
-    if found.p_value < settings.significance:
-        print(f"warning: {given.cause} does not explain the records; its intervals are not valid", file=sys.stderr)
-    for name, away in far_amplitudes(found.causes, found.names, found.theta).items():
-        told = f"{name} is {abs(away):.1f} standard deviations of what is usual from its value"
-        print(f"warning: {told}: the cause has another form than the model, and its intervals are not valid",
-              file=sys.stderr)  # fmt: skip
-    if given.out:
-        _save(given, rig, [*rig.plugins, registry().get("effect", given.cause)], names, values, std, units, intervals)
-    places = [{**cause.where, **cause.variant} for cause in found.causes]
-    return estimates_data(names, values, std, units, intervals) | {"places": places, "p_value": float(found.p_value)}
-
-
-def estimates_data(names, values, std, units, intervals):
-    """Estimates as a dict for JSON, in SI."""
-    rows = zip(names, map(float, values), map(float, std), units, intervals, strict=True)
-    keys = ("name", "value", "standard_deviation", "unit", "interval_95")
-    return {"estimates": [dict(zip(keys, row, strict=True)) for row in rows]}
-
-
-def _intervals(names, values, std, stated=None):
-    """Ends of the 95 % interval of each estimate: as stated, else 1.96 standard deviations from the value."""
-    around = {
-        n: (float(v - HALF_INTERVAL * s), float(v + HALF_INTERVAL * s))
-        for n, v, s in zip(names, values, std, strict=True)
-    }
-    return [list((stated or {}).get(name, both)) for name, both in around.items()]
-
-
-def _place(cause):
-    """Where a cause is, and which of its alternatives it has."""
-    return "".join(f", {key} {value}" for key, value in {**cause.where, **cause.variant}.items())
-
-
-def _print_estimates(names, values, std, units, intervals):
-    """Print each estimate with its standard deviation and its 95 % interval."""
-    width = max(24, *map(len, names))
-    for name, value, one, unit, ends in zip(names, values, std, units, intervals, strict=True):
-        print(f"{name:{width}} {with_interval(value, one, unit, ends=ends)}")
-
-
-def _save(given, rig, plugins, names, values, std, units, intervals):
-    """Write the estimates to a NetCDF file."""
-    import numpy as np
-
-    from rotorstudy.store import dataset, provenance, save
-
-    coordinates = {"parameter": (list(names), "1", "identified parameter")}
-    variables = {
-        "estimate": (("parameter",), np.array(values), "SI", "estimated parameter"),
-        "standard_deviation": (("parameter",), np.array(std), "SI", "stated standard deviation"),
-        "interval": (("parameter", "end"), np.array(intervals), "SI", "ends of the 95 % interval"),
-        "unit": (("parameter",), np.array(units, object), "1", "unit of each parameter"),
-    }
-    attributes = provenance(rig.given, plugins) | {"records": ", ".join(map(str, given.records))}
-    save(dataset(variables, coordinates, title="identification").assign_attrs(attributes), given.out)
 
 
 def _chosen(spectrum, harmonics):
@@ -218,6 +107,65 @@ def _chosen(spectrum, harmonics):
     return spectrum.at_harmonics(check_harmonics(harmonics))
 
 
+def _run_cause(given, rig, spectrum, model):
+    """Print the shape and the size of a cause with their intervals, and which of its alternatives fits."""
+    from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, intervals_of, shape_of
+    from rotorstudy.diagnosis.one_cause.identify import identify_cause
+    from rotorstudy.diagnosis.settings import check_names, read_settings
+
+    settings = read_settings(rig.given, given.rig)
+    check_names(settings, model, f"{given.rig}, diagnosis")
+    found = identify_cause(spectrum, model, given.cause, settings, given.count)
+    places = [{**cause.where, **cause.variant} for cause in found.causes]
+    rows = _rows(estimates_of(found), intervals_of(found))
+    for place in places:
+        print(given.cause + _told(place))
+    _print_estimates(rows)
+    for causes in found.elsewhere:
+        others = (given.cause + _told({**cause.where, **cause.variant}) for cause in causes)
+        print(f"or, explaining the records as well, {' and '.join(others)}")
+        for cause in causes:
+            _print_estimates(_rows(shape_of(found, cause)))
+    for told, misfit in sorted(found.misfits.items(), key=lambda one: one[1]):
+        print(f"misfit above the best, {told}: {misfit:.3g}")
+    print(f"p-value of the misfit: {found.p_value:.2g}")
+    if found.p_value < settings.significance:
+        tell([f"warning: {given.cause} does not explain the records; its intervals are not valid"])
+    for name, away in far_amplitudes(found.causes, found.names, found.theta).items():
+        told = f"{name} is {abs(away):.1f} standard deviations of what is usual from its value"
+        tell([f"warning: {told}: the cause has another form than the model, and its intervals are not valid"])
+    if given.out:
+        _save(given, rig, [*rig.plugins, registry().get("effect", given.cause)], rows)
+    return _data(rows) | {"places": places, "p_value": float(found.p_value)}
+
+
+def _told(place):
+    """Where a cause is, and which of its alternatives it has, as text."""
+    return "".join(f", {key} {value}" for key, value in place.items())
+
+
+def _rows(estimates, stated=None):
+    """(name, value, standard deviation, unit, [low, high]) of estimates, the last as stated or 1.96 of them away."""
+    found = []
+    for name, value, std, unit in estimates:
+        value, half = float(value), HALF_INTERVAL * float(std)
+        found.append((name, value, float(std), unit, list((stated or {}).get(name, (value - half, value + half)))))
+    return found
+
+
+def _data(rows):
+    """Estimates for JSON, in SI."""
+    keys = ("name", "value", "standard_deviation", "unit", "interval_95")
+    return {"estimates": [dict(zip(keys, row, strict=True)) for row in rows]}
+
+
+def _print_estimates(rows):
+    """Print each estimate with its standard deviation and its 95 % interval."""
+    width = max(24, *(len(name) for name, *_ in rows))
+    for name, value, std, unit, ends in rows:
+        print(f"{name:{width}} {with_interval(value, std, unit, ends=ends)}")
+
+
 def _print_misfit(misfit, freedom):
     """Print the misfit per degree of freedom and its 95 % range for a model that explains the records."""
     from scipy.special import chdtri
@@ -226,6 +174,24 @@ def _print_misfit(misfit, freedom):
     expected = f"{low:.2g} to {high:.2g} expected if only noise is left"
     print(f"misfit {misfit / freedom:.3g} per degree of freedom ({expected})")
     if misfit / freedom > high:
-        print("warning: the model does not explain the records; the stated intervals are not valid", file=sys.stderr)
+        tell(["warning: the model does not explain the records; the stated intervals are not valid"])
     elif misfit / freedom < low:
-        print("note: the misfit is below the expected range", file=sys.stderr)
+        tell(["note: the misfit is below the expected range"])
+
+
+def _save(given, rig, plugins, rows):
+    """Write the estimates to a NetCDF file."""
+    import numpy as np
+
+    from rotorstudy.store import dataset, provenance, save
+
+    names, values, std, units, intervals = zip(*rows, strict=True)
+    coordinates = {"parameter": (list(names), "1", "identified parameter")}
+    variables = {
+        "estimate": (("parameter",), np.array(values), "SI", "estimated parameter"),
+        "standard_deviation": (("parameter",), np.array(std), "SI", "stated standard deviation"),
+        "interval": (("parameter", "end"), np.array(intervals), "SI", "ends of the 95 % interval"),
+        "unit": (("parameter",), np.array(units, object), "1", "unit of each parameter"),
+    }
+    attributes = provenance(rig.given, plugins) | {"records": ", ".join(map(str, given.records))}
+    save(dataset(variables, coordinates, title="identification").assign_attrs(attributes), given.out)

@@ -1,10 +1,8 @@
 """`rotorstudy identify --runs`: update a rig by several runs of one machine, fitted together."""
 
-import sys
-
-from rotorstudy.commands.outputs import JSON, NETCDF, YAML, check_file
+from rotorstudy.commands.shared import JSON, NETCDF, YAML, check_file, tell
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.units import ANY_ANGLE, with_interval
+from rotorstudy.units import ANY_ANGLE, shown_unit, with_interval
 
 NOT_WITH_RUNS = ("unknowns", "cause", "harmonics", "spectrum")
 
@@ -22,88 +20,43 @@ def identify_several(given):
     if given.rig_out:
         check_file(given.rig_out, given.rig, given.runs, option="--rig-out", suffixes=YAML)
     found = identify_runs(given.runs, given.rig)
-    for finding in found.findings:
-        print(finding, file=sys.stderr)
+    tell(found.findings)
+    runs = found.joint.runs
+    units = {run.joint_name(n): u for run in runs for n, u in zip(run.model.names, run.model.units, strict=True)}
+    own = {run.name: [run.joint_name(name) for name in run.own.names] for run in runs}
+    shared = shared_names(found.joint)
     print("parameters of the machine")
-    _print_estimates(found, shared_names(found.joint))
-    for run in found.joint.runs:
-        cost, rows = found.joint.misfits[run.name]
-        print(f"run '{run.name}': misfit {cost / rows:.3g} per component of the spectrum")
-        _print_estimates(found, [run.joint_name(name) for name in run.own.names])
+    _print_estimates(found, shared, units)
+    for run, names in own.items():
+        cost, count = found.joint.misfits[run]
+        print(f"run '{run}': misfit {cost / count:.3g} per component of the spectrum")
+        _print_estimates(found, names, units)
     if given.out:
-        _save(given, found)
+        _save(given, found, units, own)
     if given.rig_out:
         write_rig(found.rig, given.rig_out, f"{given.rig} updated by the runs of {given.runs}")
-    names = [*shared_names(found.joint), *(run.joint_name(n) for run in found.joint.runs for n in run.own.names)]
-    rows = [(name, *map(float, found.of(name))) for name in names]
-    misfits = {name: float(cost / count) for name, (cost, count) in found.joint.misfits.items()}
     keys = ("name", "value", "standard_deviation")
+    rows = [(name, *map(float, found.of(name))) for names in (shared, *own.values()) for name in names]
+    misfits = {name: float(cost / count) for name, (cost, count) in found.joint.misfits.items()}
     return {"estimates": [dict(zip(keys, row, strict=True)) for row in rows], "misfit_per_component": misfits}
 
 
-def _save(given, found):
-    """Write the estimates, their covariance, and how well each run is explained, to a NetCDF or JSON file."""
-    import numpy as np
-
-    from rotorstudy.model.rig import named_plugins, read_rig
-    from rotorstudy.store import dataset, provenance, save, write_text
-
-    joint = found.joint
-    names = list(joint.prior.names)
-    own = {run.joint_name(name): run.name for run in joint.runs for name in run.own.names}
-    units = {run.joint_name(n): u for run in joint.runs for n, u in zip(run.model.names, run.model.units, strict=True)}
-    ratio = np.array([found.ratio.get(name, 1.0) for name in names])
-    _, covariance = joint.of(names)
-    values = np.array([found.of(name)[0] for name in names])
-    coordinates = {
-        "parameter": (names, "1", "parameter; of one run only: parameter @ run"),
-        "other": (names, "1", "parameter"),
-        "run": (list(joint.misfits), "1", "run"),
-    }
-    variables = {
-        "estimate": (("parameter",), values, "SI", "estimated parameter"),
-        "covariance": (("parameter", "other"), covariance * np.outer(ratio, ratio), "SI", "of the estimates"),
-        "unit": (("parameter",), np.array([units[name] for name in names], object), "1", "unit of each parameter"),
-        "own_of_run": (("parameter",), np.array([own.get(n, "") for n in names], object), "1", "run that has it alone"),
-        "misfit": (("run",), np.array([cost for cost, _ in joint.misfits.values()]), "1", "weighted sum of squares"),
-        "data_count": (("run",), np.array([rows for _, rows in joint.misfits.values()]), "1", "number of real data"),
-    }
-    rig = read_rig(given.rig).given
-    told = {"runs": str(given.runs), "findings": "\n".join(map(str, found.findings))}
-    data = dataset(variables, coordinates, title="identification by several runs")
-    data = data.assign_attrs(provenance(rig, named_plugins(rig)) | told)
-    if given.out.lower().endswith(JSON):
-        import json
-
-        write_text(given.out, json.dumps(data.to_dict(), indent=1) + "\n")
-    else:
-        save(data, given.out)
-
-
-def _print_estimates(found, names):
+def _print_estimates(found, names, units):
     """Print values with their uncertainty; an eccentricity as its unbalance, at an angle of the user's picture."""
-    joint, done = found.joint, set()
-    units = {run.joint_name(n): u for run in joint.runs for n, u in zip(run.model.names, run.model.units, strict=True)}
-    unbalances = _unbalances(joint)
-    width = max(40, *map(len, names)) if names else 40
-    for name in names:
-        stem = name.replace("_real", "").replace("_imag", "")
-        if stem not in unbalances:
-            print(f"  {name:{width}} {with_interval(*found.of(name), units[name])}")
-        elif stem not in done:
-            done.add(stem)
-            print(f"  {stem.replace('eccentricity', 'unbalance'):{width}} {_unbalance(found, stem, unbalances[stem])}")
-
-
-def _unbalances(joint):
-    """{joint name of an eccentricity, without its part: eccentricity of 1 kg m, in m}."""
-    return {
+    of_one = {  # joint name of an eccentricity, without its part -> eccentricity of 1 kg m, in m
         run.joint_name(f"{term.full_name(p)}_real").replace("_real", ""): p.also["unbalance"][1]
-        for run in joint.runs
+        for run in found.joint.runs
         for term in run.model.terms
         for p in term.parameters
         if "unbalance" in p.also
     }
+    width = max([40, *map(len, names)])
+    for name in names:
+        stem = name.replace("_real", "").replace("_imag", "")
+        if stem not in of_one:
+            print(f"  {name:{width}} {with_interval(*found.of(name), units[name])}")
+        elif "_imag" not in name:  # both parts are said together
+            print(f"  {stem.replace('eccentricity', 'unbalance'):{width}} {_unbalance(found, stem, of_one[stem])}")
 
 
 def _unbalance(found, stem, factor):
@@ -111,7 +64,6 @@ def _unbalance(found, stem, factor):
     import numpy as np
 
     from rotorstudy.inference.estimate import magnitude_and_phase
-    from rotorstudy.units import shown_unit
 
     name, *run = stem.split(" @ ")
     parts = [f"{name}_{part}" for part in ("real", "imag")]
@@ -123,3 +75,42 @@ def _unbalance(found, stem, factor):
     weight = with_interval(size / factor * shown, std[0] / factor * shown, unit, least=0.0)
     known = with_interval(degrees, np.degrees(std[1]), "°").strip()
     return f"{weight} at {known if std[1] < ANY_ANGLE else 'any angle'}"
+
+
+def _save(given, found, units, own):
+    """Write the estimates, their covariance, and how well each run is explained, to a NetCDF or JSON file."""
+    import json
+
+    import numpy as np
+
+    from rotorstudy.model.rig import named_plugins, read_rig
+    from rotorstudy.store import dataset, provenance, save, write_text
+
+    joint = found.joint
+    names = list(joint.prior.names)
+    alone = {name: run for run, some in own.items() for name in some}
+    ratio = np.array([found.ratio.get(name, 1.0) for name in names])
+    covariance = joint.of(names)[1] * np.outer(ratio, ratio)
+    costs, counts = np.array(list(joint.misfits.values())).T
+    coordinates = {
+        "parameter": (names, "1", "parameter; of one run only: parameter @ run"),
+        "other": (names, "1", "parameter"),
+        "run": (list(joint.misfits), "1", "run"),
+    }
+    along = ("parameter",)
+    variables = {
+        "estimate": (along, np.array([found.of(name)[0] for name in names]), "SI", "estimated parameter"),
+        "covariance": (("parameter", "other"), covariance, "SI", "of the estimates"),
+        "unit": (along, np.array([units[name] for name in names], object), "1", "unit of each parameter"),
+        "own_of_run": (along, np.array([alone.get(n, "") for n in names], object), "1", "run that has it alone"),
+        "misfit": (("run",), costs, "1", "weighted sum of squares"),
+        "data_count": (("run",), counts.astype(int), "1", "number of real data"),
+    }
+    rig = read_rig(given.rig).given
+    told = {"runs": str(given.runs), "findings": "\n".join(map(str, found.findings))}
+    data = dataset(variables, coordinates, title="identification by several runs")
+    data = data.assign_attrs(provenance(rig, named_plugins(rig)) | told)
+    if given.out.lower().endswith(JSON):
+        write_text(given.out, json.dumps(data.to_dict(), indent=1) + "\n")
+    else:
+        save(data, given.out)

@@ -1,25 +1,18 @@
-"""`rotorstudy import`: convert measured records to a spectrum with covariance and a quality page."""
+"""Convert measured records to a spectrum with covariance and a quality page."""
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
-from rotorstudy.commands.outputs import HTML, NETCDF, check_file
+from rotorstudy.commands.shared import HTML, NETCDF, check_file, tell
 from rotorstudy.errors import RotorstudyError
 
 
-def add(commands):
-    """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser(
-        "import", help="convert measured records to a spectrum with covariance and a quality page"
-    )
+def add(parser):
     parser.add_argument("records", nargs="+", help="record files (.nc, .csv, .mat, .uff) or tables of harmonics (.csv)")
     parser.add_argument("--rig", required=True, help="rig file; its section 'measurement:' says how to read the files")
     parser.add_argument("--out", required=True, help="NetCDF file to write")
-    parser.add_argument(
-        "--quality", help="HTML page to write (default: beside --out, under its name and _quality.html)"
-    )
-    parser.set_defaults(func=run)
+    told = "HTML page to write (default: beside --out, under its name and _quality.html)"
+    parser.add_argument("--quality", help=told)
 
 
 def run(given):
@@ -40,8 +33,7 @@ def run(given):
     _, repeats = averaged(measurement.spectrum, names) if measurement.spectrum else (None, [])  # for what it finds
     shown = replace(measurement, findings=worst_first([*measurement.findings, *repeats]))
     write_page(shown, page, f"Quality of {names if len(given.records) <= 3 else f'{len(given.records)} records'}")
-    for finding in shown.findings:
-        print(finding, file=sys.stderr)
+    tell(shown.findings)
     if measurement.errors:
         raise RotorstudyError(
             f"{len(measurement.errors)} of the findings are errors, so no spectrum was written; omit or correct these "

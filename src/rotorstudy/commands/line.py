@@ -20,53 +20,50 @@ from rotorstudy.commands import (
     demo,
     diagnose,
     identify,
-    import_records,
     new,
     plugins,
     simulate,
 )
+from rotorstudy.commands import import_records as import_
+from rotorstudy.commands.shared import YAML, tell
 from rotorstudy.errors import RigError, RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.shown_units import QUANTITY, asked, shown_for
 
-COMMANDS = (demo, analyse, simulate, import_records, identify, diagnose, compare, balance, plugins, new, check, blind)
+COMMANDS = (demo, analyse, simulate, import_, identify, diagnose, compare, balance, plugins, new, check, blind)
 INTERRUPTED, TERMINATED = 130, 143  # statuses, 128 and the number of the signal
-LONG = (compare.run, diagnose.run)  # commands that tell their progress also to a file
+LONG = (compare, diagnose)  # commands that tell their progress also to a file
 QUIET_S = 5.0  # seconds after which a detail is shown
 EPILOG = """examples:
   rotorstudy demo
+  rotorstudy new rig my_machine --records run_1.csv
+  rotorstudy check my_machine.yaml
   rotorstudy analyse rig.yaml --out analysis
-  rotorstudy simulate rig.yaml --speeds 88 308 --out records.nc
   rotorstudy import run_1.csv run_2.csv --rig rig.yaml --out spectrum.nc
   rotorstudy identify spectrum.nc --rig rig.yaml --unknowns internal_damping external_damping
   rotorstudy diagnose run_1.csv run_2.csv --rig rig.yaml --out diagnosis
   rotorstudy compare --before march.csv --after may.csv --rig rig.yaml --out what_changed
   rotorstudy balance run_1.csv run_2.csv --rig updated.yaml --planes 3 7
-  rotorstudy plugins --kind crack
-  rotorstudy new rig my_machine --records run_1.csv
-  rotorstudy check my_machine.yaml
-  rotorstudy new crack my_crack
-  rotorstudy check my_crack.py
-  rotorstudy blind --cases 60 --seed 7 --out blind_7
 """
 
 
 def parser():
-    """The argparse parser of all commands; each sets `func`: arguments -> what was found, or (exit status, that)."""
+    """The argparse parser; `command` is a module, whose `run` returns what was found, or (exit status, that)."""
     top = argparse.ArgumentParser(
         prog="rotorstudy", description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     top.add_argument("--quiet", action="store_true", help="do not show progress")
     top.add_argument("--version", action="version", version=f"rotorstudy {__version__}")
     commands = top.add_subparsers(required=True, metavar="COMMAND")
+    units = f"units of texts and figures: {', '.join(QUANTITY)}"
     for command in COMMANDS:
-        command.add(commands)
-    for one in commands.choices.values():
+        name, told = command.__name__.split(".")[-1].removesuffix("_records"), command.__doc__.rstrip(".")
+        one = commands.add_parser(name, help=told[0].lower() + told[1:])
+        one.set_defaults(command=command)
+        command.add(one)
         one.add_argument("--quiet", action="store_true", default=argparse.SUPPRESS, help="do not show progress")
         one.add_argument("--json", action="store_true", help="print what was found as JSON, all else to stderr")
-        one.add_argument(
-            "--units", nargs="+", default=(), metavar="UNIT", help=f"units of texts and figures: {', '.join(QUANTITY)}"
-        )
+        one.add_argument("--units", nargs="+", default=(), metavar="UNIT", help=units)
     return top
 
 
@@ -74,13 +71,15 @@ def _units_of_rig(given):
     """A block in which everything is said in the units of the rig file that a command reads, if it reads one."""
     from rotorstudy.yaml_file import read_yaml
 
-    path = getattr(given, "rig", None) or getattr(given, "file", "")
-    readable = str(path).endswith((".yaml", ".yml")) and os.path.isfile(path)
-    try:
-        rig = read_yaml(path) if readable else {}
-    except (RotorstudyError, OSError):  # said by the command that reads the file
-        rig = {}
+    path, rig = _rig_of(given), {}
+    if str(path).endswith(YAML) and os.path.isfile(path):
+        with contextlib.suppress(RotorstudyError, OSError):  # said by the command that reads the file
+            rig = read_yaml(path)
     return shown_for(rig, path)
+
+
+def _rig_of(given):
+    return getattr(given, "rig", None) or getattr(given, "file", "")
 
 
 def run(given):
@@ -90,10 +89,9 @@ def run(given):
         stack.enter_context(_units_of_rig(given))
         if given.json:
             stack.enter_context(contextlib.redirect_stdout(sys.stderr))
-        if given.func is not plugins.run:  # it lists them itself
-            for failure in registry().failures:
-                print(f"warning: {failure}", file=sys.stderr)
-        found = given.func(given)
+        if given.command is not plugins:  # it lists them itself
+            tell(f"warning: {failure}" for failure in registry().failures)
+        found = given.command.run(given)
     status, data = found if isinstance(found, tuple) else (0, found)
     if given.json:
         print(json.dumps(data, indent=1, default=str))
@@ -154,14 +152,14 @@ def main(arguments=None):
     commands = parser()
     complete(commands)
     given = commands.parse_args(arguments)
-    told = sys.stderr.isatty() or given.func in LONG
+    told = sys.stderr.isatty() or given.command in LONG
     handler = show_progress(sys.stderr) if told and not given.quiet else None
     if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL and threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _terminate)  # so that partial files are removed
     try:
         return run(given)
     except RigError as error:
-        rig = getattr(given, "rig", None) or getattr(given, "file", "")
+        rig = _rig_of(given)
         message = error if rig in str(error) else f"{rig}: {error}"
     except RotorstudyError as error:
         message = error

@@ -1,27 +1,20 @@
-"""`rotorstudy new`: a rig file or a working plugin file to start from."""
+"""Write a rig file, or a working plugin file, to start from."""
 
 from rotorstudy.errors import RotorstudyError
 
-RIG = "rig"
 
-
-def add(commands):
-    """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser("new", help="write a rig file, or a working plugin file, to start from")
+def add(parser):
     parser.add_argument("kind", help="rig; or of a plugin: rotor, crack, depth, bearing, effect, spectrum, estimator")
     parser.add_argument("name", help="name of the rig or plugin, and of its file")
     parser.add_argument("--records", nargs="+", default=(), help="of a rig: record files, which show how to read them")
     parser.add_argument("--ross", metavar="MODEL", help="of a rig: a rotor saved by ROSS (.toml or .json)")
-    parser.add_argument(
-        "--folder",
-        help="output folder (default: for a rig the current one, for a plugin that of its kind or rotorstudy_plugins)",
-    )
-    parser.set_defaults(func=run)
+    told = "output folder (default: for a rig the current one, for a plugin that of its kind or rotorstudy_plugins)"
+    parser.add_argument("--folder", help=told)
 
 
 def run(given):
     """Write the file."""
-    if given.kind == RIG:
+    if given.kind == "rig":
         return _rig(given)
     from rotorstudy.authoring.files import new_plugin
 
@@ -35,7 +28,7 @@ def run(given):
 def _rig(given):
     """Write a rig file and the picture of its probes."""
     from rotorstudy.authoring.new_rig import new_rig
-    from rotorstudy.presentation.probe_files import draw_probes
+    from rotorstudy.presentation.probe_figures import draw_probes
 
     path, guessed, changed = new_rig(given.name, given.folder, given.records, given.ross)
     picture = draw_probes(path, path.with_name(f"{path.stem}_probes.png"))
@@ -44,7 +37,7 @@ def _rig(given):
         ("guessed from the records; confirm or correct it in the section `measurement:`", guessed),
     ):
         if lines:
-            print("\n".join([f"{title}:", *(f"  {line}" for line in lines)]))
+            print("\n  ".join([f"{title}:", *map(str, lines)]))
     print(f"wrote {path}" + (f" and the picture of its probes, {picture}" if picture else ""))
     shown = " ".join(map(str, given.records)) or "RECORDS"
     print(f"next: rotorstudy check {path}; rotorstudy import {shown} --rig {path} --out spectrum.nc")

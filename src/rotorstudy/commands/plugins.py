@@ -1,15 +1,12 @@
-"""`rotorstudy plugins`: list the plugin library (zoo)."""
+"""List the plugin library (zoo): kind, name, summary and source."""
 
 from rotorstudy.errors import PluginError, unknown_name
 from rotorstudy.model.registry import registry
 
 
-def add(commands):
-    """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser("plugins", help="list the plugin library (zoo): kind, name, summary and source")
+def add(parser):
     parser.add_argument("--name", help="show one plugin in full: options, parameters, claims, confounders")
     parser.add_argument("--kind", help="only this kind: rotor, crack, depth, bearing, effect, spectrum, estimator")
-    parser.set_defaults(func=run)
 
 
 def run(given):
@@ -21,20 +18,20 @@ def run(given):
     zoo = registry()
     shown = [(kind, plugin) for kind, plugin in zoo if given.kind in (None, kind)]
     if given.name:
-        return show_plugin(given.name, [one for one in shown if one[1].name == given.name], shown)
-    if shown:
-        widths = [max(len(text) for text in column) for column in zip(*((k, p.name) for k, p in shown), strict=True)]
-        for kind, plugin in shown:
-            print(f"{kind:{widths[0]}}  {plugin.name:{widths[1]}}  {plugin.summary} [{plugin.source}]")
+        return _show(given.name, shown)
+    widths = [max(map(len, column)) for column in zip(*((kind, one.name) for kind, one in shown), strict=True)]
+    for kind, plugin in shown:
+        print(f"{kind:{widths[0]}}  {plugin.name:{widths[1]}}  {plugin.summary} [{plugin.source}]")
     if zoo.failures:
         raise PluginError("; ".join(zoo.failures))
     return {"plugins": [{"kind": kind, "name": one.name, "summary": one.summary} for kind, one in shown]}
 
 
-def show_plugin(name, found, known):
-    """Print the facts of the plugins with a name; `found` and `known` are lists of (kind, plugin)."""
+def _show(name, known):
+    """Print the facts of the plugins with a name; known : [(kind, plugin)]."""
     from rotorstudy.authoring.facts import facts
 
+    found = [(kind, plugin) for kind, plugin in known if plugin.name == name]
     if not found:
         raise unknown_name("plugin", name, [plugin.name for _, plugin in known], "--name")
     told = [{"kind": kind, "file": str(plugin.file), **facts(kind, plugin)} for kind, plugin in found]

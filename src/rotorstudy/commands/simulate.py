@@ -1,7 +1,6 @@
-"""`rotorstudy simulate`: simulate records of the steady state of a rig."""
+"""Simulate records of the steady state of a rig (NetCDF)."""
 
-from rotorstudy.commands.outputs import NETCDF, check_file
-from rotorstudy.commands.speeds import add_rpm, in_rad_s
+from rotorstudy.commands.shared import NETCDF, add_rpm, check_file, in_rad_s
 from rotorstudy.errors import RotorstudyError
 
 HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)  # of the reference signal
@@ -9,23 +8,18 @@ LARGEST_DISPLACEMENT = 1.0  # m, of a rotor whose length is not known
 MOST_SAMPLES = 20_000_000  # per record, about a gigabyte of memory
 
 
-def add(commands):
-    """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser("simulate", help="simulate records of the steady state of a rig (NetCDF)")
+def add(parser):
     parser.add_argument("rig", help="rig file (YAML) with a value for every parameter")
     parser.add_argument("--speeds", type=float, nargs="+", required=True, metavar="RAD_S", help="spin speeds in rad/s")
     add_rpm(parser)
     parser.add_argument("--harmonics", type=int, nargs="+", default=HARMONICS, help="harmonics of the reference signal")
-    parser.add_argument(
-        "--duration", type=float, default=1.0, metavar="S", help="length of each record in s (default 1)"
-    )
+    told = "length of each record in s (default 1)"
+    parser.add_argument("--duration", type=float, default=1.0, metavar="S", help=told)
     parser.add_argument("--rate", type=float, default=10000.0, metavar="HZ", help="samples per second (default 10000)")
-    parser.add_argument(
-        "--noise", type=float, default=0.0, metavar="PERCENT", help="white noise in percent of the rms displacement"
-    )
+    told = "white noise in percent of the rms displacement"
+    parser.add_argument("--noise", type=float, default=0.0, metavar="PERCENT", help=told)
     parser.add_argument("--seed", type=int, default=0, help="random seed of the noise (default 0)")
     parser.add_argument("--out", required=True, help="NetCDF file to write")
-    parser.set_defaults(func=run)
 
 
 def run(given):

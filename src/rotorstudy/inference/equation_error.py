@@ -12,14 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.known import (
-    about_rest,
-    check_reads_measured,
-    known_amplitudes,
-    nominal_amplitudes,
-    rotor_unknown,
-)
 from rotorstudy.measurement.spectrum import Spectrum, shared_product
+from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.model import Model
 from rotorstudy.response.coupling import COUPLED_ORDER, check_speed, gather, layout, mirrored_unknown, own_harmonic
@@ -30,10 +24,7 @@ from rotorstudy.response.statics import static_deflection
 
 @dataclass(frozen=True)
 class Regression:
-    """Equations of `names`, columns (..., speed, row, parameter) @ theta = right_side (..., speed, row), complex, N.
-
-    A row for each measured harmonic and sensor.
-    """
+    """Equations columns (..., speed, row, parameter) @ theta = right_side (..., speed, row), complex, N, of `names`."""
 
     columns: np.ndarray
     right_side: np.ndarray
@@ -54,15 +45,9 @@ def regression(
     order: int = COUPLED_ORDER,
     deflection: np.ndarray | None = None,
 ) -> Regression:
-    """Equations for unknown amplitudes from a spectrum.
+    """Equations for the unknown amplitudes `names` from a spectrum of the model's sensors.
 
-    model      : gives the values of all amplitudes that are not in `names`
-    spectrum   : of the model's sensors
-    names      : the unknowns
-    order      : highest harmonic carried where the model couples harmonics
-    deflection : (..., speed, dof) static deflection, m; by default that of the values given and of typical ones of the
-                 unknowns
-    raises     : RotorstudyError if an unknown acts on coordinates or harmonics that were not measured, or on the output
+    deflection : (..., speed, dof) static, m; by default that of the values given and of typical ones of the unknowns
     """
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
@@ -71,12 +56,12 @@ def regression(
             f"node {spectrum.single_probes[0]} has a single probe, and the equations of motion need the orbit: use an "
             "output-error estimator, such as maximum_likelihood"
         )
-    check_absolute(model)
+    _check_absolute(model)
     speed, harmonics = check_speed(spectrum.speed), np.asarray(spectrum.harmonics)
     return _equations(_arranged(model, *_key(speed, harmonics), tuple(names), order), spectrum.amplitude, deflection)
 
 
-def check_absolute(model):
+def _check_absolute(model):
     """Raise for sensors that ride on housings: the equations of motion need the motion in space."""
     if riding := [node for node in model.sensors if node in model.structure.riding]:
         raise RotorstudyError(
@@ -135,12 +120,12 @@ def _arranged(model, speed, harmonics, names, order):
     blocks, speed, harmonics = layout(model, harmonics, order), np.array(speed), np.array(harmonics)
     carried, dof = blocks.harmonics, len(model.structure.dofs)
     count = len(carried)
-    unknowns = [rotor_unknown(model, name) for name in names]
-    known = known_amplitudes(model, names)
+    unknowns = [_rotor_unknown(model, name) for name in names]
+    known = _known_amplitudes(model, names)
     is_sensor = np.isin(np.arange(dof), model.measured)
     involved = np.unique(np.concatenate([own_harmonic(group, carried).ravel() for group in blocks.groups]))
     for unknown in unknowns:
-        check_reads_measured(model, unknown, harmonics, involved)
+        _check_reads_measured(model, unknown, harmonics, involved)
     groups, keys = [], []
     matrices = operator(model, known, speed, blocks)
     for matrix, group, mirror in zip(matrices, blocks.groups, blocks.mirrors, strict=True):
@@ -169,8 +154,8 @@ def _equations(arranged, amplitude, deflection=None):
     """The Regression of harmonics (..., speed, harmonic, sensor); see `regression`."""
     model, speed, harmonics, names, carried, known, table, groups, order = arranged
     if deflection is None:
-        deflection = static_deflection(model, speed, nominal_amplitudes(model)).value
-    amplitude = about_rest(model, amplitude, speed, harmonics, deflection)
+        deflection = static_deflection(model, speed, model.nominal[: len(model.rotor_unknowns)]).value
+    amplitude = _about_rest(model, amplitude, speed, harmonics, deflection)
     count = len(carried)
     displacement = np.zeros((*amplitude.shape[:-2], count, len(model.structure.dofs)), complex)
     displacement[..., np.searchsorted(carried, harmonics)[:, None], model.measured] = amplitude
@@ -191,11 +176,7 @@ def _equations(arranged, amplitude, deflection=None):
 def residual_sensitivity(
     model: Model, spectrum: Spectrum, names: Sequence[str], theta: np.ndarray, *, order: int = COUPLED_ORDER
 ) -> np.ndarray:
-    """Derivative (..., speed, row, component), real, of the residual columns @ theta - right_side by the spectrum.
-
-    Its covariance follows from it. Arguments as of `regression`, theta (..., parameter) the values of `names`; rows as
-    in `Regression.real_system`, components of all sensors together.
-    """
+    """Derivative (..., speed, row, component), real, of the residual columns @ theta - right_side by the spectrum."""
     columns, right_side = equation_sensitivity(model, spectrum, names, order=order)
     return np.einsum("srcp,...p->...src", columns, theta) - right_side
 
@@ -203,10 +184,7 @@ def residual_sensitivity(
 def equation_sensitivity(
     model: Model, spectrum: Spectrum, names: Sequence[str], *, order: int = COUPLED_ORDER
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives of columns (speed, row, component, parameter) and right side (speed, row, component) by the spectrum.
-
-    Parameters are those of `regression`. The equations are affine in the spectrum, whatever the static deflection.
-    """
+    """Derivatives of columns (speed, row, component, parameter) and right side (..., component) by the spectrum."""
     return _slopes(model, *_key(spectrum.speed, spectrum.harmonics), tuple(names), order)
 
 
@@ -222,3 +200,114 @@ def _slopes(model, speed, harmonics, names, order):
         np.moveaxis(np.concatenate([columns.real, columns.imag], axis=-2), 0, -2),
         np.moveaxis(np.concatenate([right_side.real, right_side.imag], axis=-1), 0, -1),
     )
+
+
+def condensed_regression(
+    model: Model, spectrum: Spectrum, names: Sequence[str], deflection: np.ndarray | None = None
+) -> Regression:
+    """The Regression with tilts condensed as in the thesis: T = [I; L_n], L_n = -(K_ss - n^2 w^2 M_ss)^-1 (K_sm - ...).
+
+    The transformation leaves the gyroscopic moments out, so what is not measured is eliminated only approximately.
+    Arguments as of `regression`. Source: Thesis Eqs. (6.31) to (6.34).
+    """
+    structure, speed, harmonics = model.structure, check_speed(spectrum.speed), np.asarray(spectrum.harmonics)
+    _check_absolute(model)
+    unknowns = [_rotor_unknown(model, name) for name in names]
+    if any(e.shift and e.reads_motion for u in model.rotor_unknowns for e in u.entries):
+        raise RotorstudyError("condensation as in the thesis needs a weight-dominant crack; use the exact one")
+    hidden = np.setdiff1d(np.arange(len(structure.dofs)), model.measured)
+    frequency = (speed[:, None] * harmonics)[..., None, None]
+    static = structure.stiffness - frequency**2 * structure.mass
+    transfer = -np.linalg.solve(static[..., hidden, :][..., hidden], static[..., hidden, :][..., model.measured])
+    if deflection is None:
+        deflection = static_deflection(model, speed, model.nominal[: len(model.rotor_unknowns)]).value
+    amplitude = _about_rest(model, spectrum.amplitude, speed, harmonics, deflection)
+    displacement = np.zeros((*amplitude.shape[:-1], len(structure.dofs)), complex)
+    displacement[..., model.measured] = amplitude
+    displacement[..., hidden] = np.einsum("snhm,...snm->...snh", transfer, amplitude)
+
+    def reduced(rows):
+        return rows[..., model.measured] + np.einsum("snhm,...snh->...snm", transfer, rows[..., hidden])
+
+    def force(unknown):
+        """Of one unit; bearings do not act on the static deflection, as their static force balances the load."""
+        at = None if unknown.carries else deflection
+        return apply_entries(unknown.entries, displacement, speed, harmonics, at)
+
+    known = _known_amplitudes(model, names)
+    dynamic = static + frequency * speed[:, None, None, None] * structure.gyroscopic
+    rest = np.einsum("snij,...snj->...sni", dynamic, displacement)
+    for value, unknown in zip(known, model.rotor_unknowns, strict=True):
+        if value:
+            rest = rest - value * force(unknown)
+    rest[..., harmonics == 0, :] -= model.static_residual
+    columns = np.stack(np.broadcast_arrays(*(reduced(force(unknown)) for unknown in unknowns)), axis=-1)
+    right = reduced(rest)
+    return Regression(
+        columns.reshape(*columns.shape[:-3], -1, columns.shape[-1]), right.reshape(*right.shape[:-2], -1), tuple(names)
+    )
+
+
+def _rotor_unknown(model, name):
+    """The Unknown of a name, or an error unless it is an amplitude of a force on the rotor."""
+    model.position([name])
+    numbers = {*model.bearing_numbers, *(model.varied.positions if model.varied else ())}
+    for p, unknown in enumerate(model.rotor_unknowns):
+        if unknown.name == name and p in numbers:
+            raise RotorstudyError(f"{name!r} is a number of the rig; use the estimator 'maximum_likelihood'")
+        if unknown.name == name:
+            return unknown
+    raise RotorstudyError(
+        f"{name!r} acts on the sensors, not on the rotor: the equations of motion do not contain it; "
+        "use the estimator 'maximum_likelihood'"
+    )
+
+
+def _known_amplitudes(model, names):
+    """(rotor parameter,) values of the known rotor amplitudes, zero for the unknown ones."""
+    values = model.stated[: len(model.rotor_unknowns)].copy()
+    for p, unknown in enumerate(model.rotor_unknowns):
+        if unknown.force and (unknown.name in names or values[p]):
+            raise RotorstudyError(
+                f"{unknown.name!r} multiplies a nonlinear force, which depends on the whole motion; "
+                "use the estimator 'maximum_likelihood'"
+            )
+        if unknown.name in names:
+            values[p] = 0
+        elif np.isnan(values[p]):
+            raise RotorstudyError(f"{unknown.name!r} is neither among the unknowns {list(names)} nor given a value")
+    return values
+
+
+def _check_reads_measured(model, unknown, harmonics, involved):
+    """Raise unless all harmonics and coordinates that an unknown acts on are measured, also in eliminated equations."""
+    unmeasured = set(involved.tolist()) - set(harmonics.tolist())
+    for entry in (e for e in unknown.entries if e.reads_motion):
+        read = np.flatnonzero(np.any(entry.matrix, axis=0))
+        hidden = [model.structure.dofs[i] for i in read if i not in model.measured]
+        source = [(int(n) - entry.shift) * (-1 if entry.is_conjugate else 1) for n in involved]
+        lost = sorted(unmeasured.intersection(source))
+        if hidden or lost:
+            what = f"coordinates {hidden}" if hidden else f"harmonics {lost}"
+            raise RotorstudyError(
+                f"{unknown.name!r} acts on {what}, which were not measured, so the equations are not "
+                "linear in it; use the estimator 'maximum_likelihood'"
+            )
+
+
+def _about_rest(model, amplitude, speed, harmonics, deflection):
+    """Amplitudes (..., speed, harmonic, sensor) m less the known constant output terms, from the static deflection."""
+    values = model.stated[len(model.rotor_unknowns) :]
+    for value, unknown in zip(values, model.output_unknowns, strict=True):
+        if np.isnan(value) or (value and any(e.reads_motion for e in unknown.entries)):
+            raise RotorstudyError(
+                f"the sensor term {unknown.name!r} cannot be subtracted from the spectrum; "
+                "give it a value, or use the estimator 'maximum_likelihood'"
+            )
+        if value:
+            zeros = np.zeros(amplitude.shape, complex)
+            amplitude = amplitude - value * apply_entries(unknown.entries, zeros, speed, harmonics)
+    if model.from_unloaded_line:
+        mean = (np.asarray(harmonics) == 0)[:, None]
+        amplitude = amplitude - mean * deflection[..., None, model.measured]
+    return amplitude

@@ -36,10 +36,7 @@ class Estimate:
 
 
 def estimate_by(estimator: Estimator, problem: Problem) -> Estimate:
-    """The Estimate of an Estimator plugin; PluginError, with file, shapes and unknowns, for a wrong shape or value.
-
-    Trials without an estimate are NaN; for a single spectrum only unknowns that the data do not determine may be.
-    """
+    """The Estimate of an Estimator plugin; PluginError, with file, shapes and unknowns, for a wrong shape or value."""
     found, who = estimator.function(problem), f"estimator '{estimator.name}' ({estimator.file})"
     if not isinstance(found, Estimate):
         raise PluginError(

@@ -13,8 +13,8 @@ from rotorstudy.inference.prior import Prior, log_narrowing
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 
-IMPLAUSIBLE = 1e-6  # p-value of the parameters below which a fit may have ended far from the best one
-ONE_FAR = 0.05  # probability of one parameter as far off below which a rejected fit may have ended so, too
+DOUBTFUL = 1e-3  # p-value of the cost below which a fit may have ended far from the best one
+IMPLAUSIBLE = 1e-6  # the same of the parameters alone
 LESS = 0.99  # of the cost that the best fit has at most where another one is found
 MOST_LEVELS = 12
 
@@ -23,13 +23,11 @@ MOST_LEVELS = 12
 class Fit:
     """A model fitted within a prior.
 
-    model           : Model;  theta : (parameter,) in the order of `model.names`
-    prior           : Prior of the free parameters, in the order of `names`;  covariance : (free, free) of the posterior
+    theta           : (parameter,) in the order of `model.names`;  prior : of the free ones, in the order of `names`
+    covariance      : (free, free) of the posterior
     misfit, penalty : weighted sums of squares of the data, and of the distance from the prior mean
-    residual        : (component,) whitened measured minus predicted
-    jacobian        : (component, free) derivatives of the whitened prediction
+    residual        : (component,) whitened measured minus predicted;  jacobian : (component, free) of the prediction
     evidence        : logarithm of the marginal likelihood less a constant, by Laplace's approximation
-    converged       : whether more steps would change nothing
     """
 
     model: Model
@@ -96,15 +94,11 @@ def fit(
     *,
     from_afar: bool = False,
 ) -> Fit:
-    """Fit a model to a spectrum within a prior, whether or not the steps allowed suffice to converge.
+    """The Fit of a model to a spectrum within a prior, whether or not the steps allowed suffice to converge.
 
-    model    : gives the values of all amplitudes that have no prior;  spectrum : Spectrum
-    prior    : Prior of the amplitudes that are free
-    start    : (parameter,) in the order of `model.names`; the prior mean by default
-    steps    : largest number of steps; 0 evaluates the start;  returns : Fit
-    from_afar : whether another way is tried too, if the parameters end where the prior makes them implausible
-    raises   : NoSteadyState if the model has none at the start
-    source   : MacKay, Information Theory, Inference, and Learning Algorithms, 2003, ch. 27 and 28
+    start : (parameter,) in the order of `model.names`, the prior mean by default;  steps : 0 evaluates the start
+    from_afar : whether another way is tried too, if the data reject the fit or the prior its parameters
+    source : MacKay, Information Theory, Inference, and Learning Algorithms, 2003, ch. 27 and 28
     """
     place = model.position(prior.names)
     given = (
@@ -114,9 +108,7 @@ def fit(
         prior.mean if start is None else start[place],
     )
     found = fit_from_afar(*given) if from_afar else fit_within(*given, steps)
-    theta = model.stated.copy()
-    theta[place] = found.free
-    return Fit(model, theta, prior, *found[1:])
+    return Fit(model, model.filled(prior.names, found.free), prior, *found[1:])
 
 
 class Posterior(NamedTuple):
@@ -139,10 +131,7 @@ def fit_within(
     start: np.ndarray | None = None,
     steps: int = HYPOTHESIS.steps,
 ) -> Posterior:
-    """The Posterior of whitened data (component,) within a prior, whether or not the steps suffice to converge.
-
-    predict, prior, start (the prior mean by default), steps and errors as of `fit` and `levenberg_marquardt`.
-    """
+    """The Posterior of whitened data (component,) within a prior, whether or not the steps suffice to converge."""
     found = levenberg_marquardt(
         predict,
         measured[None],
@@ -161,32 +150,20 @@ def fit_within(
 
 
 def fit_from_afar(predict: Callable, measured: np.ndarray, prior: Prior, start: np.ndarray | None = None) -> Posterior:
-    """`fit_within`; if the parameters end where the prior makes them implausible, `_gradually` too: the better one."""
+    """`fit_within`; where data or prior reject what it ends at, `_gradually` too: the better one."""
     found = fit_within(predict, measured, prior, start)
-    if _is_implausible(found, prior, len(measured)):
+    freedom = len(measured), len(prior.names)
+    p_cost, p_penalty = map(chi_square_p_value, (found.misfit + found.penalty, found.penalty), freedom)
+    if p_cost < DOUBTFUL or p_penalty < IMPLAUSIBLE:
         other = _gradually(predict, measured, prior)
         found = other if other.misfit + other.penalty < LESS * (found.misfit + found.penalty) else found
     return found
 
 
-def _is_implausible(found, prior, rows):
-    """Whether the parameters are, or one is far off in a fit that the data reject: of many that hardly move, one that
-    has run away would not count.
-    """
-    from scipy.special import ndtr
-
-    if chi_square_p_value(found.penalty, len(prior.names)) < IMPLAUSIBLE:
-        return True
-    farthest = np.abs((found.free - prior.mean) / prior.std).max(initial=0.0)
-    rejected = chi_square_p_value(found.misfit + found.penalty, rows) < IMPLAUSIBLE
-    return rejected and 2 * len(prior.names) * ndtr(-farthest) < ONE_FAR
-
-
 def _gradually(predict, measured, prior):
     """The Posterior of a fit in which the data gain weight step by step, each step beginning where the last one ended.
 
-    Far from the data, precise ones let a fit bend what is known well (a modulus, a gain) before it has found what is
-    not known (an unbalance). At first they weigh no more than the prior.
+    Precise data let a fit bend what is known well (a modulus) before it has found what is not (an unbalance).
     """
     misfit, at = fit_within(predict, measured, prior, None, 0).misfit, prior.mean
     levels = min(MOST_LEVELS, int(np.ceil(np.log10(max(misfit / len(measured), 1.0)))))
@@ -202,8 +179,5 @@ def _gradually(predict, measured, prior):
 
 
 def residual_share(before: float, after: float, rows: int) -> float:
-    """Remaining share of the excess error (rms), by two costs: 0 if all is explained, 1 if nothing.
-
-    rows : number of residuals, the cost expected by noise alone
-    """
+    """Remaining share of the excess error (rms), by two costs: 0 if all is explained, 1 if nothing; rows : by noise."""
     return float(np.sqrt(max(after - rows, 0) / max(before - rows, 1e-300))) if before > rows else 0.0

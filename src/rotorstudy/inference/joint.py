@@ -14,10 +14,7 @@ from rotorstudy.model.model import Model
 
 
 class Run(NamedTuple):
-    """A run of a machine: its name, its Model with what is added in this run, its Spectrum with the model error.
-
-    own : Prior of the parameters of the model that this run has for itself
-    """
+    """A run of a machine: its Model, its Spectrum with the model error, the Prior of what it has for itself."""
 
     name: str
     model: Model
@@ -54,10 +51,7 @@ class JointFit(NamedTuple):
 
 
 def independent_share(joint: JointFit) -> float:
-    """Share of the speeds that say something of their own, by the correlation of the residual from speed to speed.
-
-    (1 - r) / (1 + r) of a residual with the correlation r between neighbours, as of an autoregressive process.
-    """
+    """Share (1 - r) / (1 + r) of speeds with something of their own, r the correlation of residuals at neighbours."""
     rows = [part.reshape(len(run.spectrum.speed), -1) for run, part in zip(joint.runs, joint.residuals, strict=True)]
     whole = sum(float(np.sum(one**2)) for one in rows)
     beside = sum(float(np.sum(one[1:] * one[:-1])) for one in rows)
@@ -74,10 +68,8 @@ def joint_prior(shared: Prior, runs: Sequence[Run]) -> Prior:
 
 
 def fit_runs(runs: Sequence[Run], shared: Prior, start: np.ndarray | None = None) -> JointFit:
-    """The JointFit of several runs of one machine within a prior; NoSteadyState if a model has none at the start.
+    """The JointFit of several runs of one machine within a prior, as `fit_from_afar`; their noise is independent.
 
-    The noise of different runs is independent, so that their whitened residuals are stacked. If the parameters end
-    where the prior makes them implausible, another way is tried, see `fit_from_afar`.
     start : (parameter,) of the parameters of `joint_prior`; its mean by default
     """
     prior = joint_prior(shared, runs)

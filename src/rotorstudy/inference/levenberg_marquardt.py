@@ -18,8 +18,7 @@ ROUND_OFF = 1e-12  # relative increase of the cost that is accepted as round-off
 class Convergence:
     """Convergence tolerances of a fit; the first one that is met ends it.
 
-    step_in_sigma : length of a step in standard deviations of the fit, scaled by the root of the reduced misfit where
-                    above one
+    step_in_sigma : length of a step in standard deviations of the fit, scaled by the root of a reduced misfit above one
     step_relative : step of each amplitude relative to it, for data without noise
     gain_relative : decrease of the cost relative to the cost;  steps : largest number of steps
     first_damping : of the normal matrix with a unit diagonal; a large one if the start may be far off
@@ -42,11 +41,10 @@ HYPOTHESIS = Convergence(step_in_sigma=1e-3, step_relative=0.0, gain_relative=1e
 class Minimum:
     """End of a fit, for each trial.
 
-    theta     : (trial, parameter)
     cost      : (trial,) loss of the data plus the squared distance from the prior mean
     residual  : (trial, row) whitened measured minus predicted; with a prior its rows follow those of the data
     jacobian  : (trial, row, parameter) derivatives of the prediction
-    normal    : (trial, parameter, parameter) weighted J^T J of the last step;  converged : (trial,)
+    normal    : (trial, parameter, parameter) weighted J^T J of the last step
     """
 
     theta: np.ndarray
@@ -70,20 +68,13 @@ def levenberg_marquardt(
 ) -> Minimum:
     """Minimise the sum of squares (or Huber's loss) of the whitened residual, plus the squared distance from a prior.
 
-    All trials are fitted at once. A step without a steady state is rejected like one that raises the cost. The prior is
-    whitened by its Cholesky factor and appended to the data as rows.
+    All trials are fitted at once. A step without a steady state is rejected like one that raises the cost.
 
-    predict     : theta (trial, parameter) -> whitened prediction (trial, component), derivatives (trial, component,
-                  parameter)
-    measured    : (trial, component) whitened data;  start : (trial, parameter)
-    names       : of the parameters
-    prior       : Prior of these parameters; without it the data must identify them
-    clip        : standard deviations beyond which the loss is linear (Huber); data only
-    longest     : (parameter,) or float, longest step of each parameter; a longer one is shortened in its direction
-    convergence : Convergence;  returns : Minimum
-    raises      : UnidentifiableError if the parameters trade off at the start and there is no prior; NoSteadyState if
-                  the model has none at the start
-    source      : Nocedal and Wright, Numerical Optimization, 2006, section 10.3
+    predict  : theta (trial, parameter) -> whitened prediction (trial, component), and its derivatives
+    measured : (trial, component) whitened data;  prior : without it the data must identify the parameters
+    clip     : standard deviations beyond which the loss is linear (Huber); data only
+    longest  : (parameter,) or float, longest step of each parameter; a longer one is shortened in its direction
+    source   : Nocedal and Wright, Numerical Optimization, 2006, section 10.3
     """
     count, rows = len(names), measured.shape[-1] + (0 if prior is None else len(names))
     clips = np.full(rows, np.inf)

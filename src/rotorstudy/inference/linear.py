@@ -15,40 +15,20 @@ WEIGHTED_STEPS = 2  # updates of the weights; the second changes the estimate by
 
 
 def invert(normal: np.ndarray) -> np.ndarray:
-    """Covariance of a fit: the inverse of its normal matrix J^T J.
-
-    The matrix is scaled to a unit diagonal first, since parameters differ by many orders of magnitude.
-
-    normal  : (..., parameter, parameter)
-    returns : (..., parameter, parameter)
-    """
+    """Covariance of a fit, the inverse of its normal matrix J^T J (..., parameter, parameter), after scaling."""
     scale = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1))
     outer = scale[..., :, None] * scale[..., None, :]
     return np.linalg.inv(normal / outer) / outer
 
 
 def by_speed(weights: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Weights of each speed applied to stacked equations.
-
-    Parameters
-    ----------
-    weights : ndarray (..., speed, row, row)
-    rows : ndarray (..., speed * row) or (..., speed * row, parameter)
-
-    Returns
-    -------
-    ndarray
-        Of the shape of `rows`.
-    """
+    """Weights (..., speed, row, row) of each speed applied to stacked equations (..., speed * row[, parameter])."""
     stacked = rows.reshape(*rows.shape[: weights.ndim - 3], *weights.shape[-3:-1], -1)
     return (weights @ stacked).reshape(*stacked.shape[:-3], *rows.shape[weights.ndim - 3 :])
 
 
 def undetermined(columns: np.ndarray, names: Sequence[str]) -> list[str]:
-    """Names of the unknowns that the equations do not determine: without effect, or traded off against others.
-
-    columns : (row, parameter)
-    """
+    """Names of the unknowns that columns (row, parameter) do not determine: without effect, or traded off."""
     length = np.linalg.norm(columns, axis=0)
     missing = np.zeros((max(0, columns.shape[1] - columns.shape[0]), columns.shape[1]))
     scaled = np.concatenate([columns / np.where(length, length, 1), missing])
@@ -121,7 +101,7 @@ def solve_truncated(columns: np.ndarray, right_side: np.ndarray, names: Sequence
 def solve_equations(
     problem, solve: Callable = solve_linear, start: np.ndarray | None = None, settled: bool = True
 ) -> np.ndarray:
-    """Solve the equations of motion for the unknowns.
+    """Solve the equations of motion for the unknowns (..., parameter).
 
     Where unknown bearings carry the weight, the static deflection, on which crack and internal damping act, depends on
     the unknowns: the equations are solved with the deflection held, which is then updated, until both have converged.
@@ -135,10 +115,6 @@ def solve_equations(
         For the first deflection.
     settled : bool
         Whether to iterate until both have converged; False solves the equations once.
-
-    Returns
-    -------
-    ndarray (..., parameter)
 
     Raises
     ------
@@ -171,17 +147,8 @@ def whitened(weights: np.ndarray, solve: Callable = solve_linear) -> Callable:
 def solve_weighted(problem, solve: Callable = solve_linear, start: Callable = solve_linear) -> np.ndarray:
     """Solve the equations of motion, whitened by the covariance that the noise of the spectrum gives them.
 
-    The weights depend on the unknowns and are updated at each estimate.
-
-    Parameters
-    ----------
-    problem : Problem
-    solve, start : callable
-        Of the whitened equations; of the unweighted ones, for the first estimate.
-
-    Returns
-    -------
-    ndarray (..., parameter)
+    The weights depend on the unknowns (..., parameter) and are updated at each estimate. solve is of the whitened
+    equations, start of the unweighted ones, for the first estimate.
     """
     theta = solve_equations(problem, start, settled=False)
     for step in range(WEIGHTED_STEPS):
@@ -191,35 +158,15 @@ def solve_weighted(problem, solve: Callable = solve_linear, start: Callable = so
 
 
 def in_chunks(problem, solve: Callable) -> np.ndarray:
-    """Solve many trials in chunks of limited memory.
-
-    Parameters
-    ----------
-    problem : Problem
-    solve : callable
-        Problem of some of the trials -> theta (trial, parameter).
-
-    Returns
-    -------
-    ndarray (..., parameter)
-    """
+    """Estimates (..., parameter) of many trials in chunks of limited memory; solve : part of the Problem -> theta."""
     theta = np.concatenate([np.atleast_2d(solve(part)) for part in problem.chunks()])
     return theta.reshape(*problem.spectrum.amplitude.shape[:-3], -1)
 
 
 def noise_in_equations(problem, theta: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Covariance of the equations (A, b) due to the noise of the spectrum, summed over whitened rows.
+    """Covariance (..., parameter + 1, parameter + 1) of the equations (A, b) by the noise, summed over whitened rows.
 
-    Parameters
-    ----------
-    problem : Problem
-    theta : ndarray (..., parameter)
-        Determines the static deflection where bearings are unknown.
-    weights : ndarray (..., speed, row, row)
-
-    Returns
-    -------
-    ndarray (..., parameter + 1, parameter + 1)
+    theta : (..., parameter), for the static deflection where bearings are unknown;  weights : (..., speed, row, row)
     """
     mean, at = problem.mean(theta)
     held = mean.holding(at) or mean

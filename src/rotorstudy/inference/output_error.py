@@ -20,7 +20,7 @@ def start_values(problem: Problem) -> np.ndarray:
     Trials start together, from their mean: a step more for each costs less than linear equations of its own.
     """
     model = problem.model
-    nominal = np.where(np.isnan(model.stated), model.typical, model.stated)[model.position(problem.names)]
+    nominal = model.nominal[model.position(problem.names)]
     linear = {u.name for u in model.rotor_unknowns}.issuperset(problem.names)
     mean, _ = problem.mean(nominal)
     try:
@@ -51,7 +51,7 @@ def output_error_fit(
     Returns
     -------
     Estimate
-        With covariance (J^T J)^-1 and the misfit. Trials that do not converge are NaN, unless none converges.
+        Trials that do not converge are NaN.
 
     Raises
     ------

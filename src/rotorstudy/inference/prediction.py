@@ -25,10 +25,7 @@ def carried_order(spectrum: Spectrum, model: Model | None = None) -> int:
 
 
 def predicted(model: Model, spectrum: Spectrum, theta: np.ndarray) -> np.ndarray:
-    """Displacement (..., speed, harmonic, sensor), complex, m, where a spectrum has it; NoSteadyState if there is none.
-
-    theta : (..., parameter) amplitudes in the order of `model.names`
-    """
+    """Displacement (..., speed, harmonic, sensor), complex, m, where a spectrum has it, at theta (..., parameter)."""
     return measured_response(model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum, model))
 
 
@@ -44,12 +41,8 @@ def whitened_prediction(
     """Prediction (..., component) and derivatives (..., component, parameter) in standard deviations of the spectrum.
 
     names, theta : the free amplitudes, and their values (..., parameter); the model gives those of all others
-    order : highest harmonic carried where the model couples harmonics; `carried_order` by default
-    raises : RotorstudyError if an amplitude is neither free nor given a value; NoSteadyState
     """
-    position = model.position(names)
-    full = np.broadcast_to(model.stated, (*theta.shape[:-1], len(model.stated))).copy()
-    full[..., position] = theta
+    position, full = model.position(names), model.filled(names, theta)
     if np.isnan(full).any():
         missing = [model.names[p] for p in np.flatnonzero(np.isnan(full).reshape(-1, full.shape[-1]).any(axis=0))]
         raise MissingValue(f"{', '.join(missing)}: neither among the unknowns nor given a value")
@@ -60,10 +53,7 @@ def whitened_prediction(
 
 
 def _response(model, spectrum, theta, order):
-    """The Linearised response at the speeds and harmonics of a spectrum, not to be changed.
-
-    A fit often begins where another one of the same model has ended: the last few responses are kept.
-    """
+    """The Linearised response at a spectrum, not to be changed; the last few are kept: fits begin where others end."""
     if spectrum.amplitude.size * theta.size > LARGEST:
         return measured_response_and_jacobian(model, spectrum.speed, spectrum.harmonics, theta, order=order)
     at = (tuple(one.tolist()) for one in (spectrum.speed, spectrum.harmonics))
@@ -84,11 +74,8 @@ def predicted_derivatives(problem, theta: np.ndarray) -> tuple[np.ndarray, np.nd
 def with_model_error(spectrum: Spectrum, settings) -> Spectrum:
     """The spectrum with its covariance enlarged by the model error.
 
-    spectrum : Spectrum
-    settings : Settings, `model_error` is a fraction of each harmonic, `model_floor` one of the rms vibration at a
-               sensor and a speed (all harmonics but 0X, which may be a probe gap), `covariance_error` one of the stated
-               variances
-    returns  : Spectrum
+    settings : `model_error` is a fraction of each harmonic, `model_floor` one of the rms vibration at a sensor and a
+               speed (0X, which may be a probe gap, left out), `covariance_error` one of the stated variances
     """
     size = np.abs(spectrum.amplitude)
     moving = (spectrum.harmonics != 0)[:, None]
@@ -98,13 +85,10 @@ def with_model_error(spectrum: Spectrum, settings) -> Spectrum:
 
 
 def with_cause_error(spectrum: Spectrum, missing: np.ndarray, share: np.ndarray | float) -> Spectrum:
-    """The spectrum with its covariance enlarged by the error of whatever cause is added to the model.
-
-    A cause is a model too: linear in its amplitude, at one place, of an ideal shape.
+    """The spectrum with its covariance enlarged by the error of whatever cause is added, which has an ideal shape.
 
     missing : (speed, harmonic, sensor) measured less predicted by the base model, m
-    share   : (harmonic,) or float, standard deviation of the error as a fraction of what is missing at the harmonic,
-              and of `LEAK` of that at all harmonics
+    share   : (harmonic,) or float, standard deviation as a fraction of it, and of `LEAK` of that at all harmonics
     """
     size = np.abs(spectrum.shown(missing))
     whole = np.sqrt(np.sum(size**2, axis=-2, keepdims=True))

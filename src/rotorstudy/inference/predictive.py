@@ -52,11 +52,9 @@ def _log_density(measured, mean, covariance):
 
 
 def divergence(run: Predictive) -> np.ndarray:
-    """Kullback-Leibler divergence of the densities: the mean logarithm of their ratio if the first one is true.
+    """Kullback-Leibler divergence (model, model) of the true density (first) from another one.
 
-    It is (tr(S_j^-1 S_i) - n + (m_j - m_i)^T S_j^-1 (m_j - m_i) + ln(det S_j / det S_i)) / 2 for n components.
-
-    returns : (model, model) of the true one (first) from another one
+    (tr(S_j^-1 S_i) - n + (m_j - m_i)^T S_j^-1 (m_j - m_i) + ln(det S_j / det S_i)) / 2 for n components.
     """
     inverse = np.linalg.inv(run.covariance)
     volume = np.linalg.slogdet(run.covariance)[1]
@@ -73,10 +71,7 @@ def posterior_after(run: Predictive, weights: np.ndarray, measured: np.ndarray) 
 
 
 def expected_log_odds(run: Predictive, weights: np.ndarray) -> float:
-    """Mean log posterior odds of the true model against its closest rival after the data, at most `DECISIVE`.
-
-    Else the odds of one improbable model, which can be enormous, would count most. weights : (model,) before
-    """
+    """Mean log posterior odds of the true model against its closest rival after the data, each at most `DECISIVE`."""
     odds = np.log(weights)[:, None] - np.log(weights)[None, :] + divergence(run)
     np.fill_diagonal(odds, np.inf)
     return float(weights @ np.minimum(odds.min(axis=1), DECISIVE))

@@ -32,10 +32,7 @@ class Prior:
 
     @cached_property
     def factor(self) -> np.ndarray:
-        """(parameter, parameter) Cholesky factor L, lower triangular, L L^T = covariance.
-
-        Computed from the correlations, as amplitudes differ by many orders of magnitude.
-        """
+        """(parameter, parameter) Cholesky factor L, lower triangular, L L^T = covariance, by the correlations."""
         return self.std[:, None] * np.linalg.cholesky(self.covariance / np.outer(self.std, self.std))
 
     @cached_property
@@ -69,9 +66,7 @@ class Prior:
 def with_usual(uncertainty: dict[str, float], model: Model) -> dict[str, float]:
     """Relative standard deviations with those of the numbers of rotor and bearings that their plugins state.
 
-    uncertainty : as stated. A number that is named keeps its value, `rotor` and `bearings` give another one to all that
-                  are not, and `default: 0` holds them.
-    model       : of the machine
+    A number that is named keeps its own; `rotor` and `bearings` give another to all that are not, `default: 0` none.
     """
     found = {}
     for section in ("rotor", "bearings"):
@@ -82,15 +77,10 @@ def with_usual(uncertainty: dict[str, float], model: Model) -> dict[str, float]:
 
 
 def prior_of(model: Model, uncertainty: dict[str, float]) -> Prior:
-    """The Prior of a model's amplitudes about the values it gives.
+    """The Prior of a model's amplitudes about their values, with the covariance of its section `prior` where stated.
 
-    Amplitudes in the section `prior` of the rig have the covariance stated there; every other amplitude is independent,
-    with a standard deviation relative to its value.
-
-    model       : with a value for every amplitude
     uncertainty : standard deviation relative to the value (to the typical size where that is zero), by the name of the
                   amplitude with its label, without it, or "default"; 0 holds an amplitude fixed
-    raises      : RotorstudyError if an amplitude has no value
     """
     stated = model.uncertainty
     known = {}
@@ -116,9 +106,6 @@ def prior_of(model: Model, uncertainty: dict[str, float]) -> Prior:
 
 
 def log_narrowing(jacobian: np.ndarray, factor: np.ndarray) -> float:
-    """ln det (posterior precision / prior precision), the Occam factor of Laplace's approximation.
-
-    By the derivatives (component, parameter) and the Cholesky factor (parameter, parameter) of the prior covariance.
-    """
+    """ln det (posterior precision / prior precision), the Occam factor; J (component, parameter), `Prior.factor`."""
     scaled = jacobian @ factor
     return float(np.linalg.slogdet(np.eye(len(factor)) + scaled.T @ scaled)[1])

@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.condensed import condensed_regression
-from rotorstudy.inference.equation_error import regression, residual_sensitivity
+from rotorstudy.inference.equation_error import condensed_regression, regression, residual_sensitivity
 from rotorstudy.inference.linear import RANK_TOLERANCE, by_speed
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -103,10 +102,7 @@ class Problem:
         return replace(self, deflection=deflection)
 
     def _rotor_amplitudes(self, theta):
-        given = self.model.stated
-        full = np.broadcast_to(given, (*np.shape(theta)[:-1], len(given))).copy()
-        full[..., self.model.position(self.names)] = theta
-        return full[..., : len(self.model.rotor_unknowns)]
+        return self.model.filled(self.names, theta)[..., : len(self.model.rotor_unknowns)]
 
     def _moved_residual(self, theta):
         """(row, parameter) derivative of A theta - b by the unknowns through the static deflection alone."""

@@ -16,14 +16,10 @@ REBUILDS = 10
 
 
 def estimate_rig(estimator: Estimator, problem: Problem, rig: dict) -> Estimate:
-    """The Estimate of some parameters of a rig.
+    """The Estimate of some parameters of a rig; its numbers of the rotor are changes relative to the rig.
 
     Effects that take a matrix of the rotor into their tables (the mass of an unbalance, shaft damping) have that of the
-    rig. Where numbers of the rotor are estimated, it is therefore built with the new numbers and the estimate repeated.
-
-    rig     : from which the model of the problem was built
-    returns : its numbers of the rotor are changes relative to the rig
-    raises  : RotorstudyError as the estimator does, and `build_model` for numbers that no rotor can have
+    rig: with new numbers it is built anew and the estimate repeated.
     """
     found = estimate_by(estimator, problem)
     own = np.array([is_number(name) for name in problem.names])

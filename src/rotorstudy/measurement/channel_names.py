@@ -17,6 +17,17 @@ UNITS = {
 }
 UNIT_OF = {word: unit for unit, words in UNITS.items() for word in words}
 SHORT = {"m", "s", "g", "v", "a"}  # letters that are a unit only in brackets or in a row of units
+STATED = {word: unit for word, unit in UNIT_OF.items() if unit != "other"}  # what a header says for sure
+STATED |= {
+    "mv": "mV",
+    "rad/s": "rad/s",
+    "r/min": "rpm",
+    "rev/min": "rpm",
+    "1/min": "rpm",
+    "min-1": "rpm",
+    "ips": "in/s",
+}
+STATED |= {unit: unit for unit in ("m/s", "mm/s", "in/s", "m/s2", "g")}
 SPEED_WORDS = {"rpm", "speed", "drehzahl", "rev", "cpm"}
 PEAK = {"pp", "pk", "p", "rms"}
 LEFT, RIGHT = {"l", "left"}, {"r", "right"}
@@ -55,6 +66,15 @@ def unit_in(name, stated=""):
                 return UNIT_OF[word]
     words = [word for word in words_in(name) if word in UNIT_OF and word not in SHORT]
     return UNIT_OF[words[-1]] if words else None
+
+
+def stated_unit(name, below=""):
+    """The unit that a header has in brackets, or the text below it, or None; one letter in brackets may be a name."""
+    for text in (below, *(one for one in re.findall(r"[\[(]([^\])]*)[\])]", name) if len(one) > 1)):
+        word = re.sub(r"[\s^]|(0-)?\b(pp|p-p|pk-?pk|pk|peak|rms)\b", "", text.lower()).replace("²", "2")
+        if word in STATED:
+            return STATED[word]
+    return None
 
 
 def angle_in(name):

@@ -9,9 +9,10 @@ from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.reading import Reading
 from rotorstudy.response.coupling import check_harmonics
-from rotorstudy.units import DERIVATIVES, METRES, RAD_PER_S
+from rotorstudy.units import DERIVATIVES, METRES, RAD_PER_S, spin
 
 LEAST_ANGLE_RAD = 0.05  # between the probes of a node: nearly parallel ones show one direction, not an orbit
+SAME_SPEED = 0.02  # relative difference of two stated speeds
 HARMONICS = [0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5]
 WHITESPACE = (" ", r"\s+")  # separators that stand for any number of spaces and tabs
 
@@ -46,12 +47,7 @@ class Probe(Strict):
 
     def metres(self, stated, where):
         """Signed factor from the channel to m, m/s or m/s^2; `stated` is the unit that the file gives, or None."""
-        if self.unit and stated and self.unit != stated:
-            raise RotorstudyError(
-                f"{where}: the file states the unit '{stated}' for channel '{self.channel}', the rig '{self.unit}'; "
-                "correct the wrong one"
-            )
-        unit = self.unit or stated
+        unit = one_unit(self.channel, stated, self, "unit", where)
         if unit in DERIVATIVES:
             return self.sign * DERIVATIVES[unit][1]
         if unit == "V":
@@ -163,48 +159,60 @@ class Conventions(Strict):
             raise unknown_name("node label", str(label), known, f"{where}; list it under 'measurement: node_of_label:'")
         return known[str(label)]
 
-    def label_rad_per_s(self, name):
-        """The speed stated for a file in rad/s, or None."""
+    def label_rad_per_s(self, path, own=None):
+        """The speed stated for a file, and by the file itself (`own`), in rad/s, or None; RotorstudyError if two."""
         for given, unit in ((self.speeds_rad_per_s, "rad/s"), (self.speeds_Hz, "Hz"), (self.speeds_rpm, "rpm")):
-            if name in given:
-                return given[name] * RAD_PER_S[unit]
-        return None
+            if path.name in given:
+                stated = given[path.name] * RAD_PER_S[unit]
+                if own is not None and not abs(own / stated - 1) <= SAME_SPEED:
+                    raise RotorstudyError(
+                        f"{path}: the file states a speed of {spin(own)}, the rig {spin(stated)}; correct or leave out "
+                        "'measurement: speeds_...' or 'speed_channel:'"
+                    )
+                return stated
+        return own
+
+
+def one_unit(channel, stated, section, key, where):
+    """The unit of a channel: as the file states it (or None), or a key of a section; RotorstudyError if they differ."""
+    own = getattr(section, key)
+    if stated is None or own == stated:
+        return own
+    if own is not None and key in section.model_fields_set:
+        raise RotorstudyError(
+            f"{where}: the file states the unit '{stated}' for channel '{channel}', the rig '{own}'; correct the wrong "
+            f"one ('{key}:')"
+        )
+    return stated
 
 
 def read_conventions(rig, where):
     """The Conventions of a rig dict; without a section `measurement:` those of the project's own records."""
-    given = rig.get("measurement")
-    given = {} if given is None else given
-    _check_dict(given, f"{where}, measurement")
-    built = dict(given)
+    given = {} if rig.get("measurement") is None else rig["measurement"]
+    where = f"{where}, measurement"
+    built = dict(_checked(dict, given, where))
     for key, kind in (("keyphasor", Keyphasor), ("csv", CsvLayout)):
         if key in given:
-            _check_dict(given[key], f"{where}, measurement.{key}")
-            built[key] = check_config(kind, given[key], f"{where}, measurement.{key}")
+            built[key] = _checked(kind, given[key], f"{where}.{key}")
     if "probes" in given:
         if not isinstance(given["probes"], list):
-            raise RotorstudyError(f"measurement.probes in {where} must be a list, each starting with '- channel:'")
-        places = [f"{where}, measurement.probes[{i}]" for i in range(len(given["probes"]))]
-        for probe, place in zip(given["probes"], places, strict=True):
-            _check_dict(probe, place)
-        built["probes"] = [
-            check_config(Probe, probe, place) for probe, place in zip(given["probes"], places, strict=True)
-        ]
-    found = check_config(Conventions, built, f"{where}, measurement")
+            raise RotorstudyError(f"{where}.probes must be a list, each starting with '- channel:'")
+        built["probes"] = [_checked(Probe, one, f"{where}.probes[{i}]") for i, one in enumerate(given["probes"])]
+    found = check_config(Conventions, built, where)
     if 1 not in check_harmonics(found.harmonics):
-        raise RotorstudyError(
-            f"measurement.harmonics in {where}: harmonic 1 is missing, which the checks of the record need"
-        )
+        raise RotorstudyError(f"{where}.harmonics: harmonic 1 is missing, which the checks of the record need")
     named = [*found.speeds_rad_per_s, *found.speeds_Hz, *found.speeds_rpm]
     twice = sorted({name for name in named if named.count(name) > 1})
     if twice:
-        raise RotorstudyError(f"measurement in {where}: the speed of '{twice[0]}' is given in two units; keep one")
+        raise RotorstudyError(f"{where}: the speed of '{twice[0]}' is given in two units; keep one")
     return found
 
 
-def _check_dict(given, where):
+def _checked(kind, given, where):
+    """A section of a kind from keys and values; of dict, as they are."""
     if not isinstance(given, dict):
         raise RotorstudyError(f"{where}: expected keys and values, found {type(given).__name__}")
+    return given if kind is dict else check_config(kind, given, where)
 
 
 def check_once(probes, where, of_nodes=False):

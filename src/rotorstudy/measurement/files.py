@@ -1,27 +1,37 @@
-"""Readers of record files: every format gives the same raw record, in metres and in the project's axes."""
+"""Record files: every format gives the same raw record, in metres and in the project's axes."""
 
+import re
+import struct
+import subprocess
+import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.measurement.channels import open_csv, open_matlab, open_uff
-from rotorstudy.measurement.conventions import check_once
+from rotorstudy.errors import RotorstudyError, reading, unknown_name
+from rotorstudy.measurement.channel_names import stated_unit
+from rotorstudy.measurement.conventions import check_once, one_unit
 from rotorstudy.measurement.netcdf_files import existing, read_netcdf
 from rotorstudy.measurement.raw_record import assemble
-from rotorstudy.measurement.text_table import header_of, layout_hint
-from rotorstudy.measurement.wide_tables import check_stated, wide_table
+from rotorstudy.measurement.text_table import header_of, layout_hint, numbers_in
 from rotorstudy.units import RAD_PER_S, SECONDS
 
-SUFFIXES = {
-    ".nc": "netcdf",
-    ".nc4": "netcdf",
-    ".csv": "csv",
-    ".txt": "csv",
-    ".mat": "matlab",
-    ".uff": "uff",
-    ".unv": "uff",
-}
+KINDS = {"netcdf": (".nc", ".nc4"), "csv": (".csv", ".txt"), "matlab": (".mat",), "uff": (".uff", ".unv")}
+SUFFIXES = {suffix: kind for kind, suffixes in KINDS.items() for suffix in suffixes}
+MATRIX, COMPRESSED = 14, 15  # types of the elements of a MATLAB file
+OVER_FREQUENCY = 18  # code of the abscissa of data set 58
+TOLERANCE = 1e-6  # of the length of a record: difference of the times of two of its channels
+SAME_RATE = 0.01  # relative difference of a stated sampling rate and that of the times
+
+
+class Channels(NamedTuple):
+    """Channels of a file: names; a function from a name to its values (samples,); units that the file states."""
+
+    names: list[str]
+    values: Callable
+    units: dict
 
 
 def read_file(path, conventions, nodes):
@@ -33,7 +43,7 @@ def read_file(path, conventions, nodes):
     if kind_of(path) == "netcdf":
         yield from read_netcdf(path, conventions, nodes)
     else:
-        yield _from_channels(path, conventions, nodes, *open_channels(path, conventions))
+        yield _from_channels(path, conventions, nodes, open_channels(path, conventions))
 
 
 def kind_of(path):
@@ -45,30 +55,20 @@ def kind_of(path):
 
 
 def open_channels(path, conventions):
-    """Names of the channels of a file that is no NetCDF file, and a function: name -> (samples,) values."""
+    """The Channels of a file that is no NetCDF file."""
     return {"csv": open_csv, "matlab": open_matlab, "uff": open_uff}[kind_of(path)](existing(path), conventions)
 
 
-def table_columns(path, conventions):
-    """Columns of a CSV file, of which the reader depends; none of another file."""
-    if SUFFIXES.get(Path(path).suffix.lower()) != "csv" or not Path(path).is_file():
-        return []
-    names, units, _ = header_of(path, conventions.csv)
-    wide = wide_table(names, units, path)
-    if wide is None:
-        return names
-    check_stated(wide, conventions, path)
-    return wide.columns
-
-
-def _from_channels(path, conventions, nodes, names, channel):
-    """The raw record of a file with named channels; channel(name) gives (samples,) values."""
+def _from_channels(path, conventions, nodes, channels):
+    """The raw record of a file with named channels."""
 
     def wanted(name, role):
-        if name not in names:
+        if f"{name} #1" in channels.names:
+            raise RotorstudyError(f"{path}: two columns are named '{name}'; the rig file calls the first '{name} #1'")
+        if name not in channels.names:
             hint = layout_hint(path, conventions.csv) if kind_of(path) == "csv" else ""
-            raise unknown_name(f"{role} channel", name, names, f"{path}{hint}")
-        return channel(name)
+            raise unknown_name(f"{role} channel", name, channels.names, f"{path}{hint}")
+        return channels.values(name)
 
     if not conventions.probes:
         raise RotorstudyError(f"{path}: no probes; list them under 'measurement: probes:' in the rig file")
@@ -77,22 +77,21 @@ def _from_channels(path, conventions, nodes, names, channel):
         if probe.node is None:
             raise RotorstudyError(f"probe '{probe.channel}' has no 'node:', which is optional for NetCDF files only")
         reading = wanted(probe.channel, "probe")
-        readings.append((probe, probe.node, probe.metres(None, str(path)) * reading))
+        readings.append((probe, probe.node, probe.metres(channels.units.get(probe.channel), str(path)) * reading))
     check_once(conventions.probes, path)
     length = len(readings[0][2])
-    if conventions.sample_rate_Hz is not None:
-        time = np.arange(length) / conventions.sample_rate_Hz
-    else:
-        time = wanted(conventions.time_channel, "time") * SECONDS[conventions.time_unit]
+    time = _times(path, conventions, channels, wanted, length)
     key = conventions.keyphasor.channel
-    keyphasor = channel(key) if key in names else None
+    keyphasor = channels.values(key) if key in channels.names else None
     if keyphasor is None and "keyphasor" in conventions.model_fields_set:
         wanted(key, "keyphasor")
-    label = conventions.label_rad_per_s(path.name)
-    if conventions.speed_channel is not None:
-        speed = wanted(conventions.speed_channel, "speed")
+    own = None
+    if (name := conventions.speed_channel) is not None:
+        speed = wanted(name, "speed")
         speed = speed[np.isfinite(speed)]  # an incomplete row has no speed
-        label = float(np.mean(speed)) * RAD_PER_S[conventions.speed_unit] if len(speed) else None
+        unit = one_unit(name, channels.units.get(name), conventions, "speed_unit", path)
+        own = float(np.mean(speed)) * RAD_PER_S[unit] if len(speed) else None
+    label = conventions.label_rad_per_s(path, own)
     for name, values in [("time", time), ("keyphasor", keyphasor), *((p.channel, r) for p, _, r in readings)]:
         if values is not None and len(values) != length:
             raise RotorstudyError(
@@ -100,3 +99,138 @@ def _from_channels(path, conventions, nodes, names, channel):
                 "all channels must have the same samples"
             )
     return assemble(readings, conventions, nodes, time, label, keyphasor, None, None, str(path))
+
+
+def _times(path, conventions, channels, wanted, length):
+    """(time,) s of the samples of a file; its times and the sampling rate that the rig states must agree."""
+    name, rate = conventions.time_channel, conventions.sample_rate_Hz
+    unit = one_unit(name, channels.units.get(name), conventions, "time_unit", path)
+    if rate is None:
+        return wanted(name, "time") * SECONDS[unit]
+    try:
+        time = channels.values(name) * SECONDS[unit] if name in channels.names else np.zeros(2)
+    except RotorstudyError:  # a date
+        time = np.zeros(2)
+    if (np.diff(time) > 0).all() and abs((own := (len(time) - 1) / np.ptp(time)) / rate - 1) > SAME_RATE:
+        raise RotorstudyError(
+            f"{path}: channel '{name}' has {own:.6g} samples per second, and the rig states sample_rate_Hz = {rate:g}; "
+            "leave it out or correct it, or 'time_unit:'"
+        )
+    return np.arange(length) / rate
+
+
+def open_csv(path, conventions):
+    """The Channels of a text file: its columns, laid out as `csv:` of the conventions says."""
+    layout = conventions.csv
+    values, wrong = numbers_in(path, layout)
+    names, units, _ = header_of(path, layout)
+
+    def channel(name):
+        if name in wrong:
+            line, cell = wrong[name]
+            raise RotorstudyError(
+                f"{path}, line {line}, column '{name}': '{cell}' is not a number; check 'csv: separator, decimal, "
+                f"skip_rows, unit_rows' in the rig file{layout_hint(path, layout)}"
+            )
+        return values[:, names.index(name)]
+
+    return Channels(names, channel, {name: stated_unit(name, below) for name, below in zip(names, units, strict=True)})
+
+
+def open_matlab(path, conventions):
+    """The Channels of a .mat file: vectors by name, of a struct as 'struct.field', of a matrix as 'name(:,2)'."""
+    from scipy.io import loadmat
+
+    with reading("MATLAB file", path):
+        _check_survived(path)
+        try:
+            found = loadmat(path, squeeze_me=True, struct_as_record=False)
+        except NotImplementedError:  # scipy's error for MATLAB 7.3, which is HDF5
+            raise RotorstudyError(f"{path}: a MATLAB 7.3 file, which is not supported; save it with '-v7'") from None
+    vectors = {}
+
+    def collect(name, value):
+        if hasattr(value, "_fieldnames"):
+            for key in value._fieldnames:
+                collect(f"{name}.{key}", getattr(value, key))
+        elif isinstance(value, np.ndarray) and value.ndim == 2 and value.dtype.kind in "iuf":
+            vectors.update({f"{name}(:,{k + 1})": value[:, k] for k in range(value.shape[1])})
+        elif np.ndim(value) <= 1 and np.asarray(value).dtype.kind in "iuf":
+            vectors[name] = np.atleast_1d(value)
+
+    for name, value in found.items():
+        if not name.startswith("__"):
+            collect(name, value)
+    return Channels(list(vectors), lambda name: np.asarray(vectors[name], float), {})
+
+
+def _check_survived(path):
+    """Raise for a damaged file that ends the process in scipy 1.17, by reading it in another one.
+
+    One whose elements are all compressed has checksums, so that damage is an error. Version 4 has no elements.
+    """
+    kinds = {MATRIX}
+    with path.open("rb") as file:
+        start, at, end = file.read(128), 128, file.seek(0, 2)
+        if not start:
+            raise ValueError("it is empty")
+        if start[124:126] in (b"\0\2", b"\2\0"):  # 7.3, which is not read
+            return
+        while 0 not in start[:4] and at < end:
+            file.seek(at)
+            kind, size = struct.unpack(">II" if start[126:] == b"MI" else "<II", file.read(8))
+            kinds, at = {kind, *kinds} if at > 128 else {kind}, at + 8 + size
+            if at > end or kind not in (MATRIX, COMPRESSED):
+                raise ValueError("it is damaged or cut off")
+    if MATRIX in kinds:
+        code = "import sys; from scipy.io import loadmat; loadmat(sys.argv[1], squeeze_me=True, struct_as_record=False)"
+        if subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True).returncode < 0:
+            raise ValueError("it is damaged")
+
+
+def open_uff(path, conventions):
+    """The Channels of the data sets 58 of a UFF file, by their first text line or as 'node direction' ('3 +x')."""
+    try:
+        import pyuff
+    except ImportError:
+        raise RotorstudyError(f"{path}: UFF files need the package pyuff; pip install pyuff") from None
+    with reading("UFF file", path):
+        opened = pyuff.UFF(str(path))
+        kinds = [int(kind) for kind in np.atleast_1d(opened.get_set_types())]
+        sets = [opened.read_sets(i) for i, kind in enumerate(kinds) if kind == 58]
+    if not sets:
+        raise RotorstudyError(f"{path}: no data set 58 (found: {sorted(set(kinds))}); export time signals")
+    letters = {1: "x", 2: "y", 3: "z"}
+    names = {}
+    for one in sets:
+        direction = int(one["rsp_dir"])
+        place = f"{int(one['rsp_node'])} {'-' if direction < 0 else '+'}{letters.get(abs(direction), abs(direction))}"
+        names.setdefault(place, []).append(one)
+        label = re.sub(r"\s+", " ", str(one["id1"])).strip()
+        if label and label.upper() != "NONE":
+            names.setdefault(label, []).append(one)
+    names["time"] = sets[:1]
+
+    def channel(name):
+        if len(names[name]) > 1:
+            raise RotorstudyError(
+                f"{path}: {len(names[name])} data sets are named '{name}'; use the channel's other name (node "
+                "and direction, or first text line), or write one speed per file"
+            )
+        return np.asarray(names[name][0]["x" if name == "time" else "data"], float)
+
+    time = sets[0]["x"]
+    for place, one in ((place, one) for place, found in names.items() for one in found):
+        if np.iscomplexobj(one["data"]):
+            wrong = "is a spectrum, of complex values; export its time signal"
+        elif one["abscissa_spec_data_type"] == OVER_FREQUENCY:
+            wrong = "is over frequency; export its time signal"
+        elif len(one["data"]) != int(one["num_pts"]):
+            wrong = f"has {len(one['data'])} values, and states {int(one['num_pts'])}; export the file again"
+        elif len(one["x"]) == len(time) and np.abs(one["x"] - time).max() > TOLERANCE * np.ptp(time):
+            wrong = f"has other times than the first, up to {np.max(one['x']):g} s; export them at one rate"
+        else:
+            continue
+        raise RotorstudyError(f"{path}: data set '{place}' {wrong}")
+    units = {name: stated_unit("", str(found[0].get("ordinate_axis_units_lab", ""))) for name, found in names.items()}
+    return Channels(list(names), channel, units | {"time": None})

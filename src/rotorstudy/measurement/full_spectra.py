@@ -31,10 +31,7 @@ def phase_from_reference(where, harmonics, amplitude, covariance):
 
 
 def compensate(amplitude, covariance, phase, phase_covariance):
-    """R_n e^{-j psi_n} with its covariance, phase noise included (thesis Eq. 2.30).
-
-    amplitude : (sensor, harmonic) m; covariance (sensor, component, component) m^2; phase (harmonic,) rad
-    """
+    """R_n e^{-j psi_n} (sensor, harmonic), m, with its covariance, phase noise included (thesis Eq. 2.30)."""
     turned = amplitude * np.exp(-1j * phase)
     count = len(phase)
     rotation = np.zeros((2 * count, 2 * count))
@@ -60,10 +57,7 @@ def _no_reference(record, harmonics):
 
 
 def harmonics_by(method, signal, time, speed, harmonics, marks=None):
-    """Amplitude (..., harmonic) and covariance (..., component, component) by a SpectrumMethod, or PluginError.
-
-    signal : (..., time);  time : (time,) s;  speed : rad/s;  marks : (revolution,) s, for methods that use them
-    """
+    """Amplitude (..., harmonic) and covariance of a signal (..., time) by a SpectrumMethod, or PluginError."""
     found = method.function(signal, time, speed, harmonics, *([marks] if method.uses_marks else []))
     size, lead, who = len(harmonics), np.shape(signal)[:-1], f"spectrum '{method.name}' ({method.file})"
     if not isinstance(found, (tuple, list)) or len(found) != 2:

@@ -10,8 +10,7 @@ from rotorstudy.measurement.channel_names import angle_in, numbered_angles, plan
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.files import kind_of, open_channels
 from rotorstudy.measurement.netcdf_files import existing, netcdf
-from rotorstudy.measurement.probe_tables import is_probe_table
-from rotorstudy.measurement.tables import open_table, whole_numbers
+from rotorstudy.measurement.tables import is_probe_table, open_table, whole_numbers
 from rotorstudy.measurement.text_table import guess_layout
 from rotorstudy.measurement.wide_tables import wide_table
 from rotorstudy.units import um
@@ -69,11 +68,11 @@ def guess_measurement(path, nodes):
 
 def _columns(path, conventions, units):
     """The numeric columns of a file, and a sentence on the others."""
-    names, channel = open_channels(path, conventions)
+    channels = open_channels(path, conventions)
     found, left = [], []
-    for name in names:
+    for name in channels.names:
         try:
-            values = channel(name)
+            values = channels.values(name)
         except RotorstudyError:
             left.append(name)
             continue

@@ -24,10 +24,7 @@ def spectral_lines(time, speed, harmonics):
 
 
 def fit_basis(signal, basis, window=1.0):
-    """Least squares of a signal (..., time) on a basis (..., harmonic, time), samples weighted by a window (time,).
-
-    returns : amplitude (..., harmonic) and residual (..., time) in the unit of the signal; inverse of the normal matrix
-    """
+    """Fit of a signal (..., time) on a basis (..., harmonic, time): amplitude, residual, inverse normal matrix."""
     weighted = basis.conj() * window
     inverse = np.linalg.inv(weighted @ np.swapaxes(basis, -1, -2))
     if basis.ndim == 2:
@@ -38,14 +35,9 @@ def fit_basis(signal, basis, window=1.0):
 
 
 def noise_power(residual, lines, window=1.0):
-    """(...) m^2 variance of white noise in a record, from the noise floor of the residual of a fit.
+    """(...) m^2 variance of white noise: the median of the periodogram of the residual (..., time) of a fit.
 
-    The floor is the median of the residual's periodogram, so that other lines (harmonics not fitted, mains hum) do not
-    count as noise.
-
-    residual : (..., time) complex or real, m
-    lines    : (harmonic,) spectral lines of the fitted harmonics, which are left out
-    window   : (time,) weights of the samples in the fit
+    So other lines (harmonics not fitted, mains hum) do not count; lines (harmonic,) of those fitted are left out.
     """
     samples = residual.shape[-1]
     rest = np.delete(np.fft.fft(residual * window, axis=-1), lines, axis=-1)
@@ -59,20 +51,12 @@ def circular_covariance(hermitian):
 
 
 def white_noise_covariance(residual, inverse_normal, lines, window=1.0):
-    """Covariance of harmonics fitted to a record, for white circular noise; see `noise_power`.
-
-    inverse_normal : (harmonic, harmonic) inverse of basis^H basis
-    returns        : (..., component, component) m^2, real parts then imaginary parts
-    """
+    """(..., component, component) m^2 of harmonics fitted to a record, for white circular noise; see `noise_power`."""
     return noise_power(residual, lines, window)[..., None, None] * circular_covariance(inverse_normal)
 
 
 def shared_error_covariance(change, covariance):
-    """Covariance of harmonics due to the error of quantities they depend on: speed, or the shaft angle.
-
-    change     : (..., harmonic, quantity) complex derivative;  covariance (..., quantity, quantity)
-    returns    : (..., component, component) m^2
-    """
+    """(..., component, component) m^2 by the error of quantities; change : (..., harmonic, quantity) complex."""
     slope = np.concatenate([change.real, change.imag], axis=-2)
     return slope @ covariance @ np.swapaxes(slope, -1, -2)
 
@@ -259,10 +243,7 @@ def shrunk_variances(variance, freedom):
 
 
 def with_phase_noise(amplitude, covariance, harmonics, variance):
-    """Covariance (component, component) m^2 with the error of the phase mark added.
-
-    amplitude : (harmonic,) complex, m;  variance : of the mark, rad^2; its error rotates harmonic n by n times as much
-    """
+    """Covariance (component, component) m^2 with the error of the phase mark, rad^2, which turns harmonic n n times."""
     turned = 1j * np.asarray(harmonics) * amplitude
     slope = np.concatenate([turned.real, turned.imag])
     return covariance + variance * np.outer(slope, slope)

@@ -33,12 +33,10 @@ class Pulses:
 
 
 def find_pulses(signal, time, settings):
-    """Pulses of a keyphasor signal (time,) V, or None if it has none.
+    """Pulses of a keyphasor signal (time,) V, or None; settings : `conventions.Keyphasor`.
 
     A pulse begins where the signal crosses the threshold on its way above threshold + hysteresis, and ends where it
     crosses it on its way back below threshold - hysteresis.
-
-    signal, time : (time,) V, s;  settings : `conventions.Keyphasor`
     """
     usable = np.isfinite(signal)
     signal, time = np.asarray(signal, float)[usable], np.asarray(time, float)[usable]
@@ -145,10 +143,7 @@ def count_revolutions(pulses, resolution_s=0.0):
 
 
 def _follow(pulses, start, period, gain=0.2):
-    """Positions of the marks from pulse `start` on, and the revolution that each begins.
-
-    gain : share of the last revolution in the expected length of the next one
-    """
+    """Marks (position) from pulse `start` on, and the revolution of each; gain : of the period, per revolution."""
     kept, counts = [start], [0]
     for i in range(start + 1, len(pulses)):
         passed = (pulses[i] - pulses[kept[-1]]) / period
@@ -189,66 +184,46 @@ def mark_times(record, drifting=False):
 
         pulses = find_pulses(record.keyphasor, record.time, Keyphasor())
         found = np.zeros(0) if pulses is None else pulses.time
-    (_check_drifting if drifting else _check_steady)(record, found)
+    expected = record.speed * (record.time[-1] - record.time[0]) / (2 * np.pi)
+    regular = _follow_each_other(record, found) if drifting else _keep_to_the_speed(record, found, expected)
+    if not regular:
+        odd = f" (look at {found[np.abs(np.diff(found, 2)).argmax() + 1]:g} s)" if len(found) > 2 else ""
+        raise RotorstudyError(
+            f"{record.where}: {len(found)} keyphasor pulses in {expected:.1f} revolutions at the stated "
+            f"{record.speed:g} rad/s, or uneven ones{odd}; there must be one a revolution. Correct the speed, remove "
+            "spurious pulses, restore missing ones, or cut the record"
+        )
     return found
 
 
-def _check_steady(record, found):
-    """Raise unless the pulses come once a revolution of the stated speed."""
-    expected = record.speed * (record.time[-1] - record.time[0]) / (2 * np.pi)
-    if len(found) == 0 or abs(len(found) - expected) > 1.5:
-        raise RotorstudyError(
-            f"{record.where}: {len(found)} keyphasor pulses in {expected:.1f} revolutions at {record.speed:g} rad/s; "
-            "there must be one a revolution"
-        )
+def _keep_to_the_speed(record, found, expected):
+    """Whether pulses (pulse,) s come once a revolution of the stated speed; one may be missing."""
+    if not len(found) or abs(len(found) - expected) > 1.5:
+        return False
     angle = np.exp(1j * record.speed * found)
     usual = np.median(angle.real) + 1j * np.median(angle.imag)
-    off = np.abs(np.angle(angle * np.conj(usual))) / (2 * np.pi)
-    if off.max() > MARK_TOLERANCE:
-        raise RotorstudyError(
-            f"{record.where}: the keyphasor pulse at {found[off.argmax()]:g} s is {off.max():.2f} revolutions off "
-            f"the others at {record.speed:g} rad/s; remove spurious pulses, or correct the speed"
-        )
+    return np.abs(np.angle(angle * np.conj(usual))).max() <= 2 * np.pi * MARK_TOLERANCE
 
 
-def _check_drifting(record, found):
-    """Raise unless each pulse is midway between its neighbours, at about the stated speed."""
+def _follow_each_other(record, found):
+    """Whether pulses (pulse,) s are midway between their neighbours, at about the stated speed, up to both ends."""
     if len(found) < 2:
-        raise RotorstudyError(
-            f"{record.where}: {len(found)} whole keyphasor pulses; the shaft angle needs at least two. Take a "
-            "record of three revolutions or more, or use a method that relies on the stated speed"
-        )
+        return False
     period = np.median(np.diff(found))
-    uneven = np.abs(np.diff(found, 2)) / period
-    if len(uneven) and uneven.max() > 2 * MARK_TOLERANCE:
-        worst = int(uneven.argmax())
-        raise RotorstudyError(
-            f"{record.where}: the keyphasor pulse at {found[worst + 1]:g} s is {uneven[worst] / 2:.2f} revolutions "
-            f"off the midpoint of its neighbours (allowed: {MARK_TOLERANCE:g}); remove spurious pulses, restore "
-            "missing ones"
-        )
-    measured = 2 * np.pi / period
-    if abs(measured / record.speed - 1) > LABEL_TOLERANCE:
-        raise RotorstudyError(
-            f"{record.where}: the keyphasor gives {measured:g} rad/s, the record states {record.speed:g} rad/s; "
-            "correct the speed; there must be one pulse a revolution"
-        )
-    for place, gap in (("start", found[0] - record.time[0]), ("end", record.time[-1] - found[-1])):
-        if gap > (1 + 2 * MARK_TOLERANCE) * period:
-            raise RotorstudyError(
-                f"{record.where}: no keyphasor pulse in the {gap / period:.2f} revolutions at the {place} of the "
-                "record; cut it"
-            )
+    ends = max(found[0] - record.time[0], record.time[-1] - found[-1])
+    even = np.abs(np.diff(found, 2)).max(initial=0.0) <= 2 * MARK_TOLERANCE * period
+    return even and abs(2 * np.pi / period / record.speed - 1) <= LABEL_TOLERANCE and (
+        ends <= (1 + 2 * MARK_TOLERANCE) * period
+    )  # fmt: skip
 
 
 def shaft_angle(marks, time):
     """Angle of the shaft from its phase marks: a least-squares cubic spline with knots every ten revolutions.
 
-    It is fitted rather than interpolated, because the scatter of the marks about a slow drift is jitter.
+    It is fitted rather than interpolated (Fyfe and Munck 1997), as the scatter of marks about a slow drift is jitter.
 
     marks   : (revolution,) s;  time : (time,) s
     returns : angle (time,) rad, derivatives (time, coefficient) by the spline's coefficients, their covariance
-    source  : Fyfe and Munck 1997 (computed order tracking), with a fit instead of their interpolation
     """
     from scipy.interpolate import BSpline
 

@@ -28,10 +28,7 @@ class Line:
 
 
 def orders_of_lines(signal, angle, harmonics, residual=None):
-    """Orders (line,) of the lines beside the harmonics of a record (time,), m, finite, those of most power first.
-
-    residual : (time,) m, of a fit of the harmonics to it, if it is known
-    """
+    """Orders (line,) beside the harmonics of a record (time,), m, most power first; residual : of their fit."""
     synchronous, found, left_out = None, np.zeros(0), np.zeros(0)
     cycle = 2 * np.pi / (angle[-1] - angle[0])
     left = fit_harmonics(signal, angle, harmonics).residual if residual is None else residual

@@ -9,25 +9,22 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import quality
-from rotorstudy.measurement.agreement import common_directions, common_nodes, measured_model, wanted_sensors
-from rotorstudy.measurement.analysis import Analysed
+from rotorstudy.measurement.analysis import Analysed, analyse_each
 from rotorstudy.measurement.conventions import read_conventions
-from rotorstudy.measurement.facts import RecordFacts, node_facts
-from rotorstudy.measurement.files import read_file, table_columns
-from rotorstudy.measurement.findings import Finding, errors_among, worst_first
+from rotorstudy.measurement.files import read_file
+from rotorstudy.measurement.findings import Finding, RecordFacts, errors_among, node_facts, worst_first
 from rotorstudy.measurement.full_spectra import full_spectrum
 from rotorstudy.measurement.nonsynchronous import check_lines
 from rotorstudy.measurement.plausibility import check_probe_angles, check_stated_speeds, check_together
-from rotorstudy.measurement.probe_tables import is_probe_table, read_probe_table, with_harmonics_of_tables
 from rotorstudy.measurement.raw_record import LARGEST_READING
 from rotorstudy.measurement.records import Record
 from rotorstudy.measurement.repeats import averaged
 from rotorstudy.measurement.resonances import check_resonances
-from rotorstudy.measurement.run_up_analysis import analyse_each
 from rotorstudy.measurement.slow_roll import without_missing_mean, without_slow_roll
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.spectrum_file import is_spectrum, load_imported
-from rotorstudy.measurement.tables import read_table
+from rotorstudy.measurement.table_spectra import read_table
+from rotorstudy.measurement.tables import is_probe_table, table_columns, with_harmonics_of_tables
 from rotorstudy.model.kinds import SpectrumMethod
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
@@ -206,8 +203,7 @@ def read_measurement(
     found, findings, in_time = [], [], []
     for path in paths:
         if is_probe_table(columns[path]) or "harmonic" in columns[path]:
-            read = read_probe_table if is_probe_table(columns[path]) else read_table
-            spectra, notes = read(path, conventions, nodes)
+            spectra, notes = read_table(path, conventions, nodes)
             found += [_of_table(path, conventions, *one) for one in spectra]
             findings += notes
         else:
@@ -265,11 +261,11 @@ def _raw_records(paths, conventions, nodes):
         yield from read_file(path, conventions, nodes)
 
 
-def _of_table(path, conventions, speed, of_node, single=None):
+def _of_table(path, conventions, speed, of_node, single):
     """Analysed of one speed of a table; single : {node: rad} of single probes."""
     nodes = {node: node_facts(amplitude, conventions.harmonics) for node, (amplitude, _) in of_node.items()}
     facts = RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed)
-    return Analysed(facts, [], speed, of_node, None, single or {})
+    return Analysed(facts, [], speed, of_node, None, single)
 
 
 def _spectrum_of(analysed, harmonics, sensors, directions):
@@ -286,3 +282,59 @@ def _with_sensors(record, sensors):
     """The Record with some of its sensors, in their order."""
     chosen = [record.sensors.index(node) for node in sensors]
     return replace(record, displacement=record.displacement[chosen], sensors=tuple(sensors))
+
+
+def common_nodes(facts):
+    """Nodes of all records; RotorstudyError if they differ."""
+    first = set(facts[0].nodes)
+    for one in facts:
+        if set(one.nodes) != first:
+            raise RotorstudyError(
+                f"{one.where} has nodes {sorted(one.nodes)}, {facts[0].where} has {sorted(first)}; all "
+                "records of one measurement need the same probes"
+            )
+    return first
+
+
+def common_directions(found, sensors):
+    """(sensor,) rad, direction of the only probe of each node, NaN for orbits; RotorstudyError if records differ."""
+    usable = [one for one in found if one.harmonics is not None]
+    for one in usable:
+        if one.directions != usable[0].directions:
+            raise RotorstudyError(
+                f"{one.facts.where} has {_single(one.directions)}, {usable[0].facts.where} has "
+                f"{_single(usable[0].directions)}; all records of one measurement need the same probes "
+                "(is a row of a table missing?)"
+            )
+    return np.array([usable[0].directions.get(node, np.nan) if usable else np.nan for node in sensors])
+
+
+def _single(directions):
+    """Where records have only one probe, in words. directions : {node: rad}"""
+    return f"a single probe at node {', '.join(map(str, sorted(directions)))}" if directions else "no single probe"
+
+
+def wanted_sensors(rig, measured):
+    """Sensors of the rig: those in the rig file, which must have been measured, or all measured nodes."""
+    wanted = rig.given.get("sensors") or sorted(measured)
+    for node in wanted:
+        if node not in measured:
+            raise RotorstudyError(
+                f"{rig.path}: 'sensors' has node {node}, but the records have nodes {sorted(measured)}; leave it out"
+            )
+    return wanted
+
+
+def measured_model(rig, sensors, stated, directions):
+    """The Model of a rig file with the measured nodes as sensors.
+
+    stated : the Conventions of each record;  directions : (sensor,) rad of the only probes, NaN for orbits
+    """
+    zeros = {one.displacement_zero for one in stated}
+    if len(zeros) > 1:
+        raise RotorstudyError(
+            "displacements of some records count from the unloaded line, of others from the shaft at "
+            "rest, as in simulated records; read them separately"
+        )
+    model = rig.measured_at(sensors, stated[0].reading(sensors, directions))
+    return replace(model, from_unloaded_line=zeros == {"unloaded_line"})

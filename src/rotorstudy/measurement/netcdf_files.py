@@ -52,7 +52,7 @@ def read_netcdf(path, conventions, nodes):
         if "speed" in data.coords:
             speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path)
         for i, speed in enumerate(speeds):
-            label = conventions.label_rad_per_s(path.name) if speed is None else float(speed)
+            label = conventions.label_rad_per_s(Path(path), None if speed is None else float(speed))
             where = f"{path}" if label is None else f"{path}, {label:.6g} rad/s"
             one = data.isel(speed=i)
             readings = _readings(path, one, probes, conventions, where)

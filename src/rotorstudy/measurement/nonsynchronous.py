@@ -46,11 +46,8 @@ def _seen(facts):
     every = [(line, node) for node, one in facts.nodes.items() for line in one.lines]
     for line, node in sorted(every, key=lambda pair: -max(pair[0].forward, pair[0].backward)):
         if all(abs(line.order - other.order) * facts.revolutions > 1 for other in found):
-            found.append(
-                Seen(
-                    facts.where, facts.measured_speed, facts.revolutions, line.order, line.forward, line.backward, node
-                )
-            )
+            of_line = line.order, line.forward, line.backward
+            found.append(Seen(facts.where, facts.measured_speed, facts.revolutions, *of_line, node))
     return found
 
 

@@ -83,10 +83,7 @@ def _fitting(size, expected):
 
 
 def check_detected(amplitude, std, expected, nodes, where):
-    """Whether the probes of a node show a vibration at any speed, where the rig predicts one that they would show.
-
-    amplitude, std : (speed, harmonic, node) of the fluctuating harmonics, m;  expected : (node,) predicted 1X rms, m
-    """
+    """Whether amplitudes (speed, harmonic, node), m, show a vibration where the rig expects one, (node,) m rms."""
     silent = (amplitude <= SIGNIFICANT * std).all(axis=(0, 1))
     told = silent & (expected > DEAD * SIGNIFICANT * std.max(axis=(0, 1)))
     return [

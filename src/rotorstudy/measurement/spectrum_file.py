@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.facts import NodeFacts, RecordFacts, facts_of
-from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.findings import Finding, NodeFacts, RecordFacts, facts_of
 from rotorstudy.measurement.netcdf_files import netcdf
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.response.coupling import check_harmonics

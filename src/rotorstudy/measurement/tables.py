@@ -1,55 +1,65 @@
-"""Tables of harmonics: amplitude, phase and reference phase; their only known noise is the rounding."""
+"""Tables of amplitude and phase: a row for each speed, node or probe, and harmonic, in SI; and wide ones made so.
+
+Two forms are read. In one the rows are harmonics of the orbit of a node; in the other those of a probe's signal, as
+balancing instruments and monitoring systems write them.
+"""
 
 import re
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.conventions import Conventions, check_once, combine
+from rotorstudy.measurement.files import SUFFIXES
 from rotorstudy.measurement.text_table import header_of, number, text_in
-from rotorstudy.measurement.wide_tables import in_rows, wide_table
+from rotorstudy.measurement.wide_tables import check_stated, in_rows, speed_column, wide_table
 from rotorstudy.units import METRES, RAD_PER_S
 
 SPEEDS = {"speed_rad_per_s": "rad/s", "speed_Hz": "Hz", "speed_rpm": "rpm"}
 LARGEST_VALUE = 1e100  # its square is a number
 LARGEST_WHOLE = 10**9  # of a node or a harmonic
 ANGLES = {"rad": 1.0, "deg": np.pi / 180}
-QUANTITIES = {"amplitude": METRES, "phase": ANGLES, "reference_phase": ANGLES}
+VELOCITIES = {"m_per_s": 1.0, "mm_per_s": 1e-3, "in_per_s": 25.4e-3}
+GAP = re.compile(r"(?P<probe>.+?)[\s_:,;/-]+(?:dc[\s_:,;/-]*)?gap\b.*", re.IGNORECASE)  # "DE X Gap (V)"
+USUAL_V_PER_M = 7874.0  # 200 mV/mil, API 670
+OF_NODES = {"amplitude": METRES, "phase": ANGLES, "reference_phase": ANGLES}  # quantity -> {unit: factor to SI}
+OF_PROBES = {"amplitude": METRES, "velocity": VELOCITIES, "phase": ANGLES}
 
 
-def read_table(path, conventions, nodes):
-    """Spectra of a table of harmonics, one harmonic per row.
+def table_columns(path, conventions):
+    """Columns of a text file, of which the reader depends; none of another file."""
+    if SUFFIXES.get(path.suffix.lower()) != "csv" or not path.is_file():
+        return []
+    names, units, _ = header_of(path, conventions.csv)
+    wide = wide_table(names, units, path)
+    if wide is None:
+        return names
+    check_stated(wide, conventions, path)
+    return wide.columns
 
-    columns : one of speed_rad_per_s, speed_Hz, speed_rpm; node (or `table_node` in the rig file); harmonic;
-              amplitude_m (_mm, _um, _mil); phase_rad or phase_deg; reference_phase_rad or _deg (zero if left out);
-              amplitude_last_digit, phase_last_digit, reference_phase_last_digit (one unit of the last printed digit, in
-              the unit of the quantity; by default from the digits of each cell)
-    returns : list of (speed rad/s, {node: (amplitude (harmonic,) complex m, covariance (component, component))},
-              harmonics), and findings
-    """
-    text = open_table(path, conventions.csv)
-    check_columns(text.columns, path)
-    speed_column = one_of(SPEEDS, text.columns, path)
-    speed = numbers_of(text, speed_column, path) * RAD_PER_S[SPEEDS[speed_column]]
-    harmonic, node = whole_numbers(text, "harmonic", path), _nodes(text, conventions, nodes, path)
-    values, steps, inferred = quantities_of(text, path)
-    steps["reference_phase"] = np.where(harmonic == 0, 0, steps["reference_phase"])  # the mean has no reference phase
-    lead = np.where((harmonic != 0) & (conventions.table_phase == "lag"), -1, 1)
-    amplitude = values["amplitude"] * np.exp(1j * lead * (values["phase"] - values["reference_phase"]))
-    noise = conventions.table_noise_m**2
-    along = steps["amplitude"] ** 2 / 12 + noise
-    across = np.abs(amplitude) ** 2 * (steps["phase"] ** 2 + steps["reference_phase"] ** 2) / 12 + noise
-    across = np.where(amplitude == 0, along, across)
-    harmonic, amplitude = _into_project_axes(conventions, harmonic, amplitude)
-    spectra = []
-    for one in dict.fromkeys(speed):
-        of_speed = {}
-        for place in np.unique(node[speed == one]):
-            rows = np.flatnonzero((speed == one) & (node == place))
-            where = f"{path}, {one:.6g} rad/s, node {place}"
-            of_speed[int(place)] = _in_order(rows, harmonic, amplitude, along, across, conventions.harmonics, where)
-        spectra.append((float(one), of_speed))
-    return spectra, notes_on(noise, inferred, str(path))
+
+def is_probe_table(columns):
+    """Whether these columns are those of a table of probes: a probe and a phase, or an amplitude and no node."""
+    shown = any(name.startswith(("amplitude_", "velocity_")) for name in columns)
+    turned = any(name.startswith("phase") for name in columns)
+    return ("probe" in columns and (shown or turned)) or (shown and not {"harmonic", "node"} & set(columns))
+
+
+def with_harmonics_of_tables(conventions, paths):
+    """Conventions with the harmonics of the tables of probes, if the rig file states none; RotorstudyError if fewer."""
+    if not paths:
+        return conventions
+    tables = [open_table(path, conventions.csv) for path in paths]
+    held = {n for text, path in zip(tables, paths, strict=True) for n in harmonics_in(text, path).tolist()}
+    if "harmonics" not in conventions.model_fields_set:
+        return conventions.model_copy(update={"harmonics": [n for m in sorted(held) for n in (m, -m)]})
+    for n in conventions.harmonics:
+        if abs(n) not in held or -n not in conventions.harmonics:
+            raise RotorstudyError(
+                f"{paths[0]}: 'measurement: harmonics:' has {n}, and the tables of probes have {sorted(held)}, each of "
+                "which gives n and -n; leave 'harmonics:' out, or state these"
+            )
+    return conventions
 
 
 def open_table(path, layout):
@@ -59,7 +69,18 @@ def open_table(path, layout):
     return text if wide is None else in_rows(text, wide, path)
 
 
-def _nodes(text, conventions, nodes, path):
+def harmonics_in(text, path):
+    """(row,) whole numbers; 1 without a column of harmonics."""
+    return whole_numbers(text, "harmonic", path) if "harmonic" in text else np.ones(len(text), int)
+
+
+def speeds_in(text, path):
+    """(row,) rad/s."""
+    column = one_of(SPEEDS, text.columns, path)
+    return numbers_of(text, column, path) * RAD_PER_S[SPEEDS[column]]
+
+
+def nodes_in(text, conventions, nodes, path):
     """(row,) node of the rig."""
     if "node" in text:
         labels = whole_numbers(text, "node", path)
@@ -76,7 +97,26 @@ def _nodes(text, conventions, nodes, path):
     return node
 
 
-def quantities_of(text, path, known=QUANTITIES):
+def probes_in(text, conventions, nodes, where):
+    """Names (row,) of the probes, and {name: Probe of the rig file}."""
+    check_once(conventions.probes, where)
+    known = {p.channel: p for p in conventions.probes}
+    if not known:
+        raise RotorstudyError(f"{where}: no probes; list them with their angles under 'measurement: probes:'")
+    if "probe" not in text and len(known) > 1:
+        raise RotorstudyError(f"{where}: no column 'probe', and the rig file has {', '.join(known)}; add it")
+    names, found = list(text["probe"]) if "probe" in text else list(known) * len(text), {}
+    for name in dict.fromkeys(names):
+        if name not in known:
+            raise unknown_name("probe", name, known, f"{where}; list it under 'measurement: probes:'")
+        node = nodes[0] if known[name].node is None and len(nodes) == 1 else known[name].node
+        if node not in nodes:
+            raise unknown_name("node", node, nodes, f"'measurement: probes:' of the rig file, of the probe '{name}'")
+        found[name] = known[name].model_copy(update={"node": node})
+    return names, found
+
+
+def quantities_of(text, path, known):
     """{quantity: (row,) values} and {quantity: (row,) unit of the last digit}, SI; whether a digit was inferred.
 
     known : quantity -> {unit in its column: factor to SI}
@@ -96,22 +136,6 @@ def quantities_of(text, path, known=QUANTITIES):
     return values, steps, inferred
 
 
-def notes_on(noise, inferred, where):
-    """Findings on the covariance of a table."""
-    findings = []
-    if not noise:
-        text = (
-            "the covariance is that of the rounding of the printed digits. A table does not contain the noise of the "
-            "measurement; where that exceeds the rounding, intervals are too narrow. State 'measurement: "
-            "table_noise_m:' if it is known"
-        )
-        findings.append(Finding("note", "rounding only", where, text))
-    if inferred:
-        text = "the last digits are those of the cells as printed; give columns '..._last_digit' if zeros were dropped"
-        findings.append(Finding("note", "last digits", where, text))
-    return findings
-
-
 def last_digit(cell):
     """One unit of the last digit of a printed number: 0.01 for 2.70, 1e-7 for 27.0e-06."""
     found = re.fullmatch(r"[-+]?\d*\.?(\d*)(?:[eE]([-+]?\d+))?", cell)
@@ -119,40 +143,7 @@ def last_digit(cell):
     return 10.0 ** (int(found[2] or 0) - decimals) if found else np.nan
 
 
-def _into_project_axes(conventions, harmonic, amplitude):
-    """Harmonics in the project's axes, with phases relative to the shaft's reference line.
-
-    The user's plane is rotated to gravity. If the shaft rotates against the user's angles it is mirrored: harmonic n
-    becomes -n and is conjugated. The phase mark passes when the reference line is at `mark_rad`.
-    """
-    turned = amplitude * np.exp(-1j * np.deg2rad(conventions.gravity_angle_deg))
-    if conventions.sense < 0:
-        harmonic, turned = -harmonic, turned.conj()
-    return harmonic, turned * np.exp(-1j * harmonic * conventions.mark_rad)
-
-
-def _in_order(rows, harmonic, amplitude, along, across, wanted, where):
-    """Amplitude (harmonic,) and covariance of some rows, in the order of the harmonics wanted."""
-    order = []
-    for n in wanted:
-        found = rows[harmonic[rows] == n]
-        if len(found) != 1:
-            raise RotorstudyError(
-                f"{where}: harmonic {n} occurs {len(found)} times; each of {list(wanted)} must occur once. "
-                "State the harmonics of the table under 'measurement: harmonics:' in the rig file"
-            )
-        order.append(found[0])
-    size, phase = np.abs(amplitude[order]), np.angle(amplitude[order])
-    along, across = along[order], across[order]
-    real = along * np.cos(phase) ** 2 + across * np.sin(phase) ** 2
-    imag = along * np.sin(phase) ** 2 + across * np.cos(phase) ** 2
-    both = (along - across) * np.sin(phase) * np.cos(phase)
-    if not np.isfinite(size).all():
-        raise RotorstudyError(f"{where}: an amplitude or phase is missing")
-    return amplitude[order], np.block([[np.diag(real), np.diag(both)], [np.diag(both), np.diag(imag)]])
-
-
-def check_columns(columns, path, own=("node", "harmonic"), quantities=QUANTITIES):
+def check_columns(columns, path, own, quantities):
     """RotorstudyError for a column that is none of the speeds, `own` ones and quantities {name: units}."""
     known = {*SPEEDS, *own}
     for quantity, units in quantities.items():
@@ -194,3 +185,31 @@ def whole_numbers(text, column, path):
     if not (numbers == np.rint(numbers)).all() or (np.abs(numbers) > LARGEST_WHOLE).any():
         raise RotorstudyError(f"{path}: column '{column}' must hold whole numbers, at most {LARGEST_WHOLE}")
     return numbers.astype(int)
+
+
+def gap_positions(path, conventions: Conventions) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+    """Mean positions by the gap voltages of a table, of nodes whose probes all have theirs.
+
+    A voltage rises (becomes less negative) as the shaft comes nearer, for a probe whose `sign` is 1.
+
+    returns : {node: (speed (row,), rad/s, position (row,), complex, m, from where the shaft lay at rest)}
+    raises  : RotorstudyError for a cell that is no number
+    """
+    names, units, _ = header_of(path, conventions.csv)
+    columns = {match["probe"].strip(): name for name in names if (match := GAP.fullmatch(name))}
+    speed = speed_column(names, units)
+    probes = [p for p in conventions.probes if p.channel in columns and p.gap_at_rest_V is not None]
+    if not probes or speed is None:
+        return {}
+    text, found = text_in(path, conventions.csv), {}
+    turning = numbers_of(text, speed[0], path) * RAD_PER_S[speed[1].replace("rad_per_s", "rad/s")]
+    for node in {p.node for p in probes}:
+        own = [p for p in probes if p.node == node]
+        moved = [
+            p.sign * (numbers_of(text, columns[p.channel], path) - p.gap_at_rest_V)
+            / (p.sensitivity_V_per_m or USUAL_V_PER_M)
+            for p in own
+        ]  # fmt: skip
+        if len(own) > 1:
+            found[node] = turning, combine(conventions.direction_rad([p.angle_deg for p in own]), moved)
+    return found

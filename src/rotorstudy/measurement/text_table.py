@@ -98,12 +98,12 @@ def header_of(path, layout):
         raise RotorstudyError(f"{path}: no header from line {layout.skip_rows + 1} on; check 'csv: skip_rows'")
     if len(names) > MOST_COLUMNS:
         raise RotorstudyError(f"{path}: {len(names)} columns, at most {MOST_COLUMNS} are read; is a row a sample?")
-    seen, different = Counter(), []
-    for i, name in enumerate(names):
-        name = name or f"Unnamed: {i}"
-        different.append(f"{name}.{seen[name]}" if seen[name] else name)
+    names = [name or f"Unnamed: {i}" for i, name in enumerate(names)]
+    count, seen = Counter(names), Counter()
+    for i, name in enumerate(names):  # a rig file has to say which one it means
         seen[name] += 1
-    return different, [*units, *[""] * len(names)][: len(names)], numbers
+        names[i] = f"{name} #{seen[name]}" if count[name] > 1 else name
+    return names, [*units, *[""] * len(names)][: len(names)], numbers
 
 
 def rows_of(path, layout):

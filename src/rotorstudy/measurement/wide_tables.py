@@ -3,7 +3,7 @@
     Speed (rpm),DE X 1X Amp (mil pp),DE X 1X Phase (deg),DE X 2X Amp (mil pp),DE X 2X Phase (deg),DE Y 1X Amp ...
 
 The units may be in a row of their own below the names. They become tables of a probe's amplitude and phase, with a row
-for each (`probe_tables`).
+for each (`tables`).
 """
 
 import re
@@ -17,6 +17,7 @@ QUANTITY = re.compile(
     r"(?P<probe>.+?)[\s_:,;/-]+(?P<harmonic>\d{1,3})x?[\s_:,;/-]*(?P<what>amp|mag|pha?s)[a-z]*\b(?P<unit>.*)",
     re.IGNORECASE,
 )
+MAY_BE_READ = re.compile(r"amp|mag|phase", re.IGNORECASE)
 SPEED_UNITS = {"rpm": "rpm", "Hz": "Hz", "rad/s": "rad_per_s"}
 LENGTHS, VELOCITIES = ("m", "mm", "um", "mil"), {"m": "m_per_s", "mm": "mm_per_s", "in": "in_per_s", "ips": "in_per_s"}
 PER_SECOND = re.compile(r"/\s*s|\bips\b", re.IGNORECASE)
@@ -35,6 +36,7 @@ class WideTable(NamedTuple):
     pairs : {(probe, harmonic): (column of the amplitude, column of the phase)}
     units : of the amplitude, with its quantity, and of the phase, as in `amplitude_mil`, `phase_deg`
     size, turn : how the headers state amplitudes (a value of `table_amplitude`) and phases (`table_phase`), or None
+    unread : names of other columns that may be of amplitudes, phases or speeds
     """
 
     speed: tuple[str, str]
@@ -42,6 +44,7 @@ class WideTable(NamedTuple):
     units: tuple[str, str]
     size: str | None
     turn: str | None
+    unread: list
 
     @property
     def columns(self):
@@ -76,6 +79,8 @@ def wide_table(names, units, where):
         (_one_unit(sizes, _size_unit, where), _one_unit(turns, _angle, where)),
         _stated(SIZES, sizes),
         _stated(TURNS, turns),
+        [name for name in names if MAY_BE_READ.search(name) and not QUANTITY.fullmatch(name)]
+        + list(_speed_columns(names, units))[1:],
     )
 
 
@@ -154,13 +159,17 @@ def check_stated(table, conventions, path):
 
 def speed_column(names, units):
     """(name, unit) of the first column of a speed, or None."""
+    return next(iter(_speed_columns(names, units).items()), None)
+
+
+def _speed_columns(names, units):
+    """{name: unit} of the columns of speeds."""
+    found = {}
     for name, below in zip(names, units, strict=True):
-        if any(word in SPEED_WORDS for word in words_in(name)):
-            words = words_in(f"{name} {below}")
-            unit = next((UNIT_OF[word] for word in words if UNIT_OF.get(word) in SPEED_UNITS), None)
-            if unit:
-                return name, SPEED_UNITS[unit]
-    return None
+        if SPEED_WORDS & set(words_in(name)):
+            units_in = [UNIT_OF.get(word) for word in words_in(f"{name} {below}")]
+            found |= {name: SPEED_UNITS[unit]} if (unit := next(filter(SPEED_UNITS.get, units_in), None)) else {}
+    return found
 
 
 def _size_unit(text):

@@ -7,10 +7,7 @@ from rotorstudy.model.entries import apply_entries
 
 
 def weight_carried(structure, node=None):
-    """Load (N, downward) of a film bearing at a node: what it carries of the weight if all bearings are rigid.
-
-    raises : RotorstudyError if the weight does not load it
-    """
+    """Load (N, downward) of a film bearing by the weight if all bearings are rigid; an error if it has none."""
     node = structure.default_node() if node is None else node
     load = structure.bearing_load(node)
     if not load > 0:
@@ -22,12 +19,9 @@ def weight_carried(structure, node=None):
 
 
 def dynamic_stiffness(term, speed, harmonics):
-    """Dynamic stiffness of a bearing on a structure with one coordinate: force amplitude = -Z (X, Y).
+    """Dynamic stiffness Z (speed, harmonic, force direction, motion direction), N/m, of a bearing: force = -Z (X, Y).
 
-    speed     : (speed,) rad/s
-    harmonics : (harmonic,) int > 0; the motion is (x, y) = Re((X, Y) e^{jnwt})
-    returns   : (speed, harmonic, force direction, motion direction) complex, N/m; the real part is the stiffness, the
-                imaginary part divided by the frequency n w the damping
+    On a structure with one coordinate, of the motion Re((X, Y) e^{jnwt}), n > 0; speed (speed,) rad/s.
     """
     speed, found = np.asarray(speed, float), []
     for n in harmonics:

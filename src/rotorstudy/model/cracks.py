@@ -28,13 +28,7 @@ NOTHING = 1e-13  # coefficients below this are round-off
 
 
 def breathing_function(crack, angle, options=None):
-    """Shares of the stiffness loss of a crack at given shaft angles.
-
-    crack   : Crack, the plugin
-    angle   : (...) shaft angle in rad, 0 where the crack edge points down;  options : options of the plugin
-    returns : (direction, ...) shares along xi, along eta, and xi-eta; 0 closed, 1 open
-    raises  : PluginError if the plugin gives another shape, or a value that is not finite
-    """
+    """Shares (direction, ...) of the stiffness loss along xi, along eta, and xi-eta at shaft angles (...), rad."""
     angle = np.asarray(angle, float)
     found = crack.function(angle, **(options or {}))
     try:
@@ -56,10 +50,7 @@ def breathing_function(crack, angle, options=None):
 
 
 def crack_series(crack, order, options=None):
-    """Nonzero Fourier coefficients {k: (3,)} of the shares xi, eta, xi-eta for |k| <= order.
-
-    They come from the plugin's own series, else from a discrete Fourier transform of its function.
-    """
+    """Fourier coefficients {k: (3,)} of the shares xi, eta, xi-eta, |k| <= order: the plugin's own, else by a DFT."""
     if crack.series:
         given = crack.series(order, **(options or {}))
         _check_series(crack, given)
@@ -114,9 +105,7 @@ def crack_parameters(
 ):
     """Parameters of a crack plugin on a rotor, one for each stiffness loss that the rotor states.
 
-    angle_rad : angular position of the crack, from the shaft's reference line in the direction of rotation
-    along     : whether each has another one, for a loss along the edge that opens alike
-    options   : of the plugin
+    angle_rad : from the shaft's reference line;  along : whether another one is for a loss along the edge
     """
     parameters, on = [], ("static", "static conj") if weight_dominance else ("z", "conj")
     losses = structure.stiffness_loss_at(node, element)  # refuses a place that does not exist

@@ -65,9 +65,8 @@ def depth_ratio_of(depth, loss_xi, stiffness, span_m, **options):
 
 
 def keys_from_depth(item, crack, structure, given, where):
-    """Keys of a crack item that follow from its depth: the stiffness loss and the crack's options that depend on it.
+    """Keys of a crack item that follow from its depth: the stiffness loss, and options of the crack that depend on it.
 
-    item  : {"kind": name, "depth_ratio": ..., "span_m": ..., options of the depth plugin}
     given : the other keys of the crack item; one that contradicts the depth is an error
     """
     place = f"{where}, depth"

@@ -16,16 +16,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotorstudy.errors import PluginError
+from rotorstudy.errors import PluginError, RotorstudyError
 
 LARGE = 60  # coordinates from which on a matrix is kept as its elements
 
 
 class LocalMatrix:
-    """A matrix or vector by its few elements that are not zero; numpy takes it as an array.
-
-    Multiplied by a number, and added to one with the same places, it stays one.
-    """
+    """A matrix or vector by its few elements that are not zero; numpy takes it as an array."""
 
     __array_priority__ = 1.0  # of a product with a number of numpy, which would make an array of it
 
@@ -70,12 +67,10 @@ def outer(row: np.ndarray) -> np.ndarray | LocalMatrix:
     Parameters
     ----------
     row : array (dof,)
-        Of unit 1.
 
     Returns
     -------
     array (dof, dof) or LocalMatrix
-        The products of its elements; of a long row those that are not zero.
     """
     if len(row) < LARGE:
         return np.outer(row, row)
@@ -103,11 +98,6 @@ class Entry:
     frequency_only: bool = False
 
     @property
-    def is_local(self) -> bool:
-        """Whether its matrix is a LocalMatrix."""
-        return isinstance(self.matrix, LocalMatrix)
-
-    @property
     def reads_motion(self) -> bool:
         """Whether the force depends on the motion."""
         return self.on in ("z", "conj")
@@ -122,20 +112,6 @@ class Entry:
         """Whether it acts on the conjugate, of the motion or of the static deflection."""
         return self.on.endswith("conj")
 
-    def seen_by(self, harmonic: ArrayLike) -> ArrayLike:
-        """Harmonic of the motion on which a harmonic of the force depends.
-
-        Parameters
-        ----------
-        harmonic : int or array (...)
-            Of the force.
-
-        Returns
-        -------
-        int or array (...)
-        """
-        return (harmonic - self.shift) * (-1 if self.is_conjugate else 1)
-
     @cached_property
     def kind(self) -> tuple:
         """All but its matrix; equal for entries whose matrices may be added."""
@@ -147,7 +123,7 @@ class Entry:
 
         The column of a vector is 0.
         """
-        if self.is_local:
+        if isinstance(self.matrix, LocalMatrix):
             return self.matrix.elements
         matrix = np.asarray(self.matrix).reshape(len(self.matrix), -1)
         row, column = np.nonzero(matrix)
@@ -207,18 +183,14 @@ class Entry:
         -------
         Entry
         """
-        return replace(self, matrix=factor * (self.matrix if self.is_local else np.asarray(self.matrix)))
+        is_local = isinstance(self.matrix, LocalMatrix)
+        return replace(self, matrix=factor * (self.matrix if is_local else np.asarray(self.matrix)))
 
-    def compact(self) -> "Entry":
-        """The same entry with a large matrix as a LocalMatrix: a search has many, each at one place of a long shaft.
 
-        Returns
-        -------
-        Entry
-        """
-        shape = np.shape(self.matrix)
-        is_large = shape[0] >= LARGE and not self.is_local
-        return replace(self, matrix=LocalMatrix(shape, self.nonzero)) if is_large else self
+def compacted(entry):
+    """The same entry with a large matrix as a LocalMatrix: a search has many, each at one place of a long shaft."""
+    shape = np.shape(entry.matrix)
+    return replace(entry, matrix=LocalMatrix(shape, entry.nonzero)) if shape[0] >= LARGE else entry
 
 
 def planar_entries(direction, matrix, order=0, gain=None, *, frequency_only=False):
@@ -235,18 +207,20 @@ def planar_entries(direction, matrix, order=0, gain=None, *, frequency_only=Fals
 
 
 def film_entries(unit, coefficients):
-    """Entries of a bearing at a coordinate whose stiffness and damping depend on the speed.
+    """Entries of a bearing whose stiffness and damping depend on the speed; no film at rest is an error.
 
-    unit         : (dof,) one at the coordinate
+    unit         : (dof,) one at its coordinate
     coefficients : function(speed, rad/s) -> (2, 2) stiffness and (2, 2) damping, N/m and N s/m, force along x and y
     """
-    here = outer(unit)
+    here, known = outer(unit), lru_cache(maxsize=4096)(coefficients)
 
     def gain(order, sign):
         """Of the motion (sign 1) or of its conjugate (-1); complex, so that the four directions are one entry."""
 
         def at(speed):
-            (xx, xy), (yx, yy) = np.moveaxis([coefficients(w)[order] for w in np.ravel(speed).tolist()], 0, -1)
+            if not np.min(speed, initial=np.inf) > 0:
+                raise RotorstudyError(f"speed {np.min(speed):g} rad/s: a journal must rotate to have a film")
+            (xx, xy), (yx, yy) = np.moveaxis([known(w)[order] for w in np.ravel(speed).tolist()], 0, -1)
             return ((xx + sign * yy + 1j * (yx - sign * xy)) / 2).reshape(np.shape(speed))
 
         return at
@@ -257,64 +231,32 @@ def film_entries(unit, coefficients):
 
 
 def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
-    """Force harmonics of the entries of an effect at given displacement harmonics.
+    """Force harmonics (..., speed, harmonic, row), N per unit of the amplitude, of the entries of an effect.
 
-    amplitudes : (..., speed, harmonic, dof) complex harmonics of q, m; those not listed are taken as zero
-    speed      : (speed,) rad/s
-    harmonics  : (harmonic,) int
+    amplitudes : (..., speed, harmonic, dof) displacement, m; harmonics not listed are zero
     reference  : (dof,) or (..., speed, dof) static deflection, not included in `amplitudes`; None if it has no force
-    returns    : (..., speed, harmonic, row) complex, N per unit of the amplitude
     """
+    order, speed = tuple(np.asarray(harmonics).tolist()), np.asarray(speed, float)[:, None]
+    lead = np.broadcast_shapes(amplitudes.shape[:-3], np.shape(reference)[:-2])
     rows = np.shape(entries[0].matrix)[0] if entries else amplitudes.shape[-1]
-    force = np.zeros((*_lead(amplitudes, reference), rows), complex)
+    force = np.zeros((*lead, *amplitudes.shape[-3:-1], rows), complex)
     for entry in entries:
-        source = _source(entry, amplitudes, speed, harmonics, reference)
-        force += source * np.asarray(entry.matrix) if entry.is_constant else source @ np.asarray(entry.matrix).T
+        matrix, here = np.asarray(entry.matrix).T, [n == entry.shift for n in order]
+        if entry.reads_motion:
+            row, column, n = harmonics_seen(entry.shift, entry.is_conjugate, order)
+            seen = amplitudes[..., column, :].conj() if entry.is_conjugate else amplitudes[..., column, :]
+            factor = entry.gain_at(speed, np.array(order)[row]) * (1j * n * speed) ** entry.order
+            force[..., row, :] += (factor[..., None] * seen) @ matrix
+        if entry.is_constant or (reference is not None and entry.order == 0):
+            still = np.conj(reference) if entry.is_conjugate else reference
+            at_rest = entry.gain_at(speed, entry.shift) * (matrix if entry.is_constant else still @ matrix)
+            force[..., here, :] += at_rest[..., None, :]
     return force
-
-
-def _lead(amplitudes, reference):
-    """Shape (..., speed, harmonic) of a force."""
-    lead = amplitudes.shape[:-1]
-    if np.ndim(reference) > 1:
-        lead = (*np.broadcast_shapes(lead[:-2], np.shape(reference)[:-2]), *lead[-2:])
-    return lead
-
-
-def _source(entry, amplitudes, speed, harmonics, reference):
-    """What the matrix of an entry acts on, times its gain: (..., speed, harmonic, dof), or (speed, harmonic, 1)."""
-    speed, order = np.asarray(speed, float)[:, None], tuple(np.asarray(harmonics).tolist())
-    if entry.is_constant:
-        source = np.zeros((len(speed), len(order), 1), complex)
-        if entry.shift in order:
-            source[:, order.index(entry.shift)] = _gain(entry, speed, entry.shift)
-        return source
-    source = np.zeros((*_lead(amplitudes, reference), amplitudes.shape[-1]), complex)
-    if entry.reads_motion:
-        row, column, source_harmonic = harmonics_seen(entry.shift, entry.is_conjugate, order)
-        seen = amplitudes[..., column, :]
-        seen = seen.conj() if entry.is_conjugate else seen
-        if entry.order:
-            seen = (1j * source_harmonic * speed)[..., None] ** entry.order * seen
-        if entry.gain is not None:
-            seen = entry.gain_at(speed, np.array(order)[row])[..., None] * seen
-        source[..., row, :] = seen
-    if reference is not None and entry.order == 0 and entry.shift in order:
-        still = np.conj(reference) if entry.is_conjugate else reference
-        source[..., order.index(entry.shift), :] += _gain(entry, speed, entry.shift) * still
-    return source
-
-
-def _gain(entry, speed, harmonic):
-    return 1.0 if entry.gain is None else entry.gain_at(speed, harmonic)
 
 
 @lru_cache(maxsize=4096)
 def harmonics_seen(shift: int, mirrored: bool, harmonics: tuple[int, ...]):
-    """Positions (slice or array) of force harmonics and of the motion harmonics they depend on, and the latter.
-
-    Harmonic n of the force depends on harmonic n - shift of q, or of conj(q) if mirrored.
-    """
+    """Positions (slice or array) of force harmonics and of the motion harmonics they depend on, and the latter."""
     source = np.array(harmonics) - shift
     where = {n: i for i, n in enumerate(harmonics)}
     pairs = [(i, where[n]) for i, n in enumerate((-source if mirrored else source).tolist()) if n in where]

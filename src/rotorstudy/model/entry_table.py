@@ -27,10 +27,9 @@ KEPT = 4  # sets of speeds and harmonics for which the factors of a table are ke
 
 
 class Columns(NamedTuple):
-    """Forces by one unit of amplitudes, at the places where they are not zero.
+    """Forces by one unit of amplitudes where they are not zero: `value` (..., speed, harmonic, place), N.
 
-    row, unknown : (place,) int, the coordinate and the amplitude
-    value        : (..., speed, harmonic, place) complex, N per unit
+    row, unknown : (place,) the coordinate and the amplitude
     """
 
     row: np.ndarray
@@ -50,10 +49,7 @@ class Columns(NamedTuple):
 
 
 class _Moving(NamedTuple):
-    """Factors of the kinds of entries on the motion at some speeds and harmonics.
-
-    factor : (speed, harmonic, kind) complex;  source : (harmonic, kind) int, the harmonic of the motion acted on
-    """
+    """Factors (speed, harmonic, kind) of entries on the motion, and the harmonics (harmonic, kind) that they act on."""
 
     factor: np.ndarray
     source: np.ndarray
@@ -81,11 +77,9 @@ class _Still(NamedTuple):
 
 
 class EntryTable:
-    """The entries of some amplitudes.
+    """The entries of some amplitudes on `size` coordinates.
 
-    unknowns : sequence of Unknown;  size : number of coordinates
-    motion   : sequence of int (unknown,), which of several motions each amplitude acts on; the coordinates of the
-               motions then follow one another. By default there is one motion.
+    motion : (unknown,) which of several motions each amplitude acts on; their coordinates then follow one another
     """
 
     def __init__(self, unknowns: tuple[Unknown, ...], size: int, motion: Sequence[int] | None = None):
@@ -94,10 +88,7 @@ class EntryTable:
         self.seen = size * (max(self.motion, default=0) + 1)  # coordinates of all motions
 
     def with_gains_of(self, unknowns: Sequence[Unknown]) -> "EntryTable":
-        """The table of other amplitudes; what is arranged here is kept if their entries differ in gains alone.
-
-        unknowns : sequence of Unknown (unknown,);  returns : EntryTable
-        """
+        """The table of other amplitudes; what is arranged here is kept if their entries differ in gains alone."""
         other = EntryTable(unknowns, self.size, self.motion)
         same = same_but_gains(self.unknowns, other.unknowns)
         if same is not None:
@@ -111,14 +102,9 @@ class EntryTable:
         return other
 
     def columns(self, amplitudes, speed, harmonics, deflection=None) -> Columns:
-        """Force harmonics by one unit of each amplitude at given displacement harmonics.
+        """The Columns at displacement harmonics (..., speed, harmonic, motion * coordinate), m, without forces in time.
 
-        amplitudes : (..., speed, harmonic, motion * coordinate) complex, m; harmonics that are not listed are taken as
-                     zero
-        speed      : (speed,) in rad/s;  harmonics : (harmonic,)
-        deflection : (motion * coordinate,) or (..., speed, motion * coordinate) static deflection, m, on which
-                     amplitudes act that do not carry load
-        returns    : Columns, None of a force in time
+        deflection : (..., speed, motion * coordinate) static, m, on which amplitudes act that do not carry load
         """
         lead = np.broadcast_shapes(amplitudes.shape[:-3], np.shape(deflection)[:-2])
         amplitudes = np.broadcast_to(amplitudes, (*lead, *amplitudes.shape[-3:]))
@@ -144,10 +130,7 @@ class EntryTable:
         return product(self._to_rows, seen * moving.factor[..., kind] * weight)
 
     def static_force(self, theta, speed, harmonics, deflection=None, *, constant=True) -> np.ndarray:
-        """Force harmonics (..., speed, harmonic, coordinate) at rest, at amplitudes theta (..., amplitude).
-
-        constant : whether forces are included that do not depend on the deflection
-        """
+        """Force (..., speed, harmonic, coordinate) at rest; only what the deflection changes unless `constant`."""
         _, still = self._factors(*_key(speed, harmonics))
         there = self._resting(still, speed, deflection, constant) * theta[..., None, still.unknown]
         force = np.zeros((*there.shape[:-1], len(harmonics), self.size), complex)
@@ -261,10 +244,7 @@ def _acts_at_rest(unknown, entry):
 
 
 def _gains(entries, speed, harmonic, known=None):
-    """Gains (..., entry) of entries at speeds (...), rad/s, and harmonics (...) of the force.
-
-    known : gains there by function, to which those computed are added
-    """
+    """Gains (..., entry) at speeds and harmonics (...); `known` ones by function are used, and those computed added."""
     of, known = [(entry.gain, entry.frequency_only) for entry in entries], {} if known is None else known
     for one, entry in zip(of, entries, strict=True):
         if one not in known:

@@ -17,18 +17,10 @@ from rotorstudy.store import write_text
 
 
 def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.ndarray, covariance: np.ndarray) -> dict:
-    """A rig dict with the estimated values, and their covariance in its section `prior`.
+    """A rig dict with the estimates theta (parameter,) of some names, and their covariance in its section `prior`.
 
-    Numbers of the rotor and its bearings become those of their options; their standard deviations are relative to the
-    new values.
-    Parameters that were not estimated keep their values and their stated covariance. An amplitude that the data do not
-    determine (NaN, or infinite variance) is treated as not estimated.
-
-    rig        : as read from its file
-    model      : of that rig
-    names      : estimated amplitudes, as in `model.names`
-    theta      : (parameter,) estimates, in the units of `model.units`
-    covariance : (parameter, parameter) of `theta`, in the same units
+    Standard deviations of numbers are relative to the new values. Other parameters keep value and stated covariance, as
+    does an amplitude that the data do not determine (NaN, or infinite variance).
     """
     theta = np.asarray(theta)
     relative = np.array([1 + value if is_number(name) else 1.0 for name, value in zip(names, theta, strict=True)])

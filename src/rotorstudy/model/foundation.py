@@ -48,10 +48,7 @@ def _longer_section(section, longer):
 
 
 def at_housings(structure: Structure, parameters: tuple[Parameter, ...], *, from_ground: bool) -> tuple:
-    """Parameters whose forces between a node and the ground act where the housings are.
-
-    from_ground : whether between the housing and the ground, as of the foundation; else between journal and housing
-    """
+    """Parameters whose forces between a node and the ground act between housing and ground, or journal and housing."""
     seen = np.eye(len(structure.dofs))  # what the force reads as the motion of the node
     for node in structure.housings:
         journal, housing = structure.index(node), structure.index(node, "housing")
@@ -73,8 +70,7 @@ def _moved(matrix, seen):
 def housings_of(key: str, probes: list, bearings: dict, housings: tuple, sensors: tuple, where: str) -> dict:
     """{node of a probe: node of the housing that a key names}, from the items of `measurement: probes:`.
 
-    key      : "relative_to", of probes that ride on a housing, or "on", of transducers that show its motion
-    bearings : what a bearing can be called -> its node
+    key : "relative_to", of probes that ride on a housing, or "on", of transducers on it;  bearings : name -> node
     """
     found = {}
     for i, probe in enumerate(probes):

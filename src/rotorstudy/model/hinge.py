@@ -31,7 +31,7 @@ from rotorstudy.model.entries import Entry, outer
 from rotorstudy.model.kinds import CrackDepth
 from rotorstudy.model.options import option_names
 from rotorstudy.model.registry import registry
-from rotorstudy.model.shaft_parts import Section
+from rotorstudy.model.shaft import Section
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import NonlinearForce
 
@@ -46,14 +46,10 @@ ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left ou
 class Hinge:
     """A crack in a section of the shaft; its force and its tables of entries are of a flexibility factor of 1.
 
-    section     : where it is
-    depth       : plugin that gives the flexibility
-    depth_ratio : depth over the diameter
-    angle       : of the middle of the crack edge from the shaft's reference line, rad
-    sudden      : whether it opens as a whole while the moment pulls on the middle of its edge, and bends along xi alone
-    side        : 1 if the weight stretches the lower side of the shaft there, else -1
-    options     : further options of the depth plugin, ((name, value), ...)
-    `along` of the tables and of the force: whether of what is along the front alone, see `_entries`
+    angle  : of the middle of the crack edge from the shaft's reference line, rad
+    sudden : whether it opens as a whole while the moment pulls on the middle of its edge, and bends along xi alone
+    side   : 1 if the weight stretches the lower side of the shaft there, else -1
+    `along`, of tables and force : whether of what is along the front alone, see `_entries`
     """
 
     section: Section
@@ -100,12 +96,9 @@ class Hinge:
         return self.section.stiffness * _partly_open(self.depth.name, float(self.depth_ratio), self._of_shaft)
 
     def force(self, closing_moment: float = 0.0, along: bool = False) -> NonlinearForce:
-        """The crack opened by the instantaneous moment.
+        """The moment, N m, by which the kink acts along `row` if the instantaneous moment opens the crack.
 
-        closing_moment : of a residual stress, N m: it acts along xi on the faces of the crack, like a bending moment of
-                         that size that closes it
-        along          : as for `_entries`
-        returns        : of a flexibility factor of 1: the moment, N m, by which the kink acts along `row`
+        closing_moment : of a residual stress, N m: it closes the crack like a bending moment of that size along xi
         """
         kink, stiffness = self._kink_by_rotation(), self.section.stiffness
         scale = self._along if along else 1.0
@@ -159,10 +152,8 @@ class Hinge:
     def entries_by_angle(self, switching: bool = False, along: bool = False) -> tuple[Entry, ...]:
         """The crack of the formulas of Mayes and Gasch, which opens by its angle to the side that the weight stretches.
 
-        A share of what the open crack takes from the stiffness of the element is missing: (1 + cos) / 2, or all of it
-        while the cosine is positive. Unlike the other laws, the first one depends on the length of the element.
-
-        switching : whether it opens and closes as a whole
+        A share of what the open crack takes from the stiffness of the element is missing: (1 + cos) / 2, or if it is
+        switching all of it while the cosine is positive. Unlike others, the first depends on the length of the element.
         """
         cosine = self.side * np.cos(_pull())
         share = np.where(np.abs(cosine) > ROUND_OFF, cosine > 0, 0.5) if switching else (1 + cosine) / 2
@@ -172,21 +163,17 @@ class Hinge:
     def entries_of_form(self, motion: str, order: int) -> tuple[Entry, ...]:
         """A part of a law of breathing by the turn of the crack against the side that the weight stretches.
 
-        Nearly any such law is a sum of these. Its amplitude of 1 is what the open crack yields across.
-        motion : "across", a kink by a rotation across the front; "along", the same along it, both with one minus the
-                 cosine of a
-                 multiple of the angle, so that the crack yields as before where it is open; "coupled", a kink along it
-        by a          rotation across it and conversely, with the sine; "lagging", across with the sine
-        order  : that multiple of the angle; 0 is an open crack
+        Nearly any such law is a sum of these; an amplitude of 1 is what the open crack yields across. motion:
+        "across" or "along" the front, with one minus the cosine of `order` times the angle; "coupled", along by a
+        rotation across and conversely, or "lagging", across, with its sine. order 0 is an open crack.
         """
         shares, size = _shares_of_form(motion, order, self.side), self.open_shares[0]
         return self._entries({k: (size * direct, size * mirrored) for k, (direct, mirrored) in shares.items()}, False)
 
     def _entries(self, shares, along):
-        """Entries of a kink, given as {shift: (share of the imposed rotation, share of its conjugate)}.
+        """Entries of a kink, {shift: (share of the imposed rotation, share of its conjugate)}.
 
-        along : whether of what is along the front alone, of a kink g in the frame of the crack (g - conj g) / 2, as
-                large as the flexibility across would make it
+        along : only (g - conj g) / 2 of a kink g in the frame of the crack, as large as the flexibility across makes it
         """
         if along:
             none, turned = (0.0, 0.0), {*shares, *(2 - k for k in shares)}
@@ -224,8 +211,7 @@ class Hinge:
     def _series_by_weight(self):
         """Fourier coefficients (2, k), k = -ORDER..ORDER, of the shares of the imposed rotation and of its conjugate.
 
-        The derivative of |mu| c(psi) is c along mu and dc/dpsi across it. In the fixed frame the static moment keeps
-        its direction.
+        The derivative of |mu| c(psi) is c along mu and dc/dpsi across it, in the fixed frame.
         """
         orders = np.fft.fftfreq(DIRECTIONS, 1 / DIRECTIONS)
         across = np.fft.ifft(1j * orders * np.fft.fft(self._kink))
@@ -251,11 +237,11 @@ def crack_at(
     ----------
     structure : Structure
     position_m : float
-        From node 1, m.
+        From node 1.
     depth_ratio : float
         Depth over the diameter.
     angle_rad : float
-        Of the middle of the crack edge from the shaft's reference line, rad.
+        Of the middle of the crack edge from the shaft's reference line.
     flexibility : str
         Name of the depth plugin.
     sudden : bool, optional
@@ -270,10 +256,9 @@ def crack_at(
     Raises
     ------
     CannotAct
-        If the cross sections of the rotor are not known, the shaft is hollow there, or a disc is there.
+        If no solid cross section is known there, or a disc is there.
     RotorstudyError
-        For a position outside the shaft, an unknown depth plugin, or one that does not say how a crack closes or has
-        no curved front.
+        For a position outside the shaft, or a depth plugin that is unknown or lacks what is asked for.
     """
     if structure.section_at is None:
         raise CannotAct("a transverse crack needs a rotor that knows its cross sections, such as finite_element")
@@ -296,10 +281,7 @@ def crack_at(
 
 
 def _turning_shares(xi, eta, both=0.0):
-    """Shares for `Hinge._entries` of a kink along xi and eta (direction,), shares of the imposed rotation by angle.
-
-    both : (direction,) of the kink along one of them by the rotation along the other
-    """
+    """Shares for `Hinge._entries` of kinks (direction,) along xi and eta, and along one by rotation along the other."""
     found = {}
     for i, share in enumerate(((xi + eta) / 2, (xi - eta) / 2 + 1j * both)):  # the conjugate turns by twice its angle
         series = np.fft.fft(np.broadcast_to(share, DIRECTIONS)) / DIRECTIONS

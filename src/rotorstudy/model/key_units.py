@@ -10,13 +10,9 @@ SUFFIXES = {"_deg": ("_rad", np.pi / 180), "_g_mm": ("_kg_m", 1e-6)}
 
 
 def in_si(given, known, where, aliases=None):
-    """Options or values with the keys that stand for known ones replaced by these.
+    """Options or values, keys that stand for known ones in SI replaced by these; a quantity given twice is an error.
 
-    given   : keys and values as in the file;  known : iterable of str, keys in SI
-    where   : place in error messages
-    aliases : other key in SI -> (known key, factor), as `aliases_of` gives them
-    returns : keys that stand for nothing known stay as they are, for the check of the keys
-    raises  : RotorstudyError if a quantity is given by two keys, or one by a text
+    aliases : other key in SI -> (known key, factor);  keys that stand for nothing known stay as they are
     """
     known, aliases, found, source = set(known), aliases or {}, {}, {}
     for key, value in given.items():

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import pluggy
@@ -11,7 +12,6 @@ import pluggy
 from rotorstudy.model.options import option_names
 
 hookimpl = pluggy.HookimplMarker("rotorstudy")
-_hookspec = pluggy.HookspecMarker("rotorstudy")
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Rotor(Plugin):
     """function(**options) -> Structure
 
     uncertain : path of a number among its options -> relative standard deviation where a rig states none, see
-                `rotorstudy.model.option_numbers`
+                `rotorstudy.model.rig_numbers`
     """
 
     uncertain: dict = field(default_factory=dict, compare=False)
@@ -94,7 +94,7 @@ class Bearing(Plugin):
 
     defaults : option -> function(structure, node) -> its value, a number, where the rig states none
     uncertain : path of a number among its options -> relative standard deviation where a rig states none, see
-                `rotorstudy.model.option_numbers`
+                `rotorstudy.model.rig_numbers`
     changeable : numbers among its options that wear, dirt or heat may change, of which diagnosis tries each as a cause
     running : function(speed, **options) -> eccentricity over clearance, and angle (rad) from gravity in the sense of
               rotation, of the position at which a journal runs in its film
@@ -136,7 +136,7 @@ class Effect(Plugin):
     """function(structure, **options) -> list of Parameter; for acts_on "output" function(sensors, **options),
     or function(sensors, structure, **options) where the typical size follows from the rotor.
 
-    confounders : names of effects it can be confused with, and what separates them; one of the two says so
+    confounders : name of an effect it can be confused with -> what separates them; one of the two says so
     places    : function(structure, sensors) -> list of option dicts, one for each place where it can act; by default
                 each node (each sensor) if it has an option `node`, else one place without options
     candidate : whether diagnosis considers it as a cause; a free force at every harmonic would explain anything
@@ -178,7 +178,7 @@ class Effect(Plugin):
     """
 
     acts_on: str = "rotor"
-    confounders: tuple[tuple[str, str], ...] = ()
+    confounders: dict = field(default_factory=dict, compare=False)
     places: Callable | None = field(default=None, compare=False)
     candidate: bool = True
     hypothesis: dict = field(default_factory=dict, compare=False)
@@ -205,6 +205,7 @@ class Effect(Plugin):
     form_error: float | dict = 0.0
 
     def __post_init__(self):
+        object.__setattr__(self, "confounders", dict(self.confounders))
         if self.places is None:
             object.__setattr__(self, "places", self._usual_places)
 
@@ -270,41 +271,6 @@ class Estimator(Plugin):
     tolerates_outliers: bool = False
 
 
-class Hooks:
-    """A plugin file implements one of these with @hookimpl and returns one plugin or a list of them.
-
-    They are historic: each file is called when it is registered, so that an error is attributed to that file alone.
-    """
-
-    @_hookspec(historic=True)
-    def rotorstudy_rotor():
-        """Rotor: the base structure without effects."""
-
-    @_hookspec(historic=True)
-    def rotorstudy_crack():
-        """Crack: a breathing function of the shaft angle."""
-
-    @_hookspec(historic=True)
-    def rotorstudy_depth():
-        """CrackDepth: compliance of an open crack as a function of its depth."""
-
-    @_hookspec(historic=True)
-    def rotorstudy_bearing():
-        """Bearing: stiffness and damping at a node."""
-
-    @_hookspec(historic=True)
-    def rotorstudy_effect():
-        """Effect: a table of entries on the rotor or on the measured output."""
-
-    @_hookspec(historic=True)
-    def rotorstudy_spectrum():
-        """SpectrumMethod: from a record to harmonics with covariance."""
-
-    @_hookspec(historic=True)
-    def rotorstudy_estimator():
-        """Estimator: from a problem to an estimate."""
-
-
 KINDS = {
     "rotor": Rotor,
     "crack": Crack,
@@ -314,3 +280,17 @@ KINDS = {
     "spectrum": SpectrumMethod,
     "estimator": Estimator,
 }
+
+
+def _hook(kind, gives):
+    """Specification of the hook of a kind; historic: each file is called when it is registered, to blame it alone."""
+
+    def hook():
+        pass
+
+    hook.__name__ = f"rotorstudy_{kind}"
+    hook.__doc__ = f"{gives.__name__}, or a list of them: {gives.__doc__.splitlines()[0]}"
+    return pluggy.HookspecMarker("rotorstudy")(historic=True)(hook)
+
+
+Hooks = SimpleNamespace(**{f"rotorstudy_{kind}": _hook(kind, gives) for kind, gives in KINDS.items()})

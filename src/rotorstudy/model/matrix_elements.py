@@ -43,12 +43,9 @@ class Pattern(NamedTuple):
 def elements_of(
     unknowns: Sequence[Unknown], motion: Sequence[int], size: int, chosen: Callable[[Unknown, Entry], bool]
 ) -> tuple[Elements, list[Entry]]:
-    """Elements of those entries of amplitudes that are chosen, and an Entry of each kind.
+    """Elements of the chosen entries of amplitudes, and an Entry of each kind; motion (unknown,) as of EntryTable.
 
-    Columns of an entry on a motion follow those of the motions before it, those of conjugates follow those of all
-    motions, and the last is that of constants.
-
-    motion : (unknown,) which of several motions of `size` coordinates each amplitude acts on
+    Columns are those of the motions one after another, of their conjugates, and of constants.
     """
     kinds, found, seen = {}, [], size * (max(motion, default=0) + 1)
     for u, unknown in enumerate(unknowns):

@@ -11,9 +11,8 @@ from rotorstudy.errors import CannotAct, unknown_name
 class Reading:
     """The axes in which records were read.
 
-    probes      : node -> {name: direction of the probe, rad from x in the sense of rotation}; those not listed have
-                  probes along x and y
-    gravity_rad : direction of gravity in the user's angles, in the sense of rotation
+    probes      : node -> {name: direction, rad from x in the sense of rotation}; others are along x and y
+    gravity_rad : direction of gravity in the user's angles
     mark_rad    : angle of the shaft's reference line from x when the phase mark passes
     """
 
@@ -26,10 +25,7 @@ class Reading:
         return self.probes.get(node, {"x": 0.0, "y": np.pi / 2})
 
     def axis(self, node: int) -> complex:
-        """Direction e^{ja} of the probe x of a node: of its first two probes, the one from which the other is ahead.
-
-        The other one is taken as 90 degrees ahead, also where the angle between them is not right, or it is missing.
-        """
+        """Direction e^{ja} of probe x of a node: of its first two the one from which the other is ahead."""
         first, *others = np.exp(1j * np.array(list(self.probes_at(node).values())[:2]))
         second = others[0] if others else 1j * first
         return complex(first if (np.conj(first) * second).imag > 0 else second)

@@ -25,10 +25,8 @@ PACKAGED = Path(__file__).parents[1] / "zoo"  # the project's plugins in an inst
 
 
 class Registry:
-    """The plugin library (zoo): plugins by kind and name.
+    """The plugin library (zoo): plugins by kind and name, from the files in folders and below, and from entry points.
 
-    folders  : searched for plugin files, with all their subfolders
-    files    : further plugin files
     failures : one line for each plugin file that did not load; the others are available all the same
     """
 
@@ -108,12 +106,8 @@ class Registry:
     def confounders(self, effect):
         """{name: what separates them} of the effects that one can be confused with, by its plugin or by theirs."""
         effects = self.plugins["effect"]
-        stated = {
-            other.name: dict(other.confounders)[effect]
-            for other in effects.values()
-            if effect in dict(other.confounders)
-        }
-        return dict(sorted((dict(effects[effect].confounders) | stated).items()))
+        stated = {one.name: one.confounders[effect] for one in effects.values() if effect in one.confounders}
+        return dict(sorted((effects[effect].confounders | stated).items()))
 
     def __iter__(self):
         """(kind, plugin) of the whole library, in a fixed order."""

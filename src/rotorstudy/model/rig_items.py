@@ -8,14 +8,14 @@ import numpy as np
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters
 from rotorstudy.model.depth import keys_from_depth
+from rotorstudy.model.entries import Entry, compacted
 from rotorstudy.model.foundation import at_housings
 from rotorstudy.model.key_units import aliases_of, in_si, spellings
 from rotorstudy.model.kinds import Bearing
 from rotorstudy.model.options import Whole, check_options, choices, number_hint, option_names, plain
-from rotorstudy.model.plugin_results import check_parameters, check_shapes
 from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure, at_supports
-from rotorstudy.model.terms import Term
+from rotorstudy.model.terms import Parameter, Term
 
 
 def make_term(
@@ -113,10 +113,7 @@ def make_term(
 
 
 def with_options(term: Term, options: dict, structure: Structure, sensors: tuple[int, ...]) -> Term:
-    """The Term of an effect, as `make_term` gives it, without values and with other options by name, SI.
-
-    Of these only what the plugin gives is checked: they lie within the limits that it states.
-    """
+    """The Term of an effect with other options, SI, and without values; only what the plugin gives is checked."""
     plugin, options, where = registry().get("effect", term.kind), {**term.options, **options}, f"effect {term.kind}"
     fixed = _fixed(plugin, "effect", structure, sensors)
     parameters = _parameters(plugin, plugin.function, fixed, options, where)
@@ -151,11 +148,11 @@ def _parameters(plugin, function, fixed, options, where, is_foundation=False):
     """The parameters that a plugin gives, checked, of supports where these are."""
     with named(where):
         found = function(**fixed, **options)
-    parameters, on_output = check_parameters(found, plugin, where), getattr(plugin, "acts_on", "rotor") == "output"
-    check_shapes(parameters, len(fixed["sensors"]) if on_output else len(fixed["structure"].dofs), plugin, where)
+    parameters, on_output = _checked_parameters(found, plugin, where), getattr(plugin, "acts_on", "rotor") == "output"
+    _check_shapes(parameters, len(fixed["sensors"]) if on_output else len(fixed["structure"].dofs), plugin, where)
     if isinstance(plugin, Bearing) or getattr(plugin, "places", None) is at_supports:
         return at_housings(fixed["structure"], parameters, from_ground=is_foundation)
-    return tuple(replace(p, entries=tuple(entry.compact() for entry in p.entries)) for p in parameters)
+    return tuple(replace(p, entries=tuple(map(compacted, p.entries))) for p in parameters)
 
 
 @contextmanager
@@ -234,3 +231,63 @@ def kind_of(item, where):
 def without_kind(item):
     """Options and values of an item."""
     return {key: value for key, value in item.items() if key != "kind"}
+
+
+def check_structure(structure, plugin, where):
+    """Raise PluginError unless a rotor plugin returned a Structure whose matrices fit its coordinates."""
+    who = f"rotor '{plugin.name}' ({plugin.file}) in {where}"
+    if not isinstance(structure, Structure):
+        raise PluginError(f"{who} gives {type(structure).__name__}; it must give a Structure, see rotorstudy.plugins")
+    size = len(structure.dofs)
+    for name in ("mass", "stiffness", "gyroscopic", "static_load"):
+        matrix, needed = getattr(structure, name), (size,) if name == "static_load" else (size, size)
+        if np.shape(matrix) != needed:
+            raise PluginError(
+                f"{who} gives {name} of shape {np.shape(matrix)}; it must be {needed} for its {size} coordinates"
+            )
+        if not np.isfinite(matrix).all():
+            raise PluginError(f"{who} gives {name} with NaN or infinite values")
+
+
+def _checked_parameters(found, plugin, where):
+    """The parameters returned by a plugin as a tuple, or PluginError unless each is a Parameter with entries."""
+    found = [found] if isinstance(found, Parameter) else found
+    who = f"plugin '{plugin.name}' ({plugin.file}) in {where}"
+    if not isinstance(found, (list, tuple)) or not all(isinstance(one, Parameter) for one in found):
+        inside = f" of {type(found[0]).__name__}" if isinstance(found, (list, tuple)) and found else ""
+        raise PluginError(f"{who} gives {type(found).__name__}{inside}; it must give a list of Parameter")
+    for parameter in found:
+        if not parameter.unit:
+            raise PluginError(f"{who}: '{parameter.name}' has no unit; write it as 'N s/m', or '1' for a pure number")
+        if not isinstance(parameter.entries, (list, tuple)) or not all(isinstance(e, Entry) for e in parameter.entries):
+            raise PluginError(
+                f"{who}: the entries of '{parameter.name}' are {type(parameter.entries).__name__}; they must be a "
+                "tuple of Entry, a single one written with a comma: (Entry(...),)"
+            )
+    return tuple(found)
+
+
+def _check_shapes(parameters, size, plugin, where):
+    """Raise PluginError unless the matrices of a plugin fit the rotor and are finite."""
+    who = f"plugin '{plugin.name}' ({plugin.file}) in {where}"
+    for parameter in parameters:
+        local = parameter.force
+        if local and (
+            parameter.is_complex
+            or parameter.entries
+            or getattr(plugin, "acts_on", "rotor") != "rotor"
+            or np.shape(local.matrix)[1:] != (size,)
+        ):
+            raise PluginError(
+                f"{who}: '{parameter.name}' multiplies a force in time: it must be real, act on the rotor, and have no "
+                f"entries and a matrix (coordinate, {size}) here"
+            )
+        for i, entry in enumerate(parameter.entries):
+            needed = (size,) if entry.is_constant else (size, size)
+            if np.shape(entry.matrix) != needed:
+                raise PluginError(
+                    f"{who}: entry {i} of '{parameter.name}' has a matrix of shape {np.shape(entry.matrix)}; on "
+                    f"'{entry.on}' it must be {needed} here"
+                )
+            if not np.isfinite(entry.nonzero[-1]).all():
+                raise PluginError(f"{who}: entry {i} of '{parameter.name}' is not finite")

@@ -1,54 +1,139 @@
 """The numbers of a rig (modulus, masses, clearances) as parameters of its model, each a relative change.
 
-They are named as in `option_numbers`. Any plugin of a rotor or bearing has them: it is built anew with other options,
-and the derivatives are differences of its matrices (`variation`) or of its entries (`rebuilt_bearings`).
+`rotor.discs[0].mass_kg` is that of the first disc. `bearings[left].radial_clearance_m` is that of the bearing labelled
+"left"; one without a label is named by its place in the list, from 0. A path that fits several numbers scales them
+together: `rotor.outer_diameter_m` every outer diameter, `rotor.discs` masses and moments of all discs,
+`bearings.viscosity_Pa_s` the viscosity of all bearings that have one.
+
+Any plugin of a rotor or bearing has them: it is built anew with other options, and the derivatives are differences of
+its matrices (`variation`) or of its entries. An effect with `changes_bearing` is a change of one at a node, as a cause.
 """
 
+import re
 from collections.abc import Iterable
-from dataclasses import replace
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import CannotAct, NoSteadyState, RotorstudyError, unknown_name
 from rotorstudy.model.entries import Entry
-from rotorstudy.model.model import Model
-from rotorstudy.model.option_numbers import Holder, is_number, is_of, number_paths, path_pattern
-from rotorstudy.model.rebuilt_bearings import bearings_of, number_term, with_bearings_at
+from rotorstudy.model.foundation import at_housings
+from rotorstudy.model.options import check_options
+from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.model.variation import Matrices, Variation
 
+# Relative, of central differences: errors of 1e-9 (its square) by truncation, and 3e-10 by round-off where the film is
+# found to 1e-14, as by a short bearing that solves for its eccentricity
+STEP = 3e-5
+NAME = re.compile(r"(?P<section>rotor|bearings)(\[(?P<which>[^\]]*)\])?\.(?P<path>.+)")
 
-def numbers(model: Model) -> list[str]:
+
+def is_number(name: str) -> bool:
+    """Whether the name of a parameter is that of a number of the rotor or of its bearings."""
+    return NAME.fullmatch(name) is not None
+
+
+def _section_of(name):
+    """Section of a number, "rotor" or "bearings"; None if the name is no number's."""
+    found = NAME.fullmatch(name)
+    return found and found["section"]
+
+
+def number_paths(options: object, path: str = "") -> list[str]:
+    """Paths of the numbers other than zero among options of a plugin; whole ones are counts and nodes."""
+    if isinstance(options, dict):
+        inside = [(f"{path}.{key}" if path else key, value) for key, value in options.items()]
+    elif isinstance(options, (list, tuple)):
+        inside = [(f"{path}[{i}]", value) for i, value in enumerate(options)]
+    else:
+        return [path] if isinstance(options, float) and options else []
+    return [found for here, value in inside for found in number_paths(value, here)]
+
+
+@lru_cache(maxsize=1024)
+def path_pattern(name: str) -> re.Pattern:
+    """Pattern of the paths meant by a name: that of a number, or of what holds several, at any depth."""
+    keys = (re.escape(key) if key.endswith("]") else re.escape(key) + r"(\[\d+\])?" for key in name.split("."))
+    return re.compile(r"(.*\.)?" + r"\.".join(keys) + r"(\..*)?")
+
+
+def scaled(options: object, pattern: re.Pattern, factor: float, path: str = "") -> object:
+    """The options with the numbers whose path matches a pattern multiplied by a factor."""
+    if isinstance(options, dict):
+        return {k: scaled(v, pattern, factor, f"{path}.{k}" if path else k) for k, v in options.items()}
+    if isinstance(options, (list, tuple)):
+        return [scaled(value, pattern, factor, f"{path}[{i}]") for i, value in enumerate(options)]
+    return options * factor if isinstance(options, float) and pattern.fullmatch(path) else options
+
+
+@dataclass(frozen=True, eq=False)
+class Holder:
+    """What has numbers: the rotor (`which` is empty), or a bearing by its label, else its place in the list.
+
+    options : of its plugin, in SI;  uncertain : path -> relative standard deviation, as the plugin states
+    """
+
+    section: str
+    which: str
+    options: dict
+    uncertain: dict
+
+    @cached_property
+    def paths(self) -> list[str]:
+        """Of all its numbers."""
+        return number_paths(self.options)
+
+    def name(self, path: str) -> str:
+        """The name of its number at a path."""
+        return f"{self.section}[{self.which}].{path}" if self.which else f"{self.section}.{path}"
+
+    def pattern(self, name: str) -> re.Pattern | None:
+        """Pattern of the paths of its numbers that a name means; None if nothing matches."""
+        section, which, path = NAME.fullmatch(name).group("section", "which", "path")
+        if section != self.section or which not in (None, self.which):
+            return None
+        return path_pattern(path) if any(map(path_pattern(path).fullmatch, self.paths)) else None
+
+    def meant(self, names) -> list[str]:
+        """The names, of numbers, that mean numbers of it."""
+        return [name for name in names if self.pattern(name)]
+
+    def changed(self, changes: dict[str, float]) -> dict:
+        """Its options with some of its numbers changed; changes : name -> relative change."""
+        options = self.options
+        for name in self.meant(name for name, change in changes.items() if change):
+            options = scaled(options, self.pattern(name), float(1 + changes[name]))
+        return options
+
+
+def numbers(model) -> list[str]:
     """Names of all numbers of the rotor and of its bearings, each at its place."""
     return [holder.name(path) for holder in _holders(model) for path in holder.paths]
 
 
-def with_numbers(model: Model, names: Iterable[str], where: str = "the rig") -> Model:
+def with_numbers(model, names: Iterable[str], where: str = "the rig"):
     """The model with numbers of its rotor and of its bearings among its parameters, of value zero."""
     wanted = [name for name in dict.fromkeys(names) if is_number(name) and name not in model.names]
     for name in wanted:
         _check_known(model, name, where)
-    rotor = [name for name in wanted if is_of("rotor", name)]
+    rotor = [name for name in wanted if _section_of(name) == "rotor"]
     if rotor:
         known = [p.name for term in model.terms if term.variation for p in term.parameters]
         others = tuple(term for term in model.terms if not term.variation)
         model = replace(model, terms=(*others, _rotor_term(model.structure, [*known, *rotor], where)))
-    added = tuple(number_term(name) for name in wanted if name not in rotor)
-    if not added:
+    if len(wanted) == len(rotor):
         return model
-    terms = (*model.terms, *added)
-    values = {  # the typical one of an amplitude without a value
-        u.name: u.typical if np.isnan(v) else v for t in terms for u, v in zip(t.unknowns, t.theta, strict=True)
-    }
-    return replace(model, terms=with_bearings_at(model.structure, terms, values))
+    model = replace(model, terms=(*model.terms, *(_bearing_number(name) for name in wanted if name not in rotor)))
+    values = dict(zip(model.names, model.nominal.tolist(), strict=True))
+    return replace(model, terms=with_bearings_at(model.structure, model.terms, values))
 
 
-def uncertain_numbers(model: Model, section: str, stated: Iterable[str] = ()) -> dict[str, float]:
-    """{name: relative standard deviation} of numbers of "rotor" or "bearings" that plugins state to be uncertain.
-
-    stated : names of numbers; what they mean is left out
-    """
+def uncertain_numbers(model, section: str, stated: Iterable[str] = ()) -> dict[str, float]:
+    """{name: relative standard deviation} of uncertain numbers of "rotor" or "bearings" that no name `stated` means."""
     found, stated = {}, [name for name in stated if is_number(name)]
     for holder in (holder for holder in _holders(model) if holder.section == section):
         said = [holder.pattern(name) for name in holder.meant(stated)]
@@ -59,7 +144,7 @@ def uncertain_numbers(model: Model, section: str, stated: Iterable[str] = ()) ->
     return found
 
 
-def rig_with_changes(rig: dict, model: Model, changes: dict[str, float]) -> dict:
+def rig_with_changes(rig: dict, model, changes: dict[str, float]) -> dict:
     """A rig dict with relative changes of some of its numbers, {name: change}."""
 
     def changed(item, holder):
@@ -68,10 +153,10 @@ def rig_with_changes(rig: dict, model: Model, changes: dict[str, float]) -> dict
         return {**item, **new}
 
     found = dict(rig)
-    if any(is_of("rotor", name) for name in changes):
+    sections, every = {_section_of(name) for name in changes}, bearings_of(model.terms)
+    if "rotor" in sections:
         found["rotor"] = changed(rig["rotor"], _rotor(model.structure))
-    if any(is_of("bearings", name) for name in changes):
-        every = bearings_of(model.terms)
+    if "bearings" in sections:
         for section in ("bearings", "foundation"):
             holders = [holder for term, holder in every if term.is_foundation == (section == "foundation")]
             if holders:
@@ -91,10 +176,9 @@ def _rotor(structure):
 
 def _check_known(model, name, where):
     """Raise if nothing has the number of this name."""
-    holders = _holders(model)
+    holders, section = _holders(model), _section_of(name)
     if any(holder.pattern(name) for holder in holders):
         return
-    section = "rotor" if is_of("rotor", name) else "bearings"
     if section == "rotor" and not model.structure.origin:
         raise RotorstudyError(f"{name} in {where}: the rotor was not built by a plugin, so it has no named numbers")
     known = [holder.name(path) for holder in holders if holder.section == section for path in holder.paths]
@@ -105,12 +189,12 @@ def _check_known(model, name, where):
 def _acts(model, name):
     """Whether the model depends on a number; one of a rotor that is described by other options does not."""
     try:
-        return not is_of("rotor", name) or bool(_rotor_term(model.structure, [name], "the rotor"))
+        return _section_of(name) == "bearings" or bool(_rotor_term(model.structure, [name], "the rotor"))
     except RotorstudyError:
         return False
 
 
-def _rotor_term(structure: Structure, names: list[str], where: str) -> Term:
+def _rotor_term(structure, names, where):
     """The Term whose amplitudes are relative changes of numbers of the rotor."""
     rotor = _rotor(structure)
 
@@ -131,3 +215,141 @@ def _rotor_term(structure: Structure, names: list[str], where: str) -> Term:
         )
         parameters.append(Parameter(name, "1", tuple(e for e in table if np.any(e.matrix)), typical=1.0))
     return Term("rotor", tuple(parameters), dict.fromkeys(names, 0.0), variation=variation)
+
+
+def bearings_of(terms: Iterable[Term]) -> list[tuple[Term, Holder]]:
+    """The terms of bearings in the order of the rig, each with its numbers."""
+    found = [term for term in terms if term.carries and not term.is_bearing_number]
+    plugins = [registry().get("bearing", term.kind) for term in found]
+    return [
+        (term, Holder("bearings", str(term.label if term.label != "" else place), term.options, plugin.uncertain))
+        for place, (term, plugin) in enumerate(zip(found, plugins, strict=True))
+    ]
+
+
+def _bearing_number(name):
+    """The Term of a number of bearings, without a change."""
+    number = Parameter(name, "1", (), typical=1.0)
+    return Term("bearing number", (number,), {name: 0.0}, carries=True, is_bearing_number=True)
+
+
+def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict[str, float]) -> tuple[Term, ...]:
+    """The terms with the bearings that have some numbers, and the derivatives there as the entries of these numbers.
+
+    values : name -> amplitudes of the bearings, and relative changes of their numbers; NoSteadyState if none has them
+    """
+    changing = {unknown.name: term for term in terms if term.is_bearing_number for unknown in term.unknowns}
+    built, slopes = {}, {name: [] for name in changing}
+    for bearing, holder in bearings_of(terms):
+        meant = {name: _number_meant(term, name, bearing, holder, structure) for name, term in changing.items()}
+        own = {name: values[name] for name, number in meant.items() if number}
+        if any(own.values()):
+            built[id(bearing)] = _rebuilt(structure, bearing, holder, _together(own, meant))
+        for name in own:
+            ends = (
+                _rebuilt(structure, bearing, holder, _together({**own, name: own[name] + step}, meant)).unknowns
+                for step in (STEP, -STEP)
+            )
+            for above, below in zip(*ends, strict=True):
+                slopes[name] += _slopes(above.entries, below.entries, values[above.name])
+    return tuple(_with_entries(term, slopes) if term.is_bearing_number else built.get(id(term), term) for term in terms)
+
+
+def number_slope(structure: Structure, node: int, number: str) -> tuple[Entry, ...]:
+    """Entries of the force of the bearings at a node per relative change of a number; CannotAct if none has it."""
+    found = []
+    for bearing, holder in bearings_of(structure.bearings):
+        if _at_node(bearing, structure) == node and number in holder.paths and not np.isnan(bearing.theta).any():
+            name = holder.name(number)
+            ends = (_rebuilt(structure, bearing, holder, {name: step}).unknowns for step in (STEP, -STEP))
+            for value, above, below in zip(bearing.theta, *ends, strict=True):
+                found += _slopes(above.entries, below.entries, value)
+    if not found:
+        raise CannotAct(f"no bearing at node {node} has a value of {number}")
+    return tuple(found)
+
+
+def changeable_numbers(structure: Structure, sensors: tuple[int, ...] = ()) -> list[dict]:
+    """Places {"node", "number"} of the numbers of the bearings of a rig that wear, dirt or heat may change."""
+    return [
+        {"node": _at_node(bearing, structure), "number": number}
+        for bearing in structure.bearings
+        for number in registry().get("bearing", bearing.kind).changeable
+        if not np.isnan(bearing.theta).any()
+    ]
+
+
+def _at_node(bearing, structure):
+    return bearing.options.get("node") or structure.default_node()
+
+
+def _number_meant(term, name, bearing, holder, structure):
+    """Name of the number of a bearing that an amplitude changes, of a number or an effect; None if it changes none."""
+    if "number" not in term.options:
+        return name if holder.pattern(name) else None
+    if bearing.is_foundation:
+        return None
+    number, node = term.options["number"], term.options["node"] or structure.default_node()
+    return holder.name(number) if _at_node(bearing, structure) == node and number in holder.paths else None
+
+
+def _together(changes, meant):
+    """Changes of numbers by name, from those of amplitudes, of which several may change the same number."""
+    found = {}
+    for name, change in changes.items():
+        found[meant[name]] = (1 + found.get(meant[name], 0.0)) * (1 + change) - 1
+    return found
+
+
+def _rebuilt(structure, bearing, holder, changes):
+    """A bearing with other numbers."""
+    lost = [name for name, change in changes.items() if not change > -1]
+    if lost:
+        raise NoSteadyState(f"{lost[0]} would be zero or negative")
+    function = registry().get("bearing", bearing.kind).function
+    with _none_with_these_numbers():
+        given = check_options(function, holder.changed(changes), f"bearing {bearing.kind}", ("structure",))
+        parameters = at_housings(structure, function(structure=structure, **given), from_ground=bearing.is_foundation)
+    guard = cache(_guarded)  # entries of one gain keep one
+    guarded = (
+        replace(p, entries=tuple(e if e.gain is None else replace(e, gain=guard(e.gain)) for e in p.entries))
+        for p in parameters
+    )
+    return replace(bearing, parameters=tuple(guarded))
+
+
+def _slopes(above, below, value):
+    """Entries of the derivative by a number, from those of an amplitude on both sides of it, times its value."""
+    share, found = value / (2 * STEP), []
+    gain_slope = cache(lambda above, below: lambda *at: above(*at) - below(*at))  # entries of one gain keep one
+    for one, other in zip(above, below, strict=True):
+        if one.gain is None and other.gain is None:
+            found.append(replace(one, matrix=share * (np.asarray(one.matrix) - other.matrix)))
+        elif np.array_equal(one.matrix, other.matrix):
+            found.append(replace(one, matrix=share * np.asarray(one.matrix), gain=gain_slope(one.gain, other.gain)))
+        else:
+            found += [one.times(share), other.times(-share)]
+    return found
+
+
+def _guarded(gain):
+    """A gain that says where there is no bearing with its numbers."""
+
+    def guarded(*at):
+        with _none_with_these_numbers():
+            return gain(*at)
+
+    return guarded
+
+
+@contextmanager
+def _none_with_these_numbers():
+    try:
+        yield
+    except RotorstudyError as error:
+        raise NoSteadyState(f"no bearing with these numbers: {error}") from None
+
+
+def _with_entries(term, slopes):
+    (parameter,) = term.parameters
+    return replace(term, parameters=(replace(parameter, entries=tuple(slopes[term.full_name(parameter)])),))

@@ -17,17 +17,13 @@ STILL_LENGTH = 1e-5  # m, of a rotor without weight and records: 10 um, a usual 
 
 @dataclass(frozen=True)
 class Scales:
-    """Usual sizes of a rotor on its supports.
+    """Usual sizes of a rotor on its supports; without supports, those of the freely accelerating body (inertia relief).
 
-    Without supports the elastic flexibility is that of the freely accelerating body (inertia relief), which does not
-    depend on the mesh.
-
-    inertia    : (dof, dof) mass matrix, kg
-    rigidity   : (dof, dof) stiffness with that of the bearings where known, N/m
-    along      : (dof,) motion of all nodes by one in the same direction
-    gravity    : acceleration, m/s^2;  shaft : length of the shaft, m, 0 if unknown
-    measured   : usual vibration in the records to be explained, m, 0 if unknown
-    coordinate : function(node, motion) -> position of the coordinate; of the only node of a rotor if it is None
+    inertia, rigidity : (dof, dof) mass matrix, kg, and stiffness with that of the bearings where known, N/m
+    along             : (dof,) motion of all nodes by one in the same direction
+    gravity           : acceleration, m/s^2;  shaft : length of the shaft, m, 0 if unknown
+    measured          : usual vibration in the records to be explained, m, 0 if unknown
+    coordinate        : function(node, motion) -> position of the coordinate; of the only node of a rotor if it is None
     """
 
     inertia: np.ndarray
@@ -98,11 +94,7 @@ class Scales:
         return self.softest * self.length
 
     def stiffness(self, node: int | None, motion: str = "translation") -> float:
-        """Local stiffness of the supported rotor, N/m (N m of a tilt).
-
-        node   : None is the only node of a rotor that has one;  motion : "translation" or "tilt"
-        raises : CannotAct if the rotor has no such coordinate, or has several nodes and none is given
-        """
+        """Local stiffness of the supported rotor, N/m (N m of a tilt); node None is the only one of a rotor."""
         here = self.coordinate(node, motion)
         return float(1 / self.flexibility[here, here])
 

@@ -27,11 +27,7 @@ def asked(words):
 
 
 def units_of(rig, words=(), where="the rig"):
-    """The Units for a rig dict, and words that have precedence.
-
-    Without a statement: mil and oz in where a probe is in mil, else µm and g mm; rpm; peak to peak, or what
-    `table_amplitude` says.
-    """
+    """The Units for a rig dict, and words that have precedence; by default those of its probes, else µm, g mm, rpm."""
     measurement = rig.get("measurement") if isinstance(rig.get("measurement"), dict) else {}
     probes = measurement.get("probes")
     inch = any(isinstance(p, dict) and p.get("unit") == "mil" for p in (probes if isinstance(probes, list) else []))

@@ -8,20 +8,15 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import CannotAct, unknown_name
-from rotorstudy.model.crack_places import CrackPlaces
 from rotorstudy.model.reading import Reading
 from rotorstudy.model.scales import Scales
-from rotorstudy.model.shaft_parts import RigidDisc
+from rotorstudy.model.shaft import RigidDisc, Shaft
 from rotorstudy.model.terms import Term
-from rotorstudy.model.under_weight import UnderWeight
 from rotorstudy.model.variation import Matrices
 
 
 class Origin(NamedTuple):
-    """What a structure was built from: the function of its rotor plugin, all its options, and its uncertain numbers.
-
-    uncertain : path of a number -> usual relative standard deviation, as the plugin states
-    """
+    """What a structure was built from: a function, its options, and path -> usual relative standard deviation."""
 
     function: Callable
     options: dict
@@ -33,7 +28,7 @@ class Origin(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Structure(CrackPlaces, UnderWeight):
+class Structure(Shaft):
     """The rotor without its effects: M q'' - j w G q' + K q = f, in complex nodal coordinates.
 
     mass, stiffness, gyroscopic : (dof, dof)
@@ -124,14 +119,8 @@ class Structure(CrackPlaces, UnderWeight):
     @cached_property
     def scales(self) -> Scales:
         """Usual sizes of this rotor on its supports, for the typical sizes of effects."""
-
-        def coordinate(node, motion):
-            return self.index(self.default_node() if node is None else node, motion)
-
-        return Scales(
-            self.mass, self.supported_stiffness, self.along, self.acceleration_of_gravity, self.length, self.vibration,
-            coordinate,
-        )  # fmt: skip
+        own = self.mass, self.supported_stiffness, self.along, self.acceleration_of_gravity
+        return Scales(*own, self.length, self.vibration, self.index)
 
     @property
     def supported_stiffness(self) -> np.ndarray:
@@ -164,7 +153,7 @@ class Structure(CrackPlaces, UnderWeight):
         Parameters
         ----------
         node : int or None
-            Node of the rotor, or number of a transducer on a housing.
+            Node of the rotor, the only one if None, or number of a transducer on a housing.
         motion : str
             "translation" or "tilt".
 
@@ -176,13 +165,9 @@ class Structure(CrackPlaces, UnderWeight):
         Raises
         ------
         CannotAct
-            If no node is given, or one without that motion.
+            If there is no such node, or several and none is given.
         """
-        if node is None:
-            raise CannotAct(
-                f"no node is given; choose one of {list(self.nodes)} with 'node:' (a plugin takes the "
-                "only node with structure.default_node())"
-            )
+        node = self.default_node() if node is None else node
         if node in self.casings and motion == "translation":
             node, motion = self.casings[node], "housing"
         if (node, motion) not in self.dofs:
@@ -201,7 +186,7 @@ class Structure(CrackPlaces, UnderWeight):
         Parameters
         ----------
         node : int or None
-            Node of the rotor.
+            As of `index`.
         motion : str
             "translation" or "tilt".
 
@@ -213,7 +198,7 @@ class Structure(CrackPlaces, UnderWeight):
         Raises
         ------
         CannotAct
-            If no node is given, or one without that motion.
+            As `index`.
         """
         here = np.zeros(len(self.dofs))
         here[self.index(node, motion)] = 1.0

@@ -37,13 +37,7 @@ class Section(Strict):
 
 
 def with_uncertainty(model: Model, section: dict, where: str) -> Model:
-    """The model with the Uncertainty stated in a rig; numbers of its rotor named there become parameters.
-
-    section : the section `prior`
-    where   : place of the section, for error messages
-    raises  : RotorstudyError if the sizes differ, a name does not exist, is given twice or has no value, or the
-              correlations are not symmetric and positive definite with ones on the diagonal
-    """
+    """The model with the Uncertainty stated by the section `prior` of a rig; numbers named there become parameters."""
     if not isinstance(section, dict):
         raise RotorstudyError(f"{where}: must be keys and values (parameters, standard_deviations, correlations)")
     given = check_config(Section, section, where)

@@ -25,13 +25,10 @@ class Matrices(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Variation:
-    """Matrices of a rotor at relative changes of its numbers.
+    """Matrices of a rotor at relative changes of `count` numbers, by a function(changes) -> Matrices.
 
     Modulus, density and masses enter linearly, so that the rotor is built once. With other numbers (lengths, diameters)
     it is built again for every change: the sum of powers of a length is no stiffness that leaves a rigid motion free.
-
-    build : function(relative change of each number) -> Matrices
-    count : number of numbers
     """
 
     build: Callable
@@ -55,10 +52,7 @@ class Variation:
         return all(np.abs(a).max() <= LINEAR * np.abs(b).max() for a, b in zip(off, _unpacked(far), strict=True))
 
     def at(self, change: np.ndarray) -> Matrices:
-        """Matrices (..., dof, dof) and load (..., dof) at relative changes (..., number).
-
-        raises : NoSteadyState if the plugin builds no rotor with these numbers
-        """
+        """Matrices at relative changes (..., number); NoSteadyState if the plugin builds no rotor of these numbers."""
         if self.is_linear:
             return self._linear(change.shape, change.tobytes())
         return _unpacked(np.apply_along_axis(lambda one: self._built(tuple(one.tolist())), -1, change))

@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from rotorstudy.blind.criteria import LARGE, judge, statement, table, tally
-from rotorstudy.blind.glance import OWN, PUBLISHED, answers_of, sentences
-from rotorstudy.presentation.blind_figures import answers_figure, blind_figures
+from rotorstudy.blind.criteria import LARGE, PUBLISHED, judge, sentences, statement
+from rotorstudy.presentation.blind_figures import blind_figures
 from rotorstudy.presentation.captions import BLIND_FIGURES
 from rotorstudy.presentation.pages import inline_png, render, to_index
 from rotorstudy.presentation.plots import save_figure
@@ -28,21 +27,16 @@ NOTES = (
 
 
 def write_pages(data, criteria, rows, folder, independent=None, index=None):
-    """Write figures (PNG, SVG), criteria and cases (CSV, HTML) to a folder."""
+    """Write figures (PNG, SVG), criteria and cases (CSV, HTML) to a folder; independent : rows of the published run."""
     import pandas as pd
 
     folder = Path(folder)
-    answers, judged = answers_of(rows), {OWN: criteria}
     if independent:
-        published = pd.read_csv(independent)
-        answers = pd.concat([answers, answers_of(published, PUBLISHED)])
-        judged = {PUBLISHED: judge(published)} | judged
-    write_csv(answers, folder / "answers.csv")
-    for name, picture in ({"answers": answers_figure(answers)} | blind_figures(data)).items():
+        criteria = pd.concat([judge(pd.read_csv(independent), PUBLISHED), criteria])
+    for name, picture in blind_figures(rows, criteria).items():
         save_figure(picture, *(folder / "figures" / f"{name}.{kind}" for kind in ("png", "svg")))
-    cases = rows
-    write_csv(table(criteria), folder / "criteria.csv")
-    write_csv(cases.drop(columns=["seconds"]), folder / "cases.csv")
+    write_csv(criteria, folder / "criteria.csv")
+    write_csv(rows.drop(columns=["seconds"]), folder / "cases.csv")
     source = (
         f"{data.attrs['cases']} cases of seed {data.attrs['seed']}: effects were hidden in records of an "
         "independent simulator, and the truth was sealed before the diagnosis began."
@@ -53,24 +47,24 @@ def write_pages(data, criteria, rows, folder, independent=None, index=None):
     ]
     links = to_index(folder / "criteria.html", index)
     wrong = links | {"Cases with a wrong answer": "cases.html"}
-    write_text(folder / "criteria.html", criteria_page(answers, judged, source, figures, wrong))
-    _write_cases(cases, source, folder, links | {"How often the diagnosis is right": "criteria.html"})
+    write_text(folder / "criteria.html", criteria_page(criteria, source, figures, wrong))
+    _write_cases(rows, source, folder, links | {"How often the diagnosis is right": "criteria.html"})
 
 
-def criteria_page(answers, judged, source, figures, links=None):
-    """The page as HTML."""
+def criteria_page(criteria, source, figures, links=None):
+    """The page as HTML; criteria : of one source or several, the published one first."""
     return render(
         "blind.html",
         title="Blind tests: how often the diagnosis is right",
-        opening=sentences(answers),
+        opening=sentences(criteria),
         source=source,
         runs={
             name: {
-                "statement": statement(criteria),
-                "missed": tally(criteria)["not reached"],
-                "table": cells(table([c for c in criteria if c.cases]).drop(columns=["key", "kind"]), 3, "reasons"),
+                "statement": statement(judged),
+                "missed": judged[judged.status == "not reached"].to_dict("records"),
+                "table": cells(judged[judged.cases > 0].drop(columns=["key", "kind", "source"]), 3, "reasons"),
             }
-            for name, criteria in judged.items()
+            for name, judged in criteria.groupby("source", sort=False)
         },
         marks=MARKS,
         notes=NOTES,

@@ -9,6 +9,7 @@ from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, phase_lag
 from rotorstudy.units import shown_amplitude, shown_speed
 
 LABELLED = 6  # speeds marked in a polar plot
+IN_A_ROW = 3  # polar plots
 
 
 def bode(speed, curves, points=None, points_speed=None, lines=(), bands=()):
@@ -47,8 +48,11 @@ def _marks(panel, per, lines, bands):
 def polar(speed, curves, points=None):
     """1X in the complex plane, lag counter-clockwise: each resonance a loop; some speeds are written beside it."""
     (unit, factor), (speed_unit, per) = shown_amplitude(), shown_speed()
-    picture, axes = figure(1, len(curves), height=3.1, width=3.1, subplot_kw={"projection": "polar"})
-    for panel, (node, probes) in zip(axes[0], curves.items(), strict=True):
+    rows = -(-len(curves) // IN_A_ROW)
+    picture, axes = figure(rows, -(-len(curves) // rows), 3.1, 3.1, subplot_kw={"projection": "polar"})
+    for empty in axes.flat[len(curves) :]:
+        empty.set_visible(False)
+    for panel, (node, probes) in zip(axes.flat, curves.items(), strict=False):
         for i, (name, one) in enumerate(probes.items()):
             colour = COLOURS[i % len(COLOURS)]
             panel.plot(-np.angle(one), factor * np.abs(one), color=colour, label=name)
@@ -64,7 +68,7 @@ def polar(speed, curves, points=None):
         panel.set_title(f"node {node}")
         panel.set_rlabel_position(_emptiest(np.array(list(probes.values()))))
         panel.yaxis.get_major_locator().base.set_params(nbins=4)
-    handles = max((panel.get_legend_handles_labels()[0] for panel in axes[0]), key=len)
+    handles = max((panel.get_legend_handles_labels()[0] for panel in axes.flat), key=len)
     names = [list(probes) for probes in curves.values()]
     named = [dict.fromkeys(one[i] for one in names if i < len(one)) for i in range(len(handles))]
     picture.legend(handles, [" / ".join(one) for one in named], loc="outside lower center", ncols=4)

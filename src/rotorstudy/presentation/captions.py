@@ -40,10 +40,6 @@ BLIND_FIGURES = {
     "calibration": "Share of the causes named first that are true, over their stated posterior probability. On the "
     "dotted line the probabilities are calibrated; above it they are too low, below it too high. Labels: numbers "
     "of cases.",
-    "coverage": "Shares with 95 % bounds; dotted: 95 %. The stated set of causes holds those that a verdict names and "
-    "those it cannot rule out.",
-    "gain": "Error of the extended model over that of the base model on speeds that no fit has seen, for effects of "
-    "size 3 and more. Dotted: a tenth; right of the solid line the extension increases the error.",
 }
 ROTOR_FIGURES = {
     "rotor": (
@@ -85,4 +81,7 @@ ROTOR_FIGURES = {
         "shaft, Floquet exponent over one revolution. Above zero the rotor is unstable. Below: the "
         "decrement of the first forward mode, the least damped one below the speed, where it is under one.",
     ),
+}
+MEASURED_FIGURES = {  # with records of the machine
+    name: (ROTOR_FIGURES[name][0], f"{ROTOR_FIGURES[name][1]} Symbols: measured.") for name in ("bode", "polar")
 }

@@ -12,7 +12,7 @@ from rotorstudy.presentation.plots import phase_lag
 from rotorstudy.units import shown_amplitude, shown_speed, shown_unit, spin
 
 MOST_SPEEDS = 120  # of a run-up, evenly spaced
-MOST_POINTS = 400  # of a curve
+FEWEST_SPEEDS, MOST_POINTS = 8, 400  # of a curve
 DIGITS = 4  # significant ones, as a picture shows no more
 
 
@@ -28,15 +28,7 @@ def curve(label, colour, x, y, **style):
 
 
 def bode_charts(name, speed, curves, points=None, lines=(), bands=(), points_speed=None):
-    """Bode plots of each node, side by side with the polar plot.
-
-    name   : of the place on the page
-    speed  : array (speed,); rad/s
-    curves : node -> {probe: (speed,) complex, m}
-    points : the same, measured, at `points_speed` (optional)
-    lines  : sequence of rad/s; marks along the axis of speed
-    bands  : sequence of (rad/s, rad/s); ranges of speed, shaded
-    """
+    """Bode plots of each node beside the polar plot, of what `bode_figures.bode` takes; name: its place on the page."""
     (unit, factor), (speed_unit, per) = shown_amplitude(), shown_speed()
     together = {
         "group": name,
@@ -50,9 +42,7 @@ def bode_charts(name, speed, curves, points=None, lines=(), bands=(), points_spe
         for i, (probe, one) in enumerate(probes.items()):
             drawn = [(probe, speed, one, {"line": True})]
             if points:
-                drawn.append(
-                    (f"{probe} measured", points_speed, points[node][probe], {"mark": "circle", "hollow": True})
-                )
+                drawn += [(f"{probe} measured", points_speed, points[node][probe], {"mark": "circle", "hollow": True})]
             for label, at, values, style in drawn:
                 kept = _thinned(len(at), MOST_POINTS)
                 x, values, about = per * at[kept], factor * values[kept], (label, i % 6)
@@ -78,7 +68,7 @@ def campbell_chart(data, kinds, criticals, operating=None):
     for i, (label, chosen) in enumerate(kinds):
         chosen = chosen & (frequency < 2.5 * speed[-1] / (2 * np.pi))
         if chosen.any():
-            series.append(curve(label, (0, 4, 1)[i], per * every[chosen], frequency[chosen], mark="circle", size=1.6))
+            series.append(curve(label, (0, 2, 1)[i], per * every[chosen], frequency[chosen], mark="circle", size=1.6))
     ends = np.array([speed[0], speed[-1]])
     series.append(curve("1X", 6, per * ends, ends / (2 * np.pi), line=True, dash=[2, 3]))
     at = np.array([one.speed for one in criticals])
@@ -93,16 +83,10 @@ def campbell_chart(data, kinds, criticals, operating=None):
 def speed_view(name, speed, node, harmonic, spectra, std, start=(0, 0), axes=None, told=None, sigma=(), signals=None):
     """Orbit, waveform, full spectrum and residual at the speed and node that a reader chooses.
 
-    name                  : of the place on the page
-    speed, node, harmonic : array; of the spectra; rad/s
-    spectra               : name -> (label, colour, (speed, node, harmonic) complex, m), the measured one first
-    std                   : name -> (speed, node, harmonic) m, standard deviations of some of them
-    start                 : (int, int); positions of the speed and the node shown first
-    axes                  : `mark_rad`, and `clearance_m` (node -> radius); see `axes_of` (optional)
-    told                  : list of str; what to say after each speed (optional)
-    sigma                 : sequence of (label, colour, (speed, node, harmonic)); residuals in standard deviations
-    signals               : callable; position of a speed -> what to show instead of the sum of the harmonics, for each
-                            node, or None (optional)
+    spectra : name -> (label, colour, (speed, node, harmonic) complex, m), the measured one first;  std : of some, m
+    start   : positions of the speed and node shown first;  axes : of `axes_of`;  told : what to say after each speed
+    sigma   : [(label, colour, (speed, node, harmonic))], residuals in standard deviations
+    signals : position of a speed -> what to show of each node instead of the sum of the harmonics, or None
     """
     unit, factor = shown_unit("m")
     kept, axes = _thinned(len(speed), MOST_SPEEDS), axes or {}
@@ -128,7 +112,7 @@ def speed_view(name, speed, node, harmonic, spectra, std, start=(0, 0), axes=Non
 
 
 def axes_of(model, rig):
-    """What the charts need of a model and its rig, as JSON for the attribute `axes` of a Dataset: mark, clearances."""
+    """What charts need of a model and its rig, JSON for the attribute `axes` of a Dataset: mark, clearances, probes."""
     clearance = {}
     for item in rig.get("bearings") or []:
         if isinstance(radius := item.get("radial_clearance_m"), (int, float)):
@@ -137,12 +121,19 @@ def axes_of(model, rig):
     return json.dumps({"mark_rad": float(model.structure.reading.mark_rad), "clearance_m": clearance, "probes": probes})
 
 
-def along_probes(directions, mark, harmonic, amplitude):
-    """{probe: (speed,) complex} of 1X along probes; amplitude (speed, harmonic) complex, phase leading the mark."""
-    order = list(harmonic)
-    forward, backward = (amplitude[:, order.index(n)] for n in (1, -1))
-    turned = {probe: np.exp(-1j * at) for probe, at in directions.items()}
-    return {probe: np.exp(1j * mark) * (t * forward + np.conj(t * backward)) for probe, t in turned.items()}
+def is_sweep(speed, harmonic):
+    """Whether 1X along probes can be drawn over speed."""
+    return len(speed) >= FEWEST_SPEEDS and {1, -1} <= set(np.asarray(harmonic).tolist())
+
+
+def along_probes(axes, node, harmonic, amplitude):
+    """{node: {probe: (speed,) complex}} of 1X; axes of `axes_of`, amplitude (speed, harmonic, node)."""
+    order, found, mark = list(harmonic), {}, np.exp(1j * axes["mark_rad"])
+    for i, one in enumerate(node):
+        forward, backward = (amplitude[:, order.index(n), i] for n in (1, -1))
+        turned = {probe: np.exp(-1j * at) for probe, at in axes["probes"][str(one)].items()}
+        found[one] = {probe: mark * (t * forward + np.conj(t * backward)) for probe, t in turned.items()}
+    return found
 
 
 def deviations(spectrum):

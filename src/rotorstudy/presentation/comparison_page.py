@@ -2,12 +2,11 @@
 
 from pathlib import Path
 
-from rotorstudy.chunks import gathered
 from rotorstudy.presentation.comparison_figures import comparison_figures
 from rotorstudy.presentation.pages import to_index
 from rotorstudy.presentation.plots import save_figures
 from rotorstudy.presentation.tables import write_csv, write_html
-from rotorstudy.store import load, provenance, save
+from rotorstudy.store import gathered, load, provenance, save
 from rotorstudy.studies.comparison import estimates as accuracy
 from rotorstudy.studies.comparison.config import load_comparison
 from rotorstudy.studies.comparison.ranking import (

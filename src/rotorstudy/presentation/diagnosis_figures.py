@@ -79,7 +79,7 @@ def _map_axes(ax, data, order):
     ax.set_xticks(np.arange(len(harmonics)) + 0.5, [f"{n}X" for n in harmonics], rotation=90)
     step = int(np.ceil(len(speeds) / MOST_TICKS))
     held_out = data.held_out.values
-    labels = [own_unit(w) + ("*" if held else "") for w, held in zip(speeds, held_out, strict=True)]
+    labels = [own_unit(w) + "*" * int(held) for w, held in zip(speeds, held_out, strict=True)]
     ax.set_yticks(np.arange(len(speeds))[::step] + 0.5, labels[::step])
 
 

@@ -19,7 +19,7 @@ from rotorstudy.model.shown_units import shown_for
 from rotorstudy.presentation.charts import axes_of
 from rotorstudy.presentation.diagnosis_figures import diagnosis_figures
 from rotorstudy.presentation.diagnosis_page import diagnosis_page
-from rotorstudy.presentation.plots import save_figures
+from rotorstudy.presentation.plots import save_pictures
 from rotorstudy.store import partial_path, provenance, save, write_text
 
 
@@ -60,18 +60,11 @@ def diagnose_files(
 def write_diagnosis(verdict, data, rig, out, first=None, name=None, links=None, states=None):
     """Write a diagnosis into the folder `out`, all of it or nothing.
 
-    verdict     : with its provenance
-    data        : xarray.Dataset; from `verdict_dataset`
-    rig         : the extended rig
-    first       : name -> figure, those of `CHANGE_FIGURES` in a comparison of two states (optional)
-    name, links : as `diagnose_files` takes them (optional)
-    states      : as `diagnosis_page` takes it (optional)
+    data : of `verdict_dataset`;  rig : extended;  first : {name: figure} of `CHANGE_FIGURES`;  states : of their charts
     """
     given = verdict.provenance["rig"]
     with whole_folder(out) as folder, shown_for(rig, given):
-        figures = (first or {}) | diagnosis_figures(verdict, data)
-        png, svg = ({name: folder / "figures" / f"{name}.{kind}" for name in figures} for kind in ("png", "svg"))
-        save_figures(figures, [*png.values(), *svg.values()])
+        png = save_pictures((first or {}) | diagnosis_figures(verdict, data), folder / "figures")
         save(data, folder / "verdict.nc")
         write_rig(rig, folder / "extended_rig.yaml", f"{given} after a diagnosis of its records\n{verdict.summary}")
         page = diagnosis_page(verdict, data, png, name or Path(given).stem, links, states)

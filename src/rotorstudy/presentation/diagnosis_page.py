@@ -3,8 +3,6 @@
 import json
 import re
 
-import numpy as np
-
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable, sizes
 from rotorstudy.diagnosis.verdict.steps import known_and_not, next_steps, separated
 from rotorstudy.diagnosis.verdict.words import (
@@ -14,71 +12,77 @@ from rotorstudy.diagnosis.verdict.words import (
     smallest_detected,
 )
 from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES
-from rotorstudy.presentation.charts import along_probes, bode_charts, speed_view
+from rotorstudy.presentation.charts import along_probes, bode_charts, is_sweep, speed_view
 from rotorstudy.presentation.diagnosis_figures import shown_speed, worst_nodes
-from rotorstudy.presentation.pages import inline_png, render
+from rotorstudy.presentation.pages import pictures, render
 from rotorstudy.presentation.tables import cells
 from rotorstudy.store import as_complex
 from rotorstudy.units import p_value, percent, probability, quantity, spins
 
 MOST_LIMITS = 12  # detection limits on the page, the lowest first; all are in verdict.json
-FEWEST_SPEEDS = 8  # of a Bode plot
 LEAST_SAID = 1e-3  # probability that the true cause is no effect of the library that a reader should know
 NAMED = 6  # parameters in a list; more are counted by their kind
-CHANGED = {
-    "nothing": "nothing",
-    "cause": "the cause is identified",
-    "ambiguous": "more than one cause is possible",
-    "unknown": "an unknown cause",
-}
-HEADINGS = {
-    "nothing": "nothing is missing",
-    "cause": "a cause is identified",
-    "ambiguous": "more than one cause is possible",
-    "unknown": "an unknown effect is missing",
+HEADINGS = {  # of a diagnosis, and of a comparison
+    "nothing": ("nothing is missing", "nothing"),
+    "cause": ("a cause is identified", "the cause is identified"),
+    "ambiguous": ("more than one cause is possible",) * 2,
+    "unknown": ("an unknown effect is missing", "an unknown cause"),
 }
 
 
 def diagnosis_page(verdict, data, figures, title, links=None, states=None):
     """The page as HTML.
 
-    data    : xarray.Dataset; the content of verdict.nc
-    figures : name -> PNG (path or bytes), for each name of `DIAGNOSIS_FIGURES`; in a comparison of two states of
-              `CHANGE_FIGURES` too
-    title   : what was diagnosed
-    links   : text -> address of pages to go to from the top (optional)
-    states  : charts of both states of a comparison, of `charts.speed_view` (optional)
+    data : the content of verdict.nc;  figures : name -> PNG (path or bytes), of a comparison also of `CHANGE_FIGURES`
+    title : what was diagnosed;  links : text -> address of pages to go to from the top;  states : charts of both states
     """
     import pandas as pd
 
+    axes = json.loads(data.attrs.get("axes", "{}"))
     labels = dict(zip(data.parameter.values.tolist(), data.label.values.tolist(), strict=True))
     limits = detection_limits(verdict)
     card, of_change = verdict.identifiability, "two_states" in figures
     tables = {
-        "unexplained": _unexplained(verdict),
-        "moved": _moved(verdict, labels),
-        "limits": _limits(limits[:MOST_LIMITS]),
-        "settings": [{"setting": key, "value": _setting(value)} for key, value in verdict.settings],
+        "unexplained": (
+            ("harmonic", "node", "share of the residual (%)", "standard deviations"),
+            [(f"{row.harmonic}X", row.node, 100 * row.share, row.sigma) for row in verdict.unexplained],
+        ),
+        "moved": (
+            ("parameter", "stated", "fitted", "moved (stated standard deviations)"),
+            [
+                (
+                    labels[row.name],
+                    quantity(row.stated, row.unit, row.stated_std),
+                    quantity(row.value, row.unit, row.std),
+                    row.moved_sigma,
+                )
+                for row in verdict.base_parameters
+            ],
+        ),
+        "limits": (
+            ("effect", "parameter", "smallest detected", "relative to a typical one"),
+            [
+                (place(row), readable(row.parameter), quantity(row.amplitude, row.unit), row.of_typical)
+                for row in limits[:MOST_LIMITS]
+            ],
+        ),
+        "settings": (("setting", "value"), [(key, _setting(value)) for key, value in verdict.settings]),
     }
     return render(
         "diagnosis.html",
-        title=_title(title, verdict.verdict, of_change),
+        title=f"{'What changed in' if of_change else 'Diagnosis of'} {title}: {HEADINGS[verdict.verdict][of_change]}",
         links=links or {},
         verdict=verdict,
         glance=_glance(verdict, of_change),
         next_steps=next_steps(verdict, of_change),
         hides=_hides(verdict),
-        view=_view(data, of_change),
+        view=_view(data, of_change, axes),
         states=states,
-        bode=_bode(data),
+        bode=_bode(data, axes),
         alternatives=[_with_probability(cause_in_words(c), c) for c in verdict.ambiguous_with],
         excluded=excluded_in_words(verdict) if verdict.verdict in ("cause", "ambiguous") else [],
         separated=separated(verdict) if verdict.ambiguous_with else {},
-        figures={
-            name: {"title": heading, "caption": caption, "source": inline_png(figures[name])}
-            for name, (heading, caption) in (CHANGE_FIGURES | DIAGNOSIS_FIGURES).items()
-            if name in figures
-        },
+        figures=pictures(figures, CHANGE_FIGURES | DIAGNOSIS_FIGURES),
         left=_left(verdict),
         limits_note="The smallest amplitudes that are detected with a probability of 95 %, the lowest "
         f"{min(MOST_LIMITS, len(limits))} of {len(limits)} (all in verdict.json). Anything smaller may go undetected.",
@@ -91,7 +95,7 @@ def diagnosis_page(verdict, data, figures, title, links=None, states=None):
             ),
         },
         origin=_origin(verdict, data),
-        **{name: cells(pd.DataFrame(rows), 3) for name, rows in tables.items()},
+        **{name: cells(pd.DataFrame(rows, columns=heads), 3) for name, (heads, rows) in tables.items()},
     )
 
 
@@ -126,16 +130,13 @@ def _hides(verdict):
     return said
 
 
-def _view(data, of_change):
+def _view(data, of_change, axes):
     """The charts of the speed and node that a reader chooses: measured, base, extended."""
     here = data.transpose("speed", "node", "harmonic", ...)
     labels = ("change, measured", "nothing changed", "with the cause") if of_change else (
         "measured", "rig as given, fitted", "with what was added")  # fmt: skip
-    hues = (6, 1, 0)
-    spectra = {
-        name: (label, hue, as_complex(here[name]))
-        for name, label, hue in zip(("measured", "base", "extended"), labels, hues, strict=True)
-    }
+    said = zip(("measured", "base", "extended"), labels, (6, 1, 0), strict=True)
+    spectra = {name: (label, hue, as_complex(here[name])) for name, label, hue in said}
     return speed_view(
         "diagnosis",
         data.speed.values,
@@ -144,43 +145,32 @@ def _view(data, of_change):
         spectra,
         {"measured": here.standard_deviation.values},
         (shown_speed(data), int(worst_nodes(data, 1)[0])),
-        json.loads(data.attrs.get("axes", "{}")),
+        axes,
         ["held out of every fit" if held else "fitted" for held in data.held_out.values],
         [(labels[1], 1, here.residual_before.values), (labels[2], 0, here.residual_after.values)],
     )
 
 
-def _bode(data):
+def _bode(data, axes):
     """Bode plots of the models with the measured points; None with few speeds, or without 1X and -1X."""
-    axes = json.loads(data.attrs.get("axes", "{}"))
-    if data.sizes["speed"] < FEWEST_SPEEDS or not {1, -1} <= set(data.harmonic.values.tolist()) or "probes" not in axes:
+    if not is_sweep(data.speed, data.harmonic) or "probes" not in axes:
         return None
-    order = np.argsort(data.speed.values)
-    here = data.isel(speed=order).transpose("speed", "harmonic", "node", ...)
-    curves, points = {}, {}
-    for i, node in enumerate(data.node.values.tolist()):
-        of = {
-            name: along_probes(
-                axes["probes"][str(node)], axes["mark_rad"], data.harmonic.values, as_complex(here[name])[..., i]
-            )
-            for name in ("measured", "base", "extended")
+    here = data.sortby("speed").transpose("speed", "harmonic", "node", ...)
+    nodes, harmonics, speed = here.node.values.tolist(), here.harmonic.values, here.speed.values
+    of = {n: along_probes(axes, nodes, harmonics, as_complex(here[n])) for n in ("measured", "base", "extended")}
+
+    def beside(names):
+        return {
+            node: {
+                f"{probe}, {label}": one
+                for name, label in zip(names, ("rig", "with cause"), strict=True)
+                for probe, one in of[name][node].items()
+            }
+            for node in nodes
         }
-        curves[node] = {
-            f"{probe}, {label}": one
-            for name, label in (("base", "rig"), ("extended", "with cause"))
-            for probe, one in of[name].items()
-        }
-        points[node] = {
-            f"{probe}, {label}": of["measured"][probe] for label in ("rig", "with cause") for probe in of["measured"]
-        }
-    speed = here.speed.values
+
+    curves, points = beside(("base", "extended")), beside(("measured", "measured"))
     return bode_charts("bode", speed, curves, points, points_speed=speed)
-
-
-def _title(name, kind, of_change):
-    if of_change:
-        return f"What changed in {name}: {CHANGED[kind]}"
-    return f"Diagnosis of {name}: {HEADINGS[kind]}"
 
 
 def _with_probability(text, cause):
@@ -216,42 +206,6 @@ def _left(verdict):
         f"{added}: residual {p_value(verdict.residual_p_value.after)}; {percent(verdict.residual_share)} of the excess "
         "error (rms) is left."
     )
-
-
-def _unexplained(verdict):
-    return [
-        {
-            "harmonic": f"{row.harmonic}X",
-            "node": row.node,
-            "share of the residual (%)": 100 * row.share,
-            "standard deviations": row.sigma,
-        }
-        for row in verdict.unexplained
-    ]
-
-
-def _moved(verdict, labels):
-    return [
-        {
-            "parameter": labels[row.name],
-            "stated": quantity(row.stated, row.unit, row.stated_std),
-            "fitted": quantity(row.value, row.unit, row.std),
-            "moved (stated standard deviations)": row.moved_sigma,
-        }
-        for row in verdict.base_parameters
-    ]
-
-
-def _limits(limits):
-    return [
-        {
-            "effect": place(row),
-            "parameter": readable(row.parameter),
-            "smallest detected": quantity(row.amplitude, row.unit),
-            "relative to a typical one": row.of_typical,
-        }
-        for row in limits
-    ]
 
 
 def _setting(value):

@@ -4,7 +4,7 @@ import json
 import re
 from pathlib import Path
 
-from rotorstudy.blind.glance import sentences
+from rotorstudy.blind.criteria import sentences
 from rotorstudy.presentation.pages import render
 from rotorstudy.store import load, write_text
 from rotorstudy.studies.comparison.ranking import FIRST, in_sentences
@@ -118,7 +118,7 @@ def _of_scoreboard(path):
     return [f"Of {counts.sum()} printed values: {', '.join(f'{count} {status}' for status, count in counts.items())}."]
 
 
-def _of_answers(path):
+def _of_criteria(path):
     import pandas as pd
 
     return sentences(pd.read_csv(path))
@@ -155,7 +155,7 @@ USUAL_NOISE = 1.0  # percent
 QUOTED = (  # heading, file, its sentences, and beside it a picture and a page; in the order of the page
     ("Diagnosis of measured records: {name}", "diagnosis/*/verdict.json", _of_verdict,
      "figures/before_and_after.png", "index.html"),
-    ("How often the diagnosis is right", "blind/answers.csv", _of_answers, "figures/answers.png", "criteria.html"),
+    ("How often the diagnosis is right", "blind/criteria.csv", _of_criteria, "figures/answers.png", "criteria.html"),
     ("The smallest crack that is found", "chapter_7/limits.nc", _of_limits, "figures/smallest_crack.png",
      "figures/smallest_crack.png"),
     ("Which method for which data", "compare/advice.csv", _of_advice, "figures/spectra.png", "advice.html"),

@@ -42,6 +42,12 @@ def address(page: str | Path, target: str | Path) -> str:
     return Path(os.path.relpath(target, Path(page).parent)).as_posix()
 
 
+def pictures(files, titles):
+    """{name: title, caption, source} of figures; files: name -> PNG, titles: name -> (title, caption), in order."""
+    shown = {name: told for name, told in titles.items() if name in files}
+    return {name: {"title": a, "caption": b, "source": inline_png(files[name])} for name, (a, b) in shown.items()}
+
+
 def inline_png(picture: bytes | str | Path) -> str:
     """A PNG, as bytes or the path of a file, as a data URI for `<img src>`."""
     content = picture if isinstance(picture, bytes) else Path(picture).read_bytes()

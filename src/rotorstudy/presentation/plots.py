@@ -116,6 +116,13 @@ def png_bytes(picture, dpi=80):
     return stream.getvalue()
 
 
+def save_pictures(figures, folder):
+    """Write figures as PNG and SVG into a folder; {name: path of the PNG}."""
+    for name, picture in figures.items():
+        save_figure(picture, folder / f"{name}.png", folder / f"{name}.svg")
+    return {name: folder / f"{name}.png" for name in figures}
+
+
 def save_figures(figures, paths):
     """Write every figure to the files of its name."""
     for name, files in files_by_name("figure", figures, paths).items():

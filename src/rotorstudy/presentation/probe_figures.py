@@ -4,7 +4,9 @@ from textwrap import fill
 
 import numpy as np
 
-from rotorstudy.presentation.plots import COLOURS, figure
+from rotorstudy.measurement.conventions import read_conventions
+from rotorstudy.model.rig import read_rig
+from rotorstudy.presentation.plots import COLOURS, figure, save_figure
 
 PROBE, LABEL = 1.45, 1.95  # radii at which a probe ends and its name stands, the shaft being 1
 APART = 0.42  # rad between two labels, the width of one at that radius
@@ -12,6 +14,16 @@ SPREADS, TINY = 100, 1e-3  # rounds in which labels are moved apart, and how far
 MOST = 6  # nodes drawn
 CHARACTERS = 36  # of a title above one node
 BLANK = {"facecolor": "w", "edgecolor": "none", "pad": 0.5}  # behind a text
+
+
+def draw_probes(rig_path, path):
+    """Draw the probes of a rig file to a file; its path, None if it has none."""
+    rig = read_rig(rig_path)
+    conventions = read_conventions(rig.given, str(rig.path))
+    if not conventions.probes:
+        return None
+    save_figure(probe_picture(conventions, rig.model.structure.nodes, rig.model.structure.labels), path)
+    return path
 
 
 def probe_picture(conventions, nodes, labels=None):

@@ -1,11 +1,20 @@
 """The quality page: findings, facts and charts of every record, in one self-contained file."""
 
+import json
+
 import numpy as np
 
-from rotorstudy.measurement.facts import NodeFacts, RecordFacts, facts_of
-from rotorstudy.measurement.findings import SEVERITIES
+from rotorstudy.measurement.findings import SEVERITIES, NodeFacts, RecordFacts, facts_of
 from rotorstudy.presentation.bode_figures import bode, polar
-from rotorstudy.presentation.charts import along_probes, bode_charts, deviations, rounded, speed_view
+from rotorstudy.presentation.charts import (
+    along_probes,
+    axes_of,
+    bode_charts,
+    deviations,
+    is_sweep,
+    rounded,
+    speed_view,
+)
 from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.plots import png_bytes
 from rotorstudy.presentation.tables import cells
@@ -14,26 +23,23 @@ from rotorstudy.units import shown_unit
 
 SHOWN_REVOLUTIONS = 4  # of the waveform
 MOST_SAMPLES = 480  # of it that are drawn
-FEWEST_SPEEDS = 8  # of a Bode plot
 SHARP = 110  # dpi; these pictures are few
 
 
 def write_page(measurement, path, title):
     """Write the quality page of a Measurement to a file; title : heading of the page."""
-    records = [{"record": one.where, **_named(one, RecordFacts)} for one in measurement.facts]
-    nodes = [
-        {"record": one.where, "node": node, **_named(facts, NodeFacts)}
-        for one in measurement.facts
-        for node, facts in one.nodes.items()
-    ]
+    records, nodes = [], []
+    for one in measurement.facts:
+        records.append({"record": one.where, **_named(one, RecordFacts)})
+        nodes += [{"record": one.where, "node": at, **_named(its, NodeFacts)} for at, its in one.nodes.items()]
     page = render(
         "quality.html",
         title=title,
         findings=measurement.findings,
         counts={kind: sum(f.severity == kind for f in measurement.findings) for kind in SEVERITIES},
-        records=cells(_known(records), 4),
-        nodes=cells(_known(nodes), 4),
-        bode=measurement.spectrum and _bode(measurement.spectrum, measurement.rig.structure.reading),
+        records=_table(records),
+        nodes=_table(nodes),
+        bode=measurement.spectrum and _bode(measurement.spectrum, json.loads(axes_of(measurement.rig, {}))),
         view=measurement.spectrum and _view(measurement),
     )
     write_text(path, page)
@@ -48,11 +54,11 @@ def _named(facts, kind):
     return found
 
 
-def _known(rows):
-    """A DataFrame of rows without the columns of facts that none has; those of a table of harmonics are few."""
+def _table(rows):
+    """Rows of facts without the columns that none has; those of a table of harmonics are few."""
     import pandas as pd
 
-    return pd.DataFrame(rows).dropna(axis="columns", how="all")
+    return cells(pd.DataFrame(rows).dropna(axis="columns", how="all"), 4)
 
 
 def _view(measurement):
@@ -93,15 +99,15 @@ def _signals(record, mark):
     return found
 
 
-def _bode(spectrum, reading):
+def _bode(spectrum, axes):
     """Charts and static pictures of 1X over speed along each probe; None with few speeds, or without 1X and -1X."""
-    if len(spectrum.speed) < FEWEST_SPEEDS or not {1, -1} <= set(spectrum.harmonics.tolist()):
+    if not is_sweep(spectrum.speed, spectrum.harmonics):
         return None
     order = np.argsort(spectrum.speed)
-    speed, curves = spectrum.speed[order], {}
-    for i, node in enumerate(spectrum.sensors):
-        probes = reading.probes_at(node)
-        curves[node] = along_probes(probes, reading.mark_rad, spectrum.harmonics, spectrum.amplitude[order, :, i])
+    speed, curves = (
+        spectrum.speed[order],
+        along_probes(axes, spectrum.sensors, spectrum.harmonics, spectrum.amplitude[order]),
+    )
     pictures = {
         title: inline_png(png_bytes(draw(speed, curves), SHARP))
         for title, draw in (("Bode plot", bode), ("Polar plot", polar))

@@ -123,7 +123,7 @@ def campbell(analysis, bands=()):
     speeds = np.broadcast_to(per * speed[:, None], frequency.shape)
     for i, (label, chosen) in enumerate(whirl_kinds(data)):
         if chosen.any():
-            panel.plot(speeds[chosen], frequency[chosen], ".", color=COLOURS[(0, 4, 1)[i]], markersize=2.5, label=label)
+            panel.plot(speeds[chosen], frequency[chosen], ".", color=COLOURS[(0, 2, 1)[i]], markersize=2.5, label=label)
     panel.plot(per * speed, speed / (2 * np.pi), ":", color="0.4", label="1X")
     marks = np.array([one.speed for one in analysis.resonant])
     if len(marks):
@@ -202,7 +202,8 @@ def stability(analysis):
         axes[1, 0].plot(data.speed.values * per, decrement, ".", color=COLOURS[0], markersize=3)
         axes[1, 0].axhline(LEAST_DECREMENT, color="0.4", linestyle=":", label=f"API 617: {LEAST_DECREMENT:g}")
         axes[1, 0].set_ylabel("logarithmic decrement,\nfirst forward mode (1)")
-        axes[1, 0].set_ylim(top=min(1.0, 1.1 * max(LEAST_DECREMENT, np.nanmax(decrement))))
+        largest = max(LEAST_DECREMENT, *decrement[decrement < 1])
+        axes[1, 0].set_ylim(0 if (decrement[np.isfinite(decrement)] > 0).all() else None, 1.1 * largest)
         axes[1, 0].legend()
     for panel in axes[:, 0]:
         panel.axhline(0, color="k", linewidth=0.8)

@@ -7,12 +7,12 @@ import numpy as np
 from rotorstudy.errors import unknown_name
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.files import kind_of
-from rotorstudy.measurement.gaps import gap_positions
 from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.measurement.tables import gap_positions
 from rotorstudy.model.rig import read_rig
 from rotorstudy.model.shown_units import shown_for
 from rotorstudy.presentation.diagnosis_files import whole_folder
-from rotorstudy.presentation.plots import save_figures
+from rotorstudy.presentation.plots import save_pictures
 from rotorstudy.presentation.rotor_figures import rotor_figures
 from rotorstudy.presentation.rotor_page import rotor_page
 from rotorstudy.store import provenance, save, write_text
@@ -55,9 +55,7 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
     analysis = analysis._replace(centrelines=centrelines(model, shown, from_rest))
     with whole_folder(out) as folder, shown_for(rig.given, str(rig_path)):
         log.info("drawing")
-        figures = rotor_figures(rig, analysis, measured, operating)
-        png, svg = ({name: folder / "figures" / f"{name}.{kind}" for name in figures} for kind in ("png", "svg"))
-        save_figures(figures, [*png.values(), *svg.values()])
+        png = save_pictures(rotor_figures(rig, analysis, measured, operating), folder / "figures")
         attributes = {**provenance(rig.given, rig.plugins), "rig": str(rig_path)}
         save(analysis.data.assign_attrs(attributes), folder / "rotor.nc")
         write_text(folder / "index.html", rotor_page(analysis, png, rig.path.stem, operating, measured))

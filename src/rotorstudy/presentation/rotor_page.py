@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from rotorstudy.presentation.captions import ROTOR_FIGURES
+from rotorstudy.presentation.captions import MEASURED_FIGURES, ROTOR_FIGURES
 from rotorstudy.presentation.charts import bode_charts, campbell_chart
-from rotorstudy.presentation.pages import inline_png, render
+from rotorstudy.presentation.pages import pictures, render
 from rotorstudy.presentation.rotor_figures import by_probe, whirl_kinds, whirl_name
 from rotorstudy.presentation.tables import cells
 from rotorstudy.response.resonance import required_margin, separation_margin
@@ -17,6 +17,7 @@ MOST_EFFECTS = 8  # on the least stable mode, the largest
 RIGID = 1e-3  # of the weight: what the bearings do not carry beyond that is carried by rigid supports
 ROUND_OFF = 1e-9  # of the weight
 OIL_WHIRL, LITTLE_DAMPED = (0.35, 0.55), 0.3  # frequency over speed, and logarithmic decrement below which it is said
+OVERDAMPED = 10.0  # logarithmic decrement that is not worth a number
 FAR = 0.15  # of the clearance: three times what an error of 10 % in clearance or viscosity moves a journal
 SAME_RESONANCE = 0.05  # a peak of a probe within this of a critical speed is that of its mode
 
@@ -40,17 +41,10 @@ def rotor_page(analysis, figures, title, operating=None, measured=None):
         analysis=analysis,
         summary=summary(analysis),
         operating=operating and " to ".join(_speed(w) for w in operating),
-        figures={
-            name: {"title": ROTOR_FIGURES[name][0], "caption": _caption(name, measured), "source": inline_png(png)}
-            for name, png in figures.items()
-        },
+        figures=pictures(figures, ROTOR_FIGURES | MEASURED_FIGURES if measured else ROTOR_FIGURES),
         charts=_charts(analysis, operating, measured),
         tables={name: cells(pd.DataFrame(rows), 4) if rows else None for name, rows in found.items()},
     )
-
-
-def _caption(name, measured):
-    return ROTOR_FIGURES[name][1] + " Symbols: measured." * (name in ("bode", "polar") and measured is not None)
 
 
 def _speed(speed, unit=True):
@@ -121,13 +115,14 @@ def _stability(analysis):
         return []
     share = margin.frequency / margin.speed
     mode = f"the first forward mode ({_speed(margin.frequency)}, {percent(share, 2)} of the speed)"
+    decrement = number(margin.log_decrement, 3) if margin.log_decrement < OVERDAMPED else f"over {OVERDAMPED:g}"
     found = [
-        f"At {_speed(margin.speed)} {mode} has the logarithmic decrement {number(margin.log_decrement, 3)}; API 617 "
+        f"At {_speed(margin.speed)} {mode} has the logarithmic decrement {decrement}; API 617 "
         f"asks for {LEAST_DECREMENT:g} with the cross-coupling that the machine is expected to have."
     ]
     if margin.cross_coupling:
         bears = f"Cross-coupling of {quantity(margin.cross_coupling, 'N/m')} at node {margin.node} takes it to zero"
-        found.append(f"{bears}; API 617 (level 1) asks for more than twice what is expected there, else for level 2.")
+        found.append(f"{bears}; unless that is more than twice what is expected there, API 617 asks for level 2.")
     if margin.on_films and OIL_WHIRL[0] < share < OIL_WHIRL[1] and margin.log_decrement < LITTLE_DAMPED:
         found.append(
             "Oil whirl: a forward mode near half of the speed is driven by the films. Watch for a line at "

@@ -24,9 +24,8 @@ DIFFERENCE = 1e-6  # step of the central differences relative to the motion: an 
 class Tangent(NamedTuple):
     """Linearisation about the steady states at some speeds.
 
-    slope : (speed, component, component) derivative of the force harmonics with respect to the motion, N/m
-    reply : (speed, harmonic, dof, component) motion by a unit force, m/N
-    seen  : (coordinate, dof) the coordinates that the forces depend on
+    slope : (speed, component, component) derivative of the force harmonics by the motion, N/m
+    reply : (speed, harmonic, dof, component) motion by a unit force;  seen : (coordinate, dof) what the forces see
     """
 
     slope: np.ndarray
@@ -56,10 +55,7 @@ def _one_revolution(harmonics):
 
 
 def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
-    """Columns of one unit of each of some NonlinearForce at displacement harmonics (..., speed, harmonic, dof), m.
-
-    These are about the deflection (dof,) or (..., speed, dof); harmonics not listed are taken as zero.
-    """
+    """Columns of one unit of some NonlinearForce at harmonics (..., speed, harmonic, dof), m, about a deflection."""
     (angle, basis), deflection = one_revolution(harmonics), np.asarray(deflection)
     rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
     found, in_time = [], {}
@@ -77,7 +73,7 @@ def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
 def affine_error(force, amplitudes, speed, harmonics, deflection):
     """Share (rms) of a nonlinear force that no affine function of the displacement, one for all speeds, describes.
 
-    It is zero where a contact stays open or closed: it is then a constant force and a stiffness.
+    Zero where a contact stays open or closed.
     """
     angle, basis = one_revolution(harmonics)
     rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
@@ -104,12 +100,10 @@ def _complex(components, coordinates):
 
 
 def steady_states(forces, speed, harmonics, deflection, linear, reply):
-    """Harmonics (speed, harmonic, dof) under nonlinear forces at some speeds, and the Tangent there.
+    """Harmonics (speed, harmonic, dof) under forces [(amplitude, NonlinearForce)], and the Tangent there.
 
-    forces : list of (amplitude, NonlinearForce);  speed : (speed,) rad/s;  deflection : (speed, dof) m
-    linear : (speed, harmonic, dof) motion without them, m
+    linear : (speed, harmonic, dof) motion without them, about the deflection (speed, dof), m
     reply  : (speed, harmonic, dof, component) motion by a unit force on each component of those they depend on
-    raises : NoSteadyState if the continuation from the linear response fails
     """
     system = _System(forces, speed, harmonics, deflection, linear, reply)
     x, share, growth = system.start.copy(), np.zeros(len(speed)), np.ones(len(speed))
@@ -134,8 +128,7 @@ def steady_states(forces, speed, harmonics, deflection, linear, reply):
 class _System:
     """The equations x = start + share * receptance @ force(x) at all speeds; arguments as for `steady_states`.
 
-    x (speed, component) are the harmonics of the coordinates that the forces depend on, m; share is that of the forces
-    in the continuation.
+    x (speed, component) are the harmonics that the forces depend on, m; share is that of the continuation.
     """
 
     def __init__(self, forces, speed, harmonics, deflection, linear, reply):
@@ -158,10 +151,7 @@ class _System:
         )
 
     def _force_and_slope(self, x, at):
-        """Force (speed, component), N, and its slope (speed, component, component), N/m, at some of the speeds.
-
-        The force changes by df = p dz + q conj(dz): p_{m-n} acts on a_n, and q_{m+n} on conj(a_n).
-        """
+        """Force (speed, component), N, and its slope, N/m, at some of the speeds; df = p dz + q conj(dz)."""
         a, turn, rates, still = _complex(x, len(self.seen)), self.speed[at, None, None], self.rate[at], self.still[at]
         z, v = self.basis @ a + still, self.basis @ (rates[..., None] * a)
         largest = np.swapaxes(np.abs(a).max(axis=1), 0, 1)[..., None, None]

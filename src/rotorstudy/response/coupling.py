@@ -36,10 +36,10 @@ def check_harmonics(harmonics):
 class Layout:
     """Which unknowns are solved together; q are the displacement harmonics and w_n = conj(q_{-n}).
 
-    harmonics : (harmonic,) all harmonics carried; unknown i is q of harmonic i, unknown i + H is w of harmonic i
-    groups    : arrays (block, member) of unknowns; every block of a group has the same size
-    doubled   : True if the w_n are carried
-    mirrors   : for each group, whether its w_n replace the q_{-n} of conjugate blocks, which are not solved again
+    harmonics : (harmonic,) all carried; unknown i is q of harmonic i, unknown i + H is w of harmonic i
+    groups    : arrays (block, member) of unknowns
+    doubled   : whether the w_n are carried
+    mirrors   : of each group, whether its w_n replace the q_{-n} of conjugate blocks, which are not solved again
     """
 
     harmonics: np.ndarray
@@ -66,10 +66,7 @@ def layout_without_turning(model, blocks):
 
 
 def layout_of_forced(model, blocks):
-    """The Layout of the harmonics on which a force can act; the motion at the others is zero.
-
-    It is that of all, if coefficients turn with the shaft or forces are nonlinear, which couple all harmonics.
-    """
+    """The Layout of the harmonics on which a force can act, the motion at others being zero; of all if all couple."""
     moving = frozenset((e.is_conjugate, e.shift) for u in model.rotor_unknowns for e in u.entries if e.reads_motion)
     if model.nonlinear_forces or any(shift for _, shift in moving):
         return blocks
@@ -155,10 +152,7 @@ def _links(mirrored, shift, carried, doubled):
 
 @lru_cache(maxsize=4096)
 def linked_members(blocks, mirrored, shift):
-    """For each group, the couplings of an entry: harmonic of the equation, whether it is of w, block, row and column.
-
-    The last three (link, 1) broadcast against the nonzero elements of the entry's matrix.
-    """
+    """For each group, the couplings of an entry: harmonic of the equation, whether it is of w, block, row, column."""
     count = len(blocks.harmonics)
     row, column, n = _links(mirrored, shift, tuple(blocks.harmonics.tolist()), blocks.doubled)
     found = []

@@ -15,15 +15,15 @@ WIDEST = 0.25  # of the unknowns: bandwidth below which it is
 def factorised(matrices, order=None):
     """Function from right sides (..., n, column) to solutions of systems (..., n, n), complex, which it may overwrite.
 
-    LinAlgError if one is singular. order : (n,) in which the unknowns are taken, so that coupled ones lie close
+    order : (n,) in which the unknowns are taken, so that coupled ones lie close
     """
     count = matrices.shape[-1]
     if count < FEWEST:
         return partial(np.linalg.solve, matrices)
     order = np.arange(count) if order is None else order
     coupled = np.any(matrices != 0, axis=tuple(range(matrices.ndim - 2)))
-    band = narrow_band(coupled[np.ix_(order, order)])
-    if band is None:
+    band = bandwidth(coupled[np.ix_(order, order)])
+    if not has_narrow_band(band, count):
         return _one_by_one(_dense, matrices)
     systems, back = factorised_bands(stored_by_band(matrices, band, order)), np.argsort(order)
     return lambda right: systems(right[..., order, :])[..., back, :]
@@ -36,16 +36,8 @@ def factorised_bands(stored):
 
 def bandwidth(matrices):
     """Largest distance from the diagonal of an element that is not zero in one of the matrices (..., n, n)."""
-    used = np.any(matrices.reshape(-1, *matrices.shape[-2:]) != 0, axis=0)
-    row, column = np.nonzero(used)
+    row, column = np.nonzero(np.any(matrices.reshape(-1, *matrices.shape[-2:]) != 0, axis=0))
     return int(np.abs(row - column).max(initial=0))
-
-
-def narrow_band(*matrices):
-    """Bandwidth of all these matrices (..., n, n), or None if a dense solution is as fast."""
-    count = matrices[0].shape[-1]
-    band = max(map(bandwidth, matrices)) if count >= FEWEST else count
-    return band if has_narrow_band(band, count) else None
 
 
 def has_narrow_band(band, count):

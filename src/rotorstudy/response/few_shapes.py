@@ -26,12 +26,7 @@ def _kept_shapes(model, theta):
 def shapes(model: Model, theta: np.ndarray) -> np.ndarray:
     """Shapes (dof, shape) of which the free motion consists, at right angles and of unit mass.
 
-    The lowest `MODES` of the shaft and the deflections by a unit of each load that effects and bearings exert; of a
-    shaft with fewer coordinates all modes.
-
-    References
-    ----------
-    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2006, ch. 17: modes and attachment modes.
+    The lowest `MODES` of the shaft and the deflections by loads of effects: Craig and Kurdila 2006, ch. 17.
     """
     from scipy.linalg import eigh, orth
 

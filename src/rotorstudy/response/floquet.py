@@ -7,9 +7,8 @@ crack opened by the vibration, a contact) has the slopes that it takes along the
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotorstudy.errors import RigError
+from rotorstudy.errors import RigError, RotorstudyError
 from rotorstudy.model.model import Model
-from rotorstudy.response.coefficients import time_matrices
 from rotorstudy.response.coupling import COUPLED_ORDER, check_speed
 from rotorstudy.response.few_shapes import shapes
 from rotorstudy.response.neighbourhood import carried_motion
@@ -28,19 +27,12 @@ def varies_in_time(model):
 
 
 def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None = None) -> np.ndarray:
-    """Growth rate of the fastest growing free motion of a model whose coefficients vary over a revolution.
+    """Growth rate (speed,), 1/s, of the fastest growing free motion if coefficients vary over a revolution.
 
-    The logarithm of the largest multiplier of one revolution, over its duration. The motion is integrated in real x and
-    y by the exponential midpoint rule: the exact motion with the coefficients at the middle of each step. Modes far
-    above the speed, of which the shaft has many, grow as with the mean coefficients, and follow the other modes
-    statically. Constant coefficients leave no error at all; of the rotor of Chapter 6 with a crack of 40 % the result
-    is within 2 % of that with all modes integrated.
-
-    model   : Model;  speed : (speed,) spin speeds in rad/s
-    theta   : (parameter,) amplitudes in the units of `model.units`; the model's own by default
-    returns : (speed,) in 1/s; unstable if > 0
-    raises  : RotorstudyError for an effect without a time-domain form, NoSteadyState if nonlinear forces leave none
-    source  : Hochbruck and Ostermann, Acta Numerica 19 (2010) 209, sec. 3 (Magnus integrators)
+    The logarithm of the largest multiplier of one revolution, over its duration. The motion is integrated in x and y by
+    the exponential midpoint rule (Hochbruck and Ostermann 2010, Acta Numerica 19, sec. 3). Modes far above the speed
+    grow as with the mean coefficients, and follow the others statically; the result is then within 2 % for the rotor of
+    Chapter 6 with a crack of 40 %.
     """
     model, theta = model.at(theta)
     return np.array([_growth_of_one_turn(model, float(w), theta) for w in check_speed(speed)])
@@ -79,11 +71,7 @@ def _folds(model):
 
 
 def _slow_and_fast(rates, frequency):
-    """Matrices (instant, slow, slow) of the states below a frequency, rad/s, which the others follow statically, and
-    the eigenvalues (fast,) of the others with mean coefficients, 1/s.
-
-    rates : (instant, state, state)
-    """
+    """Matrices (instant, slow, slow) of states below a frequency, and eigenvalues (fast,) of those that follow."""
     from scipy.linalg import schur, solve_sylvester
 
     mean = rates.mean(axis=0)
@@ -115,8 +103,7 @@ def _steady_state(model, theta, speed):
 def _accelerations(model, theta, speed, turned, kept, along):
     """Accelerations of x and y by x, y and their velocities, (instant, state / 2, state), at fractions of a revolution.
 
-    turned : (instant,);  kept : (dof, shape) of which the motion consists
-    along : the Motion about which nonlinear forces are linearised, None without such forces
+    kept : (dof, shape) of which the motion consists;  along : the Motion about which nonlinear forces are linearised
     """
     own, still = model.matrices(theta), np.zeros(len(model.structure.dofs))
     _, stiffness, damping, mass = time_matrices(model, theta, speed, still)
@@ -164,3 +151,27 @@ def _slopes(force, along, speed, turned, kept):
         columns = np.stack(columns, axis=-1)
         found.append(seen.T @ np.concatenate([columns.real, columns.imag], axis=-2) @ seen)
     return found
+
+
+def time_matrices(model, theta, speed, deflection):
+    """Sums of the entries of effects, cracks and bearings by shift, as they act on the right-hand side.
+
+    The constant force {shift: (dof,)}, N, at the static deflection (dof,), and stiffness, damping and mass, each {"z"
+    or "conj": {shift: (dof, dof)}}. Numbers of the rotor are in `model.matrices`, exactly, and not here.
+    """
+    constant, on_motion = {}, [{"z": {}, "conj": {}} for _ in range(3)]
+    for position, unknown in model.acting:
+        for entry in unknown.entries:
+            if entry.frequency_only:
+                raise RotorstudyError(
+                    f"{unknown.name!r} is defined in the frequency domain only: it cannot be integrated in time"
+                )
+            amount = theta[position] * entry.gain_at(speed, 0) * np.asarray(entry.matrix)
+            if not entry.reads_motion:
+                target = constant
+                if not entry.is_constant:
+                    amount = amount @ (np.conj(deflection) if entry.is_conjugate else deflection)
+            else:
+                target = on_motion[entry.order][entry.on]
+            target[entry.shift] = target.get(entry.shift, 0) + amount
+    return constant, *on_motion

@@ -22,11 +22,7 @@ NUMBERS_AT_ONCE = 5e7  # complex numbers in the matrices of one solve, 0.8 GB; a
 
 
 class Linearised(NamedTuple):
-    """A response and its derivatives with respect to the amplitudes.
-
-    response : (..., speed, harmonic, dof or sensor) complex, m (rad for tilts)
-    jacobian : (..., speed, harmonic, dof or sensor, parameter) complex, m per unit of each amplitude
-    """
+    """A response (..., speed, harmonic, dof or sensor), m (rad), and its derivatives (..., parameter) per unit."""
 
     response: np.ndarray
     jacobian: np.ndarray
@@ -143,16 +139,8 @@ def positions(harmonics, blocks):
     return np.searchsorted(blocks.harmonics, harmonics)
 
 
-def reference_of(unknown, deflection):
-    """The static deflection that an amplitude acts on: none for bearings, whose static force balances the load."""
-    return None if unknown.carries else deflection
-
-
 def static_force(model, theta, speed, carried, deflection, *, constant=True):
-    """Force harmonics (..., speed, harmonic, dof), N, at the static deflection.
-
-    constant : also what it does not change
-    """
+    """Force harmonics (..., speed, harmonic, dof), N, at a static deflection; all, or what it changes."""
     own = theta[..., [p for p, _ in model.acting]]
     return model.table.static_force(own, speed, carried, deflection, constant=constant)
 
@@ -224,10 +212,7 @@ def _carried_about(still, model, speed, theta, blocks, jacobian, kept):
 
 
 def _columns_of_the_rotor(model, theta, speed, carried, found, kept):
-    """Derivatives (number, ..., speed, harmonic, dof) of the force by the numbers of the rotor; zero except at `kept`.
-
-    What acts on coordinates that are condensed is passed on to the others.
-    """
+    """Derivatives (number, ..., speed, harmonic, dof) of the force by the numbers of the rotor, all on those `kept`."""
     varied, gone = model.varied, np.setdiff1d(np.arange(found.shape[-1]), kept)
     slopes = varied.variation.slopes_at(theta[..., varied.positions])
     if len(gone):

@@ -5,8 +5,8 @@ from numpy.typing import ArrayLike
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
-from rotorstudy.response.coefficients import time_matrices
 from rotorstudy.response.coupling import check_speed, forced_harmonics
+from rotorstudy.response.floquet import time_matrices
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.series import rotating_basis
 from rotorstudy.response.stability import state_matrix
@@ -17,14 +17,7 @@ ABSOLUTE_TOLERANCE = 1e-16  # m and m/s; displacements here are micrometres
 
 
 def force_in_time(entries, speed, time, displacement, velocity=None, acceleration=None, deflection=None):
-    """Force of the entries of an effect at a given motion.
-
-    speed        : rad/s; time : (time,) s
-    displacement : (time, dof) complex, m, including the static deflection; derivatives alike
-    deflection   : (dof,) static deflection, m, for entries that act on it
-    returns      : (time, row) complex, N
-    raises       : RotorstudyError for an effect that is defined in the frequency domain only
-    """
+    """Force (time, row), N, of the entries of an effect at a motion (time, dof), m, deflection (dof,) included."""
     motion = (displacement, velocity, acceleration)
     total = 0
     for entry in entries:
@@ -119,8 +112,7 @@ def time_response(
 def _equations(model, theta, speed, reference):
     """Shifts (shift,), forces (shift, dof * column) by what acts with each, and a function to the acceleration (dof,).
 
-    It takes the force (dof,) and the turns e^{j shift w t} (shift,). The columns are by z, conj(z), their derivatives
-    and, the last one, by 1; reference : (dof,) static deflection, m
+    Columns are by z, conj(z), their derivatives, and 1. The function takes the force and the turns e^{j shift w t}.
     """
     own, dof = model.matrices(theta), len(model.structure.dofs)
     constant, stiffness, damping, mass = time_matrices(model, theta, speed, reference)
@@ -154,15 +146,9 @@ def _accelerated(inertia, shifts):
 
 
 def transient_response(model, speed, time, theta=None, *, start=None):
-    """Exact motion of a time-invariant model from rest at the static deflection, or from `start`.
+    """Exact motion (time, dof) of a time-invariant model, m, from rest or `start` (displacement and velocity (dof,)).
 
     Steady state plus the whirl modes excited by the start: without integration error, and as fast at late times.
-
-    speed   : rad/s
-    time    : (time,) s after the start, in any order
-    start   : (displacement (dof,), velocity (dof,)) at time 0
-    returns : (time, dof) complex displacement from the static deflection, m (rad for tilts)
-    raises  : RotorstudyError if the model is time-varying at constant speed (use `time_response`)
     """
     speed = float(check_speed(speed)[0])
     harmonics, dof = forced_harmonics(model), len(model.structure.dofs)

@@ -102,11 +102,7 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
 
 
 def _kept_response(earlier, theta, of, state):
-    """The Linearised response state(earlier, theta), not to be changed: explanations of a change share the last few.
-
-    earlier : Model, one object for all explanations, see `Model.plus`;  theta : (..., parameter)
-    of      : tuple of all else that the response depends on
-    """
+    """The Linearised response state(earlier, theta), not to be changed: explanations of a change share the last few."""
     key, recent = (theta.shape, theta.tobytes(), *of), earlier.recent
     if key not in recent:
         found = with_its_bearings(state, earlier, theta)
@@ -147,11 +143,7 @@ def _shown(model, speed, harmonics, theta, order, jacobian):
 
 
 def at_sensors(model, speed, theta, carried, found, derivatives=None):
-    """Displacements (..., speed, harmonic, sensor), m, from the stated zero, and their derivatives if these are given.
-
-    found, derivatives : (..., dof) and (..., dof, parameter) from the static deflection; 0X is changed if displacements
-                         count from the unloaded line
-    """
+    """Displacements (..., speed, harmonic, sensor), m, from the stated zero, and their derivatives if given."""
     true = model.seen(found)
     derivatives = None if derivatives is None else model.seen(derivatives, axis=-2)
     if model.from_unloaded_line:

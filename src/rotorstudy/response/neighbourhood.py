@@ -25,11 +25,7 @@ def _kept_table(unknowns, size, motion):
 
 
 class Motion(NamedTuple):
-    """A steady motion.
-
-    amplitude  : (speed, harmonic, dof) complex, about the deflection, m; harmonics as carried by `Neighbourhood`
-    deflection : (..., dof) static deflection, m
-    """
+    """A steady motion: amplitude (speed, harmonic, dof), m, at the harmonics carried, about a deflection (..., dof)."""
 
     amplitude: np.ndarray
     deflection: np.ndarray
@@ -47,9 +43,7 @@ def carried_motion(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
 class Neighbourhood:
     """The neighbourhood of a model: what forces that it does not contain add to its motion and measured harmonics.
 
-    To first order, as the added motion does not act back on these forces.
-
-    model, speed, harmonics, theta : as for `harmonic_response`;  harmonics -order..order are carried
+    To first order, as the added motion does not act back on these forces. Harmonics -order..order are carried.
     """
 
     def __init__(self, model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
@@ -75,8 +69,7 @@ class Neighbourhood:
     def shown_by_units(self):
         """Measured harmonics (coordinate, speed, component, harmonic * sensor) by a unit force on a coordinate, m/N.
 
-        The components are the real and imaginary part of each carried harmonic. By the adjoint system, of which one
-        solution for each sensor and harmonic says what it shows of forces anywhere.
+        By the adjoint system: one solution for each sensor and harmonic says what it shows of forces anywhere.
         """
         carried, dof, speeds = len(self.blocks.harmonics), len(self.model.structure.dofs), len(self.speed)
         sensors, shown = self.model.seen(np.eye(dof)).T, positions(self.harmonics, self.blocks)
@@ -102,10 +95,7 @@ class Neighbourhood:
         return np.concatenate([np.moveaxis(self._solved(np.moveaxis(part, 0, -1)), -1, 0) for part in parts])
 
     def _moved(self, columns, count):
-        """Measured harmonics (speed, harmonic, sensor, unknown) by the Columns of a number of unknowns.
-
-        They are taken coordinate by coordinate.
-        """
+        """Measured harmonics (speed, harmonic, sensor, unknown) by the Columns of a number of unknowns."""
         speeds = len(self.speed)
         found = np.zeros((speeds, count, len(self.harmonics) * len(self.model.measured)), complex)
         for coordinate in np.unique(columns.row):
@@ -116,11 +106,9 @@ class Neighbourhood:
         return np.moveaxis(found.reshape(speeds, count, len(self.harmonics), -1), 1, -1)
 
     def changes_by_forces(self, groups):
-        """First-order change of the measured harmonics by one unit of amplitudes of forces that the model lacks.
+        """Change (speed, harmonic, sensor, unknown), m, of measured harmonics by one unit of forces not in the model.
 
-        groups  : list of (list of Unknown, Motion on which they act or None for that of the model); with the motion
-                  that results, the change is exact
-        returns : (speed, harmonic, sensor, unknown) complex, m per unit; the unknowns of the groups follow one another
+        groups : [(Unknowns, Motion on which they act or None for that of the model)]; exact at the motion that results
         """
         most = max(1, COLUMNS_AT_ONCE // (len(self.speed) * len(self.blocks.harmonics)))
         together, found, parts = max(1, MOTION_AT_ONCE // self.motion.amplitude.size), [self._no_changes], [[]]

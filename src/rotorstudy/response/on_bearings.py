@@ -22,11 +22,10 @@ FEWER_BY = 3  # times as many coordinates as those touched: with more of these, 
 class OnBearings(NamedTuple):
     """A group of blocks; a block has some harmonics (members) that are solved together.
 
-    alone      : motion of the rotor, held by springs, by a force, both (..., speed, block, member, dof, column)
-    columns    : (..., speed, block, member, dof, coordinate) its receptances to forces on those touched, m/N
-    touched    : (coordinate,) positions of the coordinates on which bearings act
-    reaction   : (..., speed, block, member * coordinate, member * coordinate) force of the bearings less the springs by
-                 the motion that the rotor would have, N/m
+    alone    : motion of the rotor, held by springs, by a force, both (..., speed, block, member, dof, column)
+    columns  : (..., speed, block, member, dof, coordinate) its receptances to forces on those touched, m/N
+    touched  : (coordinate,) positions of the coordinates on which bearings act
+    reaction : (..., member * coordinate, member * coordinate) force of bearings less springs by that motion, N/m
     """
 
     alone: Callable
@@ -59,12 +58,10 @@ def diagonal_blocks(matrix, size):
 
 
 def on_bearings(alone, added, touched, springs, band=None):
-    """The OnBearings of a group.
+    """The OnBearings of a group; LinAlgError if the rotor resonates without its bearings.
 
-    alone   : (..., speed, block, member, dof, dof) dynamic stiffness of the rotor; `stored_by_band` if that is given
-    added   : (..., speed, block, member * coordinate, member * coordinate) that of the bearings
-    springs : (coordinate,) stiffness of the springs, N/m
-    raises  : LinAlgError if the rotor resonates without its bearings, so that digits would be lost
+    alone : (..., speed, block, member, dof, dof) dynamic stiffness of the rotor, `stored_by_band` if that is given
+    added : (..., speed, block, member * coordinate, ...) of the bearings;  springs : (coordinate,) N/m
     """
     members, count = alone.shape[-3], len(touched)
     held = alone.copy()

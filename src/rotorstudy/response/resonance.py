@@ -9,12 +9,7 @@ UNCRITICAL = 2.5  # amplification factor below which a resonance is critically d
 
 
 class Peak(NamedTuple):
-    """A resonance in an amplitude over speed.
-
-    speed         : rad/s
-    amplitude     : there, in the unit of the amplitude
-    amplification : speed over the width of the peak at 1/sqrt(2) of it; NaN if it does not fall so far on both sides
-    """
+    """A resonance in an amplitude over speed, rad/s; amplification is NaN where a half-power point is not reached."""
 
     speed: float
     amplitude: float
@@ -22,10 +17,7 @@ class Peak(NamedTuple):
 
 
 def peaks(speed, amplitude):
-    """The Peaks of an amplitude (speed,) over speeds, rad/s, so close that half-power points can be interpolated.
-
-    API RP 684, Figure 1-1: the amplification factor is N_c / (N_2 - N_1).
-    """
+    """The Peaks of an amplitude over closely spaced speeds; amplification N_c / (N_2 - N_1), API RP 684, Figure 1-1."""
     from scipy.signal import find_peaks
 
     found = []
@@ -54,10 +46,9 @@ def separation_margin(speed, operating):
 
 
 def required_margin(peak, operating):
-    """Separation margin that API 617 asks for at a Peak, relative to the nearer end of the operating range.
+    """Separation margin that API 617 (8th ed., part 1, 4.8.2.10) asks for, relative to the nearer end of the range.
 
-    0 for an amplification factor below 2.5, NaN if it is not known. API 617, 8th edition, part 1, 4.8.2.10: 17 (1 -
-    1/(AF - 1.5)) % below the range, 10 % more above it, of which at most 16 % and 26 % are asked for.
+    17 (1 - 1/(AF - 1.5)) %, at most 16 %, below the range; 10 % more above it; 0 for AF < 2.5, NaN if not known.
     """
     if np.isnan(peak.amplification):
         return np.nan

@@ -7,12 +7,7 @@ import numpy as np
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.entries import Entry
 from rotorstudy.response.coupling import gather, layout_without_turning, linked_members, mirrored_unknown, own_harmonic
-from rotorstudy.response.factorised import (
-    factorised,
-    factorised_bands,
-    has_narrow_band,
-    stored_by_band,
-)
+from rotorstudy.response.factorised import factorised, factorised_bands, has_narrow_band, stored_by_band
 from rotorstudy.response.on_bearings import are_few, diagonal_blocks, on_bearings, touched_by
 from rotorstudy.response.turning import turning
 
@@ -22,14 +17,9 @@ CONDENSED_AT_MOST = 1e4  # ratio of the condensed part to the stiffness; above i
 
 
 def operator(model, theta, speed, blocks, kept=None, *, turning=True, adjoint=False):
-    """Dynamic stiffness D of each group, D q = force; without the coefficients that turn, unless `turning`.
+    """Dynamic stiffness D (..., speed, block, member * dof, member * dof) of each group, D q = force; or its adjoint.
 
-    theta   : (..., rotor parameter)
-    speed   : (speed,) rad/s
-    kept    : positions of the coordinates kept (default: all); the others, on which no force acts, are condensed
-    adjoint : whether the conjugate transpose of D is returned
-    returns : list of (..., speed, block, member * dof, member * dof) complex
-    raises  : LinAlgError if the condensed coordinates resonate by themselves, so that digits would be lost
+    kept : coordinates kept, by default all; the others, without force, are condensed, LinAlgError where they resonate
     """
     kept = np.arange(len(model.structure.dofs)) if kept is None else kept
     patterns = [*model.table.patterns, *(model.table.turning_patterns if turning else ())]
@@ -130,9 +120,7 @@ def _each(matrices, change):
 def solver(model, theta, speed, blocks, kept=None, *, adjoint=False):
     """Function from force to motion, both (..., speed, harmonic, dof, column), and the coordinates where it is nonzero.
 
-    theta   : (..., rotor parameter);  speed : (speed,) rad/s;  kept : see `operator`; all coordinates by default
-    adjoint : whether the function is the adjoint of that: of the sum over real parts times real parts and imaginary
-              ones times imaginary ones
+    adjoint : of the sum over real parts times real parts and imaginary parts times imaginary ones
     """
     dof = len(model.structure.dofs)
     if kept is None or _band(model) is not None:  # condensing a slender shaft takes longer than solving it
@@ -170,10 +158,7 @@ def solver(model, theta, speed, blocks, kept=None, *, adjoint=False):
 
 
 def _systems(model, theta, speed, blocks, kept, *, turning, adjoint):
-    """Function from force to motion, both (..., speed, harmonic, kept, column); NaN where the rotor resonates.
-
-    raises : LinAlgError as `operator`
-    """
+    """Function from force to motion, both (..., speed, harmonic, kept, column); NaN where the rotor resonates."""
     groups = (
         None if turning and model.table.turning_patterns else _on_bearings(model, theta, speed, blocks, kept, adjoint)
     )
@@ -193,10 +178,7 @@ def _systems(model, theta, speed, blocks, kept, *, turning, adjoint):
 
 
 def _on_bearings(model, theta, speed, blocks, kept, adjoint):
-    """For each group the motion by a force, from the receptances of the rotor; None if that saves or gives nothing.
-
-    Where more than bearings is on z, such as the damping of the shaft, all that is on z belongs to the rotor.
-    """
+    """For each group the motion by a force, from the receptances of the rotor; None if that saves or gives nothing."""
     patterns, support, own = model.table.patterns, model.structure.support, []
     members = max(group.shape[1] for group in blocks.groups)
     if not are_few(touched_by(patterns), len(kept), members):

@@ -16,12 +16,9 @@ SLOWEST_GROWTH = 1e-6  # per revolution; slower growth is round-off of an undamp
 
 
 def state_matrix(model, speed, theta=None, shapes=None):
-    """State matrix A of the time-invariant model, d/dt (q, q') = A (q, q').
+    """State matrix A (speed, state, state) of a time-invariant, linear model, d/dt (q, q') = A (q, q').
 
-    speed   : (speed,) rad/s
-    shapes  : (dof, shape) of which the motion consists, whose amplitudes are then q; all coordinates by default
-    returns : (speed, state, state) complex, SI; with entries on conj(z), q is replaced by q stacked on conj(q)
-    raises  : RotorstudyError if the model is time-varying at constant speed (an open or breathing crack) or nonlinear
+    With entries on conj(z), q is q stacked on conj(q); with shapes (dof, shape) it is their amplitudes.
     """
     speed = check_speed(speed)
     model, theta = model.at(theta)
@@ -155,8 +152,7 @@ def stability_threshold(
 def damping_of_effects(model, speed, theta=None):
     """{effect with its label: what it adds to the growth rate of the least stable mode, 1/s}, the largest first.
 
-    The derivative of the eigenvalue times the amplitudes of the effect. Effects on stiffness and mass act through the
-    shape of the mode, so the sum is not the growth rate itself.
+    The derivative of the eigenvalue times the amplitudes. As modes change too, the sum is not the growth rate itself.
     """
     theta = np.asarray(model.theta if theta is None else theta, float)
     shapes = few_shapes(model, theta)

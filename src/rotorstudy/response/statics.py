@@ -15,11 +15,7 @@ NUMBERS_AT_ONCE = 1e7  # complex numbers in the matrices of the speeds taken tog
 
 
 class Deflection(NamedTuple):
-    """Static deflection and its derivatives.
-
-    value   : (dof,) or (..., speed, dof) complex, m (rad for tilts)
-    changes : position in `theta` of each amplitude that carries load -> derivative (..., speed, dof), m per unit
-    """
+    """Static deflection (dof,) or (..., speed, dof), m (rad for tilts), and position in `theta` -> its derivative."""
 
     value: np.ndarray
     changes: dict
@@ -59,11 +55,9 @@ def static_loads(model, deflection, speed):
 
 
 def static_deflection(model, speed, theta, *, jacobian=False):
-    """Deflection under the static load, (K + K_bearings) q = f.
+    """Deflection under the static load, (K + K_bearings) q = f; NoSteadyState if the bearings do not carry it.
 
-    speed : (speed,) rad/s, for bearings that depend on it
     theta : (..., parameter), of which only the amplitudes that carry load matter
-    raises : NoSteadyState if the bearings do not carry the load
     """
     model, theta = model.at(theta)
     structure, varied, held = model.structure, model.varied, model.held_deflection
@@ -108,11 +102,7 @@ def static_deflection(model, speed, theta, *, jacobian=False):
 
 
 class _Spring(NamedTuple):
-    """What one unit of an amplitude adds to the force at rest, minus a stiffness.
-
-    row, column : (element,) int, places in the matrix;  value : (speed, element) complex, N/m
-    is_conjugate : whether it acts on the conjugate of the deflection
-    """
+    """Force at rest by one unit of an amplitude: `value` (speed, element), N/m, at row and column (element,)."""
 
     row: np.ndarray
     column: np.ndarray

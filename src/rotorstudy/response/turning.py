@@ -28,21 +28,15 @@ class Turning(NamedTuple):
     closed: np.ndarray
 
     def added_to(self, found):
-        """Motion (..., speed, harmonic, dof, column) with the turning coefficients, from that without them.
-
-        raises : LinAlgError if the rotor resonates
-        """
+        """Motion (..., speed, harmonic, dof, column) with the turning coefficients, from that without them."""
         motion = np.linalg.solve(self.closed, _components(found[..., self.touched, :]))
         return found + _replied(self.own, self.other, self.force @ motion)
 
 
 def turning(model, theta, speed, harmonics, solved, adjoint=False):
-    """The Turning of a model.
+    """The Turning of a model at harmonics -order..order.
 
-    theta     : (..., rotor parameter);  speed : (speed,) rad/s
-    harmonics : (harmonic,) carried, -order..order
-    solved    : force (..., speed, harmonic, dof, column) -> motion of the rotor without the turning coefficients
-    adjoint   : whether that is the adjoint function; then the Turning is that of the adjoint one with them
+    solved : force (..., speed, harmonic, dof, column) -> motion without the turning coefficients, or its adjoint
     """
     touched = model.table.turned
     own, other = replies(np.eye(len(model.structure.dofs))[touched], (*theta.shape[:-1], len(speed)), harmonics, solved)
@@ -53,10 +47,7 @@ def turning(model, theta, speed, harmonics, solved, adjoint=False):
 
 
 def replies(rows, lead, harmonics, solved):
-    """Motion (*lead, harmonic, dof, part * row) at harmonic n by unit forces along rows (row, dof) at n, and at -n.
-
-    lead : leading dimensions, the last that of speeds;  solved : as for `turning`, couples no others than n and -n
-    """
+    """Motion (*lead, harmonic, dof, part * row) at harmonic n by unit forces along rows (row, dof) at n, and at -n."""
     unit = np.zeros(
         (len(harmonics), rows.shape[1], 2, 2, len(rows)), complex
     )  # on n >= 0, or n < 0; real, or imaginary

@@ -33,11 +33,7 @@ def is_held_in_frequency(model):
 
 
 def synchronous(model):
-    """The model with what is stated in frequency only as stiffness and damping at the spin speed.
-
-    That is exact for a motion at the spin speed, and so for the critical speeds of unbalance; a whirl at another
-    frequency is approximate.
-    """
+    """The model with what is stated in frequency only as at the spin speed: exact for critical speeds of unbalance."""
 
     def split(parameter):
         entries = [part for entry in parameter.entries for part in _stiffness_and_damping(entry)]
@@ -137,11 +133,9 @@ def damped_modes(model, speed, count, theta=None):
 
 
 def whirl_modes(model, speed, theta=None):
-    """Whirl modes at one speed, in order of frequency, normalised to a largest component of 1.
+    """Eigenvalues (mode,), 1/s, at one speed in order of frequency, and shapes (mode, dof) of largest component 1.
 
-    speed   : rad/s
-    returns : eigenvalues (mode,) 1/s and shapes (mode, dof) complex; on anisotropic bearings (mode, 2 dof), where the
-              second half is the motion of opposite whirl direction
+    On anisotropic bearings they are (mode, 2 dof), the second half of the opposite whirl direction.
     """
     few = few_shapes(model, theta)
     values, vectors = np.linalg.eig(state_matrix(model, [speed], theta, few)[0])
@@ -154,14 +148,9 @@ def whirl_modes(model, speed, theta=None):
 
 
 def critical_speeds(model, up_to, orders=(1,), theta=None, speeds=None):
-    """Speeds at which a whirl frequency equals a multiple of the spin speed.
+    """Speeds (critical,), rad/s, for each order n at which a damped whirl frequency is n times the spin speed.
 
-    model   : Model, time-invariant, see `time_invariant`;  up_to : highest speed, rad/s
-    orders  : sequence of int, n > 0 forward, n < 0 backward; n = 1 are the critical speeds of unbalance
-    theta   : (parameter,) amplitudes, SI; the model's own by default
-    speeds  : (speed,) between which crossings are sought, rad/s, ascending; 600 up to `up_to` by default
-    returns : list of array (critical,), for each order, rad/s, ascending; damped frequencies are used, so an overdamped
-              mode has none
+    Of a time-invariant model; n > 0 is forward, 1 of unbalance; sought between `speeds` (speed,), ascending.
     """
     from scipy.optimize import brentq
 
@@ -196,7 +185,7 @@ def critical_speeds(model, up_to, orders=(1,), theta=None, speeds=None):
 def _followed(before, after):
     """Order (mode,) of the eigenvalues `after` in which each continues that of `before`, at the speed below it.
 
-    By frequency they would not: where a pair of overdamped motions begins to whirl, all others change places.
+    By frequency they would not: where overdamped motions begin to whirl, all others change places.
     """
     from scipy.optimize import linear_sum_assignment
 

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.chunks import chunk_of, gathered
 from rotorstudy.errors import NoConvergenceError, NoSteadyState
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.estimate import estimate_by, magnitude_and_phase
@@ -16,7 +15,7 @@ from rotorstudy.measurement.noise import MODELS, noise_std, noisy, standard_norm
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
-from rotorstudy.store import dataset
+from rotorstudy.store import chunk_of, dataset, gathered
 from rotorstudy.studies.common import (
     clean_spectrum,
     is_phase,

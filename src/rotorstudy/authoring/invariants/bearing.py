@@ -10,7 +10,7 @@ from rotorstudy.authoring.invariants.effect import TERM_CHECKS
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.model.model import Model
-from rotorstudy.model.option_numbers import number_paths, path_pattern
+from rotorstudy.model.rig_numbers import number_paths, path_pattern
 from rotorstudy.response.statics import static_deflection
 
 BEARING_HARMONICS = [1, 2, 3]

@@ -15,7 +15,7 @@ from rotorstudy.model.kinds import Crack, Effect
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_items import make_term
-from rotorstudy.model.shaft_parts import Section
+from rotorstudy.model.shaft import Section
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.measured import measured_response

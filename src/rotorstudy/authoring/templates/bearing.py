@@ -6,7 +6,6 @@ from rotorstudy.plugins import Bearing, Entry, Parameter, hookimpl
 def my_model(structure, node: int | None = None):
     """Spring with cross-coupling, and a damper: force -(k (1 + j/10) + c d/dt) z."""
     # Arguments after `structure` are options in the rig file; put the unit of a number in its name, as `length_m`.
-    node = structure.default_node() if node is None else node
     here = np.outer(structure.unit(node), structure.unit(node))
     # An entry is a force: matrix @ (d/dt)^order of z, of its conjugate (on="conj") or of a constant (on="one").
     # gain=lambda speed: ... makes it depend on the spin speed in rad/s, shift=k multiplies it by e^{jkwt}.

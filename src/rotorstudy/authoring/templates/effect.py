@@ -6,7 +6,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 def my_model(structure, node: int | None = None):
     """Drag that grows with the spin speed: force -c (w / 100) dz/dt, w in rad/s."""
     # Arguments after `structure` are options in the rig file; put the unit of a number in its name, as `length_m`.
-    here = structure.unit(structure.default_node() if node is None else node)
+    here = structure.unit(node)
     # An entry is a force: matrix @ (d/dt)^order of z, of its conjugate (on="conj") or of a constant (on="one").
     # gain=lambda speed: ... makes it depend on the spin speed in rad/s, shift=k multiplies it by e^{jkwt}.
     drag = Entry(-np.outer(here, here), order=1, gain=lambda speed: speed / 100)

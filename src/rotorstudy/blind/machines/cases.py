@@ -1,7 +1,7 @@
 """Cases: a random machine with one effect, its records as measured, and the truth about it."""
 
 from collections import ChainMap
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,23 +25,23 @@ RUNOUT = 0.01  # of an ordinary surface over the usual motion
 class Case:
     """A machine with one effect, as it is and as it was measured.
 
-    family          : of `faults.FAMILIES`, `forms.FORMS` or named otherwise; several joined by "+"
-    rotor           : Rotor or PointRotor, the true one without the effect
+    machine         : of `draw.MACHINES`;  rotor : the true one without the effect
     unbalance       : node (from 0) to complex moment, kg m
-    effects         : what was added, where and how large; nodes and elements from 1
+    effects         : what was added, where and how large; nodes and elements from 1;  changed : see `visibility`
     steady, healthy : Steady, true motion with and without it
     alone           : list of Steady, true motion with each effect alone
     sag, zero       : (coordinates,) rest position of the healthy machine, and where the probes read zero: there, or on
                       the unloaded line
-    nodes           : with probes, from 0;  probes : node to its two `Probe`
-    chain           : Chain;  records : see `measuring.record`
-    picture         : `rotation` and `gravity_angle_deg` of the rig file's angles;  truth : all of it in plain numbers
+    nodes           : with probes, from 0;  probes : node to its two `Probe`;  chain : Chain
+    fault           : of CHAIN_FAULTS, or None;  faulty_node : of which of them, from 1, or None
+    records         : see `measuring.record`;  picture : `rotation` and `gravity_angle_deg` of the rig file's angles
     """
 
-    family: str
+    machine: str
     rotor: Rotor | PointRotor
     unbalance: dict
     effects: list
+    changed: dict
     steady: Steady
     healthy: Steady
     alone: list
@@ -50,9 +50,10 @@ class Case:
     nodes: list
     probes: dict
     chain: Chain
+    fault: str | None
+    faulty_node: int | None
     records: dict
     picture: dict
-    truth: dict
 
 
 def machine_of(rotor, unbalance, speeds):
@@ -138,35 +139,20 @@ def visibility(case_steady, healthy, nodes, orders=range(-3, 4)):
 
 
 def draw_case(
-    seed,
-    family,
-    speeds=8,
-    steps=256,
-    modes=10,
-    chain_fault=None,
-    mass=None,
-    count=None,
-    visible=0.0,
-    tries=20,
-    machine="any",
-    severity=1.0,
-    known=KNOWN,
-    machines=MACHINES,
-):
-    """A random case.
+    seed, family, speeds=8, steps=256, modes=10, chain_fault=None, mass=None, count=None, visible=0.0, tries=20,
+    machine="any", severity=1.0, known=KNOWN, machines=MACHINES,
+):  # fmt: skip
+    """A random Case.
 
-    seed         : int or numpy.random.Generator
-    family       : of `known`; several on one machine joined by "+"
-    speeds       : how many
-    steps, modes : of the integration, see `stepping.steady_state`;  chain_fault : of `CHAIN_FAULTS`, or None
-    mass, count  : of the rotor, see `draw.draw_rotor`
+    seed, family : int or numpy.random.Generator; of `known`, several on one machine joined by "+"
+    speeds       : how many;  steps, modes : of the integration, see `stepping.steady_state`
+    chain_fault  : of `CHAIN_FAULTS`, or None;  mass, count : of the rotor `any`, see `draw.draw_rotor`
     visible      : least change of some harmonic but 0X by the effect, over the healthy 1X; a case that changes less (a
                    loose foot that the weight holds down, say) is drawn again. Of `SHOWN_BY_THE_MEAN` 0X counts too.
     tries        : machines drawn until one moves steadily and shows its effect; then NoSteadyState
-    machine      : one of `machines`; mass and count are for `any` alone
-    severity     : times the usual size, of the effects of `forms.FORMS`;  returns : Case
+    severity     : times the usual size, of the effects of `forms.FORMS`
     known        : name -> function that adds the effect to a `faults.Draw`
-    machines     : name -> function of a generator that gives the rotor
+    machine      : one of `machines`, name -> function of a generator that gives the rotor
     """
     if chain_fault not in (None, *CHAIN_FAULTS):
         raise ValueError(f"no fault of the chain: {chain_fault}")
@@ -207,46 +193,7 @@ def draw_case(
         "rotation": str(rng.choice(["with_angles", "against_angles"])),
         "gravity_angle_deg": float(rng.choice([0, 90, 180, 270])),
     }
-    truth = {
-        "family": family,
-        "effects": added,
-        "harmonics_changed": changed,
-        "chain_fault": chain_fault,
-        "faulty_node": None if wrong is None else wrong + 1,
-        "chain": asdict(chain),
-        "attempt": attempt,
-        "mass_kg": rotor.mass,
-        "first_frequency_rad_per_s": frequency,
-        "machine": machine,
-        "length_m": rotor.length,
-        "speeds_rad_per_s": speed.tolist(),
-        "floquet": steady.multipliers.tolist(),
-        "unbalance": [
-            {"node": node + 1, "moment_kg_m": abs(value), "phase_rad": float(np.angle(value))}
-            for node, value in unbalance.items()
-        ],
-        "youngs_modulus_Pa": rotor.youngs_modulus,
-        "bearings": [
-            {"node": b.node + 1, "stiffness_N_per_m": b.stiffness.tolist(), "damping_N_s_per_m": b.damping.tolist()}
-            for b in rotor.bearings
-        ],
-        "picture": picture,
-    }
     records = record(rng, steady, nodes, probes, chain, zero)
-    return Case(
-        family,
-        rotor,
-        unbalance,
-        added,
-        steady,
-        healthy,
-        alone or [steady],
-        sag,
-        zero,
-        nodes,
-        probes,
-        chain,
-        records,
-        picture,
-        truth,
-    )
+    faulty = None if wrong is None else wrong + 1
+    return Case(machine, rotor, unbalance, added, changed, steady, healthy, alone or [steady], sag, zero, nodes, probes,
+                chain, chain_fault, faulty, records, picture)  # fmt: skip

@@ -64,18 +64,18 @@ def add_rub(machine, node, stiffness, clearance, friction, radius, centre=(0.0, 
     return law
 
 
-class OneSidedLaw:
-    """Stiffness lost along a direction n while 0 < n y < gap: force +loss min(max(n y, 0), gap) n."""
+def one_sided(loss, gap, angle):
+    """Law of a stiffness lost along a direction n while 0 < n y < gap: force +loss min(max(n y, 0), gap) n."""
+    normal = np.array([np.cos(angle), np.sin(angle)])
 
-    def __init__(self, loss, gap, angle):
-        self.loss, self.gap, self.normal = loss, gap, np.array([np.cos(angle), np.sin(angle)])
-
-    def __call__(self, angle, y, v, speed):
-        w = y @ self.normal
-        force = self.loss * np.clip(w, 0.0, self.gap)[:, None] * self.normal
-        slope = np.where((w > 0) & (w < self.gap), self.loss, 0.0)
-        by_y = slope[:, None, None] * np.outer(self.normal, self.normal)
+    def law(turn, y, v, speed):
+        w = y @ normal
+        force = loss * np.clip(w, 0.0, gap)[:, None] * normal
+        slope = np.where((w > 0) & (w < gap), loss, 0.0)
+        by_y = slope[:, None, None] * np.outer(normal, normal)
         return force, by_y, np.zeros_like(by_y)
+
+    return law
 
 
 def add_one_sided_loss(machine, node, loss, angle):
@@ -84,7 +84,7 @@ def add_one_sided_loss(machine, node, loss, angle):
     Source: F. F. Ehrich, "High order subharmonic response of high speed rotors in bearing clearance", J. Vib. Acoust.
     110 (1988) 9-16.
     """
-    machine.local.append(LocalForce(at(machine, 4 * node), OneSidedLaw(loss, np.inf, angle), "one-sided loss"))
+    machine.local.append(LocalForce(at(machine, 4 * node), one_sided(loss, np.inf, angle), "one-sided loss"))
 
 
 def add_looseness(machine, coordinate, loss, gap, angle):
@@ -95,7 +95,7 @@ def add_looseness(machine, coordinate, loss, gap, angle):
     "Analytical and experimental simulation of loose pedestal dynamic effects on a rotating machine vibrational
     response", ASME DE 35 (1991) 11-17.
     """
-    machine.local.append(LocalForce(at(machine, coordinate), OneSidedLaw(loss, gap, angle), "looseness"))
+    machine.local.append(LocalForce(at(machine, coordinate), one_sided(loss, gap, angle), "looseness"))
 
 
 def add_cubic_bearing(machine, node, cubic):
@@ -132,23 +132,21 @@ def add_asymmetry(machine, elements, share, angle=0.0):
         machine.local.append(LocalForce(element_deformation(part, machine.size, number), law, "asymmetry"))
 
 
-class CouplingLaw:
-    """Coupling to an immovable driver: force K(angle) (offset - y), of lateral displacement and of slopes alike.
+def coupling(stiffness, share, offset, run_out):
+    """Law of a coupling to an immovable driver: force K(angle) (offset - y), of displacement and of slopes alike.
 
     K(angle) = stiffness (1 + share turned(angle)): the part `share` is stiffer along a direction that turns with the
     shaft, as of a coupling with two pins. `offset` is fixed (misalignment), `run_out` turns with the shaft (a hub bored
     off its centre).
     """
 
-    def __init__(self, stiffness, share, offset, run_out):
-        self.stiffness, self.share = stiffness, share
-        self.offset, self.run_out = offset, run_out
-
-    def __call__(self, angle, y, v, speed):
-        offset = self.offset + self.run_out * np.exp(1j * angle)
-        matrix = self.stiffness * (np.eye(2) + self.share * turned(angle))
+    def law(angle, y, v, speed):
+        off = offset + run_out * np.exp(1j * angle)
+        matrix = stiffness * (np.eye(2) + share * turned(angle))
         by_y = np.broadcast_to(-matrix, (len(y), 2, 2))
-        return (np.array([offset.real, offset.imag]) - y) @ matrix.T, by_y, np.zeros_like(by_y)
+        return (np.array([off.real, off.imag]) - y) @ matrix.T, by_y, np.zeros_like(by_y)
+
+    return law
 
 
 def add_parallel_misalignment(machine, node, stiffness, offset, run_out=0.0, share=0.0):
@@ -158,7 +156,7 @@ def add_parallel_misalignment(machine, node, stiffness, offset, run_out=0.0, sha
     Turbomachinery Symposium (1976) 111-116; A. S. Sekhar, B. S. Prabhu, "Effects of coupling misalignment on vibrations
     of rotating machinery", J. Sound Vib. 185 (1995) 655-671.
     """
-    law = CouplingLaw(stiffness, share, offset, run_out)
+    law = coupling(stiffness, share, offset, run_out)
     machine.local.append(LocalForce(at(machine, 4 * node), law, "parallel misalignment"))
 
 
@@ -170,5 +168,5 @@ def add_angular_misalignment(machine, node, stiffness, tilt, run_out=0.0, share=
     """
     selection = np.zeros((machine.size, 2))
     selection[4 * node + 3, 0], selection[4 * node + 2, 1] = 1.0, -1.0
-    law = CouplingLaw(stiffness, share, tilt, run_out)
+    law = coupling(stiffness, share, tilt, run_out)
     machine.local.append(LocalForce(selection, law, "angular misalignment"))

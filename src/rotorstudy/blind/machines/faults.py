@@ -82,6 +82,18 @@ class Draw:
         """Mean position without the effect, x and y, m."""
         return self.healthy.displacement[:, :, 4 * node : 4 * node + 2].mean(axis=(0, 1))
 
+    def stator(self, node, angle, reach, most):
+        """Offset (m) and centre of a stator that comes nearer until the healthy orbit reaches far enough (m).
+
+        most : largest offset over the vibration
+        """
+        side, rest, swing = np.array([np.cos(angle), np.sin(angle)]), self.rest(node), self.swing(node)
+        orbit = self.healthy.displacement[:, :, 4 * node : 4 * node + 2] - rest
+        for offset in np.linspace(0.0, most, 100 * most + 1) * swing:
+            if np.max(np.linalg.norm(orbit + offset * side, axis=2)) >= reach:
+                break
+        return offset, rest - offset * side
+
 
 def healthy(draw):
     return {}
@@ -145,12 +157,7 @@ def rub(draw):
     rng, node = draw.rng, draw.disc().node
     swing, angle = draw.swing(node), draw.angle()
     clearance, depth = swing * rng.uniform(0.7, 1.5), swing * rng.uniform(0.05, 0.3)
-    side, rest = np.array([np.cos(angle), np.sin(angle)]), draw.rest(node)
-    orbit = draw.healthy.displacement[:, :, 4 * node : 4 * node + 2] - rest
-    for offset in np.linspace(0.0, 3.0, 301) * swing:  # the stator comes nearer until the healthy orbit would touch it
-        if np.max(np.linalg.norm(orbit + offset * side, axis=2)) >= clearance + depth:
-            break
-    centre = rest - offset * side
+    offset, centre = draw.stator(node, angle, clearance + depth, 3)
     stiffness, friction = draw.stiffness * between(rng, 0.03, 0.5), float(rng.uniform(0.02, 0.2))
     radius = draw.rotor.diameter / 2
     slip = 0.02 * draw.frequency * radius

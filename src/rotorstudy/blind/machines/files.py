@@ -1,4 +1,4 @@
-"""A case on disk: the record (NetCDF), the rig file of the nominal machine, and the truth apart."""
+"""A case on disk: the record (NetCDF) and the rig file of the nominal machine."""
 
 import json
 from pathlib import Path
@@ -239,10 +239,8 @@ def rig_of(case, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, 
     }
 
 
-def write_case(
-    case, folder, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0, harmonics=None, with_truth=True
-):
-    """Write `record.nc`, `rig.yaml` of the nominal machine and, if asked for, `truth.json`.
+def write_case(case, folder, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0, harmonics=None):
+    """Write `record.nc` and `rig.yaml` of the nominal machine.
 
     modulus_error, bearing_error, unbalance_error : relative, of the nominal numbers, as drawn from the `seed`
     harmonics                                     : to be read; None: those of the format's default
@@ -252,7 +250,5 @@ def write_case(
     folder.mkdir(parents=True, exist_ok=True)
     rig = rig_of(case, modulus_error, bearing_error, unbalance_error, seed, harmonics)
     (folder / "rig.yaml").write_text(page(rig), encoding="utf-8")
-    if with_truth:
-        (folder / "truth.json").write_text(json.dumps(case.truth, indent=1), encoding="utf-8")
     dataset(case).to_netcdf(folder / "record.nc", encoding={"displacement": {"dtype": "float32"}})
     return folder

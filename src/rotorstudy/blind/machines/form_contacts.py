@@ -7,18 +7,18 @@ from rotorstudy.blind.machines.machine import LocalForce
 
 
 def pushed(depth, stiffness, kind, scale):
-    """Contact force and its slope over the depth (m) of any sign; of depth `scale` in the steady slope `stiffness`.
+    """Contact force over the depth (m) of any sign; of depth `scale` in the steady slope `stiffness`.
 
     `hertz`: depth^1.5; `quadratic`: depth²; `smooth`: rough faces that touch one after another, softplus of depth.
     """
     deep = np.maximum(depth, 0.0)
     if kind == "hertz":
-        return stiffness * deep**1.5 / scale**0.5, 1.5 * stiffness * np.sqrt(deep / scale)
+        return stiffness * deep**1.5 / scale**0.5
     if kind == "quadratic":
-        return stiffness * deep**2 / scale, 2 * stiffness * deep / scale
+        return stiffness * deep**2 / scale
     if kind == "smooth":
         width = 0.2 * scale
-        return stiffness * width * np.logaddexp(0.0, depth / width), stiffness / (1 + np.exp(-depth / width))
+        return stiffness * width * np.logaddexp(0.0, depth / width)
     raise ValueError(f"no contact: {kind}")
 
 
@@ -55,7 +55,7 @@ def add_contact_ring(machine, node, stiffness, kind, clearance, scale, centre, f
         r = np.maximum(np.hypot(away[:, 0], away[:, 1]), 1e-300)
         normal = away / r[:, None]
         tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
-        push, _ = pushed(r - clearance, stiffness, kind, scale)
+        push = pushed(r - clearance, stiffness, kind, scale)
         slip = np.sum(tangent * v, axis=1) + speed * radius
         grip = sliding + (static - sliding) * np.exp(-((slip / stribeck) ** 2))
         return -push[:, None] * (normal + (grip * np.tanh(slip / (0.01 * speed_of)))[:, None] * tangent)

@@ -143,17 +143,13 @@ def rub_form(draw):
     rng, node = draw.rng, draw.disc().node
     swing, angle, kind = draw.swing(node), draw.angle(), str(rng.choice(["hertz", "quadratic", "smooth"]))
     clearance, depth = swing * rng.uniform(0.7, 3.0), swing * rng.uniform(0.05, 0.4)
-    side, rest = np.array([np.cos(angle), np.sin(angle)]), draw.rest(node)
-    orbit = draw.healthy.displacement[:, :, 4 * node : 4 * node + 2] - rest
-    for offset in np.linspace(0.0, 4.0, 401) * swing:  # the stator comes nearer until the healthy orbit would touch it
-        if np.max(np.linalg.norm(orbit + offset * side, axis=2)) >= clearance + depth:
-            break
+    offset, centre = draw.stator(node, angle, clearance + depth, 4)
     stiffness, sliding = draw.severity * draw.stiffness * between(rng, 0.03, 0.5), rng.uniform(0.02, 0.2)
     radius = draw.rotor.diameter / 2
     fast = draw.frequency * radius
     friction = sliding * rng.uniform(1.0, 2.0), sliding, fast * between(rng, 0.1, 1.0)
     form_contacts.add_contact_ring(
-        draw.machine, node, stiffness, kind, clearance, depth, rest - offset * side, friction, radius, fast
+        draw.machine, node, stiffness, kind, clearance, depth, centre, friction, radius, fast
     )
     what = {"node": node + 1, "side_rad": angle, "stiffness_N_per_m": stiffness, "clearance_m": clearance}
     return what | {"offset_m": float(offset), "friction": sliding, "contact": kind}

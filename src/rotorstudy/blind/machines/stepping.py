@@ -223,16 +223,3 @@ def steady_state(machine, speeds, steps=512, modes=None, tolerance=1e-8, most=60
     return Steady(
         stepper.speed, stepper.angle, stepper.displacement(states), stepper.velocity(states), multipliers, change
     )
-
-
-def march(machine, speed, revolutions, steps=256, modes=None, start=None):
-    """Motion (revolutions steps, coordinates) at one speed from rest, or from a displacement `start` (m, rad)."""
-    stepper = Stepper(machine, speed, steps, modes)
-    state = np.zeros((1, stepper.propagate.shape[1]))
-    if start is not None:
-        state[0, : len(stepper.scale)] = stepper.scale * (stepper.shapes.T @ machine.mass @ start)
-    history = []
-    for _ in range(revolutions):
-        states, state, _ = stepper.revolution(state)
-        history.append(stepper.displacement(states[:, 0]))
-    return np.concatenate(history)

@@ -12,8 +12,8 @@ from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
-from rotorstudy.model.rebuilt_bearings import bearings_of
 from rotorstudy.model.registry import registry
+from rotorstudy.model.rig_numbers import bearings_of
 from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.units import percent
 

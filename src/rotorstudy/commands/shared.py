@@ -1,12 +1,31 @@
-"""Check the output paths of a command."""
+"""What several commands share: options, speeds in rad/s or rpm, checks of output paths, findings."""
 
+import sys
 from pathlib import Path
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.units import RAD_PER_S
 
 NETCDF, JSON, YAML, HTML = (".nc", ".nc4"), (".json",), (".yaml", ".yml"), (".html", ".htm")
 FORMAT_OF = {".nc": "NetCDF", ".yaml": "YAML", ".html": "HTML"}
 OF_FILES = {*NETCDF, *JSON, *YAML, *HTML, ".csv", ".txt", ".png", ".svg", ".pdf"}
+
+
+def add_rpm(parser):
+    """Add `--rpm`."""
+    parser.add_argument("--rpm", action="store_true", help="the speeds given are in rpm instead of rad/s")
+
+
+def add_rig_and_folder(parser):
+    """Add `--rig` and `--out` of a diagnosis."""
+    told = "rig file with a value for every parameter; settings in its section 'diagnosis:'"
+    parser.add_argument("--rig", required=True, help=told)
+    parser.add_argument("--out", required=True, metavar="DIR", help="output folder for verdict, figures and page")
+
+
+def in_rad_s(speeds, rpm):
+    """Speeds (speed,) as given, None if none were, in rad/s."""
+    return [speed * RAD_PER_S["rpm"] for speed in speeds] if speeds is not None and rpm else speeds
 
 
 def check_file(out, *inputs, option="--out", suffixes=()):
@@ -15,9 +34,8 @@ def check_file(out, *inputs, option="--out", suffixes=()):
     if path.is_dir():
         raise RotorstudyError(f"{option} {out}: is a folder; give a file in it")
     _check_parent(out, option)
-    for given in inputs:
-        if path.resolve() == Path(given).resolve():
-            raise RotorstudyError(f"{option} {out}: would overwrite an input; choose another name")
+    if any(path.resolve() == Path(given).resolve() for given in inputs):
+        raise RotorstudyError(f"{option} {out}: would overwrite an input; choose another name")
     if suffixes and path.suffix.lower() not in suffixes:
         raise RotorstudyError(
             f"{option} {out}: the file is written as {FORMAT_OF[suffixes[0]]}; give it a name that ends in "
@@ -40,3 +58,23 @@ def check_folder(out, *inputs, option="--out"):
 def _check_parent(out, option):
     if not Path(out).parent.is_dir():
         raise RotorstudyError(f"{option} {out}: the folder '{Path(out).parent}' does not exist; create it first")
+
+
+def tell(findings):
+    """Say what was found in the records, apart from results."""
+    for finding in findings:
+        print(finding, file=sys.stderr)
+
+
+def conclude(verdict, out):
+    """Say the verdict that was written into a folder; it is returned as data for JSON."""
+    tell(verdict.findings)
+    print(verdict.summary)
+    print(f"wrote {Path(out) / 'index.html'}")
+    return verdict.model_dump(mode="json")
+
+
+def file_of_project(packaged, own):
+    """A path inside the installed package, or in a clone, where it lies elsewhere, that path from its root."""
+    path = Path(__file__).parents[1] / packaged
+    return path if path.exists() else Path(__file__).parents[3] / own

@@ -1,0 +1,180 @@
+"""What is known of a shaft beyond the matrices: sections, discs, places of cracks, and how the weight bends it."""
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.errors import CannotAct, unknown_name
+
+STRETCHES = 8  # most parts into which a shaft is divided, of which longer stretches consist
+UNBALANCED = 1e-6  # of the static load: larger forces that the bearings leave are no round-off
+
+
+class Section(NamedTuple):
+    """A cross section of the shaft, and how it bends.
+
+    position   : m from node 1
+    outer_diameter_m, inner_diameter_m, youngs_modulus_Pa, poissons_ratio : of the shaft there
+    moment     : (dof,) bending moment E I d2z/ds2 by a unit of each coordinate, N (N m of a tilt)
+    own_moment : moment by the weight of its element while the nodes are held, N m
+    stiffness  : moment by a kink of 1 rad in the shaft there while the nodes are held, N m/rad
+    sleeve_diameter_m : over the layers on the shaft there; 0 if there are none
+    """
+
+    position: float
+    outer_diameter_m: float
+    inner_diameter_m: float
+    youngs_modulus_Pa: float
+    poissons_ratio: float
+    moment: np.ndarray
+    own_moment: float
+    stiffness: float
+    sleeve_diameter_m: float = 0.0
+
+
+class RigidDisc(NamedTuple):
+    """A rigid disc: its node, mass in kg, and moments of inertia in kg m2."""
+
+    node: int
+    mass: float
+    polar_moment: float
+    diametral_moment: float
+
+    @property
+    def radius(self) -> float:
+        """Of the solid cylinder with these moments, m."""
+        return float(np.sqrt(2 * self.polar_moment / self.mass))
+
+    @property
+    def thickness(self) -> float:
+        """Of the solid cylinder with these moments, m; 0 if they are those of a thinner body."""
+        return float(np.sqrt(max(12 * self.diametral_moment / self.mass - 3 * self.radius**2, 0.0)))
+
+
+class Shaft:
+    """What a Structure tells about places of cracks, and about its statics, from these of its fields."""
+
+    dofs: tuple[tuple[int, str], ...]
+    nodes: tuple[int, ...]
+    stiffness: np.ndarray
+    static_load: np.ndarray
+    stiffness_loss: dict | Callable
+    bearing_nodes: tuple[int, ...]
+    curvature_at: Callable | None
+    index: Callable
+
+    def stiffness_loss_at(
+        self, node: int | None = None, element: int | None = None
+    ) -> dict[str, tuple[np.ndarray, str, float]]:
+        """Stiffness losses of a crack at a place: name -> pattern (dof, dof) of unit 1, unit, typical size.
+
+        CannotAct unless exactly one place is given where there are several, or if the rotor cannot crack there.
+        """
+        if callable(self.stiffness_loss):
+            if (node is None) == (element is None):
+                raise CannotAct("this rotor can crack at several places; choose one with 'node:' or 'element:'")
+            if node is not None and node not in {n for n, _ in self.dofs}:
+                raise unknown_name("node", node, {n for n, _ in self.dofs}, "the crack", CannotAct)
+            return self.stiffness_loss(node, element)
+        if element is not None or (node is not None and self.nodes != (node,)):
+            place = f"node {node}" if element is None else f"element {element}"
+            raise CannotAct(
+                f"this rotor cannot crack at {place}; it has only one place for a crack, so omit node and element"
+            )
+        return self.stiffness_loss
+
+    def crack_places(self) -> list[dict]:
+        """Options for each possible place of a crack: none for a rotor with one place, else each element."""
+        if not callable(self.stiffness_loss):
+            return [{}] if self.stiffness_loss else []
+        return [{"element": 1 + i} for i in range(self._elements)]
+
+    @cached_property
+    def _elements(self) -> int:
+        """Number of elements that can crack."""
+        for element in range(1, max(node for node, _ in self.dofs) + 1):
+            try:
+                self.stiffness_loss(None, element)
+            except CannotAct:
+                return element - 1
+        return element
+
+    def stiffness_of(self, element: int, last_element: int | None = None) -> np.ndarray:
+        """Stiffness (dof, dof) of an element of the shaft, or of all from it to a last one, N/m (N m of a tilt)."""
+        last = element if last_element is None else last_element
+        if last < element:
+            raise CannotAct(f"last_element {last} lies before element {element}")
+        losses = (self.stiffness_loss_at(None, number) for number in range(element, last + 1))
+        shares = (pattern for loss in losses for pattern, unit, _ in loss.values() if unit == "1")
+        found = next(shares, None)
+        if found is None:
+            raise CannotAct("this rotor states no stiffness of its elements")
+        return sum(shares, found)
+
+    def stretches(self) -> list[dict]:
+        """Options of each stretch of elements shorter than the shaft, single ones first; of a fine mesh, of some."""
+        numbers = [place["element"] for place in self.crack_places() if place]
+        step = max(-(-len(numbers) // STRETCHES), 1)
+        starts = numbers[::step]
+        ends = [*(start - 1 for start in starts[1:]), *numbers[-1:]]
+        longer = [
+            {"element": first, "last_element": last}
+            for first in starts
+            for last in ends
+            if 1 < last - first + 1 < len(numbers)
+        ]
+        return [{"element": number} for number in numbers if len(numbers) > 1] + longer
+
+    @cached_property
+    def is_supported(self) -> bool:
+        """Whether rigid supports carry the load; otherwise bearings do, which are terms."""
+        return _is_regular(self.stiffness)
+
+    @cached_property
+    def static_deflection(self) -> np.ndarray:
+        """Deflection (dof,) from the bearing line under the static load, m (rad); zero if not supported."""
+        if not np.any(self.static_load) or not self.is_supported:
+            return np.zeros(len(self.dofs))
+        return np.linalg.solve(self.stiffness, self.static_load)
+
+    def tension_side(self, element: int | None) -> int:
+        """The side of an element, 1 below or -1 above, that bending by the weight stretches: there a crack is open.
+
+        Where the moment is zero or not known, below. Bearings are taken as rigid, which is exact for two.
+        """
+        if element is None or self.curvature_at is None:
+            return 1
+        return -1 if self.curvature_at(element) @ self._deflection_on_rigid_bearings > 0 else 1
+
+    def tension_side_at(self, section: Section) -> int:
+        """The side of a cross section that bending by the weight stretches, as `tension_side`."""
+        return -1 if section.moment @ self._deflection_on_rigid_bearings + section.own_moment > 0 else 1
+
+    def bearing_load(self, node: int) -> float:
+        """Static load on a bearing, N downward, if bearings are rigid (exact for two); negative if the rotor lifts."""
+        i = self.index(node)
+        deflection = self._deflection_on_rigid_bearings
+        left = self.static_load - self.stiffness @ deflection
+        held = [self.dofs.index((n, "translation")) for n in self.bearing_nodes if (n, "translation") in self.dofs]
+        if np.abs(np.delete(left, held)).max(initial=0) > UNBALANCED * np.abs(self.static_load).max():
+            raise CannotAct("the bearings and supports do not carry the rotor, so their static loads are not known")
+        return float(left[i])
+
+    @cached_property
+    def _deflection_on_rigid_bearings(self):
+        """Static deflection (dof,) with the bearings taken as rigid, m; zero if they do not carry the shaft."""
+        held = [i for i, (node, motion) in enumerate(self.dofs) if node in self.bearing_nodes and motion != "tilt"]
+        free = np.setdiff1d(np.arange(len(self.dofs)), held)
+        carried = self.stiffness[np.ix_(free, free)]
+        deflection = np.zeros(len(self.dofs))
+        if np.any(self.static_load) and _is_regular(carried):
+            deflection[free] = np.linalg.solve(carried, self.static_load[free])
+        return deflection
+
+
+def _is_regular(stiffness):
+    """Whether a stiffness matrix (dof, dof) carries every load."""
+    scale = np.sqrt(np.abs(np.diag(stiffness)))  # translations and tilts have different units
+    return bool(scale.all() and np.linalg.cond(stiffness / np.outer(scale, scale)) < 1e14)
