@@ -65,19 +65,6 @@ def test_a_model_counted_from_an_earlier_state_shows_the_difference_of_the_two()
         np.testing.assert_allclose(slopes[..., p], estimated, rtol=1e-5, atol=1e-6 * np.abs(slopes[..., p]).max())
 
 
-def test_explanations_share_their_earlier_state_and_keep_its_last_responses():
-    base = build_model(RIG)
-    base = replace(base, before=frozenset(base.names))
-    changed = base.plus(make_term("effect", CHANGE, base.structure, base.sensors))
-    assert changed.earlier is base.earlier
-    shown = [measured_response(changed, SPEEDS, HARMONICS, share * changed.theta) for share in (1.0, 1.1, 1.0)]
-    assert len(base.earlier.recent) == 2
-    alone = replace(changed)  # its own earlier state
-    assert alone.earlier is not base.earlier
-    for share, found in zip((1.0, 1.1, 1.0), shown, strict=True):
-        np.testing.assert_array_equal(found, measured_response(alone, SPEEDS, HARMONICS, share * changed.theta))
-
-
 def test_a_change_is_found_that_one_state_alone_cannot_show():
     """4 % of the unbalance changes, under a runout four times the vibration."""
     before, after = state(1), state(2, CHANGE)
@@ -97,6 +84,8 @@ def test_nothing_is_claimed_where_nothing_changed():
         found = compare(state(10 + seed), state(20 + seed), build_model(RIG), settings=SETTINGS).diagnosis.verdict
         assert found.verdict == "nothing"
         assert found.detection_limit[0].amplitude > 0
+    said = summary(found, of_change=True)
+    assert said.startswith("Nothing changed") and "Smallest changes" in said and "missing" not in said
 
 
 def test_what_differs_from_run_to_run_does_not_cancel():
@@ -135,6 +124,8 @@ def test_states_that_cannot_be_compared():
         compare(before, apart, model, settings=SETTINGS)
     with pytest.raises(RotorstudyError, match="different harmonics"):
         compare(before, state(2).at_harmonics([1, 2]), model, settings=SETTINGS)
+    with pytest.raises(RotorstudyError, match="same harmonics at every speed"):
+        compare(before, state(1), model, settings=SETTINGS)
 
 
 def test_a_speed_of_one_state_only_is_told():
@@ -185,20 +176,9 @@ def test_the_command_writes_a_page_that_says_what_changed(tmp_path, capsys):
     build_model(yaml.safe_load((tmp_path / "out" / "extended_rig.yaml").read_text()))
 
 
-def test_the_summary_of_a_comparison_speaks_of_a_change():
-    nothing = compare(state(1), state(3), build_model(RIG), settings=SETTINGS).diagnosis.verdict
-    said = summary(nothing, of_change=True)
-    assert said.startswith("Nothing changed") and "Smallest changes" in said and "missing" not in said
-
-
 def test_labels_that_are_numbers_and_texts_have_one_provenance():
     mixed = {"measurement": {"node_of_label": {1: 2, "disc 1": 2}}}
     assert provenance(mixed)["configuration_sha256"] != provenance({})["configuration_sha256"]
-
-
-def test_one_record_given_as_both_states_is_refused():
-    with pytest.raises(RotorstudyError, match="same harmonics at every speed"):
-        compare(state(1), state(1), build_model(RIG), settings=SETTINGS)
 
 
 def test_a_rig_that_misses_the_state_before_misses_as_much_of_the_change():

@@ -3,7 +3,7 @@
 import numpy as np
 from machines import jeffcott_rig, readings
 
-from rotorstudy.diagnosis.verdict.far_from_the_rig import CONTRADICTED
+from rotorstudy.diagnosis.verdict.findings import CONTRADICTED
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model

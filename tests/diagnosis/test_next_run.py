@@ -12,7 +12,7 @@ from slow_effects import SLOW
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import STATED_SET, investigate
 from rotorstudy.diagnosis.verdict.next_run import explanations_in_question, further_run, with_term
-from rotorstudy.diagnosis.verdict.steps import next_steps
+from rotorstudy.diagnosis.verdict.words import next_steps
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted
 from rotorstudy.inference.predictive import (

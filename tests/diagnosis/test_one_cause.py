@@ -1,4 +1,7 @@
-"""A transverse crack known to be the cause: its position, depth and angle, beside what the rig leaves uncertain."""
+"""A transverse crack known to be the cause: its position, depth and angle, beside what the rig leaves uncertain.
+
+And over all its forms, as a verdict states them too.
+"""
 
 import numpy as np
 import pytest
@@ -18,6 +21,8 @@ from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.search.shape_fit import Work, fitted_from
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict.cause_words import sizes
+from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.response.measured import measured_response
 
 SPEEDS, HARMONICS = np.linspace(60.0, 190.0, 5), np.arange(-2, 3)
@@ -192,3 +197,33 @@ def test_a_flexibility_far_from_that_of_the_depth_is_told(factor, away):
     assert far_amplitudes([cause], cause.names, np.array([factor])) == (
         {} if away is None else {cause.names[0]: pytest.approx(away)}
     )
+
+
+OTHERS = [name for name in registry().plugins["effect"] if name != "transverse_crack"]
+ALONE = {"uncertainty": {"default": 0.02}, "nuisance": {}, "leave_out": OTHERS, "hold_out_rad_s": []}
+
+
+def named(**shape):
+    """The crack of a verdict, and its warnings of the form."""
+    verdict = investigate(records(crack(**shape)), build_model(rig()), settings=ALONE).verdict
+    (cause,) = verdict.causes
+    return cause, [finding.text for finding in verdict.findings if finding.name == "form of the cause"]
+
+
+def test_the_interval_of_the_depth_holds_whatever_the_front():
+    """Negative control: that of a straight front, which the extended rig has, does not hold it."""
+    cause, warnings = named(front_aspect_ratio=0.7)
+    assert not warnings
+    depth, usual = cause.parameters["depth_ratio"], cause.usual_form["depth_ratio"]
+    assert depth.interval_95[0] < TRUE["depth_ratio"] < depth.interval_95[1]
+    assert usual.value + 5 * usual.std < TRUE["depth_ratio"]
+    ends = cause.parameters["depth_m"].interval_95
+    assert ends == pytest.approx([0.02 * end for end in depth.interval_95])
+    assert f"(95 %: {1e3 * ends[0]:.2f} to {1e3 * ends[1]:.2f} mm)" in sizes(cause)["depth"]
+
+
+def test_a_crack_with_the_flexibilities_of_no_front_is_told():
+    """By strips it yields along its front twice as much as by elasticity."""
+    cause, (warning,) = named(depth_ratio=0.3, flexibility="strip_integration")
+    assert "flexibility_factor" in warning and "another form" in warning
+    assert not cause.usual_form

@@ -9,7 +9,6 @@ from test_resultant import RIG
 
 from rotorstudy.diagnosis.search.search import begin, search
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
@@ -58,12 +57,3 @@ def test_an_element_whose_forces_take_most_of_the_data_is_no_hypothesis():
     found = begun().free_forces
     assert {one.is_testable for one in found if one.motion == "force"} == {True}
     assert {one.is_testable for one in found if one.motion == "bending"} == {False}
-
-
-def test_causes_without_a_steady_motion_are_not_held(work, monkeypatch):
-    def fails(*_, **__):
-        raise NoSteadyState("jumps")
-
-    assert work.held((), {}) is not None
-    monkeypatch.setattr("rotorstudy.diagnosis.search.explanations.fit", fails)
-    assert work.held((), {}) is None

@@ -14,9 +14,12 @@ from page_checks import BROWSER, problems, seen_in_browser
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.verdict import result
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, sizes
-from rotorstudy.diagnosis.verdict.force import equivalent_residual_force
+from rotorstudy.diagnosis.verdict.causes import _other_variants
+from rotorstudy.diagnosis.verdict.dataset import equivalent_residual_force
 from rotorstudy.diagnosis.verdict.result import Cause, Verdict
 from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.measurement.measurement import read_measurement
@@ -368,3 +371,23 @@ def test_a_cause_has_one_pair_of_brackets_and_units_instead_of_endings_of_names(
     assert said({"node": 4}, "bearing node 4", **shape) == f"pedestal resonance at node 4 (bearing; {text})"
     two = said({"node": 4, "harmonic": [2, 3]}, "disc A", damping_ratio=0.03)
     assert two == "pedestal resonance at node 4 (disc A, harmonics 2 and 3; damping ratio 0.03)"
+
+
+def cracked(breathing, log_odds):
+    """An explanation by a crack of some law."""
+    crack = Candidate("transverse_crack", {}, None, {}, variant={"breathing": breathing})
+    return Explanation((crack,), None, log_odds)
+
+
+@pytest.mark.parametrize(("behind", "others"), [(1.0, [{"breathing": "sudden"}]), (10.0, [])])
+def test_laws_within_reach_are_named_too(behind, others):
+    """The law of a crack is named alone only where the others are improbable."""
+    best = cracked("gradual", 100.0)
+    shapes = [cracked("sudden", 99.0 - behind), cracked("gradual", 99.0), cracked("none", 60.0)]
+    elsewhere = Explanation((*best.causes, Candidate("bow", {}, None, {})), None, 100.0)
+    among = [best, cracked("sudden", 100.0 - behind), *shapes, elsewhere]
+    found = _other_variants(best, best.causes[0], among, 0.99)
+    assert found == others
+    cause = Cause(effect="transverse_crack", where={}, parameters={}, variant=best.causes[0].variant,
+                  other_variants=found, posterior_probability=1.0)  # fmt: skip
+    assert cause_in_words(cause).endswith(f"breathing gradual{' or sudden' * bool(others)})")

@@ -8,8 +8,8 @@ from test_search import HARMONICS, JEFFCOTT, ONE, SPEEDS, hidden
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.search import begin, unsearched
-from rotorstudy.diagnosis.verdict.first_answer import first_answer
 from rotorstudy.diagnosis.verdict.investigate import investigate
+from rotorstudy.diagnosis.verdict.sought import first_answer
 from rotorstudy.model.rig import build_model
 
 

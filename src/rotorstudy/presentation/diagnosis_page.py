@@ -4,11 +4,13 @@ import json
 import re
 
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable, sizes
-from rotorstudy.diagnosis.verdict.steps import known_and_not, next_steps, separated
 from rotorstudy.diagnosis.verdict.words import (
     detection_limits,
     excluded_in_words,
     hidden_in_words,
+    known_and_not,
+    next_steps,
+    separated,
     smallest_detected,
 )
 from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES

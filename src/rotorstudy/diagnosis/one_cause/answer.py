@@ -50,7 +50,7 @@ class Identified(NamedTuple):
 
 
 def is_same(work: Work, one: Fitted, other: Fitted) -> bool:
-    """Whether two fits have the same alternatives, and their shapes agree within their uncertainty, in any order.
+    """Whether two fits have the same laws, and shapes within their uncertainty, in any order.
 
     Where they predict the same, a half turn counts as none: a slot looks the same from both sides.
     """
@@ -148,10 +148,7 @@ def shape_of(found: Identified, cause: Candidate) -> list[tuple[str, float, floa
 
 
 def far_amplitudes(causes: Sequence[Candidate], names: Sequence[str], theta: np.ndarray) -> dict[str, float]:
-    """Amplitudes of causes of known size that are far from it -> how far, in standard deviations of their prior.
-
-    names, theta : of all amplitudes of a fit
-    """
+    """Amplitudes of causes of known size that are far from it -> how far, in standard deviations of their prior."""
     off = {}
     for cause in causes:
         for name in cause.names if cause.fixed else ():

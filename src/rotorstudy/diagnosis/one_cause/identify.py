@@ -12,6 +12,7 @@ from itertools import product
 import numpy as np
 
 from rotorstudy.diagnosis.one_cause.answer import Identified, identified, is_same
+from rotorstudy.diagnosis.one_cause.over_forms import in_form
 from rotorstudy.diagnosis.one_cause.shape_starts import first_starts, further_starts, starts_of_another
 from rotorstudy.diagnosis.search.candidates import (
     candidate,
@@ -67,17 +68,13 @@ def identify_cause(
         starts = [s for one in found[:1] for kind in kinds for s in starts_of_another(work, one, kind)]
         found = _also_elsewhere(work, kinds, _fitted(work, starts))
     if count > 1 and form:  # alone, one of some form imitates several
-        found = _fitted(work, [_with_form(work, one, form) for one in found[: PROMISING[0]]])
+        found = _fitted(work, [_with_form(work, one) for one in found[: PROMISING[0]]])
     return identified(work, found[0], found)
 
 
-def _with_form(work, one, form):
+def _with_form(work, one):
     """(causes, amplitudes) of a fit, each cause with a form in the middle of its ranges."""
-    width, middle = work.settings.prior_width, {name: ends.value(0.5) for name, ends in form.items()}
-    causes = [
-        candidate(work.rig, c.effect, c.where, c.shape | middle, c.term.label, width, c.variant, True)
-        for c in one.causes
-    ]
+    causes = [in_form(work, cause, cause.term.label, cause.variant, True) for cause in one.causes]
     means = [mean for cause in causes for mean, _ in cause.prior.values()]
     return causes, np.concatenate([one.amplitudes[: len(work.prior.names)], means])
 

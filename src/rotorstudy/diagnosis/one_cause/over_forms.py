@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges
+from rotorstudy.diagnosis.search.candidates import Candidate, candidate, form_ranges
 from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, fitted_from, ranges_of
 from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState
 from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS
@@ -25,6 +25,13 @@ FEWEST = 3  # values held that describe a weight
 FINE = 100  # of the weights between them, and levels of a distribution
 LEVELS = 9  # of each normal distribution of a mixture
 INTERVAL = (0.025, 0.5, 0.975)
+
+
+def in_form(work: Work, cause: Candidate, label: str, variant: dict, is_free: bool) -> Candidate:
+    """A cause by a law in its usual form, or in the middle of all its forms, where it has any."""
+    form = {name: ends.value(0.5) for name, ends in form_ranges(cause.effect).items()} if is_free else {}
+    shape, width = cause.shape | form, work.settings.prior_width
+    return candidate(work.rig, cause.effect, cause.where, shape, label, width, variant, bool(form))
 
 
 class OverForms(NamedTuple):
@@ -96,11 +103,9 @@ def _at_an_end(fitted, ranges):
 
 
 def _distribution(cause, fits, ranges):
-    """The distribution along the position, by its levels, and the logarithm of its evidence.
+    """The distribution along the position: (level, 1 + 2 * rest) that, the rest of the shape, log variances of it.
 
-    fits    : fraction of the range of the position -> Fitted
-    returns : (level, 1 + 2 * rest) position, the rest of the shape, logarithms of its variances, in fractions of the
-              ranges; logarithm of the evidence
+    All in fractions of the ranges, from fits at fractions of that of the position; and the logarithm of its evidence.
     """
     from scipy.interpolate import PchipInterpolator
 

@@ -48,14 +48,13 @@ NEGLIGIBLE = 1e-3  # probability of their sizes, over the largest
 class Balancing(NamedTuple):
     """Corrections, and the vibration before and after.
 
-    corrections  : ndarray (plane, part), real and imaginary part from the shaft's reference line, kg m
-    covariance   : ndarray (plane * part, plane * part), of the best ones, kg^2 m^2
-    choices      : list of Choice (plane,), what is put into given holes; None if any correction can be made
-    spectrum     : Spectrum balanced, at 1X and -1X, without the runout that the rig states
-    before       : ndarray (speed, sensor), semi-major axis of the orbit, m
-    after        : ndarray (percentile, speed, sensor), its 2.5, 50 and 97.5 % points for the vibration left, m
-    next_reading : ndarray (percentile, speed, sensor), those of what the probes will show in the next run, without the
-                   runout that the rig states, m
+    corrections  : (plane, part), real and imaginary part from the shaft's reference line, kg m
+    covariance   : (plane * part, plane * part), of the best ones, kg^2 m^2
+    choices      : (plane,) what is put into given holes; None if any correction can be made
+    spectrum     : balanced, at 1X and -1X, without the runout that the rig states
+    before       : (speed, sensor), semi-major axis of the orbit, m
+    after        : (percentile, speed, sensor), its 2.5, 50 and 97.5 % points for the vibration left, m
+    next_reading : (percentile, speed, sensor), those of the next run, without the runout that the rig states, m
     """
 
     corrections: np.ndarray
@@ -70,14 +69,9 @@ class Balancing(NamedTuple):
 def balance_files(
     paths: Sequence[str | Path], rig: str | Path | RigFile, planes: Sequence[int | str], holes: Holes | None = None
 ) -> tuple[Balancing, Conventions, list[Finding]]:
-    """Balance a rotor by its records.
+    """`balance` by records, tables of harmonics or one imported spectrum; with the Conventions, and findings on them.
 
-    paths  : records, tables of harmonics, or one imported spectrum
-    rig    : best as updated by `rotorstudy identify`
-    planes : nodes, or labels of nodes, where a correction mass can be put
-    holes  : to which, with their weights, the corrections are restricted
-    raises : RotorstudyError for files that cannot be read, records without 1X, and planes that the probes cannot tell
-             apart
+    rig : best as updated by `rotorstudy identify`
     """
     rig = read_rig(rig)
     settings, conventions = read_settings(rig.given, str(rig.path)), read_conventions(rig.given, str(rig.path))
@@ -95,13 +89,9 @@ def balance(
 ) -> Balancing:
     """Unbalances to be added in some planes, so that the least 1X vibration is left.
 
-    spectrum    : of the sensors of the model, in m
-    model       : with a value for every parameter
-    planes      : nodes, or labels of nodes
-    settings    : uncertainty of the parameters, and model error
-    conventions : of the records
-    holes       : to which, with their weights, the corrections are restricted
-    raises      : RotorstudyError for records without 1X, and planes that the probes cannot tell apart
+    planes : nodes, or labels of nodes, where a correction mass can be put
+    holes  : to which, with their weights, the corrections are restricted
+    raises : RotorstudyError for records without 1X, and planes that the probes cannot tell apart
     """
     wanted = [n for n in (1, -1) if n in spectrum.harmonics]
     if 1 not in wanted:
@@ -146,11 +136,9 @@ def balance(
 class Known(NamedTuple):
     """What the readings say of all parameters, in a model linearised about a fit, for each size of the other forces.
 
-    names   : tuple (parameter,)
-    values  : of every amplitude of the model at the fit
-    weights : ndarray (size,), posterior probability
-    means   : ndarray (size, parameter), from the fit
-    roots   : ndarray (size, parameter, parameter), R of the covariance R R^T
+    names, values : (parameter,) that are free; of every amplitude of the model at the fit
+    weights : (size,) posterior probability;  means : (size, parameter) from the fit
+    roots   : (size, parameter, parameter) R of the covariance R R^T
     """
 
     names: tuple[str, ...]
@@ -193,9 +181,7 @@ def _with_unbalances(whole, planes, conventions):
 
 
 def _fitted(whole, spectrum, prior, names, others):
-    """What is Known by the readings of a Spectrum.
-
-    The fit is repeated with the most probable sizes of the other forces.
+    """What is Known by a Spectrum, by a fit that is repeated with the most probable sizes of the other forces.
 
     names, others : as of `_with_unbalances`
     """

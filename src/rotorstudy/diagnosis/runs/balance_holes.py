@@ -17,11 +17,7 @@ LARGEST_G_MM = 1e9  # 1000 kg at 1 m
 
 
 class Holes(NamedTuple):
-    """What can be screwed in where, the same in every plane.
-
-    angles     : (hole,) rad from the shaft's reference line, in the sense of the project
-    unbalances : (weight,) kg m
-    """
+    """Angles (hole,) of every plane, rad from the reference line in the project's sense; of weights kg m (weight,)."""
 
     angles: np.ndarray
     unbalances: np.ndarray
@@ -35,12 +31,9 @@ class Choice(NamedTuple):
 
 
 def equal_holes(count: int, unbalances_g_mm: list[float], sense: float = 1.0) -> Holes:
-    """Holes at equal angles from the reference line on.
+    """Holes at equal angles from the reference line on, in the sense (1 or -1) of the user's angles.
 
-    unbalances_g_mm : of one weight in a hole
-    sense           : 1 or -1, of the user's angles
-    raises          : RotorstudyError without a hole or a weight, for weights out of reach, and for too many of
-                      both
+    raises : RotorstudyError without a hole or a weight, for weights out of reach, and for too many of both
     """
     if count < 1 or not unbalances_g_mm or not all(0 < one <= LARGEST_G_MM for one in unbalances_g_mm):
         raise RotorstudyError(
@@ -59,9 +52,8 @@ def equal_holes(count: int, unbalances_g_mm: list[float], sense: float = 1.0) ->
 def chosen(holes: Holes, best: np.ndarray, normal: np.ndarray) -> list[Choice]:
     """The choice in each plane that leaves the least vibration.
 
-    best    : (plane * part,) the best correction, kg m
-    normal  : (plane * part, plane * part) of its fit, per (kg m)²
-    returns : one for each plane
+    best   : (plane * part,) the best correction, kg m
+    normal : (plane * part, plane * part) of its fit, per (kg m)²
     """
     choices = _choices(holes)
     totals = np.array([choice.total for choice in choices])

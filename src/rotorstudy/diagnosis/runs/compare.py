@@ -15,8 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from rotorstudy.diagnosis.runs.turned_beside import without_turn_beside_a_change
-from rotorstudy.diagnosis.runs.turned_mark import without_turn
+from rotorstudy.diagnosis.runs.turned_mark import without_turn, without_turn_beside_a_change
 from rotorstudy.diagnosis.search.candidates import with_vibration
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
@@ -59,13 +58,11 @@ def compare(
 ) -> Comparison:
     """What changed in a machine between two states.
 
-    before, after : of the sensors of the model, (speed, harmonic, sensor) in m
-    model         : of the machine, with a value for every parameter. One whose uncertainty is stated (a section
-                    `prior:`) is taken to be known that well; another one is first fitted to the state before.
-    settings      : of the diagnosis
-    findings      : on the records
-    raises        : RotorstudyError for states without a common speed, of different sensors or harmonics, or with the
-                    same records
+    A model whose uncertainty is stated (a section `prior:`) is taken to be known that well; another one is first fitted
+    to the state before.
+
+    raises : RotorstudyError for states without a common speed, of different sensors or harmonics, or with the same
+             records
     """
     settings = of_changes(Settings(**settings) if isinstance(settings, dict) else settings or Settings())
     before, after, lost = _with_common_probes(before, after)
@@ -147,10 +144,7 @@ def _at_common_speeds(before, after):
 
 
 def _difference(before, after, model, settings):
-    """The difference of two spectra at the speeds of the first, less what small differences in speed cause.
-
-    What they cause is predicted with the error of the model.
-    """
+    """The difference of two spectra at the speeds of the first, less what small differences in speed cause."""
     moved = np.subtract(*(one.shown(measured_response(model, one.speed, one.harmonics)) for one in (after, before)))
     amplitude = after.amplitude - before.amplitude - moved
     share = {"model_error": settings.repeatability, "covariance_error": 0.0}  # of what does not cancel
@@ -196,11 +190,8 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
     """The model with the values and the uncertainty of a fit to the state before, whatever its records are offset by.
 
     The offset is a constant at each harmonic and sensor, as large as the vibration. The error of the model is raised
-    until the fit leaves no more than noise: what the model cannot explain cancels in the comparison.
-
-    spectrum : of the state before
-    returns  : the model; a note if the error of the model had to be raised far; the error of the model, which its
-               prediction of the change has too: the stated one unless there is a note
+    until the fit leaves no more than noise: what the model cannot explain cancels in the comparison. A note tells if it
+    had to be raised far, and then it is that of the prediction of the change too, which is returned as the third.
     """
     whole, prior = base_model(model, settings)
     offset, known = any_offset(spectrum)

@@ -26,10 +26,8 @@ def contradictions(joint: JointFit, shared: Prior, significance: float, width: f
     If all runs agree once the stated masses of one run are free, these are contradicted; if they agree without one run,
     that is of another machine, or of another state of it. Where neither helps, every run not explained is told.
 
-    shared       : of the parameters that the runs share
-    significance : p-value of a run below which it is not explained
-    width        : standard deviation of a mass that is set free, in typical sizes
-    sense        : 1 or -1, of the user's angles
+    shared : of the parameters that the runs share;  significance : p-value below which a run is not explained
+    width  : standard deviation of a mass that is set free, in typical sizes;  sense : 1 or -1, of the user's angles
     """
     rejected = _unexplained(joint, significance)
     if not rejected:

@@ -32,7 +32,7 @@ from rotorstudy.diagnosis.runs.contradicting import (
 from rotorstudy.diagnosis.runs.other_forces import FIRST, PAIRS, UNSTATED, by_sizes, other_forces
 from rotorstudy.diagnosis.runs.run_file import AddedUnbalance, RunItem, read_runs
 from rotorstudy.diagnosis.search.search import base_model
-from rotorstudy.diagnosis.settings import check_names, read_settings
+from rotorstudy.diagnosis.settings import Settings, check_names, read_settings
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.inference.joint import JointFit, Run, fit_runs, independent_share
 from rotorstudy.inference.prediction import whitened_prediction, with_model_error
@@ -42,6 +42,7 @@ from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
+from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rig_numbers import is_number
@@ -59,20 +60,15 @@ LEAST_ERROR, LARGEST_ERROR = 1e-3, 0.5  # of the model, fraction of each harmoni
 FEWEST_VECTORS = 4  # of a run that do not equal those of another one by the rounding of the instrument
 
 
-class MeasuredRun(NamedTuple):
-    """A run as listed, with its Spectrum, with and without the model error."""
+class _Runs(NamedTuple):
+    """The runs of a machine: what is listed of each and its Spectrum without the model error; and the machine."""
 
-    item: RunItem
-    spectrum: Spectrum
-    measured: Spectrum
-
-    def with_error(self, settings):
-        """The run with the model error of some Settings."""
-        return self._replace(spectrum=with_model_error(self.measured, settings))
-
-    def with_variance(self, factor):
-        """The run with so many times the variance."""
-        return self._replace(spectrum=replace(self.spectrum, covariance=factor * self.spectrum.covariance))
+    items: list[RunItem]
+    measured: list[Spectrum]
+    rig: RigFile
+    model: Model
+    settings: Settings
+    conventions: Conventions
 
 
 class IdentifiedRig(NamedTuple):
@@ -95,18 +91,15 @@ class IdentifiedRig(NamedTuple):
 
 
 def identify_runs(runs_path: str | Path, rig: str | Path | RigFile) -> IdentifiedRig:
-    """Update a rig by several runs.
+    """Update a rig by a file of runs; parameters that a run has for itself keep their value and uncertainty in it.
 
-    runs_path : YAML file of runs
-    rig       : with a value for every parameter
-    returns   : a run's own parameters keep their value and uncertainty in its rig: the next run has its own again
-    raises    : RotorstudyError for files that cannot be read, runs of different probes or with the same records, and
-                unknown names
+    raises : RotorstudyError for files that cannot be read, runs of different probes or with the same records, and
+             unknown names
     """
     rig = read_rig(rig)
     settings = read_settings(rig.given, str(rig.path))
     items, measured, findings, model = read_runs(runs_path), [], [], None
-    for item in items:
+    for number, item in enumerate(items):
         paths = [Path(runs_path).parent / path for path in item.records]
         spectrum, own_model, found = measured_spectrum(paths, rig)
         model = model or own_model
@@ -115,49 +108,50 @@ def identify_runs(runs_path: str | Path, rig: str | Path | RigFile) -> Identifie
                 f"run '{item.name}' has probes at nodes {list(own_model.sensors)}, run '{items[0].name}' at "
                 f"{list(model.sensors)}; the runs of one file need the same probes"
             )
-        _check_distinct(item, spectrum, measured)
-        measured.append(MeasuredRun(item, spectrum, spectrum).with_error(settings))
+        _check_distinct(item, spectrum, zip(items[:number], measured, strict=True))
+        measured.append(spectrum)
         findings += [replace(one, where=f"run '{item.name}': {one.where}") for one in found]
         findings += check_slow_roll(item.name, spectrum.speed, own_model) if item.slow_roll else []
     check_names(settings, model, f"{rig.path}, diagnosis")
     conventions = read_conventions(rig.given, str(rig.path))
-    return _updated(rig, model, measured, settings, conventions, findings)
+    return _updated(_Runs(items, measured, rig, model, settings, conventions), findings)
 
 
 def _check_distinct(item, spectrum, others):
     """Raise if another run has the same vectors: counted twice, they would make the intervals too narrow."""
-    for other in others:
-        same = [np.array_equal(one, there) for one in spectrum.amplitude for there in other.spectrum.amplitude]
+    for other, known in others:
+        same = [np.array_equal(one, there) for one in spectrum.amplitude for there in known.amplitude]
         if sum(same) == len(spectrum.speed) and spectrum.amplitude.size >= FEWEST_VECTORS:
             raise RotorstudyError(
-                f"runs '{other.item.name}' and '{item.name}' have the same records; give each record to one run"
+                f"runs '{other.name}' and '{item.name}' have the same records; give each record to one run"
             )
 
 
-def _updated(rig, model, measured, settings, conventions, findings):
+def _updated(runs, findings):
     """The IdentifiedRig, whose intervals include the error of the model that the runs show."""
-    found, shared = _settled(rig, model, measured, settings, conventions)
-    told = contradictions(found.joint, shared, settings.significance, settings.prior_width, conventions.sense)
+    settings = runs.settings
+    found, shared = _settled(runs, settings)
+    told = contradictions(found.joint, shared, settings.significance, settings.prior_width, runs.conventions.sense)
     if not any(one.name in TOLD_APART for one in told) and is_implausible(found.joint, settings.significance):
-        forced = _with_other_forces(rig, model, measured, settings, conventions)
+        forced = _with_other_forces(runs)
         if not is_implausible(forced.joint, settings.significance):
             return forced._replace(findings=[*findings, unstated_forces()])
-        wider, share = _with_larger_error(rig, model, measured, settings, conventions)
+        wider, share = _with_larger_error(runs)
         told = told or [not_plausible(found.joint)]
         if wider:
             found, told = wider, [*told, larger_error(share, settings.model_error)]
     return found._replace(findings=[*findings, *told])
 
 
-def _with_other_forces(rig, model, measured, settings, conventions):
+def _with_other_forces(runs):
     """The IdentifiedRig with unbalances elsewhere and a bow, alike in all runs, of their most probable sizes."""
-    terms = other_forces(model.structure)
-    whole, parts, sizes = model.plus(*terms), [[u.name for u in term.unknowns] for term in terms], FIRST
-    units = [_as_large_as_measured(whole, part, measured) for part in parts]
+    terms = other_forces(runs.model.structure)
+    whole, parts, sizes = runs.model.plus(*terms), [[u.name for u in term.unknowns] for term in terms], FIRST
+    units = [_as_large_as_measured(whole, part, runs.measured) for part in parts]
     for _ in range(2):
         own = {n: (0.0, u * size) for part, u, size in zip(parts, units, sizes, strict=True) for n in part}
         forces = terms, Prior.independent(own)
-        found, _ = _settled(rig, model, measured, settings, conventions, forces)
+        found, _ = _settled(runs, runs.settings, forces=forces)
         odds = by_sizes(found.joint.posterior, found.joint.prior, parts, sizes)[0]
         sizes = PAIRS[np.argmax(odds)]
     return found
@@ -165,37 +159,38 @@ def _with_other_forces(rig, model, measured, settings, conventions):
 
 def _as_large_as_measured(whole, names, measured):
     """Amplitude of some forces that together cause vibration as large as measured, in standard deviations of that."""
-    caused = [whitened_prediction(whole, one.measured, names, np.zeros(len(names)))[1] for one in measured]
-    shown = [one.measured.whitened(one.measured.amplitude) for one in measured]
+    caused = [whitened_prediction(whole, one, names, np.zeros(len(names)))[1] for one in measured]
+    shown = [one.whitened(one.amplitude) for one in measured]
     return np.linalg.norm(np.concatenate(shown)) / np.linalg.norm(np.concatenate(caused))
 
 
-def _with_larger_error(rig, model, measured, settings, conventions):
+def _with_larger_error(runs):
     """The IdentifiedRig with the least error of the model, by steps, with which it explains the runs; and that error.
 
     None where none does. The error is alike at neighbouring speeds, so that the runs say as much as fewer speeds would.
     """
-    share = max(settings.model_error, LEAST_ERROR)
+    share = max(runs.settings.model_error, LEAST_ERROR)
     while share < LARGEST_ERROR:
         share = min(2 * share, LARGEST_ERROR)
-        raised = settings.model_copy(update={"model_error": share})
+        raised = runs.settings.model_copy(update={"model_error": share})
         log.info("fitting the runs with a model error of %s", percent(share))
-        widened = [one.with_error(raised) for one in measured]
-        found, _ = _settled(rig, model, widened, settings, conventions)
+        found, _ = _settled(runs, raised)
         if not exceeds_noise(found.joint):
-            weight = independent_share(found.joint)
-            fewer = [one.with_variance(1 / weight) for one in widened]
-            return _settled(rig, model, fewer, settings, conventions)[0], share
+            return _settled(runs, raised, variance=1 / independent_share(found.joint))[0], share
     return None, share
 
 
-def _settled(rig, model, measured, settings, conventions, forces=None):
+def _settled(runs, with_error, variance=1.0, forces=None):
     """The IdentifiedRig without findings, and the Prior of the parameters that runs share.
 
-    forces : terms that no rig states, and the Prior of their amplitudes
-
     Numbers of the rotor are estimated again with the rotor that they make.
+
+    with_error : Settings of the model error;  variance : factor of the variance with it
+    forces     : terms that no rig states, and the Prior of their amplitudes
     """
+    rig, model, settings, conventions = runs.rig, runs.model, runs.settings, runs.conventions
+    spectra = [with_model_error(one, with_error) for one in runs.measured]
+    spectra = [replace(one, covariance=variance * one.covariance) for one in spectra]
     given, start, ratio = rig.given, None, 1.0
     for _ in range(REBUILDS):
         bare = RigFile(rig.path, given).measured_at(model.sensors, model.structure.reading)
@@ -206,8 +201,8 @@ def _settled(rig, model, measured, settings, conventions, forces=None):
         shared = Prior(prior.names, mean, prior.covariance / np.outer(scale, scale))
         if forces:
             whole, shared = whole.plus(*forces[0]), shared.plus(forces[1])
-        runs = [_run(one, whole, shared, settings, conventions) for one in measured]
-        joint = fit_runs(runs, shared, start)
+        each = zip(runs.items, spectra, strict=True)
+        joint = fit_runs([_run(*one, whole, shared, settings, conventions) for one in each], shared, start)
         theta, covariance = joint.of(shared_names(joint))
         moved = np.array([is_number(name) for name in shared_names(joint)])
         if np.all(np.abs(theta[moved]) <= SETTLED * np.sqrt(np.diag(covariance)[moved])):
@@ -230,9 +225,9 @@ def shared_names(joint: JointFit) -> list[str]:
     return [name for name in joint.prior.names if name not in own and not name.startswith(UNSTATED)]
 
 
-def _run(measured, whole, shared, settings, conventions):
-    """The Run of a MeasuredRun: the machine with what is added in this run, and the Prior of what is its own."""
-    item, structure = measured.item, whole.structure
+def _run(item, spectrum, whole, shared, settings, conventions):
+    """The Run of a listed one: the machine with what is added in this run, and the Prior of what is its own."""
+    structure = whole.structure
     own = shared.part(_own_names(item, whole, shared, settings))
     terms = []
     for i, added in enumerate(item.unbalances):
@@ -248,7 +243,7 @@ def _run(measured, whole, shared, settings, conventions):
         unknown = [u for u, value in zip(term.unknowns, term.theta, strict=True) if np.isnan(value)]
         if unknown:
             own = own.plus(Prior.independent({u.name: (0.0, settings.prior_width * u.typical) for u in unknown}))
-    return Run(item.name, whole.plus(*terms), measured.spectrum, own)
+    return Run(item.name, whole.plus(*terms), spectrum, own)
 
 
 def _own_names(item, whole, shared, settings):

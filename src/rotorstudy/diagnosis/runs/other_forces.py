@@ -34,11 +34,10 @@ def other_forces(structure: Structure) -> tuple[Term, Term]:
 
 
 def by_sizes(found, prior: Prior, others, sizes) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The evidence of each pair of sizes, by a fit with some.
+    """The log evidence (pair,) of each pair of sizes, and factors (pair, parameter) of the standard deviations.
 
-    found   : Fit or Posterior within the prior;  others : names of both forces;  sizes : (2,) with which it was made
-    returns : (pair,) logarithm of the evidence less a constant; (pair, parameter) factors of the standard deviations;
-              whitened derivatives (component, parameter) by unit parameters; (component,) what these have to explain
+    By a Fit or Posterior with some sizes (2,). Then its whitened derivatives (component, parameter) by unit parameters,
+    and what these have to explain (component,); others : names of both forces
     """
     scales = np.ones((len(PAIRS), len(prior.names)))
     for part, column in zip(others, (PAIRS / sizes).T, strict=True):

@@ -1,49 +1,98 @@
-"""A phase mark that was moved between two states: every harmonic n is turned by n times the same angle."""
+"""A phase mark that was moved between two states: every harmonic n is turned by n times the same angle.
 
+Runout and vibration are turned alike, which no change of the rotor does. Beside a change of what is most often at the
+discs, the unbalance, neither alone explains the records: a moved mark changes no amplitude.
+"""
+
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from rotorstudy.inference.fit import chi_square_p_value
+from rotorstudy.diagnosis.search.search import base_model
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.inference.fit import Fit, chi_square_p_value, fit
 from rotorstudy.inference.prediction import with_model_error
+from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.units import quantity
 
 LEAST_TURN = 5.0  # times the repeatability: a smaller one is scatter of the mark
 SCATTER = np.sqrt(3)  # each harmonic, the angle of the mark and the motion differ from run to run
+ANGLES = 120  # of a full turn, tried linearised
+REFINED = 3  # of them are refined, by steps
+NEAR = 3.0  # times the cost of noise: a linearised cost above it is not that of a turn
+STEPS, REACH, SETTLED = 3, 0.1, 1e-4  # of a refinement, how far each goes, and when it ends, rad
+DECISIVE = 40.0  # decrease of the cost: odds of e^20
 
 
-def without_turn(before, after, settings):
-    """The later state turned back if it is the earlier one turned, and a list of Finding that says so.
-
-    That is more than a change of the rotor can do: runout and vibration are turned alike, at every speed and probe.
-
-    before, after : Spectrum at the same speeds
-    """
+def without_turn(before: Spectrum, after: Spectrum, settings: Settings) -> tuple[Spectrum, list[Finding]]:
+    """The later state turned back if it is the earlier one turned, at every speed and probe, and a Finding of that."""
     shares = {"model_error": SCATTER * settings.repeatability, "covariance_error": 0.0}
     allowed = settings.model_copy(update=shares)
     covariance = sum(with_model_error(one, allowed).covariance for one in (before, after))
     difference = replace(before, covariance=covariance)
 
     def misfit(turn):
-        return float(np.sum(np.abs(difference.whitened(turned(after, -turn) - before.amplitude)) ** 2))
+        return float(np.sum(np.abs(difference.whitened(_turned(after, -turn) - before.amplitude)) ** 2))
 
     turn = _best_turn(before, after, misfit)
-    if abs(turn) < LEAST_TURN * max(settings.repeatability, 1e-3):
-        return after, []
     unturned, left = (chi_square_p_value(misfit(angle), difference.data_count) for angle in (0.0, turn))
-    if unturned >= settings.significance or left < settings.significance:
+    if _is_scatter(turn, settings) or unturned >= settings.significance or left < settings.significance:
         return after, []
-    text = (
-        f"harmonic n of the later state is that of the earlier one turned by n times {quantity(turn, 'rad')}, with the "
-        "runout, and nothing else changed: the phase mark or its sensor was moved, its other edge was taken, or all "
-        "that is unbalanced was turned on the shaft. The later state is turned back; correct 'mark_angle_deg' for it"
+    return _turned_back(
+        after,
+        turn,
+        "harmonic n of the later state is that of the earlier one turned by n times {}, with the runout, and nothing "
+        "else changed: the phase mark or its sensor was moved, its other edge was taken, or all that is unbalanced was "
+        "turned on the shaft. The later state is turned back; correct 'mark_angle_deg' for it",
     )
-    finding = Finding("warning", "phase mark moved", "both states", text)
-    return replace(after, amplitude=turned(after, -turn)), [finding]
 
 
-def turned(spectrum, turn):
+def without_turn_beside_a_change(
+    after: Spectrum, prepared: Callable, settings: Settings
+) -> tuple[Spectrum, list[Finding]]:
+    """The later state turned back if a moved phase mark and a change at the discs explain it, and neither alone does.
+
+    prepared : function of such a Spectrum -> Spectrum of the difference, Model of it, Settings
+    returns  : the state, and a Finding that says so
+    """
+    straight = _fitted(after, prepared)
+    if straight is None or not straight.is_rejected(settings.significance):
+        return after, []
+    costs = _linearised(straight, after, prepared)
+    angles = 2 * np.pi * np.arange(ANGLES) / ANGLES - np.pi
+    values = costs(angles)
+    least = [i for i in np.argsort(values) if values[i] <= min(values[i - 1], values[(i + 1) % ANGLES])]
+    tried = [one for i in least[:REFINED] if (one := _refined(angles[i], after, prepared))]
+    angle, explained = min(tried, key=lambda one: one[1].cost, default=(0.0, straight))
+    if (
+        _is_scatter(angle, settings)
+        or explained.is_rejected(settings.significance)
+        or straight.cost - explained.cost < DECISIVE
+    ):
+        return after, []
+    return _turned_back(
+        after,
+        angle,
+        "harmonic n of the later state is turned by n times {}, with the runout, beside a change of the rotor: the "
+        "phase mark or its sensor was moved, or its other edge was taken. The later state is turned back, and what "
+        "else changed follows from that; correct 'mark_angle_deg' for it",
+    )
+
+
+def _is_scatter(turn, settings):
+    return abs(turn) < LEAST_TURN * max(settings.repeatability, 1e-3)
+
+
+def _turned_back(after, turn, text):
+    finding = Finding("warning", "phase mark moved", "both states", text.format(quantity(turn, "rad")))
+    return replace(after, amplitude=_turned(after, -turn)), [finding]
+
+
+def _turned(spectrum, turn):
     """Harmonics (speed, harmonic, sensor) of a spectrum, each turned by n times an angle, rad."""
     return spectrum.amplitude * np.exp(1j * turn * spectrum.harmonics)[:, None]
 
@@ -56,3 +105,53 @@ def _best_turn(before, after, misfit):
     signs = before.harmonics[np.abs(before.harmonics) == 1]
     start = float(np.angle(np.sum(np.where(signs[:, None] > 0, product, product.conj()))))
     return float(minimize_scalar(misfit, bounds=(start - 0.1, start + 0.1), method="bounded").x)
+
+
+def _fitted(after, prepared) -> Fit | None:
+    """The Fit of the difference by a change at the discs; None of a rotor without such a change."""
+    difference, model, settings = prepared(after)
+    whole, prior = base_model(model, settings)
+    terms = [
+        make_term("effect", {"kind": kind, "node": node, "label": f"changed {node}"}, model.structure, model.sensors)
+        for kind in settings.at_discs
+        for node in sorted({disc.node for disc in model.structure.discs} or model.structure.nodes[:1])
+    ]
+    if not terms:
+        return None
+    wide = {u.name: (0.0, settings.prior_width * u.typical) for term in terms for u in term.unknowns}
+    return fit(whole.plus(*terms), with_model_error(difference, settings), prior.plus(Prior.independent(wide)))
+
+
+def _linearised(found, after, prepared):
+    """Function of angles (angle,), rad -> (angle,) costs with the model linearised about a fit."""
+    difference, _, settings = prepared(after)
+    known = np.vstack([found.jacobian, found.prior.whitener])
+    basis, _ = np.linalg.qr(known / np.linalg.norm(known, axis=0))
+    still = np.concatenate([found.residual, found.prior.whitener @ (found.prior.mean - found.free)])
+    noise = with_model_error(difference, settings)
+
+    def costs(angles):
+        change = np.array([_turned(after, -angle) for angle in angles]) - after.amplitude
+        moved = noise.whitened(change)
+        right = still + np.pad(moved, [(0, 0), (0, len(still) - moved.shape[-1])])
+        left = right - (right @ basis) @ basis.T
+        return np.sum(left**2, axis=-1)
+
+    return costs
+
+
+def _refined(angle, after, prepared):
+    """The angle, rad, of least cost near another one, and the Fit with the state turned back; None far from noise."""
+    from scipy.optimize import minimize_scalar
+
+    for _ in range(STEPS):
+        back = replace(after, amplitude=_turned(after, -angle))
+        costs = _linearised(_fitted(back, prepared), back, prepared)
+        found = minimize_scalar(lambda a, at=costs: at(np.array([a]))[0], bounds=(-REACH, REACH), method="bounded")
+        if found.fun > NEAR * back.data_count:
+            return None
+        angle += float(found.x)
+        if abs(found.x) < SETTLED:
+            break
+    angle = float(np.angle(np.exp(1j * angle)))
+    return angle, _fitted(replace(after, amplitude=_turned(after, -angle)), prepared)

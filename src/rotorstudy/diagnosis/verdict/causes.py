@@ -2,22 +2,27 @@
 
 import numpy as np
 
+from rotorstudy.diagnosis.one_cause.answer import far_amplitudes
+from rotorstudy.diagnosis.one_cause.over_forms import in_form, over_forms
+from rotorstudy.diagnosis.search.candidates import form_ranges
 from rotorstudy.diagnosis.search.odds import faults_of, odds_of
+from rotorstudy.diagnosis.search.shape_fit import Work, fitted_from
 from rotorstudy.diagnosis.verdict.result import Cause, ParameterEstimate
+from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState
 from rotorstudy.inference.estimate import magnitude_and_phase
+from rotorstudy.inference.fit import chi_square_p_value
+from rotorstudy.measurement.findings import Finding
 from rotorstudy.model.registry import registry
 
 
-def causes_of(explanation, probability, among, share, formed):
+def causes_of(explanation, probability, among, share, over):
     """The Cause of every fault of an explanation; the parts of a fault are one cause.
 
     among : explanations with which its variants are compared;  share : as for `_other_variants`
-    formed : Formed of the cause of which it is known, or None
+    over  : OverForms of one of the causes, or None
     """
     return [
-        cause_of(
-            parts, explanation.fit, probability[fault], _other_variants(explanation, parts[0], among, share), formed
-        )
+        cause_of(parts, explanation.fit, probability[fault], _other_variants(explanation, parts[0], among, share), over)
         for fault, parts in faults_of(explanation.causes).items()
     ]
 
@@ -36,8 +41,8 @@ def _other_variants(explanation, cause, among, share):
     return [dict(one) for one in needed if dict(one) != cause.variant]
 
 
-def cause_of(parts, fitted, probability, other_variants=(), formed=None):
-    """The Cause of the parts of a fault, whose options are listed where they differ; formed : as for `causes_of`."""
+def cause_of(parts, fitted, probability, other_variants=(), over=None):
+    """The Cause of the parts of a fault, whose options are listed where they differ; over : as for `causes_of`."""
     where = {}
     for key in dict.fromkeys(key for part in parts for key in part.where):
         values = sorted({part.where[key] for part in parts if key in part.where})
@@ -48,9 +53,9 @@ def cause_of(parts, fitted, probability, other_variants=(), formed=None):
         taken = "".join(f"_{key}_{own}" for key, own in part.where.items() if isinstance(where[key], list))
         parameters |= {f"{name}{taken}" if name in parameters else name: one for name, one in found.items()}
     usual = {}
-    if formed and formed.over and parts[0] is formed.usual:
+    if over and parts[0].cause == over.cause.cause:
         usual = _shape(parts[0], fitted)
-        parameters |= _shape(formed.over.cause, fitted, formed.over.intervals)
+        parameters |= _shape(over.cause, fitted, over.intervals)
     return Cause(
         effect=parts[0].effect,
         where=where,
@@ -101,3 +106,38 @@ def _shape(candidate, fitted, intervals=None):
         also = {"value": factor * one.value, "std": std, "interval_95": ends and tuple(factor * x for x in ends)}
         parameters[name] = one.model_copy(update=also | {"unit": ""})
     return parameters
+
+
+def over_its_forms(found):
+    """The OverForms of the one cause of the best explanation that has a form, None if there is none, and findings.
+
+    The search takes the usual form (a straight front) with an error; the depth then depends on it alone. A form far
+    from those of the library is told: none fits the records, or only one with an unusual size.
+    """
+    best, settings = found.best, found.settings
+    formed = [cause for cause in best.causes if cause.shape and form_ranges(cause.effect)]
+    if len(formed) != 1:
+        return None, []
+    (usual,), others = formed, [cause for cause in best.causes if cause is not formed[0]]
+    work = Work(found.rig, found.whole, found.prior, best.spectrum, settings)
+    try:
+        one = in_form(work, usual, usual.term.label, usual.variant, True)
+    except CannotAct:  # a published formula has one form
+        return None, []
+    names = [*found.prior.names, *(name for cause in others for name in cause.names)]
+    means = [mean for mean, _ in one.prior.values()]
+    over, odd = None, []
+    try:
+        fitted = fitted_from(work, [*others, one], np.array([*(best.fit.values[name] for name in names), *means]))
+        over = over_forms(work, fitted)
+    except (CannotAct, NoSteadyState, NoConvergenceError):
+        odd.append("it has no steady motion with another form")
+    if over is not None:
+        far = far_amplitudes(fitted.causes[-1:], [*names, *one.names], fitted.amplitudes)
+        odd += [f"{name} is {abs(away):.1f} usual standard deviations from its value" for name, away in far.items()]
+        if (p_value := chi_square_p_value(fitted.cost, best.spectrum.data_count)) < settings.significance:
+            odd, over = [*odd, f"the fit with its form free has a p-value of {p_value:.1g}"], None
+    elif not odd:
+        odd.append("its form could not be fitted")
+    text = f"{'; '.join(odd)}: {usual.cause} has another form than those of the library, and its size may be wrong"
+    return over, [Finding("warning", "form of the cause", "causes", text)] if odd else []

@@ -2,35 +2,26 @@
 
 import numpy as np
 
-from rotorstudy.diagnosis.verdict.force import equivalent_residual_force
 from rotorstudy.diagnosis.verdict.result import FORMAT_VERSION
-from rotorstudy.inference.prediction import predicted, with_model_error
+from rotorstudy.inference.prediction import BEYOND, predicted, with_model_error
+from rotorstudy.model.entries import Entry
+from rotorstudy.model.terms import Unknown
+from rotorstudy.response.neighbourhood import Neighbourhood
 from rotorstudy.store import dataset
 
 
 def verdict_dataset(diagnosis, spectrum):
-    """The content of verdict.nc: spectra, residual maps, equivalent residual force, parameters and explanations.
-
-    diagnosis : Diagnosis
-    spectrum  : Spectrum of all speeds, fitted and held out: (speed, harmonic, sensor), m
-    returns   : xarray.Dataset with the dimensions speed, harmonic and node; parameter; explanation. Units are in the
-                attributes.
-    """
+    """The content of verdict.nc; spectrum : Spectrum of all speeds, fitted and held out."""
     whole = with_model_error(spectrum, diagnosis.settings)
     base, best = diagnosis.search.base, diagnosis.best
-    held = diagnosis.held_out.speed if diagnosis.held_out is not None else []
+    held = np.isin(spectrum.speed, diagnosis.held_out.speed if diagnosis.held_out is not None else [])
     grid = ("speed", "harmonic", "node")
     variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
     variance = variance.reshape(*variance.shape[:-1], 2, -1).sum(axis=-2)
     variables = {
         "measured": (grid, spectrum.amplitude, "m", "measured harmonics"),
         "standard_deviation": (grid, np.sqrt(variance).transpose(0, 2, 1), "m", "noise of the measured harmonics"),
-        "held_out": (
-            ("speed",),
-            np.isin(spectrum.speed, held).astype("int8"),
-            "1",
-            "1 if the speed was held out of every fit",
-        ),
+        "held_out": (("speed",), held.astype("int8"), "1", "1 if the speed was held out of every fit"),
     }
     for when, name, fitted in (("before", "base", base), ("after", "extended", best)):
         shown = spectrum.shown(predicted(fitted.model, whole, fitted.theta))
@@ -111,3 +102,28 @@ def odds_of_causes_not_fitted(search):
             shapes = each.setdefault((cause.cause, *cause.variant.values()), [])
             shapes.append(np.exp(search.prior_odds.log_odds((cause,)) + screened.evidence))
     return float(sum(np.mean(shapes) for shapes in each.values()))
+
+
+def equivalent_residual_force(model, theta, speed, harmonics, residual):
+    """The force at the measured nodes, N, that would cause the residual (speed, harmonic, sensor), m, of a model.
+
+    Coupled harmonics are solved together. It acts there wherever the true one acts; an effect of the measuring chain
+    appears as a force too. The receptance of nonlinear forces is neglected.
+    """
+    harmonics = np.asarray(harmonics)
+    units = [model.structure.unit(node) for node in model.sensors]
+    pushes = [
+        Unknown(f"{part} {n}X at {node}", "N", (Entry(factor * unit, on="one", shift=int(n)),), 1.0)
+        for part, factor in (("real", 1), ("imag", 1j))
+        for n in harmonics
+        for node, unit in zip(model.sensors, units, strict=True)
+    ]
+    order = int(np.abs(harmonics).max()) + BEYOND
+    reply = Neighbourhood(model, speed, harmonics, theta, order=order).changes_by_forces([(pushes, None)])
+    reply = reply.reshape(len(speed), -1, len(pushes))
+    right = residual.reshape(len(speed), -1)
+    found = np.linalg.solve(
+        np.concatenate([reply.real, reply.imag], axis=1), np.concatenate([right.real, right.imag], axis=1)[..., None]
+    )[..., 0]
+    real, imag = np.split(found, 2, axis=1)
+    return (real + 1j * imag).reshape(residual.shape)

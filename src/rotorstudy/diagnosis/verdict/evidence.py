@@ -1,11 +1,13 @@
-"""What a verdict rests on: residuals, detection limits, parameters that moved or are not known, confounders."""
+"""What a verdict rests on: residuals, detection limits, parameters that moved or are not known, other effects."""
 
 import numpy as np
 
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS
+from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.verdict.cause_words import place, readable
 from rotorstudy.diagnosis.verdict.result import (
     DetectionLimit,
+    Excluded,
     Identifiability,
     MovedParameter,
     Place,
@@ -22,6 +24,8 @@ POWER = 1.645  # standard deviations above the threshold for a detection probabi
 MOVED = 2.0  # stated standard deviations beyond which a parameter is listed as moved
 PARTS = ("real", "imaginary")
 TRADED_OFF = 0.95  # correlation above which two parameters can hardly be separated
+MOST_EXCLUDED = 4  # other effects
+WORSE = 4.0  # mean square (standard deviations) beyond that of the verdict, by which a harmonic excludes: two of them
 
 
 def unexplained(fitted, spectrum, settings):
@@ -54,9 +58,7 @@ def detection_limits(found):
         for (p, part, unknown), one in zip(_parts(c.term), screened.detection, strict=True):
             if one < SEEN * c.prior[unknown.name][1]:
                 size = {"amplitude": needed * one, "unit": p.unit, "of_typical": needed * one / unknown.typical}
-                label = found.model.structure.label_at(c.where)
-                at = {"effect": c.effect, "where": c.where, "label": label}
-                limits.append(DetectionLimit(**at, parameter=p.name, part=part, **size))
+                limits.append(DetectionLimit.of(c, found.model.structure, parameter=p.name, part=part, **size))
     return sorted(limits, key=lambda row: row.of_typical)
 
 
@@ -114,8 +116,8 @@ def separating_measurements(causes, others, structure):
             text = told.get(b.effect, "other speeds, nearer to and beyond resonance")
             if a.effect == b.effect:
                 text = "a probe nearer to one of the places, or a speed near a mode that moves them differently"
-            pair = (Place(effect=c.effect, where=c.where, label=structure.label_at(c.where)) for c in (a, b))
-            found.append(SeparatingMeasurement(causes=tuple(pair), measurement=text))
+            pair = Place.of(a, structure), Place.of(b, structure)
+            found.append(SeparatingMeasurement(causes=pair, measurement=text))
     return list({(one.measurement, *map(place, one.causes)): one for one in found}.values())
 
 
@@ -141,3 +143,31 @@ def parameter_labels(model, causes):
                 text = place(cause) if p.name == cause.effect else f"{readable(p.name)} of {place(cause)}"
             labels[unknown.name] = f"{text}, {part} part" if part in PARTS else text
     return labels
+
+
+def excluded(found, best, stated):
+    """The most probable Explanations by other effects than those of the best, one for each effect, as Excluded.
+
+    stated : effects that cannot be ruled out beside it
+    """
+    known, rows = {*stated, *(cause.effect for cause in best.causes)}, {}
+    for one in sorted(found.explanations, key=odds_of, reverse=True):
+        others = [cause for cause in one.causes if cause.effect not in known]
+        if len(others) == 1 and len(one.causes) <= len(best.causes):
+            rows.setdefault(others[0].effect, _row(found, best, one, others[0]))
+    return list(rows.values())[:MOST_EXCLUDED]
+
+
+def _row(found, best, one, other):
+    """The Excluded of one cause of an explanation, with the harmonic at which that fails most."""
+    squares = [found.spectrum.by_harmonic(e.fit.residual) ** 2 for e in (one, best)]  # (speed, harmonic, node)
+    worse = (squares[0] - squares[1]).mean(axis=0)
+    h, s = np.unravel_index(np.argmax(worse), worse.shape)
+    fails = worse[h, s] >= WORSE
+    return Excluded(
+        cause=Place.of(other, found.model.structure),
+        log_odds=odds_of(best) - odds_of(one),
+        harmonic=int(found.spectrum.harmonics[h]) if fails else None,
+        node=int(found.spectrum.sensors[s]) if fails else None,
+        sigma=float(np.sqrt(squares[0][:, h, s].mean())) if fails else None,
+    )

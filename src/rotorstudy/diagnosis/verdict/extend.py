@@ -12,11 +12,9 @@ from rotorstudy.model.rig_numbers import is_number, with_numbers
 
 
 def extended_rig(given, diagnosis):
-    """The rig with its fitted parameters and every cause of the best explanation as an effect.
+    """The rig `given`, as read, with its fitted parameters and every cause of the best explanation as an effect.
 
     Its section `prior` has the covariance of the fit. The calibration of the measuring chain is left out.
-
-    given     : the rig as read from its file;  diagnosis : Diagnosis
     """
     best, causes, rig = diagnosis.best, diagnosis.search.best.causes, dict(given)
     own = build_model(given).names
@@ -41,9 +39,8 @@ def extended_rig(given, diagnosis):
 def _with_rotor_built_again(rig, diagnosis, renamed):
     """The rig with the fitted numbers of its rotor, and values (free,) and covariance of a fit of it.
 
-    Effects that depend on the matrices of the rotor did not follow its numbers in the best fit.
-
-    renamed : name of each parameter of the rig in the best fit -> its name in the rig
+    Effects that depend on the matrices of the rotor did not follow its numbers in the best fit, in which the parameters
+    of the rig have the names that are `renamed`.
     """
     best = diagnosis.best
     names = tuple(renamed.get(name, name) for name in best.names)

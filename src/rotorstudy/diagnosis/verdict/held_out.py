@@ -15,7 +15,6 @@ from rotorstudy.diagnosis.verdict.result import Gain
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import Fit, chi_square_p_value
 from rotorstudy.inference.prediction import carried_order, predicted, whitened_prediction, with_cause_error
-from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum, components
 from rotorstudy.response.measured import measured_response_and_jacobian
 
@@ -24,10 +23,7 @@ IMPROBABLE = 0.01  # probability by which the error at held-out speeds may rise 
 
 
 def split(spectrum, hold_out, others=False):
-    """The spectrum without the held-out speeds, and those; by default a quarter of five speeds or more.
-
-    others : hold out each one's lower neighbour instead
-    """
+    """The spectrum without the speeds held out, and these: by default a quarter of five or more, or the ones below."""
     count = len(spectrum.speed)
     if hold_out is None:
         held = np.linspace(0, count - 1, count // 4 + 2).round().astype(int)[1:-1] - int(others) if count >= 5 else []
@@ -47,18 +43,8 @@ def split(spectrum, hold_out, others=False):
     return spectrum.at_speeds(~mask), spectrum.at_speeds(mask) if mask.any() else None
 
 
-def others_held_out(held: Spectrum) -> Finding:
-    """The note that speeds are fitted after all, as they show what the others do not."""
-    speeds = ", ".join(f"{speed:.4g}" for speed in held.speed)
-    text = f"what explains the other speeds does not explain {speeds} rad/s; these are fitted, and others held out"
-    return Finding("note", "held-out speeds", "diagnosis", text)
-
-
 def gain_of(base, best, held, expected):
-    """The Gain of the extension at the held-out speeds; None if there are none.
-
-    expected : Spectrum held out, whose covariance has the error of the causes too
-    """
+    """The Gain of the extension at the held-out speeds, None without any; expected : with the error of the causes."""
     if held is None:
         return None
 
@@ -78,9 +64,6 @@ def rise_probability(base: Fit, best: Fit, held: Spectrum) -> float:
 
     With the error e of its prediction, by noise and uncertain parameters, and what the causes change, d, it rises if
     |e| > |e + d|, that is if d.e < -|d|^2 / 2. This is linear in e, which is normally distributed.
-
-    base, best : of the model without and with the causes
-    returns    : one half where the causes change nothing there
     """
     from scipy.special import ndtr
 
@@ -105,19 +88,16 @@ def expected_of(explanation: Explanation, found: Search, held: Spectrum, least: 
 
 
 def largest_of(explanation: Explanation, settings: Settings) -> float:
-    """Largest standard deviation of the error of form of its causes, relative."""
+    """Largest standard deviation that the error of form of its causes may have, relative."""
     every = ((cause.effect, p.name) for cause in explanation.causes for p in cause.term.parameters)
     return max((largest_error(*one, settings.form_error) for one in every), default=0.0)
 
 
 def with_held_out(found: Search, held: Spectrum | None) -> Search:
-    """The Search with the held-out speeds in the odds of its explanations; whether causes are upheld by both.
+    """The Search with the held-out speeds, which have the model error, in the odds of its explanations.
 
     Odds with all records are those of the fit times the likelihood of the held-out speeds, given the fit. A fault that
     the library lacks is taken to predict these speeds as well as the causes that do so best.
-
-    held   : with the model error
-    raises : NoSteadyState if the rig without causes has none at a held-out speed
     """
     if held is None:
         return found
@@ -145,12 +125,7 @@ def with_held_out(found: Search, held: Spectrum | None) -> Search:
 
 
 def is_contradicted(base: Fit, best: Fit, held: Spectrum | None, settings: Settings, gain: Gain | None) -> bool:
-    """Whether the held-out speeds contradict a model.
-
-    Its prediction is off by more than its uncertainty, or the error rises where noise hardly explains it.
-
-    held : with the error of the causes, the largest one that their form may have
-    """
+    """Whether a prediction is off by more than its uncertainty, or the error rises where noise hardly explains it."""
     if held is None:
         return False
     is_off = held_out_misfit(best, held).p_value < settings.significance

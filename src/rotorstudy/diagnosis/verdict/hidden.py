@@ -7,6 +7,7 @@ with a probability of 95 % where that exceeds what its odds need by `evidence.PO
 
 import logging
 from dataclasses import replace
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -31,18 +32,14 @@ UNITS = {"depth_ratio": OF_DIAMETER}
 
 
 def what_could_hide(work: Search) -> list[Hidden]:
-    """The size of every feared fault that is seen with 95 % at its places; None where even the largest is not.
-
-    work : a search that is over
-    """
-    plugins = registry().plugins["effect"]
+    """The size of every feared fault that is seen with 95 % at its places, by a search that is over."""
     tried = {c.effect for c in work.candidates}
-    seen = _Sight(work)
+    projection, sound = Projection(work.base, work.spectrum), predicted(work.base.model, work.spectrum, work.base.theta)
     return [
         row
-        for name, plugin in sorted(plugins.items())
+        for name, plugin in sorted(registry().plugins["effect"].items())
         if plugin.feared and name in tried and name not in work.failures
-        for row in _of_fault(work, plugin, seen)
+        for row in _of_fault(work, plugin, partial(_clearness, work, projection, sound))
     ]
 
 
@@ -86,7 +83,7 @@ def _of_fault(work, plugin, seen):
 
 def _just_seen(work, plugin, options, seen):
     """Size that is seen with 95 % at a place, None if none is, and its unit."""
-    feared, model = plugin.feared, work.base.model
+    feared = plugin.feared
     own = {name: value for name, value in options.items() if name != feared.size}
     is_option = feared.size in plugin.shape
 
@@ -105,7 +102,7 @@ def _just_seen(work, plugin, options, seen):
         one = cause(size) if is_option else largest
         values = {p.name: p.default or 0.0 for p in one.term.parameters}
         values[parameter.name] = parameter.typical if is_option else size * scale
-        return seen.of(model, replace(one.term, values=values))
+        return seen(replace(one.term, values=values))
 
     size, exponent = feared.largest, 3.0 if is_option else 1.0
     found = clearness(size)
@@ -123,21 +120,16 @@ def _just_seen(work, plugin, options, seen):
     return min(size * scale, feared.largest * scale), unit
 
 
-class _Sight:
-    """How clearly a change of the machine is seen beside the uncertain values of the rig."""
+def _clearness(work, projection, sound, term):
+    """How clearly a term is seen beside the uncertain values of the rig, in standard deviations of the records.
 
-    def __init__(self, work):
-        self.work, self.projection = work, Projection(work.base, work.spectrum)
-        self.sound = predicted(work.base.model, work.spectrum, work.base.theta)
-
-    def of(self, model, term):
-        """In standard deviations of the records; infinite where there is no steady state with it."""
-        faulty = model.plus(term)
-        known = dict(zip(model.names, self.work.base.theta, strict=True))
-        known |= dict(zip((u.name for u in term.unknowns), term.theta, strict=True))
-        try:
-            shown = predicted(faulty, self.work.spectrum, np.array([known[name] for name in faulty.names]))
-        except NoSteadyState:
-            return np.inf
-        change = self.work.spectrum.whitened(shown - self.sound)
-        return float(np.linalg.norm(self.projection.left(change[:, None])))
+    Infinite where there is no steady state with it.
+    """
+    faulty, known = work.base.model.plus(term), dict(work.base.values)
+    known |= dict(zip((u.name for u in term.unknowns), term.theta, strict=True))
+    try:
+        shown = predicted(faulty, work.spectrum, np.array([known[name] for name in faulty.names]))
+    except NoSteadyState:
+        return np.inf
+    change = work.spectrum.whitened(shown - sound)
+    return float(np.linalg.norm(projection.left(change[:, None])))

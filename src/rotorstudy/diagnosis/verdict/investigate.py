@@ -7,9 +7,10 @@ from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.impossible import unstable_rig
 from rotorstudy.diagnosis.search.odds import faults_of
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict.causes import cause_of, causes_of
+from rotorstudy.diagnosis.verdict.causes import cause_of, causes_of, over_its_forms
 from rotorstudy.diagnosis.verdict.evidence import (
     detection_limits,
+    excluded,
     identifiability,
     moved_parameters,
     not_considered,
@@ -18,19 +19,20 @@ from rotorstudy.diagnosis.verdict.evidence import (
     separating_measurements,
     unexplained,
 )
-from rotorstudy.diagnosis.verdict.excluded import excluded
-from rotorstudy.diagnosis.verdict.far_from_the_rig import far_from_the_rig
-from rotorstudy.diagnosis.verdict.first_answer import stopped_early
-from rotorstudy.diagnosis.verdict.held_out import gain_of, is_contradicted, others_held_out, split
+from rotorstudy.diagnosis.verdict.findings import (
+    far_from_the_rig,
+    others_held_out,
+    stopped_early,
+    within_uncertainty,
+    wrong_convention,
+)
+from rotorstudy.diagnosis.verdict.held_out import gain_of, is_contradicted, split
 from rotorstudy.diagnosis.verdict.next_run import next_runs
-from rotorstudy.diagnosis.verdict.over_its_forms import over_its_forms
 from rotorstudy.diagnosis.verdict.result import LIKELY_OUTSIDE, OnePlace, PValues, Verdict
 from rotorstudy.diagnosis.verdict.resultant import resultant_of
 from rotorstudy.diagnosis.verdict.sought import seek, without_the_best
-from rotorstudy.diagnosis.verdict.wide_ranges import wide_ranges
-from rotorstudy.diagnosis.verdict.within_uncertainty import within_uncertainty
+from rotorstudy.diagnosis.verdict.wide_ranges import free_parts
 from rotorstudy.diagnosis.verdict.words import summary
-from rotorstudy.diagnosis.verdict.wrong_convention import finding_of
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
 from rotorstudy.inference.prediction import misfit
@@ -81,11 +83,8 @@ def investigate(
 ) -> Diagnosis:
     """What a model lacks to explain a spectrum.
 
-    spectrum : measured harmonics (speed, harmonic, sensor), m, with their covariance, of the sensors of the model
-    model    : with values for all its parameters
     hold_out : speeds held out of every fit, rad/s; by default about a quarter, from the middle, or others if these
                show what the rest does not
-    settings : or a dict of some of them
     findings : on the records, to be included in the verdict
     raises   : RotorstudyError for sensors that do not match, speeds that were not measured, a model without values
     """
@@ -141,29 +140,22 @@ def _judged(one, settings, findings):
     against = is_contradicted(base, best.fit, expected, settings, gain)
     kind = _kind(found, p_values, p_parameters, probability, is_alone=not stated, is_contradicted=against)
     outside = found.outside_probability if best.causes and not chain else 0.0
-    formed = over_its_forms(found) if kind in ("cause", "ambiguous") else None
+    over, odd = over_its_forms(found) if kind in ("cause", "ambiguous") else (None, [])
     labels = parameter_labels(best.fit.model, best.causes)
     moved = moved_parameters(best.fit, found.prior.by_name)
+    findings = [*findings]
     if chain is not None:
-        findings = [*findings, finding_of(chain)]
-    elif kind != "nothing":
-        findings = [*findings, *far_from_the_rig(found, moved, labels)]
+        findings += wrong_convention(chain)
     else:
-        findings = [*findings, *within_uncertainty(found)]
-    if (
-        kind == "unknown"
-        and not found.stopped
-        and model.before is None
-        and (said := wide_ranges(model, fitted, settings))
-    ):
-        findings = [*findings, Finding("note", "free parts of the rig", "records and rig", said)]
-    findings = [*findings, *unstable_rig(found.unstable, best.fit, fitted.speed), *stopped_early(found)]
-    findings += [others_held_out(one.surprised)] if one.surprised else []
-    findings += formed.findings if formed else []
+        findings += within_uncertainty(found) if kind == "nothing" else far_from_the_rig(found, moved, labels)
+    if kind == "unknown" and not found.stopped and model.before is None:
+        findings += free_parts(model, fitted, settings)
+    findings += unstable_rig(found.unstable, best.fit, fitted.speed) + stopped_early(found)
+    findings += others_held_out(one.surprised) + odd
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
         verdict=kind,
-        causes=causes_of(best, probability, found.explanations, STATED_SET, formed),
+        causes=causes_of(best, probability, found.explanations, STATED_SET, over),
         ambiguous_with=[cause_of(parts, e.fit, probability[fault]) for fault, parts, e in stated],
         resultant=resultant_of(found, best),
         separating_measurement=separating_measurements(best.causes, others, model.structure),
@@ -194,11 +186,7 @@ def _judged(one, settings, findings):
 
 
 def _kind(found, p_values, p_parameters, probability, *, is_alone, is_contradicted):
-    """The kind of verdict: "nothing", "cause", "ambiguous" or "unknown".
-
-    probability : fault -> posterior probability;  is_alone : whether no other causes have to be stated
-    is_contradicted : whether the held-out speeds contradict the verdict
-    """
+    """The kind of verdict; is_alone : whether no other causes have to be stated."""
     settings, best = found.settings, found.best
     if found.stopped:
         return "unknown"
@@ -223,10 +211,7 @@ def _places_of_outside(found):
 
 
 def _stated(weights, best):
-    """(fault, its parts, explanation) of other causes needed for a credible set of probability `STATED_SET`.
-
-    Other parts of a fault that is named (another shape of a bow) are no other causes.
-    """
+    """(fault, its parts, explanation) of causes, but parts of faults that are named, needed for a `STATED_SET`."""
     total, found, seen = 0.0, [], set(best.faults)
     for explanation, weight in weights:
         if total >= STATED_SET:

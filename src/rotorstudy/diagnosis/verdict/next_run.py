@@ -30,15 +30,10 @@ PROPOSED = 3  # runs
 
 
 def next_runs(found: Search, measured: Spectrum, known: tuple[float, ...], decided: float) -> list[NextRun]:
-    """Further runs that separate the explanations best, the most decisive one first.
+    """Further runs that separate the explanations best: up to the highest speed and beyond, with and without a trial.
 
-    They are the best one up to the highest speed measured and the best one beyond, without and with a trial unbalance
-    at each disc.
-
-    measured : without the model error. A further run has its mean covariance.
-    known    : speeds measured but held out of the fits, rad/s. They are not proposed.
+    measured : without the model error;  known : speeds that were measured too, rad/s, which are not proposed
     decided  : posterior probability of an explanation from which on it is taken to be decided
-    returns  : none if there is only one explanation
     """
     fits, weights = explanations_in_question(found, decided)
     if len(fits) < 2:
@@ -59,10 +54,7 @@ def next_runs(found: Search, measured: Spectrum, known: tuple[float, ...], decid
 
 
 def explanations_in_question(found: Search, decided: float) -> tuple[list[Fit], np.ndarray]:
-    """Fits of a credible set of a probability, at most `MOST`, and their posterior probabilities, of sum one.
-
-    Those that add to the best one are no alternatives to it.
-    """
+    """Fits of a credible set but those that add to the best, at most `MOST`, and their probabilities, of sum one."""
     best, total, chosen = found.best, 0.0, []
     for explanation, weight in found.posterior():
         if total >= decided or len(chosen) == MOST:
@@ -75,10 +67,7 @@ def explanations_in_question(found: Search, decided: float) -> tuple[list[Fit], 
 
 
 def _trials(found, measured):
-    """(Place, Term, unbalance in kg m) of a trial unbalance at each disc, or on a rotor of one node.
-
-    It changes the measured vibration by `TRIAL` of the largest one.
-    """
+    """(Place, Term, kg m) of an unbalance at each disc that changes the vibration by `TRIAL` of the largest one."""
     structure, trials, base = found.rig.structure, [], found.base
     discs = structure.nodes if len(structure.nodes) == 1 else {disc.node for disc in structure.discs}
     for node in sorted(discs):
@@ -90,8 +79,7 @@ def _trials(found, measured):
         if not change.any():  # no 1X was measured
             continue
         size = TRIAL * _vibration(measured, measured.amplitude) / _vibration(measured, change) * parameter.typical
-        where = {"node": node}
-        place = Place(effect="unbalance", where=where, label=structure.label_at(where))
+        place = Place(effect="unbalance", where={"node": node}, label=structure.label_at({"node": node}))
         term = replace(term, values={parameter.name: complex(size)})
         trials.append((place, term, size / parameter.also["unbalance"][1]))
     return trials
@@ -115,10 +103,14 @@ def _best_run(found, measured, fits, weights, speeds, trial, decided):
     expected = np.array([expected_log_odds(one, weights) for one in runs])
     for best in np.argsort(-expected):
         speed = float(spectrum.speed[within[best]])
-        if _is_stable(fits, speed):
-            likely = decision_probability(runs[best], weights, decided)
-            odds = {"expected_log_odds": expected[best], "decision_probability": likely}
-            return NextRun(speed=speed, trial=place, trial_unbalance=size, **odds)
+        try:
+            for fitted in fits:
+                check_stable(fitted.model, [speed], fitted.theta)
+        except NoSteadyState:
+            continue
+        likely = decision_probability(runs[best], weights, decided)
+        odds = {"expected_log_odds": expected[best], "decision_probability": likely}
+        return NextRun(speed=speed, trial=place, trial_unbalance=size, **odds)
     return None
 
 
@@ -129,29 +121,15 @@ def with_term(fitted: Fit, term: Term) -> Fit:
     return replace(fitted, model=model, theta=np.array([values[name] for name in model.names]))
 
 
-def _is_stable(fits, speed):
-    try:
-        for fitted in fits:
-            check_stable(fitted.model, [speed], fitted.theta)
-    except NoSteadyState:
-        return False
-    return True
-
-
 def further_run(
     found: Search, measured: Spectrum, base: Fit, fits: list[Fit], weights: np.ndarray, speeds: np.ndarray
 ) -> tuple[Spectrum, np.ndarray]:
     """The Spectrum expected of a run at those of some speeds where all explanations have a steady state.
 
-    Its covariance is the mean one of the speeds measured so far, with the error of the model and of a cause.
+    Its covariance is the mean one of the speeds measured, with the error of the model and of a cause.
 
-    measured : without the model error
-    base     : without causes, in that run
-    fits     : the explanations, in that run
-    weights  : (explanation,) their probabilities
-    speeds   : (speed,) in rad/s
-    returns  : the Spectrum, whose amplitude is the mean of those of the explanations, and the amplitude of each of them
-               (explanation, speed, harmonic, sensor), complex, m
+    base, fits : in that run, without causes and of the explanations, which have the probabilities `weights`
+    returns    : the Spectrum with their mean amplitude, and that of each (explanation, speed, harmonic, sensor)
     """
     covariance = np.broadcast_to(measured.covariance.mean(axis=0), (len(speeds), *measured.covariance.shape[1:]))
     blank = np.zeros((len(speeds), *measured.amplitude.shape[1:]), complex)

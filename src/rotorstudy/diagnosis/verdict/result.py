@@ -13,6 +13,7 @@ from rotorstudy.measurement.findings import Finding
 
 FORMAT_VERSION = 3  # of verdict.json and verdict.nc
 LIKELY_OUTSIDE = 0.5  # probability of a fault that the library lacks, above which a verdict is unknown
+ACTS_BY = {"force": "a force", "moment": "a moment", "bending": "bending moments"}  # such a fault
 
 
 class Result(BaseModel):
@@ -35,6 +36,11 @@ class Place(Result):
     effect: str
     where: Annotated[dict[str, Any], BeforeValidator(_without_numpy)]
     label: str = ""
+
+    @classmethod
+    def of(cls, cause, structure, **more):
+        """That of a Candidate on a Structure; more : other fields."""
+        return cls(effect=cause.effect, where=cause.where, label=structure.label_at(cause.where), **more)
 
 
 class ParameterEstimate(Result):

@@ -22,11 +22,7 @@ NEGLIGIBLE = 0.1  # of the resultant: a split known as well as that is known
 
 
 def resultant_of(found: Search, best: Explanation) -> Resultant | None:
-    """What the unbalances of all discs are together, where their split is not known.
-
-    best    : the best one
-    returns : None if the causes are not unbalances, the rotor has a single disc, or the split is known
-    """
+    """What the unbalances of all discs are together; None where their split is known, or the causes are others."""
     structure = found.rig.structure
     nodes = sorted({disc.node for disc in structure.discs})
     if len(nodes) < 2 or not best.causes or any(cause.effect != "unbalance" for cause in best.causes):
@@ -43,9 +39,8 @@ def resultant_of(found: Search, best: Explanation) -> Resultant | None:
         return None
     _, (size, angle), spread = magnitude_and_phase(["sum_real", "sum_imag"], together, spread)
     std = np.sqrt(np.diag(spread))
-    places = [Place(effect="unbalance", where={"node": n}, label=structure.label_at({"node": n})) for n in nodes]
     return Resultant(
-        discs=tuple(places),
+        discs=[Place(effect="unbalance", where={"node": n}, label=structure.label_at({"node": n})) for n in nodes],
         weights=tuple(weights.tolist()),
         size=ParameterEstimate(value=float(size), std=float(std[0]), unit="kg m", part="magnitude"),
         angle=ParameterEstimate(value=float(angle), std=float(std[1]), unit="rad", part="phase"),
@@ -61,15 +56,10 @@ def _of_all_discs(found, best, nodes):
     ]
     width = found.settings.prior_width
     known = {unknown.name: (0.0, width * unknown.typical) for term in terms for unknown in term.unknowns}
-    model = found.model.plus(*terms)
-    start = found.base.values
+    model, values = found.model.plus(*terms), found.base.values
+    start = np.array([values.get(name, 0.0) for name in model.names])
     try:
-        fitted = fit(
-            model,
-            found.spectrum,
-            found.prior.plus(Prior.independent(known)),
-            start=np.array([start.get(name, 0.0) for name in model.names]),
-        )
+        fitted = fit(model, found.spectrum, found.prior.plus(Prior.independent(known)), start=start)
     except NoSteadyState:
         return None, None
     if fitted.cost > best.fit.cost + len(known):  # at other places than the discs

@@ -4,17 +4,20 @@ import logging
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.search import begin, is_asked_to_stop, search, unsearched
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict.first_answer import first_answer
 from rotorstudy.diagnosis.verdict.held_out import HeldOutMisfit, expected_of, held_out_misfit, largest_of, with_held_out
-from rotorstudy.diagnosis.verdict.result import LIKELY_OUTSIDE, ChainHypothesis
+from rotorstudy.diagnosis.verdict.result import ACTS_BY, LIKELY_OUTSIDE, ChainHypothesis
 from rotorstudy.diagnosis.verdict.wrong_convention import Tested, chain_hypothesis, clear_convention, tested_convention
+from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
+from rotorstudy.units import p_value, percent
 
 log = logging.getLogger(__name__)
 
@@ -92,3 +95,18 @@ def _searched(model, measured, fitted, settings):
             raise
         found = replace(unsearched(begun), stopped=True)
     return found, chain, tested
+
+
+def first_answer(work: Search) -> str:
+    """Whether the rig explains the records, and where one force would explain most of the rest, before the search."""
+    rows = work.spectrum.data_count
+    p_residual = chi_square_p_value(work.base.cost, rows)
+    if p_residual >= work.settings.significance:
+        return f"first answer: the rig explains the records (residual: {p_value(p_residual)})"
+    said = f"first answer: the rig leaves {np.sqrt(work.base.cost / rows):.3g} standard deviations (rms) unexplained"
+    best = next((one for one in work.free_forces if one.is_testable), None)
+    if best is None:
+        return said
+    ((place, number),) = best.where.items()
+    share = percent(min(best.left / work.base.cost, 1.0) ** 0.5)
+    return f"{said}; {ACTS_BY[best.motion]} at {place} {number} would leave {share} of it, the least of all places"

@@ -9,6 +9,7 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import fit, residual_share
 from rotorstudy.inference.prior import Prior
+from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
@@ -27,8 +28,7 @@ MOVED = 3  # numbers that are said
 def wide_ranges(model: Model, spectrum: Spectrum, settings: Settings) -> str:
     """What a rig leaves unexplained with wide ranges of its bearings or foundation, or any runout, as a sentence.
 
-    model   : with a value for every amplitude;  spectrum : with the model error
-    returns : empty for a rig without uncertain bearings or foundation
+    Empty for a rig without uncertain bearings or foundation; spectrum : with the model error
     """
     parts, rows = _parts(model), spectrum.data_count
     stated = _fitted(*base_model(model, settings), spectrum, {})
@@ -48,6 +48,12 @@ def wide_ranges(model: Model, spectrum: Spectrum, settings: Settings) -> str:
     if residual_share(stated.cost, costs[best], rows) > EXPLAINS:
         return f"{said}: none of these alone explains it"
     return f"{said}: check {best} first{_furthest(free[best], parts.get(best, {}))}, and state how well it is known"
+
+
+def free_parts(model, spectrum, settings):
+    """A note of what `wide_ranges` says, if it says anything."""
+    said = wide_ranges(model, spectrum, settings)
+    return [Finding("note", "free parts of the rig", "records and rig", said)] if said else []
 
 
 def any_offset(spectrum: Spectrum) -> tuple[Term, Prior]:

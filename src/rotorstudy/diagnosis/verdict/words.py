@@ -1,25 +1,36 @@
-"""A verdict in sentences. ± is one standard deviation."""
+"""A verdict in sentences, and what to do after it. ± is one standard deviation."""
 
 import numpy as np
 
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable
-from rotorstudy.diagnosis.verdict.far_from_the_rig import moved_far
-from rotorstudy.diagnosis.verdict.result import LIKELY_OUTSIDE
-from rotorstudy.units import number, p_value, percent, probability, quantity, spins
+from rotorstudy.diagnosis.verdict.findings import CONTRADICTED
+from rotorstudy.diagnosis.verdict.result import ACTS_BY, LIKELY_OUTSIDE
+from rotorstudy.model.registry import registry
+from rotorstudy.units import number, p_value, percent, probability, quantity, spin, spins
 
 OF_DIAMETER = "of the diameter"  # unit of the depth of a crack
-FEW = 3  # detection limits, or unexplained harmonics, in a sentence
+FEW = 3  # detection limits, unexplained harmonics, or values of the rig, in a sentence
 SEVERAL = 6  # other possible causes in a sentence
 SAME_WEIGHT = 0.05  # difference of the weights of two discs in a sum that is not worth saying
 WORTH_SAYING = 0.05  # probability that the true cause is not among those stated
 MOST_ODDS = 100  # power of ten; what is left out of account is far more probable than that
 LARGE_LOG_ODDS = 7.0  # from which on odds are said as a power of ten
+LIKELY = 0.1  # probability of a decision below which a run is not worth its trouble
+HARDLY = 3.0  # standard deviations (rms) below which a longer record helps to separate causes
+REPEAT = (
+    "Repeat the later run without touching the machine. If repeats differ by as much, state their scatter "
+    "('repeatability', 'run_to_run' in the rig file), and compare again."
+)
+CHECK = (
+    "Check the rig file ('rotorstudy check', 'rotorstudy analyse') and the probes, and state how well its values are "
+    "known ('diagnosis: uncertainty:'); records of the sound machine update it ('rotorstudy identify --runs')."
+)
 
 
 def summary(verdict, of_change=False):
     """The verdict as a few plain sentences; of_change : whether it is on the difference between two states."""
     said = [_said(verdict, of_change)]
-    if verdict.verdict == "unknown" and (far := moved_far(verdict.base_parameters)):
+    if verdict.verdict == "unknown" and (far := _moved_far(verdict.base_parameters)):
         said.append(f"The fit moved these values of the rig far; check them first: {', '.join(far)}.")
     if verdict.resultant:
         said.append(resultant_in_words(verdict.resultant))
@@ -31,6 +42,17 @@ def summary(verdict, of_change=False):
     if found := doubts(verdict):
         said.append(f"Check the records first: {found}.")
     return " ".join(said)
+
+
+def _moved_far(moved):
+    """'gain mismatch of disc 1 (by 30 stated standard deviations)' of the values of the rig that moved furthest."""
+    furthest = {}
+    for row in moved:
+        name = row.name.removesuffix("_real").removesuffix("_imag")
+        furthest[name] = max(furthest.get(name, 0.0), abs(row.moved_sigma))
+    far = sorted(((size, name) for name, size in furthest.items() if size > CONTRADICTED), reverse=True)
+    said = [(readable(name).replace("[", " of ").removesuffix("]"), size) for size, name in far[:FEW]]
+    return [f"{name} (by {size:.0f} stated standard deviations)" for name, size in said]
 
 
 def excluded_in_words(verdict):
@@ -149,9 +171,8 @@ def where_it_acts(verdict):
     """A sentence on the places at which one force explains the records, or nothing."""
     if not verdict.one_place:
         return ""
-    names = {"force": "a force", "moment": "a moment", "bending": "bending moments"}
     places = [
-        f"{names[one.motion]} {'at' if key == 'node' else 'in'} {key} {value}"
+        f"{ACTS_BY[one.motion]} {'at' if key == 'node' else 'in'} {key} {value}"
         for one in verdict.one_place
         for key, value in one.where.items()
     ]
@@ -220,3 +241,88 @@ def smallest_detected(verdict):
     """The most sensitive detection limits as short texts, one for each effect and place."""
     limits = {place(row): row for row in reversed(detection_limits(verdict))}
     return [f"{name} {quantity(row.amplitude, row.unit)}" for name, row in reversed(limits.items())][:FEW]
+
+
+def known_and_not(verdict, of_change=False):
+    """{heading: sentences} of what an unknown verdict, perhaps `of_change`, leaves known, and what not."""
+    changed = "The machine differs between the two states" if of_change else "The machine differs from the rig file"
+    known = f"{changed} by more than noise and the errors stated for it ({p_value(verdict.residual_p_value.before)})."
+    known += f" {where_it_acts(verdict).capitalize()}" * bool(verdict.one_place)
+    if not verdict.causes:
+        return {"Known": known, "Not known": "The cause: no effect of the library fits."}
+    near = " together with ".join(map(place, verdict.causes))
+    explained = percent(max(0.0, 1 - verdict.residual_share), 2)
+    known += f" The closest explanation is {near}: it accounts for {explained} of the excess error (rms)."
+    if verdict.outside_probability > LIKELY_OUTSIDE:
+        why = "a force of another law at one place explains the records better"
+    elif verdict.parameter_p_value < verdict.settings.significance:
+        why = f"it needs values far from those stated ({p_value(verdict.parameter_p_value)})"
+    elif verdict.residual_p_value.after < verdict.settings.significance:
+        why = f"it leaves more than noise ({p_value(verdict.residual_p_value.after)})"
+    else:
+        why = "it does not hold at speeds that no fit has seen"
+    return {"Known": known, "Not known": f"Whether that is the cause: {why}. So its size is not stated here."}
+
+
+def separated(verdict):
+    """{measurement: ["a or b", ...]}: what to measure, and the causes that it separates."""
+    groups = {}
+    for one in verdict.separating_measurement:
+        text = one.measurement[:1].upper() + one.measurement[1:]
+        groups.setdefault(text, []).append(" or ".join(map(place, one.causes)))
+    return groups
+
+
+def _run(run):
+    """'258 rad/s (2464 rpm) with a trial unbalance at node 3 of 30 g mm: expected odds 12 to 1, decided with ...'."""
+    trial = f" with a trial {place(run.trial)} of {quantity(run.trial_unbalance, 'kg m')}" if run.trial else ""
+    odds = number(np.exp(run.expected_log_odds), 2)
+    likely = percent(run.decision_probability, 2)
+    return f"{spin(run.speed)}{trial}: expected odds {odds} to 1, decided with a probability of {likely}"
+
+
+def runs_in_words(verdict):
+    """What further runs would decide, as sentences."""
+    if not verdict.next_runs:
+        return []
+    likely = [run for run in verdict.next_runs if run.decision_probability >= LIKELY]
+    if not likely:
+        return [f"No run at one more speed is likely to decide. The best one is at {_run(verdict.next_runs[0])}."]
+    return [f"{'Or run' if i else 'Run'} at {_run(run)}." for i, run in enumerate(likely)]
+
+
+def next_steps(verdict, of_change=False):
+    """Recommended actions and measurements after a verdict, perhaps `of_change`, as sentences."""
+    kind, steps = verdict.verdict, []
+    if found := doubts(verdict):
+        steps.append(f"Check the records first: {found} (see below).")
+    if verdict.broken_plugins:
+        steps.append("Repair the broken plugins (see below): they were not, or not fully, considered.")
+    if kind == "nothing":
+        steps.append(
+            "None, unless effects below the detection limits matter: longer records, or speeds nearer to resonance, "
+            "lower the limits."
+        )
+    if kind == "ambiguous":
+        steps += runs_in_words(verdict)
+        steps += [f"{text.rstrip('.')}." for text in separated(verdict)]
+        if verdict.gain and verdict.gain.before_sigma < HARDLY:
+            steps.append("What is missing hardly exceeds the noise: take longer records, or more of them.")
+    if kind == "unknown":
+        rest = ", ".join(f"{row.harmonic}X at node {row.node}" for row in verdict.unexplained[:FEW])
+        steps.append(REPEAT if of_change else CHECK)
+        steps.append("Measure at further speeds: causes that look alike at these differ there.")
+        steps.append(
+            (f"Examine what remains: {rest}. " if rest else "")
+            + "Physics that the library lacks can be added as an effect (docs/adding_a_model.md)."
+        )
+    for name in verdict.not_considered:
+        hints = (registry().confounders(cause.effect).get(name) for cause in verdict.causes)
+        steps.append(f"Rule out {readable(name)}, which was not considered: {next(filter(None, hints))}.")
+    if kind == "cause":
+        steps.append(
+            "Measure one more speed and compare: 'rotorstudy simulate extended_rig.yaml --speeds ...' predicts it."
+        )
+    if verdict.gain is None and kind != "nothing":
+        steps.append("Hold out a speed ('--hold-out') to measure the gain.")
+    return steps

@@ -1,21 +1,19 @@
 """Whether records look as if a measuring convention were stated wrongly, rather than as if the rotor had a fault."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.search import with_one_cause
-from rotorstudy.diagnosis.verdict.cause_words import place
 from rotorstudy.diagnosis.verdict.measuring_chain import Hypothesis, hypotheses
 from rotorstudy.diagnosis.verdict.result import ChainHypothesis, Place, PValues
 from rotorstudy.inference.fit import Fit, chi_square_p_value, fit, residual_share
 from rotorstudy.inference.prediction import carried_order, with_model_error
-from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.response.measured import measured_response_and_jacobian
-from rotorstudy.units import percent
 
 PRIOR_ODDS = 0.02  # that some convention is stated wrongly, divided among the hypotheses
 TRIAL_STEPS = 5  # of a fit, after which a cause that comes near is known
@@ -25,13 +23,10 @@ CLEAR = 10.0  # times the cost of a hypothesis, which every cause alone must lea
 SMALL_SHARE = 0.1  # of the excess error (rms), which a right hypothesis may leave alone, as there may be a fault too
 
 
-@dataclass(frozen=True)
-class Tested:
-    """A hypothesis that was fitted.
+class Tested(NamedTuple):
+    """A hypothesis, its Fit to the corrected Spectrum with the model error, and the logarithm of its prior odds.
 
-    spectrum   : the corrected Spectrum, with the model error
-    fit        : Fit to that spectrum
-    log_factor : logarithm of the factor of its likelihood: its prior odds times the determinant of the change
+    These include the determinant of the change.
     """
 
     hypothesis: Hypothesis
@@ -43,20 +38,18 @@ class Tested:
 def tested_convention(begun, spectrum):
     """The Tested hypothesis with the highest odds, or None where the records do not contradict the rig.
 
-    begun : Search in which nothing was searched yet;  spectrum : Spectrum without the model error
+    begun : Search in which nothing was searched yet;  spectrum : without the model error
     """
-    if not _contradicted(begun.base, begun.settings):
-        return None
-    return best_hypothesis(spectrum, begun.base, begun.settings)
+    base, significance = begun.base, begun.settings.significance
+    is_far = chi_square_p_value(base.penalty, len(base.names)) < significance
+    return best_hypothesis(spectrum, base, begun.settings) if base.is_rejected(significance) or is_far else None
 
 
 def clear_convention(begun, tested):
     """The ChainHypothesis that explains the records where no cause comes near, or None. No search is needed to tell it.
 
     It leaves only noise, alone or with one cause on the rotor, and whatever the causes are that the records show, each
-    alone leaves many times more than it does.
-
-    begun : Search in which nothing was searched yet;  tested : Tested
+    alone leaves many times more than it does. `begun` is a Search in which nothing was searched yet.
     """
     base, alone = begun.base, tested.fit
     if _gain(tested, base) < LEAST_MARGIN:
@@ -95,28 +88,15 @@ def _one_comes_near(begun, screened, cost):
 def chain_hypothesis(found, base, tested):
     """The ChainHypothesis that explains the records better than any cause under the stated conventions, or None.
 
-    It is tried without causes and, if neither it nor the best causes reduce the residual to noise, with one cause on
-    the rotor.
-
-    found : Search;  base : Fit without causes, and without the error of a cause;  tested : Tested
+    It is tried without causes and, if neither it nor the best causes of the Search leave only noise, with one cause on
+    the rotor; base : Fit without causes.
     """
-    settings, best = found.settings, found.best
-    as_stated, odds_as_stated = best.fit, best.log_posterior_odds
-    tried = [Explanation((), tested.fit, 0.0)]
-    rejected = all(one.is_rejected(settings.significance) for one in (as_stated, tested.fit))
-    if rejected and _gain(tested, base) > LEAST_MARGIN:
+    best, gain, tried = found.best, _gain(tested, base), [Explanation((), tested.fit, 0.0)]
+    if gain > LEAST_MARGIN and all(one.is_rejected(found.settings.significance) for one in (best.fit, tested.fit)):
         tried += _with_one_cause(found, tested)
-    near = [one for one in tried if odds_of(one) + _gain(tested, base) - odds_as_stated >= LEAST_MARGIN]
-    accepted = (
-        _accepted(tested, one, base, best.log_posterior_odds, found) for one in sorted(near, key=odds_of, reverse=True)
-    )
-    return next(filter(None, accepted), None)
-
-
-def _contradicted(base, settings):
-    """Whether the records contradict the rig without causes, or move its parameters too far."""
-    p_base = chi_square_p_value(base.penalty, len(base.names))
-    return base.is_rejected(settings.significance) or p_base < settings.significance
+    near = [one for one in tried if odds_of(one) + gain - odds_of(best) >= LEAST_MARGIN]
+    ranked = sorted(near, key=odds_of, reverse=True)
+    return next(filter(None, (_accepted(tested, one, base, odds_of(best), found) for one in ranked)), None)
 
 
 def _gain(tested, base):
@@ -128,9 +108,7 @@ def _accepted(tested, explained, base, odds_of_best, work):
     """The ChainHypothesis if it meets the standards of a cause, or alone leaves only a small share of the excess error.
 
     With a cause beside it, no further fault excuses what is left. The base parameters must move no more than expected,
-    or than under the stated conventions.
-
-    explained : Explanation of the corrected records;  odds_of_best : log odds of the best causes under the stated ones
+    or than under the stated conventions, under which the best causes have the log odds `odds_of_best`.
     """
     odds, after, rows = odds_of(explained) + _gain(tested, base), explained.fit, len(base.residual)
     left, significance = residual_share(base.cost, after.cost, rows), work.settings.significance
@@ -145,16 +123,12 @@ def _accepted(tested, explained, base, odds_of_best, work):
     return ChainHypothesis(
         hypothesis=tested.hypothesis.name,
         remedy=tested.hypothesis.remedy,
-        beside=next((_place(cause, base.model.structure) for cause in explained.causes), None),
+        beside=next((Place.of(cause, base.model.structure) for cause in explained.causes), None),
         log_odds=odds,
         log_odds_of_best_causes=odds_of_best,
         residual_p_value=PValues(before=chi_square_p_value(base.cost, rows), after=p_after),
         residual_share=left,
     )
-
-
-def _place(cause, structure):
-    return Place(effect=cause.effect, where=cause.where, label=structure.label_at(cause.where))
 
 
 def _with_one_cause(found, tested):
@@ -174,25 +148,8 @@ def _with_one_cause(found, tested):
     return with_one_cause(replace(work, free_forces=tuple(free_forces(work))))
 
 
-def finding_of(chain):
-    """The Finding, a warning, that a convention seems to be stated wrongly; chain : ChainHypothesis."""
-    beside = f" with {place(chain.beside)}" if chain.beside else ""
-    text = (
-        f"the records look as if {chain.hypothesis}: corrected for that, the rig{beside} explains all but "
-        f"{percent(chain.residual_share)} of the excess error (rms), better than any cause (log odds "
-        f"{chain.log_odds:.3g}, best causes {chain.log_odds_of_best_causes:.3g}). No cause is named: {chain.remedy}, "
-        "then diagnose again"
-    )
-    return Finding("warning", "measuring chain", "records and rig", text)
-
-
 def best_hypothesis(spectrum, base, settings) -> Tested:
-    """The hypothesis with the highest odds, fitted.
-
-    spectrum : Spectrum, without the model error
-    base     : Fit of the model without causes; the hypotheses are linearised about the stated values of its parameters
-    settings : Settings;  returns : Tested
-    """
+    """The hypothesis with the highest odds, fitted; all are linearised about the stated values of the base Fit."""
     model, prior, about = base.model, base.prior, base.stated_theta
     every = hypotheses(spectrum, model)
     models = (model, replace(model, from_unloaded_line=not model.from_unloaded_line))
@@ -206,8 +163,8 @@ def best_hypothesis(spectrum, base, settings) -> Tested:
         screened.append((evidence + log_factor, log_factor, hypothesis, corrected))
     screened.sort(key=lambda one: -one[0])
     tested = [
-        Tested(hypothesis, corrected, fit(models[hypothesis.other_zero], corrected, prior, start=about), log_factor)
-        for _, log_factor, hypothesis, corrected in screened[:FITTED]
+        Tested(one, corrected, fit(models[one.other_zero], corrected, prior, start=about), log_factor)
+        for _, log_factor, one, corrected in screened[:FITTED]
     ]
     return max(tested, key=lambda one: one.fit.evidence + one.log_factor)
 
