@@ -269,8 +269,8 @@ def test_linear_algebra_uses_one_thread_unless_more_are_stated_to_a_command(stat
     """Of a job the number is stated by Snakemake, for all its processes together."""
     names = [f"{library}_NUM_THREADS" for library in ("OPENBLAS", "OMP", "MKL")]
     own = {name: value for name, value in os.environ.items() if name not in names}
-    code = f"import os, rotorstudy.{{}}; print(*[os.environ[n] for n in {names}])"
-    both = "\n".join(map(code.format, ("commands", "studies.workflow")))
+    code = f"import os, sys; sys.path.insert(0, 'workflow'); import {{}}; print(*[os.environ[n] for n in {names}])"
+    both = "\n".join(map(code.format, ("rotorstudy.commands", "jobs.run")))
     environment = own | ({} if stated is None else dict.fromkeys(names, stated))
     asked = subprocess.run([sys.executable, "-c", both], env=environment, capture_output=True, text=True, check=True)
     assert asked.stdout.split() == [used] * 3 + ["1"] * 3

@@ -16,8 +16,8 @@ from rotorstudy.studies.config import load_study
 from rotorstudy.studies.identify import monte_carlo
 from rotorstudy.studies.simulate import case_records, kind_spectra
 from thesis import errata
+from thesis.chapter_tables import joint_share
 from thesis.config import load_replay
-from thesis.printed import joint_share
 from thesis.replay import records, replay_problem, rounding_draws, spectra
 
 ROOT = Path(__file__).parents[2]

@@ -15,7 +15,7 @@ from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.studies.config import changed, load_study
 from rotorstudy.studies.sensors import sensors
 from rotorstudy.studies.variants import variants
-from thesis import errata, errata_chapter_6
+from thesis import errata
 from thesis.scoreboard import published
 
 ROOT = Path(__file__).parents[2]
@@ -33,7 +33,7 @@ def tried(study):
 
 
 def test_errata_have_numbers_for_both_signs_and_the_misprint(study, tried):
-    found = errata_chapter_6.chapter_6(study, REFERENCE, tried)
+    found = errata.numbers_6(study, REFERENCE, tried)
     assert found["reading_thesis_percent"] < 0.05 and found["reading_right_sign_percent"] > 10
     assert found["minus_2X_um"] == pytest.approx(0.18609, abs=1e-5)
     assert found["opposite_signs_percent"] < 0.01 and found["consistent_signs_percent"] > 1

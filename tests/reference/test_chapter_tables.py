@@ -11,7 +11,7 @@ from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.studies.common import is_phase, parameter_units
 from rotorstudy.studies.config import load_study
 from rotorstudy.studies.stability import damping_along_x
-from thesis import chapter_2, chapter_4, chapter_6
+from thesis.chapter_tables import described, places
 from thesis.config import Picture, load_replay
 from thesis.figures.replays import KINDS
 from thesis.scoreboard import published
@@ -25,30 +25,22 @@ def study(number):
     return load_study(ROOT / "workflow" / "config" / f"chapter_{number}.yaml")
 
 
-def columns(number):
-    if number == 6:
-        return chapter_6.spectrum_columns()
-    return {2: chapter_2, 4: chapter_4}[number].spectrum_columns(study(number))
-
-
-def described(number):
-    return chapter_6.described() if number == 6 else {2: chapter_2, 4: chapter_4}[number].DESCRIBED
-
-
 @pytest.mark.parametrize("number", [2, 4, 6])
-def test_every_printed_spectrum_has_a_column_here_and_every_column_a_printed_one(number):
-    printed = published(REFERENCE, list(described(number)))
-    spectra = printed[printed.quantity != "estimate"]
-    keys = zip(spectra.table, spectra.case, spectra.quantity, spectra.method, strict=True)
-    assert set(keys) == set(columns(number))
-
-
-@pytest.mark.parametrize("number", [2, 4, 6])
-def test_every_printed_estimate_has_a_parameter_of_the_study(number):
-    module = {2: chapter_2, 4: chapter_4, 6: chapter_6}[number]
-    printed = published(REFERENCE, list(described(number)))
-    assert set(printed[printed.quantity == "estimate"].item) <= set(module.PARAMETERS)
-    assert {ours for ours, _ in module.PARAMETERS.values()} <= set(parameter_units(study(number)))
+def test_what_is_printed_has_its_place_here_and_every_place_is_printed(number):
+    config, texts = study(number), described(REFERENCE, f"chapter_{number}")
+    printed = published(REFERENCE, list(texts["tables"]))
+    spectra, estimates = (printed[printed.quantity.eq("estimate") == of] for of in (False, True))
+    columns = places(REFERENCE, "columns_of_spectra", texts["tables"])
+    keys = ["table", "case", "quantity", "method"]
+    assert sorted({*spectra[keys].itertuples(index=False, name=None)}) == sorted(
+        tuple(column[key] for key in keys) for column in columns
+    )
+    assert {round(speed, 2) for speed in config.shown_speeds_rad_s} >= {column["speed_rad_s"] for column in columns}
+    rows = places(REFERENCE, "rows_of_estimates", texts["tables"])
+    assert {*zip(estimates.table, estimates.case, strict=True)} == {(r["table"], r["printed_case"]) for r in rows}
+    assert {row["case"] for row in rows} == set(config.cases)
+    assert set(estimates.item) <= set(texts["parameters"])
+    assert set(texts["parameters"].values()) <= set(parameter_units(config))
 
 
 def test_phases_and_dampings_are_told_by_unit_and_table():

@@ -1,27 +1,20 @@
 """What binds a job to its files: figures and tables by name, results by name, and the code that a function needs."""
 
-import os
 from pathlib import Path
-from types import SimpleNamespace
 
 import pandas as pd
 import pytest
 
+from jobs import run
+from jobs.plan import Job
+from jobs.run import code_digest, imported_files, opened, run_job
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.presentation.plots import figure, save_figures
 from rotorstudy.presentation.tables import write_tables
 from rotorstudy.store import dataset, save
-from rotorstudy.studies import workflow
-from rotorstudy.studies.workflow import called, code_digest, imported_files, named_function, opened, run_script
 from thesis.tables import Table
 
-SCRIPT = Path(__file__).parents[2] / "workflow" / "scripts" / "study.py"
-
-
-class Params(dict):
-    """Items by name as attributes, too, as Snakemake has them."""
-
-    __getattr__ = dict.__getitem__
+WHIRL, BIAS = "rotorstudy.studies.whirl.whirl", "rotorstudy.studies.identify.bias"
 
 
 def files(folder, *names):
@@ -67,41 +60,24 @@ def test_results_among_the_inputs_are_opened_by_name(tmp_path):
     found = opened({"bias": paths[0], "monte_carlo": paths, "config": "a.yaml", "plugins": []})
     assert found["bias"].x.long_name == "one"
     assert {name: data.x.long_name for name, data in found["monte_carlo"].items()} == {"one": "one", "two": "two"}
-    assert set(found) == {"bias", "monte_carlo"}
-
-
-def test_a_function_is_called_with_its_params_and_the_results_among_the_inputs(tmp_path):
-    save(dataset({"x": ((), 1.0, "1", "one")}, {}), tmp_path / "one.nc")
-    params = {"function": "builtins.dict", "load": "builtins.open", "code": "1f", "rig": "thesis"}
-    fake = SimpleNamespace(params=Params(params), input={"bias": str(tmp_path / "one.nc"), "config": "a.yaml"})
-    found = called(fake, {}, reasons="why.yaml")
-    assert set(found) == {"rig", "bias", "reasons"} and found["rig"] == "thesis" and float(found["bias"].x) == 1
+    assert (found["config"], found["plugins"]) == ("a.yaml", [])  # other files by their paths
 
 
 def test_a_job_depends_on_the_module_of_its_function_and_on_no_other_stage():
     def stages(function):
-        files = map(Path, imported_files(SCRIPT, function))
+        files = map(Path, imported_files("jobs.datasets.compute", function))
         return {f"{file.parent.name}/{file.stem}" for file in files}
 
-    assert callable(named_function("rotorstudy.studies.whirl.whirl"))
-    whirl, bias = stages("rotorstudy.studies.whirl.whirl"), stages("rotorstudy.studies.identify.bias")
-    assert {"studies/whirl", "studies/common", "response/whirl"} <= whirl
+    whirl, bias = stages(WHIRL), stages(BIAS)
+    assert {"jobs/datasets", "studies/whirl", "studies/common", "response/whirl"} <= whirl
     assert {"studies/identify", "studies/simulate"} <= bias
     others = {f"studies/{name}" for name in ("sensors", "variants", "stability", "weight_dominance", "cracks")}
     for needed in (whirl, bias):
         assert not needed & others
         assert not {name for name in needed if name.partition("/")[0] in ("thesis", "presentation")}
     assert not whirl & {"studies/identify", "studies/simulate"}
-
-
-def test_what_a_script_names_is_found_with_what_that_imports_inside_functions(tmp_path):
-    script = tmp_path / "odd.py"
-    script.write_text("def f():\n    from rotorstudy.yaml_file import (  # why\n        read_yaml,\n    )\n")
-    assert [Path(file).stem for file in imported_files(script)] == ["errors", "yaml_file"]
-    text = Path(workflow.__file__).with_name("unbalance_response.py").read_text(encoding="utf-8")
-    inside = tmp_path / "inside.py"
-    inside.write_text(text)
-    assert {"rig_items", "resonance"} <= {Path(file).stem for file in imported_files(inside)}
+    imported_inside = {"plots", "captions"}  # a function
+    assert imported_inside <= {Path(file).stem for file in imported_files("rotorstudy.commands.diagnose.run")}
 
 
 def test_a_job_runs_again_after_any_change_of_its_code(tmp_path, monkeypatch):
@@ -109,24 +85,24 @@ def test_a_job_runs_again_after_any_change_of_its_code(tmp_path, monkeypatch):
     files = [tmp_path / "a.py", tmp_path / "b.py"]
     for file in files:
         file.write_text("x = 1\n")
-    monkeypatch.setattr(workflow, "imported_files", lambda *_: files)
-    before = code_digest(SCRIPT)
+    monkeypatch.setattr(run, "imported_files", lambda *_: files)
+    before = code_digest(WHIRL)
     files[0].touch()
-    workflow._file_digest.cache_clear()
-    assert code_digest(SCRIPT) == before
+    run._file_digest.cache_clear()
+    assert code_digest(WHIRL) == before
     files[1].write_text("x = 2\n")
-    workflow._file_digest.cache_clear()
-    assert code_digest(SCRIPT) != before
+    run._file_digest.cache_clear()
+    assert code_digest(WHIRL) != before
 
 
-def test_a_script_runs_in_a_process_of_its_own_and_its_failure_is_told(tmp_path):
-    script, said = tmp_path / "odd.py", tmp_path / "said.txt"
-    script.write_text(
-        "import os, pathlib, sys\n"
-        "pathlib.Path(snakemake.output).write_text(str(os.getpid()))\n"
-        "sys.exit(snakemake.params)\n"
-    )
-    run_script(script, SimpleNamespace(output=str(said), params=0))
-    assert int(said.read_text()) != os.getpid()
-    with pytest.raises(RotorstudyError, match=r"odd\.py ended with 3; see odd\.log"):
-        run_script(script, SimpleNamespace(output=str(said), params=3, log=["odd.log"]))
+def test_a_job_runs_in_a_process_of_its_own_and_its_failure_is_told(tmp_path):
+    """Functions of the standard library in place of one of ours: what is given is passed by name."""
+    log, copy = [str(tmp_path / "logs" / "odd.log")], tmp_path / "copy.txt"
+    (tmp_path / "one.txt").write_text("1\n")
+    copied = Job("copied", "shutil.copyfile", {"src": str(tmp_path / "one.txt")}, {"dst": str(copy)})
+    run_job(copied, copied.inputs, copied.outputs, {}, 1, log)
+    assert copy.read_text() == "1\n"
+    refused = Job("odd", "rotorstudy.studies.cracks.load_cracks", {"path": "none.yaml"})
+    with pytest.raises(RotorstudyError, match=r"odd ended with 1; see .*odd\.log"):
+        run_job(refused, refused.inputs, refused.outputs, {}, 1, log)
+    assert "error: file 'none.yaml' does not exist" in Path(log[0]).read_text()

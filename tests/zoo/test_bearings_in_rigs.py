@@ -8,9 +8,8 @@ from machines import disc, shaft
 
 from rotorstudy import build_model, eigenvalues, harmonic_response, make_term, registry, stability_threshold
 from rotorstudy.commands.line import main
-from rotorstudy.presentation.bearing_figures import plot_bearing_coefficients
+from rotorstudy.presentation.bearing_figures import bearing_coefficients, plot_bearing_coefficients
 from rotorstudy.response.statics import static_deflection
-from rotorstudy.studies.bearings import all_bearings, bearing_coefficients
 
 SHAFT = shaft(1.0, 4, disc(3, 80.0, 0.9, 0.5), outer_diameter_m=0.06)
 UNBALANCE = {"kind": "unbalance", "node": 3, "mass_kg": 80.0, "eccentricity_m": 1e-5}
@@ -82,7 +81,7 @@ def test_unbalance_on_journals_goes_backward_too_and_oil_whip_starts_near_twice_
 
 
 def test_every_bearing_is_compared_and_a_speed_it_refuses_is_left_out():
-    data = bearing_coefficients(all_bearings(), np.array([50 * np.pi, 900.0, 1200.0]))
+    data = bearing_coefficients(BEARINGS, np.array([50 * np.pi, 900.0, 1200.0]))
     assert list(data.bearing.values) == sorted(plugin.name for plugin in BEARINGS)
     journal = data.sel(bearing="short_journal").isel(speed=0)  # the textbook's example, see test_film_bearings
     assert journal.stiffness.values / 1e6 == pytest.approx([8.815, 25.06, -16.39, 12.81], rel=4e-4)

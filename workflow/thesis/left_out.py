@@ -1,5 +1,6 @@
 """Diagnosis of the replayed experiments: error at each speed left out, and comparison with the thesis's estimates."""
 
+import json
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import read_rig
 from rotorstudy.response.measured import measured_response
-from rotorstudy.store import as_complex
+from rotorstudy.store import as_complex, write_text
 from rotorstudy.units import shown_unit
 from thesis.checks import shown_name
 from thesis.replay import thesis_estimates
@@ -143,3 +144,8 @@ def compared_parameters(config, data, folder):
                 fits_of = {"thesis": value * factor, "base": base, "extended": extended}
                 compared.append(Compared(readable(config.name), shown_name(name), unit, **kind, **fits_of))
     return compared
+
+
+def write(path, records, rig_path):
+    """Write the rows of `leave_one_out` as JSON."""
+    write_text(path, json.dumps(leave_one_out(records, rig_path), indent=1, ensure_ascii=False) + "\n")

@@ -19,9 +19,8 @@ from thesis.checks import (
     slow_roll_text,
     weight_text,
 )
-from thesis.printed import scored_against
 from thesis.replay import BOTH_DAMPINGS, COLUMN, DAMPINGS, remove_slow_roll, rounding_draws, thesis_estimates
-from thesis.scoreboard import KEYS, published
+from thesis.scoreboard import KEYS, published, scored_against
 from thesis.tables import Table, scored_tables
 
 

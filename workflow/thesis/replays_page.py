@@ -4,9 +4,12 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from rotorstudy.diagnosis.verdict.cause_words import place, readable
 from rotorstudy.diagnosis.verdict.result import Verdict
+from rotorstudy.presentation.pages import to_index
+from rotorstudy.presentation.tables import write_csv, write_html
 from rotorstudy.store import load
 from rotorstudy.units import number, p_value
 from thesis.config import load_replay
@@ -181,3 +184,14 @@ def replays_page(configs, folders, reference):
         *(f"Not decided either: {text}" for text in UNDECIDED[1:]),
     ]
     return {"harmonics": harmonics, "left_out": shown, "parameters": [one.row() for one in compared]}, notes
+
+
+def write(csv, html, configs, folders, reference, index):
+    """Write the page and its tables to paths; index : the page of all results."""
+    rows, notes = replays_page(configs, folders, reference)
+    tables = {name: pd.DataFrame(rows[name]) for name in SHEETS}
+    for path, table in zip(csv, tables.values(), strict=True):
+        write_csv(table, path)
+    title = "Residuals of the thesis's model on its own measurements"
+    shown = {SHEETS[name]: table for name, table in tables.items()}
+    write_html(html, title, notes, shown, digits=3, links=to_index(html, index))

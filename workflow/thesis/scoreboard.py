@@ -5,6 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.presentation.pages import to_index
+from rotorstudy.presentation.tables import write_csv, write_html
+from thesis.tables import in_table_order
 
 KEYS = ["table", "case", "item", "noise_percent", "quantity", "method"]
 COLUMNS = [*KEYS, "published", "last_digit", "computed", "unit", "origin", "status", "reason"]
@@ -69,6 +72,21 @@ def score(printed, computed, reasons, measured_again=()):
     return merged.assign(status=status, reason=text, origin=origin)[COLUMNS]
 
 
+def scored_against(printed, rows, reasons, measured_again=()):
+    """The scoreboard of computed rows; reasons may quote their `deviation` from the printed values and its `percent`.
+
+    rows : with KEYS and `computed`, and perhaps further columns that reasons quote;  reasons : path
+    """
+    import pandas as pd
+
+    computed, values = pd.DataFrame(rows), printed.set_index(KEYS).published
+    known = np.array([values.get(tuple(key), np.nan) for key in computed[KEYS].values])
+    deviation = np.abs(computed.computed - known)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        percent = 100 * deviation / np.abs(known)
+    return score(printed, computed.assign(deviation=deviation, percent=percent), load_reasons(reasons), measured_again)
+
+
 def _matches(rule, row):
     for key, wanted in rule.items():
         if key in ("status", "reason", "even_if_equal"):
@@ -90,3 +108,31 @@ def load_reasons(path):
                 f"{path}: status {rule.get('status')!r} of table {rule.get('table')} (allowed: {STATUSES[1:]})"
             )
     return reasons
+
+
+def write(scored, csv, html, index):
+    """Write the scoreboard over the rows of all chapters, which are CSV files; index : the page of all results."""
+    import pandas as pd
+
+    rows = pd.concat([pd.read_csv(path, dtype={"table": str, "item": str}) for path in scored])
+    rows = in_table_order(rows[COLUMNS])
+    computed, measured = (rows[rows.origin == origin] for origin in ("computed anew", "measured again"))
+
+    def reproduced(rows):
+        return (rows.status == "reproduced").sum()
+
+    counts = rows.groupby(["table", "status"], sort=False).size().unstack(fill_value=0)
+    counts = counts.reindex(columns=list(STATUSES), fill_value=0).reset_index()
+    counts.insert(1, "values", counts[list(STATUSES)].sum(axis=1))
+    write_csv(rows, csv)
+    write_html(
+        html,
+        "Scoreboard",
+        f"Of {len(computed)} printed values that are computed anew, {reproduced(computed)} are reproduced within one "
+        f"unit of their last digit. Another {len(measured)} are measurements: replayed as records and measured again, "
+        f"{reproduced(measured)} are reproduced, which checks the measuring chain. Every other value has a reason.",
+        {"Every value": rows, "Number of values by table": counts},
+        choose=("table", "quantity", "method", "origin", "status"),
+        below="reason",
+        links=to_index(html, index),
+    )

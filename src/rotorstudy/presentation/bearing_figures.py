@@ -1,9 +1,44 @@
-"""Figure of the bearings of the plugin library."""
+"""Stiffness and damping over speed of every bearing of the plugin library, each with its example."""
 
-from rotorstudy.presentation.plots import COLOURS, figure
-from rotorstudy.studies.bearings import DIRECTIONS
+import numpy as np
 
-LINES = ("-", "-.", ":", "--")  # distinguishable where they coincide
+from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.bearings import dynamic_stiffness
+from rotorstudy.model.registry import registry
+from rotorstudy.presentation.plots import COLOURS, figure, save_figure
+from rotorstudy.store import dataset, provenance, save
+
+SPEEDS = np.linspace(50.0, 400.0, 71)  # rad/s: from slow roll to beyond the first critical speed of a test rig
+LINES = {"xx": "-", "xy": "-.", "yx": ":", "yy": "--"}  # distinguishable where they coincide
+
+
+def bearing_coefficients(plugins, speeds=SPEEDS):
+    """Synchronous coefficients of the plugins' examples, every amplitude at its typical size.
+
+    speeds  : (speed,) rad/s
+    returns : stiffness, damping (bearing, speed, direction), NaN where a bearing refuses the speed; x is down, and xy
+              is the force along x by a motion along y
+    """
+    found = np.array([[_at(plugin, w) for w in speeds] for plugin in plugins]).reshape(len(plugins), len(speeds), 4)
+    coordinates = {
+        "bearing": ([plugin.name for plugin in plugins], "1", "bearing plugin"),
+        "speed": (speeds, "rad/s", "spin speed"),
+        "direction": (list(LINES), "1", "of the force, of the motion; x down"),
+    }
+    variables = {
+        "stiffness": (tuple(coordinates), found.real, "N/m", "real part of the dynamic stiffness at +-1X"),
+        "damping": (tuple(coordinates), found.imag / speeds[:, None], "N s/m", "its imaginary part over the speed"),
+    }
+    return dataset(variables, coordinates, title="Stiffness and damping of every bearing over speed")
+
+
+def _at(plugin, speed):
+    """(2, 2) dynamic stiffness at one speed."""
+    try:
+        return dynamic_stiffness(typical_term(plugin, bench_structure()), [speed], [1])[0, 0]
+    except RotorstudyError:
+        return np.full((2, 2), np.nan)
 
 
 def plot_bearing_coefficients(data):
@@ -14,9 +49,9 @@ def plot_bearing_coefficients(data):
         for panel, (quantity, scale, unit) in zip(
             row, (("stiffness", 1e-6, "MN/m"), ("damping", 1e-3, "kN s/m")), strict=True
         ):
-            for d, direction in enumerate(DIRECTIONS):
+            for d, (direction, line) in enumerate(LINES.items()):
                 values = data[quantity].sel(bearing=name, direction=direction) * scale
-                panel.plot(data.speed, values, LINES[d], color=COLOURS[d], label=direction)
+                panel.plot(data.speed, values, line, color=COLOURS[d], label=direction)
             panel.set(ylabel=f"{quantity} ({unit})", title=name.replace("_", " "))
     for panel in axes[-1]:
         panel.set_xlabel("spin speed (rad/s)")
@@ -25,3 +60,12 @@ def plot_bearing_coefficients(data):
     lines = axes[0, 0].get_legend_handles_labels()
     picture.legend(*lines, loc="outside lower center", ncols=4, title="force along, motion along; x down, at 1X")
     return picture
+
+
+def write_bearings(data, pictures):
+    """Write the coefficients of all bearings, and their figure, to paths."""
+    plugins = [plugin for kind, plugin in registry() if kind == "bearing"]
+    found = bearing_coefficients(plugins)
+    examples = {plugin.name: plugin.example for plugin in plugins}
+    save(found.assign_attrs(provenance(examples, plugins)), data)
+    save_figure(plot_bearing_coefficients(found), *pictures)

@@ -1,10 +1,53 @@
-"""Tables of the comparison of spectrum methods and estimators: ranking and recommendation."""
+"""Results of the comparison of spectrum methods and estimators: figures, ranking and recommendation."""
 
+from pathlib import Path
+
+from rotorstudy.presentation.comparison_figures import comparison_figures
 from rotorstudy.presentation.pages import to_index
+from rotorstudy.presentation.plots import save_figures
 from rotorstudy.presentation.tables import write_csv, write_html
-from rotorstudy.studies.comparison.ranking import AS_GOOD, FIRST, SELDOM, VALID, advice, in_sentences, named, with_words
+from rotorstudy.store import gathered, load, provenance, save
+from rotorstudy.studies.comparison import estimates as accuracy
+from rotorstudy.studies.comparison.config import load_comparison
+from rotorstudy.studies.comparison.ranking import (
+    AS_GOOD,
+    FIRST,
+    SELDOM,
+    VALID,
+    advice,
+    in_sentences,
+    named,
+    ranking,
+    with_words,
+)
+from rotorstudy.studies.config import file_name
 
 BEST = 7  # pairs that the page shows of each rotor, fault and noise; the CSV file has all
+
+
+def write_comparison(comparison, pictures, ranking_files, advice_files, config, spectra, estimates, bias, index):
+    """Write the comparison as NetCDF, its figures, and its tables (paths of CSV and page) from the files of all jobs.
+
+    spectra, estimates, bias : paths "<rotor>/<spectrum method or estimator>.nc", those of chunks in order
+    """
+    config = load_comparison(config)
+    names = {file_name(name): name for name in config.rotors}
+
+    def loaded(paths):
+        """(rotor, method) -> Dataset of all chunks."""
+        found = {}
+        for path in map(Path, paths):
+            found.setdefault((names[path.parent.name], path.stem), []).append(load(path))
+        return {key: gathered(parts, "fault") if len(parts) > 1 else parts[0] for key, parts in found.items()}
+
+    whole = accuracy.comparison(loaded(estimates))
+    save(whole.assign_attrs(provenance(config.model_dump(), [], config.seed), title=config.title), comparison)
+    ranked = ranking(whole)
+    write_ranking(ranked, config.trials, *ranking_files, index)
+    write_advice(ranked, {name: fault.use_if for name, fault in config.faults.items()}, *advice_files, index)
+    errors = {key: data.harmonic_error for key, data in loaded(spectra).items()}
+    biased = [(*key, data) for key, data in loaded(bias).items()]
+    save_figures(comparison_figures(whole, errors, biased, config.trials), pictures)
 
 
 def write_ranking(ranked, trials, csv, html, index=None):

@@ -4,10 +4,8 @@ import numpy as np
 
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
-from rotorstudy.model.rig import named_plugins
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.stability import check_stable
-from rotorstudy.store import provenance
 
 SPEED = ("rad/s", "spin speed")
 
@@ -70,10 +68,3 @@ def relative_error(phase, theta, true):
     phase : (parameter,) of `is_phase`;  theta, true : (parameter,)
     """
     return np.where(phase, theta - true, theta / true - 1)
-
-
-def study_provenance(config):
-    """Provenance attributes of a stage: configuration and every plugin that its rigs and methods use."""
-    used = [plugin for rig in config.rigs.values() for plugin in named_plugins(rig)]
-    used += [plugin for plugins in config.methods.values() for plugin in plugins.values()]
-    return provenance(config.model_dump(), used)

@@ -11,9 +11,9 @@ from rotorstudy.model.cracks import breathing_function
 from rotorstudy.model.depth import stiffness_loss
 from rotorstudy.model.options import check_options
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import build_model, named_plugins
+from rotorstudy.model.rig import build_model
 from rotorstudy.response.harmonic import harmonic_response
-from rotorstudy.store import dataset, provenance
+from rotorstudy.store import dataset
 from rotorstudy.studies.common import SPEED
 from rotorstudy.studies.config import PositiveNumber, SpeedRange
 from rotorstudy.yaml_file import read_yaml
@@ -139,9 +139,7 @@ def compare(config):
             "stiffness loss of a shaft with crack and disc at mid-span",
         ),
     }
-    used = [*named_plugins(config.base), *cracks.values(), *depths.values()]
-    made = dataset(variables, coordinates, title=config.title)
-    return made.assign_attrs(provenance(config.model_dump(), used))
+    return dataset(variables, coordinates, title=config.title)
 
 
 def _directions(values, angle):

@@ -4,11 +4,10 @@ import numpy as np
 
 from rotorstudy.model.cracks import SERIES_ORDER
 from rotorstudy.model.registry import registry
-from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
+from rotorstudy.presentation.plots import figure
 from rotorstudy.presentation.spectrum_figures import full_spectra, time_and_orbit
 from rotorstudy.store import as_complex
 from rotorstudy.studies.config import file_name
-from thesis.chapter_2 import COMPENSATION, MODELS, PARAMETERS, printed_case
 from thesis.figures.common import study_figures
 from thesis.scoreboard import published
 
@@ -70,35 +69,6 @@ def spectra_figure(config, spectra, thesis_spectra, speed, printed):
     return full_spectra(config.harmonics, rows, list(zip(panels, kinds, strict=True)), marks)
 
 
-def printed_noise_rows(printed, noisy):
-    """Distance of the printed noise rows of Table 2.5 from our mean, in standard deviations.
-
-    printed : rows of `published`;  noisy : printed case -> Monte Carlo Dataset of the thesis's rig, one record kind
-    """
-    picture, axes = figure(height=2.8, width=4.5)
-    names = ["c_H", "c_E", "e", "phi", "dk_xi"]
-    rows = printed[(printed.table == "2.5") & (printed.noise_percent > 0)]
-    for m, model in enumerate(MODELS.values()):
-        place, level = [], []
-        for row in rows.itertuples():
-            ours, factor = PARAMETERS[row.item]
-            data = noisy[row.case].sel(noise_model=model, noise=row.noise_percent)
-            trials = data.estimate.sel(estimator="least_squares", parameter=ours)
-            place.append(abs(row.published / factor - float(trials.mean())) / float(trials.std()))
-            level.append(names.index(row.item) + (m - 1) * 0.22)
-        axes[0, 0].semilogy(level, place, MARKERS[m], color=COLOURS[m], fillstyle="none", label=f"noise {model}")
-    axes[0, 0].axhline(1.96, color="k", linestyle="--", linewidth=0.8, label="95 % of trials")
-    axes[0, 0].set_xticks(
-        range(len(names)), ["internal\ndamping", "external\ndamping", "eccentricity", "phase", "crack\nstiffness"]
-    )
-    axes[0, 0].set(
-        ylabel="distance from our mean\n(our standard deviations)",
-        title="Table 2.5: one realisation per harmonic, used at all speeds",
-    )
-    axes[0, 0].legend(loc="upper left", fontsize=6)
-    return picture
-
-
 TITLES = {
     "error_against_noise": "Maximum likelihood attains the bound; least squares of the equations does not",
     "bias": "Wrong mass or stiffness mostly affects maximum likelihood more than least squares",
@@ -106,15 +76,10 @@ TITLES = {
 }
 
 
-def figures(config, reference, records, spectra, thesis_spectra, monte_carlo, monte_carlo_thesis, **stages):
+def figures(config, reference, records, spectra, thesis_spectra, monte_carlo, **stages):
     """The figures of Chapter 2, from the Datasets of its stages; of monte_carlo, file name of a case -> Dataset."""
-    printed = published(reference, ["2.2", "2.3", "2.5"])
+    printed = published(reference, ["2.2", "2.3"])
     noisy = {shown: monte_carlo[file_name(case)].sel(record="steady state") for case, shown in SHORT.items()}
-    noisy_thesis = {
-        printed_case(case, compensation): monte_carlo_thesis[file_name(case)].sel(record="steady state")
-        for case in config.cases
-        for compensation in COMPENSATION
-    }
     crack = registry().get("crack", config.rigs[config.main_rig]["cracks"][0]["kind"])
     closed_form = (r"$1 + c_E / c_H$", lambda ratio: 1 + ratio)
     found = study_figures(config, stages, noisy, SHORT, TITLES, closed_form)
@@ -125,5 +90,4 @@ def figures(config, reference, records, spectra, thesis_spectra, monte_carlo, mo
         found[name] = time_and_orbit(config, records, speed, title)
     for name, i in SPECTRA.items():
         found[name] = spectra_figure(config, spectra, thesis_spectra, config.shown_speeds_rad_s[i], printed)
-    found["printed_noise_rows"] = printed_noise_rows(printed, noisy_thesis)
     return found

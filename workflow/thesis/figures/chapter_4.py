@@ -7,7 +7,6 @@ from rotorstudy.presentation import error_figures, estimate_figures
 from rotorstudy.presentation.spectrum_figures import full_spectra, time_and_orbit
 from rotorstudy.store import as_complex
 from rotorstudy.studies.common import clean_spectrum, parameter_units
-from thesis.chapter_4 import CASE
 from thesis.figures.common import study_figures
 from thesis.scoreboard import published
 
@@ -88,13 +87,14 @@ TITLES = {
 
 
 def figures(config, reference, records, spectra, thesis_spectra, monte_carlo, monte_carlo_thesis, **stages):
-    """The figures of Chapter 4; as those of Chapter 2, with the Monte Carlo of the only case."""
+    """The figures of Chapter 4; as those of Chapter 2."""
+    (case,), (monte_carlo,), (monte_carlo_thesis,) = config.cases, monte_carlo.values(), monte_carlo_thesis.values()
     printed, units = published(reference, [f"4.{n}" for n in range(2, 10)]), parameter_units(config)
     hertz = list(zip(config.shown_speeds_rad_s, SPEEDS, strict=True))
     best = {"exact steady state": monte_carlo.sel(record="steady state")}
     closed_form = ("$1 + c_E / c_H$, rotor without tilt", lambda ratio: 1 + ratio)
     rigs = {"physical": "physical sign of the gyroscopic moment", "thesis": "the thesis's sign"}
-    found = study_figures(config, stages, best, {CASE: CASE}, TITLES, closed_form, rigs)
+    found = study_figures(config, stages, best, {case: case}, TITLES, closed_form, rigs)
     found |= {name: record_figure(config, records, *hertz[i]) for name, i in TIME.items()}
     for name, i in SPECTRA.items():
         found[name] = spectra_figure(config, spectra, thesis_spectra, *hertz[i], printed)
@@ -103,6 +103,6 @@ def figures(config, reference, records, spectra, thesis_spectra, monte_carlo, mo
     found["figure_4_9"] = error_figures.error_against_noise(thesis, units, title)
     parameter, title = "stiffness_loss_44", "A second probe resolves crack stiffness 44; higher speeds help, too"
     found["measurements"] = estimate_figures.measurements(
-        stages["identifiability"], CASE, parameter, units[parameter], title
+        stages["identifiability"], case, parameter, units[parameter], title
     )
     return found

@@ -20,7 +20,6 @@ from rotorstudy.response.whirl import time_invariant, whirl_modes, without_dampi
 from rotorstudy.store import as_complex
 from rotorstudy.studies.config import file_name
 from rotorstudy.units import percent
-from thesis.chapter_6 import NODES, spectrum_table
 from thesis.figures.common import study_figures
 from thesis.scoreboard import published
 
@@ -101,8 +100,9 @@ def spectra_figure(config, rows, speed, quantity, printed):
             else:
                 first = values if first is None else first
                 plot_phase(config.harmonics, values, panel, label=name, index=i, near=first)
-        if n in NODES:
-            table = printed[(printed.table == spectrum_table(quantity, n)) & (printed.method == "regression")]
+        table = printed[(printed.case == f"100 rad/s, node {n}") & (printed.quantity == quantity)]
+        table = table[table.method == "regression"]
+        if len(table):
             at, shown = table.item.astype(int).to_list(), 1e6 * table.published
             if quantity == "phase":
                 shown = phases_near(np.rad2deg(table.published), phases_of(values, first, config.harmonics, at))

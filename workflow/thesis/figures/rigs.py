@@ -2,11 +2,14 @@
 
 import numpy as np
 
-from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, save_figure
+from rotorstudy.presentation.tables import write_tables
+from thesis.backward_1x import backward_1x_table
 from thesis.checks import names_of_either_sign
+from thesis.config import load_replay
 from thesis.figures.replays import symbol
 from thesis.replay import COLUMN
-from thesis.rigs import slow_roll_parts
+from thesis.rigs import rigs_table, slow_roll_parts
 
 MOSTLY = 0.7  # share of -1X at slow roll above which -1X is attributed to it
 
@@ -43,3 +46,17 @@ def rigs_figure(replays, table):
     axes[0, 0].set(xlabel=f"dimensionless estimate (1); all speeds, column '{COLUMN}'", title=title)
     picture.legend(loc="outside lower center", ncols=2)
     return picture
+
+
+def write(sheets, pictures, configs, reference, index, **results):
+    """Write tables and figure of both rigs.
+
+    sheets, pictures : paths;  configs : name of a replay -> its file;  index : the page of all results
+    results : name of a replay -> its Datasets `identification` and `spectra`
+    """
+    replays = [
+        (load_replay(path), results[name]["identification"], results[name]["spectra"]) for name, path in configs.items()
+    ]
+    table = rigs_table(replays, reference)
+    write_tables({"comparison": table, "backward_1X": backward_1x_table(replays)}, sheets, index)
+    save_figure(rigs_figure(replays, table.rows), *pictures)

@@ -1,0 +1,1 @@
+"""The jobs of the workflow: what each reads, which function it calls, what it writes."""

@@ -1,0 +1,16 @@
+"""Job of the blind tests: open the truth, score the answers, write the pages."""
+
+from rotorstudy.blind.config import load_blind
+from rotorstudy.blind.criteria import printed
+from rotorstudy.blind.run import gather_chunks
+from rotorstudy.presentation.blind_page import write_pages
+
+
+def gather(config, seals, answers, folder, index, independent=None):
+    """Write results and pages to a folder.
+
+    seals, answers : paths, of all chunks;  independent : path of the cases of the independent simulator
+    """
+    data, criteria, rows = gather_chunks(load_blind(config), folder, seals, answers)
+    write_pages(data, criteria, rows, folder, independent, index=index)
+    print(printed(criteria))

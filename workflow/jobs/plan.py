@@ -1,0 +1,376 @@
+"""Every job of the workflow. A job does what it can for all rigs, rotors or cases: its start takes longer than most."""
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+from jobs.report import FIGURES, TABLES
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import named_plugins
+from rotorstudy.presentation.pages import to_index
+from rotorstudy.studies.config import file_name, named_methods
+from rotorstudy.yaml_file import read_yaml
+
+LOAD_STUDY, LOAD_REPLAY = "rotorstudy.studies.config.load_study", "thesis.config.load_replay"
+REPLAY_STAGES = ("records", "spectra", "identification")
+CRACK_STAGES = ("limits", "accuracy", "trials", "fronts", "passage", "thesis_method")
+THESIS = {f"chapter_{n}" for n in range(2, 7)}
+TESTED = ("rotor", "crack", "bearing", "effect")  # kinds of plugins that a diagnosis tries
+
+
+class Job(NamedTuple):
+    """A rule: a function, called with files and further arguments by name.
+
+    function : full name;  inputs, outputs : argument -> path or paths, NetCDF files of inputs are opened
+    given    : further arguments;  needs : further files that it depends on;  makes : further files that it writes
+    calls    : full names of functions that the function calls by name
+    """
+
+    name: str
+    function: str
+    inputs: dict = {}
+    outputs: dict = {}
+    given: dict = {}
+    needs: tuple = ()
+    makes: tuple = ()
+    calls: tuple = ()
+    priority: int = 0
+    threads: int = 1
+
+    @property
+    def files(self):
+        """All that it writes."""
+        named = (path for given in self.outputs.values() for path in ([given] if isinstance(given, str) else given))
+        return [*named, *self.makes]
+
+    @property
+    def log(self):
+        """Name of its log."""
+        return "_".join([self.name, *sorted(set(re.findall(r"{\w+}", " ".join(self.files))))])
+
+
+def plugin_files(rigs, plugins=()):
+    """Files of the plugins that rigs name, and of further plugins."""
+    return sorted({plugin.file for plugin in [*plugins, *(p for rig in rigs for p in named_plugins(rig))]})
+
+
+def files_of_kinds(*kinds):
+    """Files of all plugins of some kinds, by default of every kind."""
+    return tuple(sorted({plugin.file for kind, plugin in registry() if not kinds or kind in kinds}))
+
+
+def computed(name, load, config, data, calls, plugins, priority=0, needs=(), **needed):
+    """A Job of `jobs.datasets.compute`; calls : (full name of a function, its arguments) of each file of `data`."""
+    inputs, given = {"config": config, "plugins": plugins, **needed}, {"calls": calls, "load": load}
+    called = (load, *(function for function, _ in calls))
+    return Job(name, "jobs.datasets.compute", inputs, {"data": data}, given, needs, (), called, priority)
+
+
+def drawn(name, load, config, function, pictures, given=None, needs=(), priority=0, **results):
+    """A Job of `jobs.figures.draw`."""
+    inputs, given = {"config": config, **results}, {"load": load, "function": function, **(given or {})}
+    return Job(name, "jobs.figures.draw", inputs, {"pictures": pictures}, given, needs, (), (load, function), priority)
+
+
+class Plan:
+    """The jobs of Settings."""
+
+    def __init__(self, settings):
+        self.settings, self.config = settings, settings.config
+        self.results, self.reference = self.config.results, self.config.reference
+        self.index = {"index": f"{self.results}/index.html"}  # which every page links to
+        self.printed = tuple(f"{self.reference}/{name}.csv" for name in ("full_spectrum", "identified_parameters"))
+        for name, replay in settings.replays.items():
+            FIGURES[name] = list(replay.figures)
+            sheets = [f"table_{sheet}".replace(".", "_") for sheet in replay.sheets]
+            TABLES[name] = [*sheets, "estimates", "physical_checks", "response"]
+        self.chapters = sorted(name for name in TABLES if name in settings.studies or name in settings.replays)
+
+    def jobs(self):
+        """All of them, the index last."""
+        found = [job for item in self.settings.studies.items() for job in self.study(*item)]
+        found += [job for item in self.settings.replays.items() for job in self.replay(*item)]
+        found += [job for name in self.chapters for job in self.chapter(name)]
+        found += [*self.over_all_chapters(), *self.library(), *self.diagnoses()]
+        for key, jobs in (("compare", self.comparison), ("blind", self.blind), ("crack_study", self.crack_study)):
+            found += jobs() if getattr(self.config, key) else []
+        files = [path for job in found for path in job.files if "{" not in path]
+        pages = {"path": self.index["index"], "report": f"{self.results}/report.rst"}
+        return [*found, Job("index", "rotorstudy.presentation.index_page.write_index", {"files": files}, pages)]
+
+    def of(self, name, *stages):
+        """Paths of the results of a study or replay."""
+        return [f"{self.results}/{name}/{stage}.nc" for stage in stages]
+
+    def pictures(self, group, folder=None):
+        """Paths of the figures of a group, in its folder of the results or in another one."""
+        folder = folder or f"{self.results}/{group}"
+        return [f"{folder}/figures/{name}.{kind}" for kind in ("png", "svg") for name in FIGURES[group]]
+
+    def tables(self, *names):
+        """Paths of tables, for programs and as pages."""
+        return [f"{self.results}/{name}.{kind}" for kind in ("csv", "html") for name in names]
+
+    def page(self, name, function, inputs, given=None, needs=()):
+        """A Job that writes one table, for programs and as a page."""
+        outputs = dict(zip(("csv", "html"), self.tables(name), strict=True))
+        return Job(name, function, inputs, outputs, {**self.index, **(given or {})}, needs)
+
+    def study(self, name, study):
+        """Stages of a simulated study."""
+
+        def job(stage, data, calls, *kinds, **needed):
+            methods = [plugin for kind in kinds for plugin in study.methods[kind].values()]
+            plugins, first = plugin_files(study.rigs.values(), methods), int(stage.startswith("monte_carlo"))
+            calls = [(f"rotorstudy.studies.{function}", given) for function, given in calls]
+            config = self.config.studies[name]
+            return computed(f"{stage}_{name}", LOAD_STUDY, config, data, calls, plugins, first, **needed)
+
+        def of_rigs(stage):
+            return self.of(name, *(f"{stage}/{rig}" for rig in study.rigs))
+
+        def for_rigs(function):
+            return [(function, {"rig": rig}) for rig in study.rigs]
+
+        def once(stage, functions, *kinds):
+            return job(stage, self.of(name, *functions), [(call, {}) for call in functions.values()], *kinds)
+
+        analyses = {one: f"{one}.{one}" for one in ("identifiability", "stability", "weight_dominance", "whirl")}
+        analyses |= {"variants": "variants.variants"} if study.variants else {}
+        # errors by wrong known quantities, and with fewer sensors
+        sensitivity = {"bias": "identify.bias"} | ({"sensors": "sensors.sensors"} if study.sensor_sets else {})
+        records = of_rigs("records")
+        return [
+            *(one for rig in study.monte_carlo.rigs for one in self.trials(name, study, rig, job)),
+            job("simulate", records, for_rigs("simulate.simulate")),
+            job("spectra", of_rigs("spectra"), for_rigs("simulate.spectra"), "spectrum", records=records),
+            job("identify", of_rigs("identification"), for_rigs("identify.identify"), "spectrum", "estimator"),
+            once("sensitivity", sensitivity, "estimator"),
+            once("analyses", analyses),
+        ]
+
+    def trials(self, name, study, rig, job):
+        """Monte Carlo trials of a rig: in one job, or in chunks of the noise levels and a job that gathers them."""
+        chunks = min(self.config.chunks.monte_carlo, len(study.monte_carlo.levels_percent))
+        cases, stage = [file_name(case) for case in study.cases], f"monte_carlo_{rig}"
+
+        def of_cases(stage, function, ending, needed, **given):
+            data = self.of(name, *(f"monte_carlo/{rig}/{ending.format(case)}" for case in cases))
+            return job(stage, data, [(function, {"case": case, **given}) for case in cases], "estimator", **needed)
+
+        if chunks == 1:
+            return [of_cases(stage, "identify.monte_carlo", "{}", {}, rig=rig)]
+        some = [
+            of_cases(f"{stage}_{i}", "identify.monte_carlo", f"chunks/{{}}_{i}", {}, rig=rig, chunk=i, chunks=chunks)
+            for i in range(chunks)
+        ]
+        parts = {"parts": [path for one in some for path in one.files]}
+        return [*some, of_cases(stage, "identify.gather_monte_carlo", "{}", parts, chunks=chunks)]
+
+    def replay(self, name, replay):
+        """Stages of a replayed experiment, the first to run: they are short, and what the first figures need."""
+        records, spectra, found = self.of(name, *REPLAY_STAGES)
+        methods = named_methods(replay.spectra, replay.estimators, f"replay {name}")
+        estimators = plugin_files([replay.rig], methods["estimator"].values())
+        stages = (
+            ("records", records, {"reference": self.reference}, [], {}),
+            ("spectra", spectra, {}, plugin_files([], methods["spectrum"].values()), {"records": records}),
+            ("identify", found, {"reference": self.reference}, estimators, {"spectra": spectra}),
+        )
+        return [
+            computed(f"{stage}_{name}", LOAD_REPLAY, self.config.replays[name], [path],
+                     [(f"thesis.replay.{stage}", given)], plugins, 2, self.printed, **needed)
+            for stage, path, given, plugins, needed in stages
+        ]  # fmt: skip
+
+    def chapter(self, name):
+        """Figures and tables of a chapter of the thesis."""
+        if replayed := name in self.settings.replays:
+            shown = dict(zip(REPLAY_STAGES, self.of(name, *REPLAY_STAGES), strict=True))
+            tabled = {stage: shown[stage] for stage in REPLAY_STAGES[1:]}
+        else:
+            shown, tabled = self.of_study(name)
+        config, load = {**self.config.studies, **self.config.replays}[name], LOAD_REPLAY if replayed else LOAD_STUDY
+        given, function = {"reference": self.reference}, f"thesis.figures.{'replays' if replayed else name}.figures"
+        priority = 2 * replayed  # the first figures within half a minute
+        pictures = self.pictures(name)
+        figures = drawn(f"figures_{name}", load, config, function, pictures, given, self.printed, priority, **shown)
+        inputs = {"config": config, "reasons": f"{self.reference}/reasons.yaml", **tabled}
+        sheets = self.tables(*(f"{name}/tables/{table}" for table in TABLES[name]))
+        outputs = {"scored": f"{self.results}/{name}/scored.csv", "sheets": sheets}
+        function = f"thesis.{'replay' if replayed else 'chapter'}_tables.tables"
+        given |= {"load": load, "function": function, **self.index}
+        called = (load, function)
+        printed = ("columns_of_spectra.csv", "rows_of_estimates.csv", "tables.yaml")
+        needs = (*self.printed, *(f"{self.reference}/{file}" for file in printed if not replayed))
+        tables = Job(f"tables_{name}", "jobs.tables.write", inputs, outputs, given, needs, calls=called)
+        return [figures, tables]
+
+    def of_study(self, name):
+        """Results that the figures and the tables of a simulated chapter show, by argument."""
+
+        def trials(rig):
+            cases = [file_name(case) for case in self.settings.studies[name].cases]
+            return self.of(name, *(f"monte_carlo/{rig}/{case}" for case in cases))
+
+        def paths(*same, **places):
+            places |= {stage: stage for stage in same}
+            return dict(zip(places, self.of(name, *places.values()), strict=True))
+
+        shown = paths("bias", "weight_dominance", "stability", records="records/physical", spectra="spectra/physical")
+        shown |= paths(thesis_spectra="spectra/thesis") | {"monte_carlo": trials("physical")}
+        shown |= paths("whirl", "identifiability") if name != "chapter_2" else {}
+        tabled = paths(spectra="spectra/thesis")
+        if name == "chapter_6":
+            return shown | paths("sensors", "variants"), tabled | paths("variants")
+        by_thesis = {"monte_carlo": trials("thesis"), **paths(identification="identification/thesis")}
+        shown |= {"monte_carlo_thesis": by_thesis["monte_carlo"]} if name == "chapter_4" else {}
+        return shown, tabled | by_thesis
+
+    def over_all_chapters(self):
+        """Scoreboard, errata and the rigs side by side; the last two need all chapters."""
+        scored = {"scored": [f"{self.results}/{name}/scored.csv" for name in self.chapters]}
+        found = [self.page("scoreboard", "thesis.scoreboard.write", scored)]
+        if not set(self.chapters) >= THESIS:
+            return found
+        inputs = {"errata": f"{self.reference}/errata.yaml"}
+        inputs |= {
+            name: path for name, path in {**self.config.studies, **self.config.replays}.items() if name in THESIS
+        }
+        inputs["thesis_spectra"], inputs["weight_dominance"], inputs["monte_carlo"] = self.of(
+            "chapter_4", "spectra/thesis", "weight_dominance", "monte_carlo/thesis/20_to_50_Hz"
+        )
+        inputs["spectra"], inputs["identification"] = self.of("chapter_5", *REPLAY_STAGES[1:])
+        (inputs["variants"],) = self.of("chapter_6", "variants")
+        found.append(self.page("errata", "thesis.errata.write", inputs, needs=self.printed))
+        configs = {name: self.config.replays[name] for name in ("chapter_3", "chapter_5")}
+        inputs = {name: self.of(name, *REPLAY_STAGES[1:]) for name in configs}
+        outputs = {"sheets": self.tables("rigs/comparison", "rigs/backward_1X")}
+        outputs["pictures"] = [f"{self.results}/rigs/comparison.{kind}" for kind in ("png", "svg")]
+        given, needs = {"configs": configs, "reference": self.reference, **self.index}, self.printed
+        needs += tuple(configs.values())
+        return [*found, Job("compare_rigs", "thesis.figures.rigs.write", inputs, outputs, given, needs)]
+
+    def library(self):
+        """The plugins, crack models and bearings side by side, and what others printed beside ours."""
+        module = "rotorstudy.presentation"
+        zoo = self.page("zoo", f"{module}.plugin_library_page.write_plugin_library", {}, needs=files_of_kinds())
+        outputs = {"data": f"{self.results}/bearings/coefficients.nc"}
+        outputs["pictures"] = [f"{self.results}/bearings/coefficients.{kind}" for kind in ("png", "svg")]
+        function, needs = f"{module}.bearing_figures.write_bearings", files_of_kinds("bearing")
+        found = [zoo, Job("bearings", function, {}, outputs, needs=needs)]
+        if self.config.published:
+            rigs = sorted(map(str, Path(self.config.published).glob("*.yaml")))
+            needs = (*(path.removesuffix(".yaml") + ".csv" for path in rigs), *plugin_files(map(read_yaml, rigs)))
+            function = f"{module}.published_page.write_published"
+            found.append(self.page("published", function, {"rigs": rigs}, needs=needs))
+        if config := self.config.cracks:
+            load, (data,) = "rotorstudy.studies.cracks.load_cracks", self.of("cracks", "comparison")
+            compared = [plugin for kind, plugin in registry() if kind in ("crack", "depth")]
+            plugins, calls = (
+                plugin_files([self.settings.cracks.base], compared),
+                [("rotorstudy.studies.cracks.compare", {})],
+            )
+            found.append(computed("cracks", load, config, [data], calls, plugins))
+            function, pictures = f"{module}.crack_figures.figures", self.pictures("cracks")
+            found.append(drawn("figures_cracks", load, config, function, pictures, comparison=data))
+        return found
+
+    def crack_study(self):
+        """Chapter 7, our own: how small transverse cracks are detected, and how accurately they are found."""
+        study, config = self.settings.crack_study, self.config.crack_study
+        load = "rotorstudy.studies.crack_study.config.load_crack_study"
+        rigs = [rotor.model_dump(include={"rotor", "bearings", "effects"}) for rotor in study.rotors.values()]
+        used = [registry().get("effect", study.crack.kind), *registry().plugins["depth"].values()]
+        calls = [(f"rotorstudy.studies.crack_study.{stage}.{stage}", {}) for stage in CRACK_STAGES]
+        data, pictures = self.of(study.name, *CRACK_STAGES), self.pictures("chapter_7", f"{self.results}/{study.name}")
+        shown, function = dict(zip(CRACK_STAGES, data, strict=True)), "rotorstudy.presentation.chapter_7.figures"
+        return [
+            computed("crack_study", load, config, data, calls, plugin_files(rigs, used)),
+            drawn("figures_crack_study", load, config, function, pictures, **shown),
+        ]
+
+    def comparison(self):
+        """Every spectrum method with every estimator, in chunks of the faults; a new estimator reuses spectra."""
+        compared, base = self.settings.comparison.rotors, f"{self.results}/compare"
+        chunks = min(self.config.chunks.compare, len(self.settings.comparison.faults))
+        sources, rigs = {}, []  # files of each rotor
+        for name, rotor in compared.items():
+            if rotor.study:
+                study = self.settings.studies[rotor.study]
+                sources[name] = [self.config.studies[rotor.study]]
+                rigs.append(study.rigs[study.main_rig])
+            else:
+                sources[name] = [self.config.replays[rotor.replay], *self.of(rotor.replay, "identification")]
+                rigs.append(self.settings.replays[rotor.replay].rig)
+        needs = (*(path for files in sources.values() for path in files), *plugin_files(rigs))
+        inputs, given, found = {"config": self.config.compare}, {"sources": sources}, []
+        every = {"spectra": [], "estimates": [], "bias": []}  # files of all jobs
+
+        def job(kind, stage, plugin, number, needs, files, **more):
+            for key, paths in files.items():
+                every[key] += paths
+            outputs = {"paths" if key == stage else key: paths for key, paths in files.items()}
+            name, function = f"compare_{stage}_{plugin}_{number}", f"thesis.compared.write_{stage}"
+            needs = (*needs, registry().get(kind, plugin).file)
+            found.append(Job(name, function, inputs, outputs, {**given, kind: plugin, **more}, needs))
+
+        def paths(folder, stage, name, rotors=compared):
+            return [f"{folder}/{stage}/{file_name(rotor)}/{name}.nc" for rotor in rotors]
+
+        for chunk in range(chunks):
+            folder = base if chunks == 1 else f"{base}/chunks/{chunk}"
+            spectra = []
+            for name in sorted(registry().plugins["spectrum"]):
+                files = {"spectra": paths(folder, "spectra", name)}
+                spectra += files["spectra"]
+                job("spectrum", "spectra", name, chunk, needs, files, chunk=(chunk, chunks))
+            for name in sorted(registry().plugins["estimator"]):
+                files = {"estimates": paths(folder, "estimates", name)}
+                if chunk == 0:  # also the errors by wrong known quantities
+                    files["bias"] = paths(base, "bias", name, [r for r in compared if compared[r].study])
+                job("estimator", "estimates", name, chunk, (*needs, *spectra), files, spectra=spectra)
+        outputs = {"comparison": f"{base}/comparison.nc", "pictures": self.pictures("compare")}
+        outputs |= {f"{name}_files": self.tables(f"compare/{name}") for name in ("ranking", "advice")}
+        function = "rotorstudy.presentation.comparison_page.write_comparison"
+        needs = tuple(path for files in every.values() for path in files)
+        return [*found, Job("compare", function, inputs, outputs, {**every, **self.index}, needs)]
+
+    def blind(self):
+        """Effects hidden in simulated records, diagnosed without the truth: in chunks, gathered into one array."""
+        inputs, chunks, folder = {"config": self.config.blind}, self.config.chunks.blind, f"{self.results}/blind"
+        outputs = {name: f"{folder}/chunks/{{chunk}}/{name}.json" for name in ("seals", "answers")}
+        given, plugins = {"chunks": chunks, "folder": folder}, files_of_kinds(*TESTED)
+        threads = 8 if chunks == 1 else 1  # at most
+        some = Job("blind_chunk", "jobs.blind_chunk.answer", inputs, outputs, given, plugins, threads=threads)
+        inputs = inputs | {name: [path.format(chunk=i) for i in range(chunks)] for name, path in outputs.items()}
+        if self.config.independent_records:
+            inputs["independent"] = self.config.independent_records
+        names = ("blind.nc", "seals.json", "truths.json", "verdicts.json")
+        pages = self.tables("blind/criteria", "blind/cases")
+        makes = (*(f"{folder}/{name}" for name in names), *pages, *self.pictures("blind"))
+        return [some, Job("blind", "jobs.blind.gather", inputs, given={"folder": folder, **self.index}, makes=makes)]
+
+    def diagnoses(self):
+        """Diagnoses of measured records, a folder each, and a page on those of replayed experiments."""
+        base, found, items = f"{self.results}/diagnosis", [], self.config.diagnoses
+        plugins, function = files_of_kinds(*TESTED), "rotorstudy.presentation.diagnosis_files.diagnose_files"
+        for name, item in items.items():
+            folder, inputs = f"{base}/{name}", {"records": item.records, "rig_path": item.rig}
+            names = ("verdict.json", "verdict.nc", "extended_rig.yaml", "index.html")
+            makes = (*(f"{folder}/{file}" for file in names), *self.pictures("diagnosis", folder))
+            links = to_index(f"{folder}/index.html", self.index["index"])
+            given = {"out": folder, "name": name.replace("_", " "), "links": links}
+            found.append(Job(f"diagnose_{name}", function, inputs, {}, given, plugins, makes))
+            if item.replay:
+                outputs, left_out = {"path": f"{folder}/left_out.json"}, "thesis.left_out.write"
+                found.append(Job(f"diagnose_left_out_{name}", left_out, inputs, outputs, needs=plugins))
+        if folders := [f"{base}/{name}" for name, item in items.items() if item.replay]:
+            inputs = {"configs": [self.config.replays[item.replay] for item in items.values() if item.replay]}
+            names = ("verdict.json", "verdict.nc", "left_out.json")
+            needs = (*(f"{folder}/{file}" for folder in folders for file in names), *self.printed)
+            sheets = [f"{base}/replays_{sheet}.csv" for sheet in ("harmonics", "left_out", "parameters")]
+            outputs = {"csv": sheets, "html": f"{base}/replays.html"}
+            given = {"folders": folders, "reference": self.reference, **self.index}
+            found.append(Job("diagnose_replays", "thesis.replays_page.write", inputs, outputs, given, needs))
+        return found

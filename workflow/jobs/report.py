@@ -1,0 +1,57 @@
+"""What the report shows: pictures and pages with their captions, by the place of their files in the results."""
+
+import re
+from pathlib import Path
+
+from snakemake.io import report
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.presentation.captions import BLIND_FIGURES, DIAGNOSIS_FIGURES
+from rotorstudy.presentation.index_page import HEADINGS
+from rotorstudy.store import write_text
+from rotorstudy.yaml_file import read_yaml
+
+STATED = read_yaml(Path(__file__).parents[1] / "report" / "captions.yaml")
+CAPTIONS = {
+    **{f"diagnosis_{name}": text for name, (_, text) in DIAGNOSIS_FIGURES.items()},
+    **{f"blind_{name}": text for name, text in BLIND_FIGURES.items()},
+    **STATED.pop("pages"),
+}
+for _group, _parts in STATED.items():
+    _named = {**_parts.get("figures", {}), **_parts.get("tables", {}), **_parts}
+    CAPTIONS |= {f"{_group}_{name}": text for name, text in _named.items() if isinstance(text, str)}
+# group -> names of its tables and figures, in the order of the captions
+TABLES, FIGURES = (
+    {group: list(parts[kind]) for group, parts in STATED.items() if kind in parts} for kind in ("tables", "figures")
+)
+FIGURES |= {"diagnosis": list(DIAGNOSIS_FIGURES), "blind": list(BLIND_FIGURES)}
+
+
+def reported(files, results):
+    """Files of a job as Snakemake takes them: a path, or many; pictures and pages are marked for the report."""
+    if not isinstance(files, str):
+        return [reported(path, results) for path in files]
+    inside = Path(files).relative_to(results)
+    if inside.suffix not in (".png", ".html") or inside == Path("index.html"):
+        return files
+    folder, name = (inside.parts[0] if len(inside.parts) > 1 else ""), inside.stem
+    caption = f"{folder}_{name}".strip("_")
+    if caption not in CAPTIONS:  # else it is missed when the report is written, after everything has run
+        raise RotorstudyError(f"no caption for {files}: state {caption} in workflow/report/captions.yaml")
+    text = Path(".snakemake", "captions", f"{caption}.rst")  # Snakemake reads captions from files
+    if not text.is_file() or text.read_text(encoding="utf-8") != CAPTIONS[caption]:
+        write_text(text, CAPTIONS[caption])
+    what = re.sub(r"^(figure|table) (\d+) (\d+)$", _numbered, name.replace("_", " "))
+    kind = "Figures" if inside.suffix == ".png" else "Tables" if folder != "diagnosis" else "Pages"
+    # items with the same label would hide each other: tables are beside figures, and a diagnosis is one of several
+    what += " (table)" * (kind == "Tables" and not name.startswith("table"))
+    if folder == "diagnosis" and len(inside.parts) > 2:
+        what = f"{inside.parts[1].replace('_', ' ')}: {'verdict' if name == 'index' else what}"
+    labels = {"what": what[:1].upper() + what[1:]}
+    return report(files, str(text.resolve()), category=HEADINGS[folder][0], subcategory=kind, labels=labels)
+
+
+def _numbered(found):
+    """Figure 5.4, with a hair space before a single digit: the report sorts by letters, and 5.10 follows 5.4."""
+    kind, chapter, number = found.groups()
+    return f"{kind} {chapter}.{number if len(number) > 1 else chr(0x200A) + number}"

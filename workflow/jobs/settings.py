@@ -1,0 +1,153 @@
+"""Configuration of the workflow, and of all that it names, checked before anything runs."""
+
+import os
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+from pydantic import Field
+
+from rotorstudy.blind.config import load_blind
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.model.registry import registry
+from rotorstudy.studies.comparison.config import load_comparison
+from rotorstudy.studies.config import load_study
+from rotorstudy.studies.crack_study.config import load_crack_study
+from rotorstudy.studies.cracks import load_cracks
+from rotorstudy.yaml_file import base_of, read_yaml
+from thesis.config import check_replay, load_replay
+
+
+class DiagnosisItem(Strict):
+    """records : paths of record files or tables;  rig : rig file;  replay : the replay of the same data, if any"""
+
+    records: list[str] = Field(min_length=1)
+    rig: str
+    replay: str = ""
+
+
+class Chunks(Strict):
+    """Number of jobs into which a sweep is split, for a cluster; the numbers do not depend on it.
+
+    blind : by cases;  monte_carlo : by noise levels, of each rig of a study;  compare : by faults, of each method
+    """
+
+    blind: int = Field(default=1, ge=1)
+    monte_carlo: int = Field(default=1, ge=1)
+    compare: int = Field(default=1, ge=1)
+
+
+class WorkflowConfig(Strict):
+    """results, reference : folders;  studies, replays : name -> configuration file;  plugin_folders : further plugins
+
+    blind, compare, cracks, crack_study : configuration files of the blind tests, of the comparison of spectrum methods
+                  and estimators, of that of crack models, and of the study of transverse cracks; left out if not given
+    diagnoses   : name -> measured records and their rig file
+    chunks      : numbers of jobs into which long sweeps are split
+    independent_records : cases of the independent simulator (CSV), shown beside the blind tests
+    published   : folder of rig files, each beside a table of what others printed of that machine; left out if not given
+    """
+
+    results: str
+    reference: str
+    plugin_folders: list[str] = []
+    studies: dict[str, str] = {}
+    replays: dict[str, str] = {}
+    blind: str = ""
+    compare: str = ""
+    diagnoses: dict[str, DiagnosisItem] = {}
+    cracks: str = ""
+    crack_study: str = ""
+    chunks: Chunks = Chunks()
+    independent_records: str = ""
+    published: str = ""
+
+
+class Settings(NamedTuple):
+    """The configuration of the workflow, with full paths, and those that it names; None of what is left out."""
+
+    config: WorkflowConfig
+    studies: dict
+    replays: dict
+    comparison: object
+    blind: object
+    cracks: object
+    crack_study: object
+
+    @property
+    def bases(self):
+        """Files on which studies and replays are based."""
+        stated = [*self.config.studies.values(), *self.config.replays.values(), self.config.crack_study]
+        paths = [Path(path) for path in stated if path]
+        return sorted({base for path in paths if (base := base_of(path, read_yaml(path)))})
+
+
+def read_settings(given, root):
+    """The Settings of a configuration; a mistake ends the process with a one-line message.
+
+    given : dict;  root : folder of the project, from which its paths are
+    """
+    try:
+        _check_folders(str(given.get("results", "")))
+        config = _placed(check_config(WorkflowConfig, dict(given), "the workflow configuration"), root)
+        found = Settings(
+            config,
+            studies={name: load_study(path) for name, path in config.studies.items()},
+            replays={name: load_replay(path) for name, path in config.replays.items()},
+            comparison=load_comparison(config.compare) if config.compare else None,
+            blind=load_blind(config.blind) if config.blind else None,
+            cracks=load_cracks(config.cracks) if config.cracks else None,
+            crack_study=load_crack_study(config.crack_study) if config.crack_study else None,
+        )
+        _check(found)
+    except RotorstudyError as error:
+        sys.exit(f"error: {error}")
+    for failure in registry().failures:
+        print(f"warning: {failure}", file=sys.stderr)
+    return found
+
+
+def _placed(config, root):
+    """The configuration with every path but that of the results from the root of the file system."""
+
+    def place(stated):
+        return str(root / stated) if stated else stated
+
+    single = ("reference", "blind", "compare", "cracks", "crack_study", "independent_records", "published")
+    update = {key: place(getattr(config, key)) for key in single}
+    for key in ("studies", "replays"):
+        update[key] = {name: place(path) for name, path in getattr(config, key).items()}
+    update["diagnoses"] = {
+        name: item.model_copy(update={"records": [*map(place, item.records)], "rig": place(item.rig)})
+        for name, item in config.diagnoses.items()
+    }
+    return config.model_copy(update=update)
+
+
+def _check_folders(results):
+    for folder, use in (
+        (os.getcwd(), "where results are written"),
+        (results if os.path.exists(results) else None, "where results are written"),
+        (os.environ.get("TMPDIR"), "stated by TMPDIR"),
+    ):
+        if folder and not (os.path.isdir(folder) and os.access(folder, os.W_OK)):
+            raise RotorstudyError(
+                f"{folder}, {use}, is not a folder that can be written to; choose another or change its rights"
+            )
+
+
+def _check(settings):
+    config, studies = settings.config, settings.studies
+    if settings.comparison:
+        settings.comparison.check(studies, settings.replays)
+    for name, study in studies.items():
+        study.check_rigs()
+        if name in ("chapter_2", "chapter_4"):
+            study.check_shown(2)
+    for replay in settings.replays.values():
+        check_replay(replay, config.reference)
+    for name, item in config.diagnoses.items():
+        if item.replay and item.replay not in settings.replays:
+            where = f"the workflow configuration, diagnoses.{name}"
+            raise unknown_name("replay", item.replay, settings.replays, where)
