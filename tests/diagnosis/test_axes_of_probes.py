@@ -110,7 +110,7 @@ def test_a_table_of_lags(directions, rotation, tmp_path):
     table.write_text("\n".join(["speed_rad_per_s,node,harmonic,amplitude_m,phase_rad", *rows]))
     conventions, read = stated(*directions, rotation), {}
     for phase in ("lead", "lag"):
-        ((_, of_node),), _ = read_table(table, conventions.model_copy(update={"table_phase": phase}), (1,))
+        ((_, of_node, _),), _ = read_table(table, conventions.model_copy(update={"table_phase": phase}), (1,))
         read[phase] = of_node[1][0][None, :, None]
     wrong = readings(read["lead"], [100.0], HARMONICS, (1,), 1.0)
     found = corrected(wrong, conventions, "phases of the table are lags")
