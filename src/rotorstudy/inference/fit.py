@@ -66,12 +66,6 @@ class Fit:
         return chi_square_p_value(self.cost, len(self.residual)) < significance
 
     @property
-    def step(self) -> np.ndarray:
-        """(free,) the Gauss-Newton step from where the fit ended; zero at a minimum without limits."""
-        off = self.prior.whitener.T @ (self.prior.whitener @ (self.prior.mean - self.free))
-        return self.covariance @ (self.jacobian.T @ self.residual + off)
-
-    @property
     def stated_theta(self) -> np.ndarray:
         """(parameter,) values with the free parameters at the mean of their prior."""
         theta = self.theta.copy()

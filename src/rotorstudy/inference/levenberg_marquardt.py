@@ -64,7 +64,6 @@ def levenberg_marquardt(
     prior: Prior | None = None,
     clip: float = np.inf,
     longest: np.ndarray | float = np.inf,
-    lower: np.ndarray | float = -np.inf,
     needed: float = np.inf,
     convergence: Convergence = ESTIMATE,
 ) -> Minimum:
@@ -76,7 +75,6 @@ def levenberg_marquardt(
     measured : (trial, component) whitened data;  prior : without it the data must identify the parameters
     clip     : standard deviations beyond which the loss is linear (Huber); data only
     longest  : (parameter,) or float, longest step of each parameter; a longer one is shortened in its direction
-    lower    : (parameter,) or float, least value of each; one that is there and would fall is held
     needed   : cost that matters: a trial ends where as much gained by each step left as by the last one misses it
     source   : Nocedal and Wright, Numerical Optimization, 2006, section 10.3
     """
@@ -124,12 +122,9 @@ def levenberg_marquardt(
         scaled = normal[trials] / (scale[:, :, None] * scale[:, None, :])
         scaled = scaled + damping[trials, None, None] * np.eye(count)
         gradient = (weighted @ residual[trials][..., None])[..., 0] / scale
-        free = (theta[trials] > lower) | (gradient > 0)
-        scaled = np.where(free[:, :, None] & free[:, None, :], scaled, np.eye(count))
-        step = np.linalg.solve(scaled, np.where(free, gradient, 0.0)[..., None])[..., 0] / scale
+        step = np.linalg.solve(scaled, gradient[..., None])[..., 0] / scale
         step = step / np.maximum(1.0, np.max(np.abs(step) / longest, axis=-1, keepdims=True, initial=0.0))
-        tried = np.maximum(theta[trials] + step, lower)
-        step = tried - theta[trials]
+        tried = theta[trials] + step
         new_residual, new_jacobian, new_cost, new_weight = attempt(trials, tried)
         better = new_cost <= cost[trials] * (1 + ROUND_OFF)
         in_sigma = np.sqrt(np.maximum(np.einsum("tp,tpq,tq->t", step, normal[trials], step), 0))

@@ -38,6 +38,7 @@ class Search:
     free_forces : FreeForce at each place, the most likely first: what a fault that the library lacks may do
     shapes      : cause, alternatives and label -> the shapes with which each scan of it begins
     found       : `kind_of` the causes -> Explanation, the best one of each kind that was fitted
+    impossible  : the same of those that cannot be true, but may lead to others
     models      : Model without causes, terms of the causes -> Model with them, the last few
     failures    : effect -> one line with file and line number, for plugins that failed; the rest was searched
     unstable    : (speed,) bool, where a free motion of the rig without causes grows; None during the search
@@ -56,6 +57,7 @@ class Search:
     screened: list = field(default_factory=list)
     shapes: dict = field(default_factory=dict)
     found: dict = field(default_factory=dict)
+    impossible: dict = field(default_factory=dict)
     models: dict = field(default_factory=dict)
     failures: dict = field(default_factory=dict)
     unstable: np.ndarray | None = None

@@ -52,27 +52,11 @@ class _Parameters:
         whole = prior.plus(Prior.independent(shapes)) if shapes else prior
         return cls(causes, ranges, prior, whole, np.cumsum([len(prior.names), *map(len, ranges)])[:-1])
 
-    @property
-    def mean(self):
-        """Name -> mean of the prior."""
-        return dict(zip(self.prior.names, self.prior.mean, strict=True))
-
     def start(self, work, values):
         """(parameter,) at values of amplitudes by name, and the shapes of the causes."""
-        known = self.mean | values
+        known = dict(zip(self.prior.names, self.prior.mean, strict=True)) | values
         points = [point_of(work, c) for c in self.causes if c.shape]
-        theta = np.concatenate([[known[name] for name in self.prior.names], *points])
-        return np.maximum(theta, self.least(work, values))
-
-    def least(self, work, values):
-        """(parameter,) least values: no damping or stiffness that is built in is negative, with the rig's own."""
-        stated = dict(zip(work.model.names, work.model.stated, strict=True)) | self.mean | values
-        own = {
-            name: -sum(factor * stated[one] for one, factor in same.items())
-            for c in self.causes
-            for name, same in c.positive.items()
-        }
-        return np.array([own.get(name, -np.inf) for name in self.whole.names])
+        return np.concatenate([[known[name] for name in self.prior.names], *points])
 
     def response(self, work, theta):
         """What `response_with_shape` returns."""
@@ -152,7 +136,6 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
             parameters.whole.names,
             prior=parameters.whole,
             longest=parameters.longest,
-            lower=parameters.least(work, dict(zip(parameters.prior.names, theta, strict=False))),
             needed=cost - 2 * to_gain,
             convergence=ROUND,
         )

@@ -3,6 +3,7 @@
 import numpy as np
 
 from rotorstudy.diagnosis.search.contact_evidence import is_unseen
+from rotorstudy.diagnosis.search.odds import total
 from rotorstudy.diagnosis.search.supports import loses_more_than_all
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.findings import Finding
@@ -21,16 +22,30 @@ def is_impossible(work, explanation):
 
     A free motion that grows at a measured speed leaves no steady records; where the rig is unstable without causes too,
     that is no fault of the explanation. A contact that never opens or closes in the records is a constant force and a
-    stiffness. A support cannot lose more stiffness than it has.
+    stiffness. A support cannot lose more stiffness than it has, and a damping or a stiffness that is built in cannot be
+    negative.
 
     work : Search, which says where the rig is unstable;  explanation : Explanation
     """
     return (
-        loses_more_than_all(explanation, work.rig.structure, work.spectrum.speed)
+        is_negative(explanation, work.settings.significance)
+        or loses_more_than_all(explanation, work.rig.structure, work.spectrum.speed)
         or _never_switches(work, explanation)
         or is_unseen(work, explanation)
         or bool((grows(explanation.fit, work.spectrum.speed) & ~work.unstable).any())  # the last, as it takes longest
     )
+
+
+def is_negative(explanation, significance):
+    """Whether an amplitude that cannot be negative is fitted below zero by more than its standard deviation allows.
+
+    If its true value is zero, it is so with the probability of `significance`, as rare as a clean record that is
+    called faulty. What the rig has of the same counts with it.
+    """
+    from scipy.special import ndtri
+
+    totals = [total(cause, name, explanation.fit) for cause in explanation.causes for name in cause.positive]
+    return any(mean < ndtri(significance) * std for mean, std in totals)
 
 
 def _never_switches(work, explanation):

@@ -15,7 +15,6 @@ SWEEPS = 3  # over the parameters of a cause, for their most probable widths
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
 FURTHER_FAULT = 0.1  # prior odds of one more fault against none, whichever it is: most machines have one at a time
 FURTHER_PART = 0.5  # prior probability that a fault has one more of its parts: as likely as not
-HELD = 1e-3  # standard deviations: an amplitude that is nearer to zero is held there
 THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
 ROUND_OFF = 1e-15  # of the largest eigenvalue of a covariance: smaller ones have no correct digits
 LEAST_LOG_PROBABILITY = -700.0  # keeps posterior probabilities from underflow to zero
@@ -229,7 +228,7 @@ def log_posterior_odds(causes: tuple[Candidate, ...], fitted: Fit, base: Fit, pr
     odds = fitted.evidence - base.evidence + prior_odds.log_odds(causes)
     for cause in causes:
         for name in cause.positive:
-            odds += _limited(cause, name, fitted)
+            odds += float(log_possible(*total(cause, name, fitted), _stated(cause, name, fitted)))
     for parts in prior_odds.together(causes):
         known = [_in_widths(cause, fitted) for cause in parts if not cause.fixed]
         if is_distributed(parts):
@@ -259,26 +258,12 @@ def _static_and_couple(parts, fitted):
     return turned @ fitted.free[place], turned @ fitted.covariance[np.ix_(place, place)] @ turned.T, parameter
 
 
-def log_limited(value: float, step: float, std: float, stated: float) -> float:
-    """`log_possible` of an amplitude that a fit held at zero or above, for its evidence with the cost there.
-
-    From zero a fit without the limit would go on by a Gauss-Newton step to a lower cost, and the posterior above zero
-    is the tail of a normal distribution about that.
-
-    value, step, std : of the fit, the step that would follow, and the standard deviation without the limit
-    stated           : mean of the prior, in its standard deviations
-    """
-    step = min(step, 0.0) if value < HELD * std else 0.0
-    return float(log_possible(value + step, std, stated) + 0.5 * (step / std) ** 2)
-
-
-def _limited(cause, name, fitted):
-    """`log_limited` of an amplitude of a cause, together with what the base has of the same."""
+def total(cause: Candidate, name: str, fitted: Fit) -> tuple[float, float]:
+    """Mean and standard deviation of an amplitude of a cause together with what the base has of the same."""
     same = {name: 1.0, **cause.positive[name]}
+    theta = fitted.values
     weight = np.array([same.get(free, 0.0) for free in fitted.names])
-    value = sum(factor * fitted.values[one] for one, factor in same.items())
-    std = np.sqrt(weight @ fitted.covariance @ weight)
-    return log_limited(value, weight @ fitted.step, std, _stated(cause, name, fitted))
+    return sum(factor * theta[one] for one, factor in same.items()), np.sqrt(weight @ fitted.covariance @ weight)
 
 
 def _stated(cause, name, fitted):

@@ -19,10 +19,9 @@ from rotorstudy.diagnosis.search.impossible import grows, is_impossible
 from rotorstudy.diagnosis.search.moves import additions, exchanges, other_laws, removals, turns
 from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
-from rotorstudy.diagnosis.search.unknown_rest import pairs
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
-from rotorstudy.inference.fit import chi_square_p_value, fit
+from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior, prior_of, with_usual
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -113,8 +112,6 @@ def search(begun: Search) -> Search:
             tried.append(current.named)
             log.info("trying moves from %s (log odds %.1f)", " and ".join(current.named) or "the rig", odds_of(current))
             _fit_best(work, _moves(work, current), possible)
-            if not current.causes and work.settings.most_causes > 1 and not _is_enough(work):
-                _fit_best(work, pairs(work), possible)
     except KeyboardInterrupt as stop:
         if not is_asked_to_stop(stop):
             raise
@@ -133,21 +130,13 @@ def without_impossible(work: Search) -> Search:
 
 def with_one_cause(work: Search) -> list[Explanation]:
     """The best explanations by one cause, of a Search in which nothing was searched yet."""
-    _fit_best(work, _moves(work, work.nothing), {frozenset()})
+    _fit_best(work, _moves(work, work.nothing))
     return [one for one in work.explanations if one.causes]
 
 
 def is_asked_to_stop(error):
     """Whether an exception is that of Ctrl-C, after which what was found is kept, and not of a termination."""
     return type(error) is KeyboardInterrupt
-
-
-def _is_enough(work):
-    """Whether one cause explains the records with plausible values of the rig, in a form near that of the library."""
-    best, significance = max(work.explanations, key=odds_of), work.settings.significance
-    is_plausible = chi_square_p_value(best.fit.penalty, len(best.fit.names)) >= significance
-    is_near = best.form is None or best.form.mean_std <= work.settings.form_error
-    return is_plausible and is_near and not best.fit.is_rejected(significance)
 
 
 def _is_due(work, explanation, tried):
@@ -181,8 +170,8 @@ def _moves(work, current):
     return found
 
 
-def _fit_best(work, proposals, possible):
-    """Fit the most promising proposals; possible : as of `_drop_impossible`."""
+def _fit_best(work, proposals, possible=None):
+    """Fit the most promising proposals; possible : as of `_drop_impossible`, if what cannot be true is dropped."""
     chosen, often, seen = [], {}, set()
     best = max(map(odds_of, work.explanations))
     for one in sorted(proposals, key=lambda one: -one.log_odds):
@@ -200,7 +189,7 @@ def _fit_best(work, proposals, possible):
         before = max(map(odds_of, work.explanations))
         found = work.explain(one.causes, one.values)
         is_best = found and odds_of(found) > before
-        if is_best:
+        if is_best and possible is not None:
             _drop_impossible(work, possible)  # before others are measured by it
         if len(one.causes) > 1:
             unfulfilled = 0 if is_best else unfulfilled + 1
@@ -209,9 +198,9 @@ def _fit_best(work, proposals, possible):
 
 
 def _best_of_each_set(work):
-    """The best explanation of each set of effects."""
+    """The best explanation of each set of effects, whether or not it can be true."""
     best = {}
-    for e in sorted(work.explanations, key=odds_of, reverse=True):
+    for e in sorted([*work.explanations, *work.impossible.values()], key=odds_of, reverse=True):
         best.setdefault(frozenset(c.effect for c in e.causes), e)
     return list(best.values())
 
@@ -226,7 +215,7 @@ def _drop_impossible(work, possible):
         near = {key: e for key, e in work.found.items() if key not in possible and odds_of(e) >= least}
         impossible = [key for key, e in near.items() if _is_impossible(work, e)]
         for key in impossible:
-            del work.found[key]
+            work.impossible[key] = work.found.pop(key)
         possible |= near.keys() - set(impossible)
         if not impossible:
             return

@@ -142,6 +142,7 @@ def _with_one_cause(found, tested):
         screened=[],
         shapes={},
         found={frozenset(): Explanation((), tested.fit, 0.0)},
+        impossible={},
     )
     if not work.candidates:
         return []
