@@ -202,7 +202,7 @@ def stability(analysis):
         axes[1, 0].plot(data.speed.values * per, decrement, ".", color=COLOURS[0], markersize=3)
         axes[1, 0].axhline(LEAST_DECREMENT, color="0.4", linestyle=":", label=f"API 617: {LEAST_DECREMENT:g}")
         axes[1, 0].set_ylabel("logarithmic decrement,\nfirst forward mode (1)")
-        largest = max(LEAST_DECREMENT, *decrement[decrement < 1])
+        largest = max([LEAST_DECREMENT, *decrement[decrement < 1]])
         axes[1, 0].set_ylim(0 if (decrement[np.isfinite(decrement)] > 0).all() else None, 1.1 * largest)
         axes[1, 0].legend()
     for panel in axes[:, 0]:
