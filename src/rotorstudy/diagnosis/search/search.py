@@ -191,7 +191,7 @@ def _fit_best(work, proposals, possible=None):
         is_best = found and odds_of(found) > before
         if is_best and possible is not None:
             _drop_impossible(work, possible)  # before others are measured by it
-        if len(one.causes) > 1:
+        if len(one.causes) > 1 and np.isfinite(one.log_odds):
             unfulfilled = 0 if is_best else unfulfilled + 1
         if unfulfilled == UNFULFILLED:
             break
