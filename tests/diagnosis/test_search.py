@@ -1,6 +1,7 @@
 """The search: pairs together, every place and shape within reach, one name for one fault, no fit that is rejected."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from machines import disc, jeffcott_rig, shaft, spectrum_of, springs, unbalance
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.candidates import candidates
-from rotorstudy.diagnosis.search.moves import exchanges, removals
+from rotorstudy.diagnosis.search.moves import exchanges, other_laws, removals
 from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.search.parts import faults_of_several_parts
 from rotorstudy.diagnosis.search.screening import project, screen
@@ -92,13 +93,29 @@ def test_the_error_of_the_form_of_a_cause_widens_its_intervals_as_far_as_it_is_n
 
 
 @pytest.mark.parametrize("stiffness", [5e4, 7e4])
-def test_an_explanation_by_which_a_motion_grows_is_dropped(stiffness):
+def test_an_explanation_by_which_a_motion_grows_is_not_named_but_leads_to_others(stiffness, caplog):
     """Cross-coupling drives a whirl from c w_n = 6.2e4 N/m on; records beyond that can only be made in frequency."""
+    caplog.set_level("INFO", "rotorstudy.diagnosis")
     model = build_model(JEFFCOTT)
     known = ONE.model_copy(update={"uncertainty": {"default": 0.0}})  # damping may not make it stable
     spectrum = measured(model, hidden(model, "cross_coupling", node=1, cross_coupling_N_per_m=stiffness))
-    found = {c.effect for c in investigate(spectrum, model, settings=known).verdict.causes}
-    assert ("cross_coupling" in found) == (stiffness < 100 * np.sqrt(7.6e5 / 2.0))
+    found = investigate(spectrum, model, settings=known)
+    is_possible = stiffness < 100 * np.sqrt(7.6e5 / 2.0)
+    assert ("cross_coupling" in {c.effect for c in found.verdict.causes}) == is_possible
+    assert any("cross_coupling" in str(kind) for kind in found.search.impossible) != is_possible
+    assert any(record.message.startswith("trying moves from cross_coupling") for record in caplog.records)
+
+
+def test_a_crack_is_tried_by_its_other_laws_in_the_shape_that_was_found():
+    model = build_model(TWO_DISCS)
+    others = [name for name in registry().plugins["effect"] if name != "transverse_crack"]
+    every, _ = candidates(model, KNOWN.model_copy(update={"leave_out": others}))
+    cause = every[0]
+    current = SimpleNamespace(causes=(cause,), fit=SimpleNamespace(values=dict.fromkeys((*cause.names, "rig"), 1.0)))
+    tried = other_laws(SimpleNamespace(rig=model, candidates=every, settings=KNOWN), current)
+    laws = [one.causes[0].variant["breathing"] for one in tried]
+    assert sorted([cause.variant["breathing"], *laws]) == ["gradual", "none", "turning"]
+    assert all(one.causes[0].shape == cause.shape and one.values == {"rig": 1.0} for one in tried)
 
 
 @pytest.mark.parametrize(("stiffness", "is_unstable"), [(5e4, False), (7e4, True)])

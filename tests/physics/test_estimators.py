@@ -62,6 +62,14 @@ def test_a_step_to_where_there_is_no_steady_state_is_refused_and_other_trials_go
         levenberg_marquardt(parabola, measured, start + 3, ("a",))
 
 
+@pytest.mark.parametrize(("needed", "end"), [(np.inf, 2.0), (10.0, 2.0), (1.0, 0.11)])
+def test_a_fit_ends_where_its_steps_would_not_reach_the_cost_that_matters(needed, end):
+    """The first of 200 steps of 0.01 from 0.1 gains 0.054 of a cost of 19.5: as much by each would leave 8.8."""
+    start, measured = np.array([[0.1]]), np.array([[4.0, 2.0]])
+    found = levenberg_marquardt(parabola, measured, start, ("a",), longest=0.01, needed=needed)
+    assert found.theta == pytest.approx(end) and found.converged == (end == 2.0)
+
+
 def test_a_prior_joins_the_data_with_its_whole_covariance():
     """Linear in theta: the posterior is known."""
     columns = np.array([[1.0, 0.5], [0.2, 1.0], [0.3, -0.4]])

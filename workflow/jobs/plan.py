@@ -91,7 +91,7 @@ class Plan:
         found = [job for item in self.settings.studies.items() for job in self.study(*item)]
         found += [job for item in self.settings.replays.items() for job in self.replay(*item)]
         found += [job for name in self.chapters for job in self.chapter(name)]
-        found += [*self.over_all_chapters(), *self.library(), *self.diagnoses()]
+        found += [*self.over_all_chapters(), *self.plugin_library(), *self.diagnoses()]
         for key, jobs in (("compare", self.comparison), ("blind", self.blind), ("crack_study", self.crack_study)):
             found += jobs() if getattr(self.config, key) else []
         files = [path for job in found for path in job.files if "{" not in path]
@@ -251,7 +251,7 @@ class Plan:
         needs += tuple(configs.values())
         return [*found, Job("compare_rigs", "thesis.figures.rigs.write", inputs, outputs, given, needs)]
 
-    def library(self):
+    def plugin_library(self):
         """The plugins, crack models and bearings side by side, and what others printed beside ours."""
         module = "rotorstudy.presentation"
         zoo = self.page("zoo", f"{module}.plugin_library_page.write_plugin_library", {}, needs=files_of_kinds())

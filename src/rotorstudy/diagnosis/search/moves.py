@@ -38,7 +38,7 @@ class Proposal(NamedTuple):
     log_odds: float
 
 
-class Judge(NamedTuple):
+class _Judge(NamedTuple):
     """What judges causes beside some others; base : log odds of these without the prior odds of any."""
 
     work: Search
@@ -109,7 +109,7 @@ def additions(
         projected, usable = work.project(fitted, here, without)
         more = 0.5 * (current.fit.cost - projected.residual @ projected.residual)
         base = odds_of(current) - work.prior_odds.log_odds(current.causes) + more
-        judge = Judge(work, current.causes, fitted.values, base)
+        judge = _Judge(work, current.causes, fitted.values, base)
         found += judge.alone(projected, usable) + judge.together(projected, usable)
         found += judge.scanned(fitted, usable, without=without, plain=plain)
     return found
@@ -144,7 +144,7 @@ def exchanges(work: Search, current: Explanation) -> list[Proposal]:
         if not {c.label for c in gone} <= {c.label for c in usable}:
             continue
         base = odds_of(current) - screen(projected, *gone).evidence - work.prior_odds.log_odds(current.causes)
-        judge = Judge(wide, rest, current.fit.values, base)
+        judge = _Judge(wide, rest, current.fit.values, base)
         others = [c for c in usable if c not in gone]
         found += judge.alone(projected, others) + judge.scanned(fitted, others, without=own, plain=whole)
     return found

@@ -118,7 +118,9 @@ def search(begun: Search) -> Search:
         work = replace(work, stopped=True)
     _drop_impossible(work, possible)
     if work.best.causes and not work.stopped:
+        possible.discard(work.best.kind)
         work.explain(work.best.causes, work.best.fit.values)  # with the steps that its first fit did not have
+        _drop_impossible(work, possible)
     return work
 
 
