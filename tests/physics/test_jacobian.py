@@ -15,6 +15,7 @@ from rotorstudy import (
     measured_response_and_jacobian,
     time_response,
 )
+from rotorstudy.model.rig_numbers import with_numbers
 from rotorstudy.response.integration import transient_response
 from rotorstudy.response.statics import static_deflection
 
@@ -34,7 +35,7 @@ def worst(model, speeds, harmonics, jacobian=None):
     shown, analytic = measured_response_and_jacobian(model, speeds, harmonics)
     analytic = analytic if jacobian is None else jacobian(analytic)
     assert shown == pytest.approx(measured_response(model, speeds, harmonics), rel=1e-12)
-    steps = 1e-5 * np.maximum(np.abs(model.theta), 1e-3 * model.typical)
+    steps = 1e-5 * np.maximum(np.abs(model.theta), np.where(model.theta, 1e-3, 1.0) * model.typical)
     return errors_of_derivatives(model, speeds, harmonics, steps, analytic).max()
 
 
@@ -66,6 +67,30 @@ def carried(**crack):
 @pytest.mark.parametrize("weight_dominance", [True, False])
 def test_shaft_on_bearings(weight_dominance):
     assert worst(carried(weight_dominance=weight_dominance), [60.0, 100.0], range(-3, 5)) < TOLERANCE
+
+
+def stressed(effect):
+    """The same shaft with a force that depends on the motion about the static deflection, and its modulus as a number."""
+    rig = {"rotor": shaft(0.4, 3, disc(2, 2.0, 0.004, 0.002)), "bearings": [], "effects": [effect]}
+    rig["effects"].append(unbalance(2, 3e-5, 1.0, mass_kg=2.0))
+    values = {"bearing_stiffness_xx_N_per_m": 1e5, "bearing_stiffness_yy_N_per_m": 2e5}
+    values |= {"bearing_damping_xx_N_s_per_m": 100.0, "bearing_damping_yy_N_s_per_m": 200.0}
+    linear = {"kind": "linear", "coefficients": "anisotropic", **values}
+    rig["bearings"] = [{**linear, "node": node, "label": str(node)} for node in (1, 4)]
+    return with_numbers(build_model(rig), ["rotor.youngs_modulus_Pa"])
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        {"kind": "transverse_crack", "position_m": 0.22, "depth_ratio": 0.3, "angle_rad": 0.4, "flexibility_factor": 1},
+        {"kind": "cubic_stiffness", "node": 3, "cubic_stiffness_N_per_m3": 1e13},
+        {"kind": "rub", "node": 3, "rub_stiffness_N_per_m": 2e4, "clearance_m": 1e-6},
+    ],
+    ids=lambda effect: effect["kind"],
+)
+def test_a_nonlinear_force_follows_the_deflection_that_moves_with_modulus_and_bearings(effect):
+    assert worst(stressed(effect), [60.0, 100.0], range(-3, 5)) < TOLERANCE
 
 
 def test_displacements_from_the_unloaded_line():

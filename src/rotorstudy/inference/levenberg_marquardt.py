@@ -64,6 +64,7 @@ def levenberg_marquardt(
     prior: Prior | None = None,
     clip: float = np.inf,
     longest: np.ndarray | float = np.inf,
+    bounds: tuple = (-np.inf, np.inf),
     needed: float = np.inf,
     convergence: Convergence = ESTIMATE,
 ) -> Minimum:
@@ -75,6 +76,7 @@ def levenberg_marquardt(
     measured : (trial, component) whitened data;  prior : without it the data must identify the parameters
     clip     : standard deviations beyond which the loss is linear (Huber); data only
     longest  : (parameter,) or float, longest step of each parameter; a longer one is shortened in its direction
+    bounds   : (parameter,) or float each, least and largest values, within which the fit begins and stays
     needed   : cost that matters: a trial ends where as much gained by each step left as by the last one misses it
     source   : Nocedal and Wright, Numerical Optimization, 2006, section 10.3
     """
@@ -122,7 +124,8 @@ def levenberg_marquardt(
         scaled = normal[trials] / (scale[:, :, None] * scale[:, None, :])
         scaled = scaled + damping[trials, None, None] * np.eye(count)
         gradient = (weighted @ residual[trials][..., None])[..., 0] / scale
-        step = np.linalg.solve(scaled, gradient[..., None])[..., 0] / scale
+        low, high = ((bound - theta[trials]) * scale for bound in bounds)
+        step = _bounded_solution(scaled, gradient, low, high) / scale
         step = step / np.maximum(1.0, np.max(np.abs(step) / longest, axis=-1, keepdims=True, initial=0.0))
         tried = theta[trials] + step
         new_residual, new_jacobian, new_cost, new_weight = attempt(trials, tried)
@@ -143,6 +146,18 @@ def levenberg_marquardt(
         if not len(trials):
             break
     return Minimum(theta, cost, residual, jacobian, normal, converged)
+
+
+def _bounded_solution(matrices, right, low, high):
+    """Solutions (trial, parameter) of symmetric systems between bounds of that shape; those that would go beyond stay there."""
+    held = np.zeros(right.shape, bool)
+    found = np.linalg.solve(matrices, right[..., None])[..., 0]
+    while (beyond := ~held & ((found < low) | (found > high))).any():
+        held |= beyond
+        right = np.where(held, np.clip(found, low, high), right)
+        matrices = np.where(held[..., None], np.eye(right.shape[-1]), matrices)
+        found = np.linalg.solve(matrices, right[..., None])[..., 0]
+    return found
 
 
 def _loss(residual, clip):

@@ -26,11 +26,19 @@ class Tangent(NamedTuple):
 
     slope : (speed, component, component) derivative of the force harmonics by the motion, N/m
     reply : (speed, harmonic, dof, component) motion by a unit force;  seen : (coordinate, dof) what the forces see
+    still : (real or imaginary part, coordinate, speed, harmonic, seen) derivative by the static deflection, N/m
     """
 
     slope: np.ndarray
     reply: np.ndarray
     seen: np.ndarray
+    still: np.ndarray
+
+    def force_by_deflection(self, moved):
+        """Change (..., speed, harmonic, dof), N, of the forces if the deflection changes by (..., speed, dof), m."""
+        parts = moved @ self.seen.T
+        parts = np.stack([parts.real, parts.imag])
+        return np.einsum("ucshk,u...sc->...shk", self.still, parts) @ self.seen
 
     def response(self, change):
         """Change (speed, harmonic, dof, parameter), m per unit, with the nonlinear forces, from that without them."""
@@ -122,7 +130,8 @@ def steady_states(forces, speed, harmonics, deflection, linear, reply):
         done = at[met]
         x[done], force[done], slope[done] = (part[met] for part in (found, *loaded))
         share[done], growth[at] = tried[met], growth[at] * np.where(met, 2.0, 0.5)
-    return linear + (reply @ force[:, None, :, None])[..., 0], Tangent(slope, reply, system.seen)
+    tangent = Tangent(slope, reply, system.seen, system.slope_by_deflection(x))
+    return linear + (reply @ force[:, None, :, None])[..., 0], tangent
 
 
 class _System:
@@ -171,6 +180,14 @@ class _System:
         parts = np.stack([direct + mirrored, 1j * (direct - mirrored)])  # (part, coordinate, speed, m, n, seen)
         flat = parts.transpose(2, 3, 5, 0, 4, 1).reshape(len(x), self.order, len(self.seen), -1)
         return _real(self.basis.conj().T @ self._in_time(z, v, still) / len(self.basis)), _real(flat)
+
+    def slope_by_deflection(self, x):
+        """`still` of Tangent, at the harmonics x (speed, component): a force may read the deflection by itself too."""
+        a = _complex(x, len(self.seen))
+        z, v = self.basis @ a + self.still, self.basis @ (self.rate[..., None] * a)
+        size = DIFFERENCE * (np.abs(z).max(axis=(1, 2))[:, None, None] + 1e-12)
+        up, down = (self._in_time(z + step, v, self.still + step) for step in (size * self.units, -size * self.units))
+        return self.basis.conj().T @ ((up - down) / (2 * size)) / len(self.basis)
 
     def balanced(self, x, share, at):
         """Motion, force and slope at some of the speeds by Newton's method, and whether each has converged."""

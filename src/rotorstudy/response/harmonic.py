@@ -202,6 +202,9 @@ def _carried_about(still, model, speed, theta, blocks, jacobian, kept):
     if moved:
         forces = static_force(model, rotor, speed, blocks.harmonics, np.stack(list(moved.values())), constant=False)
         columns[..., list(moved)] += np.moveaxis(np.broadcast_to(forces, (len(moved), *found.shape)), 0, -1)
+        for trial, tangent in () if tangents is None else np.ndenumerate(tangents):
+            own = np.stack([np.broadcast_to(one, (*found.shape[:-2], dof))[trial] for one in moved.values()])
+            columns[trial][..., list(moved)] += np.moveaxis(tangent.force_by_deflection(own), 0, -1)
     derivatives = np.zeros((*found.shape, theta.shape[-1]), complex)
     changes = solved(columns)
     if tangents is not None:

@@ -158,6 +158,11 @@ class ShapeRange(NamedTuple):
     breaks: tuple[float, ...] = ()
     mirrored: bool = False
 
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Least and largest fraction in a fit."""
+        return (-np.inf, np.inf) if self.goes_around or self.mirrored else (0.0, 1.0)
+
     def fraction(self, value: float) -> float:
         """Where a value lies in the range, 0 to 1."""
         if self.low > 0:

@@ -20,7 +20,6 @@ SETTLED = 0.25  # log odds that another round of a fit, with the error of form t
 ROUNDS = 4  # of these
 ROUND = replace(HYPOTHESIS, steps=15, gain_relative=1e-3)  # then it is decided whether another one is worth it
 LONGEST_OF_SHAPE = 0.1  # of the range of an option: the longest step, as columns change with the shape
-LONGEST_OF_FIXED = 2.0  # standard deviations of its prior: the same of an amplitude whose size is known
 FAILURES = 2  # shapes in which a cause cannot act, or the rotor has no steady motion, after which a fit ends
 
 
@@ -66,9 +65,16 @@ class _Parameters:
     @property
     def longest(self):
         """(parameter,) longest step of a fit."""
-        fixed = {n: LONGEST_OF_FIXED * c.prior[n][1] for c in self.causes if c.fixed for n in c.names}
         shapes = len(self.whole.names) - len(self.prior.names)
-        return np.array([*(fixed.get(n, np.inf) for n in self.prior.names), *[LONGEST_OF_SHAPE] * shapes])
+        return np.append(np.full(len(self.prior.names), np.inf), np.full(shapes, LONGEST_OF_SHAPE))
+
+    @property
+    def bounds(self):
+        """(parameter,) least and largest values: those of a shape are the ends of its range, unless it goes around."""
+        amplitudes = np.full(len(self.prior.names), np.inf)
+        ends = [ends for own in self.ranges for ends in own.values()]
+        low, high = np.array([ends.bounds for ends in ends]).reshape(-1, 2).T
+        return np.append(-amplitudes, low), np.append(amplitudes, high)
 
     def motion(self, work, theta):
         """The Motion at the values of a fit, at the harmonics of the local forces."""
@@ -136,6 +142,7 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
             parameters.whole.names,
             prior=parameters.whole,
             longest=parameters.longest,
+            bounds=parameters.bounds,
             needed=cost - 2 * to_gain,
             convergence=ROUND,
         )
