@@ -70,7 +70,7 @@ def test_shaft_on_bearings(weight_dominance):
 
 
 def stressed(effect):
-    """The same shaft with a force that depends on the motion about the static deflection, and its modulus as a number."""
+    """A shaft with an effect whose force depends on the motion about the static deflection; its modulus is a number."""
     rig = {"rotor": shaft(0.4, 3, disc(2, 2.0, 0.004, 0.002)), "bearings": [], "effects": [effect]}
     rig["effects"].append(unbalance(2, 3e-5, 1.0, mass_kg=2.0))
     values = {"bearing_stiffness_xx_N_per_m": 1e5, "bearing_stiffness_yy_N_per_m": 2e5}

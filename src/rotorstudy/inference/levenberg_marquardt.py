@@ -149,7 +149,7 @@ def levenberg_marquardt(
 
 
 def _bounded_solution(matrices, right, low, high):
-    """Solutions (trial, parameter) of symmetric systems between bounds of that shape; those that would go beyond stay there."""
+    """Solutions (trial, parameter) of linear systems between bounds; a parameter that would go beyond is held there."""
     held = np.zeros(right.shape, bool)
     found = np.linalg.solve(matrices, right[..., None])[..., 0]
     while (beyond := ~held & ((found < low) | (found > high))).any():

@@ -71,10 +71,9 @@ class _Parameters:
     @property
     def bounds(self):
         """(parameter,) least and largest values: those of a shape are the ends of its range, unless it goes around."""
-        amplitudes = np.full(len(self.prior.names), np.inf)
-        ends = [ends for own in self.ranges for ends in own.values()]
-        low, high = np.array([ends.bounds for ends in ends]).reshape(-1, 2).T
-        return np.append(-amplitudes, low), np.append(amplitudes, high)
+        amplitudes = np.full((len(self.prior.names), 2), [-np.inf, np.inf])
+        shapes = [ends.bounds for own in self.ranges for ends in own.values()]
+        return np.concatenate([amplitudes, np.reshape(shapes, (-1, 2))]).T
 
     def motion(self, work, theta):
         """The Motion at the values of a fit, at the harmonics of the local forces."""

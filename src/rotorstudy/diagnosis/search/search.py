@@ -142,13 +142,15 @@ def is_asked_to_stop(error):
 
 
 def _is_due(work, explanation, tried):
-    """Whether moves from an explanation may lead to one that matters."""
+    """Whether moves from an explanation may lead to one that matters: not if a part of it is better alone."""
     if not tried:
         return not explanation.causes
     if odds_of(explanation) < 0 and not work.base.is_rejected(work.settings.significance):
         return False
-    near = odds_of(explanation) >= max(map(odds_of, work.explanations)) - WITHIN
-    return bool(explanation.causes) and near and explanation.named not in tried
+    odds = odds_of(explanation)
+    near = odds >= max(map(odds_of, work.explanations)) - WITHIN
+    is_worse = any(one.named < explanation.named and odds_of(one) > odds for one in work.explanations if one.causes)
+    return bool(explanation.causes) and near and not is_worse and explanation.named not in tried
 
 
 def _moves(work, current):

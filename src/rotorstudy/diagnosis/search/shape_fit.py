@@ -113,7 +113,9 @@ def fitted_from(
     prior, points, count = work.prior, [point_of(work, cause) for cause in causes], len(amplitudes)
     for cause in causes:
         prior = prior.plus(Prior.independent(cause.prior))
+    bounds = [np.full((count, 2), [-np.inf, np.inf])]
     for cause, point in zip(causes, points, strict=True):
+        bounds += [np.reshape([ends.bounds for ends in ranges_of(work, cause).values()], (-1, 2))]
         about = {
             f"{name} of {cause.term.label}": (0.5, EVENLY) if ends.mirrored else (x if ends.goes_around else 0.5, 1.0)
             for (name, ends), x in zip(ranges_of(work, cause).items(), point, strict=True)
@@ -138,6 +140,7 @@ def fitted_from(
         np.concatenate([amplitudes, *points])[None],
         prior.names,
         prior=prior,
+        bounds=np.concatenate(bounds).T,
         convergence=convergence,
     )
     shapes = np.split(found.theta[0, count:], ends)
