@@ -53,7 +53,7 @@ def test_every_block_runs_and_the_figure_is_there(followed):
 
 def test_the_plugins_of_every_kind_hold_every_invariant(followed):
     _, said = followed
-    assert "\nfails" not in said and len(re.findall(r"(\d+) of \1 hold", said)) == 5
+    assert "\nfails" not in said and len(re.findall(r"(\d+) of \1 hold", said)) == 6
 
 
 def test_the_stiffness_loss_is_found_again_by_the_name_of_the_new_crack(followed):
@@ -64,7 +64,11 @@ def test_the_stiffness_loss_is_found_again_by_the_name_of_the_new_crack(followed
         assert abs(float(value) - 1e5) < 4 * float(std) < 1e4
 
 
-def test_the_new_effect_is_found_again(followed):
+@pytest.mark.parametrize(
+    ("name", "true"), [("tilt_anisotropy", 500), ("tilt_anisotropy_phase", 60), ("dry_friction", 1.5)]
+)
+def test_the_new_effects_are_found_again(followed, name, true):
+    """A complex amplitude on a tilt, and a force that is nonlinear in the velocity."""
     _, said = followed
-    value, std = map(float, re.search(r"drag +(\S+) ± (\S+)", said).groups())
-    assert abs(value - 20) < 4 * std < 20
+    value, std = map(float, re.search(rf"{name} +(\S+) ± (\S+)", said).groups())
+    assert abs(value - true) < 4 * std < 0.01 * true
