@@ -43,12 +43,12 @@ class Analysed:
     is_tracked: bool = False
 
 
-def analyse(raw, with_signals=True):
-    """The Analysed of a RawRecord: harmonics with covariance, the clean record if wanted, facts and findings."""
+def _steady(raw, pulses, marks, with_signals):
+    """The Analysed of a record at one speed: harmonics with covariance, the clean record if wanted, facts, findings."""
     where, harmonics = raw.where, np.array(raw.conventions.harmonics)
     facts = RecordFacts(where, {node: NodeFacts() for node in raw.nodes})
     facts.label = np.nan if raw.label is None else raw.label
-    turning, findings = _turning(raw)
+    turning, findings = _turning(raw, pulses, marks)
     if turning is None:
         return Analysed(facts, findings)
     by_marks = raw.keyphasor is not None or raw.marks is not None
@@ -107,26 +107,22 @@ def integrated(signals, orders, time, speed):
     return found
 
 
-def _turning(raw):
+def _turning(raw, pulses, marks):
     """The Turning of a raw record, None if the record does not determine it, and findings."""
-    where, settings = raw.where, raw.conventions.keyphasor
+    where = raw.where
     if raw.keyphasor is None and raw.marks is None:
         if raw.reference is not None and raw.label is not None:
             return steady_turning(raw.label, raw.time), []
         text = "neither keyphasor nor phase mark times; the phase of the harmonics is undetermined. Record one of them"
         return None, [Finding("error", "no phase reference", where, text)]
-    pulses, marks = None, raw.marks
     if marks is None:
-        pulses = find_pulses(raw.keyphasor, raw.time, settings)
-        if pulses is None:
-            text = "the keyphasor signal has no pulse above its noise; check the connection and the channel name"
-            return None, [Finding("error", "dead keyphasor", where, text)]
-        marks = pulses.time
-    turning = count_revolutions(np.asarray(marks, float), 0.0 if pulses is None else pulses.resolution)
+        text = "the keyphasor signal has no pulse above its noise; check the connection and the channel name"
+        return None, [Finding("error", "dead keyphasor", where, text)]
+    turning = count_revolutions(marks, 0.0 if pulses is None else pulses.resolution)
     if turning is None:
         text = f"{len(marks)} phase marks; at least two are needed. Take a longer record, or check threshold_V"
         return None, [Finding("error", "too few revolutions", where, text)]
-    findings = quality.check_pulses(pulses, turning, settings.polarity, where)
+    findings = quality.check_pulses(pulses, turning, raw.conventions.keyphasor.polarity, where)
     findings += quality.check_speed_label(raw.label, float(turning.speed(np.mean(raw.time))), where)
     return turning, findings
 
@@ -202,19 +198,20 @@ def _check_harmonics(amplitude, covariance, blocks, harmonics, where):
 
 def analyse_each(raw, with_signals=True):
     """Analysed of a raw record: one, or of a run-up or coast-down one for each speed at which it was tracked."""
-    marks, pulses = raw.marks, None
+    pulses, marks = None, raw.marks
     if marks is None and raw.keyphasor is not None:
         pulses = find_pulses(raw.keyphasor, raw.time, raw.conventions.keyphasor)
         marks = None if pulses is None else pulses.time
-    if marks is None or not is_swept(np.asarray(marks)):
-        return [analyse(raw, with_signals)]
-    sweep = find_sweep(np.asarray(marks, float), 0.0 if pulses is None else pulses.resolution)
-    findings = quality.check_pulses(pulses, sweep, raw.conventions.keyphasor.polarity, raw.where)
-    return _tracked(raw, sweep, findings)
+    marks = None if marks is None else np.asarray(marks, float)
+    if marks is None or not is_swept(marks):
+        return [_steady(raw, pulses, marks, with_signals)]
+    return _tracked(raw, pulses, marks)
 
 
-def _tracked(raw, sweep, findings):
+def _tracked(raw, pulses, marks):
     """Analysed of each speed of a sweep; one without harmonics after an error."""
+    sweep = find_sweep(marks, 0.0 if pulses is None else pulses.resolution)
+    findings = quality.check_pulses(pulses, sweep, raw.conventions.keyphasor.polarity, raw.where)
     facts = RecordFacts(raw.where, {node: NodeFacts() for node in raw.nodes})
     harmonics = np.array(raw.conventions.harmonics)
     grid, step = speed_grid(sweep), np.median(np.diff(raw.time))

@@ -11,16 +11,15 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import quality
 from rotorstudy.measurement.analysis import Analysed, analyse_each
 from rotorstudy.measurement.conventions import read_conventions
+from rotorstudy.measurement.corrections import averaged, without_missing_mean, without_slow_roll
 from rotorstudy.measurement.files import read_file
 from rotorstudy.measurement.findings import Finding, RecordFacts, errors_among, node_facts, worst_first
 from rotorstudy.measurement.full_spectra import full_spectrum
-from rotorstudy.measurement.nonsynchronous import check_lines
+from rotorstudy.measurement.lines import check_lines
 from rotorstudy.measurement.plausibility import check_probe_angles, check_stated_speeds, check_together
 from rotorstudy.measurement.raw_record import LARGEST_READING
 from rotorstudy.measurement.records import Record
-from rotorstudy.measurement.repeats import averaged
 from rotorstudy.measurement.resonances import check_resonances
-from rotorstudy.measurement.slow_roll import without_missing_mean, without_slow_roll
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.spectrum_file import is_spectrum, load_imported
 from rotorstudy.measurement.table_spectra import check_stated, read_table
