@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.findings import Finding, told
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.units import RAD_PER_S, p_value, percent, quantity, spins, um
@@ -76,15 +76,10 @@ def _findings(squares, expected, freedom, counts, where):
 
     ratio = np.divide(squares, expected, out=np.ones_like(squares), where=expected > 0)
     p = min(1.0, float(chdtrc(freedom, freedom * ratio).min()) * ratio.size)
-    size, times = float(np.sqrt(squares / freedom).max()), float(np.sqrt(ratio.max()))
-    text = f"{int(counts.sum())} records at {len(counts)} speeds; repeats are averaged, and scatter by up to {um(size)}"
+    said = {"records": int(counts.sum()), "speeds": len(counts), "size": um(float(np.sqrt(squares / freedom).max()))}
     if p >= SIGNIFICANT:
-        return [Finding("note", "repeats", where, f"{text}, as expected from the noise of each")]
-    text += (
-        f" (rms), {times:.3g} times what is expected from the noise of each ({p_value(p)}); look for what changes from "
-        "run to run. The scatter is in the covariance"
-    )
-    return [Finding("warning", "repeats differ", where, text)]
+        return [told("repeats", where, **said)]
+    return [told("repeats differ", where, times=float(np.sqrt(ratio.max())), p=p_value(p), **said)]
 
 
 def without_slow_roll(spectrum: Spectrum, below_rpm: float | None, where: str) -> tuple[Spectrum, list[Finding]]:
@@ -112,11 +107,7 @@ def without_slow_roll(spectrum: Spectrum, below_rpm: float | None, where: str) -
     rest = replace(rest, amplitude=rest.amplitude - vectors, covariance=rest.covariance + noise)
     first = np.abs(vectors[list(spectrum.harmonics).index(1)])
     sizes = ", ".join(f"node {n} {quantity(x, 'm')}" for n, x in zip(spectrum.sensors, first, strict=True))
-    text = (
-        f"the vectors at {spins(spectrum.speed[slow])} (forward 1X: {sizes}) are subtracted at all other speeds: "
-        "runout, and the bow of the shaft at rest, of which only what the speed adds is left"
-    )
-    return rest, [Finding("note", "slow roll subtracted", where, text)]
+    return rest, [told("slow roll subtracted", where, speeds=spins(spectrum.speed[slow]), sizes=sizes)]
 
 
 def without_missing_mean(spectrum: Spectrum, rig: Model, where: str) -> tuple[Spectrum, list[Finding]]:
@@ -131,11 +122,5 @@ def without_missing_mean(spectrum: Spectrum, rig: Model, where: str) -> tuple[Sp
     size = np.sqrt(np.sum(np.abs(spectrum.amplitude[:, ~is_mean]) ** 2, axis=1))  # (speed, sensor)
     if np.any(np.abs(spectrum.amplitude[:, is_mean][:, 0]) > NO_MEAN * size):
         return spectrum, []
-    text = (
-        f"the mean is below {percent(NO_MEAN)} of the vibration at every speed and node, but the oil films move the "
-        "journals with the speed: the records are AC-coupled, or their mean was taken off. 0X is left out, and "
-        "nothing is said of static loads. Record the gap voltage of the probes to have it"
-    )
-    return spectrum.at_harmonics([n for n in spectrum.harmonics.tolist() if n]), [
-        Finding("note", "AC coupling", where, text)
-    ]
+    moving = [n for n in spectrum.harmonics.tolist() if n]
+    return spectrum.at_harmonics(moving), [told("AC coupling", where, share=percent(NO_MEAN))]

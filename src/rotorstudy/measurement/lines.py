@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.measurement.angle_fit import fit_harmonics
-from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.findings import told
 from rotorstudy.response.series import rotating_basis
 from rotorstudy.units import um
 
@@ -177,12 +177,18 @@ def _finding(group):
     speeds, hertz, orders = (np.array([getattr(seen, name) for seen in group]) for name in ("speed", "hertz", "order"))
     records = len({seen.where for seen in group})
     across = f" (in {records} records, {np.min(hertz):.5g} to {np.max(hertz):.5g} Hz)" if records > 1 else ""
-    text = (
-        f"a line at {first.hertz:.5g} Hz, {first.order:.4f} times the speed{across}: forward {um(first.forward)}, "
-        f"backward {um(first.backward)} at node {first.node}, {_sense(first)}. {likely_kind(speeds, orders, first)}. "
-        "It is fitted together with the harmonics and kept out of their covariance; the diagnosis does not explain it"
+    return told(
+        "non-synchronous line",
+        first.where,
+        hertz=first.hertz,
+        order=first.order,
+        across=across,
+        node=first.node,
+        sense=_sense(first),
+        forward=um(first.forward),
+        backward=um(first.backward),
+        kind=likely_kind(speeds, orders, first),
     )
-    return Finding("warning", "non-synchronous line", first.where, text)
 
 
 def _sense(seen):

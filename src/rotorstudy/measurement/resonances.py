@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.run_up import peaks
 from rotorstudy.units import RAD_PER_S, as_certain_as, number
 
@@ -91,16 +91,11 @@ def check_resonances(spectrum, swept, where):
     ]
     if not each:
         return []
-    text = f"{' and '.join(each)}; the residual is {number(1e6 * found.noise, 2)} µm"
-    notes = [Finding("note", "critical speeds", where, text)]
+    notes = [told("critical speeds", where, each=" and ".join(each), residual=number(1e6 * found.noise, 2))]
     ratio = abs(found.rate) / (2 * found.decay.min()) ** 2
     if ratio > FAST:
-        text = (
-            f"the vectors beat as in a sweep at {_with(found.rate, rate_std)} rad/s per second, {number(ratio, 2)} "
-            "times the square of the half-power bandwidth: near and beyond the critical speed they are not steady, and "
-            "their peak lies beyond it. Give the record in time, whose transient can be removed, or use lower speeds"
-        )
-        notes.append(Finding("warning", "sweep too fast", where, text))
+        rate = _with(found.rate, rate_std)
+        notes.append(told("sweep too fast (vectors)", where, rate=rate, times=number(ratio, 2)))
     return notes
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.measurement.conventions import check_once, combine, measured_direction
-from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT, left_out
 from rotorstudy.measurement.tables import harmonics_in, numbers_of, whole_numbers
 from rotorstudy.measurement.text_table import MISSING
@@ -202,8 +202,7 @@ def _complete(text, rows, conventions, where):
     wanted, findings = rows.harmonic.isin(conventions.harmonics).to_numpy(), []
     if not wanted.all() and "harmonics" not in conventions.model_fields_set:
         others = ", ".join(f"{n:+d}" for n in sorted(set(rows.harmonic[~wanted].tolist())))
-        said = f"the table also has {others}; state 'measurement: harmonics:' to read them"
-        findings.append(Finding("note", "harmonics not read", where, said))
+        findings.append(told("harmonics not read", where, others=others))
     there, held = there & wanted, {}
     records = list(zip(rows.speed, rows.repeat, strict=True))
     readings = zip(rows.node, rows.probe, rows.harmonic, strict=True)
@@ -214,17 +213,19 @@ def _complete(text, rows, conventions, where):
     lacks = {record: usual - readings for record, readings in held.items() if not usual <= readings}
     if not lacks or len(lacks) == len(held):
         return there, findings
-    (one, again), readings = next(iter(lacks.items()))
+    (speed, again), readings = next(iter(lacks.items()))
     node, probe, n = min(readings)
-    again = f" (repeat {again + 1})" * bool(again)
-    others = ", and others" if len(lacks) > 1 or len(readings) > 1 else ""
-    said = (
-        f"{len(lacks)} of {len(held)} speeds are left out, as readings are missing: at {one * 30 / np.pi:.6g} rpm"
-        f"{again}, {n}X of {repr(probe) if probe else f'node {node}'}{others}. A harmonic that is missing at many "
-        "speeds is better left out of 'measurement: harmonics:'"
-    )
+    said = {
+        "lacking": len(lacks),
+        "count": len(held),
+        "rpm": speed * 30 / np.pi,
+        "n": n,
+        "again": f" (repeat {again + 1})" * bool(again),
+        "place": repr(probe) if probe else f"node {node}",
+        "others": ", and others" if len(lacks) > 1 or len(readings) > 1 else "",
+    }
     whole = np.array([record not in lacks for record in records])
-    return there & whole, [*findings, Finding("warning", "missing readings", where, said)]
+    return there & whole, [*findings, told("missing readings", where, **said)]
 
 
 def _dead(rows):
@@ -281,18 +282,6 @@ def _of_node(rows, angles, wanted, where):
 
 def _notes(table, noise, inferred):
     """Notes on columns that are not read, and on the covariance of a table."""
-    findings, where = [], str(table.path)
-    if table.unread:
-        text = "neither the first speed nor readings of a probe and a whole harmonic, such as 'DE X 1X Amp (mil pp)': "
-        findings.append(Finding("note", "columns not read", where, text + ", ".join(table.unread)))
-    if not noise:
-        text = (
-            "the covariance is that of the rounding of the printed digits. A table does not contain the noise of the "
-            "measurement; where that exceeds the rounding, intervals are too narrow. State 'measurement: "
-            "table_noise_m:' if it is known"
-        )
-        findings.append(Finding("note", "rounding only", where, text))
-    if inferred:
-        text = "the last digits are those of the cells as printed; give columns '..._last_digit' if zeros were dropped"
-        findings.append(Finding("note", "last digits", where, text))
-    return findings
+    found = [told("columns not read", table.path, columns=", ".join(table.unread))] if table.unread else []
+    found += [] if noise else [told("rounding only", table.path)]
+    return found + ([told("last digits", table.path)] if inferred else [])
