@@ -105,10 +105,7 @@ def _steady(raw, pulses, marks, with_signals):
 
 
 def integrated(signals, orders, time, speed):
-    """Displacements (node, time), m, without their mean and what is slower than SLOWEST, of whole revolutions.
-
-    orders : (node,) of the derivative by time that each of the signals (node, time) is; zeros are left as they are
-    """
+    """Displacements (node, time), m, without what is slower than SLOWEST; orders : (node,) of derivative of each."""
     found = signals.copy()
     frequency = 2 * np.pi * np.fft.fftfreq(len(time), np.median(np.diff(time)))
     kept = np.abs(frequency) > SLOWEST * speed
@@ -138,10 +135,7 @@ def _turning(raw, pulses, marks):
 
 
 def _harmonics_of_nodes(raw, facts, signals, angle, psi, mark_variance):
-    """{node: (amplitude, covariance)} of a record, and findings on them; its facts are filled in.
-
-    psi : of `_reference_phase`; None if the angle is counted from the marks, whose variance is then in the covariance
-    """
+    """{node: (amplitude, covariance)} of a record, and findings; psi : as `_reference_phase` gives, None with marks."""
     harmonics, of_node, findings = np.array(raw.conventions.harmonics), {}, []
     fits = fit_each(signals, angle, harmonics)
     for node, signal, direction, fit, order in zip(raw.nodes, signals, raw.directions, fits, raw.orders, strict=True):
@@ -251,10 +245,7 @@ def _loudest(raw, sweep):
 
 
 def check_sweep(speed, rate, amplitudes, harmonics, where):
-    """A note on a sweep, and whether it is too fast for its narrowest resonance.
-
-    speed, rate : (speed,) rad/s, rad/s^2;  amplitudes : of each node (speed, harmonic) complex, m
-    """
+    """A note on a sweep (speed, rate: (speed,)), and whether it is too fast for its narrowest resonance."""
     kind, rpm = "run-up" if rate.mean() > 0 else "coast-down", RAD_PER_S["rpm"]
     first, last = (number(speed[i] / rpm, 4) for i in (0, -1))
     found = [told(kind, where, rate=number(abs(np.median(rate))), count=len(speed), first=first, last=last)]

@@ -17,16 +17,11 @@ NO_MEAN = 0.02  # of the vibration; a journal in a film moves by a tenth of its 
 
 
 def averaged(spectrum: Spectrum, where: str) -> tuple[Spectrum, list[Finding]]:
-    """A spectrum with the repeats at each speed averaged.
+    """A spectrum with the repeats at each speed averaged; RotorstudyError if two records are the same.
 
     What repeats differ by beyond the noise within each record is the scatter from run to run. Its variance, of each
     harmonic at each sensor, is pooled over the speeds and added to the covariance of every speed, divided by the number
     of its repeats: a speed measured once scatters too.
-
-    spectrum : one amplitude for each record
-    where    : its records, for messages
-    returns  : as given if no speed was repeated
-    raises   : RotorstudyError if two records are the same
     """
     groups = _groups(spectrum.speed)
     if len(groups) == len(spectrum.speed):
@@ -83,12 +78,9 @@ def _findings(squares, expected, freedom, counts, where):
 
 
 def without_slow_roll(spectrum: Spectrum, below_rpm: float | None, where: str) -> tuple[Spectrum, list[Finding]]:
-    """The spectrum less the slow-roll vectors: the mean of all harmonics but 0X at the speeds below one, left out then.
+    """The spectrum less the mean of all harmonics but 0X at the speeds below one (None: none is), which are left out.
 
-    They are runout and the bow at rest. Their noise is added to that of every other speed.
-
-    below_rpm : None if no speed is a slow roll
-    raises    : RotorstudyError if no speed is below it, or all are
+    This is runout and the bow at rest. Its noise is added to that of every other speed.
     """
     if below_rpm is None:
         return spectrum, []
@@ -111,10 +103,7 @@ def without_slow_roll(spectrum: Spectrum, below_rpm: float | None, where: str) -
 
 
 def without_missing_mean(spectrum: Spectrum, rig: Model, where: str) -> tuple[Spectrum, list[Finding]]:
-    """The spectrum without 0X if that is zero at every speed, while the films of the rig move the journals with speed.
-
-    So read AC-coupled recorders. Without films the mean of a sound machine may be zero.
-    """
+    """The spectrum without 0X if AC-coupled: zero at every speed, though films move the journals with the speed."""
     on_films = any(e.gain and not e.frequency_only for u in rig.rotor_unknowns if u.carries for e in u.entries)
     if not on_films or 0 not in spectrum.harmonics or len(spectrum.speed) < 2:
         return spectrum, []

@@ -41,10 +41,7 @@ class Column(NamedTuple):
 
 
 def guess_measurement(path, nodes):
-    """The Guess of a section `measurement:` by which a record, or a table of amplitude and phase, can probably be read.
-
-    nodes : for the planes of probes, first ones first. RotorstudyError if no channel may be that of a probe.
-    """
+    """The Guess of a section `measurement:` for a file; nodes : for its probes, first ones first."""
     path = existing(path)
     kind = kind_of(path)
     if kind == "netcdf":

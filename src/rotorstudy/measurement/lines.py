@@ -69,10 +69,7 @@ def _without(signal, basis):
 
 
 def _strongest(residual, angle, known, least):
-    """Order of the strongest line in a residual, above an amplitude (m) and beside known ones, or None.
-
-    The transform has a Hann window. The noise at a line is the median of the power around it, which it does not change.
-    """
+    """Order of the strongest line in a residual, above an amplitude (m) and beside known ones, or None."""
     from scipy.fft import fft, prev_fast_len
 
     if len(residual) > LONG:  # without a few last samples the transform takes a tenth of the time

@@ -232,10 +232,7 @@ def read_measurement(
 
 
 def _analysed_records(paths, conventions, nodes, with_signals):
-    """Analysed of the records of files, without the probes that are dead in all; their conventions; findings.
-
-    One record is in memory at a time; `with_signals` keeps the clean ones.
-    """
+    """Analysed of records, one in memory at a time, without probes dead in all; their conventions; findings."""
     found, stated, probes, first = [], [], [], None
     for raw in _raw_records(paths, conventions, nodes):
         found += analyse_each(raw, with_signals)
@@ -324,10 +321,7 @@ def wanted_sensors(rig, measured):
 
 
 def measured_model(rig, sensors, stated, directions):
-    """The Model of a rig file with the measured nodes as sensors.
-
-    stated : the Conventions of each record;  directions : (sensor,) rad of the only probes, NaN for orbits
-    """
+    """The Model with the measured nodes as sensors; stated : Conventions of the records;  directions : (sensor,)."""
     zeros = {one.displacement_zero for one in stated}
     if len(zeros) > 1:
         raise RotorstudyError(

@@ -46,10 +46,7 @@ def check_together(spectrum, rig, where):
 
 
 def _expected(rig, spectrum):
-    """Prediction by the rig's own values, m: largest amplitude or None; rms +1X and -1X (2, sensor); 0X there.
-
-    Without values for all parameters the largest amplitude is the static deflection, and no whirl is predicted.
-    """
+    """Prediction by the rig, m: largest amplitude or None (by its weight alone without values); rms +1X, -1X; 0X."""
     try:
         shown = measured_response(rig, spectrum.speed, [1, -1, 0])
         shown = along_probes(shown, [1, -1, 0], spectrum.directions)

@@ -111,12 +111,10 @@ def _seen(fit, orders):
 
 
 def check_channel(name, node, readings, seen, others, where):
-    """Findings on one probe: dead, weak beside the others, clipped.
+    """Findings on a probe: dead, weak beside the others (Seen by each) of its node, clipped; readings (time,), m.
 
     A probe that shows no harmonic is dead if the others of its node show a vibration that it would show too, or if its
     noise is far more than all that they show. If none of them shows any, the shaft may be quiet at this speed.
-
-    readings : (time,) m, whole revolutions;  seen : Seen by it;  others : list of Seen by the others of the node
     """
     place, missing = f"{where}, node {node}, channel '{name}'", float(np.mean(~np.isfinite(readings)))
     if missing > EMPTY:

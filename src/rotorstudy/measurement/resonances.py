@@ -58,11 +58,9 @@ class Resonances:
 
 
 def vectors_1x(spectrum):
-    """{name: (speed,) complex m} of 1X: forward and backward of orbits, of a single probe its own vector (peak).
+    """{name: (speed,) complex m} of 1X, but the negligible: forward and backward of orbits, of a single probe its own.
 
     All of them lag with the force of e^{jwt}: the backward one is conj(R_-1), as R_-1 itself is the factor of e^{-jwt}.
-
-    spectrum : Spectrum with harmonics 1 and -1. Vectors that are negligible beside the largest are left out.
     """
     order, found = list(spectrum.harmonics), {}
     for s, node in enumerate(spectrum.sensors):
@@ -116,12 +114,9 @@ def modal_passage(offset, decay, rate):
 
 
 def find_resonances(speed, vectors, swept):
-    """The Resonances of vectors of 1X over speed, or None if no resonance shows.
+    """The Resonances of 1X (vector, speed), m, over speed (speed,), or None if no resonance shows.
 
-    None, one or two modes, steady or swept, are chosen by the Bayesian information criterion.
-
-    speed : (speed,) rad/s, increasing;  vectors : (vector, speed) complex, m
-    swept : whether the speed may have changed while they were measured
+    None, one or two modes, steady or (if `swept`) in a sweep, are chosen by the Bayesian information criterion.
     """
     if len(speed) < FEWEST_SPEEDS:
         return None

@@ -89,11 +89,7 @@ def speed_grid(sweep):
 
 
 def track(signals, time, angle, grid, harmonics, directions, mark_variance):
-    """Tracked of each node.
-
-    signals    : (node, time) complex, m, NaN where missing;  time (time,) s, angle (time,) rad
-    directions : (node,) rad of single probes, NaN for orbits;  mark_variance : of a phase mark, rad^2
-    """
+    """Tracked of each node from signals (node, time), m; directions : (node,) rad of single probes, NaN for orbits."""
     harmonics, nodes = np.asarray(harmonics), len(signals)
     amplitude = np.zeros((nodes, len(grid.time), len(harmonics)), complex)
     covariance = np.zeros((nodes, len(grid.time), 2 * len(harmonics), 2 * len(harmonics)))
@@ -183,10 +179,7 @@ def _between_its_ends(tracked, step):
 
 
 def peaks(speed, size):
-    """[(speed rad/s, half-power bandwidth rad/s, height)] of the resonances in a response (speed,).
-
-    A resonance exceeds the lowest response on either side, before a higher one, by the factor PEAK.
-    """
+    """[(speed, half-power bandwidth, height)] of what exceeds the lowest response on either side by the factor PEAK."""
     from scipy.signal import find_peaks, peak_widths
 
     at, found = find_peaks(size, prominence=0)

@@ -249,10 +249,7 @@ def _check_rows(speed, harmonic, where):
 
 
 def _of_node(rows, angles, wanted, where):
-    """Amplitude (harmonic,) and covariance (component, component) of a node at one speed.
-
-    angles : (probe,) rad, of the probes in the order of their first rows; empty if the rows are those of the orbit
-    """
+    """Amplitude and covariance of a node at one speed; angles : (probe,) rad, empty for rows of the orbit."""
     wanted, order = list(wanted), {name: i for i, name in enumerate(dict.fromkeys(rows.probe))}
     share = combine(angles, np.eye(len(angles))) if len(angles) else [1.0]  # of each probe in x + j y
     amplitude, covariance = np.zeros(len(wanted), complex), np.zeros((2 * len(wanted),) * 2)
