@@ -132,10 +132,7 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None):
 
 
 def _covariance_of_probe(parts, harmonics, direction):
-    """Covariance (component, component) of blocks (block, component) of the motion along one probe, and its shrinkage.
-
-    It is shrunk as that of the probe's own data, as n and -n are one.
-    """
+    """Covariance of blocks (block, component) of the motion along one probe, shrunk as its own data; shrinkage."""
     seen, rows = seen_components(harmonics, direction), seen_rows(harmonics, direction)
     own, covariance = parts @ rows.T, np.zeros(rows.shape)
     covariance[np.ix_(seen, seen)], shrinkage = shrunk_covariance(own[:, seen])
@@ -143,10 +140,7 @@ def _covariance_of_probe(parts, harmonics, direction):
 
 
 def _without_lines(signal, angle, usable, harmonics, orders):
-    """A signal without lines of some orders (line,); what the covariance is multiplied by; the lines.
-
-    signal : (time,) complex, m, usable (time,) where it is finite
-    """
+    """A signal without lines of some orders (line,); what the covariance is multiplied by; the lines."""
     basis = rotating_basis(angle, 1.0, harmonics)
     both = np.concatenate([basis, line_basis(angle, orders)])
     amplitude, _, inverse = fit_basis(signal[usable], both[:, usable])
@@ -221,12 +215,10 @@ def shrunk_covariance(draws):
 
 
 def shrunk_variances(variance, freedom):
-    """Sample variances (component,) with `freedom` degrees of freedom each, shrunk towards a common value.
+    """Sample variances (component,) shrunk towards a common value, and its weight d0 / (d0 + freedom).
 
     Empirical Bayes (Smyth 2004): the true variances have a scaled inverse chi-square distribution with d0 degrees of
     freedom; d0 follows from the variance of the logarithms less their sampling variance trigamma(freedom / 2).
-
-    returns : (component,), weight d0 / (d0 + freedom) of the common value
     """
     from scipy.optimize import brentq
     from scipy.special import digamma, polygamma

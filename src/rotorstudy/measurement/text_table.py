@@ -107,10 +107,7 @@ def header_of(path, layout):
 
 
 def rows_of(path, layout):
-    """(number of the line, cells) of each row: as many cells as the header has names, and further ones only if empty.
-
-    Blank lines and comments between the rows are left out; RotorstudyError for a row of another width.
-    """
+    """(number of the line, cells) of each row, blank lines and comments left out; RotorstudyError for another width."""
     names, _, above = header_of(path, layout)
     with _opened(path) as file:
         for number, line in enumerate(islice(file, above, None), start=above + 1):
@@ -154,10 +151,7 @@ def numbers_in(path, layout):
 
 
 def text_in(path, layout):
-    """The cells of a text file as a data frame of texts, numbers with a decimal point; its index is the line.
-
-    Columns without a name and without a cell are left out. raises : RotorstudyError for a point among decimal commas
-    """
+    """The cells of a text file as a data frame of texts by the line, with decimal points; empty columns left out."""
     import pandas as pd
 
     lines, rows = [], []
