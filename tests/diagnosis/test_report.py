@@ -17,6 +17,7 @@ from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.verdict import result
+from rotorstudy.diagnosis.verdict.words import detection_limits
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, sizes
 from rotorstudy.diagnosis.verdict.causes import _other_variants
 from rotorstudy.diagnosis.verdict.dataset import equivalent_residual_force
@@ -218,6 +219,9 @@ def test_the_extended_rig_is_accepted_again_and_lacks_nothing(asymmetric, folder
         again["summary"].startswith("Nothing is missing")
         and "Smallest sizes detected with a probability of 95 %" in again["summary"]
     )
+    verdict = Verdict.model_validate_json((folder / "again" / "verdict.json").read_text())
+    said = {row.effect for row in detection_limits(verdict)}
+    assert "swapped_probes" in {row.effect for row in verdict.detection_limit} - said  # they have no size
 
 
 @pytest.mark.usefixtures("unrendered")
