@@ -17,12 +17,11 @@ from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.verdict import result
-from rotorstudy.diagnosis.verdict.words import detection_limits
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, sizes
 from rotorstudy.diagnosis.verdict.causes import _other_variants
 from rotorstudy.diagnosis.verdict.dataset import equivalent_residual_force
 from rotorstudy.diagnosis.verdict.result import Cause, Verdict
-from rotorstudy.diagnosis.verdict.words import summary
+from rotorstudy.diagnosis.verdict.words import detection_limits, summary
 from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.rig import build_model
 from rotorstudy.presentation.captions import DIAGNOSIS_FIGURES
