@@ -19,10 +19,7 @@ def weight_carried(structure, node=None):
 
 
 def dynamic_stiffness(term, speed, harmonics):
-    """Dynamic stiffness Z (speed, harmonic, force direction, motion direction), N/m, of a bearing: force = -Z (X, Y).
-
-    On a structure with one coordinate, of the motion Re((X, Y) e^{jnwt}), n > 0; speed (speed,) rad/s.
-    """
+    """Dynamic stiffness (speed, harmonic, force, motion), N/m, of a bearing on one coordinate: force = -Z (X, Y)."""
     speed, found = np.asarray(speed, float), []
     for n in harmonics:
         columns = []

@@ -65,10 +65,7 @@ def depth_ratio_of(depth, loss_xi, stiffness, span_m, **options):
 
 
 def keys_from_depth(item, crack, structure, given, where):
-    """Keys of a crack item that follow from its depth: the stiffness loss, and options of the crack that depend on it.
-
-    given : the other keys of the crack item; one that contradicts the depth is an error
-    """
+    """Keys of a crack item that follow from its depth; given : its other keys, one that contradicts is an error."""
     place = f"{where}, depth"
     if not isinstance(item, dict) or not isinstance(item.get("kind"), str):
         raise RotorstudyError(f"depth = {item!r} in {where}: must be keys and values, with 'kind' naming a plugin")

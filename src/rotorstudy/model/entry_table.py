@@ -27,10 +27,7 @@ KEPT = 4  # sets of speeds and harmonics for which the factors of a table are ke
 
 
 class Columns(NamedTuple):
-    """Forces by one unit of amplitudes where they are not zero: `value` (..., speed, harmonic, place), N.
-
-    row, unknown : (place,) the coordinate and the amplitude
-    """
+    """Forces `value` (..., speed, harmonic, place), N, by one unit of the amplitude `unknown` at `row`."""
 
     row: np.ndarray
     unknown: np.ndarray
@@ -77,10 +74,7 @@ class _Still(NamedTuple):
 
 
 class EntryTable:
-    """The entries of some amplitudes on `size` coordinates.
-
-    motion : (unknown,) which of several motions each amplitude acts on; their coordinates then follow one another
-    """
+    """Entries of amplitudes on `size` coordinates; motion (unknown,) : on which of several motions."""
 
     def __init__(self, unknowns: tuple[Unknown, ...], size: int, motion: Sequence[int] | None = None):
         self.unknowns, self.size = tuple(unknowns), size
@@ -102,10 +96,7 @@ class EntryTable:
         return other
 
     def columns(self, amplitudes, speed, harmonics, deflection=None) -> Columns:
-        """The Columns at displacement harmonics (..., speed, harmonic, motion * coordinate), m, without forces in time.
-
-        deflection : (..., speed, motion * coordinate) static, m, on which amplitudes act that do not carry load
-        """
+        """The Columns at harmonics (..., speed, harmonic, motion * coordinate), m, and a static deflection."""
         lead = np.broadcast_shapes(amplitudes.shape[:-3], np.shape(deflection)[:-2])
         amplitudes = np.broadcast_to(amplitudes, (*lead, *amplitudes.shape[-3:]))
         (row, unknown), (kind, column, weights) = self._places, self._seen

@@ -72,10 +72,7 @@ def scaled(options: object, pattern: re.Pattern, factor: float, path: str = "") 
 
 @dataclass(frozen=True, eq=False)
 class Holder:
-    """What has numbers: the rotor (`which` is empty), or a bearing by its label, else its place in the list.
-
-    options : of its plugin, in SI;  uncertain : path -> relative standard deviation, as the plugin states
-    """
+    """What has numbers: the rotor (`which` is empty), or a bearing by its label, else its place; options in SI."""
 
     section: str
     which: str
@@ -234,9 +231,9 @@ def _bearing_number(name):
 
 
 def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict[str, float]) -> tuple[Term, ...]:
-    """The terms with the bearings that have some numbers, and the derivatives there as the entries of these numbers.
+    """The terms with the bearings that have some numbers, whose entries are the derivatives; NoSteadyState if none has.
 
-    values : name -> amplitudes of the bearings, and relative changes of their numbers; NoSteadyState if none has them
+    values : name -> amplitudes of the bearings, and relative changes of their numbers
     """
     changing = {unknown.name: term for term in terms if term.is_bearing_number for unknown in term.unknowns}
     built, slopes = {}, {name: [] for name in changing}

@@ -60,8 +60,7 @@ def diagonal_blocks(matrix, size):
 def on_bearings(alone, added, touched, springs, band=None):
     """The OnBearings of a group; LinAlgError if the rotor resonates without its bearings.
 
-    alone : (..., speed, block, member, dof, dof) dynamic stiffness of the rotor, `stored_by_band` if that is given
-    added : (..., speed, block, member * coordinate, ...) of the bearings;  springs : (coordinate,) N/m
+    alone : dynamic stiffness (..., member, dof, dof) of the rotor, or its band;  added : of the bearings
     """
     members, count = alone.shape[-3], len(touched)
     held = alone.copy()

@@ -34,10 +34,7 @@ class Turning(NamedTuple):
 
 
 def turning(model, theta, speed, harmonics, solved, adjoint=False):
-    """The Turning of a model at harmonics -order..order.
-
-    solved : force (..., speed, harmonic, dof, column) -> motion without the turning coefficients, or its adjoint
-    """
+    """The Turning of a model at harmonics -order..order; solved : force -> motion without it, or its adjoint."""
     touched = model.table.turned
     own, other = replies(np.eye(len(model.structure.dofs))[touched], (*theta.shape[:-1], len(speed)), harmonics, solved)
     force = _force_matrix(model, theta, speed, harmonics)
