@@ -7,7 +7,6 @@ forces from zero (continuation).
 """
 
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,22 +20,18 @@ SMALLEST_GROWTH = 1e-3  # smallest continuation step, as a share of the force
 DIFFERENCE = 1e-6  # step of the central differences relative to the motion: an error of 1e-12 where the force is smooth
 
 
-class Tangent(NamedTuple):
-    """Linearisation about the steady states at some speeds.
+def _linearised(slope, reply, seen):
+    """Function from changes (speed, harmonic, dof, parameter), m per unit, without nonlinear forces to those with them.
 
     slope : (speed, component, component) derivative of the force harmonics by the motion, N/m
     reply : (speed, harmonic, dof, component) motion by a unit force;  seen : (coordinate, dof) what the forces see
     """
+    stiff = np.eye(slope.shape[-1]) - _real(seen @ reply) @ slope
 
-    slope: np.ndarray
-    reply: np.ndarray
-    seen: np.ndarray
+    def with_forces(change):
+        return change + reply @ (slope @ np.linalg.solve(stiff, _real(seen @ change)))[:, None]
 
-    def response(self, change):
-        """Change (speed, harmonic, dof, parameter), m per unit, with the nonlinear forces, from that without them."""
-        moved = _real(self.seen @ change)
-        stiff = np.eye(moved.shape[1]) - _real(self.seen @ self.reply) @ self.slope
-        return change + self.reply @ (self.slope @ np.linalg.solve(stiff, moved))[:, None]
+    return with_forces
 
 
 def one_revolution(harmonics):
@@ -97,7 +92,7 @@ def _complex(components, coordinates):
 
 
 def steady_states(forces, speed, harmonics, deflection, linear, reply):
-    """Harmonics (speed, harmonic, dof) under forces [(amplitude, NonlinearForce)], and the Tangent there.
+    """Harmonics (speed, harmonic, dof) under forces [(amplitude, NonlinearForce)], and `_linearised` there.
 
     linear : motion without them, about the deflection (speed, dof), m
     reply  : (speed, harmonic, dof, component) motion by a unit force on each component of those they depend on
@@ -119,7 +114,7 @@ def steady_states(forces, speed, harmonics, deflection, linear, reply):
         done = at[met]
         x[done], force[done], slope[done] = (part[met] for part in (found, *loaded))
         share[done], growth[at] = tried[met], growth[at] * np.where(met, 2.0, 0.5)
-    return linear + (reply @ force[:, None, :, None])[..., 0], Tangent(slope, reply, system.seen)
+    return linear + (reply @ force[:, None, :, None])[..., 0], _linearised(slope, reply, system.seen)
 
 
 class _System:
