@@ -5,12 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorstudy.model.depth import keys_from_depth
-from rotorstudy.model.key_units import aliases_of, without_aliases
+from rotorstudy.model.cracks import keys_from_depth
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import SECTIONS, SMALLEST
-from rotorstudy.model.rig_items import make_term
+from rotorstudy.model.rig_items import aliases_of, make_term, without_aliases
 from rotorstudy.model.rig_numbers import is_number, rig_with_changes
 from rotorstudy.model.uncertainty import uncertainty_section
 from rotorstudy.store import write_text

@@ -5,8 +5,16 @@ import numpy as np
 from rotorstudy.authoring.invariants.base import HARMONICS, ROUND_OFF, BrokenInvariant, claimed, require
 from rotorstudy.authoring.invariants.bench import SERIES_ORDER, bench_structure, check_round_trip
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.model.cracks import SAMPLES, breathing_function, crack_parameters, crack_series, participation_factors
-from rotorstudy.model.depth import compliance, depth_ratio_of, stiffness_loss
+from rotorstudy.model.cracks import (
+    SAMPLES,
+    breathing_function,
+    compliance,
+    crack_parameters,
+    crack_series,
+    depth_ratio_of,
+    participation_factors,
+    stiffness_loss,
+)
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.terms import Term
 from rotorstudy.response.integration import force_in_time
