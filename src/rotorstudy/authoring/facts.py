@@ -26,6 +26,7 @@ GIVEN = {  # arguments passed by the engine, which are not options of a rig file
 def facts(kind, plugin):
     """The facts of one plugin of a kind as {heading: text}, without empty texts."""
     found = {"name": plugin.name, "what it is": plugin.summary}
+    found["in detail"] = " ".join((plugin.function.__doc__ or "").strip().partition("\n")[2].split())
     found["options"] = _options(kind, plugin)
     found["inside options"] = "; ".join(_inside(plugin.function))
     if kind in ("bearing", "effect"):

@@ -65,6 +65,8 @@ class NonlinearForce:
         angle = (np.asarray(shaft_angle, float)[:, None],) if self.takes_angle else ()
         found = self.function(displacement, velocity, deflection, *angle)
         shape = np.shape(displacement)
+        if np.shape(found) == np.shape(velocity):
+            found = np.broadcast_to(found, shape)  # whose derivatives by the displacement are taken together
         if np.shape(found) == shape and not (np.isnan(found).any() and np.isfinite(displacement).all()):
             return found
         code = getattr(self.function, "__code__", None)
