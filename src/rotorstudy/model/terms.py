@@ -206,7 +206,7 @@ class Term:
 def share_of(unknown: Unknown, other: Unknown) -> float:
     """How much of one unknown acts with every unit of another: 1 for the same damping at the same node, else often 0.
 
-    It is the smallest factor over the entries of the first. Forces in time cannot be compared, and share nothing.
+    The smallest factor over the entries of the first; forces in time cannot be compared, and share nothing.
     """
     if unknown.force or other.force or not unknown.entries:
         return 0.0
