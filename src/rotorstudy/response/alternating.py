@@ -79,10 +79,7 @@ def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
 
 
 def affine_error(force, amplitudes, speed, harmonics, deflection):
-    """Share (rms) of a nonlinear force that no affine function of the displacement, one for all speeds, describes.
-
-    Zero where a contact stays open or closed.
-    """
+    """Share (rms) of a nonlinear force that no affine function of the displacement, one for all speeds, describes."""
     angle, basis = one_revolution(harmonics)
     rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
     seen, still = amplitudes @ force.matrix.T, (np.asarray(deflection) @ force.matrix.T)[..., None, :]
@@ -110,7 +107,7 @@ def _complex(components, coordinates):
 def steady_states(forces, speed, harmonics, deflection, linear, reply):
     """Harmonics (speed, harmonic, dof) under forces [(amplitude, NonlinearForce)], and the Tangent there.
 
-    linear : (speed, harmonic, dof) motion without them, about the deflection (speed, dof), m
+    linear : motion without them, about the deflection (speed, dof), m
     reply  : (speed, harmonic, dof, component) motion by a unit force on each component of those they depend on
     """
     system = _System(forces, speed, harmonics, deflection, linear, reply)
@@ -135,10 +132,7 @@ def steady_states(forces, speed, harmonics, deflection, linear, reply):
 
 
 class _System:
-    """The equations x = start + share * receptance @ force(x) at all speeds; arguments as for `steady_states`.
-
-    x (speed, component) are the harmonics that the forces depend on, m; share is that of the continuation.
-    """
+    """Equations x = start + share * receptance @ force(x) at all speeds, x (speed, component), m."""
 
     def __init__(self, forces, speed, harmonics, deflection, linear, reply):
         seen, place = seen_coordinates([force for _, force in forces]), np.asarray(harmonics)
