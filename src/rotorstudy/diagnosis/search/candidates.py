@@ -158,10 +158,20 @@ class ShapeRange(NamedTuple):
     breaks: tuple[float, ...] = ()
     mirrored: bool = False
 
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """Least and largest fraction in a fit."""
-        return (-np.inf, np.inf) if self.goes_around or self.mirrored else (0.0, 1.0)
+    def bounds(self, fraction: float) -> tuple[float, float]:
+        """Least and largest fraction in a fit that begins at one: the ends of the range, or the breaks about it."""
+        if self.goes_around or self.mirrored:
+            return -np.inf, np.inf
+        breaks = [self.fraction(value) for value in self.breaks]
+        low = max((x + DIFFERENCE for x in breaks if 0 < x < 1 and x <= fraction), default=0.0)
+        return low, min((x - DIFFERENCE for x in breaks if 0 < x < 1 and x > fraction), default=1.0)
+
+    def beyond(self, fraction: float) -> float | None:
+        """The fraction on the other side of the break at which a fit ended, None if it ended at none."""
+        for end, way in zip(self.bounds(fraction), (-1, 1), strict=True):
+            if abs(fraction - end) < DIFFERENCE / 2 and 0 < end < 1:
+                return end + 2 * way * DIFFERENCE
+        return None
 
     def fraction(self, value: float) -> float:
         """Where a value lies in the range, 0 to 1."""

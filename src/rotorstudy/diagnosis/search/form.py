@@ -29,7 +29,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
 from rotorstudy.response.neighbourhood import Motion, Neighbourhood
 
-SCALES = np.append(0.0, 4.0 ** np.arange(-6, 1))  # of the largest standard deviation of the error, equally likely
+SCALES = np.append(0.0, 2.0 ** np.arange(-10, 1))  # of the largest standard deviation of the error, equally likely
 # shares of its variance: the same at all speeds, slowly varying, independent; a form that depends on the motion changes
 # where the motion does: equally likely
 SHARES = ((0.9, 0.1, 0.0), (0.7, 0.28, 0.02), (0.4, 0.5, 0.1), (0.1, 0.3, 0.6))

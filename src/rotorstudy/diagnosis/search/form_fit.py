@@ -68,12 +68,12 @@ class _Parameters:
         shapes = len(self.whole.names) - len(self.prior.names)
         return np.append(np.full(len(self.prior.names), np.inf), np.full(shapes, LONGEST_OF_SHAPE))
 
-    @property
-    def bounds(self):
-        """(parameter,) least and largest values: those of a shape are the ends of its range, unless it goes around."""
-        amplitudes = np.full((len(self.prior.names), 2), [-np.inf, np.inf])
-        shapes = [ends.bounds for own in self.ranges for ends in own.values()]
-        return np.concatenate([amplitudes, np.reshape(shapes, (-1, 2))]).T
+    def bounds(self, theta):
+        """(parameter,) least and largest values of a fit from some on; see `ShapeRange.bounds`."""
+        amplitudes, shapes = np.full((len(self.prior.names), 2), [-np.inf, np.inf]), theta[len(self.prior.names) :]
+        ends = [ends for own in self.ranges for ends in own.values()]
+        ends = [one.bounds(x) for one, x in zip(ends, shapes, strict=True)]
+        return np.concatenate([amplitudes, np.reshape(ends, (-1, 2))]).T
 
     def motion(self, work, theta):
         """The Motion at the values of a fit, at the harmonics of the local forces."""
@@ -100,8 +100,34 @@ class _Parameters:
 def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Explanation:
     """The Explanation of a Search by some causes; see `Search.explain`.
 
+    A fit stays in the element where it begins, as the response jumps at a node by the inertia that a crack there moves;
+    if it ends at the node, it goes on beyond it, and the better one is returned.
+
     raises : NoSteadyState, CannotAct
     """
+    best = _fitted_within(work, causes, values)
+    while beyond := _beyond(work, best.causes):
+        other = _fitted_within(work, beyond, best.fit.values)
+        if odds_of(other) <= odds_of(best):
+            break
+        best = other
+    return best
+
+
+def _beyond(work, causes):
+    """The causes on the other side of a node at which a fit has ended, None if it has ended at none."""
+    for i, cause in enumerate(causes):
+        ranges = ranges_of(work, cause) if cause.shape else {}
+        point = point_of(work, cause) if ranges else ()
+        for n, (ends, x) in enumerate(zip(ranges.values(), point, strict=True)):
+            if (other := ends.beyond(x)) is not None:
+                moved = reshaped(work, cause, np.where(np.arange(len(point)) == n, other, point))
+                return (*causes[:i], moved, *causes[i + 1 :])
+    return None
+
+
+def _fitted_within(work, causes, values):
+    """`fitted_with_form` in the elements where the causes are."""
     parameters = _Parameters.of(work, causes)
     theta, known, failed, best = parameters.start(work, values), {}, [], None
 
@@ -141,7 +167,7 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
             parameters.whole.names,
             prior=parameters.whole,
             longest=parameters.longest,
-            bounds=parameters.bounds,
+            bounds=parameters.bounds(theta),
             needed=cost - 2 * to_gain,
             convergence=ROUND,
         )
