@@ -239,3 +239,18 @@ class Structure(Shaft):
 def at_supports(structure, sensors):
     """Places of an effect of the supports: the nodes of the bearings; without bearings, every node."""
     return [{"node": node} for node in structure.nodes if node in (structure.bearing_nodes or structure.nodes)]
+
+
+def across(structure, node, element, motion):
+    """Row (dof,) of the motion at a coupling: at a node, or of an element, of its first end against its last one."""
+    if element is None:
+        return structure.unit(node, motion)
+    if node is not None:
+        raise CannotAct("give the node or the element of the coupling, not both")
+    return structure.unit(element, motion) - structure.unit(element + 1, motion)
+
+
+def coupling_places(structure, motion):
+    """Places of a coupling: each node with a motion, and each element between two of them."""
+    nodes = sorted({node for node, own in structure.dofs if own == motion})
+    return [{"node": node} for node in nodes] + [{"element": node} for node in nodes if node + 1 in nodes]
