@@ -265,6 +265,7 @@ def rig(plant, error):
                 {"node": disc.node + 1, "mass_kg": disc.mass, "polar_moment_kg_m2": disc.polar_moment,
                  "diametral_moment_kg_m2": disc.diametral_moment} for disc in rotor.discs
             ],
+            "static_forces": [{"node": node + 1, "force_N": value} for node, value in upright.items()],
         },
         "bearings": films,
         "foundation": blocks,
@@ -273,10 +274,6 @@ def rig(plant, error):
             *(
                 {"kind": "unbalance", "node": node + 1, "label": f"at {node + 1}", "mass_kg": rotor.mass,
                  "eccentricity_m": 1e-6, "eccentricity_phase_rad": 0.0} for node in plant.unbalance
-            ),
-            *(
-                {"kind": "static_preload", "node": node + 1, "label": f"thrust {node + 1}", "static_preload_N": value,
-                 "static_preload_phase_rad": 0.0} for node, value in upright.items()
             ),
         ],
         "sensors": [film.node + 1 for film in rotor.films],

@@ -53,6 +53,7 @@ class Structure(Shaft):
     origin      : the Origin, set where a rig is read; None for a structure without a plugin
     riding      : node with a sensor -> node on whose housing it rides
     foundation  : the Terms of what the bearings stand on
+    films       : the Films, see `rotorstudy.model.rig_numbers`, set where a rig is read
     casings     : number of a transducer on a housing -> node of the bearing in it
     reading     : the Reading of the records, set where they are read; by default of probes along x and y
     """
@@ -80,6 +81,7 @@ class Structure(Shaft):
     riding: dict = field(default_factory=dict)
     casings: dict = field(default_factory=dict)
     foundation: tuple = ()
+    films: tuple = ()
     reading: Reading = field(default_factory=Reading)
 
     def label_at(self, where: dict) -> str:
@@ -119,7 +121,9 @@ class Structure(Shaft):
     @cached_property
     def scales(self) -> Scales:
         """Usual sizes of this rotor on its supports, for the typical sizes of effects."""
-        own = self.mass, self.supported_stiffness, self.along, self.acceleration_of_gravity
+        loads = sum(film.load for film in self.films)  # of a machine that stands upright
+        acceleration = self.acceleration_of_gravity or loads / (self.along @ self.mass @ self.along)
+        own = self.mass, self.supported_stiffness, self.along, acceleration
         return Scales(*own, self.length, self.vibration, self.index)
 
     @property
