@@ -19,7 +19,7 @@ def short_journal(
     """Oil film of a short plain journal bearing (Ocvirk, half film) about its running position, times bearing_scale.
 
     load_N is the static load on this bearing, at load_angle_rad from gravity; by default what it carries of the weight
-    if all bearings are rigid, which is exact for two. Effects that are constant forces change it, in size and direction.
+    if all bearings are rigid, which is exact for two. Effects that are constant forces change its size and direction.
     Displacements are measured from the equilibrium position of the journal at each speed. This offset, of 0 to 1 radial
     clearances, is part neither of the displacements nor of the static deflection, which follows from the stiffness; the
     bending of the shaft is correct if the bearings share the load as stated.
