@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rotorstudy import Record, RotorstudyError, full_spectrum, load_rig, measured_response, registry, simulate_records
-from rotorstudy.measurement import simulated_records
+from rotorstudy.measurement import records
 from rotorstudy.measurement.full_spectra import compensate
 from rotorstudy.measurement.harmonics import white_noise_covariance
 from rotorstudy.measurement.keyphasor import phase_from_keyphasor
@@ -36,10 +36,10 @@ def test_records_of_many_speeds_are_made_a_few_at_a_time(model, monkeypatch):
     """So that the memory does not grow with the number of speeds; each speed has the record that it has alone."""
     speeds, asked = [60.0, 90.0, 100.0, 200.0, 300.0], []
     together = simulate_records(model, speeds, HARMONICS, TURNS)
-    monkeypatch.setattr(simulated_records, "SPEEDS_AT_ONCE", 2)
+    monkeypatch.setattr(records, "SPEEDS_AT_ONCE", 2)
     monkeypatch.setattr(stability, "NUMBERS_AT_ONCE", 1)
-    own = simulated_records.measured_response
-    monkeypatch.setattr(simulated_records, "measured_response", lambda *given: asked.append(given[1]) or own(*given))
+    own = records.measured_response
+    monkeypatch.setattr(records, "measured_response", lambda *given: asked.append(given[1]) or own(*given))
     for one, other in zip(simulate_records(model, speeds, HARMONICS, TURNS), together, strict=True):
         assert np.array_equal(one.displacement, other.displacement) and one.speed == other.speed
     assert asked == [[60.0, 90.0], [100.0, 200.0], [300.0]]

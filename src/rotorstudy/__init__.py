@@ -30,7 +30,7 @@ _HOME = {
     "check_stable": "response.stability",
     "Record": "measurement.records",
     "full_spectrum": "measurement.full_spectra",
-    "simulate_records": "measurement.simulated_records",
+    "simulate_records": "measurement.records",
     "read_measurement": "measurement.measurement",
     "load_spectrum": "measurement.spectrum_file",
     "measured_spectrum": "measurement.measurement",

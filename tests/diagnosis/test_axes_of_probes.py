@@ -10,6 +10,7 @@ from machines import readings
 from rotorstudy.diagnosis.verdict.measuring_chain import hypotheses
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.table_spectra import read_table
+from rotorstudy.measurement.tables import open_table
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
@@ -110,7 +111,8 @@ def test_a_table_of_lags(directions, rotation, tmp_path):
     table.write_text("\n".join(["speed_rad_per_s,node,harmonic,amplitude_m,phase_rad", *rows]))
     conventions, read = stated(*directions, rotation), {}
     for phase in ("lead", "lag"):
-        ((_, of_node, _),), _ = read_table(table, conventions.model_copy(update={"table_phase": phase}), (1,))
+        given = conventions.model_copy(update={"table_phase": phase})
+        ((_, of_node, _),), _ = read_table(open_table(table, given.csv), given, (1,))
         read[phase] = of_node[1][0][None, :, None]
     wrong = readings(read["lead"], [100.0], HARMONICS, (1,), 1.0)
     found = corrected(wrong, conventions, "phases of the table are lags")

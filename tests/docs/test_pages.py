@@ -14,19 +14,29 @@ ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 
 
-def dead_links(text, folder):
-    links = re.findall(r"\]\(([^)]+)\)", text)
-    inside = [link.split("#")[0] for link in links if not link.startswith(("http", "#"))]
-    return [link for link in inside if not (folder / link).exists()]
+def dead_links(page, text=None):
+    """Links of a page to files that do not exist, or to headings that their page does not have."""
+    text = page.read_text(encoding="utf-8") if text is None else text
+    links = [link for link in re.findall(r"\]\(([^)]+)\)", text) if not link.startswith("http")]
+    return [link for link in links if not leads_somewhere(page, *link.partition("#")[::2])]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def leads_somewhere(page, file, heading):
+    other = page.parent / file if file else page
+    if not heading or not other.exists():
+        return other.exists()
+    headings = re.findall(r"^#+ (.*)", other.read_text(encoding="utf-8"), re.MULTILINE)
+    return heading in [re.sub(r"[^\w -]", "", one.lower()).replace(" ", "-") for one in headings]
+
+
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "README.md", ROOT / "CHANGELOG.md"], ids=lambda page: page.name)
 def test_links_lead_somewhere(page):
-    assert dead_links(page.read_text(encoding="utf-8"), page.parent) == []
+    assert dead_links(page) == []
 
 
 def test_a_dead_link_is_seen():
-    assert dead_links("[a](nowhere.md#b) [c](#d) [e](https://example.org)", ROOT / "docs") == ["nowhere.md"]
+    text = "[a](nowhere.md#b) [c](#d) [e](https://example.org) [f](index.md) [g](diagnosis.md#settings) [h](api.md#i)"
+    assert dead_links(ROOT / "docs" / "index.md", text) == ["nowhere.md#b", "#d", "api.md#i"]
 
 
 def test_every_page_is_in_the_navigation_of_the_site():

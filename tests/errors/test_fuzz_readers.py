@@ -20,6 +20,7 @@ from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.files import open_csv, open_matlab, open_uff
 from rotorstudy.measurement.guess import guess_measurement
 from rotorstudy.measurement.table_spectra import read_table
+from rotorstudy.measurement.tables import open_table
 from rotorstudy.yaml_file import read_yaml
 
 INPUTS = int(os.environ.get("ROTORSTUDY_FUZZ", "20000"))
@@ -74,8 +75,8 @@ def read(kind, path, rng, content=b""):
         stated, way = STATED[content.count(b";") > 3], rng.randrange(10)
         if way == 0:
             return [guess_measurement(path, (1, 2, 3)).section["rotation"] == 0]
-        if way > 1 and b"deg" in content:
-            spectra, _ = read_table(path, stated, (1,))
+        if way > 1 and (table := open_table(path, stated.csv)):
+            spectra, _ = read_table(table, stated, (1,))
             return [part for _, of_node, *_ in spectra for both in of_node.values() for part in both]
         found = open_csv(path, stated)
     elif kind in ("mat", "uff"):

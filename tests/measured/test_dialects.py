@@ -15,9 +15,8 @@ from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.files import open_csv, open_matlab, open_uff
 from rotorstudy.measurement.guess import guess_measurement
 from rotorstudy.measurement.table_spectra import read_table
-from rotorstudy.measurement.tables import is_probe_table
-from rotorstudy.measurement.text_table import guess_layout, header_of
-from rotorstudy.measurement.wide_tables import wide_table
+from rotorstudy.measurement.tables import open_table
+from rotorstudy.measurement.text_table import guess_layout
 
 EXAMPLES = int(os.environ.get("ROTORSTUDY_FUZZ", "60"))
 PLANES = (3, 9)
@@ -81,14 +80,12 @@ def written(path, table, dialect):
 def numbers(path):
     """All numbers that the package reads from a file by its own guess of the layout."""
     layout = guess_layout(path)
-    names, units, _ = header_of(path, layout.csv)
-    wide = wide_table(names, units, path)
-    if is_probe_table(wide.columns if wide else names) or "harmonic" in names:
+    if table := open_table(path, layout.csv):
         given = guess_measurement(path, PLANES).section
         conventions = Conventions(
             **given | {"csv": layout.csv, "keyphasor": {}, "harmonics": given.get("harmonics", [1, -1])}
         )
-        spectra = read_table(path, conventions, PLANES)[0]
+        spectra = read_table(table, conventions, PLANES)[0]
         return np.array([[speed, *np.ravel(next(iter(of_node.values()))[0])] for speed, of_node, *_ in spectra])
     found = open_csv(path, Conventions(csv=layout.csv))
     return np.array([found.values(name) for name in found.names if not name.startswith("Unnamed: ")])

@@ -13,7 +13,7 @@ from rotorstudy.measurement.conventions import Conventions, Keyphasor, Probe
 from rotorstudy.measurement.records import records_dataset
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.measurement.spectrum_file import measurement_dataset
-from rotorstudy.measurement.tables import last_digit
+from rotorstudy.measurement.table_spectra import last_digit
 from rotorstudy.store import save
 
 

@@ -59,7 +59,7 @@ def test_records_written_one_after_another_are_those_written_together(tmp_path):
 
 
 def test_a_speed_too_low_for_the_record_is_refused_before_anything_is_computed(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("rotorstudy.measurement.simulated_records.each_record", lambda *_: pytest.fail("simulated"))
+    monkeypatch.setattr("rotorstudy.measurement.records.each_record", lambda *_: pytest.fail("simulated"))
     speeds = ["--speeds", *map(str, range(100, 200)), "1"]
     assert main(["simulate", RIG, *speeds, "--out", str(tmp_path / "r.nc")]) == 1
     assert "simulated record at 1 rad/s: 0.16 revolutions" in capsys.readouterr().err

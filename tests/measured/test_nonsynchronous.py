@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from machine import HARMONICS, TIME, records, write, write_rig
 
-from rotorstudy.measurement.lines import orders_of_lines
+from rotorstudy.measurement.lines import Seen, _finding, likely_kind, orders_of_lines
 from rotorstudy.measurement.measurement import read_measurement
-from rotorstudy.measurement.nonsynchronous import Seen, _finding, likely_kind
 
 SPEEDS = [85.0, 100.0]
 SIZE = 3e-6

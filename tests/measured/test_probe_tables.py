@@ -7,7 +7,8 @@ from one_line_errors import refused
 
 from rotorstudy import RotorstudyError, read_measurement
 from rotorstudy.commands.line import main
-from rotorstudy.measurement.wide_tables import wide_table
+from rotorstudy.measurement.conventions import CsvLayout
+from rotorstudy.measurement.tables import open_table
 
 SPEEDS = np.array([90.0, 150.0, 210.0])  # rad/s
 FORWARD, BACKWARD = np.array([3e-6, 8e-6j, -5e-6 + 1e-6j]), np.array([1e-6j, -2e-6, 1e-6])
@@ -123,6 +124,7 @@ def test_the_covariance_is_that_of_the_digits(tmp_path):
         ((), {"table_amplitude": "p-p"}, ["table_amplitude", "'peak', 'peak_to_peak' or 'rms'"]),
         ((), {"harmonics": [1, -1, 2, -2]}, ["harmonics", "2", "tables of probes have [1]"]),
         ((), {"probes": {}}, ["no probes", "list them"]),
+        (("phase_deg", "phase_rad"), {}, ["'phase_rad' has", "more than two turns", "'phase_deg'"]),
     ],
 )
 def test_what_is_wrong_in_a_table_is_named(change, more, words, tmp_path):
@@ -259,8 +261,11 @@ def test_the_header_of_a_wide_table_may_not_contradict_the_rig(tmp_path):
         ["DE X 1X Amp (mil pp)", "DE X 1X Phase (deg)"],  # without a speed
     ],
 )
-def test_other_files_are_no_wide_tables(names):
-    assert wide_table(names, [""] * len(names), "run.csv") is None
+def test_other_files_are_no_wide_tables(names, tmp_path):
+    path = tmp_path / "run.csv"
+    path.write_text("\n".join([",".join(names), *3 * [",".join("1" * len(names))]]))
+    found = open_table(path, CsvLayout())
+    assert found is None or (list(found.text) == names and "harmonic" in names)
 
 
 @pytest.mark.parametrize(

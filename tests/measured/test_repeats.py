@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.repeats import averaged
+from rotorstudy.measurement.corrections import averaged
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 
 NOISE, SCATTER = 1e-8, 2e-7  # m, of each part

@@ -5,7 +5,7 @@ import pytest
 import yaml
 
 from rotorstudy import RotorstudyError, Spectrum, build_model, measured_spectrum
-from rotorstudy.measurement.slow_roll import without_missing_mean, without_slow_roll
+from rotorstudy.measurement.corrections import without_missing_mean, without_slow_roll
 from rotorstudy.measurement.spectrum import independent_covariance
 
 SPEEDS, HARMONICS, NODES = np.array([30.0, 40.0, 200.0, 300.0]), np.array([0, 1, -1, 2]), (1, 3)

@@ -17,9 +17,9 @@ def add(parser):
 
 def run(given):
     """Write the quality page, and the spectrum unless a finding is an error."""
+    from rotorstudy.measurement.corrections import averaged
     from rotorstudy.measurement.findings import worst_first
     from rotorstudy.measurement.measurement import read_measurement
-    from rotorstudy.measurement.repeats import averaged
     from rotorstudy.measurement.spectrum_file import measurement_dataset
     from rotorstudy.model.rig import read_rig
     from rotorstudy.presentation.quality_page import write_page

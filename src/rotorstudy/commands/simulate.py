@@ -61,8 +61,7 @@ def _noisy_records(model, speeds, time, given):
     import numpy as np
 
     from rotorstudy.measurement.noise import standard_normal
-    from rotorstudy.measurement.records import check_record
-    from rotorstudy.measurement.simulated_records import each_record
+    from rotorstudy.measurement.records import check_record, each_record
 
     longest = model.structure.length or LARGEST_DISPLACEMENT
     for i, record in enumerate(each_record(model, speeds, given.harmonics, time)):

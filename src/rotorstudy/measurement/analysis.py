@@ -7,9 +7,15 @@ import numpy as np
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import quality
 from rotorstudy.measurement.angle_fit import fit_each
-from rotorstudy.measurement.findings import Finding, NodeFacts, RecordFacts, errors_among, node_facts
+from rotorstudy.measurement.findings import Finding, NodeFacts, RecordFacts, errors_among, node_facts, told
 from rotorstudy.measurement.full_spectra import compensate, phase_from_reference
-from rotorstudy.measurement.harmonics import estimate, fit_basis, white_noise_covariance, with_phase_noise
+from rotorstudy.measurement.harmonics import (
+    FEWEST_BLOCKS,
+    estimate,
+    fit_basis,
+    white_noise_covariance,
+    with_phase_noise,
+)
 from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses, steady_turning
 from rotorstudy.measurement.records import Record, reference_signal
 from rotorstudy.measurement.run_up import find_sweep, is_swept, peaks, speed_grid, track
@@ -43,12 +49,12 @@ class Analysed:
     is_tracked: bool = False
 
 
-def analyse(raw, with_signals=True):
-    """The Analysed of a RawRecord: harmonics with covariance, the clean record if wanted, facts and findings."""
+def _steady(raw, pulses, marks, with_signals):
+    """The Analysed of a record at one speed: harmonics with covariance, the clean record if wanted, facts, findings."""
     where, harmonics = raw.where, np.array(raw.conventions.harmonics)
     facts = RecordFacts(where, {node: NodeFacts() for node in raw.nodes})
     facts.label = np.nan if raw.label is None else raw.label
-    turning, findings = _turning(raw)
+    turning, findings = _turning(raw, pulses, marks)
     if turning is None:
         return Analysed(facts, findings)
     by_marks = raw.keyphasor is not None or raw.marks is not None
@@ -63,7 +69,12 @@ def analyse(raw, with_signals=True):
     time, angle, signals = raw.time[whole], angle[whole], raw.displacement[:, whole]
     speed = float(turning.speed(time).mean())
     signals = integrated(signals, raw.orders, time, speed)
-    _fill_in(facts, turning, time, speed, revolutions, len(raw.time) / held, float(np.mean(~np.isfinite(signals))))
+    first, last = turning.speed(time[[0, -1]])
+    facts.measured_speed, facts.speed_drift = speed, float((last - first) / speed)
+    facts.revolutions, facts.samples_per_revolution = revolutions, len(raw.time) / held
+    facts.jitter, facts.mark_resolution = turning.jitter_rad, speed * turning.resolution_s
+    facts.missing_pulses, facts.doubled_pulses = turning.missing, turning.doubled
+    facts.missing_samples = float(np.mean(~np.isfinite(signals)))
     findings += quality.check_drift(facts.speed_drift, where)
     checked, dead = check_channels(raw, whole, angle, harmonics)
     findings += checked
@@ -75,10 +86,12 @@ def analyse(raw, with_signals=True):
     try:
         psi = None if by_marks else _reference_phase(raw, whole, angle, harmonics)
     except RotorstudyError as error:
-        return Analysed(facts, [*findings, Finding("error", "reference signal", where, str(error))])
+        return Analysed(facts, [*findings, told("reference signal", where, problem=error)])
     mark_variance = turning.jitter_rad**2 / len(turning.marks) + facts.mark_resolution**2
     of_node, noted = _harmonics_of_nodes(raw, facts, signals, angle, psi, mark_variance)
-    findings += noted + quality.check_length(revolutions, facts.blocks, where)
+    findings += noted
+    if facts.blocks < FEWEST_BLOCKS:
+        findings.append(told("few revolutions", where, revolutions=revolutions, needed=FEWEST_BLOCKS))
     if errors_among(findings):
         return Analysed(facts, findings)
     single = {node: float(a) for node, a in zip(raw.nodes, raw.directions, strict=True) if np.isfinite(a)}
@@ -92,10 +105,7 @@ def analyse(raw, with_signals=True):
 
 
 def integrated(signals, orders, time, speed):
-    """Displacements (node, time), m, without their mean and what is slower than SLOWEST, of whole revolutions.
-
-    orders : (node,) of the derivative by time that each of the signals (node, time) is; zeros are left as they are
-    """
+    """Displacements (node, time), m, without what is slower than SLOWEST; orders : (node,) of derivative of each."""
     found = signals.copy()
     frequency = 2 * np.pi * np.fft.fftfreq(len(time), np.median(np.diff(time)))
     kept = np.abs(frequency) > SLOWEST * speed
@@ -107,48 +117,25 @@ def integrated(signals, orders, time, speed):
     return found
 
 
-def _turning(raw):
+def _turning(raw, pulses, marks):
     """The Turning of a raw record, None if the record does not determine it, and findings."""
-    where, settings = raw.where, raw.conventions.keyphasor
+    where = raw.where
     if raw.keyphasor is None and raw.marks is None:
         if raw.reference is not None and raw.label is not None:
             return steady_turning(raw.label, raw.time), []
-        text = "neither keyphasor nor phase mark times; the phase of the harmonics is undetermined. Record one of them"
-        return None, [Finding("error", "no phase reference", where, text)]
-    pulses, marks = None, raw.marks
+        return None, [told("no phase reference", where)]
     if marks is None:
-        pulses = find_pulses(raw.keyphasor, raw.time, settings)
-        if pulses is None:
-            text = "the keyphasor signal has no pulse above its noise; check the connection and the channel name"
-            return None, [Finding("error", "dead keyphasor", where, text)]
-        marks = pulses.time
-    turning = count_revolutions(np.asarray(marks, float), 0.0 if pulses is None else pulses.resolution)
+        return None, [told("dead keyphasor", where)]
+    turning = count_revolutions(marks, 0.0 if pulses is None else pulses.resolution)
     if turning is None:
-        text = f"{len(marks)} phase marks; at least two are needed. Take a longer record, or check threshold_V"
-        return None, [Finding("error", "too few revolutions", where, text)]
-    findings = quality.check_pulses(pulses, turning, settings.polarity, where)
+        return None, [told("too few revolutions (marks)", where, count=len(marks))]
+    findings = quality.check_pulses(pulses, turning, raw.conventions.keyphasor.polarity, where)
     findings += quality.check_speed_label(raw.label, float(turning.speed(np.mean(raw.time))), where)
     return turning, findings
 
 
-def _fill_in(facts, turning, time, speed, revolutions, samples_per_revolution, missing_samples):
-    """Fill in the RecordFacts that follow from the Turning."""
-    first, last = turning.speed(time[[0, -1]])
-    facts.measured_speed = speed
-    facts.revolutions = revolutions
-    facts.samples_per_revolution = samples_per_revolution
-    facts.speed_drift = float((last - first) / speed)
-    facts.jitter = turning.jitter_rad
-    facts.mark_resolution = speed * turning.resolution_s
-    facts.missing_pulses, facts.doubled_pulses = turning.missing, turning.doubled
-    facts.missing_samples = missing_samples
-
-
 def _harmonics_of_nodes(raw, facts, signals, angle, psi, mark_variance):
-    """{node: (amplitude, covariance)} of a record, and findings on them; its facts are filled in.
-
-    psi : of `_reference_phase`; None if the angle is counted from the marks, whose variance is then in the covariance
-    """
+    """{node: (amplitude, covariance)} of a record, and findings; psi : as `_reference_phase` gives, None with marks."""
     harmonics, of_node, findings = np.array(raw.conventions.harmonics), {}, []
     fits = fit_each(signals, angle, harmonics)
     for node, signal, direction, fit, order in zip(raw.nodes, signals, raw.directions, fits, raw.orders, strict=True):
@@ -161,7 +148,8 @@ def _harmonics_of_nodes(raw, facts, signals, angle, psi, mark_variance):
         if order:
             covariance = covariance + NO_MEAN**2 * np.diag(np.tile(harmonics == 0, 2))
         of_node[node] = amplitude, covariance
-        findings += _check_harmonics(amplitude, covariance, found.blocks, harmonics, f"{raw.where}, node {node}")
+        place = f"{raw.where}, node {node}"
+        findings += quality.check_noise(amplitude, covariance, found.blocks, harmonics, place)
         facts.nodes[node] = node_facts(amplitude, harmonics, found.noise_std, found.shrinkage, found.lines)
         facts.blocks = len(found.blocks)
     return of_node, findings
@@ -193,28 +181,22 @@ def check_channels(raw, chosen, angle, harmonics):
     return findings, frozenset(dead)
 
 
-def _check_harmonics(amplitude, covariance, blocks, harmonics, where):
-    """Findings on the noise of the harmonics and on their change over the record."""
-    std, moving = np.sqrt(np.diag(covariance).reshape(2, -1).sum(axis=0)), harmonics != 0
-    noisy = quality.check_noise(amplitude[moving], std[moving], where)
-    return noisy + quality.check_steadiness(blocks, harmonics, where)
-
-
 def analyse_each(raw, with_signals=True):
     """Analysed of a raw record: one, or of a run-up or coast-down one for each speed at which it was tracked."""
-    marks, pulses = raw.marks, None
+    pulses, marks = None, raw.marks
     if marks is None and raw.keyphasor is not None:
         pulses = find_pulses(raw.keyphasor, raw.time, raw.conventions.keyphasor)
         marks = None if pulses is None else pulses.time
-    if marks is None or not is_swept(np.asarray(marks)):
-        return [analyse(raw, with_signals)]
-    sweep = find_sweep(np.asarray(marks, float), 0.0 if pulses is None else pulses.resolution)
-    findings = quality.check_pulses(pulses, sweep, raw.conventions.keyphasor.polarity, raw.where)
-    return _tracked(raw, sweep, findings)
+    marks = None if marks is None else np.asarray(marks, float)
+    if marks is None or not is_swept(marks):
+        return [_steady(raw, pulses, marks, with_signals)]
+    return _tracked(raw, pulses, marks)
 
 
-def _tracked(raw, sweep, findings):
+def _tracked(raw, pulses, marks):
     """Analysed of each speed of a sweep; one without harmonics after an error."""
+    sweep = find_sweep(marks, 0.0 if pulses is None else pulses.resolution)
+    findings = quality.check_pulses(pulses, sweep, raw.conventions.keyphasor.polarity, raw.where)
     facts = RecordFacts(raw.where, {node: NodeFacts() for node in raw.nodes})
     harmonics = np.array(raw.conventions.harmonics)
     grid, step = speed_grid(sweep), np.median(np.diff(raw.time))
@@ -228,8 +210,7 @@ def _tracked(raw, sweep, findings):
     if not dead:
         findings += quality.check_gaps(missing, float(np.max(np.diff(raw.time))) / step, raw.where)
     if raw.orders.any():
-        text = "a velocity or an acceleration during a run-up is not integrated; give displacements, or constant speeds"
-        findings.append(Finding("error", "no displacement", raw.where, text))
+        findings.append(told("no displacement", raw.where))
     if errors_among(findings):
         return [Analysed(facts, findings, dead=dead)]
     variance = sweep.jitter_rad**2 / np.median(grid.length * grid.speed / (2 * np.pi))
@@ -264,20 +245,12 @@ def _loudest(raw, sweep):
 
 
 def check_sweep(speed, rate, amplitudes, harmonics, where):
-    """A note on a sweep, and whether it is too fast for its narrowest resonance.
-
-    speed, rate : (speed,) rad/s, rad/s^2;  amplitudes : of each node (speed, harmonic) complex, m
-    """
-    rpm = speed / RAD_PER_S["rpm"]
-    kind = "run-up" if rate.mean() > 0 else "coast-down"
-    text = (
-        f"{kind} at {number(abs(np.median(rate)))} rad/s per second, tracked at {len(speed)} speeds from "
-        f"{number(rpm[0], 4)} to {number(rpm[-1], 4)} rpm; the transient of the sweep is removed from the harmonics"
-    )
-    found = [Finding("note", kind, where, text)]
+    """A note on a sweep (speed, rate: (speed,)), and whether it is too fast for its narrowest resonance."""
+    kind, rpm = "run-up" if rate.mean() > 0 else "coast-down", RAD_PER_S["rpm"]
+    first, last = (number(speed[i] / rpm, 4) for i in (0, -1))
+    found = [told(kind, where, rate=number(abs(np.median(rate))), count=len(speed), first=first, last=last)]
     first = np.flatnonzero(np.abs(harmonics) == 1)
-    size = np.sqrt(sum(np.sum(np.abs(one[:, first]) ** 2, axis=1) for one in amplitudes))
-    resonances = peaks(speed, size)
+    resonances = peaks(speed, np.sqrt(sum(np.sum(np.abs(one[:, first]) ** 2, axis=1) for one in amplitudes)))
     if not resonances:
         return found
     at, bandwidth, _ = min(resonances, key=lambda one: one[1])
@@ -285,14 +258,10 @@ def check_sweep(speed, rate, amplitudes, harmonics, where):
     ratio = here / bandwidth**2
     if ratio <= FAST[0]:
         return found
-    said = (
-        f"near {number(at / RAD_PER_S['rpm'], 4)} rpm the speed changes by {number(here)} rad/s per second, "
-        f"{number(ratio, 2)} times the square of the half-power bandwidth of {number(bandwidth)} rad/s: transient beats"
+    beats = (
+        f"near {number(at / rpm, 4)} rpm the speed changes by {number(here)} rad/s per second, {number(ratio, 2)} "
+        f"times the square of the half-power bandwidth of {number(bandwidth)} rad/s: transient beats"
     )
     slower = f"run through it at {number(FAST[0] * bandwidth**2, 2)} rad/s per second or less"
-    if ratio > FAST[1]:
-        found.append(Finding("error", "sweep too fast", where, f"{said}, which cannot be removed; {slower}"))
-    else:
-        text = f"{said}. They are removed, to about a percent; {slower}"
-        found.append(Finding("warning", "sweep too fast", where, text))
-    return found
+    lost = " (lost)" * (ratio > FAST[1])
+    return [*found, told(f"sweep too fast{lost}", where, beats=beats, slower=slower)]

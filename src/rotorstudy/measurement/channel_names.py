@@ -51,7 +51,7 @@ def words_in(name):
 
 
 def unit_in(name, stated=""):
-    """Unit of a channel by the text below its header, else by its name; None if neither says one, "other" of no length.
+    """Unit by the text below a header, else by the name; None if neither says one, "other" if it is no length.
 
     A single letter is a unit only in brackets or below the header, as in `y (m)`.
     """
@@ -80,8 +80,7 @@ def stated_unit(name, below=""):
 def angle_in(name):
     """Angle (degrees) of a probe from straight up, positive to the left, by a name such as `1X`, `45L`, `DE vert`.
 
-    X is taken to be 45 degrees to the right of the top and Y to the left of it, as API 670 has it. None if the name
-    says nothing.
+    X is taken to be 45 degrees to the right of the top and Y to the left of it, as API 670 has it. None without a word.
     """
     words = words_in(name)
     for before, word in zip(["", *words], words, strict=False):

@@ -232,10 +232,7 @@ def measured_direction(directions_rad):
 
 
 def combine(directions_rad, readings):
-    """z = x + j y (time,) in m of a node, by least squares from its probes; of one direction, the motion along it.
-
-    directions_rad : (probe,) from x in the sense of rotation;  readings : (probe, time) m
-    """
+    """z = x + j y (time,), m, by least squares from probes (probe, time); of one direction, the motion along it."""
     along = measured_direction(directions_rad)
     if np.isfinite(along):
         same = np.sign(np.cos(np.asarray(directions_rad) - along))

@@ -35,10 +35,7 @@ class Channels(NamedTuple):
 
 
 def read_file(path, conventions, nodes):
-    """The RawRecord of each speed of a file, an iterator, so that only one need be in memory; nodes (node,) of the rig.
-
-    RotorstudyError for a file that cannot be read, or that contradicts the rig file.
-    """
+    """The RawRecord of each speed of a file, one after another; RotorstudyError if it contradicts the rig file."""
     path = existing(path)
     if kind_of(path) == "netcdf":
         yield from read_netcdf(path, conventions, nodes)

@@ -1,10 +1,116 @@
 """Findings: what is wrong with a record, where, and what to do. Every repair is reported as one."""
 
+import re
 from dataclasses import dataclass, field, fields
 
 import numpy as np
 
 SEVERITIES = ("error", "warning", "note")
+# severity: name (which of its kind): words, of every finding on records
+TABLE = """
+error: no phase reference: neither keyphasor nor phase mark times; the phase of the harmonics is undetermined. Record
+    one of them
+error: dead keyphasor: the keyphasor signal has no pulse above its noise; check the connection and the channel name
+error: too few revolutions (marks): {count} phase marks; at least two are needed. Take a longer record, or check
+    threshold_V
+warning: keyphasor polarity: pulses last {duty:.0f} % of the time{asked}; the polarity is reversed, or threshold_V is
+    wrong. Correct 'keyphasor: polarity' or 'threshold_V': the phase is off by up to half a revolution
+warning: missing pulses: {count} of {every}; counted without them
+warning: doubled pulses: {count} extra pulses beside {marks} marks; left out
+error: missing pulses (many): {count} for {marks} regular pulses, too many to identify the marks. Check threshold_V
+error: doubled pulses (many): {count} for {marks} regular pulses, too many to identify the marks. Check threshold_V
+warning: keyphasor jitter: the marks scatter by {scatter:.2g} degrees about steady rotation (up to {usual:.2g} is
+    usual), harmonic n by n times as much. The covariance includes it
+error: speed label: labelled {label:.6g} rad/s, but the phase mark passes at {speed:.6g} rad/s ({off:+.3g} %, allowed
+    {allowed:g} %); {hint}
+note: unusual speed: the phase mark passes at {speed:.3g} rad/s ({rpm:.3g} rpm), unusual for a machine beyond its
+    turning gear; check the time channel, 'time_unit' and 'sample_rate_Hz'
+warning: unusual speed (stated): up to {fastest:.4g} rad/s ({rpm} rpm), {times:.3g} times the lowest natural frequency
+    of the rig ({lowest} rpm); are the speeds in another unit, such as rpm taken as rad/s?
+warning: speed drift: the speed changes by {drift:+.2g} % over the record (up to {steady:g} % is steady); the
+    harmonics are averages over these speeds. Take a shorter record, or cut it into pieces
+warning: gaps: {part:.2g} % of the samples are missing (up to {most:g} % are tolerated); repair the record
+warning: time steps: time jumps by {steps:.3g} samples; the shaft angle is not affected. Check the recorder
+error: dead probe (gaps): {missing:.3g} % of the samples are missing: the probe is dead or not connected
+error: dead probe (constant): constant at {value}: the probe is dead or not connected; leave it out or repair it
+error: dead probe (noise): no harmonic exceeds the noise, {noise} rms, where another probe of this node has {others}
+    rms: the probe does not detect the shaft
+warning: dead probe (left out): dead in every record, and left out of all of them. Repair it, or remove it from
+    'probes:'
+error: dead probe (predicted): no harmonic exceeds the noise at any speed, where the rig predicts {expected}: its
+    probes do not detect the shaft, or the shaft does not vibrate
+warning: weak probe: {own} rms where another probe of this node has {others}: check sensitivity and unit, and whether
+    the probe detects the shaft
+error: clipping: the signal is flat at its {side}, {value}: clipped by the probe or the recorder
+error: too few samples: {samples} samples are too few for {count} harmonics; at least {needed} are needed
+error: too few revolutions: {revolutions:.2f} revolutions; at least one is needed, six for a block covariance. Take a
+    longer record
+error: sampling rate: harmonic {highest} lies above the Nyquist frequency: it needs more than {needed} samples per
+    revolution, and there are {there:.3g}, enough for harmonics up to {possible}. Sample faster, or leave the highest
+    harmonics out
+warning: few revolutions: {revolutions} whole revolutions; the scatter of repeat blocks needs {needed}, so the
+    covariance is that of white noise at the noise floor. Take a longer record
+warning: not steady: harmonic {n} changes steadily by {change} over the record; the covariance assumes a constant.
+    Wait for a steady state, or shorten the record
+warning: noise floor: no harmonic but the mean exceeds five times its standard deviation; take a longer record or
+    another speed
+error: reference signal: {problem}
+error: no displacement: a velocity or an acceleration during a run-up is not integrated; give displacements, or
+    constant speeds
+note: run-up: run-up at {rate} rad/s per second, tracked at {count} speeds from {first} to {last} rpm; the transient of
+    the sweep is removed from the harmonics
+note: coast-down: coast-down at {rate} rad/s per second, tracked at {count} speeds from {first} to {last} rpm; the
+    transient of the sweep is removed from the harmonics
+warning: sweep too fast: {beats}. They are removed, to about a percent; {slower}
+error: sweep too fast (lost): {beats}, which cannot be removed; {slower}
+warning: sweep too fast (vectors): the vectors beat as in a sweep at {rate} rad/s per second, {times} times the square
+    of the half-power bandwidth: near and beyond the critical speed they are not steady, and their peak lies beyond
+    it. Give the record in time, whose transient can be removed, or use lower speeds
+note: critical speeds: {each}; the residual is {residual} µm
+warning: non-synchronous line: a line at {hertz:.5g} Hz, {order:.4f} times the speed{across}: forward {forward},
+    backward {backward} at node {node}, {sense}. {kind}. It is fitted together with the harmonics and kept out of
+    their covariance; the diagnosis does not explain it
+error: units (still): no vibration in any harmonic; check the probes and their columns
+error: units (impossible): vibration of {size} rms is {what}; check the units ({confused})
+warning: units: vibration of {size} rms where the rig predicts {expected}; check the units ({confused}), and the
+    unbalance that the rig states
+warning: probe gap: the mean is {off} from the static position that the rig predicts, while the shaft vibrates by
+    {rms} rms. Does it include the gap of the probes? It would be taken for a preload. Zero the probes with the shaft
+    at rest, leave 0 out of 'measurement: harmonics:', or give the rig the effect sensor_gap
+error: sense of rotation: backward 1X is {ratio:.3g} times forward or more at every node: reversed rotation, the
+    probes of all nodes swapped or of the wrong sign, or phases of a table that are leads instead of lags, or the
+    other way round. Correct 'rotation:', the probes or 'table_phase:'. {remedy}
+error: swapped probes: backward 1X is {ratio:.3g} times forward, but not at the other nodes: the two probes of this
+    node are swapped, or one has the wrong sign. {remedy}
+warning: probe angles: its probes are only {apart:.2g} degrees apart by 'measurement: probes:', and show one direction
+    together. Correct the angles; they must be in degrees
+note: single probe: node {nodes} has a single probe: only its motion along the probe is measured, and only the model
+    separates forward from backward. A second probe there would measure the orbit
+note: repeats: {records} records at {speeds} speeds; repeats are averaged, and scatter by up to {size}, as expected
+    from the noise of each
+warning: repeats differ: {records} records at {speeds} speeds; repeats are averaged, and scatter by up to {size}
+    (rms), {times:.3g} times what is expected from the noise of each ({p}); look for what changes from run to run. The
+    scatter is in the covariance
+note: slow roll subtracted: the vectors at {speeds} (forward 1X: {sizes}) are subtracted at all other speeds: runout,
+    and the bow of the shaft at rest, of which only what the speed adds is left
+note: AC coupling: the mean is below {share} of the vibration at every speed and node, but the oil films move the
+    journals with the speed: the records are AC-coupled, or their mean was taken off. 0X is left out, and nothing is
+    said of static loads. Record the gap voltage of the probes to have it
+note: harmonics not read: the table also has {others}; state 'measurement: harmonics:' to read them
+warning: missing readings: {lacking} of {count} speeds are left out, as readings are missing: at {rpm:.6g} rpm{again},
+    {n}X of {place}{others}. A harmonic that is missing at many speeds is better left out of 'measurement: harmonics:'
+warning: speed not used: the rig file states a speed of '{name}', which is not given, and none of '{record}'. Is one
+    meant for the other? Correct 'measurement: {section}:'
+note: columns not read: neither the first speed nor readings of a probe and a whole harmonic, such as 'DE X 1X Amp
+    (mil pp)': {columns}
+note: rounding only: the covariance is that of the rounding of the printed digits. A table does not contain the noise
+    of the measurement; where that exceeds the rounding, intervals are too narrow. State 'measurement: table_noise_m:'
+    if it is known
+note: last digits: the last digits are those of the cells as printed; give columns '..._last_digit' if zeros were
+    dropped
+"""
+_ROWS = (row.split(": ", 2) for row in re.sub(r"\n +", " ", TABLE.strip()).split("\n"))
+SAID = {key: (severity, words) for severity, key, words in _ROWS}
 
 
 @dataclass(frozen=True)
@@ -23,9 +129,13 @@ class Finding:
     text: str
 
     def __str__(self):
-        return " ".join(
-            f"{self.severity}: {self.where}: {self.name}: {self.text}".split()
-        )  # a name of a file may break
+        return " ".join(f"{self.severity}: {self.where}: {self.name}: {self.text}".split())  # a name may break
+
+
+def told(key, where, severity=None, **values):
+    """The Finding of a row of the TABLE, with its values and, where that depends on the record, its severity."""
+    usual, words = SAID[key]
+    return Finding(severity or usual, key.partition(" (")[0], str(where), words.format(**values))
 
 
 def errors_among(findings):

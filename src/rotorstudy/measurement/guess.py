@@ -10,9 +10,8 @@ from rotorstudy.measurement.channel_names import angle_in, numbered_angles, plan
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.files import kind_of, open_channels
 from rotorstudy.measurement.netcdf_files import existing, netcdf
-from rotorstudy.measurement.tables import is_probe_table, open_table, whole_numbers
+from rotorstudy.measurement.tables import open_table, whole_numbers
 from rotorstudy.measurement.text_table import guess_layout
-from rotorstudy.measurement.wide_tables import wide_table
 from rotorstudy.units import um
 
 VIEW = {"rotation": "with_angles", "gravity_angle_deg": 180}  # angles from straight up, counter-clockwise
@@ -42,10 +41,7 @@ class Column(NamedTuple):
 
 
 def guess_measurement(path, nodes):
-    """The Guess of a section `measurement:` by which a record, or a table of amplitude and phase, can probably be read.
-
-    nodes : for the planes of probes, first ones first. RotorstudyError if no channel may be that of a probe.
-    """
+    """The Guess of a section `measurement:` for a file; nodes : for its probes, first ones first."""
     path = existing(path)
     kind = kind_of(path)
     if kind == "netcdf":
@@ -57,11 +53,8 @@ def guess_measurement(path, nodes):
         changed = layout.csv.model_dump(exclude_defaults=True)
         section |= {"csv": changed} if changed else {}
         said.append(f"layout: {_layout_words(layout)}")
-        wide = wide_table(layout.names, layout.units, path)
-        if is_probe_table(wide.columns if wide else layout.names):
-            return _of_table(path, conventions, section, said, nodes, wide)
-        if "harmonic" in layout.names:
-            return _of_harmonics(path, conventions, section, said, nodes)
+        if table := open_table(path, layout.csv):
+            return (_of_table if table.by_probe else _of_harmonics)(table, section, said, nodes)
     columns, said_of_text = _columns(path, conventions, units)
     return _of_signals(columns, section, said + said_of_text, nodes)
 
@@ -115,15 +108,15 @@ def _of_signals(columns, section, said, nodes):
     return Guess(section, said + more)
 
 
-def _of_table(path, conventions, section, said, nodes, wide):
-    """Guess of a table of a probe's amplitude and phase; wide : its WideTable, or None."""
-    text = open_table(path, conventions.csv)
-    names = list(dict.fromkeys(text["probe"])) if "probe" in text else ["probe"]
+def _of_table(table, section, said, nodes):
+    """Guess of a table of the amplitude and phase of probes."""
+    names = list(dict.fromkeys(table.text["probe"])) if "probe" in table.text else ["probe"]
     section["probes"], more = _probes(names, [{}] * len(names), nodes)
     section |= {
         "keyphasor": {"sensor_angle_deg": 0, "mark_angle_deg": 0},
-        "table_amplitude": (wide and wide.size) or "peak_to_peak",
-        "table_phase": (wide and wide.turn) or "lag",
+        "table_amplitude": "peak_to_peak",
+        "table_phase": "lag",
+        **table.stated,
         "table_noise_m": INSTRUMENT_NOISE,
     }
     size, turn = section["table_amplitude"].replace("_", " "), section["table_phase"]
@@ -150,9 +143,9 @@ def _of_netcdf(path, nodes):
     return Guess(section, [*said, words])
 
 
-def _of_harmonics(path, conventions, section, said, nodes):
-    """Guess of a table of harmonics, one in a row."""
-    text = open_table(path, conventions.csv)
+def _of_harmonics(table, section, said, nodes):
+    """Guess of a table of harmonics of orbits."""
+    path, text = table.path, table.text
     section["harmonics"] = list(dict.fromkeys(whole_numbers(text, "harmonic", path).tolist()))
     said.append("a table of harmonics n of x + j y, n > 0 forward; angle 0, where x points, is taken to be straight up")
     if "node" not in text:

@@ -81,12 +81,6 @@ class Harmonics:
     lines: tuple[Line, ...] = ()
 
 
-def block_edges(revolutions):
-    """Whole revolutions per block, and number of blocks: one per revolution, at most MOST_BLOCKS."""
-    length = max(1, int(np.ceil(revolutions / MOST_BLOCKS)))
-    return length, revolutions // length
-
-
 def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None):
     """Harmonics of a record of whole revolutions.
 
@@ -109,7 +103,8 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None):
     amplitude, residual, inverse = fit
     freedom = max(1, usable.sum() - len(harmonics))
     noise_std = float(np.sqrt(np.sum(np.abs(residual) ** 2) / freedom / channels))
-    length, count = block_edges(revolutions)
+    length = max(1, int(np.ceil(revolutions / MOST_BLOCKS)))  # of a block, in revolutions
+    count = revolutions // length
     edges = np.searchsorted(angle - angle[0], 2 * np.pi * length * np.arange(count + 1))
     pieces = [np.flatnonzero(usable[a:b]) + a for a, b in pairwise(edges)]
     sizes = np.array([len(piece) for piece in pieces])
@@ -132,10 +127,7 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None):
 
 
 def _covariance_of_probe(parts, harmonics, direction):
-    """Covariance (component, component) of blocks (block, component) of the motion along one probe, and its shrinkage.
-
-    It is shrunk as that of the probe's own data, as n and -n are one.
-    """
+    """Covariance of blocks (block, component) of the motion along one probe, shrunk as its own data; shrinkage."""
     seen, rows = seen_components(harmonics, direction), seen_rows(harmonics, direction)
     own, covariance = parts @ rows.T, np.zeros(rows.shape)
     covariance[np.ix_(seen, seen)], shrinkage = shrunk_covariance(own[:, seen])
@@ -143,10 +135,7 @@ def _covariance_of_probe(parts, harmonics, direction):
 
 
 def _without_lines(signal, angle, usable, harmonics, orders):
-    """A signal without lines of some orders (line,); what the covariance is multiplied by; the lines.
-
-    signal : (time,) complex, m, usable (time,) where it is finite
-    """
+    """A signal without lines of some orders (line,); what the covariance is multiplied by; the lines."""
     basis = rotating_basis(angle, 1.0, harmonics)
     both = np.concatenate([basis, line_basis(angle, orders)])
     amplitude, _, inverse = fit_basis(signal[usable], both[:, usable])
@@ -221,12 +210,10 @@ def shrunk_covariance(draws):
 
 
 def shrunk_variances(variance, freedom):
-    """Sample variances (component,) with `freedom` degrees of freedom each, shrunk towards a common value.
+    """Sample variances (component,) shrunk towards a common value, and its weight d0 / (d0 + freedom).
 
     Empirical Bayes (Smyth 2004): the true variances have a scaled inverse chi-square distribution with d0 degrees of
     freedom; d0 follows from the variance of the logarithms less their sampling variance trigamma(freedom / 2).
-
-    returns : (component,), weight d0 / (d0 + freedom) of the common value
     """
     from scipy.optimize import brentq
     from scipy.special import digamma, polygamma

@@ -4,6 +4,7 @@ Two models of the angle: `count_revolutions` fits a parabola, for a record that 
 pulses are repaired and reported; `shaft_angle` fits a spline, for order tracking.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,36 +85,38 @@ def _crossings(signal, time, after):
 
 @dataclass(frozen=True)
 class Turning:
-    """Angle of the shaft as a polynomial of time.
+    """Angle of the shaft over time.
 
-    coefficients  : of the angle in revolutions since the first mark, over time minus `middle`, highest power first
-    marks, counts : (mark,) s and the revolution each begins
-    missing, doubled : numbers of missing and of extra pulses
-    jitter_rad    : standard deviation of the marks about the polynomial
-    resolution_s  : of a mark, limited by the sampling
+    revolutions   : function(time, s, order of the derivative) of the revolutions since the first mark
+    marks, counts : (mark,) s and the revolution each begins;  missing, doubled : missing and extra pulses
+    jitter_rad    : standard deviation of the marks about it;  resolution_s : of a mark, limited by the sampling
     """
 
-    coefficients: np.ndarray
-    middle: float
+    revolutions: Callable
     marks: np.ndarray
     counts: np.ndarray
-    missing: int
-    doubled: int
-    jitter_rad: float
+    missing: int = 0
+    doubled: int = 0
+    jitter_rad: float = 0.0
     resolution_s: float = 0.0
 
     def angle(self, time):
         """(time,) rad since the first mark."""
-        return 2 * np.pi * np.polyval(self.coefficients, np.asarray(time) - self.middle)
+        return 2 * np.pi * self.revolutions(time, 0)
 
     def speed(self, time):
         """(time,) rad/s."""
-        return 2 * np.pi * np.polyval(np.polyder(self.coefficients), np.asarray(time) - self.middle)
+        return 2 * np.pi * self.revolutions(time, 1)
 
     @property
     def whole_marks(self):
         """(revolution,) s when the mark passed, missing ones interpolated."""
         return np.interp(np.arange(self.counts[0], self.counts[-1] + 1), self.counts, self.marks)
+
+
+def _polynomial(coefficients, middle):
+    """`Turning.revolutions` of a polynomial in the time from `middle` on, highest power first."""
+    return lambda time, order: np.polyval(np.polyder(coefficients, order), np.asarray(time) - middle)
 
 
 def count_revolutions(pulses, resolution_s=0.0):
@@ -138,8 +141,8 @@ def count_revolutions(pulses, resolution_s=0.0):
     off = counts - np.polyval(coefficients, marks - middle)
     freedom = len(marks) - degree - 1
     jitter = 2 * np.pi * np.sqrt(np.sum(off**2) / freedom) if freedom > 0 else 0.0
-    missing = int(counts[-1] - counts[0] + 1 - len(marks))
-    return Turning(coefficients, middle, marks, counts, missing, len(pulses) - len(marks), float(jitter), resolution_s)
+    missing, doubled = int(counts[-1] - counts[0] + 1 - len(marks)), len(pulses) - len(marks)
+    return Turning(_polynomial(coefficients, middle), marks, counts, missing, doubled, float(jitter), resolution_s)
 
 
 def _follow(pulses, start, period, gain=0.2):
@@ -165,9 +168,8 @@ def steady_turning(speed, time):
     """The Turning of a shaft known to run at `speed` rad/s with its mark at the first sample."""
     counts = np.array([0, int(speed * (time[-1] - time[0]) / (2 * np.pi))])
     marks = time[0] + counts * 2 * np.pi / speed
-    middle = marks.mean()
-    rate = speed / (2 * np.pi)
-    return Turning(np.array([rate, rate * (middle - time[0])]), middle, marks, counts, 0, 0, 0.0)
+    middle, rate = marks.mean(), speed / (2 * np.pi)
+    return Turning(_polynomial(np.array([rate, rate * (middle - time[0])]), middle), marks, counts)
 
 
 def mark_times(record, drifting=False):

@@ -11,20 +11,24 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import quality
 from rotorstudy.measurement.analysis import Analysed, analyse_each
 from rotorstudy.measurement.conventions import read_conventions
+from rotorstudy.measurement.corrections import averaged, without_missing_mean, without_slow_roll
 from rotorstudy.measurement.files import read_file
 from rotorstudy.measurement.findings import Finding, RecordFacts, errors_among, node_facts, worst_first
 from rotorstudy.measurement.full_spectra import full_spectrum
-from rotorstudy.measurement.nonsynchronous import check_lines
-from rotorstudy.measurement.plausibility import check_probe_angles, check_stated_speeds, check_together
+from rotorstudy.measurement.lines import check_lines
+from rotorstudy.measurement.plausibility import (
+    check_labels,
+    check_probe_angles,
+    check_stated_speeds,
+    check_together,
+)
 from rotorstudy.measurement.raw_record import LARGEST_READING
 from rotorstudy.measurement.records import Record
-from rotorstudy.measurement.repeats import averaged
 from rotorstudy.measurement.resonances import check_resonances
-from rotorstudy.measurement.slow_roll import without_missing_mean, without_slow_roll
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.spectrum_file import is_spectrum, load_imported
-from rotorstudy.measurement.table_spectra import read_table
-from rotorstudy.measurement.tables import is_probe_table, table_columns, with_harmonics_of_tables
+from rotorstudy.measurement.table_spectra import check_stated, read_table
+from rotorstudy.measurement.tables import open_table, with_harmonics_of_tables
 from rotorstudy.model.kinds import SpectrumMethod
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
@@ -197,23 +201,24 @@ def read_measurement(
     """
     rig, paths = read_rig(rig), _listed(paths)
     conventions = read_conventions(rig.given, str(rig.path))
-    columns = {path: table_columns(path, conventions) for path in paths}
-    conventions = with_harmonics_of_tables(conventions, [path for path in paths if is_probe_table(columns[path])])
-    nodes = rig.model.structure.measurable
-    found, findings, in_time = [], [], []
-    for path in paths:
-        if is_probe_table(columns[path]) or "harmonic" in columns[path]:
-            spectra, notes = read_table(path, conventions, nodes)
-            found += [_of_table(path, conventions, *one) for one in spectra]
-            findings += notes
-        else:
-            in_time.append(path)
+    opened = [open_table(path, conventions.csv) for path in paths]
+    in_time = [path for path, table in zip(paths, opened, strict=True) if table is None]
+    tables = [table for table in opened if table is not None]
+    of_probes = [table for table in tables if table.by_probe]
+    conventions = with_harmonics_of_tables(conventions, of_probes)
+    nodes, found, findings = rig.model.structure.measurable, [], []
+    for table in tables:
+        check_stated(table, conventions)
+        spectra, notes = read_table(table, conventions, nodes)
+        found += [_of_table(table.path, conventions, *one) for one in spectra]
+        findings += notes
     analysed, read_by, notes = _analysed_records(in_time, conventions, nodes, with_signals)
     stated = [conventions] * len(found) + read_by
     found, findings = found + analysed, findings + notes
     facts = [one.facts for one in found]
     findings += [finding for one in found for finding in one.findings]
     findings += [*check_lines(facts), *check_probe_angles(conventions.probes, rig.path.name)]
+    findings += check_labels(in_time, conventions, rig.path.name)
     sensors = wanted_sensors(rig, common_nodes(facts))
     directions = common_directions(found, sensors)
     model = measured_model(rig, sensors, stated, directions)
@@ -223,21 +228,20 @@ def read_measurement(
     spectrum = _spectrum_of(usable, conventions.harmonics, model.sensors, directions)
     named = ", ".join(path.name for path in paths)
     check_numbers(spectrum, named)
-    records = [_with_sensors(one.record, model.sensors) for one in usable if one.record is not None]
+    records = []
+    for record in (one.record for one in usable if one.record is not None):
+        chosen = [record.sensors.index(node) for node in model.sensors]
+        records.append(replace(record, displacement=record.displacement[chosen], sensors=model.sensors))
     findings += check_together(spectrum, model, named)
-    if len(in_time) < len(paths):
+    if tables:
         findings += check_stated_speeds(spectrum.speed, model, named)
-    tables = any(is_probe_table(names) for names in columns.values())
-    if tables or any(one.is_tracked for one in found):
-        findings += check_resonances(spectrum, tables, named)
+    if of_probes or any(one.is_tracked for one in found):
+        findings += check_resonances(spectrum, bool(of_probes), named)
     return Measurement(spectrum, records, facts, worst_first(findings), model)
 
 
 def _analysed_records(paths, conventions, nodes, with_signals):
-    """Analysed of the records of files, without the probes that are dead in all; their conventions; findings.
-
-    One record is in memory at a time; `with_signals` keeps the clean ones.
-    """
+    """Analysed of records, one in memory at a time, without probes dead in all; their conventions; findings."""
     found, stated, probes, first = [], [], [], None
     for raw in _raw_records(paths, conventions, nodes):
         found += analyse_each(raw, with_signals)
@@ -276,12 +280,6 @@ def _spectrum_of(analysed, harmonics, sensors, directions):
     speed = np.array([one.speed for one in analysed])
     amplitude = np.swapaxes(amplitude, 1, 2)
     return Spectrum(amplitude, speed, np.array(harmonics), tuple(sensors), covariance, directions)
-
-
-def _with_sensors(record, sensors):
-    """The Record with some of its sensors, in their order."""
-    chosen = [record.sensors.index(node) for node in sensors]
-    return replace(record, displacement=record.displacement[chosen], sensors=tuple(sensors))
 
 
 def common_nodes(facts):
@@ -326,10 +324,7 @@ def wanted_sensors(rig, measured):
 
 
 def measured_model(rig, sensors, stated, directions):
-    """The Model of a rig file with the measured nodes as sensors.
-
-    stated : the Conventions of each record;  directions : (sensor,) rad of the only probes, NaN for orbits
-    """
+    """The Model with the measured nodes as sensors; stated : Conventions of the records;  directions : (sensor,)."""
     zeros = {one.displacement_zero for one in stated}
     if len(zeros) > 1:
         raise RotorstudyError(

@@ -1,9 +1,11 @@
 """Checks of the harmonics of all speeds against what a shaft can do, and against what the rig predicts."""
 
+from difflib import get_close_matches
+
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT
 from rotorstudy.measurement.single_probe import along_probes
 from rotorstudy.response.measured import measured_response
@@ -15,6 +17,11 @@ SCALE = 20.0  # ratio to the predicted vibration, either way; mil taken as µm g
 NEAR = 5.0  # ratio to the predicted vibration at which a confusion of units is named
 CLOSE_DEG = 10.0  # between the probes of a node, which are mounted further apart; 90 taken as radians gives 1.6
 FAST = 8.0  # times the lowest natural frequency, beyond which few machines run; rpm taken as rad/s gives 9.5
+REMEDY = (
+    "If the shaft does whirl backward here (between the two critical speeds of anisotropic bearings), give the rig the "
+    "values of its bearings, so that it predicts this"
+)
+SPEED_KEYS = ("speeds_rad_per_s", "speeds_Hz", "speeds_rpm")
 APART = 3.0  # times the sag plus the rms vibration: a mean further from the predicted one is a probe gap
 
 
@@ -37,15 +44,13 @@ def check_together(spectrum, rig, where):
         backward = (expected[1] > expected[0])[orbits]
         nodes = [node for node, whole in zip(nodes, orbits, strict=True) if whole]
         findings += check_sense(forward, turned, backward, nodes, where)
-    directions = dict(zip(spectrum.sensors, spectrum.directions.tolist(), strict=True))
-    return findings + check_directions({n: a for n, a in directions.items() if np.isfinite(a)}, where)
+    if spectrum.single_probes:
+        findings.append(told("single probe", where, nodes=", ".join(map(str, sorted(spectrum.single_probes)))))
+    return findings
 
 
 def _expected(rig, spectrum):
-    """Prediction by the rig's own values, m: largest amplitude or None; rms +1X and -1X (2, sensor); 0X there.
-
-    Without values for all parameters the largest amplitude is the static deflection, and no whirl is predicted.
-    """
+    """Prediction by the rig, m: largest amplitude or None (by its weight alone without values); rms +1X, -1X; 0X."""
     try:
         shown = measured_response(rig, spectrum.speed, [1, -1, 0])
         shown = along_probes(shown, [1, -1, 0], spectrum.directions)
@@ -60,17 +65,13 @@ def check_units(fluctuating, expected, where):
     """Whether rms amplitudes (speed, node), m, without the mean are plausible for a shaft; expected : m, or None."""
     largest = float(np.max(fluctuating))
     if largest == 0:
-        return [Finding("error", "units", where, "no vibration in any harmonic; check the probes and their columns")]
+        return [told("units (still)", where)]
+    size, confused = um(largest, 3), _fitting(largest, expected)
     if largest > HUGE_M or largest < TINY_M:
         what = "more than a shaft can move" if largest > HUGE_M else "less than a probe can resolve"
-        text = f"vibration of {um(largest, 3)} rms is {what}; check the units ({_fitting(largest, expected)})"
-        return [Finding("error", "units", where, text)]
+        return [told("units (impossible)", where, size=size, what=what, confused=confused)]
     if expected and not expected / SCALE < largest < expected * SCALE:
-        text = (
-            f"vibration of {um(largest, 3)} rms where the rig predicts {um(expected)}; check the units "
-            f"({_fitting(largest, expected)}), and the unbalance that the rig states"
-        )
-        return [Finding("warning", "units", where, text)]
+        return [told("units", where, size=size, expected=um(expected), confused=confused)]
     return []
 
 
@@ -85,18 +86,8 @@ def _fitting(size, expected):
 def check_detected(amplitude, std, expected, nodes, where):
     """Whether amplitudes (speed, harmonic, node), m, show a vibration where the rig expects one, (node,) m rms."""
     silent = (amplitude <= SIGNIFICANT * std).all(axis=(0, 1))
-    told = silent & (expected > DEAD * SIGNIFICANT * std.max(axis=(0, 1)))
-    return [
-        Finding(
-            "error",
-            "dead probe",
-            f"{where}, node {node}",
-            f"no harmonic exceeds the noise at any speed, where the rig predicts {um(expected[i])}: its probes do not "
-            "detect the shaft, or the shaft does not vibrate",
-        )
-        for i, node in enumerate(nodes)
-        if told[i]
-    ]
+    lost = np.flatnonzero(silent & (expected > DEAD * SIGNIFICANT * std.max(axis=(0, 1))))
+    return [told("dead probe (predicted)", f"{where}, node {nodes[i]}", expected=um(expected[i])) for i in lost]
 
 
 def check_stated_speeds(speed, rig, where):
@@ -104,63 +95,35 @@ def check_stated_speeds(speed, rig, where):
     fastest, lowest = float(np.max(speed)), rig.structure.scales.frequency
     if fastest <= FAST * lowest:
         return []
-    in_rpm = [number(speed / RAD_PER_S["rpm"], 4) for speed in (fastest, lowest)]
-    text = (
-        f"up to {fastest:.4g} rad/s ({in_rpm[0]} rpm), {fastest / lowest:.3g} times the lowest natural frequency of "
-        f"the rig ({in_rpm[1]} rpm); are the speeds in another unit, such as rpm taken as rad/s?"
-    )
-    return [Finding("warning", "unusual speed", where, text)]
+    rpm, of_rig = (number(speed / RAD_PER_S["rpm"], 4) for speed in (fastest, lowest))
+    return [told("unusual speed (stated)", where, fastest=fastest, rpm=rpm, times=fastest / lowest, lowest=of_rig)]
+
+
+def check_labels(paths, conventions, where):
+    """Whether a file without a stated speed may be one that is named otherwise in the rig file."""
+    every = {name: key for key in SPEED_KEYS for name in getattr(conventions, key)}
+    absent = [name for name in every if name not in {path.name for path in paths}]
+    unnamed = [path.name for path in paths if path.name not in every]
+    near = [(name, like[0]) for name in absent if (like := get_close_matches(name, unnamed, n=1))]
+    return [told("speed not used", where, name=name, record=record, section=every[name]) for name, record in near]
 
 
 def check_mean(mean, expected, fluctuating, nodes, where):
-    """Whether 0X is near the predicted static position: the reading of most proximity probes includes their gap.
-
-    mean, expected : (speed, node) complex, m, measured and predicted;  fluctuating : (speed, node) rms of the rest, m
-    """
-    off = np.median(np.abs(mean - expected), axis=0)
-    allowed = APART * (np.abs(np.atleast_2d(expected)).max(axis=0) + fluctuating.max(axis=0))
-    return [
-        Finding(
-            "warning",
-            "probe gap",
-            f"{where}, node {node}",
-            f"the mean is {um(off[i])} from the static position that the rig predicts, while the shaft vibrates by "
-            f"{um(fluctuating[:, i].max())} rms. Does it include the gap of the probes? It would be taken for a "
-            "preload. Zero the probes with the shaft at rest, leave 0 out of 'measurement: harmonics:', or give the "
-            "rig the effect sensor_gap",
-        )
-        for i, node in enumerate(nodes)
-        if off[i] > allowed[i]
-    ]
+    """Whether 0X (speed, node), m, is near the predicted static position: most proximity probes include their gap."""
+    off, rms = np.median(np.abs(mean - expected), axis=0), fluctuating.max(axis=0)
+    far = np.flatnonzero(off > APART * (np.abs(np.atleast_2d(expected)).max(axis=0) + rms))
+    return [told("probe gap", f"{where}, node {nodes[i]}", off=um(off[i]), rms=um(rms[i])) for i in far]
 
 
 def check_sense(forward, backward, expected_backward, nodes, where):
     """Whether backward 1X exceeds forward, (speed, node), m, at nodes (node,) where the rig does not predict it."""
     size = np.sqrt(np.sum(forward**2, axis=0)), np.sqrt(np.sum(backward**2, axis=0))
-    reversed_nodes = (size[1] > BACKWARD * size[0]) & ~expected_backward
+    turned = (size[1] > BACKWARD * size[0]) & ~expected_backward
     ratio = size[1] / np.maximum(size[0], 1e-300)
-    remedy = (
-        "If the shaft does whirl backward here (between the two critical speeds of anisotropic bearings), give the rig "
-        "the values of its bearings, so that it predicts this"
-    )
-    if len(nodes) and reversed_nodes.all():
-        text = (
-            f"backward 1X is {ratio.min():.3g} times forward or more at every node: reversed rotation, the probes of "
-            "all nodes swapped or of the wrong sign, or phases of a table that are leads instead of lags, or the other "
-            f"way round. Correct 'rotation:', the probes or 'table_phase:'. {remedy}"
-        )
-        return [Finding("error", "sense of rotation", where, text)]
-    return [
-        Finding(
-            "error",
-            "swapped probes",
-            f"{where}, node {node}",
-            f"backward 1X is {ratio[i]:.3g} times forward, but not at the other nodes: the two probes of this node are "
-            f"swapped, or one has the wrong sign. {remedy}",
-        )
-        for i, node in enumerate(nodes)
-        if reversed_nodes[i]
-    ]
+    if len(nodes) and turned.all():
+        return [told("sense of rotation", where, ratio=ratio.min(), remedy=REMEDY)]
+    swapped = np.flatnonzero(turned)
+    return [told("swapped probes", f"{where}, node {nodes[i]}", ratio=ratio[i], remedy=REMEDY) for i in swapped]
 
 
 def check_probe_angles(probes, where):
@@ -170,21 +133,5 @@ def check_probe_angles(probes, where):
         angles = np.array([probe.angle_deg for probe in probes if probe.node == node])
         widest = np.abs((angles[:, None] - angles + 180) % 360 - 180).max()
         if len(angles) > 1 and widest < CLOSE_DEG:
-            text = (
-                f"its probes are only {widest:.2g} degrees apart by 'measurement: probes:', and show one direction "
-                "together. Correct the angles; they must be in degrees"
-            )
-            found.append(Finding("warning", "probe angles", f"{where}, node {node}", text))
+            found.append(told("probe angles", f"{where}, node {node}", apart=widest))
     return found
-
-
-def check_directions(directions, where):
-    """A note on the nodes that one direction is measured of. directions : {node: rad}."""
-    if not directions:
-        return []
-    listed = ", ".join(map(str, sorted(directions)))
-    text = (
-        f"node {listed} has a single probe: only its motion along the probe is measured, and "
-        "only the model separates forward from backward. A second probe there would measure the orbit"
-    )
-    return [Finding("note", "single probe", where, text)]

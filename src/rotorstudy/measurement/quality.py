@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.measurement.angle_fit import fit_each, in_cosines
-from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, trend_probability
 from rotorstudy.measurement.keyphasor import LONGEST_PULSE
 from rotorstudy.units import RAD_PER_S, um
@@ -25,77 +25,50 @@ DEAD = 10.0  # times what a probe resolves, or times all that the others show; f
 SIGNIFICANT = 5.0  # standard deviations
 STEADY = 1e-4  # p-value below which a trend over the blocks is significant
 CHANGE = 0.01  # of the largest fluctuating harmonic: a smaller change over the record does not matter
+LIKELY_WRONG = (  # speed by the marks over the stated one, and a likely reason
+    (2, "two marks a revolution?"),
+    (0.5, "every second pulse missing?"),
+    (2 * np.pi, "the label is in Hz?"),
+    (np.pi / 30, "the label is in rpm?"),
+    (1 / 60, "the label is in rpm, and stated in Hz?"),
+    (60, "the label is in Hz, and stated in rpm?"),
+    (30 / np.pi, "the label is in rad/s, and stated in rpm?"),
+    (0.5 / np.pi, "the label is in rad/s, and stated in Hz?"),
+    (1e-3, "time in ms, or a sampling rate in kHz? ('time_unit', 'sample_rate_Hz')"),
+    (1e3, "time in s, or a sampling rate in Hz? ('time_unit', 'sample_rate_Hz')"),
+)
 
 
-def check_pulses(pulses, turning, asked_polarity, where):
+def check_pulses(pulses, turning, asked, where):
     """Findings on the regularity of the keyphasor. pulses : Pulses, or None if the file has the mark times."""
     found = []
     if pulses is not None and pulses.duty > LONGEST_PULSE:
-        said = "" if asked_polarity == "auto" else f" if they are {asked_polarity}, as in the rig file"
-        text = (
-            f"pulses last {100 * pulses.duty:.0f} % of the time{said}; the polarity is reversed, or threshold_V is "
-            "wrong. Correct 'keyphasor: polarity' or 'threshold_V': the phase is off by up to half a revolution"
-        )
-        severity = "warning" if asked_polarity == "auto" else "error"
-        found.append(Finding(severity, "keyphasor polarity", where, text))
+        severity, said = "warning", ""
+        if asked != "auto":
+            severity, said = "error", f" if they are {asked}, as in the rig file"
+        found.append(told("keyphasor polarity", where, severity, duty=100 * pulses.duty, asked=said))
     marks = len(turning.marks)
-    for count, name, repair in (
-        (turning.missing, "missing pulses", f"{turning.missing} of {marks + turning.missing}; counted without them"),
-        (turning.doubled, "doubled pulses", f"{turning.doubled} extra pulses beside {marks} marks; left out"),
-    ):
-        if count > IRREGULAR * marks:
-            text = f"{count} for {marks} regular pulses, too many to identify the marks. Check threshold_V"
-            found.append(Finding("error", name, where, text))
-        elif count:
-            found.append(Finding("warning", name, where, repair))
+    for count, name in ((turning.missing, "missing pulses"), (turning.doubled, "doubled pulses")):
+        if count:
+            many = " (many)" * (count > IRREGULAR * marks)
+            found.append(told(f"{name}{many}", where, count=count, marks=marks, every=marks + count))
     if turning.jitter_rad > JITTER_RAD:
-        text = (
-            f"the marks scatter by {np.rad2deg(turning.jitter_rad):.2g} degrees about steady rotation (up to "
-            f"{np.rad2deg(JITTER_RAD):.2g} is usual), harmonic n by n times as much. The covariance includes it"
-        )
-        found.append(Finding("warning", "keyphasor jitter", where, text))
+        scatter, usual = np.rad2deg([turning.jitter_rad, JITTER_RAD])
+        found.append(told("keyphasor jitter", where, scatter=scatter, usual=usual))
     return found
 
 
 def check_speed_label(label, speed, where):
-    """Whether the stated speed is within 2 % of that of the marks (rad/s), with a likely reason.
-
-    Without a stated speed, whether machines run at such a speed.
-    """
+    """Whether the stated speed is within 2 % of that of the marks (rad/s); without one, whether machines run so."""
     if label is None:
-        return _unusual_speed(speed, where)
+        severity = "warning" if speed > USUAL_SPEED[1] else "note"
+        usual = USUAL_SPEED[0] <= speed <= USUAL_SPEED[1]
+        return [] if usual else [told("unusual speed", where, severity, speed=speed, rpm=speed / RAD_PER_S["rpm"])]
     if abs(label / speed - 1) <= LABEL_OFF:
         return []
-    hint = "correct the label"
-    for ratio, why in (
-        (2, "two marks a revolution?"),
-        (0.5, "every second pulse missing?"),
-        (2 * np.pi, "the label is in Hz?"),
-        (np.pi / 30, "the label is in rpm?"),
-        (1 / 60, "the label is in rpm, and stated in Hz?"),
-        (60, "the label is in Hz, and stated in rpm?"),
-        (30 / np.pi, "the label is in rad/s, and stated in rpm?"),
-        (0.5 / np.pi, "the label is in rad/s, and stated in Hz?"),
-        (1e-3, "time in ms, or a sampling rate in kHz? ('time_unit', 'sample_rate_Hz')"),
-        (1e3, "time in s, or a sampling rate in Hz? ('time_unit', 'sample_rate_Hz')"),
-    ):
-        if abs(speed / label / ratio - 1) < LABEL_OFF:
-            hint = why
-    text = (
-        f"labelled {label:.6g} rad/s, but the phase mark passes at {speed:.6g} rad/s ({100 * (speed / label - 1):+.3g} "
-        f"%, allowed {100 * LABEL_OFF:g} %); {hint}"
-    )
-    return [Finding("error", "speed label", where, text)]
-
-
-def _unusual_speed(speed, where):
-    if USUAL_SPEED[0] <= speed <= USUAL_SPEED[1]:
-        return []
-    text = (
-        f"the phase mark passes at {speed:.3g} rad/s ({speed / RAD_PER_S['rpm']:.3g} rpm), unusual for a machine "
-        f"beyond its turning gear; check the time channel, 'time_unit' and 'sample_rate_Hz'"
-    )
-    return [Finding("warning" if speed > USUAL_SPEED[1] else "note", "unusual speed", where, text)]
+    fitting = [why for ratio, why in LIKELY_WRONG if abs(speed / label / ratio - 1) < LABEL_OFF]
+    hint, off = (fitting or ["correct the label"])[-1], 100 * (speed / label - 1)
+    return [told("speed label", where, label=label, speed=speed, off=off, allowed=100 * LABEL_OFF, hint=hint)]
 
 
 def check_drift(drift, where):
@@ -103,26 +76,14 @@ def check_drift(drift, where):
     if abs(drift) <= DRIFT[0]:
         return []
     severity = "error" if abs(drift) > DRIFT[1] else "warning"
-    text = (
-        f"the speed changes by {100 * drift:+.2g} % over the record (up to {100 * DRIFT[0]:g} % is steady); the "
-        "harmonics are averages over these speeds. Take a shorter record, or cut it into pieces"
-    )
-    return [Finding(severity, "speed drift", where, text)]
+    return [told("speed drift", where, severity, drift=100 * drift, steady=100 * DRIFT[0])]
 
 
 def check_gaps(part, irregular, where):
     """Whether samples are missing. part : fraction that is NaN;  irregular : longest over median time step."""
-    found = []
-    if part > GAP[0]:
-        severity = "error" if part > GAP[1] else "warning"
-        text = (
-            f"{100 * part:.2g} % of the samples are missing (up to {100 * GAP[1]:g} % are tolerated); repair the record"
-        )
-        found.append(Finding(severity, "gaps", where, text))
-    if irregular > 1.5:
-        text = f"time jumps by {irregular:.3g} samples; the shaft angle is not affected. Check the recorder"
-        found.append(Finding("warning", "time steps", where, text))
-    return found
+    severity = "error" if part > GAP[1] else "warning"
+    found = [told("gaps", where, severity, part=100 * part, most=100 * GAP[1])] if part > GAP[0] else []
+    return found + ([told("time steps", where, steps=irregular)] if irregular > 1.5 else [])
 
 
 class Seen(NamedTuple):
@@ -150,54 +111,33 @@ def _seen(fit, orders):
 
 
 def check_channel(name, node, readings, seen, others, where):
-    """Findings on one probe: dead, weak beside the others, clipped.
+    """Findings on a probe: dead, weak beside the others (Seen by each) of its node, clipped; readings (time,), m.
 
     A probe that shows no harmonic is dead if the others of its node show a vibration that it would show too, or if its
     noise is far more than all that they show. If none of them shows any, the shaft may be quiet at this speed.
-
-    readings : (time,) m, whole revolutions;  seen : Seen by it;  others : list of Seen by the others of the node
     """
     place, missing = f"{where}, node {node}, channel '{name}'", float(np.mean(~np.isfinite(readings)))
     if missing > EMPTY:
-        text = f"{100 * missing:.3g} % of the samples are missing: the probe is dead or not connected"
-        return [Finding("error", "dead probe", place, text)]
+        return [told("dead probe (gaps)", place, missing=100 * missing)]
     readings = readings[np.isfinite(readings)]
     if np.ptp(readings) <= 1e-9 * max(np.abs(readings).max(), 1e-300):
-        text = f"constant at {um(readings[0], 3)}: the probe is dead or not connected; leave it out or repair it"
-        return [Finding("error", "dead probe", place, text)]
+        return [told("dead probe (constant)", place, value=um(readings[0], 3))]
     found, moving = [], max((one.moving for one in others), default=0.0)
     shown = max((np.hypot(one.moving, one.noise) for one in others), default=np.inf)
     if seen.greatest < seen.resolved:
         if moving > DEAD * seen.resolved or seen.noise > DEAD * shown:
-            text = (
-                f"no harmonic exceeds the noise, {um(seen.noise)} rms, where another probe of this node has "
-                f"{um(moving)} rms: the probe does not detect the shaft"
-            )
-            found.append(Finding("error", "dead probe", place, text))
+            found.append(told("dead probe (noise)", place, noise=um(seen.noise), others=um(moving)))
     elif seen.moving < WEAK * moving:
-        text = (
-            f"{um(seen.moving)} rms where another probe of this node has {um(moving)}: check sensitivity and unit, and "
-            "whether the probe detects the shaft"
-        )
-        found.append(Finding("warning", "weak probe", place, text))
+        found.append(told("weak probe", place, own=um(seen.moving), others=um(moving)))
     for side, values in (("top", readings), ("bottom", -readings)):
         if flat_top(values):
-            text = f"the signal is flat at its {side}, {um(values.max(), 4)}: clipped by the probe or the recorder"
-            found.append(Finding("error", "clipping", place, text))
+            found.append(told("clipping", place, side=side, value=um(values.max(), 4)))
     return found
 
 
 def left_out(dead, where):
     """Warnings on the dead probes {(node, channel)} that are left out."""
-    return [
-        Finding(
-            "warning",
-            "dead probe",
-            f"{where}, node {node}, channel '{name}'",
-            "dead in every record, and left out of all of them. Repair it, or remove it from 'probes:'",
-        )
-        for node, name in sorted(dead)
-    ]
+    return [told("dead probe (left out)", f"{where}, node {node}, channel '{name}'") for node, name in sorted(dead)]
 
 
 def flat_top(values):
@@ -218,54 +158,28 @@ def check_sampling(samples, revolutions, harmonics, where):
     needed, highest = 2 * len(harmonics) + 1, max(abs(int(n)) for n in harmonics)
     per_revolution = samples / revolutions
     if samples < needed:
-        text = f"{samples} samples are too few for {len(harmonics)} harmonics; at least {needed} are needed"
-        return [Finding("error", "too few samples", where, text)]
+        return [told("too few samples", where, samples=samples, count=len(harmonics), needed=needed)]
     if revolutions < 1:
-        text = (
-            f"{revolutions:.2f} revolutions; at least one is needed, six for a block covariance. Take a longer record"
-        )
-        return [Finding("error", "too few revolutions", where, text)]
+        return [told("too few revolutions", where, revolutions=revolutions)]
     if per_revolution <= 2 * highest * (1 + 1e-9):
-        text = (
-            f"harmonic {highest} lies above the Nyquist frequency: it needs more than {2 * highest} samples per "
-            f"revolution, and there are {per_revolution:.3g}, enough for harmonics up to "
-            f"{max(0, int(np.ceil(per_revolution / 2 - 1e-9)) - 1)}. Sample faster, or leave the highest harmonics out"
-        )
-        return [Finding("error", "sampling rate", where, text)]
+        possible = max(0, int(np.ceil(per_revolution / 2 - 1e-9)) - 1)
+        both = {"there": per_revolution, "possible": possible}
+        return [told("sampling rate", where, highest=highest, needed=2 * highest, **both)]
     return []
 
 
-def check_length(revolutions, blocks, where):
-    """Whether a record has enough blocks of whole revolutions for its covariance."""
-    if blocks >= FEWEST_BLOCKS:
-        return []
-    text = (
-        f"{revolutions} whole revolutions; the scatter of repeat blocks needs {FEWEST_BLOCKS}, so the covariance is "
-        "that of white noise at the noise floor. Take a longer record"
-    )
-    return [Finding("warning", "few revolutions", where, text)]
-
-
-def check_steadiness(blocks, harmonics, where):
-    """Whether the vibration changes over the record. blocks : (block, harmonic) complex, m."""
+def check_noise(amplitude, covariance, blocks, harmonics, where):
+    """Whether harmonics (harmonic,) exceed the noise, and are steady over the blocks (block, harmonic); complex, m."""
+    found, moving = [], np.asarray(harmonics) != 0
+    std = np.sqrt(np.diag(covariance).reshape(2, -1).sum(axis=0))
+    if np.max(np.abs(amplitude[moving]) / np.maximum(std[moving], 1e-300)) <= SIGNIFICANT:
+        found.append(told("noise floor", where))
     if len(blocks) < FEWEST_BLOCKS:
-        return []
+        return found
     place = np.arange(len(blocks)) - (len(blocks) - 1) / 2
     change = np.abs(place @ blocks) / (place @ place) * len(blocks)
-    scale = np.abs(blocks.mean(axis=0))[np.asarray(harmonics) != 0].max()
-    if change.max() < CHANGE * scale or trend_probability(blocks) > STEADY:
-        return []
-    n = int(np.asarray(harmonics)[change.argmax()])
-    text = (
-        f"harmonic {n} changes steadily by {um(change.max())} over the record; the covariance assumes "
-        "a constant. Wait for a steady state, or shorten the record"
-    )
-    return [Finding("warning", "not steady", where, text)]
-
-
-def check_noise(amplitude, std, where):
-    """Whether any harmonic exceeds the noise. amplitude, std : (harmonic,) without the mean, m."""
-    if np.max(np.abs(amplitude) / np.maximum(std, 1e-300)) > SIGNIFICANT:
-        return []
-    text = "no harmonic but the mean exceeds five times its standard deviation; take a longer record or another speed"
-    return [Finding("warning", "noise floor", where, text)]
+    scale = np.abs(blocks.mean(axis=0))[moving].max()
+    if change.max() >= CHANGE * scale and trend_probability(blocks) <= STEADY:
+        n = int(np.asarray(harmonics)[change.argmax()])
+        found.append(told("not steady", where, n=n, change=um(change.max())))
+    return found

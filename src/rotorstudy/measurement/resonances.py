@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.run_up import peaks
 from rotorstudy.units import RAD_PER_S, as_certain_as, number
 
@@ -58,11 +58,9 @@ class Resonances:
 
 
 def vectors_1x(spectrum):
-    """{name: (speed,) complex m} of 1X: forward and backward of orbits, of a single probe its own vector (peak).
+    """{name: (speed,) complex m} of 1X, but the negligible: forward and backward of orbits, of a single probe its own.
 
     All of them lag with the force of e^{jwt}: the backward one is conj(R_-1), as R_-1 itself is the factor of e^{-jwt}.
-
-    spectrum : Spectrum with harmonics 1 and -1. Vectors that are negligible beside the largest are left out.
     """
     order, found = list(spectrum.harmonics), {}
     for s, node in enumerate(spectrum.sensors):
@@ -91,22 +89,17 @@ def check_resonances(spectrum, swept, where):
     ]
     if not each:
         return []
-    text = f"{' and '.join(each)}; the residual is {number(1e6 * found.noise, 2)} µm"
-    notes = [Finding("note", "critical speeds", where, text)]
+    notes = [told("critical speeds", where, each=" and ".join(each), residual=number(1e6 * found.noise, 2))]
     ratio = abs(found.rate) / (2 * found.decay.min()) ** 2
     if ratio > FAST:
-        text = (
-            f"the vectors beat as in a sweep at {_with(found.rate, rate_std)} rad/s per second, {number(ratio, 2)} "
-            "times the square of the half-power bandwidth: near and beyond the critical speed they are not steady, and "
-            "their peak lies beyond it. Give the record in time, whose transient can be removed, or use lower speeds"
-        )
-        notes.append(Finding("warning", "sweep too fast", where, text))
+        rate = _with(found.rate, rate_std)
+        notes.append(told("sweep too fast (vectors)", where, rate=rate, times=number(ratio, 2)))
     return notes
 
 
 def _with(value, std):
     """A value with its standard deviation."""
-    return f"{as_certain_as(value, std)} ± {as_certain_as(std, std)}"
+    return " ± ".join(as_certain_as((value, std), std))
 
 
 def modal_passage(offset, decay, rate):
@@ -121,12 +114,9 @@ def modal_passage(offset, decay, rate):
 
 
 def find_resonances(speed, vectors, swept):
-    """The Resonances of vectors of 1X over speed, or None if no resonance shows.
+    """The Resonances of 1X (vector, speed), m, over speed (speed,), or None if no resonance shows.
 
-    None, one or two modes, steady or swept, are chosen by the Bayesian information criterion.
-
-    speed : (speed,) rad/s, increasing;  vectors : (vector, speed) complex, m
-    swept : whether the speed may have changed while they were measured
+    None, one or two modes, steady or (if `swept`) in a sweep, are chosen by the Bayesian information criterion.
     """
     if len(speed) < FEWEST_SPEEDS:
         return None

@@ -18,11 +18,12 @@ resonance (the passage); Fyfe and Munck 1997 (order tracking by resampled angle)
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.measurement.harmonics import circular_covariance, fit_basis, noise_power, with_phase_noise
-from rotorstudy.measurement.keyphasor import PIECE_REVOLUTIONS, follow_marks
+from rotorstudy.measurement.keyphasor import PIECE_REVOLUTIONS, Turning, follow_marks
 from rotorstudy.measurement.single_probe import along_probe
 from rotorstudy.response.series import rotating_basis
 
@@ -38,12 +39,10 @@ SWEPT = 0.2  # relative change of the speed over a record from which it is a run
 FEWEST_MARKS = 40  # of a sweep
 
 
-@dataclass(frozen=True)
-class Tracked:
-    """Harmonics of one node over the speeds of a sweep.
+class Tracked(NamedTuple):
+    """Harmonics of one node over the speeds of a sweep: amplitude (speed, harmonic), m, and covariance, m^2.
 
-    amplitude  : (speed, harmonic) complex, m;  covariance : (speed, component, component) m^2
-    noise_std  : (speed,) of a sample of one probe, m
+    noise_std : (speed,) of a sample of one probe, m
     """
 
     amplitude: np.ndarray
@@ -51,11 +50,9 @@ class Tracked:
     noise_std: np.ndarray
 
 
-@dataclass(frozen=True)
-class Grid:
-    """Speeds at which a sweep is tracked.
+class Grid(NamedTuple):
+    """Time (s), speed (rad/s), its rate and the length of the window (s) of each step (step,) of a sweep.
 
-    time, speed, rate : (step,) s, rad/s, rad/s^2;  length : (step,) of the window, s
     given : (speed,) steps whose harmonics are given
     """
 
@@ -92,11 +89,7 @@ def speed_grid(sweep):
 
 
 def track(signals, time, angle, grid, harmonics, directions, mark_variance):
-    """Tracked of each node.
-
-    signals    : (node, time) complex, m, NaN where missing;  time (time,) s, angle (time,) rad
-    directions : (node,) rad of single probes, NaN for orbits;  mark_variance : of a phase mark, rad^2
-    """
+    """Tracked of each node from signals (node, time), m; directions : (node,) rad of single probes, NaN for orbits."""
     harmonics, nodes = np.asarray(harmonics), len(signals)
     amplitude = np.zeros((nodes, len(grid.time), len(harmonics)), complex)
     covariance = np.zeros((nodes, len(grid.time), 2 * len(harmonics), 2 * len(harmonics)))
@@ -186,60 +179,23 @@ def _between_its_ends(tracked, step):
 
 
 def peaks(speed, size):
-    """[(speed rad/s, half-power bandwidth rad/s, height)] of the resonances in a response (speed,).
+    """[(speed, half-power bandwidth, height)] of what exceeds the lowest response on either side by the factor PEAK."""
+    from scipy.signal import find_peaks, peak_widths
 
-    A resonance exceeds the lowest response on either side by the factor PEAK and falls to half its power on both.
-    """
-    found = []
-    for i in range(1, len(size) - 1):
-        if size[i] < max(size[i - 1], size[i + 1]):
-            continue
-        below = [np.flatnonzero(part < HALF_POWER * size[i]) for part in (size[:i][::-1], size[i + 1 :])]
-        if not all(len(part) for part in below):
-            continue
-        if size[i] < PEAK * max(_least(size[:i][::-1], size[i]), _least(size[i + 1 :], size[i])):
-            continue
-        ends = []
-        for part, side in zip(below, (-1, 1), strict=True):
-            outer = i + side * (part[0] + 1)
-            inner = outer - side
-            share = (size[inner] - HALF_POWER * size[i]) / (size[inner] - size[outer])
-            ends.append(speed[inner] + share * (speed[outer] - speed[inner]))
-        found.append((float(speed[i]), float(ends[1] - ends[0]), float(size[i])))
-    return found
-
-
-def _least(beside, peak):
-    """Lowest response beside a peak, before it is exceeded."""
-    higher = np.flatnonzero(beside > peak)
-    return beside[: higher[0]].min(initial=peak) if len(higher) else beside.min()
+    at, found = find_peaks(size, prominence=0)
+    at = at[found["prominences"] >= (1 - 1 / PEAK) * size[at]]
+    of_zero = size[at], np.zeros(len(at), int), np.full(len(at), len(size) - 1)
+    *_, left, right = peak_widths(size, at, 1 - HALF_POWER, of_zero)
+    low, high = (np.interp(ends, np.arange(len(size)), speed) for ends in (left, right))
+    return list(zip(speed[at].tolist(), (high - low).tolist(), size[at].tolist(), strict=True))
 
 
 @dataclass(frozen=True)
-class Sweep:
-    """Angle of the shaft as a cubic spline of time, fitted to the marks by least squares.
+class Sweep(Turning):
+    """The Turning of a shaft whose speed grows or falls throughout, from `start` to `end`, s; its angle is a spline."""
 
-    revolutions : spline, revolutions since the first mark over time, s
-    marks : (mark,) s; start, end : s, between which the speed grows or falls throughout
-    missing, doubled, jitter_rad, resolution_s : as of `keyphasor.Turning`
-    """
-
-    revolutions: object
-    marks: np.ndarray
-    start: float
-    end: float
-    missing: int
-    doubled: int
-    jitter_rad: float
-    resolution_s: float
-
-    def angle(self, time):
-        """(time,) rad since the first mark."""
-        return 2 * np.pi * self.revolutions(time)
-
-    def speed(self, time):
-        """(time,) rad/s."""
-        return 2 * np.pi * self.revolutions(time, nu=1)
+    start: float = 0.0
+    end: float = 0.0
 
     def rate(self, time):
         """(time,) rad/s^2, mean over ten revolutions on either side: a spline's second derivative shows its knots."""
@@ -267,15 +223,13 @@ def find_sweep(pulses, resolution_s=0.0):
     from scipy.interpolate import make_lsq_spline
 
     kept, counts = follow_marks(pulses)
-    marks, missing = pulses[kept], int(counts[-1] + 1 - len(kept))
+    marks = pulses[kept]
     inner = marks[PIECE_REVOLUTIONS:-PIECE_REVOLUTIONS:PIECE_REVOLUTIONS]
     knots = np.concatenate([[marks[0]] * 4, inner, [marks[-1]] * 4])
     revolutions = make_lsq_spline(marks, counts.astype(float), knots)
     off = counts - revolutions(marks)
     jitter = 2 * np.pi * np.sqrt(np.sum(off**2) / (len(marks) - len(inner) - 4))
     speed = revolutions(marks, nu=1)
-    ends = sorted([int(speed.argmin()), int(speed.argmax())])
-    start, end = marks[ends]
-    return Sweep(
-        revolutions, marks, float(start), float(end), missing, len(pulses) - len(marks), float(jitter), resolution_s
-    )
+    start, end = marks[sorted([int(speed.argmin()), int(speed.argmax())])].tolist()
+    missing, doubled = int(counts[-1] + 1 - len(kept)), len(pulses) - len(marks)
+    return Sweep(revolutions, marks, counts, missing, doubled, float(jitter), resolution_s, start, end)

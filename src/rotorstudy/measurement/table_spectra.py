@@ -1,34 +1,30 @@
 """Spectra of tables of amplitude and phase; their only known noise is the rounding of the printed digits."""
 
+import re
 from collections import Counter
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.conventions import combine, measured_direction
-from rotorstudy.measurement.findings import Finding
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.measurement.conventions import check_once, combine, measured_direction
+from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT, left_out
-from rotorstudy.measurement.tables import (
-    OF_NODES,
-    OF_PROBES,
-    check_columns,
-    harmonics_in,
-    is_probe_table,
-    nodes_in,
-    open_table,
-    probes_in,
-    quantities_of,
-    speeds_in,
-)
-from rotorstudy.measurement.text_table import MISSING, header_of
-from rotorstudy.measurement.wide_tables import wide_table
+from rotorstudy.measurement.tables import harmonics_in, numbers_of, whole_numbers
+from rotorstudy.measurement.text_table import MISSING
+from rotorstudy.units import METRES, RAD_PER_S
 
 PEAK = {"peak": 1.0, "peak_to_peak": 0.5, "rms": np.sqrt(2)}  # factor to the peak
+SPEEDS = {"speed_rad_per_s": "rad/s", "speed_Hz": "Hz", "speed_rpm": "rpm"}
+ANGLES = {"rad": 1.0, "deg": np.pi / 180}
+VELOCITIES = {"m_per_s": 1.0, "mm_per_s": 1e-3, "in_per_s": 25.4e-3}
+OF_NODES = {"amplitude": METRES, "phase": ANGLES, "reference_phase": ANGLES}  # quantity -> {unit: factor to SI}
+OF_PROBES = {"amplitude": METRES, "velocity": VELOCITIES, "phase": ANGLES}
+LARGEST_RAD = 4 * np.pi  # of a phase: larger ones are degrees
 PARTS = ("amplitude_", "velocity_", "phase_", "reference_phase_")  # of the columns of a reading
 
 
-def read_table(path, conventions, nodes):
-    """Spectra of a table, a row for each harmonic of a node's orbit or of a probe's signal (docs/measured_records.md).
+def read_table(table, conventions, nodes):
+    """Spectra of a Table, a row for each harmonic of a node's orbit or of a probe's signal (docs/measured_records.md).
 
     A probe that reads A cos(n (angle - mark) + phase) has the harmonic A e^{j (phase - n mark)} / 2. Those of the
     probes of a node are combined to R_n and, conjugated, to R_-n. A speed that is written again is a repeat.
@@ -38,33 +34,32 @@ def read_table(path, conventions, nodes):
     """
     import pandas as pd
 
-    text, where = open_table(path, conventions.csv), str(path)
-    by_probe = is_probe_table(text.columns)
+    path, text, by_probe = table.path, table.text, table.by_probe
     size = "velocity" if by_probe and any(name.startswith("velocity_") for name in text) else "amplitude"
-    check_columns(
-        text.columns, path, ("probe" if by_probe else "node", "harmonic"), OF_PROBES if by_probe else OF_NODES
-    )
+    _check_columns(text.columns, path, by_probe)
     if size == "velocity" and any(name.startswith("amplitude_") for name in text):
-        raise RotorstudyError(f"{where}: columns of an amplitude and of a velocity; keep one")
-    rows = pd.DataFrame({"speed": speeds_in(text, path), "harmonic": harmonics_in(text, path)})
+        raise RotorstudyError(f"{path}: columns of an amplitude and of a velocity; keep one")
+    column = _one_of(SPEEDS, text.columns, path)
+    speed = numbers_of(text, column, path) * RAD_PER_S[SPEEDS[column]]
+    rows = pd.DataFrame({"speed": speed, "harmonic": harmonics_in(text, path)})
     if by_probe:
-        _check_rows(rows.speed, rows.harmonic, where)
-        rows["probe"], probes = probes_in(text, conventions, nodes, where)
+        _check_rows(rows.speed, rows.harmonic, path)
+        rows["probe"], probes = _probes_in(text, conventions, nodes, path)
         rows["node"] = rows.probe.map({name: probe.node for name, probe in probes.items()})
     else:
-        rows["node"], rows["probe"], probes = nodes_in(text, conventions, nodes, path), "", {}
+        rows["node"], rows["probe"], probes = _nodes_in(text, conventions, nodes, path), "", {}
         rows["harmonic"] *= conventions.sense  # a plane that is seen from the other end is mirrored
     rows["repeat"] = rows.groupby(list(rows.columns)).cumcount()
-    kept, findings = _complete(text, rows, conventions, where)
+    kept, findings = _complete(text, rows, conventions, str(path))
     text, rows = text[kept], rows[kept].reset_index(drop=True)
     units = {size: OF_PROBES[size], "phase": OF_PROBES["phase"]} if by_probe else OF_NODES
-    values, steps, inferred = quantities_of(text, path, units)
-    rows["reading"], rows["along"], rows["across"] = _readings(rows, values, steps, by_probe, conventions, where)
+    values, steps, inferred = _quantities_of(text, path, units)
+    rows["reading"], rows["along"], rows["across"] = _readings(rows, values, steps, by_probe, conventions, path)
     dead = _dead(rows)
     spectra = []
     for (speed, again), record in rows.groupby(["speed", "repeat"], sort=False):
         of_node, directions = {}, {}
-        place = f"{where}, {speed * 30 / np.pi:.6g} rpm{f', repeat {again + 1}' * bool(again)}"
+        place = f"{path}, {speed * 30 / np.pi:.6g} rpm{f', repeat {again + 1}' * bool(again)}"
         for node, own in record.groupby("node"):
             own = own[[(node, name) not in dead for name in own.probe]]
             angles = [probes[name].angle_deg for name in dict.fromkeys(own.probe)] if by_probe else []
@@ -73,8 +68,109 @@ def read_table(path, conventions, nodes):
             if by_probe and np.isfinite(single := measured_direction(angles)):
                 directions[int(node)] = single
         spectra.append((float(speed), of_node, directions))
-    findings += _unread(path, conventions)
-    return spectra, [*findings, *left_out(dead, where), *_notes(conventions.table_noise_m, inferred, where)]
+    return spectra, [*findings, *left_out(dead, path), *_notes(table, conventions.table_noise_m, inferred)]
+
+
+def check_stated(table, conventions):
+    """Raise RotorstudyError if the header of a table contradicts the rig file."""
+    for key, own in table.stated.items():
+        if own != (stated := getattr(conventions, key)):
+            raise RotorstudyError(
+                f"{table.path}: its header says {own.replace('_', ' ')}, and 'measurement: {key}:' of the rig file is "
+                f"{stated}; state '{key}: {own}'"
+            )
+
+
+def _check_columns(columns, path, by_probe):
+    """RotorstudyError for a column that is none of a table of probes, or of orbits."""
+    known = {*SPEEDS, "harmonic", "probe" if by_probe else "node"}
+    for quantity, units in (OF_PROBES if by_probe else OF_NODES).items():
+        known |= {f"{quantity}_{unit}" for unit in (*units, "last_digit")}
+    for name in columns:
+        if name not in known:
+            raise unknown_name("column", name, known, str(path))
+
+
+def _one_of(known, columns, path, optional=False):
+    """The one of some known columns that a table has."""
+    found = [name for name in known if name in columns]
+    if optional and not found:
+        return None
+    if len(found) != 1:
+        told = f"columns {found}" if found else "no column"
+        raise RotorstudyError(f"{path}: {told} of {', '.join(known)}; exactly one is needed")
+    return found[0]
+
+
+def _nodes_in(text, conventions, nodes, path):
+    """(row,) node of the rig."""
+    if "node" in text:
+        labels = whole_numbers(text, "node", path)
+        node = np.array([conventions.node(label, str(path)) for label in labels.tolist()])
+        if conventions.table_node is not None and (node != conventions.table_node).any():
+            raise RotorstudyError(
+                f"{path}: its column 'node' has other nodes than 'table_node: {conventions.table_node}' of the rig "
+                "file; leave one of them out"
+            )
+    elif conventions.table_node is not None or len(nodes) == 1:
+        node = np.full(len(text), nodes[0] if conventions.table_node is None else conventions.table_node)
+    else:
+        raise RotorstudyError(f"{path}: no column 'node'; add one, or give 'table_node:' in the rig file")
+    for one in np.unique(node):
+        if one not in nodes:
+            raise unknown_name("node", one, nodes, f"{path}; the probes must sit at nodes of the rig")
+    return node
+
+
+def _probes_in(text, conventions, nodes, where):
+    """Names (row,) of the probes, and {name: Probe of the rig file}."""
+    check_once(conventions.probes, where)
+    known = {p.channel: p for p in conventions.probes}
+    if not known:
+        raise RotorstudyError(f"{where}: no probes; list them with their angles under 'measurement: probes:'")
+    if "probe" not in text and len(known) > 1:
+        raise RotorstudyError(f"{where}: no column 'probe', and the rig file has {', '.join(known)}; add it")
+    names, found = list(text["probe"]) if "probe" in text else list(known) * len(text), {}
+    for name in dict.fromkeys(names):
+        if name not in known:
+            raise unknown_name("probe", name, known, f"{where}; list it under 'measurement: probes:'")
+        node = nodes[0] if known[name].node is None and len(nodes) == 1 else known[name].node
+        if node not in nodes:
+            raise unknown_name("node", node, nodes, f"'measurement: probes:' of the rig file, of the probe '{name}'")
+        found[name] = known[name].model_copy(update={"node": node})
+    return names, found
+
+
+def _quantities_of(text, path, known):
+    """{quantity: (row,) values} and {quantity: (row,) unit of the last digit}, SI; whether a digit was inferred.
+
+    known : quantity -> {unit in its column: factor to SI}
+    """
+    values, steps, inferred = {}, {}, False
+    for quantity, units in known.items():
+        columns = {f"{quantity}_{unit}": factor for unit, factor in units.items()}
+        column = _one_of(columns, text.columns, path, quantity == "reference_phase")
+        if column is None:
+            values[quantity] = steps[quantity] = np.zeros(len(text))
+            continue
+        values[quantity] = numbers_of(text, column, path) * columns[column]
+        if column.endswith("_rad") and (largest := np.abs(values[quantity]).max(initial=0)) > LARGEST_RAD:
+            raise RotorstudyError(
+                f"{path}: column '{column}' has {largest:g}, more than two turns; call it '{quantity}_deg' if it is in "
+                "degrees, else write angles between -2 pi and 2 pi"
+            )
+        stated = f"{quantity}_last_digit" in text
+        digits = numbers_of(text, f"{quantity}_last_digit", path) if stated else [last_digit(c) for c in text[column]]
+        steps[quantity] = np.array(digits) * columns[column]
+        inferred = inferred or not stated
+    return values, steps, inferred
+
+
+def last_digit(cell):
+    """One unit of the last digit of a printed number: 0.01 for 2.70, 1e-7 for 27.0e-06."""
+    found = re.fullmatch(r"[-+]?\d*\.?(\d*)(?:[eE]([-+]?\d+))?", cell)
+    decimals = len(found[1]) if found and "." in cell else 0
+    return 10.0 ** (int(found[2] or 0) - decimals) if found else np.nan
 
 
 def _readings(rows, values, steps, by_probe, conventions, where):
@@ -117,8 +213,7 @@ def _complete(text, rows, conventions, where):
     wanted, findings = rows.harmonic.isin(conventions.harmonics).to_numpy(), []
     if not wanted.all() and "harmonics" not in conventions.model_fields_set:
         others = ", ".join(f"{n:+d}" for n in sorted(set(rows.harmonic[~wanted].tolist())))
-        said = f"the table also has {others}; state 'measurement: harmonics:' to read them"
-        findings.append(Finding("note", "harmonics not read", where, said))
+        findings.append(told("harmonics not read", where, others=others))
     there, held = there & wanted, {}
     records = list(zip(rows.speed, rows.repeat, strict=True))
     readings = zip(rows.node, rows.probe, rows.harmonic, strict=True)
@@ -129,17 +224,19 @@ def _complete(text, rows, conventions, where):
     lacks = {record: usual - readings for record, readings in held.items() if not usual <= readings}
     if not lacks or len(lacks) == len(held):
         return there, findings
-    (one, again), readings = next(iter(lacks.items()))
+    (speed, again), readings = next(iter(lacks.items()))
     node, probe, n = min(readings)
-    again = f" (repeat {again + 1})" * bool(again)
-    others = ", and others" if len(lacks) > 1 or len(readings) > 1 else ""
-    said = (
-        f"{len(lacks)} of {len(held)} speeds are left out, as readings are missing: at {one * 30 / np.pi:.6g} rpm"
-        f"{again}, {n}X of {repr(probe) if probe else f'node {node}'}{others}. A harmonic that is missing at many "
-        "speeds is better left out of 'measurement: harmonics:'"
-    )
+    said = {
+        "lacking": len(lacks),
+        "count": len(held),
+        "rpm": speed * 30 / np.pi,
+        "n": n,
+        "again": f" (repeat {again + 1})" * bool(again),
+        "place": repr(probe) if probe else f"node {node}",
+        "others": ", and others" if len(lacks) > 1 or len(readings) > 1 else "",
+    }
     whole = np.array([record not in lacks for record in records])
-    return there & whole, [*findings, Finding("warning", "missing readings", where, said)]
+    return there & whole, [*findings, told("missing readings", where, **said)]
 
 
 def _dead(rows):
@@ -163,10 +260,7 @@ def _check_rows(speed, harmonic, where):
 
 
 def _of_node(rows, angles, wanted, where):
-    """Amplitude (harmonic,) and covariance (component, component) of a node at one speed.
-
-    angles : (probe,) rad, of the probes in the order of their first rows; empty if the rows are those of the orbit
-    """
+    """Amplitude and covariance of a node at one speed; angles : (probe,) rad, empty for rows of the orbit."""
     wanted, order = list(wanted), {name: i for i, name in enumerate(dict.fromkeys(rows.probe))}
     share = combine(angles, np.eye(len(angles))) if len(angles) else [1.0]  # of each probe in x + j y
     amplitude, covariance = np.zeros(len(wanted), complex), np.zeros((2 * len(wanted),) * 2)
@@ -194,26 +288,8 @@ def _of_node(rows, angles, wanted, where):
     return amplitude, covariance
 
 
-def _unread(path, conventions):
-    """A note on columns of amplitudes, phases or speeds that are not read."""
-    wide = wide_table(*header_of(path, conventions.csv)[:2], path)
-    if wide is None or not wide.unread:
-        return []
-    text = "neither the first speed nor readings of a probe and a whole harmonic, such as 'DE X 1X Amp (mil pp)': "
-    return [Finding("note", "columns not read", str(path), text + ", ".join(wide.unread))]
-
-
-def _notes(noise, inferred, where):
-    """Findings on the covariance of a table."""
-    findings = []
-    if not noise:
-        text = (
-            "the covariance is that of the rounding of the printed digits. A table does not contain the noise of the "
-            "measurement; where that exceeds the rounding, intervals are too narrow. State 'measurement: "
-            "table_noise_m:' if it is known"
-        )
-        findings.append(Finding("note", "rounding only", where, text))
-    if inferred:
-        text = "the last digits are those of the cells as printed; give columns '..._last_digit' if zeros were dropped"
-        findings.append(Finding("note", "last digits", where, text))
-    return findings
+def _notes(table, noise, inferred):
+    """Notes on columns that are not read, and on the covariance of a table."""
+    found = [told("columns not read", table.path, columns=", ".join(table.unread))] if table.unread else []
+    found += [] if noise else [told("rounding only", table.path)]
+    return found + ([told("last digits", table.path)] if inferred else [])

@@ -1,72 +1,184 @@
-"""Tables of amplitude and phase: a row for each speed, node or probe, and harmonic, in SI; and wide ones made so.
+"""Tables of amplitude and phase in long form: a row for each speed, node or probe, and harmonic.
 
-Two forms are read. In one the rows are harmonics of the orbit of a node; in the other those of a probe's signal, as
-balancing instruments and monitoring systems write them.
+The rows are harmonics of the orbit of a node, or of the signal of a probe, as balancing instruments write them. Tables
+of monitoring systems have a column for each probe and harmonic, and the units there or in a row below:
+
+    Speed (rpm),DE X 1X Amp (mil pp),DE X 1X Phase (deg),DE X 2X Amp (mil pp),DE X 2X Phase (deg),DE Y 1X Amp ...
 """
 
 import re
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.measurement.conventions import Conventions, check_once, combine
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.channel_names import SPEED_WORDS, UNIT_OF, words_in
+from rotorstudy.measurement.conventions import Conventions, combine
 from rotorstudy.measurement.files import SUFFIXES
-from rotorstudy.measurement.text_table import header_of, number, text_in
-from rotorstudy.measurement.wide_tables import check_stated, in_rows, speed_column, wide_table
-from rotorstudy.units import METRES, RAD_PER_S
+from rotorstudy.measurement.text_table import MISSING, header_of, number, text_in
+from rotorstudy.units import RAD_PER_S
 
-SPEEDS = {"speed_rad_per_s": "rad/s", "speed_Hz": "Hz", "speed_rpm": "rpm"}
 LARGEST_VALUE = 1e100  # its square is a number
 LARGEST_WHOLE = 10**9  # of a node or a harmonic
-ANGLES = {"rad": 1.0, "deg": np.pi / 180}
-VELOCITIES = {"m_per_s": 1.0, "mm_per_s": 1e-3, "in_per_s": 25.4e-3}
-GAP = re.compile(r"(?P<probe>.+?)[\s_:,;/-]+(?:dc[\s_:,;/-]*)?gap\b.*", re.IGNORECASE)  # "DE X Gap (V)"
 USUAL_V_PER_M = 7874.0  # 200 mV/mil, API 670
-OF_NODES = {"amplitude": METRES, "phase": ANGLES, "reference_phase": ANGLES}  # quantity -> {unit: factor to SI}
-OF_PROBES = {"amplitude": METRES, "velocity": VELOCITIES, "phase": ANGLES}
+WIDE = re.compile(
+    r"(?P<probe>.+?)[\s_:,;/-]+(?P<harmonic>\d{1,3})x?[\s_:,;/-]*(?P<what>amp|mag|pha?s)[a-z]*\b(?P<unit>.*)",
+    re.IGNORECASE,
+)
+MAY_BE_READ = re.compile(r"amp|mag|phase", re.IGNORECASE)
+GAP = re.compile(r"(?P<probe>.+?)[\s_:,;/-]+(?:dc[\s_:,;/-]*)?gap\b.*", re.IGNORECASE)  # "DE X Gap (V)"
+SPEED_UNITS = {"rpm": "rpm", "Hz": "Hz", "rad/s": "rad_per_s"}  # as in `speed_rpm`
+LENGTHS, VELOCITIES = ("m", "mm", "um", "mil"), {"m": "m_per_s", "mm": "mm_per_s", "in": "in_per_s", "ips": "in_per_s"}
+PER_SECOND = re.compile(r"/\s*s|\bips\b", re.IGNORECASE)
+STATED = {  # key of `measurement:` -> the quantity whose unit says it, and a pattern of each value
+    "table_amplitude": ("amplitude", {
+        "peak_to_peak": r"\b(pp|p-p|pk-?pk|p2p|peak.to.peak)\b", "rms": r"\brms\b", "peak": r"\b(pk|0-p|0-pk|peak)\b",
+    }),
+    "table_phase": ("phase", {"lag": r"\blag", "lead": r"\blead"}),
+}  # fmt: skip
 
 
-def table_columns(path, conventions):
-    """Columns of a text file, of which the reader depends; none of another file."""
-    if SUFFIXES.get(path.suffix.lower()) != "csv" or not path.is_file():
-        return []
-    names, units, _ = header_of(path, conventions.csv)
-    wide = wide_table(names, units, path)
-    if wide is None:
-        return names
-    check_stated(wide, conventions, path)
-    return wide.columns
+class Table(NamedTuple):
+    """A table of amplitude and phase.
+
+    text : data frame of its cells as text, in long form, by the line of the file
+    by_probe : whether its rows are of probes; otherwise of orbits
+    stated : key of `measurement:` -> the value that its header says
+    unread : names of other columns that may be of amplitudes, phases or speeds
+    """
+
+    path: Path
+    text: object
+    by_probe: bool
+    stated: dict = {}
+    unread: tuple = ()
 
 
-def is_probe_table(columns):
-    """Whether these columns are those of a table of probes: a probe and a phase, or an amplitude and no node."""
-    shown = any(name.startswith(("amplitude_", "velocity_")) for name in columns)
-    turned = any(name.startswith("phase") for name in columns)
-    return ("probe" in columns and (shown or turned)) or (shown and not {"harmonic", "node"} & set(columns))
+class _Wide(NamedTuple):
+    """The columns of a wide table: of the speed, {(probe, harmonic): {quantity: column}}, and names in long form."""
 
-
-def with_harmonics_of_tables(conventions, paths):
-    """Conventions with the harmonics of the tables of probes, if the rig file states none; RotorstudyError if fewer."""
-    if not paths:
-        return conventions
-    tables = [open_table(path, conventions.csv) for path in paths]
-    held = {n for text, path in zip(tables, paths, strict=True) for n in harmonics_in(text, path).tolist()}
-    if "harmonics" not in conventions.model_fields_set:
-        return conventions.model_copy(update={"harmonics": [n for m in sorted(held) for n in (m, -m)]})
-    for n in conventions.harmonics:
-        if abs(n) not in held or -n not in conventions.harmonics:
-            raise RotorstudyError(
-                f"{paths[0]}: 'measurement: harmonics:' has {n}, and the tables of probes have {sorted(held)}, each of "
-                "which gives n and -n; leave 'harmonics:' out, or state these"
-            )
-    return conventions
+    speed: str
+    pairs: dict
+    columns: list
+    stated: dict
+    unread: tuple
 
 
 def open_table(path, layout):
-    """The cells of a table as text, stripped, of a wide one in rows (`wide_tables`), by the line of the file."""
+    """The Table in a file; None if the file has signals in time."""
+    if SUFFIXES.get(path.suffix.lower()) != "csv" or not path.is_file():
+        return None
+    names, units, _ = header_of(path, layout)
+    wide = _wide(names, units, path)
+    columns = wide.columns if wide else names
+    shown = any(name.startswith(("amplitude_", "velocity_")) for name in columns)
+    turned = any(name.startswith("phase") for name in columns)
+    by_probe = ("probe" in columns and (shown or turned)) or (shown and not {"harmonic", "node"} & set(columns))
+    if not by_probe and "harmonic" not in columns:
+        return None
     text = text_in(path, layout)
-    wide = wide_table(*header_of(path, layout)[:2], path)
-    return text if wide is None else in_rows(text, wide, path)
+    return Table(path, _in_rows(text, wide, path), True, *wide[-2:]) if wide else Table(path, text, by_probe)
+
+
+def _wide(names, units, where):
+    """The _Wide of columns with the texts of units below them; None of another file; RotorstudyError if some lack."""
+    found, texts = {}, {"amplitude": {}, "phase": {}}
+    for name, below in zip(names, units, strict=True):
+        if match := WIDE.fullmatch(name):
+            what = "phase" if match["what"].lower().startswith("ph") else "amplitude"
+            own = found.setdefault((match["probe"].strip(), int(match["harmonic"])), {})
+            if what in own:
+                raise RotorstudyError(f"{where}: columns '{own[what]}' and '{name}' are the same {what}; keep one")
+            own[what], texts[what][name] = name, f"{match['unit']} {below}".strip()
+    speeds = _speed_columns(names, units)
+    if not speeds or all(len(own) == 1 for own in found.values()):
+        return None
+    for (probe, harmonic), own in found.items():
+        if len(own) == 1:
+            ((have, name),) = own.items()
+            lack, word = ("phase", "Phase") if have == "amplitude" else ("amplitude", "Amp")
+            raise RotorstudyError(
+                f"{where}: column '{name}' is the {have} of probe '{probe}' at {harmonic}X, and no column is its "
+                f"{lack}, such as '{probe} {harmonic}X {word}'; add it, or take the {have} out"
+            )
+    speed, unit = next(iter(speeds.items()))
+    own_units = [_one_unit(texts["amplitude"], _size_unit, where), _one_unit(texts["phase"], _angle_unit, where)]
+    said = {}
+    for key, (what, patterns) in STATED.items():
+        text = " | ".join(texts[what].values())
+        values = (value for value, pattern in patterns.items() if re.search(pattern, text, re.IGNORECASE))
+        said[key] = next(values, None)
+    others = (name for name in names if MAY_BE_READ.search(name) and not WIDE.fullmatch(name))
+    return _Wide(
+        speed,
+        found,
+        [f"speed_{unit}", "probe", "harmonic", *own_units],
+        {key: value for key, value in said.items() if value},
+        (*others, *list(speeds)[1:]),
+    )
+
+
+def _one_unit(texts, unit_of, where):
+    """The one unit of columns {name: text of the unit}; RotorstudyError if there is none, or two."""
+    units = {}
+    for name, text in texts.items():
+        units.setdefault(unit_of(text), name)
+    if None in units:
+        text = texts[units[None]]
+        said = f"the unit '{text}'" if text else "no unit"
+        raise RotorstudyError(
+            f"{where}: column '{units[None]}' has {said}; known are {', '.join(LENGTHS)}, mm/s, m/s, in/s with pp, pk "
+            "or rms, as in 'DE X 1X Amp (mil pp)'. They may also stand in a row below the names ('csv: {unit_rows: 1}')"
+        )
+    if len(units) > 1:
+        (one, name), (other, second) = list(units.items())[:2]
+        raise RotorstudyError(
+            f"{where}: column '{name}' is in {one.partition('_')[2]}, '{second}' in {other.partition('_')[2]}; a table "
+            "needs one unit of all amplitudes, and one of all phases"
+        )
+    return next(iter(units))
+
+
+def _size_unit(text):
+    """The quantity and unit that a text says, as in `amplitude_mil`, or None."""
+    words = words_in(text)
+    if PER_SECOND.search(text):
+        return next((f"velocity_{VELOCITIES[word]}" for word in words if word in VELOCITIES), None)
+    return next((f"amplitude_{UNIT_OF[word]}" for word in words if UNIT_OF.get(word) in LENGTHS), None)
+
+
+def _angle_unit(text):
+    return "phase_rad" if "rad" in words_in(text) else "phase_deg"
+
+
+def _speed_columns(names, units):
+    """{name: unit as in `speed_rpm`} of the columns of speeds."""
+    found = {}
+    for name, below in zip(names, units, strict=True):
+        if SPEED_WORDS & set(words_in(name)):
+            units_in = [UNIT_OF.get(word) for word in words_in(f"{name} {below}")]
+            found |= {name: SPEED_UNITS[unit]} if (unit := next(filter(SPEED_UNITS.get, units_in), None)) else {}
+    return found
+
+
+def _in_rows(text, wide, where):
+    """The cells of a wide table with a row for each speed, probe and harmonic."""
+    import pandas as pd
+
+    probes, harmonics = zip(*wide.pairs, strict=True)
+    cells = [text[[own[what] for own in wide.pairs.values()]] for what in ("amplitude", "phase")]
+    for name in [wide.speed, *cells[0], *cells[1]]:
+        numbers_of(text, name, where, may_lack=True)
+    rows, count = len(text), len(probes)
+    columns = [
+        np.repeat(text[wide.speed].to_numpy(), count),
+        np.tile(probes, rows),
+        np.tile([str(n) for n in harmonics], rows),
+        *(part.to_numpy().ravel() for part in cells),
+    ]
+    found = dict(zip(wide.columns, columns, strict=True))
+    return pd.DataFrame(found, index=np.repeat(text.index, count), dtype=object)
 
 
 def harmonics_in(text, path):
@@ -74,107 +186,32 @@ def harmonics_in(text, path):
     return whole_numbers(text, "harmonic", path) if "harmonic" in text else np.ones(len(text), int)
 
 
-def speeds_in(text, path):
-    """(row,) rad/s."""
-    column = one_of(SPEEDS, text.columns, path)
-    return numbers_of(text, column, path) * RAD_PER_S[SPEEDS[column]]
+def with_harmonics_of_tables(conventions, tables):
+    """Conventions with the harmonics of the tables of probes, if the rig file states none; RotorstudyError if fewer."""
+    if not tables:
+        return conventions
+    held = {n for table in tables for n in harmonics_in(table.text, table.path).tolist()}
+    if "harmonics" not in conventions.model_fields_set:
+        return conventions.model_copy(update={"harmonics": [n for m in sorted(held) for n in (m, -m)]})
+    for n in conventions.harmonics:
+        if abs(n) not in held or -n not in conventions.harmonics:
+            raise RotorstudyError(
+                f"{tables[0].path}: 'measurement: harmonics:' has {n}, and the tables of probes have {sorted(held)}, "
+                "each of which gives n and -n; leave 'harmonics:' out, or state these"
+            )
+    return conventions
 
 
-def nodes_in(text, conventions, nodes, path):
-    """(row,) node of the rig."""
-    if "node" in text:
-        labels = whole_numbers(text, "node", path)
-        node = np.array([conventions.node(label, str(path)) for label in labels.tolist()])
-    elif conventions.table_node is not None:
-        node = np.full(len(text), conventions.table_node)
-    elif len(nodes) == 1:
-        node = np.full(len(text), nodes[0])
-    else:
-        raise RotorstudyError(f"{path}: no column 'node'; add one, or give 'table_node:' in the rig file")
-    for one in np.unique(node):
-        if one not in nodes:
-            raise unknown_name("node", one, nodes, f"{path}; the probes must sit at nodes of the rig")
-    return node
-
-
-def probes_in(text, conventions, nodes, where):
-    """Names (row,) of the probes, and {name: Probe of the rig file}."""
-    check_once(conventions.probes, where)
-    known = {p.channel: p for p in conventions.probes}
-    if not known:
-        raise RotorstudyError(f"{where}: no probes; list them with their angles under 'measurement: probes:'")
-    if "probe" not in text and len(known) > 1:
-        raise RotorstudyError(f"{where}: no column 'probe', and the rig file has {', '.join(known)}; add it")
-    names, found = list(text["probe"]) if "probe" in text else list(known) * len(text), {}
-    for name in dict.fromkeys(names):
-        if name not in known:
-            raise unknown_name("probe", name, known, f"{where}; list it under 'measurement: probes:'")
-        node = nodes[0] if known[name].node is None and len(nodes) == 1 else known[name].node
-        if node not in nodes:
-            raise unknown_name("node", node, nodes, f"'measurement: probes:' of the rig file, of the probe '{name}'")
-        found[name] = known[name].model_copy(update={"node": node})
-    return names, found
-
-
-def quantities_of(text, path, known):
-    """{quantity: (row,) values} and {quantity: (row,) unit of the last digit}, SI; whether a digit was inferred.
-
-    known : quantity -> {unit in its column: factor to SI}
-    """
-    values, steps, inferred = {}, {}, False
-    for quantity, units in known.items():
-        columns = {f"{quantity}_{unit}": factor for unit, factor in units.items()}
-        column = one_of(columns, text.columns, path, quantity == "reference_phase")
-        if column is None:
-            values[quantity] = steps[quantity] = np.zeros(len(text))
-            continue
-        values[quantity] = numbers_of(text, column, path) * columns[column]
-        stated = f"{quantity}_last_digit" in text
-        digits = numbers_of(text, f"{quantity}_last_digit", path) if stated else [last_digit(c) for c in text[column]]
-        steps[quantity] = np.array(digits) * columns[column]
-        inferred = inferred or not stated
-    return values, steps, inferred
-
-
-def last_digit(cell):
-    """One unit of the last digit of a printed number: 0.01 for 2.70, 1e-7 for 27.0e-06."""
-    found = re.fullmatch(r"[-+]?\d*\.?(\d*)(?:[eE]([-+]?\d+))?", cell)
-    decimals = len(found[1]) if found and "." in cell else 0
-    return 10.0 ** (int(found[2] or 0) - decimals) if found else np.nan
-
-
-def check_columns(columns, path, own, quantities):
-    """RotorstudyError for a column that is none of the speeds, `own` ones and quantities {name: units}."""
-    known = {*SPEEDS, *own}
-    for quantity, units in quantities.items():
-        known |= {f"{quantity}_{unit}" for unit in units} | {f"{quantity}_last_digit"}
-    for name in columns:
-        if name not in known:
-            raise unknown_name("column", name, known, str(path))
-
-
-def one_of(known, columns, path, optional=False):
-    """The one of some known columns that a table has."""
-    found = [name for name in known if name in columns]
-    if optional and not found:
-        return None
-    if len(found) != 1:
-        told = f"columns {found}" if found else "no column"
-        raise RotorstudyError(f"{path}: {told} of {', '.join(known)}; exactly one is needed")
-    return found[0]
-
-
-def numbers_of(text, column, path):
-    """(row,) numbers of a column."""
+def numbers_of(text, column, path, may_lack=False):
+    """(row,) numbers of a column; may_lack : whether readings may be missing, which are NaN."""
     numbers = []
     for line, cell in text[column].items():
         try:
-            numbers.append(number(cell))
+            numbers.append(np.nan if may_lack and cell.lower() in MISSING else number(cell))
         except ValueError:
-            raise RotorstudyError(
-                f"{path}, line {line}, column '{column}': '{cell}' is not a number; correct it"
-            ) from None
-    if not (np.abs(numbers) <= LARGEST_VALUE).all():
+            cure = "correct it, or leave the cell empty if the reading is missing" if may_lack else "correct it"
+            raise RotorstudyError(f"{path}, line {line}, column '{column}': '{cell}' is not a number; {cure}") from None
+    if not may_lack and not (np.abs(numbers) <= LARGEST_VALUE).all():
         raise RotorstudyError(f"{path}: column '{column}' has values that are not finite, or beyond {LARGEST_VALUE:g}")
     return np.array(numbers)
 
@@ -190,19 +227,17 @@ def whole_numbers(text, column, path):
 def gap_positions(path, conventions: Conventions) -> dict[int, tuple[np.ndarray, np.ndarray]]:
     """Mean positions by the gap voltages of a table, of nodes whose probes all have theirs.
 
-    A voltage rises (becomes less negative) as the shaft comes nearer, for a probe whose `sign` is 1.
-
-    returns : {node: (speed (row,), rad/s, position (row,), complex, m, from where the shaft lay at rest)}
-    raises  : RotorstudyError for a cell that is no number
+    A voltage rises (becomes less negative) as the shaft comes nearer, for a probe whose `sign` is 1. Returned are
+    {node: (speed (row,), rad/s, position (row,), complex, m, from where the shaft lay at rest)}.
     """
     names, units, _ = header_of(path, conventions.csv)
     columns = {match["probe"].strip(): name for name in names if (match := GAP.fullmatch(name))}
-    speed = speed_column(names, units)
+    speeds = _speed_columns(names, units)
     probes = [p for p in conventions.probes if p.channel in columns and p.gap_at_rest_V is not None]
-    if not probes or speed is None:
+    if not probes or not speeds:
         return {}
-    text, found = text_in(path, conventions.csv), {}
-    turning = numbers_of(text, speed[0], path) * RAD_PER_S[speed[1].replace("rad_per_s", "rad/s")]
+    text, found, (speed, unit) = text_in(path, conventions.csv), {}, next(iter(speeds.items()))
+    turning = numbers_of(text, speed, path) * RAD_PER_S[unit.replace("rad_per_s", "rad/s")]
     for node in {p.node for p in probes}:
         own = [p for p in probes if p.node == node]
         moved = [

@@ -63,7 +63,7 @@ def guess_layout(path):
             "each column needs a name"
         )
     header = last
-    while header - 1 in named and _is_units(above[header]):
+    while header - 1 in named and all(UNIT.fullmatch(cell.lower()) for cell in above[header]):  # units, not names
         header -= 1
     stated = CsvLayout(separator=separator, decimal=decimal, skip_rows=header, unit_rows=rows[0] - header - 1)
     names, units, _ = header_of(path, stated)
@@ -107,10 +107,7 @@ def header_of(path, layout):
 
 
 def rows_of(path, layout):
-    """(number of the line, cells) of each row: as many cells as the header has names, and further ones only if empty.
-
-    Blank lines and comments between the rows are left out; RotorstudyError for a row of another width.
-    """
+    """(number of the line, cells) of each row, blank lines and comments left out; RotorstudyError for another width."""
     names, _, above = header_of(path, layout)
     with _opened(path) as file:
         for number, line in enumerate(islice(file, above, None), start=above + 1):
@@ -154,10 +151,7 @@ def numbers_in(path, layout):
 
 
 def text_in(path, layout):
-    """The cells of a text file as a data frame of texts, numbers with a decimal point; its index is the line.
-
-    Columns without a name and without a cell are left out. raises : RotorstudyError for a point among decimal commas
-    """
+    """The cells of a text file as a data frame of texts by the line, with decimal points; empty columns left out."""
     import pandas as pd
 
     lines, rows = [], []
@@ -224,17 +218,11 @@ def decoded(file, path):
 
 def _with_point(cell, where):
     """A cell of a table with decimal commas: a number with a decimal point."""
-    try:
-        number(cell, ",")
-    except ValueError:
-        try:
-            number(cell)
-        except ValueError:
-            return cell
-        if re.search(r"\d", cell):
-            raise RotorstudyError(f"{where}: '{cell}' has a point, and the decimal sign is ','; correct it") from None
-        return cell
-    return cell.replace(",", ".")
+    if _is_number(cell, ","):
+        return cell.replace(",", ".")
+    if _is_number(cell, ".") and re.search(r"\d", cell):
+        raise RotorstudyError(f"{where}: '{cell}' has a point, and the decimal sign is ','; correct it")
+    return cell
 
 
 def _table(lines, separator, decimal):
@@ -272,8 +260,3 @@ def _names(line, separator):
     """The names in a header, without the sign that makes it a comment where spaces separate the names."""
     cells = _trimmed(cells_in(line, separator))
     return cells[1:] if separator in WHITESPACE and cells[:1] and cells[0] in COMMENTS else cells
-
-
-def _is_units(cells):
-    """Whether the cells of a row are units, not names; a name such as `s` beside others is one."""
-    return all(UNIT.fullmatch(cell.lower()) for cell in cells)

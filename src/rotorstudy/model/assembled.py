@@ -97,10 +97,7 @@ class Assembled:
         return {name: place for place, name in enumerate(self.names)}
 
     def unknown_names(self, wanted: Iterable[str] | None = None) -> tuple[str, ...]:
-        """Names of the real amplitudes to estimate: those wanted, by default those without a value.
-
-        The name of a complex amplitude stands for its two parts, a name without a label for all labels.
-        """
+        """Names of the real amplitudes to estimate: those wanted (without a label, of all), or without a value."""
         if wanted is None:
             if not self.names:
                 raise RotorstudyError("the model has no parameters to estimate; add effects or a crack to the rig")
@@ -173,8 +170,7 @@ class Assembled:
     def at(self, theta=None):
         """The model with the bearings that it has at amplitudes (parameter,), by default its own, and these.
 
-        Bearings are not linear in their numbers: they are built anew, and the amplitudes of the numbers are then zero,
-        their entries the derivatives. NoSteadyState if there is no bearing with these numbers.
+        Bearings are not linear in their numbers: they are built anew, and the numbers are zero, with derivatives.
         """
         theta = np.asarray(self.theta if theta is None else theta, float)
         if not self.bearing_numbers:

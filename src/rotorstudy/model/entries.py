@@ -234,8 +234,7 @@ def film_entries(unit, coefficients, angle=0.0):
 def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
     """Force harmonics (..., speed, harmonic, row), N per unit of the amplitude, of the entries of an effect.
 
-    amplitudes : (..., speed, harmonic, dof) displacement, m; harmonics not listed are zero
-    reference  : (dof,) or (..., speed, dof) static deflection, not included in `amplitudes`; None if it has no force
+    reference : static deflection (dof,) or (..., speed, dof), not in `amplitudes`; None if it has no force
     """
     order, speed = tuple(np.asarray(harmonics).tolist()), np.asarray(speed, float)[:, None]
     lead = np.broadcast_shapes(amplitudes.shape[:-3], np.shape(reference)[:-2])

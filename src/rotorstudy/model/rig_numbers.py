@@ -22,8 +22,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import CannotAct, NoSteadyState, RotorstudyError, unknown_name
+from rotorstudy.model.bearings import at_housings
 from rotorstudy.model.entries import Entry
-from rotorstudy.model.foundation import at_housings
 from rotorstudy.model.options import check_options
 from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
@@ -76,10 +76,7 @@ def scaled(options: object, pattern: re.Pattern, factor: float, path: str = "") 
 
 @dataclass(frozen=True, eq=False)
 class Holder:
-    """What has numbers: the rotor (`which` is empty), or a bearing by its label, else its place in the list.
-
-    options : of its plugin, in SI;  uncertain : path -> relative standard deviation, as the plugin states
-    """
+    """What has numbers: the rotor (`which` is empty), or a bearing by its label, else its place; options in SI."""
 
     section: str
     which: str
@@ -131,7 +128,9 @@ def with_numbers(model, names: Iterable[str], where: str = "the rig"):
         model = replace(model, terms=(*others, _rotor_term(model.structure, [*known, *rotor], where)))
     if len(wanted) == len(rotor):
         return model
-    model = replace(model, terms=(*model.terms, *(_bearing_number(name) for name in wanted if name not in rotor)))
+    kind, parts = {"carries": True, "is_bearing_number": True}, [name for name in wanted if name not in rotor]
+    terms = (Term("bearing number", (Parameter(name, "1", (), 1.0),), {name: 0.0}, **kind) for name in parts)
+    model = replace(model, terms=(*model.terms, *terms))
     values = dict(zip(model.names, model.nominal.tolist(), strict=True))
     values |= dict.fromkeys((model.names[p] for p in model.bearing_numbers), 0.0)
     return replace(model, terms=with_bearings_at(model.structure, model.terms, values))
@@ -204,7 +203,7 @@ def _rotor_term(structure, names, where):
     rotor = _rotor(structure)
 
     def build(changes):
-        return structure.origin.rebuilt(rotor.changed(dict(zip(names, changes, strict=True)))).matrices
+        return structure.origin.function(**rotor.changed(dict(zip(names, changes, strict=True)))).matrices
 
     variation = Variation(build, len(names))
     slopes, parameters = variation.slopes_at(np.zeros(len(names))), []
@@ -232,16 +231,10 @@ def bearings_of(terms: Iterable[Term]) -> list[tuple[Term, Holder]]:
     ]
 
 
-def _bearing_number(name):
-    """The Term of a number of bearings, without a change."""
-    number = Parameter(name, "1", (), typical=1.0)
-    return Term("bearing number", (number,), {name: 0.0}, carries=True, is_bearing_number=True)
-
-
 def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict[str, float]) -> tuple[Term, ...]:
-    """The terms with the bearings that have some numbers, and the derivatives there as the entries of these numbers.
+    """The terms with the bearings that have some numbers, whose entries are the derivatives; NoSteadyState if none has.
 
-    values : name -> amplitudes of the bearings, and relative changes of their numbers; NoSteadyState if none has them
+    values : name -> amplitudes of the bearings, and relative changes of their numbers
     """
     changing = {u.name: term for term in terms if term.is_bearing_number and term.carries for u in term.unknowns}
     pushing = [(_constant_force(p), term, p) for term in terms for p in term.parameters if p.loads_films]
@@ -400,7 +393,15 @@ def _rebuilt(structure, bearing, holder, changes, more=0.0):
     with _none_with_these_numbers():
         given = check_options(function, options, f"bearing {bearing.kind}", ("structure",))
         parameters = at_housings(structure, function(structure=structure, **given), from_ground=bearing.is_foundation)
-    guard = cache(_guarded)  # entries of one gain keep one
+
+    @cache  # entries of one gain keep one
+    def guard(gain):
+        def guarded(*at):
+            with _none_with_these_numbers():
+                return gain(*at)
+
+        return guarded
+
     guarded = (
         replace(p, entries=tuple(e if e.gain is None else replace(e, gain=guard(e.gain)) for e in p.entries))
         for p in parameters
@@ -420,16 +421,6 @@ def _slopes(above, below, value):
         else:
             found += [one.times(share), other.times(-share)]
     return found
-
-
-def _guarded(gain):
-    """A gain that says where there is no bearing with its numbers."""
-
-    def guarded(*at):
-        with _none_with_these_numbers():
-            return gain(*at)
-
-    return guarded
 
 
 @contextmanager

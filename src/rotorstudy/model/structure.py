@@ -22,10 +22,6 @@ class Origin(NamedTuple):
     options: dict
     uncertain: dict
 
-    def rebuilt(self, options: dict) -> "Structure":
-        """The Structure with other options."""
-        return self.function(**options)
-
 
 @dataclass(frozen=True)
 class Structure(Shaft):

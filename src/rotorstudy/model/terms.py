@@ -65,6 +65,8 @@ class NonlinearForce:
         angle = (np.asarray(shaft_angle, float)[:, None],) if self.takes_angle else ()
         found = self.function(displacement, velocity, deflection, *angle)
         shape = np.shape(displacement)
+        if np.shape(found) == np.shape(velocity):
+            found = np.broadcast_to(found, shape)  # whose derivatives by the displacement are taken together
         if np.shape(found) == shape and not (np.isnan(found).any() and np.isfinite(displacement).all()):
             return found
         code = getattr(self.function, "__code__", None)
@@ -212,7 +214,7 @@ class Term:
 def share_of(unknown: Unknown, other: Unknown) -> float:
     """How much of one unknown acts with every unit of another: 1 for the same damping at the same node, else often 0.
 
-    It is the smallest factor over the entries of the first. Forces in time cannot be compared, and share nothing.
+    The smallest factor over the entries of the first; forces in time cannot be compared, and share nothing.
     """
     if unknown.force or other.force or not unknown.entries:
         return 0.0

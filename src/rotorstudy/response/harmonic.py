@@ -209,7 +209,7 @@ def _carried_about(still, model, speed, theta, blocks, jacobian, kept):
     changes = solved(columns)
     if tangents is not None:
         for trial, tangent in np.ndenumerate(tangents):
-            changes[trial] = tangent.response(changes[trial])
+            changes[trial] = tangent(changes[trial])
     derivatives[..., : columns.shape[-1]] = changes
     return found, derivatives
 
@@ -249,7 +249,7 @@ def _product(slope, motion, band):
 
 
 def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, linear):
-    """Harmonics (..., speed, harmonic, dof) with the nonlinear forces, and Tangents (...), None if none acts."""
+    """Harmonics (..., speed, harmonic, dof) with the nonlinear forces, and functions (...) of changes there."""
     carried, dof = blocks.harmonics, len(model.structure.dofs)
     acting = [(p, force) for p, force in model.nonlinear_forces if np.any(theta[..., p])]
     if not acting:

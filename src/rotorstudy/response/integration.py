@@ -110,10 +110,7 @@ def time_response(
 
 
 def _equations(model, theta, speed, reference):
-    """Shifts (shift,), forces (shift, dof * column) by what acts with each, and a function to the acceleration (dof,).
-
-    Columns are by z, conj(z), their derivatives, and 1. The function takes the force and the turns e^{j shift w t}.
-    """
+    """Shifts, forces (shift, dof * column) by z, conj(z), their derivatives and 1, and function to acceleration."""
     own, dof = model.matrices(theta), len(model.structure.dofs)
     load = own.static_load + model.constant_force
     constant, stiffness, damping, mass = time_matrices(model, theta, speed, reference)
@@ -145,10 +142,7 @@ def _accelerated(inertia, shifts):
 
 
 def transient_response(model, speed, time, theta=None, *, start=None):
-    """Exact motion (time, dof) of a time-invariant model, m, from rest or `start` (displacement and velocity (dof,)).
-
-    Steady state plus the whirl modes excited by the start: without integration error, and as fast at late times.
-    """
+    """Exact motion (time, dof), m, of a time-invariant model from rest or `start`: steady state plus whirl modes."""
     speed = float(check_speed(speed)[0])
     harmonics, dof = forced_harmonics(model), len(model.structure.dofs)
     values, modes = np.linalg.eig(state_matrix(model, [speed], theta)[0])

@@ -3,8 +3,7 @@
 import numpy as np
 
 from rotorstudy.measurement.full_spectra import PHASES, full_spectra
-from rotorstudy.measurement.records import Record, keyphasor_signal, reference_signal
-from rotorstudy.measurement.simulated_records import simulate_records
+from rotorstudy.measurement.records import Record, keyphasor_signal, reference_signal, simulate_records
 from rotorstudy.model.registry import registry
 from rotorstudy.response.integration import time_response, transient_response
 from rotorstudy.store import as_complex, dataset

@@ -9,8 +9,7 @@ import numpy as np
 from rotorstudy.measurement.full_spectra import compensate, full_spectrum
 from rotorstudy.measurement.keyphasor import phase_from_keyphasor
 from rotorstudy.measurement.noise import standard_normal
-from rotorstudy.measurement.records import Record, keyphasor_signal
-from rotorstudy.measurement.simulated_records import simulate_records
+from rotorstudy.measurement.records import Record, keyphasor_signal, simulate_records
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import SPEED
 from rotorstudy.studies.comparison.config import measured_without_noise

@@ -1,30 +1,27 @@
-"""Repeated records at one speed: averaged, with their scatter from run to run in the covariance."""
+"""What is corrected in a spectrum before a fit: repeats at one speed, slow roll, and a mean that was not recorded."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.findings import Finding, told
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.units import p_value, um
+from rotorstudy.model.model import Model
+from rotorstudy.units import RAD_PER_S, p_value, percent, quantity, spins, um
 
 SAME_SPEED = 5e-4  # relative difference up to which records are repeats at one speed
 MANY = 500  # records of a table, of which some are equal by rounding
 SIGNIFICANT = 1e-3  # p-value below which repeats differ by more than the noise of each explains
+NO_MEAN = 0.02  # of the vibration; a journal in a film moves by a tenth of its clearance and more from speed to speed
 
 
 def averaged(spectrum: Spectrum, where: str) -> tuple[Spectrum, list[Finding]]:
-    """A spectrum with the repeats at each speed averaged.
+    """A spectrum with the repeats at each speed averaged; RotorstudyError if two records are the same.
 
     What repeats differ by beyond the noise within each record is the scatter from run to run. Its variance, of each
     harmonic at each sensor, is pooled over the speeds and added to the covariance of every speed, divided by the number
     of its repeats: a speed measured once scatters too.
-
-    spectrum : one amplitude for each record
-    where    : its records, for messages
-    returns  : as given if no speed was repeated
-    raises   : RotorstudyError if two records are the same
     """
     groups = _groups(spectrum.speed)
     if len(groups) == len(spectrum.speed):
@@ -74,12 +71,45 @@ def _findings(squares, expected, freedom, counts, where):
 
     ratio = np.divide(squares, expected, out=np.ones_like(squares), where=expected > 0)
     p = min(1.0, float(chdtrc(freedom, freedom * ratio).min()) * ratio.size)
-    size, times = float(np.sqrt(squares / freedom).max()), float(np.sqrt(ratio.max()))
-    text = f"{int(counts.sum())} records at {len(counts)} speeds; repeats are averaged, and scatter by up to {um(size)}"
+    said = {"records": int(counts.sum()), "speeds": len(counts), "size": um(float(np.sqrt(squares / freedom).max()))}
     if p >= SIGNIFICANT:
-        return [Finding("note", "repeats", where, f"{text}, as expected from the noise of each")]
-    text += (
-        f" (rms), {times:.3g} times what is expected from the noise of each ({p_value(p)}); look for what changes from "
-        "run to run. The scatter is in the covariance"
-    )
-    return [Finding("warning", "repeats differ", where, text)]
+        return [told("repeats", where, **said)]
+    return [told("repeats differ", where, times=float(np.sqrt(ratio.max())), p=p_value(p), **said)]
+
+
+def without_slow_roll(spectrum: Spectrum, below_rpm: float | None, where: str) -> tuple[Spectrum, list[Finding]]:
+    """The spectrum less the mean of all harmonics but 0X at the speeds below one (None: none is), which are left out.
+
+    This is runout and the bow at rest. Its noise is added to that of every other speed.
+    """
+    if below_rpm is None:
+        return spectrum, []
+    slow = spectrum.speed < below_rpm * RAD_PER_S["rpm"]
+    if not slow.any() or slow.all():
+        raise RotorstudyError(
+            f"{where}: measurement: slow_roll_below_rpm = {below_rpm:g}: "
+            f"{'every speed is' if slow.all() else 'no speed is'} below it ({spins(spectrum.speed)}); give records at "
+            "slow roll and above it"
+        )
+    moving = np.asarray(spectrum.harmonics) != 0
+    vectors = np.where(moving[:, None], spectrum.amplitude[slow].mean(axis=0), 0)
+    components = np.tile(moving, 2)
+    noise = spectrum.covariance[slow].mean(axis=0) / slow.sum() * np.outer(components, components)
+    rest = spectrum.at_speeds(np.flatnonzero(~slow))
+    rest = replace(rest, amplitude=rest.amplitude - vectors, covariance=rest.covariance + noise)
+    first = np.abs(vectors[list(spectrum.harmonics).index(1)])
+    sizes = ", ".join(f"node {n} {quantity(x, 'm')}" for n, x in zip(spectrum.sensors, first, strict=True))
+    return rest, [told("slow roll subtracted", where, speeds=spins(spectrum.speed[slow]), sizes=sizes)]
+
+
+def without_missing_mean(spectrum: Spectrum, rig: Model, where: str) -> tuple[Spectrum, list[Finding]]:
+    """The spectrum without 0X if AC-coupled: zero at every speed, though films move the journals with the speed."""
+    on_films = any(e.gain and not e.frequency_only for u in rig.rotor_unknowns if u.carries for e in u.entries)
+    if not on_films or 0 not in spectrum.harmonics or len(spectrum.speed) < 2:
+        return spectrum, []
+    is_mean = np.asarray(spectrum.harmonics) == 0
+    size = np.sqrt(np.sum(np.abs(spectrum.amplitude[:, ~is_mean]) ** 2, axis=1))  # (speed, sensor)
+    if np.any(np.abs(spectrum.amplitude[:, is_mean][:, 0]) > NO_MEAN * size):
+        return spectrum, []
+    moving = [n for n in spectrum.harmonics.tolist() if n]
+    return spectrum.at_harmonics(moving), [told("AC coupling", where, share=percent(NO_MEAN))]
