@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from named_machines.plant import PLANTS
 
-from rotorstudy.blind.machines.contacts import CouplingLaw, OneSidedLaw, RubLaw
+from rotorstudy.blind.machines.contacts import RubLaw, coupling, one_sided
 from rotorstudy.blind.machines.effects import add_preload, add_thermal_bow
 from rotorstudy.blind.machines.elastic_crack import arc_form
 from rotorstudy.blind.machines.files import page, stretches
@@ -81,7 +81,7 @@ def add_fault(machine, plant, state, size):
         own, block = plant.block_slice(machine, 0), plant.blocks[0]
         selection = np.zeros((machine.size, 2))
         selection[own] = block.motion_at(block.feet[0]).T
-        machine.local.append(LocalForce(selection, OneSidedLaw(size * block.stiffness[0], np.inf, np.pi), "foot"))
+        machine.local.append(LocalForce(selection, one_sided(size * block.stiffness[0], np.inf, np.pi), "foot"))
     if state in ("parallel", "angular"):
         selection, (lateral, bending) = np.zeros((machine.size, 2)), plant.coupling
         rows, signs = ([0, 1], [1.0, 1.0]) if state == "parallel" else ([3, 2], [1.0, -1.0])
@@ -90,7 +90,7 @@ def add_fault(machine, plant, state, size):
                 selection[4 * node + np.array(rows), [0, 1]] = sign * np.array(signs)
         stiffness = lateral if state == "parallel" else bending
         machine.stiffness -= stiffness * selection @ selection.T  # its mean is part of the sound machine
-        law = CouplingLaw(stiffness, 0.1, size * np.exp(2j), 0.05 * size * np.exp(1j))
+        law = coupling(stiffness, 0.1, size * np.exp(2j), 0.05 * size * np.exp(1j))
         machine.local.append(LocalForce(selection, law, state))
     if state == "rub":
         selection = plant.against_block(machine, plant.wheels[1])
@@ -265,6 +265,7 @@ def rig(plant, error):
                 {"node": disc.node + 1, "mass_kg": disc.mass, "polar_moment_kg_m2": disc.polar_moment,
                  "diametral_moment_kg_m2": disc.diametral_moment} for disc in rotor.discs
             ],
+            "static_forces": [{"node": node + 1, "force_N": value} for node, value in upright.items()],
         },
         "bearings": films,
         "foundation": blocks,
@@ -273,10 +274,6 @@ def rig(plant, error):
             *(
                 {"kind": "unbalance", "node": node + 1, "label": f"at {node + 1}", "mass_kg": rotor.mass,
                  "eccentricity_m": 1e-6, "eccentricity_phase_rad": 0.0} for node in plant.unbalance
-            ),
-            *(
-                {"kind": "static_preload", "node": node + 1, "label": f"thrust {node + 1}", "static_preload_N": value,
-                 "static_preload_phase_rad": 0.0} for node, value in upright.items()
             ),
         ],
         "sensors": [film.node + 1 for film in rotor.films],
