@@ -1,4 +1,14 @@
-from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, across, coupling_places, hookimpl, outer
+from rotorstudy.plugins import (
+    AtLeastOne,
+    Effect,
+    Entry,
+    Parameter,
+    across,
+    couples_a_driver,
+    coupling_places,
+    hookimpl,
+    outer,
+)
 
 HARMONICS = (1, 2)
 ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 0)
@@ -43,6 +53,7 @@ def rotorstudy_effect():
         angular_misalignment,
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
         places=lambda structure, sensors: coupling_places(structure, "tilt"),
+        place_rate=couples_a_driver,
         positive=("coupling_stiffness",),
         hypothesis={"harmonics": list(ALL_HARMONICS), "coupled": True},
         checked="equal to two opposite parallel forces l apart with moment F l to 5e-3",

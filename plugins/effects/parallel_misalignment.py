@@ -1,4 +1,15 @@
-from rotorstudy.plugins import AtLeastOne, Effect, Entry, Feared, Parameter, across, coupling_places, hookimpl, outer
+from rotorstudy.plugins import (
+    AtLeastOne,
+    Effect,
+    Entry,
+    Feared,
+    Parameter,
+    across,
+    couples_a_driver,
+    coupling_places,
+    hookimpl,
+    outer,
+)
 
 HARMONICS = (2, 1, 3)
 ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 0)
@@ -43,6 +54,7 @@ def rotorstudy_effect():
         parallel_misalignment,
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
         places=lambda structure, sensors: coupling_places(structure, "translation"),
+        place_rate=couples_a_driver,
         positive=("coupling_stiffness",),
         feared=Feared(
             "misalignment_force_2X", 10.0, places=lambda structure: [({"node": n},) * 2 for n in structure.nodes]

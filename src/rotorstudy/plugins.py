@@ -13,7 +13,7 @@ _HOME = {
     "model.terms": "NonlinearForce Parameter",
     "model.reading": "probe_axis sensor_unit",
     "model.shaft": "RigidDisc Section",
-    "model.structure": "Structure across at_supports coupling_places",
+    "model.structure": "Structure across at_supports coupling_places couples_a_driver",
     "model.hinge": "crack_at",
     "model.options": "AtLeastOne DepthRatio Even Fraction NonNegative PoissonsRatio Positive Share TypedDict Whole",
     "model.cracks": "crack_parameters",

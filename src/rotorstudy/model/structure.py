@@ -254,3 +254,9 @@ def coupling_places(structure, motion):
     """Places of a coupling: each node with a motion, and each element between two of them."""
     nodes = sorted({node for node, own in structure.dofs if own == motion})
     return [{"node": node} for node in nodes] + [{"element": node} for node in nodes if node + 1 in nodes]
+
+
+def couples_a_driver(structure, node=None, element=None):
+    """How often a coupling is at a place, by `Effect.place_rate`: at an end of the shaft, where its driver is."""
+    nodes = [node for node, _ in structure.dofs]
+    return float(node in (min(nodes), max(nodes)))

@@ -158,17 +158,21 @@ class ShapeRange(NamedTuple):
     breaks: tuple[float, ...] = ()
     mirrored: bool = False
 
-    def bounds(self, fraction: float) -> tuple[float, float]:
-        """Least and largest fraction in a fit that begins at one: the ends of the range, or the breaks about it."""
-        if self.goes_around or self.mirrored:
-            return -np.inf, np.inf
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Least and largest fraction."""
+        return (-np.inf, np.inf) if self.goes_around or self.mirrored else (0.0, 1.0)
+
+    def between_breaks(self, fraction: float) -> tuple[float, float]:
+        """Least and largest fraction without a break between them and one."""
+        low, high = self.ends
         breaks = [self.fraction(value) for value in self.breaks]
-        low = max((x + DIFFERENCE for x in breaks if 0 < x < 1 and x <= fraction), default=0.0)
-        return low, min((x - DIFFERENCE for x in breaks if 0 < x < 1 and x > fraction), default=1.0)
+        low = max((x + DIFFERENCE for x in breaks if 0 < x <= fraction), default=low)
+        return low, min((x - DIFFERENCE for x in breaks if fraction < x < 1), default=high)
 
     def beyond(self, fraction: float) -> float | None:
         """The fraction on the other side of the break at which a fit ended, None if it ended at none."""
-        for end, way in zip(self.bounds(fraction), (-1, 1), strict=True):
+        for end, way in zip(self.between_breaks(fraction), (-1, 1), strict=True):
             if abs(fraction - end) < DIFFERENCE / 2 and 0 < end < 1:
                 return end + 2 * way * DIFFERENCE
         return None

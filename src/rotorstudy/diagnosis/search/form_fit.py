@@ -69,10 +69,10 @@ class _Parameters:
         return np.append(np.full(len(self.prior.names), np.inf), np.full(shapes, LONGEST_OF_SHAPE))
 
     def bounds(self, theta):
-        """(parameter,) least and largest values of a fit from some on; see `ShapeRange.bounds`."""
+        """(parameter,) least and largest values of a fit from some on; see `ShapeRange.between_breaks`."""
         amplitudes, shapes = np.full((len(self.prior.names), 2), [-np.inf, np.inf]), theta[len(self.prior.names) :]
         ends = [ends for own in self.ranges for ends in own.values()]
-        ends = [one.bounds(x) for one, x in zip(ends, shapes, strict=True)]
+        ends = [one.between_breaks(x) for one, x in zip(ends, shapes, strict=True)]
         return np.concatenate([amplitudes, np.reshape(ends, (-1, 2))]).T
 
     def motion(self, work, theta):

@@ -115,8 +115,7 @@ def fitted_from(
         prior = prior.plus(Prior.independent(cause.prior))
     bounds = [np.full((count, 2), [-np.inf, np.inf])]
     for cause, point in zip(causes, points, strict=True):
-        ranges = ranges_of(work, cause).values()
-        bounds += [np.reshape([ends.bounds(x) for ends, x in zip(ranges, point, strict=True)], (-1, 2))]
+        bounds += [np.reshape([ends.ends for ends in ranges_of(work, cause).values()], (-1, 2))]
         about = {
             f"{name} of {cause.term.label}": (0.5, EVENLY) if ends.mirrored else (x if ends.goes_around else 0.5, 1.0)
             for (name, ends), x in zip(ranges_of(work, cause).items(), point, strict=True)

@@ -20,7 +20,8 @@ def far_from_the_rig(found, moved, labels):
     They do if the best explanation needs unusual values of the rig or sizes of causes, and the rig without causes, but
     with other values, explains most of the excess error. A fault that no values explain casts no doubt on the records.
 
-    found : Search;  moved : list of MovedParameter;  labels : {name: readable name} of the parameters
+    found  : Search;  labels : {name: readable name} of the parameters
+    moved  : list of MovedParameter of the best explanation, or of the rig without causes if none is accepted
     """
     best, settings = found.best, found.settings
     theta = best.fit.values

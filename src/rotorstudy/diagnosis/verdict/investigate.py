@@ -147,7 +147,8 @@ def _judged(one, settings, findings):
     if chain is not None:
         findings += wrong_convention(chain)
     else:
-        findings += within_uncertainty(found) if kind == "nothing" else far_from_the_rig(found, moved, labels)
+        held_to = moved_parameters(base, found.prior.by_name) if kind == "unknown" else moved
+        findings += within_uncertainty(found) if kind == "nothing" else far_from_the_rig(found, held_to, labels)
     if kind == "unknown" and not found.stopped and model.before is None:
         findings += free_parts(model, fitted, settings)
     findings += unstable_rig(found.unstable, best.fit, fitted.speed) + stopped_early(found)
