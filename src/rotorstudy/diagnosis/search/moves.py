@@ -6,6 +6,7 @@ the place of one of its own, or one less. A cause of many shapes comes in the be
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +28,7 @@ from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import predicted
 
+HIDES = 30.0  # log odds that an error of form takes up, from which it may hide another fault
 LOOSE = 0.5  # standard deviation of a known amplitude in a scan, as a shape that is not yet found has another one
 
 
@@ -96,27 +98,33 @@ def additions(
 ) -> list[Proposal]:
     """One fault more of all candidates or some, judged at some fits of the explanation.
 
-    A free force of a fit is taken out (`free_force.py`).
+    A free force of a fit is taken out (`free_force.py`). An error of form that takes up much may hide the other fault:
+    each is then judged without that error, too.
     """
     chosen = [c for c in among or work.candidates if is_allowed(work, (*current.causes, c))]
-    found = []
-    for plain in fits:
+    found, form = [], current.form.columns if current.form else np.zeros((work.spectrum.data_count, 0))
+    for plain, own in product(fits, (form, form[:, :0])):
         without = tuple(name for name in plain.names if name == FREE_FORCE)
         here = [c for c in chosen if not (without and c.term.acts_on_output)]  # an error of readings is no force
-        if not here:
+        if not here or (own is not form and not form.size):
             continue
-        work, fitted = _with_error_of_form(work, plain, current, without)
+        work, fitted = _with_error_of_form(work, plain, own, without)
         projected, usable = work.project(fitted, here, without)
-        more = 0.5 * (current.fit.cost - projected.residual @ projected.residual)
-        base = odds_of(current) - work.prior_odds.log_odds(current.causes) + more
+        left = projected.residual @ projected.residual
+        if own is not form and left < current.fit.cost + 2 * HIDES:
+            continue
+        narrowed = np.linalg.slogdet(np.eye(form.shape[1]) + form.T @ form)[1] if own is not form else 0.0
+        base = odds_of(current) - work.prior_odds.log_odds(current.causes) + 0.5 * (current.fit.cost + narrowed - left)
         judge = _Judge(work, current.causes, fitted.values, base)
         found += judge.alone(projected, usable) + judge.together(projected, usable)
         found += judge.scanned(fitted, usable, without=without, plain=plain)
     return found
 
 
-def _with_error_of_form(work, plain, current, without):
+def _with_error_of_form(work, plain, own, without):
     """The search and a fit with an error of the form of the cause sought, of what the fit leaves without it.
+
+    own : (component, error) columns of an error of the form of the causes of the fit
 
     A cause is judged at a motion and at values of the rig that are only nearly those with it.
     """
@@ -125,10 +133,8 @@ def _with_error_of_form(work, plain, current, without):
     shown = predicted(
         plain.model, bare, np.array([held.get(n, v) for n, v in zip(plain.model.names, plain.theta, strict=True)])
     )
-    columns = largest_errors(bare, bare.amplitude - shown, work.settings.form_error)
-    if current.form is not None:
-        columns = np.hstack([columns, current.form.columns])
-    wide = bare.with_shared_error(columns)
+    largest = largest_errors(bare, bare.amplitude - shown, work.settings.form_error)
+    wide = bare.with_shared_error(np.hstack([largest, own]))
     return replace(work, spectrum=wide), fit(plain.model, wide, plain.prior, start=plain.theta, steps=0)
 
 
@@ -139,7 +145,8 @@ def exchanges(work: Search, current: Explanation) -> list[Proposal]:
         rest = tuple(c for c in current.causes if c not in gone)
         own = tuple(n for c in gone for n in c.names)
         chosen = [c for c in work.candidates if c.fault != gone[0].fault and is_allowed(work, (*rest, c))]
-        wide, fitted = _with_error_of_form(work, whole, current, own)
+        form = current.form.columns if current.form else np.zeros((work.spectrum.data_count, 0))
+        wide, fitted = _with_error_of_form(work, whole, form, own)
         projected, usable = wide.project(fitted, [*chosen, *gone], own)
         if not {c.label for c in gone} <= {c.label for c in usable}:
             continue
