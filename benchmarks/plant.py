@@ -129,13 +129,14 @@ def motion(name, state, size, speeds=None, kept=None):
 def right_places(plant, state):
     """Where what a state is may be stated, by the keys of a place of the package."""
     nodes = [film.node + 1 for film in plant.rotor.films]
+    on_first_block = [node for node in nodes if plant.block_at(node - 1) == 0]
     hubs = [node + 1 for node in (plant.hub, plant.other_hub) if node is not None]
     return {
         "clearance": {"node": nodes[:1], "number": ["radial_clearance_m"]},
         "clearance_last": {"node": nodes[-1:], "number": ["radial_clearance_m"]},
         "oil": {"number": ["viscosity_Pa_s"]},
-        "frame": {"node": [node for node in nodes if plant.block_at(node - 1) == 0]},
-        "looseness": {"node": [node for node in nodes if plant.block_at(node - 1) == 0]},
+        "frame": {"node": on_first_block},
+        "looseness": {"node": on_first_block, "foundation": on_first_block},
         "unbalance": {"node": [plant.wheels[0] + 1]},
         "rub": {"node": [plant.wheels[1] + 1]},
         "crack": {"element": [plant.cracks[0][0] + 1]},
