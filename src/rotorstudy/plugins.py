@@ -13,7 +13,7 @@ _HOME = {
     "model.terms": "NonlinearForce Parameter",
     "model.reading": "probe_axis sensor_unit",
     "model.shaft": "RigidDisc Section",
-    "model.structure": "Structure at_supports",
+    "model.structure": "Structure across at_supports coupling_places",
     "model.hinge": "crack_at",
     "model.options": "AtLeastOne DepthRatio Even Fraction NonNegative PoissonsRatio Positive Share TypedDict Whole",
     "model.cracks": "crack_parameters",

@@ -14,7 +14,7 @@ from rotorstudy.blind.criteria import AT_A_GLANCE, OWN, PUBLISHED, judge, printe
 from rotorstudy.blind.run import answer_case, answer_chunk, check_seal, gather_chunks, run_blind, salt_of, seal
 from rotorstudy.blind.scoring import score, score_case, share_bounds
 from rotorstudy.blind.summary import summary
-from rotorstudy.model.depth import compliance
+from rotorstudy.model.cracks import compliance
 from rotorstudy.presentation.blind_page import criteria_page, write_pages
 from rotorstudy.presentation.captions import BLIND_FIGURES
 

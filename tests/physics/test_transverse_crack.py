@@ -8,7 +8,7 @@ from one_line_errors import refused
 from shaft_with_a_crack import DIAMETER, LENGTH, POISSON, YOUNG, at_disc, crack, rotor
 
 from rotorstudy import RotorstudyError, build_model, registry
-from rotorstudy.model.depth import depth_ratio_of
+from rotorstudy.model.cracks import depth_ratio_of
 from rotorstudy.model.hinge import crack_at
 from rotorstudy.studies.crack_study.fronts import equivalent_beam
 from rotorstudy.yaml_file import read_yaml

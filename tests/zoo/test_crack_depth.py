@@ -6,7 +6,7 @@ from cracked_jeffcott import JEFFCOTT, SHAFT, crack
 from one_line_errors import refused
 
 from rotorstudy import RotorstudyError, build_model, harmonic_response, registry
-from rotorstudy.model.depth import compliance, depth_ratio_of, stiffness_loss
+from rotorstudy.model.cracks import compliance, depth_ratio_of, stiffness_loss
 
 STRIPS = registry().get("depth", "strip_integration")
 # (a / R, c44, c45, c55) of the table PAPADOPOULOS.csv of ROSS, in (1 - nu^2) / (E R^3); c44 there counts half the crack

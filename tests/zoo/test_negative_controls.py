@@ -8,7 +8,7 @@ import pytest
 from rotorstudy import Entry, Parameter, RotorstudyError, Structure, registry
 from rotorstudy.authoring.invariants import INVARIANTS, outcomes
 from rotorstudy.authoring.invariants.base import BrokenInvariant, claimed, kind_of, numbers_checked, stated
-from rotorstudy.authoring.invariants.depth import depth_keeps_to_its_range
+from rotorstudy.authoring.invariants.crack import depth_keeps_to_its_range
 from rotorstudy.authoring.invariants.spectrum import spectrum_is_exact, spectrum_tolerates_outliers
 from rotorstudy.model.entries import planar_entries
 from rotorstudy.model.kinds import Bearing, Crack, CrackDepth, Effect, Estimator, Rotor, SpectrumMethod
@@ -238,6 +238,6 @@ def test_a_plugin_that_neither_claims_nor_refuses_is_told_to_refuse():
 
 
 def test_a_depth_that_takes_anything_fails_its_range(monkeypatch):
-    monkeypatch.setattr("rotorstudy.authoring.invariants.depth.compliance", lambda plugin, d, **options: np.ones(2))
+    monkeypatch.setattr("rotorstudy.authoring.invariants.crack.compliance", lambda plugin, d, **options: np.ones(2))
     with pytest.raises(BrokenInvariant, match="it accepts the depth ratio"):
         depth_keeps_to_its_range(ZOO.get("depth", "strip_integration"))

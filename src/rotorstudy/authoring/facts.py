@@ -1,10 +1,10 @@
 """The facts stated by each plugin, as tables made from the registry alone."""
 
 import inspect
+from dataclasses import fields
 from itertools import product
 from typing import Literal, get_args, get_origin
 
-import numpy as np
 from typing_extensions import is_typeddict
 
 from rotorstudy.authoring.invariants.bench import bench_of, bench_structure, typical_term
@@ -33,7 +33,9 @@ def facts(kind, plugin):
         found["parameters"] = _parameters(kind, plugin)
     if kind in ("rotor", "bearing"):
         found["uncertain by"] = ", ".join(f"{path} {percent(share)}" for path, share in plugin.uncertain.items())
-    found["claims"] = ", ".join(name.replace("_", " ") for name in _claims(plugin))
+    own = {field.name: field.default for field in fields(plugin) if isinstance(getattr(plugin, field.name), bool)}
+    claims = [name for name in sorted(own) if getattr(plugin, name) != own[name]]
+    found["claims"] = ", ".join(name.replace("_", " ") for name in claims)
     alike = registry().confounders(plugin.name) if kind == "effect" else {}
     found["confounders"] = "; ".join(f"{confounder}: {separation}" for confounder, separation in alike.items())
     found["source"], found["checked against"] = plugin.source, plugin.checked
@@ -83,13 +85,6 @@ def _parameters(kind, plugin):
         more = " and a phase" if p.is_complex else "" if p.default is None else f", by default {p.default:g}"
         found[p.key] = f"{p.key} (typically {p.typical:.3g}{more})"
     return ", ".join(found.values())
-
-
-def _claims(plugin):
-    """Names of the flags that differ from the default of the kind."""
-    own = {name for name, value in vars(plugin).items() if isinstance(value, (bool, np.bool_))}
-    default = {name: field.default for name, field in type(plugin).__dataclass_fields__.items()}
-    return [name for name in sorted(own) if getattr(plugin, name) != default[name]]
 
 
 def tables():

@@ -87,7 +87,8 @@ def _rotor(parameters, parts, path, said):
     nodes = [item["node"] for item in bearings if item["label"] not in seals]
     every = range(1, max(node_of.values()) + 1)
     planes = (*dict.fromkeys(nodes), *(node for node in every if node not in nodes))
-    return RossRotor({"rotor": rotor, "bearings": bearings, "effects": effects}, _each_once(said), planes)
+    said = [f"{one} ({n} times)" if (n := said.count(one)) > 1 else one for one in dict.fromkeys(said)]
+    return RossRotor({"rotor": rotor, "bearings": bearings, "effects": effects}, said, planes)
 
 
 def _parts(path):
@@ -111,7 +112,8 @@ def _shaft(shaft, path, said):
         raise RotorstudyError(f"{path}: shaft elements at the nodes {list(at)}; several shafts are not read, save one")
     elements, node_of, node = [], {0: 1}, 1
     for n, parts in at.items():
-        inner, *layers = sorted(parts, key=lambda part: (part["material"]["E"] < LIMP * _stiffest(parts), part["odl"]))
+        limp = LIMP * max(part["material"]["E"] for part in parts)
+        inner, *layers = sorted(parts, key=lambda part: (part["material"]["E"] < limp, part["odl"]))
         if len({part["L"] for part in parts}) > 1:
             raise RotorstudyError(f"{path}: parallel shaft elements at the node {n} differ in length; save them as one")
         steps = STEPS if any(_is_cone(part) for part in parts) else 1
@@ -128,10 +130,6 @@ def _shaft(shaft, path, said):
         if layers:
             said.append("parallel shaft elements: layers here, which stay plane with the shaft")
     return elements, node_of
-
-
-def _stiffest(parts):
-    return max(part["material"]["E"] for part in parts)
 
 
 def _is_cone(part):
@@ -304,8 +302,3 @@ def _unbalance(rotor, parameters, said):
 def _listed(value):
     """Numbers of a coefficient, [] if there is none."""
     return [] if value is None else [float(v) for v in np.ravel(value)]
-
-
-def _each_once(said):
-    """Sentences, each once, with how often it was said."""
-    return [f"{one} ({n} times)" if (n := said.count(one)) > 1 else one for one in dict.fromkeys(said)]

@@ -4,7 +4,7 @@ import numpy as np
 
 from rotorstudy.blind.machines.cases import CHAIN_FAULTS
 from rotorstudy.blind.meanings import CONVENTIONS, CRACKS, REFUSED, SIZES, compared
-from rotorstudy.model.depth import compliance
+from rotorstudy.model.cracks import compliance
 from rotorstudy.model.registry import registry
 from rotorstudy.units import HALF_INTERVAL
 

@@ -81,12 +81,6 @@ class Harmonics:
     lines: tuple[Line, ...] = ()
 
 
-def block_edges(revolutions):
-    """Whole revolutions per block, and number of blocks: one per revolution, at most MOST_BLOCKS."""
-    length = max(1, int(np.ceil(revolutions / MOST_BLOCKS)))
-    return length, revolutions // length
-
-
 def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None):
     """Harmonics of a record of whole revolutions.
 
@@ -109,7 +103,8 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None):
     amplitude, residual, inverse = fit
     freedom = max(1, usable.sum() - len(harmonics))
     noise_std = float(np.sqrt(np.sum(np.abs(residual) ** 2) / freedom / channels))
-    length, count = block_edges(revolutions)
+    length = max(1, int(np.ceil(revolutions / MOST_BLOCKS)))  # of a block, in revolutions
+    count = revolutions // length
     edges = np.searchsorted(angle - angle[0], 2 * np.pi * length * np.arange(count + 1))
     pieces = [np.flatnonzero(usable[a:b]) + a for a, b in pairwise(edges)]
     sizes = np.array([len(piece) for piece in pieces])

@@ -228,7 +228,10 @@ def read_measurement(
     spectrum = _spectrum_of(usable, conventions.harmonics, model.sensors, directions)
     named = ", ".join(path.name for path in paths)
     check_numbers(spectrum, named)
-    records = [_with_sensors(one.record, model.sensors) for one in usable if one.record is not None]
+    records = []
+    for record in (one.record for one in usable if one.record is not None):
+        chosen = [record.sensors.index(node) for node in model.sensors]
+        records.append(replace(record, displacement=record.displacement[chosen], sensors=model.sensors))
     findings += check_together(spectrum, model, named)
     if tables:
         findings += check_stated_speeds(spectrum.speed, model, named)
@@ -277,12 +280,6 @@ def _spectrum_of(analysed, harmonics, sensors, directions):
     speed = np.array([one.speed for one in analysed])
     amplitude = np.swapaxes(amplitude, 1, 2)
     return Spectrum(amplitude, speed, np.array(harmonics), tuple(sensors), covariance, directions)
-
-
-def _with_sensors(record, sensors):
-    """The Record with some of its sensors, in their order."""
-    chosen = [record.sensors.index(node) for node in sensors]
-    return replace(record, displacement=record.displacement[chosen], sensors=tuple(sensors))
 
 
 def common_nodes(facts):

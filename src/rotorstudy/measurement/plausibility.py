@@ -44,8 +44,9 @@ def check_together(spectrum, rig, where):
         backward = (expected[1] > expected[0])[orbits]
         nodes = [node for node, whole in zip(nodes, orbits, strict=True) if whole]
         findings += check_sense(forward, turned, backward, nodes, where)
-    directions = dict(zip(spectrum.sensors, spectrum.directions.tolist(), strict=True))
-    return findings + check_directions({n: a for n, a in directions.items() if np.isfinite(a)}, where)
+    if spectrum.single_probes:
+        findings.append(told("single probe", where, nodes=", ".join(map(str, sorted(spectrum.single_probes)))))
+    return findings
 
 
 def _expected(rig, spectrum):
@@ -134,8 +135,3 @@ def check_probe_angles(probes, where):
         if len(angles) > 1 and widest < CLOSE_DEG:
             found.append(told("probe angles", f"{where}, node {node}", apart=widest))
     return found
-
-
-def check_directions(directions, where):
-    """A note on the nodes that one direction is measured of. directions : {node: rad}."""
-    return [told("single probe", where, nodes=", ".join(map(str, sorted(directions))))] if directions else []

@@ -95,7 +95,8 @@ def assemble(readings, conventions, nodes, time, label, keyphasor, marks, refere
             f"{where}: time does not increase strictly, from {time[late - 1]:g} s to {time[late]:g} s at sample "
             f"{late + 1} of {len(time)}; {cut}"
         )
-    if marks is not None and len(marks) and not _are_marks(marks, time):
+    reach = np.array([2 * time[0] - time[-1], 2 * time[-1] - time[0]])  # the length of the record beyond its ends
+    if marks is not None and len(marks) and not (np.diff([reach[0], *marks, reach[1]]) > 0).all():
         raise RotorstudyError(
             f"{where}: the phase marks do not increase strictly, or lie far outside the record; check phase_mark_time"
         )
@@ -123,10 +124,3 @@ def _without_mean(signal):
 def _within_reach(values):
     """(time,) the samples, NaN for those that no instrument can have given."""
     return np.where(np.abs(values) <= LARGEST_READING, values, np.nan)
-
-
-def _are_marks(marks, time):
-    """Whether times (mark,) increase strictly, and are less than the length of the record (time,) outside it."""
-    length = time[-1] - time[0]
-    near = (marks > time[0] - length) & (marks < time[-1] + length)
-    return bool(near.all() and (np.diff(marks) > 0).all())

@@ -104,20 +104,19 @@ def _wide(names, units, where):
             )
     speed, unit = next(iter(speeds.items()))
     own_units = [_one_unit(texts["amplitude"], _size_unit, where), _one_unit(texts["phase"], _angle_unit, where)]
-    said = {key: [value for value, pattern in patterns.items() if _any(pattern, texts[what].values())]
-            for key, (what, patterns) in STATED.items()}  # fmt: skip
+    said = {}
+    for key, (what, patterns) in STATED.items():
+        text = " | ".join(texts[what].values())
+        values = (value for value, pattern in patterns.items() if re.search(pattern, text, re.IGNORECASE))
+        said[key] = next(values, None)
     others = (name for name in names if MAY_BE_READ.search(name) and not WIDE.fullmatch(name))
     return _Wide(
         speed,
         found,
         [f"speed_{unit}", "probe", "harmonic", *own_units],
-        {key: values[0] for key, values in said.items() if values},
+        {key: value for key, value in said.items() if value},
         (*others, *list(speeds)[1:]),
     )
-
-
-def _any(pattern, texts):
-    return any(re.search(pattern, text, re.IGNORECASE) for text in texts)
 
 
 def _one_unit(texts, unit_of, where):

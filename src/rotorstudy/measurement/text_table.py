@@ -63,7 +63,7 @@ def guess_layout(path):
             "each column needs a name"
         )
     header = last
-    while header - 1 in named and _is_units(above[header]):
+    while header - 1 in named and all(UNIT.fullmatch(cell.lower()) for cell in above[header]):  # units, not names
         header -= 1
     stated = CsvLayout(separator=separator, decimal=decimal, skip_rows=header, unit_rows=rows[0] - header - 1)
     names, units, _ = header_of(path, stated)
@@ -218,17 +218,11 @@ def decoded(file, path):
 
 def _with_point(cell, where):
     """A cell of a table with decimal commas: a number with a decimal point."""
-    try:
-        number(cell, ",")
-    except ValueError:
-        try:
-            number(cell)
-        except ValueError:
-            return cell
-        if re.search(r"\d", cell):
-            raise RotorstudyError(f"{where}: '{cell}' has a point, and the decimal sign is ','; correct it") from None
-        return cell
-    return cell.replace(",", ".")
+    if _is_number(cell, ","):
+        return cell.replace(",", ".")
+    if _is_number(cell, ".") and re.search(r"\d", cell):
+        raise RotorstudyError(f"{where}: '{cell}' has a point, and the decimal sign is ','; correct it")
+    return cell
 
 
 def _table(lines, separator, decimal):
@@ -266,8 +260,3 @@ def _names(line, separator):
     """The names in a header, without the sign that makes it a comment where spaces separate the names."""
     cells = _trimmed(cells_in(line, separator))
     return cells[1:] if separator in WHITESPACE and cells[:1] and cells[0] in COMMENTS else cells
-
-
-def _is_units(cells):
-    """Whether the cells of a row are units, not names; a name such as `s` beside others is one."""
-    return all(UNIT.fullmatch(cell.lower()) for cell in cells)

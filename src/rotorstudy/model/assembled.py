@@ -97,10 +97,7 @@ class Assembled:
         return {name: place for place, name in enumerate(self.names)}
 
     def unknown_names(self, wanted: Iterable[str] | None = None) -> tuple[str, ...]:
-        """Names of the real amplitudes to estimate: those wanted, by default those without a value.
-
-        The name of a complex amplitude stands for its two parts, a name without a label for all labels.
-        """
+        """Names of the real amplitudes to estimate: those wanted (without a label, of all), or without a value."""
         if wanted is None:
             if not self.names:
                 raise RotorstudyError("the model has no parameters to estimate; add effects or a crack to the rig")
@@ -173,8 +170,7 @@ class Assembled:
     def at(self, theta=None):
         """The model with the bearings that it has at amplitudes (parameter,), by default its own, and these.
 
-        Bearings are not linear in their numbers: they are built anew, and the amplitudes of the numbers are then zero,
-        their entries the derivatives. NoSteadyState if there is no bearing with these numbers.
+        Bearings are not linear in their numbers: they are built anew, and the numbers are zero, with derivatives.
         """
         theta = np.asarray(self.theta if theta is None else theta, float)
         if not self.bearing_numbers:
@@ -188,7 +184,7 @@ class Assembled:
     @cached_property
     def bearing_numbers(self) -> tuple[int, ...]:
         """Positions (number,) in `theta` of the numbers of bearings that are parameters."""
-        names = {unknown.name for term in self.terms if term.is_bearing_number for unknown in term.unknowns}
+        names = {u.name for term in self.terms if term.is_bearing_number for u in term.unknowns if u.carries}
         return tuple(p for p, name in enumerate(self.names) if name in names)
 
     @cached_property
@@ -201,6 +197,9 @@ class Assembled:
             terms = with_bearings_at(self.structure, self.terms, dict(values))
             settled = (replace(t, is_bearing_number=False) if t.is_bearing_number else t for t in terms)
             found = replace(self, terms=tuple(settled))
+            loading, given = (u for _, u in self.acting if u.carries), dict(values)
+            forces = (given[u.name] * np.asarray(e.matrix) for u in loading for e in u.entries if e.is_constant)
+            found.__dict__["constant_force"] = sum(forces, self.constant_force)
             found.__dict__["output_table"] = self.output_table  # bearings do not act on the output
             if latest:
                 found.__dict__["table"] = latest[0].with_gains_of(unknown for _, unknown in found.acting)
@@ -208,6 +207,11 @@ class Assembled:
             return found
 
         return placed
+
+    @cached_property
+    def constant_force(self) -> np.ndarray:
+        """Force (dof,), N, of the constant forces that load films, once the films are those at their load."""
+        return np.zeros(len(self.structure.dofs))
 
     @cached_property
     def earlier(self):

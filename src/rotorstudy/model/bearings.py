@@ -1,9 +1,71 @@
-"""Bearings: the load they carry, and their dynamic stiffness in x and y from their entries."""
+"""Bearings: the load they carry, their dynamic stiffness, and the housings that those on a foundation have.
+
+A housing has a coordinate (node, "housing") beside those of the rotor. The items of the section `foundation:` are those
+of a bearing, between the housing and the ground; the bearing at that node then acts between journal and housing.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.entries import apply_entries
+from rotorstudy.model.structure import Structure
+from rotorstudy.model.terms import Parameter
+
+
+def on_housings(function: Callable, nodes: Iterable[int]) -> Callable:
+    """A function that builds the Structure of another one with a coordinate more for the housing at each node."""
+    nodes = tuple(nodes)
+
+    def built(**options):
+        structure = function(**options)
+        more = len(nodes)
+
+        def longer(row):
+            return np.pad(row, (0, more))
+
+        def loss(of):
+            return {name: (np.pad(pattern, (0, more)), *rest) for name, (pattern, *rest) in of.items()}
+
+        given = structure.stiffness_loss
+        return replace(
+            structure,
+            **{name: np.pad(getattr(structure, name), (0, more)) for name in ("mass", "stiffness", "gyroscopic")},
+            static_load=longer(structure.static_load),
+            dofs=(*structure.dofs, *((node, "housing") for node in nodes)),
+            stiffness_loss=(lambda *at: loss(given(*at))) if callable(given) else loss(given),
+            shape_at=structure.shape_at and (lambda at: longer(structure.shape_at(at))),
+            curvature_at=structure.curvature_at and (lambda at: longer(structure.curvature_at(at))),
+            section_at=structure.section_at and (lambda at: _longer_section(structure.section_at(at), longer)),
+        )
+
+    return built
+
+
+def _longer_section(section, longer):
+    return section._replace(moment=longer(section.moment))
+
+
+def at_housings(structure: Structure, parameters: tuple[Parameter, ...], *, from_ground: bool) -> tuple:
+    """Parameters whose forces between a node and the ground act between housing and ground, or journal and housing."""
+    seen = np.eye(len(structure.dofs))  # what the force reads as the motion of the node
+    for node in structure.housings:
+        journal, housing = structure.index(node), structure.index(node, "housing")
+        seen[journal, housing] = 1.0 if from_ground else -1.0
+        seen[journal, journal] = 0.0 if from_ground else 1.0
+
+    def moved(parameter):
+        force = parameter.force and replace(parameter.force, matrix=parameter.force.matrix @ seen)
+        entries = tuple(replace(entry, matrix=_moved(np.asarray(entry.matrix), seen)) for entry in parameter.entries)
+        return replace(parameter, entries=entries, force=force)
+
+    return tuple(map(moved, parameters)) if structure.housings else tuple(parameters)
+
+
+def _moved(matrix, seen):
+    return seen.T @ matrix if matrix.ndim == 1 else seen.T @ matrix @ seen
 
 
 def weight_carried(structure, node=None):
@@ -19,10 +81,7 @@ def weight_carried(structure, node=None):
 
 
 def dynamic_stiffness(term, speed, harmonics):
-    """Dynamic stiffness Z (speed, harmonic, force direction, motion direction), N/m, of a bearing: force = -Z (X, Y).
-
-    On a structure with one coordinate, of the motion Re((X, Y) e^{jnwt}), n > 0; speed (speed,) rad/s.
-    """
+    """Dynamic stiffness (speed, harmonic, force, motion), N/m, of a bearing on one coordinate: force = -Z (X, Y)."""
     speed, found = np.asarray(speed, float), []
     for n in harmonics:
         columns = []

@@ -5,12 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorstudy.model.depth import keys_from_depth
-from rotorstudy.model.key_units import aliases_of, without_aliases
+from rotorstudy.model.cracks import keys_from_depth
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import SECTIONS, SMALLEST
-from rotorstudy.model.rig_items import make_term
+from rotorstudy.model.rig_items import aliases_of, make_term, without_aliases
 from rotorstudy.model.rig_numbers import is_number, rig_with_changes
 from rotorstudy.model.uncertainty import uncertainty_section
 from rotorstudy.store import write_text
@@ -19,8 +18,7 @@ from rotorstudy.store import write_text
 def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.ndarray, covariance: np.ndarray) -> dict:
     """A rig dict with the estimates theta (parameter,) of some names, and their covariance in its section `prior`.
 
-    Standard deviations of numbers are relative to the new values. Other parameters keep value and stated covariance, as
-    does an amplitude that the data do not determine (NaN, or infinite variance).
+    Standard deviations of numbers are relative to the new values. What the data do not determine keeps what was stated.
     """
     theta = np.asarray(theta)
     relative = np.array([1 + value if is_number(name) else 1.0 for name, value in zip(names, theta, strict=True)])

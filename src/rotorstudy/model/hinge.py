@@ -26,7 +26,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from rotorstudy.errors import CannotAct, RotorstudyError
-from rotorstudy.model.depth import compliance
+from rotorstudy.model.cracks import compliance
 from rotorstudy.model.entries import Entry, outer
 from rotorstudy.model.kinds import CrackDepth
 from rotorstudy.model.options import option_names

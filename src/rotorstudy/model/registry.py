@@ -197,11 +197,7 @@ def _plugin_folders(listed, working_folder, has_own):
     return tuple(dict.fromkeys(folder.resolve() for folder in own + extra))
 
 
-@lru_cache
-def _registry(folders):
-    return Registry(folders)
-
-
+_registry = lru_cache(Registry)
 _CURRENT = ContextVar("registry", default=None)
 
 

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.errors import CannotAct, RotorstudyError, unknown_name
-from rotorstudy.model.foundation import housings_of, on_housings
+from rotorstudy.model.bearings import on_housings
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import check_options, plain
 from rotorstudy.model.reading import Reading
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_items import check_structure, kind_of, make_term, named, without_kind
+from rotorstudy.model.rig_numbers import films_of
 from rotorstudy.model.structure import Origin
 from rotorstudy.model.uncertainty import with_uncertainty
 from rotorstudy.yaml_file import read_yaml
@@ -172,6 +173,7 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
             own = tuple(term for term in terms if term.carries and not term.is_foundation)
             under = tuple(term for term in terms if term.is_foundation)
             structure = replace(structure, support=_support(structure, terms), bearings=own, foundation=under)
+            structure = replace(structure, films=films_of(structure))
     _check_together(structure, terms, where)
     for node in structure.housings:
         here = structure.index(node, "housing")
@@ -248,14 +250,26 @@ def _housings(rig, where):
 
 
 def _carried(key, rig, structure, sensors, where):
-    """{node of a probe: node on whose housing it is}, as a key of the probes says."""
-    measured = rig.get("measurement")
+    """{node of a probe: node of the housing that a key names}: "relative_to", of probes that ride on it, or "on" it."""
+    measured, found = rig.get("measurement"), {}
     probes = measured.get("probes") if isinstance(measured, dict) else None
     if not isinstance(probes, list) or not all(isinstance(probe, dict) for probe in probes):
         return {}  # said where the section is read
     called = {bearing.get("label", bearing["node"]): bearing["node"] for bearing in _at_nodes(rig.get("bearings"))}
     called |= {node: node for node in structure.bearing_nodes} | {f"bearing {name}": at for name, at in called.items()}
-    found = housings_of(key, probes, called, structure.housings, sensors, where)
+    for i, probe in enumerate(probes):
+        place, to = f"{where}, measurement.probes[{i}]", probe.get(key)
+        for node in [probe["node"]] if probe.get("node") is not None else sensors:
+            housing = {**called, "bearing": node}.get(to) if to is not None else None
+            if to is not None and housing not in structure.housings:
+                raise RotorstudyError(
+                    f"{key} = {to!r} in {place}: must be a bearing on the foundation, by its label or node, or "
+                    "'bearing' for the one at the probe's own node (on a foundation: nodes "
+                    f"{list(structure.housings)})"
+                )
+            if found.setdefault(node, housing) != housing:
+                raise RotorstudyError(f"{place}: all probes of node {node} need the same bearing under '{key}:'")
+    found = {node: housing for node, housing in found.items() if housing is not None}
     for node in found if key == "on" else ():
         if node in structure.nodes or isinstance(node, bool) or not isinstance(node, int):
             raise RotorstudyError(

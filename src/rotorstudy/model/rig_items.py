@@ -1,4 +1,4 @@
-"""Terms of a rig: the items of its sections, with their options and values."""
+"""Terms of a rig: the items of its sections, with their options and values, and keys in the units of balancing."""
 
 from contextlib import contextmanager
 from dataclasses import replace
@@ -6,16 +6,15 @@ from dataclasses import replace
 import numpy as np
 
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
-from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters
-from rotorstudy.model.depth import keys_from_depth
+from rotorstudy.model.bearings import at_housings
+from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters, keys_from_depth
 from rotorstudy.model.entries import Entry, compacted
-from rotorstudy.model.foundation import at_housings
-from rotorstudy.model.key_units import aliases_of, in_si, spellings
 from rotorstudy.model.kinds import Bearing
 from rotorstudy.model.options import Whole, check_options, choices, number_hint, option_names, plain
 from rotorstudy.model.registry import registry
+from rotorstudy.model.rig_numbers import loading_films
 from rotorstudy.model.structure import Structure, at_supports
-from rotorstudy.model.terms import Parameter, Term
+from rotorstudy.model.terms import Parameter, Term, unit_suffix
 
 
 def make_term(
@@ -63,24 +62,27 @@ def make_term(
     label = given.pop("label", "")
     if not isinstance(label, (str, int)):
         raise RotorstudyError(f"label = {label!r} in {where}: must be a text")
-    fixed, acts_on = _fixed(plugin, section, structure, sensors), getattr(plugin, "acts_on", "rotor")
-    if section == "crack":
-        if "depth" in given:
-            depth = given.pop("depth")
-            given = {**keys_from_depth(depth, plugin, structure, given, where), **given}
-        names = {n for one in (_every_crack, plugin.function) for n in option_names(one, ("angle",))}
-        given = in_si(given, names, where)
-        options = _crack_options(plugin, given, where)
-    else:
-        names = option_names(plugin.function, fixed)
-        given = in_si(given, names, where)
-        left = [key for key in given if key not in names]
-        options = check_options(plugin.function, {k: v for k, v in given.items() if k in names}, where, fixed, left)
+    fixed, is_crack = _fixed(plugin, section, structure, sensors), section == "crack"
+    functions = (_every_crack, plugin.function) if is_crack else (plugin.function,)
+    by_engine = ("angle",) if is_crack else tuple(fixed)
+    if is_crack and "depth" in given:
+        depth = given.pop("depth")
+        given = {**keys_from_depth(depth, plugin, structure, given, where), **given}
+    names = {name for function in functions for name in option_names(function, by_engine)}
+    given, options = in_si(given, names, where), {}
+    left = [key for key in given if key not in names]
+    for function in functions:
+        own = option_names(function, by_engine)
+        for name in {*options, "depth", "label"} & {*own} if is_crack else ():
+            raise PluginError(
+                f"plugin '{plugin.name}' ({plugin.file}): option '{name}' is reserved for all cracks; rename it"
+            )
+        options |= check_options(function, {k: v for k, v in given.items() if k in own}, where, by_engine, left)
     if section == "bearing":  # stated, so that it is a number of the bearing like others
         missing = {name: value for name, value in plugin.defaults.items() if options[name] is None}
         with named(where):
             options |= {name: value(structure, options.get("node")) for name, value in missing.items()}
-    function = crack_parameters if section == "crack" else plugin.function
+    function = crack_parameters if is_crack else plugin.function
     parameters = _parameters(plugin, function, fixed, options, where, is_foundation)
     for changed in _other_choices(plugin, options, given):
         if {*given} <= {*_keys(parameters), *options}:
@@ -93,23 +95,17 @@ def make_term(
     given = in_si(given, [*keys, *options], where, aliases)
     values = {key: value for key, value in given.items() if key not in options}
     values = _read_values(parameters, values, spellings([*keys, *options, *aliases]), where)
-    if section == "crack":
-        _check_losses(
-            values, structure.stiffness_loss_at(options.get("node"), options.get("element")), structure, where
-        )
+    if is_crack:
+        losses = structure.stiffness_loss_at(options["node"], options["element"])
+        _check_losses(values, losses, structure, where)
     changes = getattr(plugin, "changes_bearing", False)
-    carries = section == "bearing" or changes
-    return Term(
-        plugin.name,
-        parameters,
-        values,
-        acts_on,
-        label,
-        carries,
-        is_bearing_number=changes,
-        options=options,
-        is_foundation=is_foundation,
-    )
+    is_number = changes or any(p.loads_films for p in parameters)
+    kind = {"is_bearing_number": is_number, "is_foundation": is_foundation, "carries": section == "bearing" or changes}
+    acts_on = getattr(plugin, "acts_on", "rotor")
+    return Term(plugin.name, parameters, values, acts_on, label, options=options, **kind)
+
+
+SUFFIXES = {"_deg": ("_rad", np.pi / 180), "_g_mm": ("_kg_m", 1e-6)}
 
 
 def with_options(term: Term, options: dict, structure: Structure, sensors: tuple[int, ...]) -> Term:
@@ -150,6 +146,8 @@ def _parameters(plugin, function, fixed, options, where, is_foundation=False):
         found = function(**fixed, **options)
     parameters, on_output = _checked_parameters(found, plugin, where), getattr(plugin, "acts_on", "rotor") == "output"
     _check_shapes(parameters, len(fixed["sensors"]) if on_output else len(fixed["structure"].dofs), plugin, where)
+    if getattr(plugin, "acts_on", None) == "rotor":
+        parameters = loading_films(parameters, fixed["structure"].films)
     if isinstance(plugin, Bearing) or getattr(plugin, "places", None) is at_supports:
         return at_housings(fixed["structure"], parameters, from_ground=is_foundation)
     return tuple(replace(p, entries=tuple(map(compacted, p.entries))) for p in parameters)
@@ -172,18 +170,6 @@ def _every_crack(
     angle_rad: float = 0.0,
 ):
     """Options of every crack."""
-
-
-def _crack_options(plugin, given, where):
-    options = {}
-    for function in (_every_crack, plugin.function):
-        names = option_names(function, ("angle",))
-        for name in {*options, "depth", "label"} & {*names}:
-            raise PluginError(
-                f"plugin '{plugin.name}' ({plugin.file}): option '{name}' is reserved for all cracks; rename it"
-            )
-        options |= check_options(function, {k: v for k, v in given.items() if k in names}, where, ("angle",))
-    return options
 
 
 def _read_values(parameters, given, known, where):
@@ -291,3 +277,56 @@ def _check_shapes(parameters, size, plugin, where):
                 )
             if not np.isfinite(entry.nonzero[-1]).all():
                 raise PluginError(f"{who}: entry {i} of '{parameter.name}' is not finite")
+
+
+def in_si(given, known, where, aliases=None):
+    """Options or values, keys that stand for known ones in SI replaced by these; a quantity given twice is an error.
+
+    aliases : other key in SI -> (known key, factor);  keys that stand for nothing known stay as they are
+    """
+    known, aliases, found, source = set(known), aliases or {}, {}, {}
+    for key, value in given.items():
+        target, factor = _standing_for(key, known, aliases)
+        if target in source:
+            raise RotorstudyError(f"{source[target]} and {key} in {where} are the same quantity; give one of them")
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if isinstance(value, str) and factor != 1:
+            raise RotorstudyError(f"{key} = {value!r} in {where}: must be a finite number{number_hint(value)}")
+        found[target] = value * factor if factor != 1 and is_number else value
+        source[target] = key
+    return found
+
+
+def aliases_of(parameters):
+    """{other key: (key, factor)} of the values of some parameters."""
+    found = {}
+    for parameter in parameters:
+        for name, (unit, factor) in parameter.also.items():
+            found[f"{name}_{unit_suffix(unit)}"] = (parameter.key, factor)
+            found[f"{name}_phase_rad"] = (parameter.phase_key, 1.0)
+    return found
+
+
+def spellings(keys):
+    """Some keys in SI, and those in other units that stand for them."""
+    others = [key.removesuffix(si) + own for key in keys for own, (si, _) in SUFFIXES.items() if key.endswith(si)]
+    return [*keys, *others]
+
+
+def without_aliases(item, keys, aliases):
+    """An item of a rig without its keys that stand for some keys in SI."""
+    return {key: value for key, value in item.items() if _standing_for(key, set(keys), aliases)[0] not in keys}
+
+
+def _standing_for(key, known, aliases):
+    """The key in SI that a key stands for, and the factor to it; the key itself if it stands for none."""
+    if key in known:
+        return key, 1.0
+    factor = 1.0
+    for suffix, (si, to_si) in SUFFIXES.items():
+        if key.endswith(suffix) and (key.removesuffix(suffix) + si) in known | set(aliases):
+            key, factor = key.removesuffix(suffix) + si, to_si
+    if key in aliases and aliases[key][0] in known:
+        target, more = aliases[key]
+        return target, factor * more
+    return key, factor

@@ -7,7 +7,6 @@ forces from zero (continuation).
 """
 
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,22 +20,18 @@ SMALLEST_GROWTH = 1e-3  # smallest continuation step, as a share of the force
 DIFFERENCE = 1e-6  # step of the central differences relative to the motion: an error of 1e-12 where the force is smooth
 
 
-class Tangent(NamedTuple):
-    """Linearisation about the steady states at some speeds.
+def _linearised(slope, reply, seen):
+    """Function from changes (speed, harmonic, dof, parameter), m per unit, without nonlinear forces to those with them.
 
     slope : (speed, component, component) derivative of the force harmonics by the motion, N/m
     reply : (speed, harmonic, dof, component) motion by a unit force;  seen : (coordinate, dof) what the forces see
     """
+    stiff = np.eye(slope.shape[-1]) - _real(seen @ reply) @ slope
 
-    slope: np.ndarray
-    reply: np.ndarray
-    seen: np.ndarray
+    def with_forces(change):
+        return change + reply @ (slope @ np.linalg.solve(stiff, _real(seen @ change)))[:, None]
 
-    def response(self, change):
-        """Change (speed, harmonic, dof, parameter), m per unit, with the nonlinear forces, from that without them."""
-        moved = _real(self.seen @ change)
-        stiff = np.eye(moved.shape[1]) - _real(self.seen @ self.reply) @ self.slope
-        return change + self.reply @ (self.slope @ np.linalg.solve(stiff, moved))[:, None]
+    return with_forces
 
 
 def one_revolution(harmonics):
@@ -71,10 +66,7 @@ def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
 
 
 def affine_error(force, amplitudes, speed, harmonics, deflection):
-    """Share (rms) of a nonlinear force that no affine function of the displacement, one for all speeds, describes.
-
-    Zero where a contact stays open or closed.
-    """
+    """Share (rms) of a nonlinear force that no affine function of the displacement, one for all speeds, describes."""
     angle, basis = one_revolution(harmonics)
     rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
     seen, still = amplitudes @ force.matrix.T, (np.asarray(deflection) @ force.matrix.T)[..., None, :]
@@ -100,9 +92,9 @@ def _complex(components, coordinates):
 
 
 def steady_states(forces, speed, harmonics, deflection, linear, reply):
-    """Harmonics (speed, harmonic, dof) under forces [(amplitude, NonlinearForce)], and the Tangent there.
+    """Harmonics (speed, harmonic, dof) under forces [(amplitude, NonlinearForce)], and `_linearised` there.
 
-    linear : (speed, harmonic, dof) motion without them, about the deflection (speed, dof), m
+    linear : motion without them, about the deflection (speed, dof), m
     reply  : (speed, harmonic, dof, component) motion by a unit force on each component of those they depend on
     """
     system = _System(forces, speed, harmonics, deflection, linear, reply)
@@ -122,14 +114,11 @@ def steady_states(forces, speed, harmonics, deflection, linear, reply):
         done = at[met]
         x[done], force[done], slope[done] = (part[met] for part in (found, *loaded))
         share[done], growth[at] = tried[met], growth[at] * np.where(met, 2.0, 0.5)
-    return linear + (reply @ force[:, None, :, None])[..., 0], Tangent(slope, reply, system.seen)
+    return linear + (reply @ force[:, None, :, None])[..., 0], _linearised(slope, reply, system.seen)
 
 
 class _System:
-    """The equations x = start + share * receptance @ force(x) at all speeds; arguments as for `steady_states`.
-
-    x (speed, component) are the harmonics that the forces depend on, m; share is that of the continuation.
-    """
+    """Equations x = start + share * receptance @ force(x) at all speeds, x (speed, component), m."""
 
     def __init__(self, forces, speed, harmonics, deflection, linear, reply):
         seen, place = seen_coordinates([force for _, force in forces]), np.asarray(harmonics)

@@ -24,10 +24,7 @@ def _kept_shapes(model, theta):
 
 
 def shapes(model: Model, theta: np.ndarray) -> np.ndarray:
-    """Shapes (dof, shape) of which the free motion consists, at right angles and of unit mass.
-
-    The lowest `MODES` of the shaft and the deflections by loads of effects: Craig and Kurdila 2006, ch. 17.
-    """
+    """Shapes (dof, shape) of which the free motion consists, orthonormal in mass: Craig and Kurdila 2006, ch. 17."""
     from scipy.linalg import eigh, orth
 
     size, own = len(model.structure.dofs), model.matrices(theta)

@@ -154,10 +154,10 @@ def _slopes(force, along, speed, turned, kept):
 
 
 def time_matrices(model, theta, speed, deflection):
-    """Sums of the entries of effects, cracks and bearings by shift, as they act on the right-hand side.
+    """Sums by shift of the entries of effects, cracks and bearings, as they act on the right-hand side.
 
-    The constant force {shift: (dof,)}, N, at the static deflection (dof,), and stiffness, damping and mass, each {"z"
-    or "conj": {shift: (dof, dof)}}. Numbers of the rotor are in `model.matrices`, exactly, and not here.
+    The constant force {shift: (dof,)}, N, and stiffness, damping and mass, each {"z" or "conj": {shift: (dof, dof)}}.
+    Numbers of the rotor are in `model.matrices`, exactly, and not here.
     """
     constant, on_motion = {}, [{"z": {}, "conj": {}} for _ in range(3)]
     for position, unknown in model.acting:

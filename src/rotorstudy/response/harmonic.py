@@ -142,7 +142,10 @@ def positions(harmonics, blocks):
 def static_force(model, theta, speed, carried, deflection, *, constant=True):
     """Force harmonics (..., speed, harmonic, dof), N, at a static deflection; all, or what it changes."""
     own = theta[..., [p for p, _ in model.acting]]
-    return model.table.static_force(own, speed, carried, deflection, constant=constant)
+    found = model.table.static_force(own, speed, carried, deflection, constant=constant)
+    if constant and model.constant_force.any():
+        found[..., carried == 0, :] += model.constant_force
+    return found
 
 
 def carried_response(model, speed, theta, blocks, jacobian, kept=None):
@@ -206,7 +209,7 @@ def _carried_about(still, model, speed, theta, blocks, jacobian, kept):
     changes = solved(columns)
     if tangents is not None:
         for trial, tangent in np.ndenumerate(tangents):
-            changes[trial] = tangent.response(changes[trial])
+            changes[trial] = tangent(changes[trial])
     derivatives[..., : columns.shape[-1]] = changes
     return found, derivatives
 
@@ -246,7 +249,7 @@ def _product(slope, motion, band):
 
 
 def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, linear):
-    """Harmonics (..., speed, harmonic, dof) with the nonlinear forces, and Tangents (...), None if none acts."""
+    """Harmonics (..., speed, harmonic, dof) with the nonlinear forces, and functions (...) of changes there."""
     carried, dof = blocks.harmonics, len(model.structure.dofs)
     acting = [(p, force) for p, force in model.nonlinear_forces if np.any(theta[..., p])]
     if not acting:

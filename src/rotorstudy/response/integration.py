@@ -110,11 +110,9 @@ def time_response(
 
 
 def _equations(model, theta, speed, reference):
-    """Shifts (shift,), forces (shift, dof * column) by what acts with each, and a function to the acceleration (dof,).
-
-    Columns are by z, conj(z), their derivatives, and 1. The function takes the force and the turns e^{j shift w t}.
-    """
+    """Shifts, forces (shift, dof * column) by z, conj(z), their derivatives and 1, and function to acceleration."""
     own, dof = model.matrices(theta), len(model.structure.dofs)
+    load = own.static_load + model.constant_force
     constant, stiffness, damping, mass = time_matrices(model, theta, speed, reference)
     none = np.zeros((dof, dof))
     parts = [one[on] for one in (stiffness, damping, mass) for on in ("z", "conj")]
@@ -122,9 +120,7 @@ def _equations(model, theta, speed, reference):
     table = np.array([np.hstack([part.get(shift, none) for part in parts]) for shift in shifts], complex)
     own_parts = (-own.stiffness, none, 1j * speed * own.gyroscopic, none, -own.mass, none)
     table[shifts == 0] += np.hstack(own_parts)
-    still = (
-        np.array([constant.get(shift, np.zeros(dof)) for shift in shifts]) + (shifts == 0)[:, None] * own.static_load
-    )
+    still = np.array([constant.get(shift, np.zeros(dof)) for shift in shifts]) + (shifts == 0)[:, None] * load
     force, inertia = np.split(table, [4 * dof], axis=-1)
     force = np.concatenate([force, still[..., None]], axis=-1)
     return shifts, force.reshape(len(shifts), -1), _accelerated(-inertia, shifts)
@@ -146,10 +142,7 @@ def _accelerated(inertia, shifts):
 
 
 def transient_response(model, speed, time, theta=None, *, start=None):
-    """Exact motion (time, dof) of a time-invariant model, m, from rest or `start` (displacement and velocity (dof,)).
-
-    Steady state plus the whirl modes excited by the start: without integration error, and as fast at late times.
-    """
+    """Exact motion (time, dof), m, of a time-invariant model from rest or `start`: steady state plus whirl modes."""
     speed = float(check_speed(speed)[0])
     harmonics, dof = forced_harmonics(model), len(model.structure.dofs)
     values, modes = np.linalg.eig(state_matrix(model, [speed], theta)[0])

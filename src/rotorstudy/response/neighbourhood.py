@@ -41,10 +41,7 @@ def carried_motion(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
 
 
 class Neighbourhood:
-    """The neighbourhood of a model: what forces that it does not contain add to its motion and measured harmonics.
-
-    To first order, as the added motion does not act back on these forces. Harmonics -order..order are carried.
-    """
+    """What forces that a model does not contain add, to first order, to its motion and to its measured harmonics."""
 
     def __init__(self, model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
         model, theta = model.at(theta)

@@ -46,9 +46,9 @@ def separation_margin(speed, operating):
 
 
 def required_margin(peak, operating):
-    """Separation margin that API 617 (8th ed., part 1, 4.8.2.10) asks for, relative to the nearer end of the range.
+    """Separation margin that API 617 (8th ed., part 1, 4.8.2.10) asks for; 0 for AF < 2.5, NaN if not known.
 
-    17 (1 - 1/(AF - 1.5)) %, at most 16 %, below the range; 10 % more above it; 0 for AF < 2.5, NaN if not known.
+    17 (1 - 1/(AF - 1.5)) %, at most 16 %, below the range of operation; 10 % more above it
     """
     if np.isnan(peak.amplification):
         return np.nan

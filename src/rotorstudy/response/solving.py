@@ -7,13 +7,14 @@ import numpy as np
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.entries import Entry
 from rotorstudy.response.coupling import gather, layout_without_turning, linked_members, mirrored_unknown, own_harmonic
-from rotorstudy.response.factorised import factorised, factorised_bands, has_narrow_band, stored_by_band
-from rotorstudy.response.on_bearings import are_few, diagonal_blocks, on_bearings, touched_by
+from rotorstudy.response.factorised import FEWEST, factorised, factorised_bands, has_narrow_band, stored_by_band
 from rotorstudy.response.turning import turning
 
 FEWER_BY = 2  # harmonics are coupled on the coordinates that turn if that takes less than a half of the operations
 FACTORS_KEPT = 512  # of kinds of entries at some speeds
 CONDENSED_AT_MOST = 1e4  # ratio of the condensed part to the stiffness; above it four of sixteen digits would be lost
+LARGEST_LOOP = 1e4  # of receptance times stiffness, likewise
+FEWER_TOUCHED_BY = 3  # times as many coordinates as those touched: with more of these, the whole is solved as fast
 
 
 def operator(model, theta, speed, blocks, kept=None, *, turning=True, adjoint=False):
@@ -149,7 +150,7 @@ def solver(model, theta, speed, blocks, kept=None, *, adjoint=False):
 
     def solved_with_turning(force):
         try:
-            found = coupled.added_to(solved(force))
+            found = coupled(solved(force))
         except np.linalg.LinAlgError:
             found = np.array(np.nan)
         return _checked_motion(found, speed)
@@ -199,9 +200,69 @@ def _on_bearings(model, theta, speed, blocks, kept, adjoint):
     added = _of_entries(patterns, model, theta, speed, blocks, touched, adjoint)
     place = np.searchsorted(kept, touched)
     try:
-        return [on_bearings(*pair, place, springs, band).motion for pair in zip(alone, added, strict=True)]
+        return [on_bearings(*pair, place, springs, band) for pair in zip(alone, added, strict=True)]
     except np.linalg.LinAlgError:
         return None
+
+
+def touched_by(patterns):
+    """Positions (coordinate,) of the coordinates that entries depend or act on; patterns : list of Pattern."""
+    return np.unique(np.concatenate([[], *((one.row, one.column) for one in patterns)], axis=None)).astype(int)
+
+
+def are_few(touched, dof, members):
+    """Whether bearings touch so few coordinates, all harmonics together, that the rotor is inverted without them."""
+    return 0 < FEWER_TOUCHED_BY * len(touched) <= dof and (members > 1 or dof < FEWEST)
+
+
+def diagonal_blocks(matrix, size):
+    """(..., member, size, size) of matrices (..., member * size, member * size)."""
+    parts = [slice(first, first + size) for first in range(0, matrix.shape[-1], size)]
+    return np.stack([matrix[..., own, own] for own in parts], axis=-3)
+
+
+def on_bearings(alone, added, touched, springs, band=None):
+    """Function from force to motion of a group, both (..., member, dof, column), by the receptances of the rotor.
+
+    Bearings couple harmonics n and -n, but touch few coordinates. Without them each harmonic of the rotor is on its
+    own, and its matrices are small, and real unless it is damped. With its receptances G, q = G (f - E q), where E are
+    the bearings less `springs` (coordinate,), N/m, that hold a free rotor. LinAlgError if the rotor resonates alone.
+
+    alone : (..., speed, block, member, dof, dof) dynamic stiffness of the rotor, `stored_by_band` if that is given
+    added : (..., speed, block, member * coordinate, ...) of the bearings
+    """
+    members, count = alone.shape[-3], len(touched)
+    held = alone.copy()
+    held[..., touched if band is None else band, touched] += springs
+    if band is None:
+        inverse = np.linalg.inv(held)
+        by_force, columns = partial(_times, inverse), inverse[..., touched]
+    else:
+        by_force = factorised_bands(held)
+        columns = by_force(np.eye(held.shape[-1])[:, touched])
+    taken = added - np.diag(np.tile(springs, members))
+    between = columns[..., touched, :]  # (..., member, coordinate, coordinate)
+    by_member = np.swapaxes(taken.reshape(*taken.shape[:-1], members, count), -3, -2)
+    loop = np.swapaxes(by_member @ between, -3, -2).reshape(taken.shape)
+    if not np.all(np.abs(loop) < LARGEST_LOOP):
+        raise np.linalg.LinAlgError
+    reaction = np.linalg.solve(np.eye(members * count) + loop, taken)
+
+    def motion(force):
+        own = by_force(force)
+        at = own[..., touched, :]
+        pulled = reaction @ at.reshape(*at.shape[:-3], -1, at.shape[-1])
+        return own - _times(columns, pulled.reshape(at.shape))
+
+    return motion
+
+
+def _times(matrix, columns):
+    """Matrices (..., row, dof), real or complex, times complex columns (..., dof, column)."""
+    if np.iscomplexobj(matrix):
+        return matrix @ columns
+    columns = np.ascontiguousarray(columns)
+    return (matrix @ columns.view(float)).view(complex)
 
 
 def _band(model, patterns=()):
@@ -230,15 +291,12 @@ def _motion_by(matrix, order):
 def _checked_motion(found, speed):
     """The motion, or NoSteadyState unless it is finite."""
     if not np.isfinite(found).all():
+        some = ", ".join(f"{w:g}" for w in speed[:5]) + (" ..." if len(speed) > 5 else "")
         raise NoSteadyState(
-            f"no steady state at one of {_some(speed)} rad/s: a harmonic coincides with an undamped natural "
+            f"no steady state at one of {some} rad/s: a harmonic coincides with an undamped natural "
             "frequency, or a parameter is not finite; add damping or leave that speed out"
         )
     return found
-
-
-def _some(speed):
-    return ", ".join(f"{w:g}" for w in speed[:5]) + (" ..." if len(speed) > 5 else "")
 
 
 def _solve_groups(groups, force, blocks):

@@ -16,10 +16,7 @@ SLOWEST_GROWTH = 1e-6  # per revolution; slower growth is round-off of an undamp
 
 
 def state_matrix(model, speed, theta=None, shapes=None):
-    """State matrix A (speed, state, state) of a time-invariant, linear model, d/dt (q, q') = A (q, q').
-
-    With entries on conj(z), q is q stacked on conj(q); with shapes (dof, shape) it is their amplitudes.
-    """
+    """State matrix A (speed, state, state) of a time-invariant model: of q, or q on conj(q); or of shapes."""
     speed = check_speed(speed)
     model, theta = model.at(theta)
 
@@ -150,10 +147,7 @@ def stability_threshold(
 
 
 def damping_of_effects(model, speed, theta=None):
-    """{effect with its label: what it adds to the growth rate of the least stable mode, 1/s}, the largest first.
-
-    The derivative of the eigenvalue times the amplitudes. As modes change too, the sum is not the growth rate itself.
-    """
+    """{effect with its label: its part of the growth rate of the least stable mode, 1/s}, the largest first."""
     theta = np.asarray(model.theta if theta is None else theta, float)
     shapes = few_shapes(model, theta)
     values, right = np.linalg.eig(state_matrix(model, [speed], theta, shapes)[0])

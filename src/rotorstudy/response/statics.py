@@ -55,10 +55,7 @@ def static_loads(model, deflection, speed):
 
 
 def static_deflection(model, speed, theta, *, jacobian=False):
-    """Deflection under the static load, (K + K_bearings) q = f; NoSteadyState if the bearings do not carry it.
-
-    theta : (..., parameter), of which only the amplitudes that carry load matter
-    """
+    """The Deflection under the static load, (K + K_bearings) q = f; NoSteadyState if the bearings do not carry it."""
     model, theta = model.at(theta)
     structure, varied, held = model.structure, model.varied, model.held_deflection
     if held is not None:

@@ -7,34 +7,12 @@ real and imaginary parts, as conj(x) enters.
 """
 
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
 
-class Turning(NamedTuple):
-    """The turning coefficients at given amplitudes; components are real parts, then imaginary parts.
-
-    touched    : (coordinate,) positions of the coordinates
-    own, other : (..., speed, harmonic, dof, part * coordinate) motion at harmonic n by a unit force at n, and at -n
-    force      : (..., speed or 1, component, component) force by the motion of the coordinates, N/m
-    closed     : (..., speed, component, component) identity less receptance times force
-    """
-
-    touched: np.ndarray
-    own: np.ndarray
-    other: np.ndarray
-    force: np.ndarray
-    closed: np.ndarray
-
-    def added_to(self, found):
-        """Motion (..., speed, harmonic, dof, column) with the turning coefficients, from that without them."""
-        motion = np.linalg.solve(self.closed, _components(found[..., self.touched, :]))
-        return found + _replied(self.own, self.other, self.force @ motion)
-
-
 def turning(model, theta, speed, harmonics, solved, adjoint=False):
-    """The Turning of a model at harmonics -order..order.
+    """Function from motion (..., speed, harmonic, dof, column) without the turning coefficients to that with them.
 
     solved : force (..., speed, harmonic, dof, column) -> motion without the turning coefficients, or its adjoint
     """
@@ -43,7 +21,13 @@ def turning(model, theta, speed, harmonics, solved, adjoint=False):
     force = _force_matrix(model, theta, speed, harmonics)
     force = np.swapaxes(force, -1, -2) if adjoint else force
     receptance = _components(_replied(own[..., touched, :], other[..., touched, :], force))
-    return Turning(touched, own, other, force, np.eye(force.shape[-1]) - receptance)
+    closed = np.eye(force.shape[-1]) - receptance
+
+    def with_turning(found):
+        motion = np.linalg.solve(closed, _components(found[..., touched, :]))
+        return found + _replied(own, other, force @ motion)
+
+    return with_turning
 
 
 def replies(rows, lead, harmonics, solved):

@@ -133,10 +133,7 @@ def damped_modes(model, speed, count, theta=None):
 
 
 def whirl_modes(model, speed, theta=None):
-    """Eigenvalues (mode,), 1/s, at one speed in order of frequency, and shapes (mode, dof) of largest component 1.
-
-    On anisotropic bearings they are (mode, 2 dof), the second half of the opposite whirl direction.
-    """
+    """Eigenvalues (mode,), 1/s, by frequency, and shapes (mode, dof); (mode, 2 dof) on anisotropic bearings."""
     few = few_shapes(model, theta)
     values, vectors = np.linalg.eig(state_matrix(model, [speed], theta, few)[0])
     order = np.argsort(values.imag)
@@ -148,10 +145,7 @@ def whirl_modes(model, speed, theta=None):
 
 
 def critical_speeds(model, up_to, orders=(1,), theta=None, speeds=None):
-    """Speeds (critical,), rad/s, for each order n at which a damped whirl frequency is n times the spin speed.
-
-    Of a time-invariant model; n > 0 is forward, 1 of unbalance; sought between `speeds` (speed,), ascending.
-    """
+    """Critical speeds (critical,), rad/s, of a time-invariant model for each order n, n > 0 forward."""
     from scipy.optimize import brentq
 
     speeds = np.geomspace(1e-4 * up_to, up_to, 600) if speeds is None else speeds
@@ -183,10 +177,7 @@ def critical_speeds(model, up_to, orders=(1,), theta=None, speeds=None):
 
 
 def _followed(before, after):
-    """Order (mode,) of the eigenvalues `after` in which each continues that of `before`, at the speed below it.
-
-    By frequency they would not: where overdamped motions begin to whirl, all others change places.
-    """
+    """Order (mode,) of eigenvalues in which each continues that at the speed below: by frequency some change places."""
     from scipy.optimize import linear_sum_assignment
 
     distance = np.abs(before[:, None] - after) / (np.abs(before)[:, None] + np.abs(after) + np.finfo(float).tiny)

@@ -7,8 +7,7 @@ from pydantic import Field
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
-from rotorstudy.model.cracks import breathing_function
-from rotorstudy.model.depth import stiffness_loss
+from rotorstudy.model.cracks import breathing_function, stiffness_loss
 from rotorstudy.model.options import check_options
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model

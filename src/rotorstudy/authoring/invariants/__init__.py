@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from rotorstudy.authoring.invariants import bearing, crack, depth, effect, estimator, rotor, spectrum
+from rotorstudy.authoring.invariants import bearing, crack, effect, estimator, rotor, spectrum
 from rotorstudy.authoring.invariants.base import BrokenInvariant, is_claimed, kind_of, numbers_checked, stated
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import blamed
@@ -10,7 +10,7 @@ from rotorstudy.model.registry import blamed
 INVARIANTS = {
     "rotor": rotor.CHECKS,
     "crack": crack.CHECKS,
-    "depth": depth.CHECKS,
+    "depth": crack.DEPTH_CHECKS,
     "bearing": bearing.CHECKS,
     "effect": effect.CHECKS,
     "spectrum": spectrum.CHECKS,

@@ -18,25 +18,19 @@ BEARING_HARMONICS = [1, 2, 3]
 
 def bearing_is_finite(plugin):
     """is finite at speeds of a laboratory rotor"""
-    check_finite(typical_term(plugin, bench_structure()))
-
-
-def check_finite(term):
-    """The dynamic stiffness has a finite value at every speed."""
-    found = dynamic_stiffness(term, SPEEDS, BEARING_HARMONICS)
-    bad = [w for w, one in zip(SPEEDS, found, strict=True) if not np.isfinite(one).all()]
+    bad = [w for w, one in zip(SPEEDS, _stiffness(plugin), strict=True) if not np.isfinite(one).all()]
     require(not bad, f"stiffness or damping is not finite at {', '.join(f'{w:g}' for w in bad)} rad/s")
+
+
+def _stiffness(plugin):
+    """Dynamic stiffness (speed, harmonic, force direction, motion direction), N/m, on the bench."""
+    return dynamic_stiffness(typical_term(plugin, bench_structure()), SPEEDS, BEARING_HARMONICS)
 
 
 def bearing_carries(plugin):
     """carries the weight of a free shaft with a finite downward deflection"""
     structure = replace(bench_structure(), stiffness=np.zeros((1, 1)))
-    check_carries(typical_term(plugin, structure), structure)
-
-
-def check_carries(term, structure):
-    """The static deflection on a bearing is finite and downward."""
-    model = Model(structure, (term,))
+    model = Model(structure, (typical_term(plugin, structure),))
     try:
         deflection = static_deflection(model, SPEEDS, model.theta).value
     except NoSteadyState:
@@ -49,12 +43,7 @@ def check_carries(term, structure):
 @claimed("positive_damping")
 def bearing_takes_energy(plugin):
     """dissipates energy in every motion by its damping"""
-    check_positive_damping(typical_term(plugin, bench_structure()))
-
-
-def check_positive_damping(term):
-    """The symmetric part of the damping is positive definite."""
-    loss = dynamic_stiffness(term, SPEEDS, BEARING_HARMONICS).imag
+    loss = _stiffness(plugin).imag
     least = np.linalg.eigvalsh(loss + np.swapaxes(loss, -1, -2)).min()
     require(least > 0, f"a motion gains energy from its damping: {least / 2:.3g} N/m in quadrature")
 
@@ -62,12 +51,7 @@ def check_positive_damping(term):
 @claimed("symmetric")
 def bearing_is_symmetric(plugin):
     """has symmetric coefficients, so that no cross-coupling drives a whirl"""
-    check_symmetric(typical_term(plugin, bench_structure()))
-
-
-def check_symmetric(term):
-    """The dynamic stiffness equals its transpose."""
-    found = dynamic_stiffness(term, SPEEDS, BEARING_HARMONICS)
+    found = _stiffness(plugin)
     off = np.abs(found - np.swapaxes(found, -1, -2)).max()
     require(off <= ROUND_OFF * np.abs(found).max(), f"xy and yx differ by {off:.3g} N/m: they drive a whirl")
 

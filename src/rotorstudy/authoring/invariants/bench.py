@@ -113,7 +113,7 @@ def check_round_trip(term, structure):
     require(off < 1e-6, f"identified {dict(zip(names, found, strict=True))}, simulated with {true}")
 
 
-def exact_spectrum(model, shown, std=1e-9):
+def exact_spectrum(model, shown):
     """Harmonics (..., speed, harmonic, sensor), m, as a Spectrum with negligible noise."""
-    covariance = independent_covariance(np.full(np.shape(shown)[-3:], std) ** 2)
+    covariance = independent_covariance(np.full(np.shape(shown)[-3:], 1e-9) ** 2)
     return Spectrum(shown, np.array(SPEEDS), np.array(HARMONICS), model.sensors, covariance)

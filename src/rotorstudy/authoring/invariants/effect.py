@@ -50,13 +50,9 @@ def effect_shape_is_open(plugin):
 
 def term_states_units(plugin):
     """states the unit and a typical size of every parameter"""
-    check_units(typical_term(plugin, *bench_of(plugin)))
-
-
-def check_units(term):
-    """Check that every parameter has a unit and a typical size."""
-    require(term.parameters, "it has no parameters")
-    for parameter in term.parameters:
+    parameters = typical_term(plugin, *bench_of(plugin)).parameters
+    require(parameters, "it has no parameters")
+    for parameter in parameters:
         require(parameter.unit, f"{parameter.name} has no unit; write '1' for a pure number")
         require(
             parameter.typical > 0, f"{parameter.name} has the typical size {parameter.typical}; it must be positive"

@@ -60,10 +60,6 @@ def _noisy_bench():
     return replace(problem, spectrum=replace(noisy, covariance=independent_covariance(std**2)))
 
 
-def _of_trial(problem, trial=0):
-    return replace(problem, spectrum=problem.spectrum.with_amplitude(problem.spectrum.amplitude[trial]))
-
-
 def estimator_covariance_is_honest(plugin):
     """states the covariance of its estimates, and 95 % intervals with correct coverage"""
     problem = _noisy_bench()
@@ -73,7 +69,7 @@ def estimator_covariance_is_honest(plugin):
     # variances of 300 trials scatter by 8 %: five times that for each unknown, and 3.3 % for all six together
     for name, ratio in zip(problem.names, np.diagonal(stated.mean(axis=0)) / errors.var(axis=0), strict=True):
         require(0.65 < ratio < 1.5, f"stated variance of {name} is {ratio:.3g} times the scatter")
-    root = np.linalg.cholesky(stated / _outer(found.std))
+    root = np.linalg.cholesky(stated / (found.std[..., :, None] * found.std[..., None, :]))
     whitened = np.linalg.solve(root, (errors / found.std)[..., None])
     ratio = np.mean(whitened**2)
     require(abs(ratio - 1) < 0.17, f"errors have {ratio:.3g} times the stated variance, correlations counted")
@@ -81,14 +77,10 @@ def estimator_covariance_is_honest(plugin):
     require(abs(share - 0.95) < 0.03, f"95 % intervals contain the true value in {100 * share:.1f} % of the trials")
 
 
-def _outer(std):
-    return std[..., :, None] * std[..., None, :]
-
-
 def estimator_uses_covariance(plugin):
     """weights harmonics by their stated covariance"""
-    problem = _of_trial(_noisy_bench())
-    spectrum = problem.spectrum
+    problem = _noisy_bench()
+    spectrum = problem.spectrum.with_amplitude(problem.spectrum.amplitude[0])
     loud = np.where(np.arange(2 * len(HARMONICS)) % len(HARMONICS) == HARMONICS.index(2), 10.0, 1.0)
     doubted = replace(spectrum, covariance=spectrum.covariance * np.outer(loud, loud))
     one, other = (estimate_by(plugin, replace(problem, spectrum=s)) for s in (spectrum, doubted))

@@ -13,7 +13,7 @@ from rotorstudy.diagnosis.one_cause.answer import identified, interval_of
 from rotorstudy.diagnosis.search.candidates import candidate, form_ranges
 from rotorstudy.diagnosis.search.shape_fit import fitted_from
 from rotorstudy.measurement.noise import standard_normal
-from rotorstudy.model.depth import compliance
+from rotorstudy.model.cracks import compliance
 from rotorstudy.model.registry import registry
 from rotorstudy.store import dataset
 from rotorstudy.studies.crack_study.sensitivity import Machine
