@@ -239,12 +239,8 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
         if any(own.values()):
             built[id(bearing)] = _rebuilt(structure, bearing, holder, _together(own, meant))
         for name in own:
-            ends = (
-                _rebuilt(structure, bearing, holder, _together({**own, name: own[name] + step}, meant)).unknowns
-                for step in (STEP, -STEP)
-            )
-            for above, below in zip(*ends, strict=True):
-                slopes[name] += _slopes(above.entries, below.entries, values[above.name])
+            ends = [_together({**own, name: own[name] + step}, meant) for step in (STEP, -STEP)]
+            slopes[name] += _slopes_between(structure, bearing, holder, ends, values)
     return tuple(_with_entries(term, slopes) if term.is_bearing_number else built.get(id(term), term) for term in terms)
 
 
@@ -253,10 +249,9 @@ def number_slope(structure: Structure, node: int, number: str) -> tuple[Entry, .
     found = []
     for bearing, holder in bearings_of(structure.bearings):
         if _at_node(bearing, structure) == node and number in holder.paths and not np.isnan(bearing.theta).any():
-            name = holder.name(number)
-            ends = (_rebuilt(structure, bearing, holder, {name: step}).unknowns for step in (STEP, -STEP))
-            for value, above, below in zip(bearing.theta, *ends, strict=True):
-                found += _slopes(above.entries, below.entries, value)
+            ends = [{holder.name(number): step} for step in (STEP, -STEP)]
+            values = {unknown.name: value for unknown, value in zip(bearing.unknowns, bearing.theta, strict=True)}
+            found += _slopes_between(structure, bearing, holder, ends, values)
     if not found:
         raise CannotAct(f"no bearing at node {node} has a value of {number}")
     return tuple(found)
@@ -319,17 +314,20 @@ def _rebuilt(structure, bearing, holder, changes):
     return replace(bearing, parameters=tuple(guarded))
 
 
-def _slopes(above, below, value):
-    """Entries of the derivative by a number, from those of an amplitude on both sides of it, times its value."""
-    share, found = value / (2 * STEP), []
+def _slopes_between(structure, bearing, holder, ends, values):
+    """Entries of the derivative by a number, from changes on both sides of it, times the values of the amplitudes."""
+    found, both = [], (_rebuilt(structure, bearing, holder, changes).unknowns for changes in ends)
     gain_slope = cache(lambda above, below: lambda *at: above(*at) - below(*at))  # entries of one gain keep one
-    for one, other in zip(above, below, strict=True):
-        if one.gain is None and other.gain is None:
-            found.append(replace(one, matrix=share * (np.asarray(one.matrix) - other.matrix)))
-        elif np.array_equal(one.matrix, other.matrix):
-            found.append(replace(one, matrix=share * np.asarray(one.matrix), gain=gain_slope(one.gain, other.gain)))
-        else:
-            found += [one.times(share), other.times(-share)]
+    for above, below in zip(*both, strict=True):
+        share = values[above.name] / (2 * STEP)
+        for one, other in zip(above.entries, below.entries, strict=True):
+            if one.gain is None and other.gain is None:
+                found.append(replace(one, matrix=share * (np.asarray(one.matrix) - other.matrix)))
+            elif np.array_equal(one.matrix, other.matrix):
+                slope = gain_slope(one.gain, other.gain)
+                found.append(replace(one, matrix=share * np.asarray(one.matrix), gain=slope))
+            else:
+                found += [one.times(share), other.times(-share)]
     return found
 
 

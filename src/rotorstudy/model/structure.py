@@ -78,21 +78,6 @@ class Structure(Shaft):
     foundation: tuple = ()
     reading: Reading = field(default_factory=Reading)
 
-    def label_at(self, where: dict) -> str:
-        """What the rig calls the disc or bearing at the place of an effect; empty if it has no label.
-
-        Parameters
-        ----------
-        where : dict
-            Options of the place, like {"node": 2}.
-
-        Returns
-        -------
-        str
-        """
-        node = where.get("node")
-        return self.labels.get(node, "") if isinstance(node, int) else ""
-
     @cached_property
     def along(self) -> np.ndarray:
         """Motion (dof,) of all nodes by one in the same direction, of unit 1."""
@@ -199,21 +184,6 @@ class Structure(Shaft):
         here = np.zeros(len(self.dofs))
         here[self.index(node, motion)] = 1.0
         return here
-
-    def mass_share(self, node: int) -> float:
-        """Share of a node in the mass of the rotor: the force on it if all nodes are accelerated alike.
-
-        Parameters
-        ----------
-        node : int
-            Numbered from 1.
-
-        Returns
-        -------
-        float
-        """
-        here = np.array([at == node for at, _ in self.dofs]) * self.along  # none at a node that is held
-        return float(here @ self.mass @ self.along / (self.along @ self.mass @ self.along))
 
     def default_node(self) -> int:
         """The node of a rotor that has only one, for effects without a stated node.
