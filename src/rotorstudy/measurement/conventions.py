@@ -7,7 +7,7 @@ from annotated_types import Ge, Gt, Lt
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
-from rotorstudy.model.reading import Reading
+from rotorstudy.model.structure import Reading
 from rotorstudy.response.coupling import check_harmonics
 from rotorstudy.units import DERIVATIVES, METRES, RAD_PER_S, spin
 

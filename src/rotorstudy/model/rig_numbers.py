@@ -241,7 +241,15 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
         for name in own:
             ends = [_together({**own, name: own[name] + step}, meant) for step in (STEP, -STEP)]
             slopes[name] += _slopes_between(structure, bearing, holder, ends, values)
-    return tuple(_with_entries(term, slopes) if term.is_bearing_number else built.get(id(term), term) for term in terms)
+    found = []
+    for term in terms:
+        if term.is_bearing_number:
+            (parameter,) = term.parameters
+            parameter = replace(parameter, entries=tuple(slopes[term.full_name(parameter)]))
+            found.append(replace(term, parameters=(parameter,)))
+        else:
+            found.append(built.get(id(term), term))
+    return tuple(found)
 
 
 def number_slope(structure: Structure, node: int, number: str) -> tuple[Entry, ...]:
@@ -337,8 +345,3 @@ def _none_with_these_numbers():
         yield
     except RotorstudyError as error:
         raise NoSteadyState(f"no bearing with these numbers: {error}") from None
-
-
-def _with_entries(term, slopes):
-    (parameter,) = term.parameters
-    return replace(term, parameters=(replace(parameter, entries=tuple(slopes[term.full_name(parameter)])),))
