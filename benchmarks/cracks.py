@@ -223,6 +223,8 @@ def main():
     }
     file = given.out / "cracks.csv"
     rows = rows_of(run_case, cases, file, key="seed", processes=given.processes, minutes=given.minutes)
+    if not (rows.outcome == "done").any():
+        raise SystemExit(f"No case was answered; the reasons are in {file}")
     table = summary(rows)
     table.to_csv(given.out / "summary.csv", index=False)
     print(table.to_string(index=False))

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from named_machines.plant import PLANTS
 
-from rotorstudy.blind.machines.contacts import CouplingLaw, OneSidedLaw, RubLaw
+from rotorstudy.blind.machines.contacts import RubLaw, coupling, one_sided
 from rotorstudy.blind.machines.effects import add_preload, add_thermal_bow
 from rotorstudy.blind.machines.elastic_crack import arc_form
 from rotorstudy.blind.machines.files import page, stretches
@@ -43,6 +43,7 @@ STATES = {  # name: usual size, and the effects that are right
     "bow": (4.0, ("bow",)),  # K across the shaft
     "runout": (6e-6, ("runout", "shaft_runout")),  # m, another surface at the first plane
     "hub_2X": (100.0, ("parallel_misalignment",)),  # N at twice the speed, along x, at the coupling
+    "contact": (2e7, ("rub",)),  # N/m, of a ring at 0.8 of the median orbit at the second of the wheels
 }
 ANGLES = (-np.pi / 4, np.pi / 4)
 STEPS, MODES = 96, 10
@@ -81,7 +82,7 @@ def add_fault(machine, plant, state, size):
         own, block = plant.block_slice(machine, 0), plant.blocks[0]
         selection = np.zeros((machine.size, 2))
         selection[own] = block.motion_at(block.feet[0]).T
-        machine.local.append(LocalForce(selection, OneSidedLaw(size * block.stiffness[0], np.inf, np.pi), "foot"))
+        machine.local.append(LocalForce(selection, one_sided(size * block.stiffness[0], np.inf, np.pi), "foot"))
     if state in ("parallel", "angular"):
         selection, (lateral, bending) = np.zeros((machine.size, 2)), plant.coupling
         rows, signs = ([0, 1], [1.0, 1.0]) if state == "parallel" else ([3, 2], [1.0, -1.0])
@@ -90,14 +91,16 @@ def add_fault(machine, plant, state, size):
                 selection[4 * node + np.array(rows), [0, 1]] = sign * np.array(signs)
         stiffness = lateral if state == "parallel" else bending
         machine.stiffness -= stiffness * selection @ selection.T  # its mean is part of the sound machine
-        law = CouplingLaw(stiffness, 0.1, size * np.exp(2j), 0.05 * size * np.exp(1j))
+        law = coupling(stiffness, 0.1, size * np.exp(2j), 0.05 * size * np.exp(1j))
         machine.local.append(LocalForce(selection, law, state))
-    if state == "rub":
+    if state in ("rub", "contact"):
         selection = plant.against_block(machine, plant.wheels[1])
         healthy = steady_state(machine, plant.speeds, STEPS, MODES)
-        radius = np.linalg.norm(healthy.displacement @ selection, axis=-1).max()
-        stiffness = plant.rotor.mass * float(np.mean(plant.speeds)) ** 2
-        law = RubLaw(stiffness, (1 - size) * radius, 0.1, 0.1, (0.0, 0.0), 1e-3)
+        radius = np.linalg.norm(healthy.displacement @ selection, axis=-1).max(axis=-1)
+        gap, stiffness = (1 - size) * radius.max(), plant.rotor.mass * float(np.mean(plant.speeds)) ** 2
+        if state == "contact":
+            gap, stiffness = 0.8 * np.median(radius), size
+        law = RubLaw(stiffness, gap, 0.1, 0.1, (0.0, 0.0), 1e-3)
         machine.local.append(LocalForce(selection, law, "rub"))
 
 
@@ -129,15 +132,17 @@ def motion(name, state, size, speeds=None, kept=None):
 def right_places(plant, state):
     """Where what a state is may be stated, by the keys of a place of the package."""
     nodes = [film.node + 1 for film in plant.rotor.films]
+    on_first_block = [node for node in nodes if plant.block_at(node - 1) == 0]
     hubs = [node + 1 for node in (plant.hub, plant.other_hub) if node is not None]
     return {
         "clearance": {"node": nodes[:1], "number": ["radial_clearance_m"]},
         "clearance_last": {"node": nodes[-1:], "number": ["radial_clearance_m"]},
         "oil": {"number": ["viscosity_Pa_s"]},
-        "frame": {"node": [node for node in nodes if plant.block_at(node - 1) == 0]},
-        "looseness": {"node": [node for node in nodes if plant.block_at(node - 1) == 0]},
+        "frame": {"node": on_first_block},
+        "looseness": {"node": on_first_block, "foundation": on_first_block},
         "unbalance": {"node": [plant.wheels[0] + 1]},
         "rub": {"node": [plant.wheels[1] + 1]},
+        "contact": {"node": [plant.wheels[1] + 1]},
         "crack": {"element": [plant.cracks[0][0] + 1]},
         "crack_middle": {"element": [plant.cracks[1][0] + 1]},
         "parallel": {"node": hubs, "element": [plant.hub + 1]},
@@ -265,6 +270,7 @@ def rig(plant, error):
                 {"node": disc.node + 1, "mass_kg": disc.mass, "polar_moment_kg_m2": disc.polar_moment,
                  "diametral_moment_kg_m2": disc.diametral_moment} for disc in rotor.discs
             ],
+            "static_forces": [{"node": node + 1, "force_N": value} for node, value in upright.items()],
         },
         "bearings": films,
         "foundation": blocks,
@@ -273,10 +279,6 @@ def rig(plant, error):
             *(
                 {"kind": "unbalance", "node": node + 1, "label": f"at {node + 1}", "mass_kg": rotor.mass,
                  "eccentricity_m": 1e-6, "eccentricity_phase_rad": 0.0} for node in plant.unbalance
-            ),
-            *(
-                {"kind": "static_preload", "node": node + 1, "label": f"thrust {node + 1}", "static_preload_N": value,
-                 "static_preload_phase_rad": 0.0} for node, value in upright.items()
             ),
         ],
         "sensors": [film.node + 1 for film in rotor.films],

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from rotorstudy import RotorstudyError
+from rotorstudy.model.shown_units import asked, shown_for
 from rotorstudy.units import (
     METRES,
     RAD_PER_S,
@@ -22,6 +24,8 @@ def test_numbers_are_written_with_the_digits_that_are_known():
     assert quantity(1.2345678e-5, "m", 1.04e-7) == "12.35 ± 0.10 µm"
     assert quantity(24980.3, "N/m", 35.8) == "24980 ± 36 N/m"
     assert quantity(0.0300064, "1", 6.8e-5) == "0.030006 ± 0.000068"
+    assert quantity(1.184e7, "N/m", 5.4e5) == "1.184e+07 ± 0.054e+07 N/m"
+    assert quantity(3.2e-6, "1", 4.1e-7) == "3.20e-06 ± 0.41e-06" and quantity(0.5, "1", 2e-12) == "0.5 ± 2e-12"
     assert quantity(0.6, "1", None) == "0.6" and quantity(5.0, "N", 120.0) == "0 ± 120 N"
     assert quantity(0.5, "rad", np.nan) == "28.6 °" and quantity(2e-3, "s") == "2 ms"
 
@@ -34,6 +38,7 @@ def test_numbers_have_no_exponent_unless_they_are_very_large():
         "2.5e+09",
         "inf",
     ]
+    assert [number(x) for x in (6.83e-5, 0.00012, 4.2e-9, 0.0)] == ["0.0000683", "0.00012", "4.2e-09", "0"]
     assert [um(5.55e-5), um(0.0123), quantity(1.23456e-4, "m", digits=4)] == ["56 µm", "12000 µm", "123.5 µm"]
 
 
@@ -64,8 +69,18 @@ def test_an_estimate_is_written_with_the_digits_that_are_known():
     assert with_interval(-7.9e-7, 1.9e-7, "m").strip() == "-0.79 ± 0.19 µm (95 %: -1.16 to -0.42)"
     assert with_interval(0.21, 0.0004, "m").strip().startswith("0.21000 ± 0.00040 m")
     assert with_interval(0.5, 1.4, "g mm", least=0.0).strip() == "0.5 ± 1.4 g mm (95 %: 0.0 to 3.2)"
-    assert with_interval(1e7, 2e5, "N/m").strip() == "1e+07 ± 2e+05 N/m (95 %: 9.61e+06 to 1.039e+07)"
+    assert with_interval(1e7, 2e5, "N/m").strip() == "1.000e+07 ± 0.020e+07 N/m (95 %: 0.961e+07 to 1.039e+07)"
 
 
 def test_factors_are_those_of_their_units():
     assert METRES["mil"] == pytest.approx(0.0254e-3) and RAD_PER_S["rpm"] * 60 == pytest.approx(RAD_PER_S["Hz"])
+
+
+@pytest.mark.parametrize(
+    ("words", "length", "unbalance"), [(["mil", "oz", "in"], "mil", "oz in"), (["g", "mm"], "um", "g mm")]
+)
+def test_units_of_two_words_need_no_quotes(words, length, unbalance):
+    with asked(words), shown_for({}) as shown:
+        assert (shown.length, shown.unbalance) == (length, unbalance)
+    with pytest.raises(RotorstudyError, match="unknown unit 'oz'"), asked(["oz"]):
+        pass

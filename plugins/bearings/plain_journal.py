@@ -18,6 +18,7 @@ def plain_journal(
     radial_clearance_m: Positive,
     viscosity_Pa_s: Positive,
     load_N: Positive | None = None,
+    load_angle_rad: float = 0.0,
     grooves: Literal["none", "two_axial"] = "none",
     node: int | None = None,
 ):
@@ -26,7 +27,7 @@ def plain_journal(
     Finite-length Reynolds equation, ruptured film (Reynolds' condition), times bearing_scale. grooves: none, oil fills
     the film wherever it converges; two_axial, the pressure is zero in two grooves of 20 degrees at right angles to the
     load. To 1 % of the largest coefficient, but stiffness with grooves beyond an eccentricity ratio of 0.9 to 4 %.
-    load_N as for short_journal, and displacements are measured from the equilibrium position as there.
+    load_N and load_angle_rad as for short_journal; displacements are measured from the equilibrium position as there.
     """
     ratio = length_m / diameter_m
     if not 0.999 * LENGTHS[0] <= ratio <= 1.001 * LENGTHS[1]:  # a derivative by the length steps over the limits
@@ -43,7 +44,8 @@ def plain_journal(
         _, _, stiffness, damping = running(eccentricity_ratio(film * speed, ratio, rows, where), ratio, rows)
         return load_N / radial_clearance_m * stiffness, load_N / (radial_clearance_m * speed) * damping
 
-    return [Parameter("bearing_scale", "1", film_entries(structure.unit(node), at), typical=1.0, default=1.0)]
+    entries = film_entries(structure.unit(node), at, load_angle_rad)
+    return [Parameter("bearing_scale", "1", entries, typical=1.0, default=1.0)]
 
 
 def sommerfeld_number(speed, diameter_m, length_m, radial_clearance_m, viscosity_Pa_s, load_N):
@@ -59,12 +61,12 @@ def sommerfeld_number(speed, diameter_m, length_m, radial_clearance_m, viscosity
     )
 
 
-def position(speed, *, diameter_m, length_m, grooves, **film):
+def position(speed, *, diameter_m, length_m, grooves, load_angle_rad, **film):
     """Eccentricity ratio and attitude angle, rad, at which the journal runs at a speed, rad/s."""
-    ratio, film = length_m / diameter_m, {key: film[key] for key in ("radial_clearance_m", "viscosity_Pa_s", "load_N")}
+    ratio = length_m / diameter_m
     rows = coefficients_over_eccentricity(ratio, grooves)
     e = eccentricity_ratio(sommerfeld_number(speed, diameter_m, length_m, **film), ratio, rows)
-    return e, running(e, ratio, rows)[1]
+    return e, running(e, ratio, rows)[1] + load_angle_rad
 
 
 @lru_cache
@@ -128,6 +130,7 @@ def rotorstudy_bearing():
         checked="Raimondi and Boyd 1958; Lund and Thomsen 1978; short_journal at small lengths; a Reynolds film",
         defaults={"load_N": weight_carried},
         changeable=("radial_clearance_m", "viscosity_Pa_s"),
+        load=("load_N", "load_angle_rad"),
         running=position,
         positive_damping=True,
     )

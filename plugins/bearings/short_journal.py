@@ -13,15 +13,16 @@ def short_journal(
     radial_clearance_m: Positive,
     viscosity_Pa_s: Positive,
     load_N: Positive | None = None,
+    load_angle_rad: float = 0.0,
     node: int | None = None,
 ):
     """Oil film of a short plain journal bearing (Ocvirk, half film) about its running position, times bearing_scale.
 
-    load_N is the static load on this bearing, along gravity; by default what it carries of the weight if all bearings
-    are rigid, which is exact for two. Displacements are measured from the equilibrium position
-    of the journal at each speed. This offset, of 0 to 1 radial clearances, is part neither of the displacements nor of
-    the static deflection, which follows from the stiffness; the bending of the shaft is correct if the bearings share
-    the load as stated.
+    load_N is the static load on this bearing, at load_angle_rad from gravity; by default what it carries of the weight
+    if all bearings are rigid, which is exact for two. Effects that are constant forces change its size and direction.
+    Displacements are measured from the equilibrium position of the journal at each speed. This offset, of 0 to 1 radial
+    clearances, is part neither of the displacements nor of the static deflection, which follows from the stiffness; the
+    bending of the shaft is correct if the bearings share the load as stated.
     """
     if length_m > 1.001 * LONGEST * diameter_m:  # a derivative by the length steps over the limit
         raise RotorstudyError(
@@ -37,13 +38,14 @@ def short_journal(
         stiffness, damping = coefficients(eccentricity)
         return load_N / radial_clearance_m * stiffness, load_N / (radial_clearance_m * speed) * damping
 
-    return [Parameter("bearing_scale", "1", film_entries(structure.unit(node), at), typical=1.0, default=1.0)]
+    entries = film_entries(structure.unit(node), at, load_angle_rad)
+    return [Parameter("bearing_scale", "1", entries, typical=1.0, default=1.0)]
 
 
-def running(speed, diameter_m, length_m, radial_clearance_m, viscosity_Pa_s, load_N, **_):
+def running(speed, diameter_m, length_m, radial_clearance_m, viscosity_Pa_s, load_N, load_angle_rad):
     """Eccentricity ratio and attitude angle, rad, at which the journal runs at a speed, rad/s."""
     e = eccentricity_ratio(diameter_m * length_m**3 * viscosity_Pa_s * speed / (8 * load_N * radial_clearance_m**2))
-    return e, np.arctan2(np.pi * np.sqrt(1 - e * e), 4 * e)
+    return e, np.arctan2(np.pi * np.sqrt(1 - e * e), 4 * e) + load_angle_rad
 
 
 def eccentricity_ratio(ocvirk, where="the journal"):
@@ -102,6 +104,7 @@ def rotorstudy_bearing():
         checked="Friswell et al. 2010, Example 5.5.1; numerical Reynolds film; Lund's threshold",
         defaults={"load_N": weight_carried},
         changeable=("radial_clearance_m", "viscosity_Pa_s"),
+        load=("load_N", "load_angle_rad"),
         running=running,
         positive_damping=True,
     )

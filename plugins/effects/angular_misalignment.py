@@ -1,28 +1,34 @@
-from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, hookimpl, outer
+from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, across, coupling_places, hookimpl, outer
 
 HARMONICS = (1, 2)
 ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 0)
 
 
 def angular_misalignment(
-    structure, node: int | None = None, harmonics: AtLeastOne[int] = HARMONICS, coupled: bool = False
+    structure,
+    node: int | None = None,
+    element: int | None = None,
+    harmonics: AtLeastOne[int] = HARMONICS,
+    coupled: bool = False,
 ):
     """Angular misalignment of a coupling: moments at multiples of the spin speed, independent of the speed.
 
-    Each harmonic has its own amplitude and phase, backward ones (-1, -2, -3) and a constant one (0) included; the axial
+    They act at a node, or, for a coupling modelled by an element, at both its ends in opposite directions. Each
+    harmonic has its own amplitude and phase, backward ones (-1, -2, -3) and a constant one (0) included; the axial
     motion at 1X, invisible to radial probes, is not modelled. coupled: the bending stiffness of the coupling, which the
     rig lacks, acts on the tilt too; its asymmetry k_d, which rotates with the coupling, adds the moment
     -k_d e^{2jwt} conj(dz/ds), which gives 2X.
     """
-    tilt, scales = structure.unit(node, "tilt"), structure.scales
-    usual = 0.05 * scales.force * scales.lever(node)
+    tilt, scales = across(structure, node, element, "tilt"), structure.scales
+    end = node if element is None else element
+    usual = 0.05 * scales.force * scales.lever(end)
     moments = [
         Parameter(f"misalignment_moment_{n}X", "N m", (Entry(tilt, on="one", shift=n),), usual, is_complex=True)
         for n in harmonics
     ]
     if not coupled:
         return moments
-    pattern, usual = outer(tilt), 0.05 * scales.stiffness(node, "tilt")
+    pattern, usual = outer(tilt), 0.05 * scales.stiffness(end, "tilt")
     return [
         *moments,
         Parameter("coupling_stiffness", "N m", (Entry(-pattern),), usual),
@@ -36,7 +42,7 @@ def rotorstudy_effect():
         "angular_misalignment",
         angular_misalignment,
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
-        places=lambda structure, sensors: [{"node": n} for n, motion in structure.dofs if motion == "tilt"],
+        places=lambda structure, sensors: coupling_places(structure, "tilt"),
         positive=("coupling_stiffness",),
         hypothesis={"harmonics": list(ALL_HARMONICS), "coupled": True},
         checked="equal to two opposite parallel forces l apart with moment F l to 5e-3",

@@ -1,4 +1,4 @@
-from rotorstudy.plugins import AtLeastOne, CannotAct, Effect, Entry, Feared, Parameter, hookimpl, outer
+from rotorstudy.plugins import AtLeastOne, Effect, Entry, Feared, Parameter, across, coupling_places, hookimpl, outer
 
 HARMONICS = (2, 1, 3)
 ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 0)
@@ -19,13 +19,8 @@ def parallel_misalignment(
     stiffness of the coupling, which the rig lacks, acts on the motion too; its asymmetry k_d, which rotates with the
     coupling, adds the force -k_d e^{2jwt} conj(z), which gives 2X.
     """
-    scales = structure.scales
-    if element is None:
-        here, local = structure.unit(node), scales.stiffness(node)
-    elif node is None:
-        here, local = structure.unit(element) - structure.unit(element + 1), scales.softest
-    else:
-        raise CannotAct("parallel_misalignment: give the node or the element of the coupling, not both")
+    here, scales = across(structure, node, element, "translation"), structure.scales
+    local = scales.stiffness(node) if element is None else scales.softest
     usual = 0.05 * local * scales.length  # an offset of the usual length, times a share of the stiffness there
     forces = [
         Parameter(f"misalignment_force_{n}X", "N", (Entry(here, on="one", shift=n),), usual, is_complex=True)
@@ -41,19 +36,13 @@ def parallel_misalignment(
     ]
 
 
-def nodes_and_elements(structure, sensors):
-    """Each node, and each element between two nodes that can translate."""
-    nodes = structure.nodes
-    return [{"node": node} for node in nodes] + [{"element": node} for node in nodes if node + 1 in nodes]
-
-
 @hookimpl
 def rotorstudy_effect():
     return Effect(
         "parallel_misalignment",
         parallel_misalignment,
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
-        places=nodes_and_elements,
+        places=lambda structure, sensors: coupling_places(structure, "translation"),
         positive=("coupling_stiffness",),
         feared=Feared(
             "misalignment_force_2X", 10.0, places=lambda structure: [({"node": n},) * 2 for n in structure.nodes]

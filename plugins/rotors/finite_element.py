@@ -76,6 +76,13 @@ class PointMass(TypedDict):
     mass_kg: Positive
 
 
+class StaticForce(TypedDict):
+    """Beside the weight and along it, or along x of an upright rotor: the thrust of a volute, a belt."""
+
+    node: int
+    force_N: float
+
+
 def finite_element(
     elements: AtLeastOne[Stretch],
     outer_diameter_m: Positive | None = None,
@@ -87,6 +94,7 @@ def finite_element(
     axial_force_N: float = 0.0,
     discs: list[Disc] = (),
     point_masses: list[PointMass] = (),
+    static_forces: list[StaticForce] = (),
     pinned_nodes: list[int] = (),
     clamped_nodes: list[int] = (),
     theory: Literal["timoshenko", "euler_bernoulli"] = "timoshenko",
@@ -122,6 +130,7 @@ def finite_element(
     for name, nodes in (
         ("discs", discs_at),
         ("point_masses", masses_at),
+        ("static_forces", [force["node"] for force in static_forces]),
         ("pinned_nodes", pinned_nodes),
         ("clamped_nodes", clamped_nodes),
     ):
@@ -131,12 +140,15 @@ def finite_element(
     mass, stiffness, gyroscopic, weight = _assembled(
         shaft, shaft_inertia, [*discs, *(RigidDisc(body["node"], body["mass_kg"], 0.0, 0.0) for body in point_masses)]
     )
+    load = gravity_m_per_s2 * weight
+    for force in static_forces:
+        load[2 * force["node"] - 2] += force["force_N"]
     square = np.ix_(shaft.free, shaft.free)
     return Structure(
         mass=mass[square],
         stiffness=stiffness[square],
         gyroscopic=gyroscopic_sign * gyroscopic[square],
-        static_load=gravity_m_per_s2 * weight[shaft.free],
+        static_load=load[shaft.free],
         dofs=shaft.dofs,
         stiffness_loss=shaft.stiffness_loss,
         shape_at=shaft.shape_at,

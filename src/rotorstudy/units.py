@@ -3,6 +3,7 @@
 In every text `±` is one standard deviation; intervals state their coverage (95 %).
 """
 
+from collections.abc import Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import NamedTuple
@@ -19,9 +20,10 @@ UNBALANCES = {"g mm": ("g mm", 1e6), "oz in": ("oz in", 1 / (0.028349523125 * 0.
 AMPLITUDES = {"peak_to_peak": ("pp", 2.0), "peak": ("peak", 1.0)}
 SMALL_LENGTH = 1e-3  # m
 ANY_ANGLE = np.deg2rad(90.0)  # standard deviation of an angle from which on it may be any
-TINY = 1e-4  # estimates with a smaller standard deviation are written with an exponent
 HALF_INTERVAL = 1.959964  # standard deviations: a half of a 95 % interval
 LONG = 1e7  # numbers from this size are written with an exponent
+SHORT, TINY = 1e-4, 1e-7  # numbers with a standard deviation, and without one, are so below these
+MOST_DIGITS = 9  # of a number that is known better
 LISTED = 8  # speeds; of more, their number and range are said
 
 
@@ -76,7 +78,7 @@ def shown_amplitude() -> tuple[str, float]:
 def number(value: float, digits: int = 3) -> str:
     """A number with some significant digits, and without an exponent unless it is very large: 1140, not 1.14e+03."""
     text = f"{value:.{digits}g}"
-    return text if not abs(value) < LONG else f"{float(text):.12g}"
+    return np.format_float_positional(float(text), trim="-") if TINY <= abs(value) < LONG else text
 
 
 def quantity(value: float, unit: str, std: float | None = None, digits: int = 3) -> str:
@@ -89,7 +91,7 @@ def quantity(value: float, unit: str, std: float | None = None, digits: int = 3)
     unit, factor = shown_unit(unit)
     if std is None or not np.isfinite(std):
         return f"{number(value * factor, digits)} {unit}".strip()
-    return f"{as_certain_as(value * factor, std * factor)} ± {as_certain_as(std * factor, std * factor)} {unit}".strip()
+    return f"{' ± '.join(as_certain_as((value * factor, std * factor), std * factor))} {unit}".strip()
 
 
 def um(metres: float, digits: int = 2) -> str:
@@ -113,12 +115,15 @@ def spins(speeds, digits: int = 4) -> str:
     return f"{own} {first} ({other} {second})"
 
 
-def as_certain_as(value: float, std: float) -> str:
-    """A number rounded to two significant digits of its standard deviation."""
-    last = int(np.floor(np.log10(std))) - 1 if std > 0 else -3
-    if abs(value) >= LONG or last < -7:
-        return f"{value:.2g}" if value == std else f"{value:.4g}"
-    return f"{round(value, -last) + 0.0:.{max(0, -last)}f}"  # zero without a sign
+def as_certain_as(values: Sequence[float], std: float) -> list[str]:
+    """Numbers rounded to two significant digits of a standard deviation, with one exponent: 1.184e+07, 0.054e+07."""
+    largest = max(map(abs, values))
+    power = int(np.floor(np.log10(largest))) if largest >= LONG or 0 < largest < SHORT else 0
+    digits = power - (int(np.floor(np.log10(std))) - 1 if std > 0 else power - 3)
+    if digits > MOST_DIGITS:
+        return [f"{value:.{2 if value == std else MOST_DIGITS}g}" for value in values]
+    exponent = f"e{power:+03d}" * bool(power)
+    return [f"{round(value / 10.0**power, digits) + 0.0:.{max(0, digits)}f}{exponent}" for value in values]
 
 
 def interval(
@@ -129,7 +134,7 @@ def interval(
 
     unit, factor = shown_unit(unit)
     ends = factor * np.maximum(value + std * ndtri([0.025, 0.975]) if ends is None else ends, least)
-    return f"{' to '.join(as_certain_as(end, std * factor) for end in ends)} {unit}".strip()
+    return f"{' to '.join(as_certain_as(ends, std * factor))} {unit}".strip()
 
 
 def with_interval(
@@ -145,14 +150,9 @@ def with_interval(
         unit, factor = shown_unit(unit)
         value, std, least, low, high = (factor * one for one in (value, std, least, low, high))
 
-    def shown(one):
-        if std >= TINY and abs(value) < LONG:
-            return as_certain_as(one, std)
-        digits = 2 + np.floor(np.log10(abs(one))) - np.floor(np.log10(std)) if std > 0 and one else 6
-        return f"{one:.{max(int(digits), 1)}g}"
-
+    value, std, low, high = as_certain_as((value, std, max(low, least), high), std)
     own = "" if unit == "1" else f" {unit}"
-    return f"{shown(value):>9} ± {shown(std)}{own} (95 %: {shown(max(low, least))} to {shown(high)})"
+    return f"{value:>9} ± {std}{own} (95 %: {low} to {high})"
 
 
 def percent(share: float, digits: int = 3) -> str:

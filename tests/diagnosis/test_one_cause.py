@@ -17,6 +17,7 @@ from rotorstudy.diagnosis.one_cause.answer import (
     intervals_of,
 )
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
+from rotorstudy.diagnosis.one_cause.over_forms import held_at
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.search.shape_fit import Work, fitted_from
@@ -113,6 +114,16 @@ def test_two_cracks_are_identified():
             assert abs(off) < 3.5 * one.shape_std[name]
             assert one.shape_std[name] < 0.12  # of the depth, which trades off with the front
     assert {"position_m[1]", "depth_m[2]"} < {name for name, *_ in estimates_of(found)}
+
+
+@pytest.mark.parametrize(("position", "is_possible"), [(0.31, True), (0.3, False)])
+def test_a_position_at_a_disc_is_left_out(position, is_possible):
+    """Where a crack cannot be: such as the free end of a shaft, where the positions end that its interval is of."""
+    model, spectrum = build_model(rig()), records(crack())
+    work = Work(model, *base_model(model, SETTINGS), spectrum, SETTINGS)
+    cause = candidate(model, "transverse_crack", {}, TRUE, variant={"breathing": "gradual"})
+    fitted = fitted_from(work, [cause], np.append(work.prior.mean, 1.0))
+    assert (held_at(work, fitted, "position_m", position) is not None) == is_possible
 
 
 def at_the_truth(spectrum, form, breathing="gradual"):

@@ -21,7 +21,7 @@ from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, sizes
 from rotorstudy.diagnosis.verdict.causes import _other_variants
 from rotorstudy.diagnosis.verdict.dataset import equivalent_residual_force
 from rotorstudy.diagnosis.verdict.result import Cause, Verdict
-from rotorstudy.diagnosis.verdict.words import summary
+from rotorstudy.diagnosis.verdict.words import detection_limits, summary
 from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.rig import build_model
 from rotorstudy.presentation.captions import DIAGNOSIS_FIGURES
@@ -218,6 +218,9 @@ def test_the_extended_rig_is_accepted_again_and_lacks_nothing(asymmetric, folder
         again["summary"].startswith("Nothing is missing")
         and "Smallest sizes detected with a probability of 95 %" in again["summary"]
     )
+    verdict = Verdict.model_validate_json((folder / "again" / "verdict.json").read_text())
+    said = {row.effect for row in detection_limits(verdict)}
+    assert "swapped_probes" in {row.effect for row in verdict.detection_limit} - said  # they have no size
 
 
 @pytest.mark.usefixtures("unrendered")

@@ -9,7 +9,7 @@ from machines import disc, readings, shaft, unbalance
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.blind.machines.beam import Element
-from rotorstudy.blind.machines.effects import add_unbalance
+from rotorstudy.blind.machines.effects import add_preload, add_unbalance
 from rotorstudy.blind.machines.film import Film, add_film, bearing
 from rotorstudy.blind.machines.machine import GRAVITY, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import steady_state
@@ -21,6 +21,7 @@ from rotorstudy.inference.problem import Problem
 from rotorstudy.inference.rig_estimate import estimate_rig
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_numbers import with_numbers
+from rotorstudy.response.measured import measured_response_and_jacobian
 
 SPEEDS, HARMONICS, NODES = np.array([90.0, 120.0, 150.0, 180.0, 210.0, 240.0]), np.array([1, -1, 2, -2]), (0, 2, 6)
 SHAFT = Element(length=0.15, outer_diameter=0.06, youngs_modulus=2.1e11, density=7850.0)
@@ -148,9 +149,12 @@ def test_a_spring_at_the_film_is_no_change_of_its_numbers():
     assert cause.effect == "support_stiffness"
 
 
-def test_what_linear_films_leave_out_is_within_the_error_that_a_diagnosis_allows():
-    """Of a machine on films whose force is that of Reynolds' equation at every instant, integrated in time."""
-    speeds, shown, heavier = SPEEDS[[0, 4]], np.empty((2, len(HARMONICS), len(NODES)), complex), 20.0
+def on_true_films(speeds, harmonics, heavier, preload=0.0):
+    """Harmonics (speed, harmonic, sensor), m, on films whose force is that of Reynolds' equation at every instant.
+
+    heavier : times the unbalance;  preload : constant force at node 4, N
+    """
+    shown = np.empty((len(speeds), len(harmonics), len(NODES)), complex)
     for i, speed in enumerate(speeds):
         rotor = Rotor((SHAFT,) * 6, DISCS, tuple(bearing(film, speed) for film in FILMS))
         machine = build(rotor)
@@ -158,8 +162,42 @@ def test_what_linear_films_leave_out_is_within_the_error_that_a_diagnosis_allows
             add_film(machine, film, linear, [speed])
         for node, value in UNBALANCE.items():
             add_unbalance(machine, node, heavier * abs(value), np.angle(value))
+        add_preload(machine, 3, abs(preload), np.angle(preload))
         steady = steady_state(machine, [speed], steps=32)
-        shown[i] = [[steady.whirl(node, n)[0] for node in NODES] for n in HARMONICS]
+        shown[i] = [[steady.whirl(node, n)[0] for node in NODES] for n in harmonics]
+    return shown
+
+
+@pytest.mark.parametrize("effect", [
+    {"kind": "static_preload", "node": 4, "static_preload_N": 400.0, "static_preload_phase_rad": 1.9},
+    {"kind": "parallel_misalignment", "node": 4, "harmonics": [0],
+     "misalignment_force_0X_N": 400.0, "misalignment_force_0X_phase_rad": 1.9},
+])  # fmt: skip
+def test_a_constant_force_changes_the_load_of_the_films_and_with_it_their_coefficients(effect):
+    """In size and direction: up and aside, by more than half of the weight, it turns the load by 35 degrees."""
+    speeds, harmonics, small = SPEEDS[[0, 4]], np.array([1, -1]), 0.3
+    true, files = on_true_films(speeds, harmonics, small, 400.0 * np.exp(1.9j)), rig()
+    for one in files["effects"]:
+        one["eccentricity_m"] *= small
+    for one in files["bearings"]:
+        del one["load_N"]  # so that it is that of the weight
+    model = build_model(files | {"effects": [*files["effects"], effect]})
+    found = measured_response_and_jacobian(model, speeds, harmonics)
+    size = np.abs(true).max()
+    assert np.abs(found.response - true).max() < 2e-3 * size  # of a film that is integrated over fewer points
+    # negative control: with the load of the weight
+    assert np.abs(measured_response(build_model(files), speeds, harmonics) - true).max() > 0.2 * size
+    for p in np.flatnonzero([name.endswith(("_real", "_imag")) and "eccent" not in name for name in model.names]):
+        step = np.zeros(len(model.names))
+        step[p] = 0.5
+        ends = (measured_response(model, speeds, harmonics, model.theta + sign * step) for sign in (1, -1))
+        slope = np.subtract(*ends)
+        assert np.abs(found.jacobian[..., p] - slope).max() < 1e-5 * np.abs(slope).max()
+
+
+def test_what_linear_films_leave_out_is_within_the_error_that_a_diagnosis_allows():
+    speeds, heavier = SPEEDS[[0, 4]], 20.0
+    shown = on_true_films(speeds, HARMONICS, heavier)
     record = readings(shown, speeds, HARMONICS, [node + 1 for node in NODES], 1e-9)
     files = rig()
     for effect in files["effects"]:

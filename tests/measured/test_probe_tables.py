@@ -124,6 +124,7 @@ def test_the_covariance_is_that_of_the_digits(tmp_path):
         ((), {"table_amplitude": "p-p"}, ["table_amplitude", "'peak', 'peak_to_peak' or 'rms'"]),
         ((), {"harmonics": [1, -1, 2, -2]}, ["harmonics", "2", "tables of probes have [1]"]),
         ((), {"probes": {}}, ["no probes", "list them"]),
+        (("phase_deg", "phase_rad"), {}, ["'phase_rad' has", "more than two turns", "'phase_deg'"]),
     ],
 )
 def test_what_is_wrong_in_a_table_is_named(change, more, words, tmp_path):

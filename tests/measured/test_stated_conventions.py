@@ -1,5 +1,7 @@
 """Conventions that the rig file states: the zero of displacement, node labels, and the sense of phases in tables."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 import yaml
@@ -69,6 +71,25 @@ def test_phases_of_a_table_as_lags(tmp_path):
         found[phase] = read_measurement(table, rig_file(tmp_path, table_phase=phase)).spectrum
     assert found["lag"].amplitude == pytest.approx(found["lead"].amplitude, rel=1e-12)
     assert found["lead"].amplitude[0, 1, 0] == pytest.approx(4e-6 * np.exp(0.7j), rel=1e-12)
+
+
+@pytest.mark.parametrize(("node", "table_node", "fails"), [(1, 1, False), (1, 2, True), (1, None, False)])
+def test_the_node_of_a_table_is_stated_once(node, table_node, fails, tmp_path):
+    table = tmp_path / "table.csv"
+    table.write_text(
+        f"speed_Hz,node,harmonic,amplitude_m,phase_rad\n9,{node},1,4e-6,0\n9,{node},-1,4e-7,0\n9,{node},0,0,0"
+    )
+    with pytest.raises(RotorstudyError, match=r"column 'node'.*'table_node: 2'") if fails else nullcontext():
+        read_measurement(table, rig_file(tmp_path, table_node=table_node))
+
+
+@pytest.mark.parametrize(("named", "told"), [("foriegn.nc", True), ("foreign.nc", False), ("another_run.csv", False)])
+def test_a_misspelt_file_of_a_stated_speed_is_named(named, told, tmp_path):
+    """But not one that is spelt right, nor one of another record, which is not given now."""
+    path, _ = foreign_file(tmp_path / "a")
+    found = read_measurement(path, rig_file(tmp_path, speeds_rpm={named: 955.0})).findings
+    said = [one.text for one in found if one.name == "speed not used"]
+    assert len(said) == told and all("'foriegn.nc'" in text and "speeds_rpm" in text for text in said)
 
 
 WAVES = np.column_stack(

@@ -129,16 +129,14 @@ def test_a_ring_that_touches_the_shaft_at_rest_is_refused():
         response(isotropic(1), {"kind": "rub", "node": 2, "offset_ratio": 1.0, "rub_stiffness_N_per_m": 1e5})
 
 
-def test_a_coupling_is_at_a_node_or_across_an_element():
+@pytest.mark.parametrize(
+    ("kind", "load", "unit"), [("parallel_misalignment", "force", "N"), ("angular_misalignment", "moment", "N_m")]
+)
+def test_a_coupling_is_at_a_node_or_across_an_element(kind, load, unit):
     with pytest.raises(CannotAct, match="not both"):
-        response(isotropic(1), {"kind": "parallel_misalignment", "label": "a", "node": 2, "element": 2})
-    ends = [
-        {"kind": "parallel_misalignment", "label": str(node), "node": node, "harmonics": [2],
-         "misalignment_force_2X_N": 5.0, "misalignment_force_2X_phase_rad": phase}
-        for node, phase in ((2, 0.3), (3, 0.3 + np.pi))
-    ]  # fmt: skip
-    across = {
-        "kind": "parallel_misalignment", "label": "a", "element": 2, "harmonics": [2],
-        "misalignment_force_2X_N": 5.0, "misalignment_force_2X_phase_rad": 0.3,
-    }  # fmt: skip
+        response(isotropic(1), {"kind": kind, "label": "a", "node": 2, "element": 2})
+    phase = f"misalignment_{load}_2X_phase_rad"
+    common = {"kind": kind, "harmonics": [2], f"misalignment_{load}_2X_{unit}": 5.0}
+    ends = [common | {"label": str(node), "node": node, phase: at} for node, at in ((2, 0.3), (3, 0.3 + np.pi))]
+    across = common | {"label": "a", "element": 2, phase: 0.3}
     assert same(response(isotropic(1), across), response(isotropic(1), *ends), 1e-12)

@@ -325,6 +325,12 @@ def test_a_film_carries_by_default_its_part_of_the_weight():
         build_model({**overhung, "bearings": [second, {**first, "node": 4}]})
 
 
+def test_a_film_of_an_upright_rotor_carries_by_default_its_part_of_the_static_forces():
+    upright = rig_of_two_films(4)
+    upright["rotor"] |= {"gravity_m_per_s2": 0.0, "static_forces": [{"node": 3, "force_N": 90.0}]}
+    assert [bearing.options["load_N"] for bearing in build_model(upright).structure.bearings] == pytest.approx([30, 60])
+
+
 @pytest.mark.parametrize("film", ["pi", "2pi"])
 @pytest.mark.parametrize("ratio", [0.05, 0.4, 0.8])
 def test_damper_coefficients_are_those_of_the_film_on_its_orbit(film, ratio):

@@ -99,6 +99,8 @@ note: AC coupling: the mean is below {share} of the vibration at every speed and
 note: harmonics not read: the table also has {others}; state 'measurement: harmonics:' to read them
 warning: missing readings: {lacking} of {count} speeds are left out, as readings are missing: at {rpm:.6g} rpm{again},
     {n}X of {place}{others}. A harmonic that is missing at many speeds is better left out of 'measurement: harmonics:'
+warning: speed not used: the rig file states a speed of '{name}', which is not given, and none of '{record}'. Is one
+    meant for the other? Correct 'measurement: {section}:'
 note: columns not read: neither the first speed nor readings of a probe and a whole harmonic, such as 'DE X 1X Amp
     (mil pp)': {columns}
 note: rounding only: the covariance is that of the rounding of the printed digits. A table does not contain the noise

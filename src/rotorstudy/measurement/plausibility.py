@@ -1,5 +1,7 @@
 """Checks of the harmonics of all speeds against what a shaft can do, and against what the rig predicts."""
 
+from difflib import get_close_matches
+
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
@@ -19,6 +21,7 @@ REMEDY = (
     "If the shaft does whirl backward here (between the two critical speeds of anisotropic bearings), give the rig the "
     "values of its bearings, so that it predicts this"
 )
+SPEED_KEYS = ("speeds_rad_per_s", "speeds_Hz", "speeds_rpm")
 APART = 3.0  # times the sag plus the rms vibration: a mean further from the predicted one is a probe gap
 
 
@@ -94,6 +97,15 @@ def check_stated_speeds(speed, rig, where):
         return []
     rpm, of_rig = (number(speed / RAD_PER_S["rpm"], 4) for speed in (fastest, lowest))
     return [told("unusual speed (stated)", where, fastest=fastest, rpm=rpm, times=fastest / lowest, lowest=of_rig)]
+
+
+def check_labels(paths, conventions, where):
+    """Whether a file without a stated speed may be one that is named otherwise in the rig file."""
+    every = {name: key for key in SPEED_KEYS for name in getattr(conventions, key)}
+    absent = [name for name in every if name not in {path.name for path in paths}]
+    unnamed = [path.name for path in paths if path.name not in every]
+    near = [(name, like[0]) for name in absent if (like := get_close_matches(name, unnamed, n=1))]
+    return [told("speed not used", where, name=name, record=record, section=every[name]) for name, record in near]
 
 
 def check_mean(mean, expected, fluctuating, nodes, where):

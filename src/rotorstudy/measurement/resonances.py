@@ -99,7 +99,7 @@ def check_resonances(spectrum, swept, where):
 
 def _with(value, std):
     """A value with its standard deviation."""
-    return f"{as_certain_as(value, std)} ± {as_certain_as(std, std)}"
+    return " ± ".join(as_certain_as((value, std), std))
 
 
 def modal_passage(offset, decay, rate):

@@ -19,6 +19,7 @@ ANGLES = {"rad": 1.0, "deg": np.pi / 180}
 VELOCITIES = {"m_per_s": 1.0, "mm_per_s": 1e-3, "in_per_s": 25.4e-3}
 OF_NODES = {"amplitude": METRES, "phase": ANGLES, "reference_phase": ANGLES}  # quantity -> {unit: factor to SI}
 OF_PROBES = {"amplitude": METRES, "velocity": VELOCITIES, "phase": ANGLES}
+LARGEST_RAD = 4 * np.pi  # of a phase: larger ones are degrees
 PARTS = ("amplitude_", "velocity_", "phase_", "reference_phase_")  # of the columns of a reading
 
 
@@ -106,6 +107,11 @@ def _nodes_in(text, conventions, nodes, path):
     if "node" in text:
         labels = whole_numbers(text, "node", path)
         node = np.array([conventions.node(label, str(path)) for label in labels.tolist()])
+        if conventions.table_node is not None and (node != conventions.table_node).any():
+            raise RotorstudyError(
+                f"{path}: its column 'node' has other nodes than 'table_node: {conventions.table_node}' of the rig "
+                "file; leave one of them out"
+            )
     elif conventions.table_node is not None or len(nodes) == 1:
         node = np.full(len(text), nodes[0] if conventions.table_node is None else conventions.table_node)
     else:
@@ -148,6 +154,11 @@ def _quantities_of(text, path, known):
             values[quantity] = steps[quantity] = np.zeros(len(text))
             continue
         values[quantity] = numbers_of(text, column, path) * columns[column]
+        if column.endswith("_rad") and (largest := np.abs(values[quantity]).max(initial=0)) > LARGEST_RAD:
+            raise RotorstudyError(
+                f"{path}: column '{column}' has {largest:g}, more than two turns; call it '{quantity}_deg' if it is in "
+                "degrees, else write angles between -2 pi and 2 pi"
+            )
         stated = f"{quantity}_last_digit" in text
         digits = numbers_of(text, f"{quantity}_last_digit", path) if stated else [last_digit(c) for c in text[column]]
         steps[quantity] = np.array(digits) * columns[column]

@@ -184,7 +184,7 @@ class Assembled:
     @cached_property
     def bearing_numbers(self) -> tuple[int, ...]:
         """Positions (number,) in `theta` of the numbers of bearings that are parameters."""
-        names = {unknown.name for term in self.terms if term.is_bearing_number for unknown in term.unknowns}
+        names = {u.name for term in self.terms if term.is_bearing_number for u in term.unknowns if u.carries}
         return tuple(p for p, name in enumerate(self.names) if name in names)
 
     @cached_property
@@ -197,6 +197,9 @@ class Assembled:
             terms = with_bearings_at(self.structure, self.terms, dict(values))
             settled = (replace(t, is_bearing_number=False) if t.is_bearing_number else t for t in terms)
             found = replace(self, terms=tuple(settled))
+            loading, given = (u for _, u in self.acting if u.carries), dict(values)
+            forces = (given[u.name] * np.asarray(e.matrix) for u in loading for e in u.entries if e.is_constant)
+            found.__dict__["constant_force"] = sum(forces, self.constant_force)
             found.__dict__["output_table"] = self.output_table  # bearings do not act on the output
             if latest:
                 found.__dict__["table"] = latest[0].with_gains_of(unknown for _, unknown in found.acting)
@@ -204,6 +207,11 @@ class Assembled:
             return found
 
         return placed
+
+    @cached_property
+    def constant_force(self) -> np.ndarray:
+        """Force (dof,), N, of the constant forces that load films, once the films are those at their load."""
+        return np.zeros(len(self.structure.dofs))
 
     @cached_property
     def earlier(self):

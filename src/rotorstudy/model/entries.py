@@ -203,13 +203,14 @@ def planar_entries(direction, matrix, order=0, gain=None, *, frequency_only=Fals
     )
 
 
-def film_entries(unit, coefficients):
+def film_entries(unit, coefficients, angle=0.0):
     """Entries of a bearing whose stiffness and damping depend on the speed; no film at rest is an error.
 
     unit         : (dof,) one at its coordinate
-    coefficients : function(speed, rad/s) -> (2, 2) stiffness and (2, 2) damping, N/m and N s/m, force along x and y
+    coefficients : function(speed, rad/s) -> (2, 2) stiffness and (2, 2) damping, N/m and N s/m, of a load along x
+    angle        : of the load from x, rad
     """
-    here, known = outer(unit), lru_cache(maxsize=4096)(coefficients)
+    here, known, turn = outer(unit), lru_cache(maxsize=4096)(coefficients), {1: 1.0, -1: np.exp(2j * angle)}
 
     def gain(order, sign):
         """Of the motion (sign 1) or of its conjugate (-1); complex, so that the four directions are one entry."""
@@ -218,7 +219,7 @@ def film_entries(unit, coefficients):
             if not np.min(speed, initial=np.inf) > 0:
                 raise RotorstudyError(f"speed {np.min(speed):g} rad/s: a journal must rotate to have a film")
             (xx, xy), (yx, yy) = np.moveaxis([known(w)[order] for w in np.ravel(speed).tolist()], 0, -1)
-            return ((xx + sign * yy + 1j * (yx - sign * xy)) / 2).reshape(np.shape(speed))
+            return (turn[sign] * (xx + sign * yy + 1j * (yx - sign * xy)) / 2).reshape(np.shape(speed))
 
         return at
 

@@ -96,6 +96,8 @@ class Bearing(Plugin):
     uncertain : path of a number among its options -> relative standard deviation where a rig states none, see
                 `rotorstudy.model.rig_numbers`
     changeable : numbers among its options that wear, dirt or heat may change, of which diagnosis tries each as a cause
+    load : its options of size and angle (rad, from gravity) of a static load on which its entries depend; constant
+           forces on the rotor change it
     running : function(speed, **options) -> eccentricity over clearance, and angle (rad) from gravity in the sense of
               rotation, of the position at which a journal runs in its film
 
@@ -107,6 +109,7 @@ class Bearing(Plugin):
     defaults: dict = field(default_factory=dict)
     uncertain: dict = field(default_factory=dict, compare=False)
     changeable: tuple[str, ...] = ()
+    load: tuple[str, str] | None = None
     running: Callable | None = field(default=None, compare=False)
     positive_damping: bool = False
     symmetric: bool = False

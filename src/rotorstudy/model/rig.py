@@ -13,6 +13,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.options import check_options, plain
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_items import check_structure, kind_of, make_term, named, without_kind
+from rotorstudy.model.rig_numbers import films_of
 from rotorstudy.model.structure import Origin, Reading
 from rotorstudy.model.uncertainty import with_uncertainty
 from rotorstudy.yaml_file import read_yaml
@@ -171,6 +172,7 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
             own = tuple(term for term in terms if term.carries and not term.is_foundation)
             under = tuple(term for term in terms if term.is_foundation)
             structure = replace(structure, support=_support(structure, terms), bearings=own, foundation=under)
+            structure = replace(structure, films=films_of(structure))
     _check_together(structure, terms, where)
     for node in structure.housings:
         here = structure.index(node, "housing")

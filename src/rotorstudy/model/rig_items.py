@@ -12,6 +12,7 @@ from rotorstudy.model.entries import Entry, compacted
 from rotorstudy.model.kinds import Bearing
 from rotorstudy.model.options import Whole, check_options, choices, number_hint, option_names, plain
 from rotorstudy.model.registry import registry
+from rotorstudy.model.rig_numbers import loading_films
 from rotorstudy.model.structure import Structure, at_supports
 from rotorstudy.model.terms import Parameter, Term, unit_suffix
 
@@ -98,7 +99,8 @@ def make_term(
         losses = structure.stiffness_loss_at(options["node"], options["element"])
         _check_losses(values, losses, structure, where)
     changes = getattr(plugin, "changes_bearing", False)
-    kind = {"is_bearing_number": changes, "is_foundation": is_foundation, "carries": section == "bearing" or changes}
+    is_number = changes or any(p.loads_films for p in parameters)
+    kind = {"is_bearing_number": is_number, "is_foundation": is_foundation, "carries": section == "bearing" or changes}
     acts_on = getattr(plugin, "acts_on", "rotor")
     return Term(plugin.name, parameters, values, acts_on, label, options=options, **kind)
 
@@ -144,6 +146,8 @@ def _parameters(plugin, function, fixed, options, where, is_foundation=False):
         found = function(**fixed, **options)
     parameters, on_output = _checked_parameters(found, plugin, where), getattr(plugin, "acts_on", "rotor") == "output"
     _check_shapes(parameters, len(fixed["sensors"]) if on_output else len(fixed["structure"].dofs), plugin, where)
+    if getattr(plugin, "acts_on", None) == "rotor":
+        parameters = loading_films(parameters, fixed["structure"].films)
     if isinstance(plugin, Bearing) or getattr(plugin, "places", None) is at_supports:
         return at_housings(fixed["structure"], parameters, from_ground=is_foundation)
     return tuple(replace(p, entries=tuple(map(compacted, p.entries))) for p in parameters)

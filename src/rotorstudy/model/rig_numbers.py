@@ -7,6 +7,9 @@ together: `rotor.outer_diameter_m` every outer diameter, `rotor.discs` masses an
 
 Any plugin of a rotor or bearing has them: it is built anew with other options, and the derivatives are differences of
 its matrices (`variation`) or of its entries. An effect with `changes_bearing` is a change of one at a node, as a cause.
+
+An effect that is a constant force on the rotor changes the load of its oil films, in size and direction, and with it
+their coefficients: by equilibrium on rigid bearings, which is exact for two.
 """
 
 import re
@@ -14,6 +17,7 @@ from collections.abc import Iterable
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -128,6 +132,7 @@ def with_numbers(model, names: Iterable[str], where: str = "the rig"):
     terms = (Term("bearing number", (Parameter(name, "1", (), 1.0),), {name: 0.0}, **kind) for name in parts)
     model = replace(model, terms=(*model.terms, *terms))
     values = dict(zip(model.names, model.nominal.tolist(), strict=True))
+    values |= dict.fromkeys((model.names[p] for p in model.bearing_numbers), 0.0)
     return replace(model, terms=with_bearings_at(model.structure, model.terms, values))
 
 
@@ -231,25 +236,102 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
 
     values : name -> amplitudes of the bearings, and relative changes of their numbers
     """
-    changing = {unknown.name: term for term in terms if term.is_bearing_number for unknown in term.unknowns}
-    built, slopes = {}, {name: [] for name in changing}
+    changing = {u.name: term for term in terms if term.is_bearing_number and term.carries for u in term.unknowns}
+    pushing = [(_constant_force(p), term, p) for term in terms for p in term.parameters if p.loads_films]
+    built, slopes, films = {}, {name: [] for name in changing}, []
     for bearing, holder in bearings_of(terms):
         meant = {name: _number_meant(term, name, bearing, holder, structure) for name, term in changing.items()}
         own = {name: values[name] for name, number in meant.items() if number}
-        if any(own.values()):
-            built[id(bearing)] = _rebuilt(structure, bearing, holder, _together(own, meant))
+        changes, carried = _together(own, meant), _carried(structure, bearing) if pushing else None
+        more = 0.0 if carried is None else sum(carried @ force * _value(*at, values) for force, *at in pushing)
+        if any(own.values()) or more:
+            built[id(bearing)] = _rebuilt(structure, bearing, holder, changes, more)
         for name in own:
-            ends = [_together({**own, name: own[name] + step}, meant) for step in (STEP, -STEP)]
-            slopes[name] += _slopes_between(structure, bearing, holder, ends, values)
-    found = []
-    for term in terms:
-        if term.is_bearing_number:
-            (parameter,) = term.parameters
-            parameter = replace(parameter, entries=tuple(slopes[term.full_name(parameter)]))
-            found.append(replace(term, parameters=(parameter,)))
-        else:
-            found.append(built.get(id(term), term))
-    return tuple(found)
+            ends = (
+                _rebuilt(structure, bearing, holder, _together({**own, name: own[name] + step}, meant), more).unknowns
+                for step in (STEP, -STEP)
+            )
+            for above, below in zip(*ends, strict=True):
+                slopes[name] += _slopes(above.entries, below.entries, values[above.name])
+        if carried is not None:
+            theta = [values[unknown.name] for unknown in bearing.unknowns]
+            films.append(_film(structure, bearing, holder, carried, theta, changes, more))
+    return tuple(
+        _with_entries(term, slopes, films) if term.is_bearing_number else built.get(id(term), term) for term in terms
+    )
+
+
+class Film(NamedTuple):
+    """An oil film whose load follows the constant forces on the rotor.
+
+    load          : N
+    carried       : (dof,) its load by a unit force along each coordinate
+    along, across : derivatives of its entries by a load, N, along gravity and across it
+    """
+
+    load: float
+    carried: np.ndarray
+    along: list[Entry]
+    across: list[Entry]
+
+
+def films_of(structure: Structure) -> tuple[Film, ...]:
+    """The Film of every bearing of a rig that has one."""
+    found = ((bearing, holder, _carried(structure, bearing)) for bearing, holder in bearings_of(structure.bearings))
+    return tuple(_film(structure, *one, one[0].theta) for one in found if one[-1] is not None)
+
+
+def loading_films(parameters: Iterable[Parameter], films: Iterable[Film]) -> tuple[Parameter, ...]:
+    """The parameters, those that are constant forces with what they change of films."""
+
+    def loading(force, turn):
+        loads = [(film, turn * (film.carried @ force)) for film in films]
+        return tuple(
+            entry.times(share)
+            for film, load in loads
+            for share, entries in ((load.real, film.along), (load.imag, film.across))
+            for entry in (entries if share else ())
+        )
+
+    forces = [(p, _constant_force(p)) for p in parameters]
+    return tuple(p if f is None else replace(p, films=(loading(f, 1), loading(f, 1j))) for p, f in forces)
+
+
+def _constant_force(parameter):
+    """Force (dof,) of one unit of a parameter that is a constant force and nothing else; otherwise None."""
+    if not parameter.entries or any(not e.is_constant or e.shift or e.gain for e in parameter.entries):
+        return None
+    return sum(np.asarray(e.matrix) for e in parameter.entries)
+
+
+def _load(bearing):
+    """Options of size and angle of the load of a bearing; None if it does not depend on one."""
+    return registry().get("bearing", bearing.kind).load
+
+
+def _carried(structure, bearing):
+    """Load (dof,) of a film by a unit force along each coordinate; None for other bearings."""
+    return structure.carried_at(_at_node(bearing, structure)) if _load(bearing) else None
+
+
+def _value(term, parameter, values):
+    """Of a parameter of a term, by the values of its amplitudes."""
+    name = term.full_name(parameter)
+    return values[f"{name}_real"] + 1j * values[f"{name}_imag"] if parameter.is_complex else values[name]
+
+
+def _film(structure, bearing, holder, carried, theta, changes=None, more=0.0):
+    """The Film of a bearing with amplitudes, of numbers that have changed and a load, N, that is added."""
+    changes, derivatives = changes or {}, []
+    size = holder.changed(changes)[_load(bearing)[0]]
+    for step in (STEP * size, 1j * STEP * size):
+        ends = (_rebuilt(structure, bearing, holder, changes, more + part).unknowns for part in (step, -step))
+        found = (
+            _slopes(above.entries, below.entries, value / size)
+            for above, below, value in zip(*ends, theta, strict=True)
+        )
+        derivatives.append([entry for entries in found for entry in entries])
+    return Film(size, carried, *derivatives)
 
 
 def number_slope(structure: Structure, node: int, number: str) -> tuple[Entry, ...]:
@@ -257,9 +339,10 @@ def number_slope(structure: Structure, node: int, number: str) -> tuple[Entry, .
     found = []
     for bearing, holder in bearings_of(structure.bearings):
         if _at_node(bearing, structure) == node and number in holder.paths and not np.isnan(bearing.theta).any():
-            ends = [{holder.name(number): step} for step in (STEP, -STEP)]
-            values = {unknown.name: value for unknown, value in zip(bearing.unknowns, bearing.theta, strict=True)}
-            found += _slopes_between(structure, bearing, holder, ends, values)
+            name = holder.name(number)
+            ends = (_rebuilt(structure, bearing, holder, {name: step}).unknowns for step in (STEP, -STEP))
+            for value, above, below in zip(bearing.theta, *ends, strict=True):
+                found += _slopes(above.entries, below.entries, value)
     if not found:
         raise CannotAct(f"no bearing at node {node} has a value of {number}")
     return tuple(found)
@@ -297,14 +380,18 @@ def _together(changes, meant):
     return found
 
 
-def _rebuilt(structure, bearing, holder, changes):
-    """A bearing with other numbers."""
+def _rebuilt(structure, bearing, holder, changes, more=0.0):
+    """A bearing with other numbers, and a load that is added to its own, N, complex."""
     lost = [name for name, change in changes.items() if not change > -1]
     if lost:
         raise NoSteadyState(f"{lost[0]} would be zero or negative")
-    function = registry().get("bearing", bearing.kind).function
+    function, options = registry().get("bearing", bearing.kind).function, holder.changed(changes)
+    if more:
+        size, angle = _load(bearing)
+        load = options[size] * np.exp(1j * options[angle]) + more
+        options = {**options, size: float(abs(load)), angle: float(np.angle(load))}
     with _none_with_these_numbers():
-        given = check_options(function, holder.changed(changes), f"bearing {bearing.kind}", ("structure",))
+        given = check_options(function, options, f"bearing {bearing.kind}", ("structure",))
         parameters = at_housings(structure, function(structure=structure, **given), from_ground=bearing.is_foundation)
 
     @cache  # entries of one gain keep one
@@ -319,23 +406,20 @@ def _rebuilt(structure, bearing, holder, changes):
         replace(p, entries=tuple(e if e.gain is None else replace(e, gain=guard(e.gain)) for e in p.entries))
         for p in parameters
     )
-    return replace(bearing, parameters=tuple(guarded))
+    return replace(bearing, parameters=tuple(guarded), options=options)
 
 
-def _slopes_between(structure, bearing, holder, ends, values):
-    """Entries of the derivative by a number, from changes on both sides of it, times the values of the amplitudes."""
-    found, both = [], (_rebuilt(structure, bearing, holder, changes).unknowns for changes in ends)
+def _slopes(above, below, value):
+    """Entries of the derivative by a number, from those of an amplitude on both sides of it, times its value."""
+    share, found = value / (2 * STEP), []
     gain_slope = cache(lambda above, below: lambda *at: above(*at) - below(*at))  # entries of one gain keep one
-    for above, below in zip(*both, strict=True):
-        share = values[above.name] / (2 * STEP)
-        for one, other in zip(above.entries, below.entries, strict=True):
-            if one.gain is None and other.gain is None:
-                found.append(replace(one, matrix=share * (np.asarray(one.matrix) - other.matrix)))
-            elif np.array_equal(one.matrix, other.matrix):
-                slope = gain_slope(one.gain, other.gain)
-                found.append(replace(one, matrix=share * np.asarray(one.matrix), gain=slope))
-            else:
-                found += [one.times(share), other.times(-share)]
+    for one, other in zip(above, below, strict=True):
+        if one.gain is None and other.gain is None:
+            found.append(replace(one, matrix=share * (np.asarray(one.matrix) - other.matrix)))
+        elif np.array_equal(one.matrix, other.matrix):
+            found.append(replace(one, matrix=share * np.asarray(one.matrix), gain=gain_slope(one.gain, other.gain)))
+        else:
+            found += [one.times(share), other.times(-share)]
     return found
 
 
@@ -345,3 +429,10 @@ def _none_with_these_numbers():
         yield
     except RotorstudyError as error:
         raise NoSteadyState(f"no bearing with these numbers: {error}") from None
+
+
+def _with_entries(term, slopes, films):
+    if not term.carries:
+        return replace(term, parameters=loading_films(term.parameters, films))
+    (parameter,) = term.parameters
+    return replace(term, parameters=(replace(parameter, entries=tuple(slopes[term.full_name(parameter)])),))

@@ -175,11 +175,25 @@ class Shaft:
             raise CannotAct("the bearings and supports do not carry the rotor, so their static loads are not known")
         return float(left[i])
 
+    def carried_at(self, node: int) -> np.ndarray:
+        """Load (dof,) on a bearing by a unit force along each coordinate if bearings are rigid; zero if not known."""
+        free = self._not_held
+        row = np.zeros(len(self.dofs))
+        if _is_regular(self.stiffness[np.ix_(free, free)]):
+            row[free] = -np.linalg.solve(self.stiffness[np.ix_(free, free)], self.stiffness[free, self.index(node)])
+            row[self.index(node)] = 1.0
+        return row
+
+    @cached_property
+    def _not_held(self):
+        """Positions of the coordinates that rigid bearings do not hold."""
+        held = [i for i, (node, motion) in enumerate(self.dofs) if node in self.bearing_nodes and motion != "tilt"]
+        return np.setdiff1d(np.arange(len(self.dofs)), held)
+
     @cached_property
     def _deflection_on_rigid_bearings(self):
         """Static deflection (dof,) with the bearings taken as rigid, m; zero if they do not carry the shaft."""
-        held = [i for i, (node, motion) in enumerate(self.dofs) if node in self.bearing_nodes and motion != "tilt"]
-        free = np.setdiff1d(np.arange(len(self.dofs)), held)
+        free = self._not_held
         carried = self.stiffness[np.ix_(free, free)]
         deflection = np.zeros(len(self.dofs))
         if np.any(self.static_load) and _is_regular(carried):

@@ -17,9 +17,18 @@ _asked = ContextVar("asked", default=())
 
 @contextmanager
 def asked(words):
-    """Within the block these words, those of `--units`, have precedence over the rig file."""
-    units_of({}, words)
-    before = _asked.set(tuple(words))
+    """Within the block these words, those of `--units`, have precedence over the rig file.
+
+    Units of two words, such as oz in, may be written without quotes.
+    """
+    joined = []
+    for word in words:
+        if joined and f"{joined[-1]} {word}" in QUANTITY:
+            joined[-1] += f" {word}"
+        else:
+            joined.append(word)
+    units_of({}, joined)
+    before = _asked.set(tuple(joined))
     try:
         yield
     finally:

@@ -72,6 +72,7 @@ class Structure(Shaft):
     origin      : the Origin, set where a rig is read; None for a structure without a plugin
     riding      : node with a sensor -> node on whose housing it rides
     foundation  : the Terms of what the bearings stand on
+    films       : the Films, see `rotorstudy.model.rig_numbers`, set where a rig is read
     casings     : number of a transducer on a housing -> node of the bearing in it
     reading     : the Reading of the records, set where they are read; by default of probes along x and y
     """
@@ -99,6 +100,7 @@ class Structure(Shaft):
     riding: dict = field(default_factory=dict)
     casings: dict = field(default_factory=dict)
     foundation: tuple = ()
+    films: tuple = ()
     reading: Reading = field(default_factory=Reading)
 
     @cached_property
@@ -123,7 +125,9 @@ class Structure(Shaft):
     @cached_property
     def scales(self) -> Scales:
         """Usual sizes of this rotor on its supports, for the typical sizes of effects."""
-        own = self.mass, self.supported_stiffness, self.along, self.acceleration_of_gravity
+        loads = sum(film.load for film in self.films)  # of a machine that stands upright
+        acceleration = self.acceleration_of_gravity or loads / (self.along @ self.mass @ self.along)
+        own = self.mass, self.supported_stiffness, self.along, acceleration
         return Scales(*own, self.length, self.vibration, self.index)
 
     @property
@@ -228,6 +232,21 @@ class Structure(Shaft):
 def at_supports(structure, sensors):
     """Places of an effect of the supports: the nodes of the bearings; without bearings, every node."""
     return [{"node": node} for node in structure.nodes if node in (structure.bearing_nodes or structure.nodes)]
+
+
+def across(structure, node, element, motion):
+    """Row (dof,) of the motion at a coupling: at a node, or of an element, of its first end against its last one."""
+    if element is None:
+        return structure.unit(node, motion)
+    if node is not None:
+        raise CannotAct("give the node or the element of the coupling, not both")
+    return structure.unit(element, motion) - structure.unit(element + 1, motion)
+
+
+def coupling_places(structure, motion):
+    """Places of a coupling: each node with a motion, and each element between two of them."""
+    nodes = sorted({node for node, own in structure.dofs if own == motion})
+    return [{"node": node} for node in nodes] + [{"element": node} for node in nodes if node + 1 in nodes]
 
 
 def sensor_unit(sensors, node=None):

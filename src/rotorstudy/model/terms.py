@@ -91,6 +91,8 @@ class Parameter:
     also    : another name of its value -> (SI unit, factor from it): {"unbalance": ("kg m", 1 / mass)}
     jumps   : whether its force or its entries change at once, so that their harmonics decrease slowly and more of them
               are carried
+    films   : entries of the oil films that it loads, by its real and by its imaginary part, see
+              `rotorstudy.model.rig_numbers.loading_films`
     """
 
     name: str
@@ -103,11 +105,17 @@ class Parameter:
     default: float | None = None
     also: dict = field(default_factory=dict)
     jumps: bool = False
+    films: tuple[tuple[Entry, ...], tuple[Entry, ...]] = ((), ())
 
     @property
     def key(self) -> str:
         """Its configuration key, with the unit if it has one: `internal_damping_N_s_per_m`."""
         return self.name if self.unit == "1" else f"{self.name}_{unit_suffix(self.unit)}"
+
+    @property
+    def loads_films(self) -> bool:
+        """Whether it is a constant force that changes the load of oil films."""
+        return bool(self.films[0])
 
     @property
     def phase_key(self) -> str:
@@ -143,8 +151,8 @@ class Term:
     carries : whether it carries the static load (a bearing), so that it does not act on the static deflection
     label   : distinguishes terms of the same kind; it becomes part of the names, "eccentricity[left]"
     variation : of the numbers of the rotor, its matrices at any change of them; the entries are their derivatives
-    is_bearing_number : whether it is a number of bearings, whose entries are the derivatives of theirs, see
-                        `Model.at`
+    is_bearing_number : whether it is a number of bearings, or a constant force that loads them: its entries are
+                        derivatives of theirs, see `Model.at`
     options : of its plugin, in SI
     is_foundation : whether it acts between the housing of a bearing and the ground
     """
@@ -184,13 +192,13 @@ class Term:
         """The real amplitudes of this term; a complex parameter has two."""
         found = []
         for p in self.parameters:
-            name = self.full_name(p)
+            name, carries, real = self.full_name(p), self.carries or p.loads_films, p.entries + p.films[0]
             if p.is_complex:
-                imaginary = tuple(e.times(1j) for e in p.entries)
-                found.append(Unknown(f"{name}_real", p.unit, p.entries, p.typical, self.carries))
-                found.append(Unknown(f"{name}_imag", p.unit, imaginary, p.typical, self.carries))
+                imaginary = (*(e.times(1j) for e in p.entries), *p.films[1])
+                found.append(Unknown(f"{name}_real", p.unit, real, p.typical, carries))
+                found.append(Unknown(f"{name}_imag", p.unit, imaginary, p.typical, carries))
             else:
-                found.append(Unknown(name, p.unit, p.entries, p.typical, self.carries, p.force, p.exact, p.jumps))
+                found.append(Unknown(name, p.unit, real, p.typical, carries, p.force, p.exact, p.jumps))
         return tuple(found)
 
     @property

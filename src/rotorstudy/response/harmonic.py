@@ -142,7 +142,10 @@ def positions(harmonics, blocks):
 def static_force(model, theta, speed, carried, deflection, *, constant=True):
     """Force harmonics (..., speed, harmonic, dof), N, at a static deflection; all, or what it changes."""
     own = theta[..., [p for p, _ in model.acting]]
-    return model.table.static_force(own, speed, carried, deflection, constant=constant)
+    found = model.table.static_force(own, speed, carried, deflection, constant=constant)
+    if constant and model.constant_force.any():
+        found[..., carried == 0, :] += model.constant_force
+    return found
 
 
 def carried_response(model, speed, theta, blocks, jacobian, kept=None):

@@ -112,6 +112,7 @@ def time_response(
 def _equations(model, theta, speed, reference):
     """Shifts, forces (shift, dof * column) by z, conj(z), their derivatives and 1, and function to acceleration."""
     own, dof = model.matrices(theta), len(model.structure.dofs)
+    load = own.static_load + model.constant_force
     constant, stiffness, damping, mass = time_matrices(model, theta, speed, reference)
     none = np.zeros((dof, dof))
     parts = [one[on] for one in (stiffness, damping, mass) for on in ("z", "conj")]
@@ -119,9 +120,7 @@ def _equations(model, theta, speed, reference):
     table = np.array([np.hstack([part.get(shift, none) for part in parts]) for shift in shifts], complex)
     own_parts = (-own.stiffness, none, 1j * speed * own.gyroscopic, none, -own.mass, none)
     table[shifts == 0] += np.hstack(own_parts)
-    still = (
-        np.array([constant.get(shift, np.zeros(dof)) for shift in shifts]) + (shifts == 0)[:, None] * own.static_load
-    )
+    still = np.array([constant.get(shift, np.zeros(dof)) for shift in shifts]) + (shifts == 0)[:, None] * load
     force, inertia = np.split(table, [4 * dof], axis=-1)
     force = np.concatenate([force, still[..., None]], axis=-1)
     return shifts, force.reshape(len(shifts), -1), _accelerated(-inertia, shifts)

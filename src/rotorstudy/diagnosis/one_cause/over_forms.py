@@ -64,7 +64,7 @@ def _held_along(work, start, name, ranges, longest, least):
     middle = ends.fraction(cause.shape[name])
     place = list(cause.shape).index(name) - len(cause.shape)
     step = min(STEP * np.sqrt(start.covariance[place, place]), longest)
-    found = {middle: _held(work, start, name, cause.shape[name])}
+    found = {middle: held_at(work, start, name, cause.shape[name])}
     least = min(least, found[middle].cost) if found[middle] else least
     for way in (-step, step):
         x, last = middle, found[middle] or start
@@ -72,7 +72,7 @@ def _held_along(work, start, name, ranges, longest, least):
             if not 0 < x < 1:
                 break
             x = min(max(x + way, 0.0), 1.0)
-            one = _held(work, last, name, ends.value(x))
+            one = held_at(work, last, name, ends.value(x))
             if one is None or not one.minimum.converged[0]:  # such as a crack at a disc
                 continue
             if _at_an_end(one, ranges):  # beyond which it cannot be
@@ -84,12 +84,12 @@ def _held_along(work, start, name, ranges, longest, least):
     return {x: one for x, one in sorted(found.items()) if one}
 
 
-def _held(work, fitted, name, value):
+def held_at(work, fitted, name, value):
     """The fit with an option of its cause held at a value; None where there is none."""
     *others, cause = fitted.causes
-    term = with_options(cause.term, {name: value}, work.rig.structure, work.rig.sensors)
     shape = {key: x for key, x in cause.shape.items() if key != name}
     try:
+        term = with_options(cause.term, {name: value}, work.rig.structure, work.rig.sensors)
         held = cause._replace(term=term, shape=shape, options=cause.options | {name: value}, held=(name,))
         return fitted_from(work, [*others, held], fitted.amplitudes, ROUGHLY)
     except (CannotAct, NoSteadyState, NoConvergenceError):

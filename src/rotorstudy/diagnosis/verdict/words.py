@@ -231,9 +231,14 @@ def gain_in_words(verdict):
 
 
 def detection_limits(verdict):
-    """Detection limits, the most sensitive first; the larger one of real and imaginary part."""
+    """Detection limits, the most sensitive first; the larger one of real and imaginary part.
+
+    Without those of what is present or absent, which has no size.
+    """
+    effects = registry().plugins["effect"]
+    limits = [row for row in verdict.detection_limit if not effects[row.effect].fixed]
     # sorted, so that the larger one comes last
-    largest = {(place(row), row.parameter): row for row in verdict.detection_limit}
+    largest = {(place(row), row.parameter): row for row in limits}
     return sorted(largest.values(), key=lambda row: row.of_typical)
 
 
