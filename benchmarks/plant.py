@@ -43,6 +43,7 @@ STATES = {  # name: usual size, and the effects that are right
     "bow": (4.0, ("bow",)),  # K across the shaft
     "runout": (6e-6, ("runout", "shaft_runout")),  # m, another surface at the first plane
     "hub_2X": (100.0, ("parallel_misalignment",)),  # N at twice the speed, along x, at the coupling
+    "contact": (2e7, ("rub",)),  # N/m, of a ring at 0.8 of the median orbit at the second of the wheels
 }
 ANGLES = (-np.pi / 4, np.pi / 4)
 STEPS, MODES = 96, 10
@@ -92,12 +93,14 @@ def add_fault(machine, plant, state, size):
         machine.stiffness -= stiffness * selection @ selection.T  # its mean is part of the sound machine
         law = coupling(stiffness, 0.1, size * np.exp(2j), 0.05 * size * np.exp(1j))
         machine.local.append(LocalForce(selection, law, state))
-    if state == "rub":
+    if state in ("rub", "contact"):
         selection = plant.against_block(machine, plant.wheels[1])
         healthy = steady_state(machine, plant.speeds, STEPS, MODES)
-        radius = np.linalg.norm(healthy.displacement @ selection, axis=-1).max()
-        stiffness = plant.rotor.mass * float(np.mean(plant.speeds)) ** 2
-        law = RubLaw(stiffness, (1 - size) * radius, 0.1, 0.1, (0.0, 0.0), 1e-3)
+        radius = np.linalg.norm(healthy.displacement @ selection, axis=-1).max(axis=-1)
+        gap, stiffness = (1 - size) * radius.max(), plant.rotor.mass * float(np.mean(plant.speeds)) ** 2
+        if state == "contact":
+            gap, stiffness = 0.8 * np.median(radius), size
+        law = RubLaw(stiffness, gap, 0.1, 0.1, (0.0, 0.0), 1e-3)
         machine.local.append(LocalForce(selection, law, "rub"))
 
 
@@ -129,15 +132,17 @@ def motion(name, state, size, speeds=None, kept=None):
 def right_places(plant, state):
     """Where what a state is may be stated, by the keys of a place of the package."""
     nodes = [film.node + 1 for film in plant.rotor.films]
+    on_first_block = [node for node in nodes if plant.block_at(node - 1) == 0]
     hubs = [node + 1 for node in (plant.hub, plant.other_hub) if node is not None]
     return {
         "clearance": {"node": nodes[:1], "number": ["radial_clearance_m"]},
         "clearance_last": {"node": nodes[-1:], "number": ["radial_clearance_m"]},
         "oil": {"number": ["viscosity_Pa_s"]},
-        "frame": {"node": [node for node in nodes if plant.block_at(node - 1) == 0]},
-        "looseness": {"node": [node for node in nodes if plant.block_at(node - 1) == 0]},
+        "frame": {"node": on_first_block},
+        "looseness": {"node": on_first_block, "foundation": on_first_block},
         "unbalance": {"node": [plant.wheels[0] + 1]},
         "rub": {"node": [plant.wheels[1] + 1]},
+        "contact": {"node": [plant.wheels[1] + 1]},
         "crack": {"element": [plant.cracks[0][0] + 1]},
         "crack_middle": {"element": [plant.cracks[1][0] + 1]},
         "parallel": {"node": hubs, "element": [plant.hub + 1]},

@@ -12,6 +12,7 @@ import logging
 import time
 from pathlib import Path
 
+import numpy as np
 from plant import PLANTS, STATES, crack_place, motion, right_places, write
 
 from rotorstudy.blind.machines.stepping import NoSteadyState
@@ -24,7 +25,8 @@ from rotorstudy.model.rig import RigFile
 from rotorstudy.yaml_file import read_yaml
 
 PLACE = 0.05  # of the length, within which a crack is at the right place
-THINNEST = -0.6  # change of the viscosity beyond which the machine may not run
+DEEPEST = 0.5  # of the diameter, of a crack
+LIMITED = ("clearance", "clearance_last", "crack", "crack_middle", "looseness", "hub_2X", "contact")  # states
 
 
 class Clock(logging.Handler):
@@ -139,15 +141,16 @@ class Study:
         return self.row({"way": "compared", "machine": name, "state": state, "size": STATES[state][0]}, made)
 
     def at_twice_its_limit(self, name, state):
-        """Row of the diagnosis of a fault at twice its limit, None where the verdict states that it is not seen."""
+        """Row of the diagnosis of a fault at twice its limit, None where it is not seen, or cannot be that large."""
         plant = PLANTS[name]()
         limits = [
             s for effect, where, s in self.diagnosed(name)["hidden"] if s and is_there(effect, where, plant, state)
         ]
-        if not limits:
-            return print(name, state, "is not seen")
-        size = float(f"{2 * min(limits):.3g}")
-        return self.diagnosed(name, state, max(-size, THINNEST) if state == "oil" else size)
+        # of 2X a limit is of the forward part, half of the force; of a foot in N/m, of which a state is a share
+        unit = {"hub_2X": 2.0, "looseness": 1 / plant.blocks[0].stiffness[0]}.get(state, 1.0)
+        size = float(f"{2 * min(limits, default=np.inf) * unit:.3g}")
+        largest = {"looseness": 1.0, "crack": DEEPEST, "crack_middle": DEEPEST}.get(state, 1e9)
+        return self.diagnosed(name, state, size) if size <= largest else print(name, state, "has no such limit", size)
 
 
 def main():
@@ -160,7 +163,7 @@ def main():
     study = Study(asked.folder, asked.draw)
     for case in asked.cases:
         name, _, state = case.partition("/")
-        for one in [state] if state else STATES:
+        for one in [state] if state else LIMITED if asked.limits else STATES:
             try:
                 (study.at_twice_its_limit if asked.limits else study.compared)(name, one)
             except NoSteadyState as problem:  # such a machine is not run

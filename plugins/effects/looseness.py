@@ -4,23 +4,37 @@ from rotorstudy.plugins import Effect, Feared, NonlinearForce, Parameter, Positi
 
 
 def looseness(
-    structure, node: int | None = None, lift_m: float = 5e-6, direction_rad: float = 0.0, play_m: Positive | None = None
+    structure,
+    node: int | None = None,
+    foundation: int | None = None,
+    lift_m: float = 5e-6,
+    direction_rad: float = 0.0,
+    play_m: Positive | None = None,
 ):
     """Support that lifts off: where the lift s from the static deflection exceeds l, force -k min(s - l, p) d.
 
     d, at direction_rad from x (gravity points along +x), is the direction in which the shaft presses on its support,
     and s = -d . r. k is the part of the modelled stiffness that is lost beyond the lift l, until after a play p the
-    bolts hold; by default they never do. l is negative where the support has lifted off already at rest.
+    bolts hold; by default they never do. l is negative where the support has lifted off already at rest. foundation is
+    the node of a bearing in place of its own: what it stands on lifts, such as a foot, by the motion of its housing.
     """
-    here = structure.unit(node)[None]
+    own, motion = (node, "translation") if foundation is None else (foundation, "housing")
+    here = structure.unit(own, motion)
+    if motion == "translation" and node in structure.housings:
+        here = here - structure.unit(node, "housing")
     along = np.exp(1j * direction_rad)
 
     def lifted(displacement, velocity, deflection):
         lift = -((displacement - deflection) * along.conj()).real
         return -np.clip(lift - lift_m, 0, play_m) * along
 
-    usual = 0.13 * structure.scales.stiffness(node)
-    return [Parameter("stiffness_lost_in_lift", "N/m", (), typical=usual, force=NonlinearForce(here, lifted))]
+    usual = 0.13 * structure.scales.stiffness(own, motion)
+    return [Parameter("stiffness_lost_in_lift", "N/m", (), typical=usual, force=NonlinearForce(here[None], lifted))]
+
+
+def places(structure, sensors):
+    """Every bearing, and what it stands on where that moves."""
+    return at_supports(structure, sensors) + [{"foundation": node} for node in structure.housings]
 
 
 @hookimpl
@@ -29,7 +43,7 @@ def rotorstudy_effect():
         "looseness",
         looseness,
         source="bilinear support as in Chu and Tang 2001; Muszynska and Goldman 1995",
-        places=at_supports,
+        places=places,
         shape={
             "lift_m": (-12.0, 12.0, "vibration"),
             "direction_rad": (-np.pi, np.pi),

@@ -10,7 +10,10 @@ from machines import disc, errors_of_derivatives, shaft, spectrum_of
 from named_machines import plant
 
 from rotorstudy import build_model, harmonic_response, load_rig, measured_response
+from rotorstudy.blind.machines.contacts import one_sided
 from rotorstudy.blind.machines.effects import add_unbalance
+from rotorstudy.blind.machines.machine import LocalForce
+from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.places import places_of
 from rotorstudy.diagnosis.search.search import base_model
@@ -278,6 +281,31 @@ def test_a_block_moves_as_that_of_the_independent_simulator(compressor, speed):
     assert np.abs(measured_response(build_model(stiffer), [speed], [1, -1])[0] - true).max() > 2e-3 * np.abs(true).max()
 
 
+def test_a_foot_that_lifts_is_that_of_the_independent_simulator(compressor):
+    """Under the bearing at node 4 half of the stiffness of a foot is lost upward, on films that are linear."""
+    machine, rig = compressor
+    standing, speed, (block,) = replace(machine, speeds=np.array([350.0]), unbalance={}), 350.0, machine.blocks
+    loose, loss, housing = standing.build(), 0.5 * block.stiffness[0], {"foundation": 4}
+    loose.local.clear()
+    loose.harmonic[0, 0][:] = 0  # motion about rest
+    add_unbalance(loose, 11, 26.0 * 1e-5)
+    selection = np.zeros((loose.size, 2))
+    selection[standing.block_slice(loose, 0)] = block.motion_at(machine.rotor.positions[3]).T
+    loose.local.append(LocalForce(selection, one_sided(loss, np.inf, np.pi), "foot"))
+    steady = standing.shown_by(steady_state(loose, [speed], 128), loose)
+    harmonics = [1, -1, 2, -2]
+    true = np.array([[steady.whirl(node, n)[0] for node in (3, 9)] for n in harmonics])
+    effect = {"kind": "looseness", "lift_m": 0.0, "stiffness_lost_in_lift_N_per_m": loss}
+
+    def off(place):
+        model = build_model(rig | {"effects": [*rig["effects"], effect | place]})
+        found = measured_response(model, [speed], harmonics)[0, :, :2]
+        return np.abs(found - true).max(axis=1) / np.abs(true).max(axis=1)
+
+    assert off(housing).max() < 0.02  # of 2X, which needs higher ones than are carried
+    assert off(housing)[:2].max() < 1e-3 and off({"node": 4})[2:].max() > 0.5  # negative control: in the bearing
+
+
 def test_numbers_and_amplitudes_of_a_foundation_are_uncertain_like_others(compressor):
     from rotorstudy.model.rig_numbers import rig_with_changes, with_numbers
 
@@ -346,6 +374,7 @@ def test_a_fit_that_runs_away_finds_the_foundation_gradually(compressor):
 def test_no_effect_of_the_library_fails_on_a_foundation():
     model = build_model(RIG | {"foundation": PEDESTALS, "sensors": [1, 3]} | riding("DE"))
     found, broken = candidates(model, Settings())
+    assert [one.where for one in found if one.effect == "looseness" and "foundation" in one.where]
     assert broken == {} and {"bow", "bearing_coefficients", "transverse_crack"} <= {one.effect for one in found}
     rows = dict(places_of(model.structure))  # a force inside a bearing acts on journal and housing alike
     journal, housing = model.structure.index(1), model.structure.index(1, "housing")

@@ -24,7 +24,7 @@ def place(named):
     """
     label = named.label.removesuffix(f" node {named.where.get('node')}") if isinstance(named, Place) else ""
     labelled = f" ({label})" if label else ""
-    said = {"node": f"at node {{}}{labelled}", "element": "in element {}"}
+    said = {"node": f"at node {{}}{labelled}", "element": "in element {}", "foundation": "of the foundation at node {}"}
     if "last_element" in named.where:
         said |= {"element": "in elements {}", "last_element": "to {}"}
     where = " ".join(
