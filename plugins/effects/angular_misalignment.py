@@ -5,9 +5,9 @@ from rotorstudy.plugins import (
     Parameter,
     across,
     couples_a_driver,
-    coupling_places,
     hookimpl,
     outer,
+    spacers,
 )
 
 HARMONICS = (1, 2)
@@ -52,7 +52,10 @@ def rotorstudy_effect():
         "angular_misalignment",
         angular_misalignment,
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
-        places=lambda structure, sensors: coupling_places(structure, "tilt"),
+        places=lambda structure, sensors: [
+            *({"node": node} for node, motion in structure.dofs if motion == "tilt"),
+            *spacers(structure),
+        ],
         place_rate=couples_a_driver,
         positive=("coupling_stiffness",),
         hypothesis={"harmonics": list(ALL_HARMONICS), "coupled": True},

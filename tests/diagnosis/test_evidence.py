@@ -105,6 +105,19 @@ def test_an_unbalance_is_expected_where_the_mass_is_whatever_the_mesh():
     assert of_the_disc(6, expected_place=0.0) == pytest.approx(1 / 13)
 
 
+def test_a_coupling_is_expected_at_an_end_of_the_shaft():
+    model = build_model({"rotor": shaft(0.6, 6, disc(4, 2.0)), "bearings": springs((2, 6), 1e7, 10.0)})
+    for name in ("parallel_misalignment", "angular_misalignment"):
+        found = [c for c in candidates(model, Settings())[0] if c.effect == name]
+        odds = [PriorOdds(found, Settings(), model.structure).of(c) for c in found]
+        at_ends = [c.where in ({"node": 1}, {"node": 7}) for c in found]
+        assert (
+            sum(at_ends) == 2
+            and np.sum(odds, where=at_ends) > 0.9
+            and np.max(odds, where=~np.array(at_ends), initial=0) < 0.01
+        )
+
+
 def test_amplitudes_that_cannot_be_negative_say_so():
     limited = {c.effect for c in candidates(MODEL, Settings())[0] if c.positive}
     assert {"internal_damping", "external_damping", "rub", "delay"} <= limited

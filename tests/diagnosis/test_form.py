@@ -6,6 +6,7 @@ from machines import readings
 
 from rotorstudy import harmonic_response, make_term
 from rotorstudy.diagnosis import investigate
+from rotorstudy.diagnosis.search.candidates import ShapeRange
 from rotorstudy.diagnosis.search.form import (
     SHARES,
     Change,
@@ -114,6 +115,30 @@ def test_long_steps_are_shortened_in_their_direction():
     prior, start = Prior.independent({"x": (0.0, 100.0)}), np.array([[3.0]])
     found = levenberg_marquardt(steep, np.zeros((1, 1)), start, ("x",), prior=prior, longest=0.5)
     assert abs(found.theta[0, 0]) < 1e-3
+
+
+@pytest.mark.parametrize(("bounds", "expected"), [((-np.inf, np.inf), (3.0, -1.0)), ((0.0, 2.0), (2.0, 0.0))])
+def test_a_parameter_that_would_leave_its_bounds_is_held_there_and_the_others_follow(bounds, expected):
+    """Of |(x - 3, x + 2 y - 1)| with y up to 0 the least at x = 2 is not that of the free fit cut off."""
+    jacobian = np.array([[1.0, 0.0], [1.0, 2.0]])
+
+    def linear(theta):
+        return theta @ jacobian.T - [3.0, 1.0], np.broadcast_to(jacobian, (len(theta), 2, 2))
+
+    low, high = np.array([-np.inf, bounds[0]]), np.array([bounds[1], np.inf])
+    prior = Prior.independent({"x": (0.0, 1e4), "y": (0.0, 1e4)})
+    found = levenberg_marquardt(linear, np.zeros((1, 2)), np.ones((1, 2)), ("x", "y"), prior=prior, bounds=(low, high))
+    assert found.theta[0] == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_fit_stays_between_the_nodes_about_it_and_goes_on_beyond_the_one_where_it_ends():
+    along = ShapeRange(0.0, 2.0, breaks=(0.0, 0.5, 2.0))
+    low, high = along.between_breaks(0.5)
+    assert 0.25 < low < 0.251 and high == 1.0
+    assert along.value(along.beyond(low)) < 0.5 < along.value(low)
+    assert along.beyond(0.5) is None and along.beyond(high) is None
+    around = ShapeRange(-np.pi, np.pi, goes_around=True)
+    assert around.between_breaks(0.9) == (-np.inf, np.inf) and around.beyond(0.9) is None
 
 
 def test_parts_of_a_law_of_breathing_sum_to_another_law():

@@ -249,6 +249,22 @@ def coupling_places(structure, motion):
     return [{"node": node} for node in nodes] + [{"element": node} for node in nodes if node + 1 in nodes]
 
 
+def spacers(structure):
+    """Elements {"element": node} that bend at least twice as easily as both neighbours, as a coupling or a quill shaft.
+
+    Bending moments in any other element are what a crack makes, and no coupling is inside a shaft.
+    """
+    at = {node: structure.dofs.index((node, "tilt")) for node, motion in structure.dofs if motion == "tilt"}
+    place, stiffness = structure.node_positions, structure.stiffness
+    rigidity = {
+        node: abs(stiffness[at[node], at[node + 1]]) * (place[node + 1] - place[node])  # 2 E I, but for shear
+        for node in at
+        if node + 1 in at and node in place
+    }
+    beside = {node: [rigidity.get(node - 1, 0.0), rigidity.get(node + 1, 0.0)] for node in rigidity}
+    return [{"element": node} for node, own in rigidity.items() if 2 * own <= min(beside[node])]
+
+
 def couples_a_driver(structure, node=None, element=None):
     """How often a coupling is at a place, by `Effect.place_rate`: at an end of the shaft, where its driver is."""
     nodes = [node for node, _ in structure.dofs]
