@@ -9,8 +9,12 @@ FOLDER/study.jsonl; what is there already is not repeated, and motions are kept.
 import argparse
 import json
 import logging
+import os
 import time
 from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 from plant import PLANTS, STATES, crack_place, motion, right_places, write
