@@ -18,5 +18,5 @@ def rotorstudy_effect():
         "static_preload",
         static_preload,
         source="Newton",
-        checked="0X of a Jeffcott rotor is F / k to 1e-12, no other harmonic changes; on films integrated in time to 2e-3",
+        checked="0X of a Jeffcott rotor is F / k to 1e-12, no other harmonic changes; films integrated in time to 2e-3",
     )
