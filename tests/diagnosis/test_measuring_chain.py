@@ -10,9 +10,9 @@ from machines import spectrum_of, unbalance
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.wrong_convention import _accepted
-from rotorstudy.model.reading import Reading
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
+from rotorstudy.model.structure import Reading
 from rotorstudy.response.statics import static_deflection
 
 SPEEDS = np.array([60.0, 110.0, 180.0])

@@ -1,5 +1,9 @@
 """Every fault of a record is named, and a good record is not accused of any."""
 
+import ast
+from pathlib import Path
+from string import Formatter
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -10,6 +14,7 @@ from phase_marks import MARKS, SPEED, pulses
 
 from rotorstudy import RotorstudyError, load_spectrum, read_measurement
 from rotorstudy.commands.line import main
+from rotorstudy.measurement import findings as table
 from rotorstudy.measurement.plausibility import check_sense
 from rotorstudy.measurement.quality import flat_top
 
@@ -293,3 +298,23 @@ def test_a_spectrum_file_that_is_none_is_named(tmp_path):
     ):
         load_spectrum(tmp_path / "other.nc")
     assert model().sensors == (2, 4)
+
+
+def told():
+    """(key, names of its values, None if they are not written there) of every finding in the code."""
+    for path in Path(table.__file__).parent.glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "told":
+                names = [keyword.arg for keyword in node.keywords]
+                if isinstance(node.args[0], ast.Constant):
+                    yield node.args[0].value, None if None in names else {*names}
+
+
+def test_every_row_of_the_table_of_findings_is_said_with_its_values():
+    every = list(told())
+    for key, names in every:
+        wanted = {name for _, name, *_ in Formatter().parse(table.SAID[key][1]) if name}
+        assert names is None or names == wanted, key
+    written = " ".join(path.read_text() for path in Path(table.__file__).parent.glob("*.py") if path.stem != "findings")
+    unsaid = {key for key in table.SAID if key.partition(" (")[0] not in written}
+    assert len(every) > 30 and not unsaid

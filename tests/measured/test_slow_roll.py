@@ -45,7 +45,7 @@ def test_the_vectors_are_the_mean_at_slow_roll_and_their_noise_is_counted():
 
 
 def test_a_table_with_a_row_at_slow_roll(tmp_path):
-    given = rig(SPRING) | {"measurement": {"table_node": 1, "harmonics": [1], "slow_roll_below_rpm": 400}}
+    given = rig(SPRING) | {"measurement": {"harmonics": [1], "slow_roll_below_rpm": 400}}
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump(given))
     rows = [(300, 1.0), (1500, 11.0), (3000, 21.0)]
     lines = [f"{speed},{node},1,{size},0" for speed, size in rows for node in NODES]

@@ -10,9 +10,8 @@ from page_checks import problems
 from rotorstudy import RotorstudyError, build_model, harmonic_response, measured_spectrum, read_rig
 from rotorstudy.commands.line import main
 from rotorstudy.presentation.rotor_files import analyse_files, measured_vectors
-from rotorstudy.response.resonance import Peak, peaks, required_margin, separation_margin
 from rotorstudy.response.stability import damping_of_effects
-from rotorstudy.response.whirl import damped_modes
+from rotorstudy.response.whirl import Peak, damped_modes, peaks, required_margin, separation_margin
 from rotorstudy.store import as_complex
 from rotorstudy.studies.rotor_analysis import analyse_rotor
 from rotorstudy.studies.unbalance_response import probe_vectors

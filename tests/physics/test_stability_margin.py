@@ -37,6 +37,7 @@ def test_the_first_forward_mode_is_the_least_damped_one_below_the_speed():
     assert first_forward(frequency, ratio, direction, 400.0) == 2
     assert first_forward(frequency, ratio, direction, 40.0) == 0
     assert first_forward(frequency, ratio, -np.ones(4), 400.0) is None
+    assert first_forward(frequency, np.array([0.95, 0.01, 0.01, 0.01]), np.ones(4), 40.0) == 1  # the first is no whirl
 
 
 def said(rig, operating):

@@ -257,17 +257,6 @@ def test_a_changed_value_reruns_its_dependents_alone(built, snakemake, project, 
     assert plan == {"crack_study": 1, "figures_crack_study": 1, "index": 1, "all": 1}
 
 
-def test_a_damaged_result_is_named_by_the_job_that_reads_it(built, project, whole, tmp_path):
-    shutil.copytree(built, tmp_path / "copy")  # a job that fails deletes its figures
-    path = tmp_path / "copy" / "results" / "chapter_7" / "limits.nc"
-    content = path.read_bytes()
-    path.write_bytes(content[: len(content) // 2])
-    figure = "results/chapter_7/figures/smallest_crack.png"
-    found = run(project, tmp_path / "copy", "--", figure, config=whole)
-    assert found.returncode != 0
-    assert "limits.nc: not a readable NetCDF file; a result is made again if you delete" in found.stdout + found.stderr
-
-
 def test_editing_a_plugin_reruns_what_used_it(built, snakemake, project, whole):
     """Snakemake is told which plugin files a job depends on: an estimator concerns identification, not records."""
     future = time.time() + 5
@@ -284,16 +273,36 @@ def test_editing_a_plugin_reruns_what_used_it(built, snakemake, project, whole):
     assert not {"simulate_chapter_2", "spectra_chapter_2", "analyses_chapter_2", "records_chapter_3"} & set(plan)
 
 
-def test_an_estimator_in_one_file_joins_the_comparison_and_nothing_else_runs_again(built, snakemake, whole, tmp_path):
+COMPARISON, FIGURE = "results/compare/comparison.nc", "results/chapter_7/figures/smallest_crack.png"
+
+
+@pytest.fixture(scope="module")
+def continued(built, project, whole, tmp_path_factory):
+    """A copy of what was built, with one estimator more and one result damaged, and the run that goes on with it."""
     from rotorstudy.authoring.files import new_plugin
 
-    new_plugin("estimator", "newcomer", tmp_path / "zoo")
-    shutil.copytree(built, tmp_path / "copy")
-    target = "results/compare/comparison.nc"
-    zoo = f"plugin_folders=[{tmp_path / 'zoo'}]"
-    said = snakemake(tmp_path / "copy", "--config", zoo, "--", target, config=whole)
-    assert planned(said) == {"compare_estimates_newcomer_0": 1, "compare": 1}
-    with xr.open_dataset(tmp_path / "copy" / target) as after, xr.open_dataset(built / target) as before:
+    folder = tmp_path_factory.mktemp("continued")
+    new_plugin("estimator", "newcomer", folder / "zoo")
+    shutil.copytree(built, folder / "copy")  # a job that fails deletes its figures
+    path = folder / "copy" / "results" / "chapter_7" / "limits.nc"
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    zoo = f"plugin_folders=[{folder / 'zoo'}]"
+    found = run(project, folder / "copy", "--keep-going", "--config", zoo, "--", COMPARISON, FIGURE, config=whole)
+    return folder / "copy", found
+
+
+def test_a_damaged_result_is_named_by_the_job_that_reads_it(continued):
+    _, found = continued
+    assert found.returncode != 0
+    assert "limits.nc: not a readable NetCDF file; a result is made again if you delete" in found.stdout + found.stderr
+
+
+def test_an_estimator_in_one_file_joins_the_comparison_and_nothing_else_runs_again(built, continued):
+    copy, found = continued
+    reader = {"figures_crack_study": 1}  # of the damaged result
+    assert planned(found.stdout + found.stderr) == {"compare_estimates_newcomer_0": 1, "compare": 1, **reader}
+    with xr.open_dataset(copy / COMPARISON) as after, xr.open_dataset(built / COMPARISON) as before:
         assert set(after.estimator.values) - set(before.estimator.values) == {"newcomer"}
         shared = {"estimator": before.estimator.values}
         for name in ("bias", "scatter", "rmse", "efficiency", "coverage", "failed"):
@@ -302,7 +311,7 @@ def test_an_estimator_in_one_file_joins_the_comparison_and_nothing_else_runs_aga
             estimator="newcomer", spectrum_method="regression", fault="whole revolutions", noise=1
         )
         assert (best.median("parameter") > 0.3).all()  # six trials know a standard deviation to 30 %
-    assert "newcomer" in (tmp_path / "copy" / "results/compare/ranking.csv").read_text()
+    assert "newcomer" in (copy / "results/compare/ranking.csv").read_text()
 
 
 def test_the_comparison_knows_what_a_fault_does(built):

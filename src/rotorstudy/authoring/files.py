@@ -17,11 +17,7 @@ PLACEHOLDERS = {
 
 
 def new_plugin(kind, name, folder=None):
-    """Write a working, commented plugin file and return its path.
-
-    folder : by default the kind's folder in the project's plugins/, outside a project rotorstudy_plugins/ here
-    raises : RotorstudyError for an unknown kind, an invalid name or one in use, or a file that exists
-    """
+    """Write a working, commented plugin file, by default in the project's or the user's folder, and return its path."""
     if kind not in KINDS:
         raise unknown_name("kind", kind, KINDS)
     if not name.isidentifier() or not name.isascii() or name != name.lower() or iskeyword(name):

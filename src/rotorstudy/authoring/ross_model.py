@@ -25,12 +25,7 @@ COEFFICIENTS = {"stiffness_N_per_m": "k", "damping_N_s_per_m": "c", "mass_kg": "
 
 
 class RossRotor(NamedTuple):
-    """A rotor of ROSS as sections of a rig.
-
-    sections : dict of rotor, bearings and effects
-    said     : sentences on what is different here or left out, and what to do
-    planes   : nodes here, those of the bearings first
-    """
+    """A rotor of ROSS: sections of a rig, sentences on what differs here, and nodes, those of the bearings first."""
 
     sections: dict
     said: list

@@ -7,7 +7,7 @@ from annotated_types import Ge, Gt, Lt
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
-from rotorstudy.model.reading import Reading
+from rotorstudy.model.structure import Reading
 from rotorstudy.response.coupling import check_harmonics
 from rotorstudy.units import DERIVATIVES, METRES, RAD_PER_S, spin
 
@@ -18,17 +18,7 @@ WHITESPACE = (" ", r"\s+")  # separators that stand for any number of spaces and
 
 
 class Probe(Strict):
-    """A displacement probe, or a transducer of velocity or acceleration.
-
-    channel   : name in the file; in NetCDF the direction
-    node      : of the rig; optional in NetCDF if all nodes have such a probe; a number of its own if `on` a housing
-    angle_deg : position of the probe in the user's angles
-    unit      : of the channel; V needs sensitivity_V_per_m; optional where a NetCDF file states it
-    gap_at_rest_V : gap voltage (DC) while the shaft rests at the bottom of its bearing
-    on        : bearing whose housing it is on, of which it shows the motion in space
-    relative_to : bearing whose housing carries the probe, which then shows the motion against it
-    sign      : 1 if the reading increases as the shaft moves towards the probe's angle, -1 if it decreases
-    """
+    """A displacement probe, or a transducer of velocity or acceleration; docs/measured_records.md has every key."""
 
     channel: str
     node: int | None = None
@@ -67,14 +57,7 @@ class Probe(Strict):
 
 
 class Keyphasor(Strict):
-    """The phase mark and its sensor.
-
-    channel          : name in the file
-    sensor_angle_deg : position of the sensor;  mark_angle_deg : of the mark from the shaft's reference line; both in
-                       the user's angles
-    edge             : instant of the pulse that is the mark;  polarity : of the pulse
-    threshold_V      : level of the edge, half height by default;  hysteresis : fraction of the pulse height
-    """
+    """The phase mark and its sensor, at angles in the sense of the user; docs/measured_records.md has every key."""
 
     channel: str = "keyphasor"
     sensor_angle_deg: float = 0.0

@@ -185,8 +185,8 @@ def _check_survived(path):
             raise ValueError("it is damaged")
 
 
-def open_uff(path, conventions):
-    """The Channels of the data sets 58 of a UFF file, by their first text line or as 'node direction' ('3 +x')."""
+def uff_sets(path):
+    """The data sets 58 of a UFF file, and the numbers of the kinds of all."""
     try:
         import pyuff
     except ImportError:
@@ -194,7 +194,12 @@ def open_uff(path, conventions):
     with reading("UFF file", path):
         opened = pyuff.UFF(str(path))
         kinds = [int(kind) for kind in np.atleast_1d(opened.get_set_types())]
-        sets = [opened.read_sets(i) for i, kind in enumerate(kinds) if kind == 58]
+        return [opened.read_sets(i) for i, kind in enumerate(kinds) if kind == 58], kinds
+
+
+def open_uff(path, conventions):
+    """The Channels of the data sets 58 of a UFF file, by their first text line or as 'node direction' ('3 +x')."""
+    sets, kinds = uff_sets(path)
     if not sets:
         raise RotorstudyError(f"{path}: no data set 58 (found: {sorted(set(kinds))}); export time signals")
     letters = {1: "x", 2: "y", 3: "z"}

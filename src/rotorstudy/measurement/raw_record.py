@@ -67,10 +67,7 @@ class RawRecord:
 
 
 class Channel(NamedTuple):
-    """The signal of a probe: name, node, direction (rad from x in the sense of rotation), readings (time,).
-
-    order : of the derivative by time of a displacement in m, which the readings are
-    """
+    """The signal of a probe at an angle from x, rad; order : of the derivative by time that readings (time,) are."""
 
     name: str
     node: int

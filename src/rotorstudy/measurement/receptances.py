@@ -76,13 +76,11 @@ def _of_csv(path, order):
 
 def _of_uff(path):
     """The same of the frequency response functions of a UFF file; a force against an axis turns the sign."""
-    try:
-        import pyuff
-    except ImportError:
-        raise RotorstudyError(f"{path}: UFF files need the package pyuff; pip install pyuff") from None
+    from rotorstudy.measurement.files import uff_sets  # late: with pydantic, which plugins load without
+
     found = {}
-    for one in np.atleast_1d(pyuff.UFF(str(path)).read_sets()):
-        if one["type"] == 58 and one["func_type"] == RESPONSE_FUNCTION:
+    for one in uff_sets(path)[0]:
+        if one["func_type"] == RESPONSE_FUNCTION:
             ends = [(one[f"{end}_node"], one[f"{end}_dir"]) for end in ("rsp", "ref")]
             pair = tuple(f"{node}{UFF_AXES[abs(direction) - 1]}" for node, direction in ends)
             order = UFF_ORDERS.get(one["ordinate_spec_data_type"], 0)

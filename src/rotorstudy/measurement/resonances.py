@@ -28,11 +28,9 @@ FAST = 0.1  # rate over the squared half-power bandwidth, from which the vectors
 
 @dataclass(frozen=True)
 class Resonances:
-    """Modes fitted to 1X over speed.
+    """Modes fitted to 1X: speed, decay (mode,), rad/s, 1/s; rate of the sweep, rad/s^2; noise : rms of the residual, m.
 
-    speed, decay : (mode,) rad/s, 1/s;  rate : of the sweep, rad/s^2, zero for steady vectors
-    covariance   : (parameter, parameter) of rate, speed, ln decay (without the rate if that is zero)
-    noise        : rms of the residual, m
+    covariance : (parameter, parameter) of rate, speed, ln decay (without the rate if that is zero)
     """
 
     speed: np.ndarray

@@ -1,4 +1,4 @@
-"""A measured full spectrum: harmonics of the displacement with their covariance."""
+"""A measured full spectrum: harmonics of the displacement with their covariance, and its data as fits take them."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -33,8 +33,116 @@ def _whitener(covariance, shape, floor):
     return (vectors / np.sqrt(variance)[..., None, :]) @ np.swapaxes(vectors, -1, -2) / size[..., None, :]
 
 
+class Whitened:
+    """The data of a Spectrum: the components of its harmonics that probes show, with their covariance."""
+
+    amplitude: np.ndarray
+    speed: np.ndarray
+    harmonics: np.ndarray
+    sensors: tuple
+    covariance: np.ndarray
+    directions: np.ndarray | None
+    shared_error: np.ndarray | None
+
+    @cached_property
+    def _seen(self):
+        """(sensor, component) whether a component is a datum, and (sensor, component, component) rows of the data."""
+        return (
+            np.array([seen_components(self.harmonics, a) for a in self.directions]),
+            np.array([seen_rows(self.harmonics, a) for a in self.directions]),
+        )
+
+    @property
+    def data_count(self) -> int:
+        """Number of real data."""
+        return len(self.speed) * int(self._seen[0].sum())
+
+    def with_shared_error(self, columns: np.ndarray):
+        """The spectrum with errors of unit variance that sensors share, as whitened data (component, unknown)."""
+        return replace(self, shared_error=np.asarray(columns))
+
+    @cached_property
+    def _shared(self):
+        """Directions (component, error) of the shared errors, and their variances (error,)."""
+        columns = self.shared_error
+        if columns.shape[1] > len(columns):
+            variance, vectors = np.linalg.eigh(columns @ columns.T)
+            return vectors[:, variance > SHARED_FLOOR], variance[variance > SHARED_FLOOR]
+        variance, vectors = np.linalg.eigh(columns.T @ columns)
+        kept = variance > SHARED_FLOOR
+        return columns @ (vectors[:, kept] / np.sqrt(variance[kept])), variance[kept]
+
+    def full_covariance(self) -> np.ndarray:
+        """Covariance (speed, component * sensor, component * sensor) of the components of all sensors together, m^2."""
+        speeds, sensors, size, _ = self.covariance.shape
+        full = np.zeros((speeds, size, sensors, size, sensors))
+        for s in range(sensors):
+            full[:, :, s, :, s] = self.covariance[:, s]
+        return full.reshape(speeds, size * sensors, size * sensors)
+
+    @cached_property
+    def whitener(self) -> np.ndarray:
+        """W (speed, sensor, component, component) in 1/m with W C W^T = 1, zero in rows that are not data.
+
+        The symmetric root of the correlation is taken, so that a whitened component belongs to its harmonic.
+        """
+        floor = (RELATIVE_FLOOR * np.abs(self.amplitude).max()) ** 2
+        single, covariance = ~is_orbit(self.directions), self.covariance
+        _, rows = self._seen
+        if single.any():
+            covariance = np.where(single[:, None, None], rows @ covariance @ np.swapaxes(rows, -1, -2), covariance)
+        parts = [
+            _whitener(one.tobytes(), one.shape, floor) for one in np.moveaxis(np.asarray(covariance, float), -3, 0)
+        ]
+        found = np.stack(parts, axis=-3)
+        if single.any():
+            found[:, single] = found[:, single] @ rows[single]
+        return found
+
+    @property
+    def log_volume(self) -> float:
+        """Logarithm of the determinant of the whitener, of the data."""
+        seen, rows = self._seen
+        if seen.all():
+            return float(np.linalg.slogdet(self.whitener)[1].sum())
+        parts = zip(np.moveaxis(self.whitener, 1, 0), seen, rows, strict=True)
+        return float(sum(np.linalg.slogdet(w[:, data] @ a[data].T)[1].sum() for w, data, a in parts))
+
+    def log_change(self, matrix: np.ndarray) -> float:
+        """Logarithm of the determinant of a linear change (sensor, component, component) of the data of all speeds."""
+        seen, rows = self._seen
+        if seen.all():
+            return float(len(self.speed) * np.linalg.slogdet(matrix)[1].sum())
+        parts = zip(matrix, seen, rows, strict=True)
+        return float(len(self.speed) * sum(np.linalg.slogdet(a[data] @ m @ a[data].T)[1] for m, data, a in parts))
+
+    def whitened(self, amplitude: np.ndarray) -> np.ndarray:
+        """Harmonics (..., speed, harmonic, sensor), m, as the data (..., component) in their standard deviations."""
+        found = shared_product(self.whitener, np.swapaxes(components(amplitude), -1, -2))
+        seen = self._seen[0]
+        if not seen.all():
+            found = found[..., seen]
+        lead = found.shape[: np.ndim(amplitude) - 3]  # may be of no columns at all
+        found = found.reshape(*lead, int(np.prod(found.shape[len(lead) :])))
+        if self.shared_error is None or not self.shared_error.size:
+            return found
+        along, variance = self._shared  # the symmetric root, so that a component still belongs to its harmonic
+        return found - (found @ along) * (1 - 1 / np.sqrt(1 + variance)) @ along.T
+
+    def by_harmonic(self, whitened: np.ndarray) -> np.ndarray:
+        """Rms (speed, harmonic, sensor) of whitened data (component,) by harmonic; of a probe the same at n and -n."""
+        seen, order = self._seen[0], list(self.harmonics)
+        parts = np.zeros((len(self.speed), *seen.shape))
+        parts[:, seen] = np.reshape(whitened, (len(self.speed), -1))
+        parts, count = parts.reshape(len(self.speed), len(self.sensors), 2, -1), seen.reshape(len(seen), 2, -1)
+        found = np.sqrt(np.sum(parts**2, axis=2) / np.maximum(count.sum(axis=1), 1)).transpose(0, 2, 1)
+        for s in np.flatnonzero(~is_orbit(self.directions)):
+            found[..., s] = found[:, [order.index(abs(n)) if abs(n) in order else i for i, n in enumerate(order)], s]
+        return found
+
+
 @dataclass(frozen=True)
-class Spectrum:
+class Spectrum(Whitened):
     """Harmonics R_n of the complex displacement at the sensors.
 
     amplitude  : (..., speed, harmonic, sensor) complex, m
@@ -66,19 +174,6 @@ class Spectrum:
     def single_probes(self) -> list[int]:
         """Nodes with a single probe."""
         return [node for node, whole in zip(self.sensors, is_orbit(self.directions), strict=True) if not whole]
-
-    @cached_property
-    def _seen(self):
-        """(sensor, component) whether a component is a datum, and (sensor, component, component) rows of the data."""
-        return (
-            np.array([seen_components(self.harmonics, a) for a in self.directions]),
-            np.array([seen_rows(self.harmonics, a) for a in self.directions]),
-        )
-
-    @property
-    def data_count(self) -> int:
-        """Number of real data."""
-        return len(self.speed) * int(self._seen[0].sum())
 
     def shown(self, amplitude: ArrayLike) -> np.ndarray:
         """What the probes show of harmonics: at a node with a single probe the motion along it.
@@ -131,138 +226,6 @@ class Spectrum:
         """
         variance = variance * np.where(is_orbit(self.directions), 1.0, 2.0)
         return replace(self, covariance=self.covariance + independent_covariance(variance))
-
-    def with_shared_error(self, columns: ArrayLike) -> "Spectrum":
-        """The spectrum with errors that its sensors or speeds have in common, instead of those it has had.
-
-        Parameters
-        ----------
-        columns : array (component, unknown)
-            What each of them, of unit variance, changes the whitened data by, in units of their standard deviation.
-
-        Returns
-        -------
-        Spectrum
-        """
-        return replace(self, shared_error=np.asarray(columns))
-
-    @cached_property
-    def _shared(self):
-        """Directions (component, error) of the shared errors, and their variances (error,)."""
-        columns = self.shared_error
-        if columns.shape[1] > len(columns):
-            variance, vectors = np.linalg.eigh(columns @ columns.T)
-            return vectors[:, variance > SHARED_FLOOR], variance[variance > SHARED_FLOOR]
-        variance, vectors = np.linalg.eigh(columns.T @ columns)
-        kept = variance > SHARED_FLOOR
-        return columns @ (vectors[:, kept] / np.sqrt(variance[kept])), variance[kept]
-
-    def full_covariance(self) -> np.ndarray:
-        """Covariance of the components of all sensors together.
-
-        Returns
-        -------
-        array (speed, component * sensor, component * sensor)
-            In m^2.
-        """
-        speeds, sensors, size, _ = self.covariance.shape
-        full = np.zeros((speeds, size, sensors, size, sensors))
-        for s in range(sensors):
-            full[:, :, s, :, s] = self.covariance[:, s]
-        return full.reshape(speeds, size * sensors, size * sensors)
-
-    @cached_property
-    def whitener(self) -> np.ndarray:
-        """W (speed, sensor, component, component) in 1/m with W C W^T = 1, zero in rows that are not data.
-
-        The symmetric root of the correlation is taken, so that a whitened component belongs to its harmonic.
-        """
-        floor = (RELATIVE_FLOOR * np.abs(self.amplitude).max()) ** 2
-        single, covariance = ~is_orbit(self.directions), self.covariance
-        _, rows = self._seen
-        if single.any():
-            covariance = np.where(single[:, None, None], rows @ covariance @ np.swapaxes(rows, -1, -2), covariance)
-        parts = [
-            _whitener(one.tobytes(), one.shape, floor) for one in np.moveaxis(np.asarray(covariance, float), -3, 0)
-        ]
-        found = np.stack(parts, axis=-3)
-        if single.any():
-            found[:, single] = found[:, single] @ rows[single]
-        return found
-
-    @property
-    def log_volume(self) -> float:
-        """Logarithm of the determinant of the whitener, of the data."""
-        seen, rows = self._seen
-        if seen.all():
-            return float(np.linalg.slogdet(self.whitener)[1].sum())
-        parts = zip(np.moveaxis(self.whitener, 1, 0), seen, rows, strict=True)
-        return float(sum(np.linalg.slogdet(w[:, data] @ a[data].T)[1].sum() for w, data, a in parts))
-
-    def log_change(self, matrix: ArrayLike) -> float:
-        """Logarithm of the determinant of a linear change of the data.
-
-        Parameters
-        ----------
-        matrix : array (sensor, component, component)
-            Of the components of the harmonics, of unit 1.
-
-        Returns
-        -------
-        float
-            Of all speeds.
-        """
-        seen, rows = self._seen
-        if seen.all():
-            return float(len(self.speed) * np.linalg.slogdet(matrix)[1].sum())
-        parts = zip(matrix, seen, rows, strict=True)
-        return float(len(self.speed) * sum(np.linalg.slogdet(a[data] @ m @ a[data].T)[1] for m, data, a in parts))
-
-    def whitened(self, amplitude: ArrayLike) -> np.ndarray:
-        """Harmonics as real components in standard deviations.
-
-        Parameters
-        ----------
-        amplitude : array (..., speed, harmonic, sensor)
-            Complex, m.
-
-        Returns
-        -------
-        array (..., component)
-            The data of all speeds, in units of their standard deviation.
-        """
-        found = shared_product(self.whitener, np.swapaxes(components(amplitude), -1, -2))
-        seen = self._seen[0]
-        if not seen.all():
-            found = found[..., seen]
-        lead = found.shape[: np.ndim(amplitude) - 3]  # may be of no columns at all
-        found = found.reshape(*lead, int(np.prod(found.shape[len(lead) :])))
-        if self.shared_error is None or not self.shared_error.size:
-            return found
-        along, variance = self._shared  # the symmetric root, so that a component still belongs to its harmonic
-        return found - (found @ along) * (1 - 1 / np.sqrt(1 + variance)) @ along.T
-
-    def by_harmonic(self, whitened: ArrayLike) -> np.ndarray:
-        """Rms of the whitened real and imaginary parts of each harmonic.
-
-        Parameters
-        ----------
-        whitened : array (component,)
-            Of all speeds, as `whitened` gives them, in units of their standard deviation.
-
-        Returns
-        -------
-        array (speed, harmonic, sensor)
-            In units of their standard deviation; of a single probe the same at n and -n.
-        """
-        seen, order = self._seen[0], list(self.harmonics)
-        parts = np.zeros((len(self.speed), *seen.shape))
-        parts[:, seen] = np.reshape(whitened, (len(self.speed), -1))
-        parts, count = parts.reshape(len(self.speed), len(self.sensors), 2, -1), seen.reshape(len(seen), 2, -1)
-        found = np.sqrt(np.sum(parts**2, axis=2) / np.maximum(count.sum(axis=1), 1)).transpose(0, 2, 1)
-        for s in np.flatnonzero(~is_orbit(self.directions)):
-            found[..., s] = found[:, [order.index(abs(n)) if abs(n) in order else i for i, n in enumerate(order)], s]
-        return found
 
     def at_speeds(self, chosen: ArrayLike) -> "Spectrum":
         """The spectrum at some of its speeds.

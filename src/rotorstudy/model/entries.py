@@ -14,7 +14,6 @@ from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from rotorstudy.errors import PluginError, RotorstudyError
 
@@ -79,23 +78,15 @@ def outer(row: np.ndarray) -> np.ndarray | LocalMatrix:
     return LocalMatrix((len(row), len(row)), (*places, np.outer(row[here], row[here]).ravel()))
 
 
-@dataclass(frozen=True)
-class Entry:
-    """One product e^{j*shift*w*t} * gain(w) * matrix @ (d/dt)^order x.
-
-    matrix : (dof, dof) acting on the coordinates, or (dof,) where `on` is "one"
-    on     : "z" the coordinates, "conj" their complex conjugates, "one" the constant 1, "static" the static deflection,
-             "static conj" its complex conjugate (weight-dominant effects)
-    gain   : function of the spin speed in rad/s (array in, array out); of (speed, harmonic) if `frequency_only`
-    frequency_only : True if the effect has no time-domain form (hysteretic damping, a measured receptance)
-    """
+class Evaluated:
+    """What follows from an Entry."""
 
     matrix: np.ndarray
-    on: Literal["z", "conj", "one", "static", "static conj"] = "z"
-    order: int = 0
-    shift: int = 0
-    gain: Callable | None = None
-    frequency_only: bool = False
+    on: str
+    order: int
+    shift: int
+    gain: Callable | None
+    frequency_only: bool
 
     @property
     def reads_motion(self) -> bool:
@@ -119,17 +110,14 @@ class Entry:
 
     @cached_property
     def nonzero(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rows (element,), columns (element,) and values (element,), in the unit of the matrix, that are not zero.
-
-        The column of a vector is 0.
-        """
+        """Rows, columns (0 of a vector) and values (element,) of the elements that are not zero."""
         if isinstance(self.matrix, LocalMatrix):
             return self.matrix.elements
         matrix = np.asarray(self.matrix).reshape(len(self.matrix), -1)
         row, column = np.nonzero(matrix)
         return row, column, matrix[row, column]
 
-    def gain_at(self, speed: ArrayLike, harmonic: ArrayLike) -> np.ndarray:
+    def gain_at(self, speed: np.ndarray, harmonic: np.ndarray) -> np.ndarray:
         """Gain at speeds and harmonics.
 
         Parameters
@@ -171,20 +159,29 @@ class Entry:
         at = ", ".join(f"{w:g}" for w in np.unique(speed[~np.isfinite(found)])[:3])
         raise PluginError(f"{who} is not finite at {at} rad/s")
 
-    def times(self, factor: complex) -> "Entry":
-        """The same entry with its matrix multiplied by `factor`.
-
-        Parameters
-        ----------
-        factor : complex
-            Of unit 1.
-
-        Returns
-        -------
-        Entry
-        """
+    def times(self, factor: complex):
+        """The same entry with its matrix multiplied by a factor."""
         is_local = isinstance(self.matrix, LocalMatrix)
         return replace(self, matrix=factor * (self.matrix if is_local else np.asarray(self.matrix)))
+
+
+@dataclass(frozen=True)
+class Entry(Evaluated):
+    """One product e^{j*shift*w*t} * gain(w) * matrix @ (d/dt)^order x.
+
+    matrix : (dof, dof) acting on the coordinates, or (dof,) where `on` is "one"
+    on     : "z" the coordinates, "conj" their complex conjugates, "one" the constant 1, "static" the static deflection,
+             "static conj" its complex conjugate (weight-dominant effects)
+    gain   : function of the spin speed in rad/s (array in, array out); of (speed, harmonic) if `frequency_only`
+    frequency_only : True if the effect has no time-domain form (hysteretic damping, a measured receptance)
+    """
+
+    matrix: np.ndarray
+    on: Literal["z", "conj", "one", "static", "static conj"] = "z"
+    order: int = 0
+    shift: int = 0
+    gain: Callable | None = None
+    frequency_only: bool = False
 
 
 def compacted(entry):

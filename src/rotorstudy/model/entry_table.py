@@ -249,7 +249,9 @@ class EntryTable:
     @cached_property
     def _at_rest(self):
         """Elements of the entries with a part that does not depend on the motion, and an Entry of each kind."""
-        return elements_of(self.unknowns, self.motion, self.size, _acts_at_rest)
+        return elements_of(
+            self.unknowns, self.motion, self.size, lambda u, e: e.is_constant or (e.order == 0 and not u.carries)
+        )
 
     @cached_property
     def _places(self):
@@ -319,10 +321,6 @@ class EntryTable:
         deflection = np.broadcast_to(deflection, (*np.shape(deflection)[:-2], len(speed), self.seen))
         one = np.full((*deflection.shape[:-1], 1), float(constant))
         return np.concatenate([deflection, deflection.conj(), one], axis=-1)[..., still.seen] * still.value
-
-
-def _acts_at_rest(unknown, entry):
-    return entry.is_constant or (entry.order == 0 and not unknown.carries)
 
 
 def _gains(entries, speed, harmonic, known=None):

@@ -62,7 +62,9 @@ class Registry:
         self._given.clear()
         try:
             module = load()
-            self._check_marked(module)
+            for name in vars(module):
+                if name.startswith("rotorstudy_") and self._manager.parse_hookimpl_opts(module, name) is None:
+                    raise PluginError(f"{name} is not marked; write @hookimpl above it")  # pluggy would ignore it
             self._manager.register(module)
             self._manager.check_pending()
             asked = [hook.name.removeprefix("rotorstudy_") for hook in self._manager.get_hookcallers(module)]
@@ -76,19 +78,14 @@ class Registry:
             return
         for kind, plugin in found:
             namesake = self.plugins[kind].get(plugin.name)
-            if namesake and _is_installed_copy(namesake.file, plugin.file):
+            same = namesake and Path(namesake.file).read_bytes() == Path(plugin.file).read_bytes()
+            if same and _is_in(namesake.file, PACKAGED):  # of an installed package, and of the clone it is from
                 continue
             if namesake:
                 raise PluginError(
                     f"two plugins are called {kind} '{plugin.name}': {namesake.file} and {plugin.file}; rename one"
                 )
             self.plugins[kind][plugin.name] = plugin
-
-    def _check_marked(self, module):
-        """Raise for a hook without its marker, which pluggy would ignore silently."""
-        for name in vars(module):
-            if name.startswith("rotorstudy_") and self._manager.parse_hookimpl_opts(module, name) is None:
-                raise PluginError(f"{name} is not marked; write @hookimpl above it")
 
     def get(self, kind, name, where=""):
         """The plugin of a kind by name; an unknown name is an error with a suggestion."""
@@ -114,11 +111,6 @@ class Registry:
         for kind, plugins in self.plugins.items():
             for name in sorted(plugins):
                 yield kind, plugins[name]
-
-
-def _is_installed_copy(one, other):
-    """Whether a plugin file of an installed package is the same as another one, as that of the clone it is from."""
-    return _is_in(one, PACKAGED) and Path(one).read_bytes() == Path(other).read_bytes()
 
 
 def _is_in(file, folder):

@@ -11,11 +11,10 @@ from rotorstudy.errors import CannotAct, RotorstudyError, unknown_name
 from rotorstudy.model.bearings import on_housings
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import check_options, plain
-from rotorstudy.model.reading import Reading
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_items import check_structure, kind_of, make_term, named, without_kind
 from rotorstudy.model.rig_numbers import films_of
-from rotorstudy.model.structure import Origin
+from rotorstudy.model.structure import Origin, Reading
 from rotorstudy.model.uncertainty import with_uncertainty
 from rotorstudy.yaml_file import read_yaml
 

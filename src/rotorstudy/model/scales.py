@@ -19,11 +19,8 @@ STILL_LENGTH = 1e-5  # m, of a rotor without weight and records: 10 um, a usual 
 class Scales:
     """Usual sizes of a rotor on its supports; without supports, those of the freely accelerating body (inertia relief).
 
-    inertia, rigidity : (dof, dof) mass matrix, kg, and stiffness with that of the bearings where known, N/m
-    along             : (dof,) motion of all nodes by one in the same direction
-    gravity           : acceleration, m/s^2;  shaft : length of the shaft, m, 0 if unknown
-    measured          : usual vibration in the records to be explained, m, 0 if unknown
-    coordinate        : function(node, motion) -> position of the coordinate; of the only node of a rotor if it is None
+    inertia, rigidity : (dof, dof) kg and N/m;  along : (dof,) motion of all nodes;  gravity : m/s^2;  shaft : length, m
+    measured : vibration in the records, m;  coordinate : function(node, motion) -> its position
     """
 
     inertia: np.ndarray

@@ -54,7 +54,7 @@ class RigidDisc(NamedTuple):
 
 
 class Shaft:
-    """What a Structure tells about places of cracks, and about its statics, from these of its fields."""
+    """What a Structure tells about its places, cracks and statics, from these of its fields."""
 
     dofs: tuple[tuple[int, str], ...]
     nodes: tuple[int, ...]
@@ -63,7 +63,20 @@ class Shaft:
     stiffness_loss: dict | Callable
     bearing_nodes: tuple[int, ...]
     curvature_at: Callable | None
+    labels: dict
+    mass: np.ndarray
+    along: np.ndarray
     index: Callable
+
+    def label_at(self, where: dict) -> str:
+        """What the rig calls the disc or bearing at a place, such as {"node": 2}; empty if it has no label."""
+        node = where.get("node")
+        return self.labels.get(node, "") if isinstance(node, int) else ""
+
+    def mass_share(self, node: int) -> float:
+        """Share of a node in the mass of the rotor: the force on it if all nodes are accelerated alike."""
+        here = np.array([at == node for at, _ in self.dofs]) * self.along  # none at a node that is held
+        return float(here @ self.mass @ self.along / (self.along @ self.mass @ self.along))
 
     def stiffness_loss_at(
         self, node: int | None = None, element: int | None = None

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import CannotAct, unknown_name
-from rotorstudy.model.reading import Reading
 from rotorstudy.model.scales import Scales
 from rotorstudy.model.shaft import RigidDisc, Shaft
 from rotorstudy.model.terms import Term
@@ -24,13 +23,37 @@ class Origin(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Reading:
+    """The axes in which records were read.
+
+    probes      : node -> {name: direction, rad from x in the sense of rotation}; others are along x and y
+    gravity_rad : direction of gravity in the user's angles
+    mark_rad    : angle of the shaft's reference line from x when the phase mark passes
+    """
+
+    probes: dict = field(default_factory=dict)
+    gravity_rad: float = 0.0
+    mark_rad: float = 0.0
+
+    def probes_at(self, node: int) -> dict[str, float]:
+        """{name: direction (rad)} of the probes of a node."""
+        return self.probes.get(node, {"x": 0.0, "y": np.pi / 2})
+
+    def axis(self, node: int) -> complex:
+        """Direction e^{ja} of probe x of a node: of its first two the one from which the other is ahead."""
+        first, *others = np.exp(1j * np.array(list(self.probes_at(node).values())[:2]))
+        second = others[0] if others else 1j * first
+        return complex(first if (np.conj(first) * second).imag > 0 else second)
+
+
+@dataclass(frozen=True)
 class Structure(Shaft):
     """The rotor without its effects: M q'' - j w G q' + K q = f, in complex nodal coordinates.
 
     mass, stiffness, gyroscopic : (dof, dof)
     static_load : (dof,) gravity, real part along the downward x axis, N (N m for a tilt)
     dofs        : one (node, "translation", "tilt" or "housing") for each coordinate; a housing is what a bearing
-                  stands on, see `foundation`
+                  stands on, see `bearings`
     stiffness_loss : name -> (pattern (dof, dof), unit, typical size), the stiffness lost by a crack; if it can be at
                      several places, a function(node, element) -> such a dict, one argument being None
     shape_at    : position along the shaft, m -> (dof,) deflection there by a unit of each coordinate; None if unknown
@@ -79,21 +102,6 @@ class Structure(Shaft):
     foundation: tuple = ()
     films: tuple = ()
     reading: Reading = field(default_factory=Reading)
-
-    def label_at(self, where: dict) -> str:
-        """What the rig calls the disc or bearing at the place of an effect; empty if it has no label.
-
-        Parameters
-        ----------
-        where : dict
-            Options of the place, like {"node": 2}.
-
-        Returns
-        -------
-        str
-        """
-        node = where.get("node")
-        return self.labels.get(node, "") if isinstance(node, int) else ""
 
     @cached_property
     def along(self) -> np.ndarray:
@@ -204,21 +212,6 @@ class Structure(Shaft):
         here[self.index(node, motion)] = 1.0
         return here
 
-    def mass_share(self, node: int) -> float:
-        """Share of a node in the mass of the rotor: the force on it if all nodes are accelerated alike.
-
-        Parameters
-        ----------
-        node : int
-            Numbered from 1.
-
-        Returns
-        -------
-        float
-        """
-        here = np.array([at == node for at, _ in self.dofs]) * self.along  # none at a node that is held
-        return float(here @ self.mass @ self.along / (self.along @ self.mass @ self.along))
-
     def default_node(self) -> int:
         """The node of a rotor that has only one, for effects without a stated node.
 
@@ -254,3 +247,16 @@ def coupling_places(structure, motion):
     """Places of a coupling: each node with a motion, and each element between two of them."""
     nodes = sorted({node for node, own in structure.dofs if own == motion})
     return [{"node": node} for node in nodes] + [{"element": node} for node in nodes if node + 1 in nodes]
+
+
+def sensor_unit(sensors, node=None):
+    """Vector (sensor,) with a one at the sensor of a node, by default the first; a node without one is an error."""
+    node = sensors[0] if node is None else node
+    if node not in sensors:
+        raise unknown_name("sensor at node", node, sensors, "the rig", CannotAct)
+    return np.eye(len(sensors))[sensors.index(node)]
+
+
+def probe_axis(structure, sensors, node=None):
+    """Direction e^{ja} of the probe x of a node, by default of the first sensor; y is 90 degrees ahead of it."""
+    return structure.reading.axis(sensors[0] if node is None else node)

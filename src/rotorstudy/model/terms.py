@@ -11,7 +11,6 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from rotorstudy.errors import PluginError
 from rotorstudy.model.entries import Entry
@@ -20,8 +19,30 @@ from rotorstudy.model.variation import Variation
 SPEEDS_COMPARED = np.array([1.0, 31.0, 470.0])  # rad/s; gains that agree there are taken as the same function
 
 
+class InTime:
+    """What follows from a NonlinearForce."""
+
+    function: Callable
+    takes_angle: bool
+
+    def at(self, displacement, velocity, deflection, shaft_angle) -> np.ndarray:
+        """The force (..., time, coordinate), N, at a motion of that shape; PluginError for another shape, or NaN."""
+        angle = (np.asarray(shaft_angle, float)[:, None],) if self.takes_angle else ()
+        found = self.function(displacement, velocity, deflection, *angle)
+        shape = np.shape(displacement)
+        if np.shape(found) == np.shape(velocity):
+            found = np.broadcast_to(found, shape)  # whose derivatives by the displacement are taken together
+        if np.shape(found) == shape and not (np.isnan(found).any() and np.isfinite(displacement).all()):
+            return found
+        code = getattr(self.function, "__code__", None)
+        who = f"the force in time ({code.co_filename}:{code.co_firstlineno})" if code else repr(self.function)
+        if np.shape(found) == shape:
+            raise PluginError(f"{who} is NaN for a finite motion")
+        raise PluginError(f"{who} has shape {np.shape(found)}; it must be that of the displacement, {shape}")
+
+
 @dataclass(frozen=True)
-class NonlinearForce:
+class NonlinearForce(InTime):
     """A nonlinear force that depends on the motion of some coordinates at the same instant.
 
     matrix   : (coordinate, dof) the coordinates it depends and acts on: a node, or a deformation of an element
@@ -35,45 +56,6 @@ class NonlinearForce:
     function: Callable
     takes_angle: bool = False
     takes_velocity: bool = True
-
-    def at(
-        self, displacement: ArrayLike, velocity: ArrayLike, deflection: ArrayLike, shaft_angle: ArrayLike
-    ) -> np.ndarray:
-        """The force at a motion.
-
-        Parameters
-        ----------
-        displacement : array (..., time, coordinate)
-            From the bearing line, static deflection included, m.
-        velocity : array (..., time, coordinate)
-            In m/s.
-        deflection : array (..., 1, coordinate)
-            Static deflection, m.
-        shaft_angle : array (time,)
-            In rad.
-
-        Returns
-        -------
-        array (..., time, coordinate)
-            In N.
-
-        Raises
-        ------
-        PluginError
-            If the plugin returns another shape, or NaN for a finite motion.
-        """
-        angle = (np.asarray(shaft_angle, float)[:, None],) if self.takes_angle else ()
-        found = self.function(displacement, velocity, deflection, *angle)
-        shape = np.shape(displacement)
-        if np.shape(found) == np.shape(velocity):
-            found = np.broadcast_to(found, shape)  # whose derivatives by the displacement are taken together
-        if np.shape(found) == shape and not (np.isnan(found).any() and np.isfinite(displacement).all()):
-            return found
-        code = getattr(self.function, "__code__", None)
-        who = f"the force in time ({code.co_filename}:{code.co_firstlineno})" if code else repr(self.function)
-        if np.shape(found) == shape:
-            raise PluginError(f"{who} is NaN for a finite motion")
-        raise PluginError(f"{who} has shape {np.shape(found)}; it must be that of the displacement, {shape}")
 
 
 @dataclass(frozen=True)

@@ -128,7 +128,7 @@ def _hides(verdict):
         )
     said += hidden_in_words(verdict)
     if found := smallest_detected(verdict):
-        said.append(f"Smaller effects: detected with a probability of 95 % from {'; '.join(found)} (more below).")
+        said.append(f"Smallest sizes detected with a probability of 95 %: {'; '.join(found)} (more below).")
     return said
 
 

@@ -10,7 +10,7 @@ from rotorstudy.presentation.tables import write_csv, write_html
 
 COLUMNS = {  # of the page, few enough for a screen, and the headings of the facts shown in each
     "name": ("name", "claims"),
-    "what it is": ("what it is", "source"),
+    "what it is": ("what it is", "in detail", "source"),
     "in a rig file": ("options", "inside options", "uncertain by", "parameters"),
     "checks and confounders": ("checked against", "confounders"),
 }

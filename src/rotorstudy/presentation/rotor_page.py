@@ -7,7 +7,7 @@ from rotorstudy.presentation.charts import bode_charts, campbell_chart
 from rotorstudy.presentation.pages import pictures, render
 from rotorstudy.presentation.rotor_figures import by_probe, whirl_kinds, whirl_name
 from rotorstudy.presentation.tables import cells
-from rotorstudy.response.resonance import required_margin, separation_margin
+from rotorstudy.response.whirl import required_margin, separation_margin
 from rotorstudy.store import as_complex
 from rotorstudy.studies.rotor_analysis import RESONANT
 from rotorstudy.studies.stability_margin import LEAST_DECREMENT, log_decrement

@@ -123,7 +123,8 @@ class _System:
     def __init__(self, forces, speed, harmonics, deflection, linear, reply):
         seen, place = seen_coordinates([force for _, force in forces]), np.asarray(harmonics)
         self.seen, self.speed, self.order = seen, speed, len(place)
-        self.forces = [(amplitude, force, _chosen(force, seen)) for amplitude, force in forces]
+        chosen = [(force.matrix[:, None] == seen).all(axis=-1).astype(float) for _, force in forces]
+        self.forces = [(*one, which) for one, which in zip(forces, chosen, strict=True)]  # of the coordinates seen
         self.takes_velocity = any(force.takes_velocity for _, force in forces)
         self.angle, self.basis = one_revolution(harmonics)
         self.rate, self.still = 1j * place * speed[:, None], (deflection @ seen.T)[:, None]
@@ -192,8 +193,3 @@ def _solved(matrices, right):
 def seen_coordinates(forces):
     """The coordinates (coordinate, dof) that nonlinear forces depend and act on, each once."""
     return np.unique(np.concatenate([force.matrix for force in forces]), axis=0)[::-1]
-
-
-def _chosen(force, seen):
-    """Matrix (coordinate of the force, coordinate seen) that selects the coordinates of one force."""
-    return (force.matrix[:, None] == seen).all(axis=-1).astype(float)

@@ -34,12 +34,10 @@ def check_harmonics(harmonics):
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Which unknowns are solved together; q are the displacement harmonics and w_n = conj(q_{-n}).
+    """Which unknowns are solved together: i is q of harmonic i, i + H is w = conj(q_-n) of harmonic i.
 
-    harmonics : (harmonic,) all carried; unknown i is q of harmonic i, unknown i + H is w of harmonic i
-    groups    : arrays (block, member) of unknowns
-    doubled   : whether the w_n are carried
-    mirrors   : of each group, whether its w_n replace the q_{-n} of conjugate blocks, which are not solved again
+    groups : arrays (block, member) of unknowns;  doubled : whether the w are carried
+    mirrors : of each group, whether its w replace the q_-n of conjugate blocks, which are not solved again
     """
 
     harmonics: np.ndarray

@@ -43,7 +43,8 @@ def _growth_of_one_turn(model, speed, theta):
 
     folds, kept = _folds(model), shapes(model, theta)
     steps, duration = TURN_STEPS // folds, 2 * np.pi / speed / folds
-    along = _steady_state(model, theta, speed) if model.nonlinear_forces else None
+    every = np.arange(-COUPLED_ORDER, COUPLED_ORDER + 1)
+    along = carried_motion(model, [speed], every, theta) if model.nonlinear_forces else None
     middles = (np.arange(steps) + 0.5) / TURN_STEPS
     rates = _rates(_accelerations(model, theta, speed, middles, kept, along), speed)
     if not np.finfo(float).eps * np.abs(rates).max() < speed:
@@ -93,11 +94,6 @@ def _rates(accelerations, speed):
     lower = np.concatenate([accelerations[..., :size] / frequency, accelerations[..., size:]], axis=-1)
     upper = np.concatenate([np.zeros((size, size)), np.diag(frequency)], axis=-1)
     return np.concatenate([np.broadcast_to(upper, lower.shape), lower], axis=-2)
-
-
-def _steady_state(model, theta, speed):
-    """The Motion at one speed, all harmonics carried."""
-    return carried_motion(model, [speed], np.arange(-COUPLED_ORDER, COUPLED_ORDER + 1), theta)
 
 
 def _accelerations(model, theta, speed, turned, kept, along):

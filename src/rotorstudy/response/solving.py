@@ -165,8 +165,10 @@ def _systems(model, theta, speed, blocks, kept, *, turning, adjoint):
     )
     if groups is None:
         matrices = operator(model, theta, speed, blocks, kept, turning=turning, adjoint=adjoint)
-        orders = [_by_harmonic(group, len(blocks.harmonics), len(kept)) for group in blocks.groups]
-        groups = [_motion_by(*pair) for pair in zip(matrices, orders, strict=True)]
+        groups = []
+        for matrix, group in zip(matrices, blocks.groups, strict=True):  # a harmonic and its neighbours lie together
+            members = np.argsort(group[0] % len(blocks.harmonics), kind="stable")
+            groups.append(_motion_by(matrix, (members[:, None] * len(kept) + np.arange(len(kept))).ravel()))
 
     def solved(force):
         try:
@@ -270,12 +272,6 @@ def _band(model, patterns=()):
     count = len(model.structure.dofs)
     band = max([model.structure.bandwidth, *(int(np.abs(one.row - one.column).max(initial=0)) for one in patterns)])
     return band if has_narrow_band(band, count) else None
-
-
-def _by_harmonic(group, count, dof):
-    """Order (member * dof,) of the unknowns of a group in which those of a harmonic and its neighbours lie together."""
-    members = np.argsort(group[0] % count, kind="stable")
-    return (members[:, None] * dof + np.arange(dof)).ravel()
 
 
 def _motion_by(matrix, order):

@@ -10,15 +10,16 @@ from rotorstudy.response.coupling import check_speed
 from rotorstudy.response.few_shapes import few_shapes
 from rotorstudy.response.floquet import varies_in_time
 from rotorstudy.response.harmonic import harmonic_response
-from rotorstudy.response.resonance import Peak, peaks
 from rotorstudy.response.stability import damping_of_effects, eigenvalues
 from rotorstudy.response.statics import static_deflection, static_loads
 from rotorstudy.response.whirl import (
     OVERDAMPED,
+    Peak,
     critical_speeds,
     damped_modes,
     is_held_in_frequency,
     is_in_time,
+    peaks,
     synchronous,
     time_invariant,
     without_rotation,

@@ -12,6 +12,7 @@ from rotorstudy.response.whirl import damped_modes, is_in_time, time_invariant, 
 
 LEAST_DECREMENT = 0.1  # API 617, 8th edition, part 1, 4.8.5
 FORWARD = 0.2  # direction of a mode above which it is forward whirl
+OSCILLATING = 0.9  # damping ratio of a mode that still whirls: its logarithmic decrement is 13
 LARGEST = 10.0  # times the local stiffness: cross-coupling up to which the margin is looked for
 
 
@@ -68,11 +69,11 @@ def stability_margin(model: Model, speed: float) -> StabilityMargin | None:
 def first_forward(frequency: np.ndarray, ratio: np.ndarray, direction: np.ndarray, speed: float) -> int | None:
     """Position of the mode that a swirling fluid drives first: of forward whirl below the speed the least damped.
 
-    If there is none, the lowest of forward whirl; None without forward whirl.
+    If there is none, the lowest of forward whirl; None without forward whirl. What hardly oscillates is no whirl.
 
     frequency, ratio, direction : (mode,) of `whirl.Modes`;  speed : rad/s
     """
-    forward = np.flatnonzero(direction > FORWARD)
+    forward = np.flatnonzero((direction > FORWARD) & (ratio < OSCILLATING))
     if not len(forward):
         return None
     below = forward[frequency[forward] < speed]

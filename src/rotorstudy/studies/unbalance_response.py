@@ -3,7 +3,7 @@
 import numpy as np
 
 from rotorstudy.model.rig_items import make_term
-from rotorstudy.response.resonance import Peak
+from rotorstudy.response.whirl import Peak
 
 BALANCE_GRADE = 2.5e-3  # m/s, grade G 2.5 of ISO 21940-11: residual unbalance of a rig that states none
 ABOUT_A_RESONANCE = np.sinh(np.linspace(-3, 3, 61)) / np.sinh(3)  # further speeds about a critical one, dense at it
