@@ -146,7 +146,7 @@ def right_places(plant, state):
         "crack": {"element": [plant.cracks[0][0] + 1]},
         "crack_middle": {"element": [plant.cracks[1][0] + 1]},
         "parallel": {"node": hubs, "element": [plant.hub + 1]},
-        "hub_2X": {"node": hubs[:1]},
+        "hub_2X": {"node": hubs[:1], "element": [plant.hub + 1]},
         "angular": {"node": hubs},
         "preload": {"node": [*hubs, *nodes], "number": ["load_N"]},
         "runout": {"node": nodes[:1]},

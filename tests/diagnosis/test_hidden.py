@@ -11,6 +11,7 @@ from rotorstudy.diagnosis.verdict.hidden import what_could_hide, with_hidden
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
+from rotorstudy.response.harmonic import harmonic_response
 
 SPEEDS, HARMONICS, NOISE = np.array([120.0, 200.0, 280.0, 360.0]), np.array([1, -1, 2, -2, 3]), 2e-8
 MODEL = build_model(TWO_DISCS)
@@ -42,10 +43,12 @@ def test_every_feared_fault_has_a_size_or_a_measurement(rows):
     assert set(depth) == {1, 2, 3, 4} and depth[2] < depth[1]  # the bending moment is larger between the discs
 
 
-@pytest.mark.parametrize("effect", ["parallel_misalignment", "transverse_crack", "looseness"])
+@pytest.mark.parametrize("effect", ["parallel_misalignment", "transverse_crack", "looseness", "rub"])
 def test_a_fault_of_twice_its_limit_is_found_and_a_far_smaller_one_is_not(rows, effect):
-    """At the place where it is seen best."""
+    """At the place where it is seen best; a ring at 0.8 of the orbit there, at the median speed."""
     best = min((row for row in rows if row.effect == effect and row.size), key=lambda row: row.size)
+    orbit = np.median(np.linalg.norm(harmonic_response(MODEL, SPEEDS, HARMONICS), axis=1), axis=0)
+    place = MODEL.structure.index(best.where.get("node", 1))
 
     def verdict(share, seed):
         size = share * best.size
@@ -53,6 +56,7 @@ def test_a_fault_of_twice_its_limit_is_found_and_a_far_smaller_one_is_not(rows, 
             "parallel_misalignment": {"harmonics": [2], "misalignment_force_2X_N": size},
             "transverse_crack": {"angle_rad": 0.4, "depth_ratio": max(size, 1e-3), "flexibility_factor": 1.0},
             "looseness": {"lift_m": 0.0, "stiffness_lost_in_lift_N_per_m": size},
+            "rub": {"clearance_m": 0.8 * orbit[place], "rub_stiffness_N_per_m": size},
         }[effect]
         middle = {"position_m": 0.15 * best.where["element"] - 0.075} if "element" in best.where else best.where
         faulty = MODEL.plus(hidden(MODEL, effect, **middle, **values))

@@ -120,7 +120,7 @@ class Feared(NamedTuple):
 
     size    : the option or parameter that is its size
     largest : the size up to which it is looked for, of a parameter in typical sizes
-    shape   : option -> (factor, scale) of its other shape options, as in `Effect.shape`
+    shape   : option -> (factor, scale) of its other shape options, as in `Effect.shape`; vibration is that there
     worst   : option -> values, of which the least favourable counts
     places  : function(structure) -> list of (where, as a verdict names it, and options); by default `Effect.places`
     measure : what to measure where it cannot be seen

@@ -19,8 +19,9 @@ from rotorstudy.diagnosis.verdict.evidence import POWER
 from rotorstudy.diagnosis.verdict.result import Hidden
 from rotorstudy.diagnosis.verdict.words import OF_DIAMETER, summary
 from rotorstudy.errors import NoSteadyState, RotorstudyError
-from rotorstudy.inference.prediction import predicted
+from rotorstudy.inference.prediction import carried_order, predicted
 from rotorstudy.model.registry import registry, using
+from rotorstudy.response.harmonic import harmonic_response
 
 log = logging.getLogger(__name__)
 
@@ -35,12 +36,21 @@ def what_could_hide(work: Search) -> list[Hidden]:
     """The size of every feared fault that is seen with 95 % at its places, by a search that is over."""
     tried = {c.effect for c in work.candidates}
     projection, sound = Projection(work.base, work.spectrum), predicted(work.base.model, work.spectrum, work.base.theta)
+    vibration = _vibration(work)
     return [
         row
         for name, plugin in sorted(registry().plugins["effect"].items())
         if plugin.feared and name in tried and name not in work.failures
-        for row in _of_fault(work, plugin, partial(_clearness, work, projection, sound))
+        for row in _of_fault(work, plugin, vibration, partial(_clearness, work, projection, sound))
     ]
+
+
+def _vibration(work):
+    """Vibration (dof,), m, that the fitted rig predicts, of all harmonics at the median speed."""
+    base, spectrum = work.base, work.spectrum
+    moving = spectrum.harmonics[spectrum.harmonics != 0]
+    motion = harmonic_response(base.model, spectrum.speed, moving, base.theta, order=carried_order(spectrum))
+    return np.median(np.linalg.norm(motion, axis=1), axis=0)
 
 
 def with_hidden(diagnosis):
@@ -53,7 +63,7 @@ def with_hidden(diagnosis):
     return replace(diagnosis, verdict=verdict.model_copy(update={"summary": summary(verdict)}))
 
 
-def _of_fault(work, plugin, seen):
+def _of_fault(work, plugin, vibration, seen):
     """A Hidden for each place of a fault."""
     feared, structure = plugin.feared, work.rig.structure
     places = [(where, where) for where in plugin.places(structure, work.rig.sensors)]
@@ -63,11 +73,12 @@ def _of_fault(work, plugin, seen):
     for where, options in (places[i] for i in tried):
         found = None
         for worst in (dict(zip(feared.worst, chosen, strict=True)) for chosen in product(*feared.worst.values())):
-            shape = {
-                name: factor * structure.scales.usual(scale, where.get("node"))
-                for name, (factor, scale) in feared.shape.items()
-            }
             try:
+                there = {"vibration": float(vibration[structure.index(where["node"])])} if "node" in where else {}
+                shape = {
+                    name: factor * (there.get(scale) or structure.scales.usual(scale, where.get("node")))
+                    for name, (factor, scale) in feared.shape.items()
+                }
                 size, unit = _just_seen(work, plugin, {**options, **shape, **worst}, seen)
             except RotorstudyError:  # it cannot act there
                 break
