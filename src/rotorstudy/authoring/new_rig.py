@@ -25,13 +25,7 @@ class NewRig(NamedTuple):
 
 
 def new_rig(name, folder=None, records=(), ross=None):
-    """Write a commented rig file that every command reads, and return a NewRig.
-
-    folder  : the current one by default
-    records : record files of the machine; the first one shows how to read them
-    ross    : a rotor saved by ROSS, instead of the example
-    raises  : RotorstudyError for a name that is no name of a file, a file that exists, or records that cannot be read
-    """
+    """Write a commented rig file that every command reads, guessed from records or of ROSS, and return a NewRig."""
     path = new_path(name, folder)
     rotor = read_ross(ross) if ross else None
     planes = rotor.planes if rotor else PLANES

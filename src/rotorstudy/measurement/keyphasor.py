@@ -21,11 +21,7 @@ PIECE_REVOLUTIONS = 10  # between knots of the spline: slower drift is followed,
 
 @dataclass(frozen=True)
 class Pulses:
-    """Pulses of a keyphasor.
-
-    time       : (pulse,) s;  polarity : 1 or -1;  duty : fraction of the time that they last
-    resolution : standard error of an instant by the sampling, s; common to all if the speed divides the sampling rate
-    """
+    """Pulses at time (pulse,), s, a share `duty` of all; resolution : of an instant, s, by the sampling."""
 
     time: np.ndarray
     polarity: int

@@ -8,11 +8,7 @@ from rotorstudy.errors import unknown_name
 
 
 class NoiseModel(NamedTuple):
-    """Properties of a noise model.
-
-    own_size : the noise of each harmonic is proportional to its size; else it is white noise in time
-    one_draw : the same draw is used at every speed, so that the noise of different speeds is fully correlated
-    """
+    """own_size : proportional to each harmonic, else white in time;  one_draw : the same at every speed."""
 
     own_size: bool
     one_draw: bool = False

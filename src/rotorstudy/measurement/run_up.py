@@ -40,10 +40,7 @@ FEWEST_MARKS = 40  # of a sweep
 
 
 class Tracked(NamedTuple):
-    """Harmonics of one node over the speeds of a sweep: amplitude (speed, harmonic), m, and covariance, m^2.
-
-    noise_std : (speed,) of a sample of one probe, m
-    """
+    """Harmonics (speed, harmonic), m, of a node over a sweep, covariance, noise_std (speed,) of a sample, m."""
 
     amplitude: np.ndarray
     covariance: np.ndarray
@@ -51,10 +48,7 @@ class Tracked(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """Time (s), speed (rad/s), its rate and the length of the window (s) of each step (step,) of a sweep.
-
-    given : (speed,) steps whose harmonics are given
-    """
+    """Time, speed, its rate and the window length at steps (step,) of a sweep; given : steps that are given."""
 
     time: np.ndarray
     speed: np.ndarray
