@@ -117,18 +117,29 @@ def test_long_steps_are_shortened_in_their_direction():
     assert abs(found.theta[0, 0]) < 1e-3
 
 
-@pytest.mark.parametrize(("bounds", "expected"), [((-np.inf, np.inf), (3.0, -1.0)), ((0.0, 2.0), (2.0, 0.0))])
-def test_a_parameter_that_would_leave_its_bounds_is_held_there_and_the_others_follow(bounds, expected):
-    """Of |(x - 3, x + 2 y - 1)| with y up to 0 the least at x = 2 is not that of the free fit cut off."""
-    jacobian = np.array([[1.0, 0.0], [1.0, 2.0]])
+SLANTED = ([[1.0, 0.0], [1.0, 2.0]], [3.0, 1.0])  # residuals x - 3 and x + 2 y - 1
+NEARLY_OPPOSITE = ([[1.0, -0.99], [0.0, 0.141]], [-0.98, 0.2837])
+
+
+@pytest.mark.parametrize(
+    ("problem", "start", "high", "expected"),
+    [
+        (SLANTED, 1.0, np.inf, (3.0, -1.0)),
+        (SLANTED, 1.0, (2.0, np.inf), (2.0, -0.5)),  # the free fit cut off would be (2, -1)
+        (NEARLY_OPPOSITE, 0.0, 0.0, (-0.98, 0.0)),  # the free fit is beyond both bounds, but the data draw x inwards
+    ],
+)
+def test_a_parameter_that_would_leave_its_bounds_is_held_there_and_the_others_follow(problem, start, high, expected):
+    jacobian, data = map(np.array, problem)
 
     def linear(theta):
-        return theta @ jacobian.T - [3.0, 1.0], np.broadcast_to(jacobian, (len(theta), 2, 2))
+        return theta @ jacobian.T - data, np.broadcast_to(jacobian, (len(theta), 2, 2))
 
-    low, high = np.array([-np.inf, bounds[0]]), np.array([bounds[1], np.inf])
-    prior = Prior.independent({"x": (0.0, 1e4), "y": (0.0, 1e4)})
-    found = levenberg_marquardt(linear, np.zeros((1, 2)), np.ones((1, 2)), ("x", "y"), prior=prior, bounds=(low, high))
-    assert found.theta[0] == pytest.approx(expected, abs=1e-6)
+    prior, bounds = Prior.independent({"x": (0.0, 1e4), "y": (0.0, 1e4)}), (-np.inf, np.broadcast_to(high, 2))
+    found = levenberg_marquardt(
+        linear, np.zeros((1, 2)), np.full((1, 2), start), ("x", "y"), prior=prior, bounds=bounds
+    )
+    assert found.theta[0] == pytest.approx(expected, abs=1e-3)
 
 
 def test_a_fit_stays_between_the_nodes_about_it_and_goes_on_beyond_the_one_where_it_ends():
@@ -136,7 +147,7 @@ def test_a_fit_stays_between_the_nodes_about_it_and_goes_on_beyond_the_one_where
     low, high = along.between_breaks(0.5)
     assert 0.25 < low < 0.251 and high == 1.0
     assert along.value(along.beyond(low)) < 0.5 < along.value(low)
-    assert along.beyond(0.5) is None and along.beyond(high) is None
+    assert along.beyond(0.5) is None and along.beyond(high) is None and along.between_breaks(1.0) == (low, 1.0)
     around = ShapeRange(-np.pi, np.pi, goes_around=True)
     assert around.between_breaks(0.9) == (-np.inf, np.inf) and around.beyond(0.9) is None
 

@@ -254,21 +254,22 @@ def spacers(structure):
 
     Bending moments in any other element are what a crack makes, and no coupling is inside a shaft.
     """
-    at = {node: structure.dofs.index((node, "tilt")) for node, motion in structure.dofs if motion == "tilt"}
-    place, stiffness = structure.node_positions, structure.stiffness
-    rigidity = {
-        node: abs(stiffness[at[node], at[node + 1]]) * (place[node + 1] - place[node])  # 2 E I, but for shear
-        for node in at
-        if node + 1 in at and node in place
-    }
+    tilts = {node: i for i, (node, motion) in enumerate(structure.dofs) if motion == "tilt"}
+    rigidity = {}
+    for node in (node for node in tilts if node + 1 in tilts and node + 1 in structure.node_positions):
+        try:
+            one, other = structure.stiffness_of(node)[tilts[node], [tilts[node], tilts[node + 1]]]
+        except CannotAct:  # a rotor without elements
+            return []
+        rigidity[node] = (one - other) * (structure.node_positions[node + 1] - structure.node_positions[node])  # 2 E I
     beside = {node: [rigidity.get(node - 1, 0.0), rigidity.get(node + 1, 0.0)] for node in rigidity}
     return [{"element": node} for node, own in rigidity.items() if 2 * own <= min(beside[node])]
 
 
 def couples_a_driver(structure, node=None, element=None):
-    """How often a coupling is at a place, by `Effect.place_rate`: at an end of the shaft, where its driver is."""
+    """How often a coupling is at a place, by `Effect.place_rate`: at an end of the shaft, or a softer element of it."""
     nodes = [node for node, _ in structure.dofs]
-    return float(node in (min(nodes), max(nodes)))
+    return float(node in (min(nodes), max(nodes)) or {"element": element} in spacers(structure))
 
 
 def sensor_unit(sensors, node=None):

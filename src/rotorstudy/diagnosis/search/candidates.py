@@ -160,14 +160,14 @@ class ShapeRange(NamedTuple):
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Least and largest fraction."""
+        """Least and largest fraction of a fit."""
         return (-np.inf, np.inf) if self.goes_around or self.mirrored else (0.0, 1.0)
 
     def between_breaks(self, fraction: float) -> tuple[float, float]:
-        """Least and largest fraction without a break between them and one."""
+        """Ends of the stretch between two breaks in which a fraction lies."""
         low, high = self.ends
         breaks = [self.fraction(value) for value in self.breaks]
-        low = max((x + DIFFERENCE for x in breaks if 0 < x <= fraction), default=low)
+        low = max((x + DIFFERENCE for x in breaks if 0 < x < 1 and x <= fraction), default=low)
         return low, min((x - DIFFERENCE for x in breaks if fraction < x < 1), default=high)
 
     def beyond(self, fraction: float) -> float | None:

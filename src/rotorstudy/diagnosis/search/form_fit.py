@@ -106,24 +106,33 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
     raises : NoSteadyState, CannotAct
     """
     best = _fitted_within(work, causes, values)
-    while beyond := _beyond(work, best.causes):
-        other = _fitted_within(work, beyond, best.fit.values)
-        if odds_of(other) <= odds_of(best):
-            break
-        best = other
+    gained = np.inf
+    while gained > SETTLED:
+        before = odds_of(best)
+        for n, name, fraction in _at_a_node(work, best.causes):
+            try:
+                other = _fitted_within(work, _moved(work, best.causes, n, name, fraction), best.fit.values)
+            except (CannotAct, NoSteadyState):  # such as in a hollow part of the shaft
+                continue
+            best = max(best, other, key=odds_of)
+        gained = odds_of(best) - before
     return best
 
 
-def _beyond(work, causes):
-    """The causes on the other side of a node at which a fit has ended, None if it has ended at none."""
-    for i, cause in enumerate(causes):
+def _at_a_node(work, causes):
+    """(number of the cause, option, fraction beyond) of each option that has ended at a node."""
+    for n, cause in enumerate(causes):
         ranges = ranges_of(work, cause) if cause.shape else {}
-        point = point_of(work, cause) if ranges else ()
-        for n, (ends, x) in enumerate(zip(ranges.values(), point, strict=True)):
-            if (other := ends.beyond(x)) is not None:
-                moved = reshaped(work, cause, np.where(np.arange(len(point)) == n, other, point))
-                return (*causes[:i], moved, *causes[i + 1 :])
-    return None
+        for (name, ends), x in zip(ranges.items(), point_of(work, cause) if ranges else (), strict=True):
+            if (beyond := ends.beyond(x)) is not None:
+                yield n, name, beyond
+
+
+def _moved(work, causes, n, name, fraction):
+    """The causes, one of them with an option at another fraction of its range."""
+    names, point = list(ranges_of(work, causes[n])), point_of(work, causes[n])
+    point[names.index(name)] = fraction
+    return (*causes[:n], reshaped(work, causes[n], point), *causes[n + 1 :])
 
 
 def _fitted_within(work, causes, values):

@@ -28,7 +28,7 @@ from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import predicted
 
-HIDES = 30.0  # log odds that an error of form takes up, from which it may hide another fault
+HIDES = 30.0  # gain of log odds by an error of form, above which it may hide another fault
 LOOSE = 0.5  # standard deviation of a known amplitude in a scan, as a shape that is not yet found has another one
 
 
@@ -70,14 +70,14 @@ class _Judge(NamedTuple):
                 found.append(self.proposal(parts, one.start, one.evidence))
         return found
 
-    def scanned(self, fitted, chosen, without=(), plain=None):
+    def scanned(self, fitted, chosen, without=(), plain=None, excess=None):
         """Proposals of causes in the shapes that a scan finds; of laws with the same amplitudes one is scanned."""
         laws, found = {}, []
         for c in filter(can_be_scanned, chosen):
             laws.setdefault(c.cause, {}).setdefault(tuple(c.variant.values()), c)
         every = [c for some in laws.values() for c in some.values()]
         first = {(c.cause, tuple(p.name for p in c.term.parameters)): c for c in reversed(every)}
-        if not first or ((plain or fitted).excess <= 0 and not without):
+        if not first or (((plain or fitted).excess if excess is None else excess) <= 0 and not without):
             return []
         loose = [c._replace(fixed_std=LOOSE) for c in first.values()]
         for cause, one in scan(self.work, fitted, loose, without=without, plain=plain):
@@ -109,24 +109,31 @@ def additions(
         if not here or (own is not form and not form.size):
             continue
         work, fitted = _with_error_of_form(work, plain, own, without)
-        projected, usable = work.project(fitted, here, without)
-        left = projected.residual @ projected.residual
-        if own is not form and left < current.fit.cost + 2 * HIDES:
+        if own is form:
+            widest = _log_volume(work.spectrum)
+        elif fitted.cost < current.fit.cost + 2 * HIDES:
             continue
-        narrowed = np.linalg.slogdet(np.eye(form.shape[1]) + form.T @ form)[1] if own is not form else 0.0
-        base = odds_of(current) - work.prior_odds.log_odds(current.causes) + 0.5 * (current.fit.cost + narrowed - left)
+        projected, usable = work.project(fitted, here, without)
+        more = current.fit.cost - projected.residual @ projected.residual + widest - _log_volume(work.spectrum)
+        base = odds_of(current) - work.prior_odds.log_odds(current.causes) + 0.5 * more
         judge = _Judge(work, current.causes, fitted.values, base)
         found += judge.alone(projected, usable) + judge.together(projected, usable)
-        found += judge.scanned(fitted, usable, without=without, plain=plain)
+        found += judge.scanned(fitted, usable, without, plain, plain.excess if own is form else fitted.excess)
     return found
+
+
+def _log_volume(spectrum):
+    """Log determinant of the covariance of whitened data with the errors that they share."""
+    columns = spectrum.shared_error
+    return np.linalg.slogdet(np.eye(columns.shape[1]) + columns.T @ columns)[1]
 
 
 def _with_error_of_form(work, plain, own, without):
     """The search and a fit with an error of the form of the cause sought, of what the fit leaves without it.
 
-    own : (component, error) columns of an error of the form of the causes of the fit
-
     A cause is judged at a motion and at values of the rig that are only nearly those with it.
+
+    own : (component, error) columns of an error of the form of the causes of the fit
     """
     bare = replace(work.spectrum, shared_error=None)
     held = dict(plain.values) | dict.fromkeys(without, 0.0)

@@ -109,7 +109,7 @@ def search(begun: Search) -> Search:
             if not due:
                 break
             current = max(due, key=odds_of)
-            tried.append(current.kind)
+            tried.append(_laws(current))
             log.info("trying moves from %s (log odds %.1f)", " and ".join(current.named) or "the rig", odds_of(current))
             _fit_best(work, _moves(work, current), possible)
     except KeyboardInterrupt as stop:
@@ -150,7 +150,12 @@ def _is_due(work, explanation, tried):
     odds = odds_of(explanation)
     near = odds >= max(map(odds_of, work.explanations)) - WITHIN
     is_worse = any(one.named < explanation.named and odds_of(one) > odds for one in work.explanations if one.causes)
-    return bool(explanation.causes) and near and not is_worse and explanation.kind not in tried
+    return bool(explanation.causes) and near and not is_worse and _laws(explanation) not in tried
+
+
+def _laws(explanation):
+    """Names of the causes with their alternatives: with another law the same causes move otherwise."""
+    return frozenset((c.cause, *c.variant.items()) for c in explanation.causes)
 
 
 def _moves(work, current):

@@ -10,6 +10,7 @@ from rotorstudy.units import percent, quantity
 
 CONTRADICTED = 5.0  # stated standard deviations, by which a parameter that moves further contradicts the rig
 MOST = 0.1  # of the excess error (rms), which the rig with other values may leave
+UNUSUAL = 0.1  # error of form (rms), of what the causes change
 CERTAIN = 3.0  # standard deviations of the fitted value, by which it differs from the stated one
 OTHER = 1.0  # of the stated size, by which it differs
 
@@ -17,8 +18,9 @@ OTHER = 1.0  # of the stated size, by which it differs
 def far_from_the_rig(found, moved, labels):
     """A warning if the records look like those of a rig with other values: another machine, other units, other speeds.
 
-    They do if the best explanation needs unusual values of the rig or sizes of causes, and the rig without causes, but
-    with other values, explains most of the excess error. A fault that no values explain casts no doubt on the records.
+    They do if the best explanation needs unusual values of the rig, sizes of causes or errors of their form, and the rig
+    without causes, but with other values, explains most of the excess error. A fault that no values explain casts no
+    doubt on the records.
 
     found  : Search;  labels : {name: readable name} of the parameters
     moved  : list of MovedParameter of the best explanation, or of the rig without causes if none is accepted
@@ -36,6 +38,8 @@ def far_from_the_rig(found, moved, labels):
         for unknown in cause.term.unknowns
         if not cause.fixed and abs(theta[unknown.name]) > settings.prior_width * unknown.typical
     ]
+    if found.form_error > UNUSUAL:
+        said.append(f"what the best explanation changes would be off by {percent(found.form_error)} (rms)")
     base = found.base
     before, after = (misfit(base.model, found.spectrum, one) for one in (base.stated_theta, base.theta))
     left = residual_share(before, after, len(base.residual))
