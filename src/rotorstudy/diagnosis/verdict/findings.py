@@ -18,7 +18,7 @@ OTHER = 1.0  # of the stated size, by which it differs
 def far_from_the_rig(found, moved, labels):
     """A warning if the records look like those of a rig with other values: another machine, other units, other speeds.
 
-    They do if the best explanation needs unusual values of the rig, sizes of causes or errors of their form, and the rig
+    They do if the best explanation needs unusual values of the rig, sizes of causes or errors of form, and the rig
     without causes, but with other values, explains most of the excess error. A fault that no values explain casts no
     doubt on the records.
 
