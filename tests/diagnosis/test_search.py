@@ -16,6 +16,7 @@ from rotorstudy.diagnosis.search.screening import project, screen
 from rotorstudy.diagnosis.search.search import base_model, begin, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
+from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.inference.prior import Prior
@@ -69,6 +70,8 @@ def test_a_fit_that_is_rejected_is_no_cause_however_little_it_leaves(size, is_re
     assert (found.residual_p_value.after < ONE.significance) == is_rejected
     assert found.causes[0].effect in ("unbalance", "base_motion")  # equal on a rotor of one mass
     assert ("closest explanation" in found.summary) == is_rejected
+    more = found.model_copy(update={"verdict": "unknown", "residual_share": 2.0})
+    assert "closest" not in summary(more) and "leaves more than the rig does" in summary(more)
 
 
 def test_without_any_effect_to_try_what_is_missing_is_unknown():

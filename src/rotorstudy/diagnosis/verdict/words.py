@@ -159,9 +159,13 @@ def _said_of_unknown(verdict, something, implausible):
             f"the library lacks: {where_it_acts(verdict) or 'a force of another law explains the records better.'} The "
             f"closest explanation of the library is {near}."
         )
+    closest = (
+        f"The closest explanation is {near}, which leaves {percent(verdict.residual_share)} of the excess error (rms)"
+    )
+    if verdict.residual_share > 1:  # large changes that cancel, whose error of form covers what they leave
+        closest = f"The most probable explanation, {near}, leaves more than the rig does"
     return (
-        f"{something} that no effect of the library explains. The closest explanation is "
-        f"{near}, which leaves {percent(verdict.residual_share)} of the excess error (rms)"
+        f"{something} that no effect of the library explains. {closest}"
         + (f" and needs {implausible}." if implausible else ".")
         + f" {where_it_acts(verdict).capitalize()}" * bool(verdict.one_place)
     )
