@@ -6,7 +6,6 @@ from rotorstudy.plugins import (
     Parameter,
     across,
     couples_a_driver,
-    coupling_places,
     hookimpl,
     outer,
 )
@@ -47,13 +46,19 @@ def parallel_misalignment(
     ]
 
 
+def nodes_and_elements(structure, sensors):
+    """Each node, and each element between two nodes that can translate."""
+    nodes = structure.nodes
+    return [{"node": node} for node in nodes] + [{"element": node} for node in nodes if node + 1 in nodes]
+
+
 @hookimpl
 def rotorstudy_effect():
     return Effect(
         "parallel_misalignment",
         parallel_misalignment,
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
-        places=lambda structure, sensors: coupling_places(structure, "translation"),
+        places=nodes_and_elements,
         place_rate=couples_a_driver,
         positive=("coupling_stiffness",),
         feared=Feared(

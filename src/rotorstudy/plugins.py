@@ -12,7 +12,7 @@ _HOME = {
     "model.entries": "Entry film_entries outer planar_entries",
     "model.terms": "NonlinearForce Parameter",
     "model.shaft": "RigidDisc Section",
-    "model.structure": "Structure across at_supports coupling_places couples_a_driver probe_axis sensor_unit spacers",
+    "model.structure": "Structure across at_supports couples_a_driver probe_axis sensor_unit spacers",
     "model.hinge": "crack_at",
     "model.options": "AtLeastOne DepthRatio Even Fraction NonNegative PoissonsRatio Positive Share TypedDict Whole",
     "model.cracks": "crack_parameters",

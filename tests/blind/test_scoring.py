@@ -1,6 +1,7 @@
 """Sealing and scoring, with stand-ins whose score is known."""
 
 import json
+import shutil
 from html import escape
 
 import numpy as np
@@ -178,6 +179,15 @@ def test_a_diagnosis_that_ends_in_an_error_is_counted(drawn):
     row = score_case(truth, answer)
     assert row["wrong"] and not row["alone"]
     assert judge(pd.DataFrame([row])).set_index("key").reached["without_verdict"] == 1
+
+
+def test_a_refusal_names_the_record_and_not_the_folder_where_it_was_drawn(drawn, tmp_path):
+    _, folder = drawn[0]
+    shutil.copy(folder / "rig.yaml", tmp_path)
+    (tmp_path / "record.nc").write_text("no record")
+    verdict = answer_case(tmp_path)["verdict"]
+    assert verdict["verdict"] == "refused"
+    assert "record.nc" in verdict["error"] and str(tmp_path) not in verdict["error"]
 
 
 @pytest.fixture(scope="module")

@@ -75,3 +75,9 @@ def test_a_fault_that_cannot_be_seen_at_any_size_is_said_so():
     few = few.at_speeds([0]).at_harmonics([1, -1]).with_error(np.full((1, 2, 3), 1e-10))
     blind = with_hidden(investigate(few, MODEL, settings=settings("transverse_crack")))
     assert "Transverse crack is not observable with these probes and speeds" in blind.verdict.summary
+
+
+def test_of_records_of_the_mean_alone_it_is_said_too():
+    """Without a vibration, the ring of a rub lies by its usual size."""
+    mean = spectrum_of(MODEL, SPEEDS, np.array([0, 1]), NOISE, 3).at_harmonics([0])
+    assert {row.effect for row in what_could_hide(begin(MODEL, mean, settings("rub", "static_preload")))} == {"rub"}

@@ -218,7 +218,7 @@ def answer_case(folder, leave_out=(), answer=diagnosed, records=("record.nc",)):
         spectrum, model, findings = measured_spectrum([folder / name for name in records], rig)
         settings = read_settings(rig.given, "rig.yaml").model_copy(update={"leave_out": list(leave_out)})
     except RotorstudyError as error:
-        verdict = {"verdict": "refused", "error": str(error)}
+        verdict = {"verdict": "refused", "error": str(error).replace(f"{folder}/", "")}  # rows are alike anywhere
     else:
         try:
             verdict, held_out = answer(spectrum, model, settings, tuple(findings))

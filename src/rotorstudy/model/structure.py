@@ -243,12 +243,6 @@ def across(structure, node, element, motion):
     return structure.unit(element, motion) - structure.unit(element + 1, motion)
 
 
-def coupling_places(structure, motion):
-    """Places of a coupling: each node with a motion, and each element between two of them."""
-    nodes = sorted({node for node, own in structure.dofs if own == motion})
-    return [{"node": node} for node in nodes] + [{"element": node} for node in nodes if node + 1 in nodes]
-
-
 def spacers(structure):
     """Elements {"element": node} that bend at least twice as easily as both neighbours, as a coupling or a quill shaft.
 

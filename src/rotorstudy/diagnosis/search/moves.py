@@ -102,7 +102,7 @@ def additions(
     each is then judged without that error, too.
     """
     chosen = [c for c in among or work.candidates if is_allowed(work, (*current.causes, c))]
-    found, form = [], current.form.columns if current.form else np.zeros((work.spectrum.data_count, 0))
+    found, form = [], _error_of_form(work, current)
     for plain, own in product(fits, (form, form[:, :0])):
         without = tuple(name for name in plain.names if name == FREE_FORCE)
         here = [c for c in chosen if not (without and c.term.acts_on_output)]  # an error of readings is no force
@@ -120,6 +120,11 @@ def additions(
         found += judge.alone(projected, usable) + judge.together(projected, usable)
         found += judge.scanned(fitted, usable, without, plain, plain.excess if own is form else fitted.excess)
     return found
+
+
+def _error_of_form(work, current):
+    """Columns (component, error) of the error of form of an explanation; none of the rig without causes."""
+    return current.form.columns if current.form else np.zeros((work.spectrum.data_count, 0))
 
 
 def _log_volume(spectrum):
@@ -152,8 +157,7 @@ def exchanges(work: Search, current: Explanation) -> list[Proposal]:
         rest = tuple(c for c in current.causes if c not in gone)
         own = tuple(n for c in gone for n in c.names)
         chosen = [c for c in work.candidates if c.fault != gone[0].fault and is_allowed(work, (*rest, c))]
-        form = current.form.columns if current.form else np.zeros((work.spectrum.data_count, 0))
-        wide, fitted = _with_error_of_form(work, whole, form, own)
+        wide, fitted = _with_error_of_form(work, whole, _error_of_form(work, current), own)
         projected, usable = wide.project(fitted, [*chosen, *gone], own)
         if not {c.label for c in gone} <= {c.label for c in usable}:
             continue

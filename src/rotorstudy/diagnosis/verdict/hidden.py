@@ -46,9 +46,11 @@ def what_could_hide(work: Search) -> list[Hidden]:
 
 
 def _vibration(work):
-    """Vibration (dof,), m, that the fitted rig predicts, of all harmonics at the median speed."""
+    """Vibration (dof,), m, that the fitted rig predicts, of all harmonics but 0X at the median speed."""
     base, spectrum = work.base, work.spectrum
     moving = spectrum.harmonics[spectrum.harmonics != 0]
+    if not len(moving):
+        return np.zeros(len(base.model.structure.dofs))
     motion = harmonic_response(base.model, spectrum.speed, moving, base.theta, order=carried_order(spectrum))
     return np.median(np.linalg.norm(motion, axis=1), axis=0)
 
