@@ -148,7 +148,7 @@ def test_a_fault_is_not_taken_for_a_convention(fault):
     assert fault["kind"] in {cause.effect for cause in (*verdict.causes, *verdict.ambiguous_with)}, verdict.summary
 
 
-def refused(begun):
+def refused(*begun):
     raise AssertionError("searched")
 
 

@@ -85,6 +85,22 @@ def chi_square_p_value(cost: float, freedom: int) -> float:
     return float(max(chdtrc(freedom, cost), np.finfo(float).tiny)) if freedom else 1.0
 
 
+def parameter_p_value(fitted: Fit, prior: dict) -> float:
+    """Probability under the prior that the parameters lie as far from their stated values as in a fit.
+
+    The smaller one of all together, and of the farthest of those of the rig and its measuring chain: among many that
+    hardly move, one that is far off would not count.
+
+    prior : name -> (mean, std) of these
+    """
+    from scipy.special import ndtr
+
+    value = fitted.values
+    farthest = max((abs(value[name] - mean) / std for name, (mean, std) in prior.items()), default=0.0)
+    of_one = max(2 * len(prior) * ndtr(-farthest), np.finfo(float).tiny) if prior else 1.0
+    return min(chi_square_p_value(fitted.penalty, len(fitted.names)), float(of_one))
+
+
 def fit(
     model: Model,
     spectrum: Spectrum,

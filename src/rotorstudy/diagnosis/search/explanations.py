@@ -15,7 +15,7 @@ from rotorstudy.diagnosis.search.odds import LEAST_LOG_PROBABILITY, Explanation,
 from rotorstudy.diagnosis.search.screening import Projected, Screened, project, screen_each
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, NoSteadyState
-from rotorstudy.inference.fit import Fit, fit
+from rotorstudy.inference.fit import Fit, fit, parameter_p_value
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -23,6 +23,7 @@ from rotorstudy.model.registry import blamed, registry, said
 
 log = logging.getLogger(__name__)
 
+LIKELY_OUTSIDE = 0.5  # probability of a fault that the library lacks, above which a verdict is unknown
 LEAST_LOG_ODDS = 2.0  # log posterior odds that an explanation needs: seven to one that something is missing
 MODELS_KEPT = 32  # with causes
 
@@ -89,6 +90,14 @@ class Search:
         """The explanation with the highest posterior odds; that without causes if they are too low or not upheld."""
         best = max(self.explanations, key=odds_of)
         return best if odds_of(best) > LEAST_LOG_ODDS and self.upheld else self.nothing
+
+    @property
+    def is_rejected(self) -> bool:
+        """Whether records, stated values, or a fault that the library lacks speak against the best explanation."""
+        best, significance = self.best, self.settings.significance
+        if best.fit.is_rejected(significance) or parameter_p_value(best.fit, self.prior.by_name) < significance:
+            return True
+        return bool(best.causes) and self.outside_probability > LIKELY_OUTSIDE
 
     @property
     def form_error(self) -> float:

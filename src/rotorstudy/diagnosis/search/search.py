@@ -7,16 +7,18 @@ change a probability.
 """
 
 import logging
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain, zip_longest
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
+from rotorstudy.diagnosis.search.candidates import candidates, with_shape, with_vibration
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form_fit import WITHIN
 from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.impossible import grows, is_impossible
-from rotorstudy.diagnosis.search.moves import additions, exchanges, other_laws, removals, turns
+from rotorstudy.diagnosis.search.moves import Proposal, additions, exchanges, other_laws, removals, turns
 from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
 from rotorstudy.diagnosis.settings import Settings
@@ -36,6 +38,7 @@ REACH = 10.0  # log odds below the best, beyond which an explanation cannot chan
 WORTH_ADDING = -1.0  # change of the log odds that one more cause must promise
 EXPANDED = 6  # explanations from which moves are tried
 UNFULFILLED = 4  # proposals beside known causes that in succession do not raise the odds; the next promise less
+ALONE = 5  # single faults beside which a second one is sought, if none of them explains the records
 OF_AN_EFFECT = 2  # proposals of the same effects and laws that are fitted from one explanation
 
 
@@ -91,10 +94,11 @@ def unsearched(begun: Search) -> Search:
     return replace(begun, screened=screened, unstable=stable)
 
 
-def search(begun: Search) -> Search:
+def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
     """A search carried out: explanations of a spectrum by up to `most_causes` faults.
 
     begun   : as `begin` returns it
+    known   : explanations of other speeds of the same run; if one of them explains these too, the search begins there
     returns : Search without explanations that are impossible. A broken plugin raises nothing: see `Search.broken`.
               After Ctrl-C it has what was found so far.
     """
@@ -103,15 +107,18 @@ def search(begun: Search) -> Search:
     log.info("searching %d candidates", len(work.candidates))
     tried, possible = [], {frozenset()}
     try:
+        if known:
+            _fit_best(work, [[_proposed_again(work, one) for one in known]], possible)
+            tried += [] if work.is_rejected else [[work.nothing]]
         while len(tried) < EXPANDED:
             _drop_impossible(work, possible)
-            due = [e for e in _best_of_each_set(work) if _is_due(work, e, tried)]
-            if not due:
+            current = _due(work, [_laws(e) for some in tried for e in some])
+            if not current:
                 break
-            current = max(due, key=odds_of)
-            tried.append(_laws(current))
-            log.info("trying moves from %s (log odds %.1f)", " and ".join(current.named) or "the rig", odds_of(current))
-            _fit_best(work, _moves(work, current), possible)
+            tried.append(current)
+            for one in current:
+                log.info("trying moves from %s (log odds %.1f)", " and ".join(one.named) or "the rig", odds_of(one))
+            _fit_best(work, [_moves(work, one) for one in current], possible)
     except KeyboardInterrupt as stop:
         if not is_asked_to_stop(stop):
             raise
@@ -132,13 +139,38 @@ def without_impossible(work: Search) -> Search:
 
 def with_one_cause(work: Search) -> list[Explanation]:
     """The best explanations by one cause, of a Search in which nothing was searched yet."""
-    _fit_best(work, _moves(work, work.nothing))
+    _fit_best(work, [_moves(work, work.nothing)])
     return [one for one in work.explanations if one.causes]
 
 
 def is_asked_to_stop(error):
     """Whether an exception is that of Ctrl-C, after which what was found is kept, and not of a termination."""
     return type(error) is KeyboardInterrupt
+
+
+def _proposed_again(work, one):
+    """The Proposal of an Explanation of other speeds, of which the usual sizes are others."""
+    causes = tuple(with_shape(work.rig, c, c.shape, work.settings.prior_width) for c in one.causes)
+    return Proposal(causes, one.fit.values, np.inf)
+
+
+def near_best(work: Search) -> list[Explanation]:
+    """The best explanation of each set of effects that may still change a probability, the best first."""
+    least = max(map(odds_of, work.explanations)) - WITHIN
+    return [e for e in _best_of_each_set(work) if e.causes and odds_of(e) >= least]
+
+
+def _due(work, tried):
+    """The explanations from which moves are tried next.
+
+    If the best one is a single fault and the records reject it, these are all single faults: of two faults a third one
+    often explains more than either alone, and is then beside neither of them.
+    """
+    every = _best_of_each_set(work)
+    best = max((e for e in every if _is_due(work, e, tried)), key=odds_of, default=None)
+    if best is None or len(best.faults) != 1 or not work.is_rejected:
+        return [best] if best else []
+    return [e for e in every if len(e.faults) == 1 and _laws(e) not in tried and odds_of(e) > 0][:ALONE]
 
 
 def _is_due(work, explanation, tried):
@@ -179,22 +211,20 @@ def _moves(work, current):
     return found
 
 
-def _fit_best(work, proposals, possible=None):
-    """Fit the most promising proposals; possible : as of `_drop_impossible`, if what cannot be true is dropped."""
-    chosen, often, seen = [], {}, set()
-    best = max(map(odds_of, work.explanations))
-    for one in sorted(proposals, key=lambda one: -one.log_odds):
-        effects = frozenset((c.effect, *c.variant.values()) for c in one.causes)
-        label = kind_of(one.causes)
-        if label in seen or often.get(effects, 0) >= OF_AN_EFFECT or one.log_odds < best - WITHIN:
-            continue
-        seen.add(label)
-        often[effects] = often.get(effects, 0) + 1
-        chosen.append(one)
-        if len(chosen) == work.settings.candidates_per_round:
-            break
+def _fit_best(work, groups, possible=None):
+    """Fit the most promising proposals from each of some explanations by turns, as their promises do not compare.
+
+    groups : lists of Proposals;  possible : as of `_drop_impossible`, if what cannot be true is dropped
+    """
+    chosen, often = {}, {}
+    for one in filter(None, chain.from_iterable(zip_longest(*(_near(work, proposals) for proposals in groups)))):
+        effects, kind = frozenset((c.effect, *c.variant.values()) for c in one.causes), kind_of(one.causes)
+        is_fitted = np.isinf(one.log_odds) and (kind in work.found or kind in work.impossible)
+        if kind not in chosen and not is_fitted and often.get(effects, 0) < OF_AN_EFFECT:
+            often[effects] = often.get(effects, 0) + 1
+            chosen[kind] = one
     unfulfilled = 0
-    for one in chosen:
+    for one in list(chosen.values())[: work.settings.candidates_per_round]:
         before = max(map(odds_of, work.explanations))
         found = work.explain(one.causes, one.values)
         is_best = found and odds_of(found) > before
@@ -202,8 +232,20 @@ def _fit_best(work, proposals, possible=None):
             _drop_impossible(work, possible)  # before others are measured by it
         if len(one.causes) > 1 and np.isfinite(one.log_odds):
             unfulfilled = 0 if is_best else unfulfilled + 1
-        if unfulfilled == UNFULFILLED:
+        if unfulfilled == max(UNFULFILLED, len(groups)):
             break
+
+
+def _near(work, proposals):
+    """The Proposals from one explanation that may lead near the best, the most promising first.
+
+    A promise includes the largest error of form. So a rejected explanation, fitted with a smaller one, is no measure.
+    """
+    ranked = sorted(proposals, key=lambda one: -one.log_odds)
+    least = max(map(odds_of, work.explanations))
+    if work.is_rejected:
+        least = min(least, max((one.log_odds for one in ranked if np.isfinite(one.log_odds)), default=least))
+    return [one for one in ranked if one.log_odds >= least - WITHIN]
 
 
 def _best_of_each_set(work):

@@ -15,7 +15,6 @@ from rotorstudy.diagnosis.verdict.result import (
     Tradeoff,
     Unexplained,
 )
-from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_numbers import is_number
 
@@ -60,22 +59,6 @@ def detection_limits(found):
                 size = {"amplitude": needed * one, "unit": p.unit, "of_typical": needed * one / unknown.typical}
                 limits.append(DetectionLimit.of(c, found.model.structure, parameter=p.name, part=part, **size))
     return sorted(limits, key=lambda row: row.of_typical)
-
-
-def parameter_p_value(fitted, prior):
-    """Probability under the prior that the parameters lie as far from their stated values as in a fit.
-
-    The smaller one of all together, and of the farthest of those of the rig and its measuring chain: among many that
-    hardly move, one that is far off would not count.
-
-    prior : name -> (mean, std) of these
-    """
-    from scipy.special import ndtr
-
-    value = fitted.values
-    farthest = max((abs(value[name] - mean) / std for name, (mean, std) in prior.items()), default=0.0)
-    of_one = max(2 * len(prior) * ndtr(-farthest), np.finfo(float).tiny) if prior else 1.0
-    return min(chi_square_p_value(fitted.penalty, len(fitted.names)), float(of_one))
 
 
 def moved_parameters(fitted, prior):

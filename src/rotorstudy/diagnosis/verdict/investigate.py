@@ -15,7 +15,6 @@ from rotorstudy.diagnosis.verdict.evidence import (
     moved_parameters,
     not_considered,
     parameter_labels,
-    parameter_p_value,
     separating_measurements,
     unexplained,
 )
@@ -28,13 +27,13 @@ from rotorstudy.diagnosis.verdict.findings import (
 )
 from rotorstudy.diagnosis.verdict.held_out import gain_of, is_contradicted, split
 from rotorstudy.diagnosis.verdict.next_run import next_runs
-from rotorstudy.diagnosis.verdict.result import LIKELY_OUTSIDE, OnePlace, PValues, Verdict
+from rotorstudy.diagnosis.verdict.result import OnePlace, PValues, Verdict
 from rotorstudy.diagnosis.verdict.resultant import resultant_of
 from rotorstudy.diagnosis.verdict.sought import seek, without_the_best
 from rotorstudy.diagnosis.verdict.wide_ranges import free_parts
 from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.errors import NoSteadyState, RotorstudyError
-from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
+from rotorstudy.inference.fit import Fit, chi_square_p_value, parameter_p_value, residual_share
 from rotorstudy.inference.prediction import misfit
 from rotorstudy.inference.prior import with_usual
 from rotorstudy.measurement.findings import Finding, worst_first
@@ -110,7 +109,7 @@ def _best_sought(spectrum, hold_out, model, settings, failed):
     first = seek(*split(spectrum, hold_out), model, settings, failed)
     if hold_out is not None or not first.is_surprised(settings.significance):
         return first
-    again = seek(*split(spectrum, None, others=True), model, settings, failed)
+    again = seek(*split(spectrum, None, others=True), model, settings, failed, before=first)
     return again._replace(surprised=first.held) if again.surprise.misfit < first.surprise.misfit else first
 
 
@@ -138,7 +137,7 @@ def _judged(one, settings, findings):
     probability = _probability(weights)
     stated, gain = _stated(weights, best), gain_of(base, best.fit, held, expected)
     against = is_contradicted(base, best.fit, expected, settings, gain)
-    kind = _kind(found, p_values, p_parameters, probability, is_alone=not stated, is_contradicted=against)
+    kind = _kind(found, probability, is_alone=not stated, is_contradicted=against)
     outside = found.outside_probability if best.causes and not chain else 0.0
     over, odd = over_its_forms(found) if kind in ("cause", "ambiguous") else (None, [])
     labels = parameter_labels(best.fit.model, best.causes)
@@ -186,18 +185,13 @@ def _judged(one, settings, findings):
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
 
 
-def _kind(found, p_values, p_parameters, probability, *, is_alone, is_contradicted):
+def _kind(found, probability, *, is_alone, is_contradicted):
     """The kind of verdict; is_alone : whether no other causes have to be stated."""
-    settings, best = found.settings, found.best
-    if found.stopped:
+    if found.stopped or found.is_rejected or is_contradicted:
         return "unknown"
-    if not best.causes:
-        explained = min(p_values.before, p_parameters) >= settings.significance and not is_contradicted
-        return "nothing" if explained else "unknown"
-    rejected = min(p_values.after, p_parameters) < settings.significance
-    if is_contradicted or rejected or found.outside_probability > LIKELY_OUTSIDE:
-        return "unknown"
-    is_sure = min(probability[fault] for fault in best.faults) >= settings.naming_probability
+    if not found.best.causes:
+        return "nothing"
+    is_sure = min(probability[fault] for fault in found.best.faults) >= found.settings.naming_probability
     return "cause" if is_sure and is_alone else "ambiguous"
 
 

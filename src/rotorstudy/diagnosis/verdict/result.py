@@ -12,7 +12,6 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.measurement.findings import Finding
 
 FORMAT_VERSION = 3  # of verdict.json and verdict.nc
-LIKELY_OUTSIDE = 0.5  # probability of a fault that the library lacks, above which a verdict is unknown
 ACTS_BY = {"force": "a force", "moment": "a moment", "bending": "bending moments"}  # such a fault
 
 

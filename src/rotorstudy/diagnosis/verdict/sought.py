@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.explanations import LIKELY_OUTSIDE, Search
 from rotorstudy.diagnosis.search.film_error import with_film_error
-from rotorstudy.diagnosis.search.search import begin, is_asked_to_stop, search, unsearched
+from rotorstudy.diagnosis.search.search import begin, is_asked_to_stop, near_best, search, unsearched
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.held_out import HeldOutMisfit, expected_of, held_out_misfit, largest_of, with_held_out
-from rotorstudy.diagnosis.verdict.result import ACTS_BY, LIKELY_OUTSIDE, ChainHypothesis
+from rotorstudy.diagnosis.verdict.result import ACTS_BY, ChainHypothesis
 from rotorstudy.diagnosis.verdict.wrong_convention import Tested, chain_hypothesis, clear_convention, tested_convention
 from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.inference.prediction import with_model_error
@@ -48,11 +48,23 @@ class Sought(NamedTuple):
         return self.surprise is not None and self.surprise.p_value < significance and not known
 
 
-def seek(measured: Spectrum, held: Spectrum | None, model: Model, settings: Settings, failed: dict) -> Sought:
-    """The Sought of the speeds measured and of those held out; failed : effects left out -> why."""
+def seek(
+    measured: Spectrum,
+    held: Spectrum | None,
+    model: Model,
+    settings: Settings,
+    failed: dict,
+    before: Sought | None = None,
+) -> Sought:
+    """The Sought of the speeds measured and of those held out.
+
+    failed : effects left out -> why;  before : of the same run with other speeds held out
+    """
     held = None if held is None else with_film_error(with_model_error(held, settings), model)
     kept = settings.model_copy(update={"leave_out": [*settings.leave_out, *failed]})
-    found, chain, tested = _searched(model, measured, with_film_error(with_model_error(measured, kept), model), kept)
+    known = near_best(before.found) if before else ()
+    fitted = with_film_error(with_model_error(measured, kept), model)
+    found, chain, tested = _searched(model, measured, fitted, kept, known)
     found.failures.update(failed)
     return _judged(Sought(found, tested, measured, held, found, chain, None, None))
 
@@ -77,10 +89,10 @@ def _judged(one: Sought) -> Sought:
     return one._replace(judged=judged, chain=chain, expected=expected, surprise=surprise)
 
 
-def _searched(model, measured, fitted, settings):
+def _searched(model, measured, fitted, settings, known):
     """The Search, the ChainHypothesis that explains the records better or None, and the conventions tested or None.
 
-    measured : Spectrum;  fitted : with the model error
+    measured : Spectrum;  fitted : with the model error;  known : as for `search`
     """
     begun = begin(model, fitted, settings)
     log.info("%s", first_answer(begun))
@@ -89,7 +101,7 @@ def _searched(model, measured, fitted, settings):
         log.info("testing whether conventions of the records are wrongly stated")
         tested = tested_convention(begun, measured) if model.before is None else None  # shared by both states
         chain = clear_convention(begun, tested) if tested else None
-        found = unsearched(begun) if chain else search(begun)
+        found = unsearched(begun) if chain else search(begun, known)
     except KeyboardInterrupt as stop:
         if not is_asked_to_stop(stop):
             raise

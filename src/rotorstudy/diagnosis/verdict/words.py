@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from rotorstudy.diagnosis.search.explanations import LIKELY_OUTSIDE
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable
 from rotorstudy.diagnosis.verdict.findings import CONTRADICTED
-from rotorstudy.diagnosis.verdict.result import ACTS_BY, LIKELY_OUTSIDE
+from rotorstudy.diagnosis.verdict.result import ACTS_BY
 from rotorstudy.model.registry import registry
 from rotorstudy.units import number, p_value, percent, probability, quantity, spin, spins
 
