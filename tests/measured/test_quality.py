@@ -52,6 +52,13 @@ def test_a_few_samples_that_meet_at_the_top_are_not_clipping():
     assert flat_top(np.minimum(values, 0.9999))
 
 
+def test_samples_that_meet_one_by_one_at_the_top_are_not_clipping():
+    """Of a record of 16 bits, nine samples had the greatest value and two the next, but 13 one of the next three."""
+    values = -np.repeat(np.arange(21), [9, 2, 4, 7, 9, 7, 4, 4, 5, 7, 5, 6, 5, 8, 5, 5, 2, 6, 7, 4, 10000]).astype(float)
+    assert not flat_top(values)
+    assert flat_top(np.minimum(values, -10))
+
+
 def clipped(part):
     left = original()["disc 1 left"]
     return {"disc 1 left": np.minimum(left, left.mean() + part * (left.max() - left.mean()))}

@@ -18,7 +18,8 @@ JITTER_RAD = 0.05  # 3 degrees, 15 at 5X
 GAP = (0.0, 0.05)  # fraction of missing samples: warning, error
 EMPTY = 0.5  # fraction of missing samples above which a probe is not connected
 LOUD = 15.0  # power of a harmonic over its expectation in pure noise; p-value 3e-7
-FLAT_SAMPLES, FLAT_RATIO = 6, 4.0  # samples at the top, and their ratio to those one step below
+FLAT_SAMPLES, FLAT_STEPS = 6, 3  # samples at the top; steps of the recorder below it with which they are compared
+FLAT_RATIO = 2.5  # of these numbers: of a parabola it is 1, of a maximum of fourth order, as flat as any motion, 2.4
 FLAT_SHARE = 8e-4  # of the samples; fewer share the greatest value by accident
 WEAK = 0.01  # of the motion at the other probes of the node
 DEAD = 10.0  # times what a probe resolves, or times all that the others show; flatter orbits are rare
@@ -149,7 +150,7 @@ def flat_top(values):
     levels = np.unique(values)
     steps = np.diff(levels)
     digit = steps[steps > 1e-9 * swing].min()  # resolution of the recorder; tiny if values are not rounded
-    below = (values < values.max() - 0.5 * digit) & (values > values.max() - 1.5 * digit)
+    below = (values < values.max() - 0.5 * digit) & (values > values.max() - (FLAT_STEPS + 0.5) * digit)
     return bool(at_top.sum() > FLAT_RATIO * below.sum())
 
 
