@@ -58,7 +58,7 @@ def test_a_diagnosis_tells_its_progress_also_to_a_file(spectrum, tmp_path, capsy
     data, rig = spectrum
     arguments = ["diagnose", str(data), "--rig", str(rig), "--out", str(tmp_path / "out")]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("rotorstudy.diagnosis.verdict.sought.search", unsearched)
+        patch.setattr("rotorstudy.diagnosis.verdict.sought.search", lambda begun, known: unsearched(begun))
         capsys.readouterr()
         assert main(arguments) == 0
         told = capsys.readouterr().err
