@@ -19,13 +19,10 @@ METHOD = 0.02  # relative standard deviation: two spectrum methods differ by 1 t
 
 
 def hypotheses(rig, forward, backward, receptance, std):
-    """Fits of -1X by a share of conj(+1X), by runout and by a constant force, by weighted least squares.
+    """A DataFrame of fits of -1X by a share of conj(+1X), by runout and by a constant force, by weighted least squares.
 
-    rig               : (reading,) number of the rig, int;  forward, backward : (reading,) +1X and -1X, complex, m
-    receptance        : (reading,) -1X of a backward force of 1 N, complex, m/N
-    std               : (reading,) standard deviation of the real and of the imaginary part of -1X, m
-    returns           : DataFrame, one row a hypothesis: chi-square, its degrees of freedom and p-value, magnitude,
-                        standard deviation (1) and angle (deg) of the shares, each a list
+    All (reading,): rig, its number; forward, backward, m; receptance, -1X of a backward force of 1 N, m/N; std, m, of
+    the real and of the imaginary part of -1X. Shares, their standard deviations and angles are lists.
     """
     from scipy.special import chdtrc
 
@@ -61,11 +58,9 @@ def hypotheses(rig, forward, backward, receptance, std):
 
 
 def readings(replays):
-    """+1X and -1X of every published speed, slow roll included.
+    """Rig, forward, backward and receptance (reading,) as of `hypotheses`, of every published speed.
 
     replays : (ReplayConfig, identification, spectra) of each rig
-    returns : rig (reading,) number of the rig, int; forward, backward (reading,) complex, m, with the phase from the
-              mark; receptance (reading,) as for `hypotheses`
     """
     found = []
     for number, (config, _, spectra) in enumerate(replays):

@@ -112,10 +112,7 @@ def bias_of_known_quantities(biased):
 
 
 def best_by_worst(values):
-    """Labels with the smallest maximum over the faults: (spectrum method, estimator) or (spectrum method,).
-
-    One that fails with any fault is never the best.
-    """
+    """Labels, of each dimension, of the smallest maximum over the faults; what fails with any is never the best."""
     worst = values.max("fault", skipna=False).fillna(np.inf)
     place = worst.argmin(...)
     return [str(worst[dim][int(index)].values) for dim, index in place.items()]

@@ -75,9 +75,7 @@ def write_ranking(ranked, trials, csv, html, index=None):
 def write_advice(ranked, use_if, csv, html, index=None):
     """Write which spectrum method and estimator to use for which fault: in full as CSV, with a summary as a page.
 
-    ranked : pandas.DataFrame; as `studies.comparison.ranking.ranking` returns it
     use_if : fault -> when to follow its advice, in words
-    index  : the page of all results, to link to (optional)
     """
     told = with_words(advice(ranked), use_if)
     write_csv(told, csv)
