@@ -228,7 +228,7 @@ class Plan:
         return shown, tabled | by_thesis
 
     def over_all_chapters(self):
-        """Scoreboard, errata and the rigs side by side; the last two need all chapters."""
+        """Scoreboard, errata and -1X of both rigs; the last two need all chapters."""
         scored = {"scored": [f"{self.results}/{name}/scored.csv" for name in self.chapters]}
         found = [self.page("scoreboard", "thesis.scoreboard.write", scored)]
         if not set(self.chapters) >= THESIS:
@@ -244,12 +244,10 @@ class Plan:
         (inputs["variants"],) = self.of("chapter_6", "variants")
         found.append(self.page("errata", "thesis.errata.write", inputs, needs=self.printed))
         configs = {name: self.config.replays[name] for name in ("chapter_3", "chapter_5")}
-        inputs = {name: self.of(name, *REPLAY_STAGES[1:]) for name in configs}
-        outputs = {"sheets": self.tables("rigs/comparison", "rigs/backward_1X")}
-        outputs["pictures"] = [f"{self.results}/rigs/comparison.{kind}" for kind in ("png", "svg")]
-        given, needs = {"configs": configs, "reference": self.reference, **self.index}, self.printed
-        needs += tuple(configs.values())
-        return [*found, Job("compare_rigs", "thesis.figures.rigs.write", inputs, outputs, given, needs)]
+        inputs = {name: self.of(name, "spectra")[0] for name in configs}
+        outputs, given = {"sheets": self.tables("rigs/backward_1X")}, {"configs": configs, **self.index}
+        needs = (*self.printed, *configs.values())
+        return [*found, Job("backward_1X", "thesis.backward_1x.write", inputs, outputs, given, needs)]
 
     def plugin_library(self):
         """The plugins, crack models and bearings side by side, and what others printed beside ours."""

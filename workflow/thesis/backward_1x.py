@@ -9,8 +9,10 @@ import numpy as np
 import pandas as pd
 
 from rotorstudy.model.rig_items import make_term
+from rotorstudy.presentation.tables import write_tables
 from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
+from thesis.config import load_replay
 from thesis.replay import COLUMN
 from thesis.tables import Table
 
@@ -60,10 +62,10 @@ def hypotheses(rig, forward, backward, receptance, std):
 def readings(replays):
     """Rig, forward, backward and receptance (reading,) as of `hypotheses`, of every published speed.
 
-    replays : (ReplayConfig, identification, spectra) of each rig
+    replays : (ReplayConfig, spectra) of each rig
     """
     found = []
-    for number, (config, _, spectra) in enumerate(replays):
+    for number, (config, spectra) in enumerate(replays):
         seen = spectra.compensated.sel(version="corrected", data_set=COLUMN, spectrum_method=COLUMN)
         both = (as_complex(seen.sel(harmonic=n)) for n in (1, -1))
         found += [(number, *one) for one in zip(*both, receptance_at(config.model, config.speeds), strict=True)]
@@ -106,3 +108,9 @@ def backward_1x_table(replays):
         ],
         digits=3,
     )
+
+
+def write(sheets, configs, index, **results):
+    """Write the table to paths; configs : name of a replay -> its file;  results : name -> its spectra."""
+    replays = [(load_replay(path), results[name]) for name, path in configs.items()]
+    write_tables({"backward_1X": backward_1x_table(replays)}, sheets, index)
