@@ -13,7 +13,7 @@ from rotorstudy.yaml_file import read_yaml
 
 LOAD_STUDY, LOAD_REPLAY = "rotorstudy.studies.config.load_study", "thesis.config.load_replay"
 REPLAY_STAGES = ("records", "spectra", "identification")
-CRACK_STAGES = ("limits", "accuracy", "trials", "fronts", "passage", "thesis_method")
+CRACK_STAGES = ("limits", "accuracy", "trials", "fronts", "thesis_method")
 THESIS = {f"chapter_{n}" for n in range(2, 7)}
 TESTED = ("rotor", "crack", "bearing", "effect")  # kinds of plugins that a diagnosis tries
 
@@ -222,7 +222,7 @@ class Plan:
         shown |= paths("whirl", "identifiability") if name != "chapter_2" else {}
         tabled = paths(spectra="spectra/thesis")
         if name == "chapter_6":
-            return shown | paths("sensors", "variants"), tabled | paths("variants")
+            return shown | paths("sensors"), tabled | paths("variants")
         by_thesis = {"monte_carlo": trials("thesis"), **paths(identification="identification/thesis")}
         shown |= {"monte_carlo_thesis": by_thesis["monte_carlo"]} if name == "chapter_4" else {}
         return shown, tabled | by_thesis
@@ -329,7 +329,7 @@ class Plan:
                     files["bias"] = paths(base, "bias", name, [r for r in compared if compared[r].study])
                 job("estimator", "estimates", name, chunk, (*needs, *spectra), files, spectra=spectra)
         outputs = {"comparison": f"{base}/comparison.nc", "pictures": self.pictures("compare")}
-        outputs |= {f"{name}_files": self.tables(f"compare/{name}") for name in ("ranking", "advice")}
+        outputs |= {"ranking_csv": f"{base}/ranking.csv", "advice_files": self.tables("compare/advice")}
         function = "rotorstudy.presentation.comparison_page.write_comparison"
         needs = tuple(path for files in every.values() for path in files)
         return [*found, Job("compare", function, inputs, outputs, {**every, **self.index}, needs)]
