@@ -8,6 +8,7 @@ import time
 
 import pytest
 
+from rotorstudy.__main__ import main
 from rotorstudy.model.registry import Registry
 
 SLOW = """
@@ -47,6 +48,19 @@ def test_a_second_of_work_is_not_needed_to_see_the_partial_file(tmp_path):
     process.communicate(timeout=60)
     time.sleep(0.05)
     assert len(os.listdir(tmp_path)) == 1
+
+
+def test_an_interruption_while_the_package_is_imported_is_one_line(monkeypatch, capsys):
+    class Interrupting:
+        def find_spec(self, name, path, target=None):
+            if name == "rotorstudy.commands.line":
+                raise KeyboardInterrupt
+
+    monkeypatch.setattr(sys, "argv", ["rotorstudy", "plugins"])
+    assert main() == 0 and "breathing" in capsys.readouterr().out  # the control
+    monkeypatch.delitem(sys.modules, "rotorstudy.commands.line")
+    monkeypatch.setattr(sys, "meta_path", [Interrupting(), *sys.meta_path])
+    assert main() == 130 and capsys.readouterr().err == "stopped before anything was done\n"
 
 
 @pytest.mark.parametrize("raised", ["BaseException", "GeneratorExit", "SystemExit"])

@@ -25,13 +25,13 @@ from rotorstudy.commands import (
     simulate,
 )
 from rotorstudy.commands import import_records as import_
-from rotorstudy.commands.shared import YAML, tell
+from rotorstudy.commands.shared import INTERRUPTED, YAML, tell
 from rotorstudy.errors import RigError, RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.shown_units import QUANTITY, asked, shown_for
 
 COMMANDS = (demo, analyse, simulate, import_, identify, diagnose, compare, balance, plugins, new, check, blind)
-INTERRUPTED, TERMINATED = 130, 143  # statuses, 128 and the number of the signal
+TERMINATED = 143  # status, 128 and the number of the signal
 LONG = (compare, diagnose)  # commands that tell their progress also to a file
 QUIET_S = 5.0  # seconds after which a detail is shown
 EPILOG = """examples:
