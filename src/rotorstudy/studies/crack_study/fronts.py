@@ -38,14 +38,11 @@ def equivalent_beam(depth):
 
 
 def fronts(study):
-    """Depths found from noisy records of cracks by three-dimensional elasticity, whose fronts are arcs of a circle.
+    """A Dataset of depths found from noisy records of cracks by three-dimensional elasticity whose fronts are arcs.
 
     The simulator shares nothing with the library. The numbers of the rig that the fit starts from are drawn from their
     prior about the true ones, then noise and model error; each fit starts at the true crack, its front at an aspect
     ratio of a half. A crack with which the rotor is unstable is drawn anew.
-
-    returns : depth_ratio, curvature, position (trial), the truth; found, low, high (ends of the 95 % interval), p_value
-              (law, trial) with the front unknown (the last law) or taken as straight
     """
     machine, settings = Machine(study, study.main), study.fronts
     rotor, unbalance = _independent(study.main)
