@@ -8,7 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from signal import SIG_DFL, SIGINT, signal
+from signal import SIG_DFL, SIGINT, SIGTERM, signal
 from tempfile import TemporaryDirectory
 from time import monotonic, process_time
 from traceback import extract_tb
@@ -224,13 +224,19 @@ def answer_case(folder, leave_out=(), answer=diagnosed, records=("record.nc",)):
     return {"verdict": verdict, "held_out": held_out, "seconds": process_time() - start}
 
 
+def _end_silently():
+    """A process ends at a signal without a traceback; the command says that it was stopped."""
+    for one in (SIGINT, SIGTERM):
+        signal(one, SIG_DFL)
+
+
 @contextmanager
 def _pool(cores):
     """`map` over processes, in order; in this process for one core."""
     if cores == 1:
         yield map
         return
-    executor = ProcessPoolExecutor(cores, initializer=signal, initargs=(SIGINT, SIG_DFL))  # no traceback of each
+    executor = ProcessPoolExecutor(cores, initializer=_end_silently)
     try:
         yield executor.map
     finally:

@@ -189,7 +189,7 @@ def read_conventions(rig, where):
             raise RotorstudyError(f"{where}.probes must be a list, each starting with '- channel:'")
         built["probes"] = [_checked(Probe, one, f"{where}.probes[{i}]") for i, one in enumerate(given["probes"])]
     found = check_config(Conventions, built, where)
-    if 1 not in check_harmonics(found.harmonics):
+    if 1 not in check_harmonics(found.harmonics, f"{where}.harmonics"):
         raise RotorstudyError(f"{where}.harmonics: harmonic 1 is missing, which the checks of the record need")
     named = [*found.speeds_rad_per_s, *found.speeds_Hz, *found.speeds_rpm]
     twice = sorted({name for name in named if named.count(name) > 1})
