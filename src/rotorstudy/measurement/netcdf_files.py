@@ -25,7 +25,8 @@ def existing(path):
     if path.is_dir():
         raise RotorstudyError(f"record file '{path}' is a folder; give the files in it")
     if not path.is_file():
-        raise RotorstudyError(f"record file '{path}' does not exist")
+        what = "is a device or a pipe; write it to a file" if path.exists() else "does not exist"
+        raise RotorstudyError(f"record file '{path}' {what}")
     return path
 
 
