@@ -1,6 +1,7 @@
 """What several commands share: options, speeds in rad/s or rpm, checks of output paths, findings."""
 
 import sys
+from os.path import dirname, realpath
 from pathlib import Path
 
 from rotorstudy.errors import RotorstudyError
@@ -8,6 +9,7 @@ from rotorstudy.units import RAD_PER_S
 
 NETCDF, JSON, YAML, HTML = (".nc", ".nc4"), (".json",), (".yaml", ".yml"), (".html", ".htm")
 FORMAT_OF = {".nc": "NetCDF", ".yaml": "YAML", ".html": "HTML"}
+INTERRUPTED = 130  # status after Ctrl-C: 128 and the number of the signal
 OF_FILES = {*NETCDF, *JSON, *YAML, *HTML, ".csv", ".txt", ".png", ".svg", ".pdf"}
 
 
@@ -34,7 +36,7 @@ def check_file(out, *inputs, option="--out", suffixes=()):
     if path.is_dir():
         raise RotorstudyError(f"{option} {out}: is a folder; give a file in it")
     _check_parent(out, option)
-    if any(path.resolve() == Path(given).resolve() for given in inputs):
+    if any(realpath(path) == realpath(given) for given in inputs):  # of a loop of links, too
         raise RotorstudyError(f"{option} {out}: would overwrite an input; choose another name")
     if suffixes and path.suffix.lower() not in suffixes:
         raise RotorstudyError(
@@ -51,7 +53,7 @@ def check_folder(out, *inputs, option="--out"):
     if path.suffix.lower() in OF_FILES and not path.is_dir():
         raise RotorstudyError(f"{option} {out}: a folder is written, not one file; name it {path.with_suffix('')}")
     _check_parent(out, option)
-    if path.resolve() in [Path(given).resolve().parent for given in inputs]:
+    if realpath(path) in [dirname(realpath(given)) for given in inputs]:
         raise RotorstudyError(f"{option} {out}: contains an input; give a separate folder")
 
 
@@ -67,11 +69,12 @@ def tell(findings):
 
 
 def conclude(verdict, out):
-    """Say the verdict that was written into a folder; it is returned as data for JSON."""
+    """Say the verdict that was written into a folder; returns the exit status and the verdict as data for JSON."""
     tell(verdict.findings)
     print(verdict.summary)
     print(f"wrote {Path(out) / 'index.html'}")
-    return verdict.model_dump(mode="json")
+    stopped = any(finding.name == "search stopped" for finding in verdict.findings)
+    return INTERRUPTED if stopped else 0, verdict.model_dump(mode="json")
 
 
 def file_of_project(packaged, own):

@@ -18,7 +18,7 @@ JITTER_RAD = 0.05  # 3 degrees, 15 at 5X
 GAP = (0.0, 0.05)  # fraction of missing samples: warning, error
 EMPTY = 0.5  # fraction of missing samples above which a probe is not connected
 LOUD = 15.0  # power of a harmonic over its expectation in pure noise; p-value 3e-7
-FLAT_SAMPLES, FLAT_STEPS = 6, 2  # samples at the top; steps of the recorder below it with which they are compared
+FLAT_SAMPLES, FLAT_STEPS = 6, 2  # samples at the top; levels with which they are compared
 FLAT_RATIO = 3.2  # of these numbers: of a parabola it is 1.4, of a maximum of fourth order, as flat as any motion, 3.2
 FLAT_SHARE = 8e-4  # of the samples; fewer share the greatest value by accident
 WEAK = 0.01  # of the motion at the other probes of the node
@@ -148,9 +148,8 @@ def flat_top(values):
     if at_top.sum() < max(FLAT_SAMPLES, FLAT_SHARE * len(values)):
         return False
     levels = np.unique(values)
-    steps = np.diff(levels)
-    digit = steps[steps > 1e-9 * swing].min()  # resolution of the recorder; tiny if values are not rounded
-    below = (values < values.max() - 0.5 * digit) & (values > values.max() - (FLAT_STEPS + 0.5) * digit)
+    levels = levels[np.append(np.diff(levels) > 1e-9 * swing, True)]  # one of each revolution if nothing is rounded
+    below = ~at_top & (values >= levels[max(len(levels) - 1 - FLAT_STEPS, 0)] - 1e-9 * swing)
     return bool(at_top.sum() > FLAT_RATIO * below.sum())
 
 

@@ -1,20 +1,19 @@
 """The figures that every simulated chapter has."""
 
-from rotorstudy.presentation import error_figures, estimate_figures, whirl_figures
+from rotorstudy.presentation import estimate_figures, whirl_figures
 from rotorstudy.studies.common import parameter_units
 
 
 def study_figures(config, stages, noisy, cases, titles, closed_form=None, rigs=None):
     """Figures of the stages that the simulated chapters have in common.
 
-    stages : name of a stage -> Dataset;  noisy : title of a column -> Monte Carlo Dataset of one record kind
-    cases  : case -> its name in the figures, for bias; weight dominance is shown for the first
-    closed_form, rigs : see `whirl_figures.stability`, `whirl_figures.campbell`
+    noisy : title of a column -> Monte Carlo Dataset of one record kind;  cases : case -> its name in the figures, for
+    bias; weight dominance is shown for the first;  closed_form, rigs : as of `whirl_figures`
     """
     units, (case, shown) = parameter_units(config), next(iter(cases.items()))
     found = {
-        "error_against_noise": error_figures.error_against_noise(noisy, units, titles["error_against_noise"]),
-        "bias": error_figures.bias(stages["bias"], cases, units, titles["bias"]),
+        "error_against_noise": estimate_figures.error_against_noise(noisy, units, titles["error_against_noise"]),
+        "bias": estimate_figures.bias(stages["bias"], cases, units, titles["bias"]),
         "weight_dominance": estimate_figures.weight_dominance(
             config, stages["weight_dominance"], case, shown, units, titles["weight_dominance"]
         ),

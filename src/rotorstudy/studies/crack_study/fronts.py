@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from rotorstudy.blind.machines.beam import Element
-from rotorstudy.blind.machines.elastic_crack import arc_form
-from rotorstudy.blind.machines.form_cracks import add_form
+from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import NoSteadyState, steady_state
 from rotorstudy.diagnosis.one_cause.answer import identified, interval_of
@@ -38,14 +37,11 @@ def equivalent_beam(depth):
 
 
 def fronts(study):
-    """Depths found from noisy records of cracks by three-dimensional elasticity, whose fronts are arcs of a circle.
+    """A Dataset of depths found from noisy records of cracks by three-dimensional elasticity whose fronts are arcs.
 
     The simulator shares nothing with the library. The numbers of the rig that the fit starts from are drawn from their
     prior about the true ones, then noise and model error; each fit starts at the true crack, its front at an aspect
     ratio of a half. A crack with which the rotor is unstable is drawn anew.
-
-    returns : depth_ratio, curvature, position (trial), the truth; found, low, high (ends of the 95 % interval), p_value
-              (law, trial) with the front unknown (the last law) or taken as straight
     """
     machine, settings = Machine(study, study.main), study.fronts
     rotor, unbalance = _independent(study.main)
