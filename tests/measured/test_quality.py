@@ -54,7 +54,8 @@ def test_a_few_samples_that_meet_at_the_top_are_not_clipping():
 
 def test_samples_that_meet_one_by_one_at_the_top_are_not_clipping():
     """Of a record of 16 bits, nine samples had the greatest value and two the next, but six one of the next two."""
-    values = -np.repeat(np.arange(21), [9, 2, 4, 7, 9, 7, 4, 4, 5, 7, 5, 6, 5, 8, 5, 5, 2, 6, 7, 4, 10000]).astype(float)
+    samples = [9, 2, 4, 7, 9, 7, 4, 4, 5, 7, 5, 6, 5, 8, 5, 5, 2, 6, 7, 4, 10000]
+    values = -np.repeat(np.arange(len(samples)), samples).astype(float)
     assert not flat_top(values)
     assert flat_top(np.minimum(values, -10))
 
