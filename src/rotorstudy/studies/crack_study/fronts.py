@@ -6,7 +6,7 @@ import numpy as np
 
 from rotorstudy.blind.machines.beam import Element
 from rotorstudy.blind.machines.elastic_crack import arc_form
-from rotorstudy.blind.machines.form_cracks import add_form
+from rotorstudy.blind.machines.form_cracks import add_form, static_moment
 from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import NoSteadyState, steady_state
 from rotorstudy.diagnosis.one_cause.answer import identified, interval_of
@@ -40,11 +40,13 @@ def equivalent_beam(depth):
 def fronts(study):
     """Depths found from noisy records of cracks by three-dimensional elasticity, whose fronts are arcs of a circle.
 
+    A residual stress opens or closes them, and Poisson's ratio is not that of the library.
+
     The simulator shares nothing with the library. The numbers of the rig that the fit starts from are drawn from their
     prior about the true ones, then noise and model error; each fit starts at the true crack, its front at an aspect
     ratio of a half. A crack with which the rotor is unstable is drawn anew.
 
-    returns : depth_ratio, curvature, position (trial), the truth; found, low, high (ends of the 95 % interval), p_value
+    returns : depth_ratio, curvature, position, closing_share (trial), the truth; found, low, high (ends of the 95 % interval), p_value
               (law, trial) with the front unknown (the last law) or taken as straight
     """
     machine, settings = Machine(study, study.main), study.fronts
@@ -56,20 +58,29 @@ def fronts(study):
     for trial in range(settings.count):
         rng = np.random.default_rng([settings.seed, trial])
         while True:
-            depth, curvature, angle = (
-                rng.uniform(*ends) for ends in (settings.depth_ratios, settings.curvatures, (-np.pi, np.pi))
+            depth, curvature, angle, closing, poisson = (
+                rng.uniform(*ends)
+                for ends in (
+                    settings.depth_ratios,
+                    settings.curvatures,
+                    (-np.pi, np.pi),
+                    settings.closing_shares,
+                    settings.poissons_ratios,
+                )
             )
             position = float(rng.choice(settings.positions)) * length
             cracked = _built(rotor, unbalance)
             part = rotor.elements[int(np.searchsorted(rotor.positions, position)) - 1]
-            add_form(cracked, position, arc_form(part, depth, curvature), angle)
+            part = replace(part, poissons_ratio=poisson)
+            moment = closing * static_moment(cracked, position)
+            add_form(cracked, position, arc_form(part, depth, curvature, closing=moment), angle)
             try:
                 shown = _shown(machine, cracked) - rest * (machine.harmonics == 0)[:, None]
             except NoSteadyState:
                 count += 1
                 continue
             break
-        truth.append([depth, curvature, position])
+        truth.append([depth, curvature, position, closing])
         spectrum = machine.noisy_spectrum(shown, study.usual_noise_percent)
         size = len(machine.prior.names)
         (draw,) = standard_normal(settings.seed, trial, 1, size + 2 * shown.size)
@@ -83,7 +94,8 @@ def fronts(study):
         "law": (laws, "1", "flexibility of the crack"),
         "trial": (np.arange(settings.count), "1", "record"),
     }
-    columns = zip(("depth_ratio", "curvature", "position"), ("1", "1", "m"), np.transpose(truth), strict=True)
+    names = {"depth_ratio": "1", "curvature": "1", "position": "m", "closing_share": "1"}
+    columns = zip(names, names.values(), np.transpose(truth), strict=True)
     variables = {name: (("trial",), values, unit, f"true {name} of the crack") for name, unit, values in columns}
     ends = (f"{one} end of its 95 % interval" for one in ("lower", "upper"))
     told = ("depth over diameter found", *ends, "p-value of the misfit")
@@ -103,8 +115,9 @@ def _by_each_law(study, work, shape):
         fitted = fitted_from(work, [one], np.concatenate([work.prior.mean, [mean for mean, _ in one.prior.values()]]))
         found = identified(work, fitted, [fitted])
         rows.append([found.cause.shape["depth_ratio"], *interval_of(found, "depth_ratio"), found.p_value])
-    *straight, p_value = np.maximum(rows[-2], 0.0)  # an interval may reach below
+    *straight, p_value = rows[-2]
     law = registry().get("depth", study.fronts.straight, "fronts")
+    straight = np.clip(straight, *law.valid)  # an interval may reach beyond
     same = [float(np.interp(_across(law, one), equivalent_beam(FINE)[0], FINE)) for one in straight]
     return [*rows[:-1], [*same, p_value], rows[-1]]
 
