@@ -139,7 +139,7 @@ def with_a_hole(data):
     ("change", "words"),
     [
         (in_unit("um"), ["units", "less than a probe can resolve"]),
-        (in_unit("furlong"), ["unit 'furlong'", "um"]),
+        (in_unit("furlong"), ["'furlong', which is not read", "um"]),
         (with_a_hole, ["gaps", "samples are missing"]),
         (lambda data: data.drop_vars(["reference", "keyphasor"]), ["no phase reference"]),
         (lambda data: data.isel(time=slice(0, 500)), ["too few revolutions"]),

@@ -7,7 +7,7 @@ import xarray as xr
 
 from rotorstudy import load_rig, registry
 from rotorstudy.presentation.comparison_figures import best_by_worst, comparison_figures
-from rotorstudy.presentation.comparison_page import write_advice, write_ranking
+from rotorstudy.presentation.comparison_page import write_advice
 from rotorstudy.studies.comparison.config import Fault, Rotor, load_comparison
 from rotorstudy.studies.comparison.estimates import without_values
 from rotorstudy.studies.comparison.ranking import ANY_FAULT, advice, ranking
@@ -153,13 +153,10 @@ def test_one_that_fails_somewhere_is_none_of_the_best():
     assert best_by_worst(values) == ["holds"]
 
 
-def test_ranking_and_advice_as_pages(tmp_path):
+def test_advice_as_a_page(tmp_path):
     ranked = ranking(compared()[0])
-    write_ranking(ranked, 200, tmp_path / "ranking.csv", tmp_path / "ranking.html")
     write_advice(ranked, {"outliers": "samples are spikes"}, tmp_path / "advice.csv", tmp_path / "advice.html")
-    assert set(pd.read_csv(tmp_path / "ranking.csv").noise) == {1.0, 5.0}
     told = pd.read_csv(tmp_path / "advice.csv")
     assert set(told.estimator) == {"good"} and set(told.intervals) == {"valid"}
     page = (tmp_path / "advice.html").read_text()
     assert "within 5 % of it" in page and "samples are spikes" in page and "the record has: whole revolutions" in page
-    assert "small, outliers" in (tmp_path / "ranking.html").read_text()

@@ -34,10 +34,7 @@ def unlock(folder):
 
 
 def dated_now(folder):
-    """Give files from the future the time of now: Snakemake would refuse every result that is made of them.
-
-    Returns a sentence on what was done, or "" if there is no such file.
-    """
+    """Give files from the future the time of now, else Snakemake refuses all results; what was done, or ""."""
     now, count = time.time(), 0
     for place, folders, files in os.walk(folder):
         folders[:] = [name for name in folders if not name.startswith(".")]

@@ -46,8 +46,8 @@ def transverse_crack(
     published.  front_aspect_ratio: depth over half the width of the ellipse that the front is a part of, 0 is a
     straight front.  closing_moment_N_m: residual stress that closes it, as the bending moment that just opens it;
     negative where it holds the crack open at rest.  any_flexibility: with amplitudes for more flexibility along the
-    front, and for a residual stress as a share of the static moment.  any_law: with amplitudes for other laws of breathing, another flexibility along the front and a
-    lag, of which zero is the law stated.
+    front, and for a residual stress as a share of the static moment.  any_law: with amplitudes for other laws of
+    breathing, another flexibility along the front and a lag, of which zero is the law stated.
     """
     by_moment = breathing in ("gradual", "sudden") and opened_by == "moment"
     if closing_moment_N_m and not by_moment:

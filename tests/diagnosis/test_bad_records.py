@@ -156,7 +156,7 @@ def test_sensors_that_do_not_fit_are_refused(simulated, tmp_path, capsys):
     refused(capsys, tmp_path, elsewhere, both, "no probe", "nodes 2, 4")
 
 
-@pytest.mark.parametrize("units", ["", "inch"])
-def test_a_netcdf_file_without_a_known_unit_is_refused(units, simulated, tmp_path, capsys):
+@pytest.mark.parametrize(("units", "words"), [("", "state 'unit:'"), ("inch", "'inch', which is not read; convert it")])
+def test_a_netcdf_file_without_a_known_unit_is_refused(units, words, simulated, tmp_path, capsys):
     path = simulated("units", units=units)
-    refused(capsys, tmp_path, plain_rig(tmp_path / "rig.yaml"), path, "units.nc", "state 'unit:'")
+    refused(capsys, tmp_path, plain_rig(tmp_path / "rig.yaml"), path, "units.nc", words)

@@ -53,6 +53,17 @@ def test_a_search_that_is_stopped_keeps_what_it_found_and_says_so(monkeypatch, f
 
 
 @pytest.mark.usefixtures("unrendered")
+def test_the_status_of_a_stopped_diagnosis_is_that_of_an_interruption(spectrum, tmp_path, monkeypatch, capsys):
+    def interrupted(*given, **more):
+        raise KeyboardInterrupt
+
+    data, rig = spectrum
+    monkeypatch.setattr(Search, "explain", interrupted)
+    assert main(["diagnose", str(data), "--rig", str(rig), "--out", str(tmp_path / "out"), "--quiet"]) == 130
+    assert "stopped before its end" in capsys.readouterr().out and (tmp_path / "out" / "verdict.json").exists()
+
+
+@pytest.mark.usefixtures("unrendered")
 def test_a_diagnosis_tells_its_progress_also_to_a_file(spectrum, tmp_path, capsys):
     """Unless it is asked to be quiet."""
     data, rig = spectrum

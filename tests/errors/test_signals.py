@@ -8,6 +8,7 @@ import time
 
 import pytest
 
+from rotorstudy.__main__ import main
 from rotorstudy.model.registry import Registry
 
 SLOW = """
@@ -19,7 +20,10 @@ def slow(given):
     with atomic(given.out) as temporary:
         temporary.write_text("half")
         print("started", flush=True)
-        time.sleep(60)
+        try:
+            time.sleep(60)
+        except KeyboardInterrupt as error:
+            raise ValueError("as a library may answer") if "library" in given.out else error
 
 simulate.run = slow
 signal.signal(signal.SIGINT, signal.default_int_handler)  # which a shell turns off for what runs in the background
@@ -27,9 +31,10 @@ sys.exit(line.main(["simulate", "rig.yaml", "--speeds", "100", "--out", sys.argv
 """
 
 
+@pytest.mark.parametrize("name", ["out.nc", "library.nc"])
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_gives_one_line_and_leaves_no_partial_file(number, status, tmp_path):
-    call = [sys.executable, "-c", SLOW, str(tmp_path / "out.nc")]
+def test_a_signal_gives_one_line_and_leaves_no_partial_file(number, status, name, tmp_path):
+    call = [sys.executable, "-c", SLOW, str(tmp_path / name)]
     process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout.readline() == "started\n" and len(os.listdir(tmp_path)) == 1
     process.send_signal(number)
@@ -47,6 +52,19 @@ def test_a_second_of_work_is_not_needed_to_see_the_partial_file(tmp_path):
     process.communicate(timeout=60)
     time.sleep(0.05)
     assert len(os.listdir(tmp_path)) == 1
+
+
+def test_an_interruption_while_the_package_is_imported_is_one_line(monkeypatch, capsys):
+    class Interrupting:
+        def find_spec(self, name, path, target=None):
+            if name == "rotorstudy.commands.line":
+                raise KeyboardInterrupt
+
+    monkeypatch.setattr(sys, "argv", ["rotorstudy", "plugins"])
+    assert main() == 0 and "breathing" in capsys.readouterr().out  # the control
+    monkeypatch.delitem(sys.modules, "rotorstudy.commands.line")
+    monkeypatch.setattr(sys, "meta_path", [Interrupting(), *sys.meta_path])
+    assert main() == 130 and capsys.readouterr().err == "stopped before anything was done\n"
 
 
 @pytest.mark.parametrize("raised", ["BaseException", "GeneratorExit", "SystemExit"])

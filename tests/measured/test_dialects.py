@@ -3,6 +3,7 @@
 import csv
 import io
 import os
+import re
 
 import numpy as np
 import pytest
@@ -11,12 +12,12 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from rotorstudy import RotorstudyError, read_measurement
-from rotorstudy.measurement.conventions import Conventions
+from rotorstudy.measurement.conventions import Conventions, CsvLayout
 from rotorstudy.measurement.files import open_csv, open_matlab, open_uff
 from rotorstudy.measurement.guess import guess_measurement
 from rotorstudy.measurement.table_spectra import read_table
 from rotorstudy.measurement.tables import open_table
-from rotorstudy.measurement.text_table import guess_layout
+from rotorstudy.measurement.text_table import guess_layout, rows_of
 
 EXAMPLES = int(os.environ.get("ROTORSTUDY_FUZZ", "60"))
 PLANES = (3, 9)
@@ -94,6 +95,8 @@ def numbers(path):
 READ = {
     "semicolons": {"separator": ";"},
     "tabs": {"separator": "\t"},
+    "bars": {"separator": "|"},
+    "colons": {"separator": ":"},
     "decimal commas": {"separator": ";", "decimal": ","},
     "quoted decimal commas": {"decimal": ",", "quotes": "all"},
     "quotes": {"quotes": "all"},
@@ -175,6 +178,48 @@ def test_columns_of_spaces_as_numpy_writes_them(dialect, tmp_path):
     np.savetxt(path, WAVES, header="t x y rpm key", comments=dialect.get("header", ""))
     values = numbers(path)
     assert values == pytest.approx(np.transpose(WAVES)) and guess_layout(path).names[0] == "t"
+    assert "columns separated by spaces" in guess_measurement(path, PLANES).said[0]
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_a_row_of_numbers_is_not_taken_for_units(table, tmp_path):
+    path, stated = written(tmp_path / "run.csv", table, {}), CsvLayout(unit_rows=1)
+    with pytest.raises(RotorstudyError, match="line 2: numbers, and not units"):
+        list(rows_of(path, stated))
+    assert len(list(rows_of(written(path, table, {"units": True}), stated))) == len(TABLES[table][2])
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        ("time,x (nm)", "channel 'x (nm)' is in 'nm', which is not read; convert it to one of m, mm, um, mil"),
+        ("time,x (thou)", "states the unit 'mil' for channel 'x (thou)', the rig 'um'"),
+        ("time,x (V)", "states the unit 'V' for channel 'x (V)', the rig 'um'"),
+        ("time (us),x", "channel 'time (us)' is in 'us', which is not read; convert it to one of s, ms"),
+        ("time (um),x", "channel 'time (um)' is in 'um', which is not read"),
+        ("time (msec),x", 1000.0),
+        ("time (seconds),x (µm pp)", 1.0),
+        ("time,x (V),y (H)", 1.0),  # vertical and horizontal
+        ("time,x (left)", 1.0),
+    ],
+)
+def test_a_unit_in_a_file_is_read_or_refused(names, words, tmp_path):
+    time, x, *rest = names.split(",")
+    rows = [
+        f"{k / 100},{2 * np.cos(0.8 * k) + 0.1 * (k % 3):.6f},{5 * (k % 10 == 0)}{',1' * len(rest)}" for k in range(900)
+    ]
+    (tmp_path / "run.csv").write_text("\n".join([",".join([time, x, "key", *rest]), *rows]))
+    (tmp_path / "rig.yaml").write_text(
+        "rotor: {kind: jeffcott, mass_kg: 2.0, stiffness_N_per_m: 7e5}\nmeasurement:\n"
+        f"  probes: [{{channel: '{x}', node: 1, angle_deg: 0, unit: um}}]\n"
+        f"  keyphasor: {{channel: key}}\n  time_channel: '{time}'\n  harmonics: [1, -1]"
+    )
+    if isinstance(words, str):
+        with pytest.raises(RotorstudyError, match=re.escape(words)):
+            read_measurement([tmp_path / "run.csv"], tmp_path / "rig.yaml")
+        return
+    (speed,) = read_measurement([tmp_path / "run.csv"], tmp_path / "rig.yaml").spectrum.speed
+    assert speed == pytest.approx(words * 2 * np.pi * 10, rel=1e-3)
 
 
 def test_signals_of_other_lengths_and_times_are_refused(tmp_path):

@@ -83,6 +83,34 @@ def test_angles_in_the_names_of_probes_are_used(names, found, tmp_path):
     assert {p["channel"]: (p["node"], p["angle_deg"]) for p in section["probes"]} == found
 
 
+@pytest.mark.parametrize("change", ["one plane", "time twice", "infinity"])
+def test_the_rig_of_any_record_reads_it_or_says_what_is_wrong_with_its_time(change, signals, tmp_path):
+    probes, pulses = signals
+    columns = {"time": TIME, **{f"3{name} (um)": probes[3, name].copy() for name in "XY"}, "key": pulses}
+    if change == "infinity":
+        columns["3X (um)"][7] = np.inf
+    if change == "time twice":
+        columns["time"] = np.r_[TIME[:500], TIME[499:-1]]
+    path = csv(tmp_path / "run.csv", columns)
+    rig, said, _ = new_rig("mine", tmp_path, [path])
+    assert yaml.safe_load(rig.read_text())["sensors"] == [3]
+    if change != "time twice":
+        assert read_measurement([path], rig).spectrum.speed == pytest.approx([SPEED], rel=1e-3)
+        return
+    assert any("'time' does not increase in even steps" in line for line in said)
+    with pytest.raises(RotorstudyError, match="time does not increase strictly"):
+        read_measurement([path], rig)
+
+
+def test_a_column_with_a_text_is_left_out_with_the_reason(tmp_path):
+    path = tmp_path / "run.csv"
+    path.write_text(
+        "\n".join(["time,x,key", *(f"{k},{'a' if k == 9 else k % 7},{5 * (k % 5 == 0)}" for k in range(99))])
+    )
+    with pytest.raises(RotorstudyError, match=r"no column may be a probe .*line 11, column 'x': 'a' is not a number"):
+        new_rig("mine", tmp_path, [path])
+
+
 def test_a_shaft_that_turns_the_other_way_is_noticed(signals, tmp_path):
     """Mirrored left and right, the same signals are those of a shaft that turns to the right."""
     probes, pulses = signals

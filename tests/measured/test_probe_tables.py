@@ -258,7 +258,6 @@ def test_the_header_of_a_wide_table_may_not_contradict_the_rig(tmp_path):
         ["time", "DE 1X", "DE 1Y", "keyphasor"],
         ["speed_rpm", "probe", "harmonic", "amplitude_mil", "phase_deg"],
         ["Speed (rpm)", "DE X 1X Amp (mil pp)"],  # no phase
-        ["DE X 1X Amp (mil pp)", "DE X 1X Phase (deg)"],  # without a speed
     ],
 )
 def test_other_files_are_no_wide_tables(names, tmp_path):
@@ -271,6 +270,9 @@ def test_other_files_are_no_wide_tables(names, tmp_path):
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
+        (("Speed (rpm)", "Speed (krpm)"), "no column of the speed in rpm, Hz or rad/s"),
+        (("deg lag", "gon"), r"has the unit '\(gon\)'; known are deg and rad"),
+        (("deg lag", "rev lag"), r"has the unit '\(rev lag\)'; known are deg and rad"),
         (("mil pp", "furlong"), r"column 'left 1X Amp \(furlong\)' has the unit '\(furlong\)'; known are m, mm"),
         ((" (mil pp)", ""), r"column 'left 1X Amp' has no unit; .*'csv: \{unit_rows: 1\}'"),
         (("right 1X Amp (mil", "right 1X Amp (um"), r"'left 1X Amp \(mil pp\)' is in mil, 'right .* in um"),

@@ -257,6 +257,8 @@ def test_flat_tops():
     for values in (wave, np.round(wave * 100) / 100, np.round(wave * 1000)):
         assert not flat_top(values)
         assert flat_top(np.minimum(values, 0.97 * values.max()))
+    repeated = np.tile(wave[:50] + 0.3 * np.cos(0.6 * np.arange(50)), 40)  # 50 samples a revolution, without noise
+    assert not flat_top(repeated) and flat_top(np.minimum(repeated, 0.7 * repeated.max()))
 
 
 def test_import_from_the_command_line(tmp_path, capsys):

@@ -13,7 +13,7 @@ from rotorstudy.yaml_file import read_yaml
 
 LOAD_STUDY, LOAD_REPLAY = "rotorstudy.studies.config.load_study", "thesis.config.load_replay"
 REPLAY_STAGES = ("records", "spectra", "identification")
-CRACK_STAGES = ("limits", "accuracy", "trials", "fronts", "passage", "thesis_method")
+CRACK_STAGES = ("limits", "accuracy", "trials", "fronts", "thesis_method")
 THESIS = {f"chapter_{n}" for n in range(2, 7)}
 TESTED = ("rotor", "crack", "bearing", "effect")  # kinds of plugins that a diagnosis tries
 
@@ -222,13 +222,13 @@ class Plan:
         shown |= paths("whirl", "identifiability") if name != "chapter_2" else {}
         tabled = paths(spectra="spectra/thesis")
         if name == "chapter_6":
-            return shown | paths("sensors", "variants"), tabled | paths("variants")
+            return shown | paths("sensors"), tabled | paths("variants")
         by_thesis = {"monte_carlo": trials("thesis"), **paths(identification="identification/thesis")}
         shown |= {"monte_carlo_thesis": by_thesis["monte_carlo"]} if name == "chapter_4" else {}
         return shown, tabled | by_thesis
 
     def over_all_chapters(self):
-        """Scoreboard, errata and the rigs side by side; the last two need all chapters."""
+        """Scoreboard, errata and -1X of both rigs; the last two need all chapters."""
         scored = {"scored": [f"{self.results}/{name}/scored.csv" for name in self.chapters]}
         found = [self.page("scoreboard", "thesis.scoreboard.write", scored)]
         if not set(self.chapters) >= THESIS:
@@ -244,12 +244,10 @@ class Plan:
         (inputs["variants"],) = self.of("chapter_6", "variants")
         found.append(self.page("errata", "thesis.errata.write", inputs, needs=self.printed))
         configs = {name: self.config.replays[name] for name in ("chapter_3", "chapter_5")}
-        inputs = {name: self.of(name, *REPLAY_STAGES[1:]) for name in configs}
-        outputs = {"sheets": self.tables("rigs/comparison", "rigs/backward_1X")}
-        outputs["pictures"] = [f"{self.results}/rigs/comparison.{kind}" for kind in ("png", "svg")]
-        given, needs = {"configs": configs, "reference": self.reference, **self.index}, self.printed
-        needs += tuple(configs.values())
-        return [*found, Job("compare_rigs", "thesis.figures.rigs.write", inputs, outputs, given, needs)]
+        inputs = {name: self.of(name, "spectra")[0] for name in configs}
+        outputs, given = {"sheets": self.tables("rigs/backward_1X")}, {"configs": configs, **self.index}
+        needs = (*self.printed, *configs.values())
+        return [*found, Job("backward_1X", "thesis.backward_1x.write", inputs, outputs, given, needs)]
 
     def plugin_library(self):
         """The plugins, crack models and bearings side by side, and what others printed beside ours."""
@@ -331,7 +329,7 @@ class Plan:
                     files["bias"] = paths(base, "bias", name, [r for r in compared if compared[r].study])
                 job("estimator", "estimates", name, chunk, (*needs, *spectra), files, spectra=spectra)
         outputs = {"comparison": f"{base}/comparison.nc", "pictures": self.pictures("compare")}
-        outputs |= {f"{name}_files": self.tables(f"compare/{name}") for name in ("ranking", "advice")}
+        outputs |= {"ranking_csv": f"{base}/ranking.csv", "advice_files": self.tables("compare/advice")}
         function = "rotorstudy.presentation.comparison_page.write_comparison"
         needs = tuple(path for files in every.values() for path in files)
         return [*found, Job("compare", function, inputs, outputs, {**every, **self.index}, needs)]

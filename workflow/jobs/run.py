@@ -27,10 +27,7 @@ _LOCK = threading.Lock()
 
 
 def run_job(job, inputs, outputs, wildcards, threads, log):
-    """Run a Job in a copy of a process with the imports that most need: a start of Python takes a second.
-
-    All but the job are as Snakemake has them.
-    """
+    """Run a Job, and the rest as Snakemake has it, in a copy of a process with the imports that most need."""
     given = {**job.given, **wildcards, **({"cores": threads} if job.threads > 1 else {})}
     files = dict(inputs.items()), dict(outputs.items())
     copy = _SERVER.Process(target=_work, args=(job.function, *files, given, log[0]))
@@ -102,10 +99,7 @@ def _file(module):
 
 
 def imported_files(*functions):
-    """Files of the packages that functions, by full names, depend on: Snakemake does not look into what they import.
-
-    Their modules, all that these import (also inside functions), and page templates.
-    """
+    """Files of the packages that functions, by full names, depend on: Snakemake does not look into what they import."""
     graph = _graph()
     named = {one.rpartition(".")[0] for one in functions}
     files = {_file(module) for module in named.union(*map(graph.find_upstream_modules, named))}

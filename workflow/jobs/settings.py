@@ -84,10 +84,7 @@ class Settings(NamedTuple):
 
 
 def read_settings(given, root):
-    """The Settings of a configuration; a mistake ends the process with a one-line message.
-
-    given : dict;  root : folder of the project, from which its paths are
-    """
+    """The Settings of a configuration (dict), with paths from a root; a mistake ends the process in one line."""
     try:
         _check_folders(str(given.get("results", "")))
         config = _placed(check_config(WorkflowConfig, dict(given), "the workflow configuration"), root)

@@ -9,8 +9,10 @@ import numpy as np
 import pandas as pd
 
 from rotorstudy.model.rig_items import make_term
+from rotorstudy.presentation.tables import write_tables
 from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
+from thesis.config import load_replay
 from thesis.replay import COLUMN
 from thesis.tables import Table
 
@@ -19,13 +21,10 @@ METHOD = 0.02  # relative standard deviation: two spectrum methods differ by 1 t
 
 
 def hypotheses(rig, forward, backward, receptance, std):
-    """Fits of -1X by a share of conj(+1X), by runout and by a constant force, by weighted least squares.
+    """A DataFrame of fits of -1X by a share of conj(+1X), by runout and by a constant force, by weighted least squares.
 
-    rig               : (reading,) number of the rig, int;  forward, backward : (reading,) +1X and -1X, complex, m
-    receptance        : (reading,) -1X of a backward force of 1 N, complex, m/N
-    std               : (reading,) standard deviation of the real and of the imaginary part of -1X, m
-    returns           : DataFrame, one row a hypothesis: chi-square, its degrees of freedom and p-value, magnitude,
-                        standard deviation (1) and angle (deg) of the shares, each a list
+    All (reading,): rig, its number; forward, backward, m; receptance, -1X of a backward force of 1 N, m/N; std, m, of
+    the real and of the imaginary part of -1X. Shares, their standard deviations and angles are lists.
     """
     from scipy.special import chdtrc
 
@@ -61,14 +60,12 @@ def hypotheses(rig, forward, backward, receptance, std):
 
 
 def readings(replays):
-    """+1X and -1X of every published speed, slow roll included.
+    """Rig, forward, backward and receptance (reading,) as of `hypotheses`, of every published speed.
 
-    replays : (ReplayConfig, identification, spectra) of each rig
-    returns : rig (reading,) number of the rig, int; forward, backward (reading,) complex, m, with the phase from the
-              mark; receptance (reading,) as for `hypotheses`
+    replays : (ReplayConfig, spectra) of each rig
     """
     found = []
-    for number, (config, _, spectra) in enumerate(replays):
+    for number, (config, spectra) in enumerate(replays):
         seen = spectra.compensated.sel(version="corrected", data_set=COLUMN, spectrum_method=COLUMN)
         both = (as_complex(seen.sel(harmonic=n)) for n in (1, -1))
         found += [(number, *one) for one in zip(*both, receptance_at(config.model, config.speeds), strict=True)]
@@ -111,3 +108,9 @@ def backward_1x_table(replays):
         ],
         digits=3,
     )
+
+
+def write(sheets, configs, index, **results):
+    """Write the table to paths; configs : name of a replay -> its file;  results : name -> its spectra."""
+    replays = [(load_replay(path), results[name]) for name, path in configs.items()]
+    write_tables({"backward_1X": backward_1x_table(replays)}, sheets, index)

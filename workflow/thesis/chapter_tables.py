@@ -30,7 +30,7 @@ def places(reference, name, numbers):
 def spectrum_rows(spectra, columns):
     """Rows of amplitudes and phases for a scoreboard: dicts with KEYS and `computed`.
 
-    spectra : Dataset of `studies.simulate.spectra`;  columns : of `places`; the first sensor unless a node is given
+    columns : of `places`; the first sensor unless a node is given
     """
     rows = []
     for column in columns:
@@ -48,10 +48,7 @@ def spectrum_rows(spectra, columns):
 
 
 def joint_share(printed, without_noise, trials):
-    """Share of trials whose errors have a smaller Mahalanobis distance than those printed.
-
-    printed, without_noise : (parameter,);  trials : (trial, parameter)
-    """
+    """Share of trials (trial, parameter) whose errors have a smaller Mahalanobis distance than those printed."""
     scale = trials.std(axis=0)
     errors = (trials - without_noise) / scale
     inverse = np.linalg.inv(errors.T @ errors / len(errors))

@@ -117,14 +117,11 @@ def limit_of_estimates(config, bow):
 
 
 def physical_checks(config, estimates, bow):
-    """Each estimate with its limit, a verdict and the reason: a DataFrame.
+    """A DataFrame of the estimates (of a DataFrame, SI), each with its limit, a verdict and the reason; bow : m, of 1X.
 
-    estimates : DataFrame with source, group, parameter, estimate, low, high, SI
-    bow       : m, 1X of the slow roll
-    verdict   : "impossible" (or "implausible", where the limit is a matter of judgement) if the whole interval
-                lies outside the limits, "possible" if it lies inside, else "undecided". dk p_n is judged by size,
-                against the largest stiffness loss times the largest p_n of any breathing function; weight dominance
-                is assumed, as in the thesis.
+    It is "impossible" (or "implausible", where the limit is a matter of judgement) if the whole interval lies outside
+    the limits, "possible" if it lies inside, else "undecided". dk p_n is judged by size, against the largest stiffness
+    loss times the largest p_n of any breathing function; weight dominance is assumed, as in the thesis.
     """
     import pandas as pd
 
@@ -162,13 +159,10 @@ def _bow(config):
 
 
 def bow_magnification(config, compensated):
-    """Change of 1X from slow roll, measured and as predicted for a bowed shaft.
+    """Change of 1X from slow roll (higher case,) of a spectrum (case, harmonic), and that of a bowed shaft, m.
 
     A bow r_0 responds by r_0 k / (k - m w^2); subtracting the slow roll leaves r_0 m w^2 / (k - m w^2), the response
     to an unbalance of eccentricity r_0.
-
-    compensated : (case, harmonic) complex, m
-    returns     : measured and predicted change of 1X, (higher case,) complex
     """
     model = Model(config.model.structure, (_bow(config),), config.model.sensors)
     unit = harmonic_response(model, config.speeds, [1])[:, 0, model.measured[0]]
@@ -196,11 +190,7 @@ def higher_cases(config):
 
 
 def slow_roll_share(config, compensated):
-    """Share of each harmonic already present at slow roll, as vectors: 1 - |change| / |measured|.
-
-    compensated : (case, harmonic) complex, m
-    returns     : (higher case, harmonic), negative if the change exceeds the harmonic itself
-    """
+    """Share (higher case, harmonic) of a spectrum present at slow roll: 1 - |change| / |measured|, of vectors."""
     still, moving = compensated[list(config.cases).index(config.slow_roll)], compensated[higher_cases(config)]
     return 1 - np.abs(moving - still) / np.abs(moving)
 

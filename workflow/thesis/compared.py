@@ -39,9 +39,9 @@ def load_rotor(config, name, source, identification=None):
 
 
 def write_spectra(paths, config, sources, spectrum, chunk):
-    """Write the spectra of every rotor by a spectrum method.
+    """Write the spectra of every rotor by a spectrum method; sources : rotor -> arguments of `load_rotor`.
 
-    sources : rotor -> arguments of `load_rotor`;  chunk : which part of the faults, of how many
+    chunk : which part of the faults, of how many
     """
     config, method = load_comparison(config), registry().get("spectrum", spectrum)
     faults, origin = chunk_of(list(config.faults), *chunk), provenance(config.model_dump(), [method], config.seed)

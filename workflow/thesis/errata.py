@@ -36,9 +36,9 @@ HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)  # in the order in which the thesis w
 
 
 def agreeing(model, speeds, printed, theta=None):
-    """Number of printed amplitudes and phases that the steady state of a model reproduces to the last digit.
+    """Number of printed amplitudes and phases (rows of `published`) that a model reproduces to the last digit.
 
-    speeds : case as printed -> rad/s;  printed : rows of `published`
+    speeds : case as printed -> rad/s
     """
     response = measured_response(model, list(speeds.values()), HARMONICS, theta)[..., 0]
     found = dict(zip(speeds, response, strict=True))
@@ -137,11 +137,7 @@ def numbers_3(replay, folder):
 
 
 def numbers_4(config, folder, spectra, dominance, noisy):
-    """Numbers on the gyroscopic sign, Eq. (4.36), the natural frequency, Table 4.7 and the condensation.
-
-    config : StudyConfig;  folder : of the printed values
-    spectra, noisy : spectra and Monte Carlo of the thesis's rig;  dominance : of `studies.weight_dominance`
-    """
+    """Numbers on the gyroscopic sign, Eq. (4.36), the natural frequency, Table 4.7 and the condensation."""
     printed = published(folder, ["4.2", "4.3", "4.4", "4.5", "4.7"])
     return {
         **_gyroscopic_sign(config, printed),

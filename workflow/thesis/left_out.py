@@ -56,8 +56,7 @@ class Compared:
 def leave_one_out(records, rig_path):
     """Rows, one per speed: verdict and rms error (m) at that speed, which is left out of every fit.
 
-    base, extended : the rig within its stated uncertainties, without and with the causes found
-    without_limits : the rig with every parameter free
+    Of the rig within its uncertainties, without (base) and with causes (extended), and with every parameter free.
     """
     rig = read_rig(rig_path)
     spectrum, model, _ = measured_spectrum(records, rig)
@@ -85,9 +84,8 @@ def leave_one_out(records, rig_path):
 
 
 def harmonic_rows(config, data, folder):
-    """One row per harmonic: its measured size and the residual of each model (µm rms over the speeds).
+    """One row per harmonic: its measured size and the residual of each model (µm rms over the speeds) of verdict.nc.
 
-    config : ReplayConfig;  data : Dataset of verdict.nc;  folder : of the published values
     The thesis's estimates are compared as in the thesis: without 0X and 1X of the slow roll, at the other speeds.
     """
     harmonics = [int(n) for n in data.harmonic.values]

@@ -42,10 +42,7 @@ def thesis_estimates(config, folder, group):
 
 
 def printed_values(config, folder, *, corrected):
-    """Printed amplitude, phase and reference phase, and one unit of their last digit.
-
-    returns : {quantity: (values, last_digit)}, each (data_set, case, harmonic), m and rad
-    """
+    """{quantity: (values, one unit of the last digit)} as printed, each (data_set, case, harmonic), m and rad."""
     table = published(folder, config.tables)
     shape = (len(config.data_sets), len(config.cases), len(config.harmonics))
     found = {quantity: (np.zeros(shape), np.zeros(shape)) for quantity in QUANTITIES}
@@ -62,10 +59,9 @@ def printed_values(config, folder, *, corrected):
 
 
 def records(config, reference):
-    """Time records of the published spectra, as printed and with the misprints corrected.
+    """A Dataset of time records of the published spectra, as printed and with the misprints corrected.
 
-    returns : displacement (version, data_set, case, time, part) m; reference (version, data_set, case, time), of unit
-              amplitude at every harmonic, because the thesis prints only the phases of its reference signal
+    The reference is of unit amplitude at every harmonic, because the thesis prints only its phases.
     """
     time, harmonics = config.time, np.array(config.harmonics)
     forward = harmonics >= 0
@@ -93,11 +89,7 @@ def records(config, reference):
 
 
 def spectra(config, records):
-    """Full spectra of replayed records by every method: plain, compensated, and without bow and sensor gap.
-
-    returns : displacement, compensated, corrected (version, data_set, spectrum_method, case, harmonic, part) m;
-              reference_phase (version, data_set, spectrum_method, case, harmonic) rad
-    """
+    """A Dataset of full spectra of replayed records by every method: plain, compensated, and without the slow roll."""
     methods = {name: registry().get("spectrum", name) for name in config.spectra}
     signals, references = as_complex(records.displacement), records.reference.values
     shape = (*signals.shape[:2], len(methods), len(config.cases), len(config.harmonics))
@@ -151,9 +143,9 @@ def rounding_draws(config, folder, data_set):
 
 
 def replay_problem(config, cases, compensated, draws):
-    """The Problem of some cases, slow roll removed.
+    """The Problem of some cases, slow roll removed, of compensated spectra (..., case, harmonic) of all cases, m.
 
-    compensated : (..., case, harmonic) of all cases, m;  draws : (trial, case, harmonic), m, for the covariance
+    draws : (trial, case, harmonic), m, for the covariance
     """
     corrected, moved = remove_slow_roll(config, compensated), remove_slow_roll(config, draws)
     chosen = [list(config.cases).index(case) for case in cases]
@@ -169,14 +161,10 @@ def replay_problem(config, cases, compensated, draws):
 
 
 def identify(config, reference, spectra):
-    """Estimates of every estimator, data set and group, with 95 % intervals.
+    """A Dataset of the estimates of every estimator, data set and group, with 95 % intervals, and their response.
 
     Intervals of least squares are percentiles of estimates from values drawn within their last digit; those of maximum
     likelihood follow from rounding and model error, widened where the misfit exceeds these.
-
-    returns : estimate, low, high (estimator, data_set, group, parameter), with the sum of both dampings;
-              misfit (estimator, data_set, group);
-              simulated (estimator, data_set, group, case, harmonic, part) m, what the identified model predicts
     """
     compensated = as_complex(spectra.compensated.sel(version="corrected"))
     method = list(spectra.spectrum_method.values).index("regression")

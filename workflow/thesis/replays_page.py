@@ -122,10 +122,7 @@ def changed_estimates(compared):
 
 
 def in_short(verdicts, harmonics, left_out):
-    """Summary of the page in two sentences.
-
-    verdicts : name -> Verdict;  harmonics : from `harmonic_rows`, of all rigs;  left_out : name -> `leave_one_out`
-    """
+    """Summary of the page in two sentences, of Verdicts, rows of all rigs, and rows of `leave_one_out` by rig."""
     worst = {}
     for row in harmonics:
         if row["base (σ)"] > worst.get(row["rig"], row)["base (σ)"] or row["rig"] not in worst:
@@ -159,11 +156,7 @@ def shared_causes(verdicts):
 
 
 def replays_page(configs, folders, reference):
-    """Tables and notes of the page on the diagnoses of the replayed experiments.
-
-    folders : of each replay, with verdict.json, verdict.nc and left_out.json
-    returns : rows (list of dicts) of each sheet of `SHEETS`; notes, the summary first
-    """
+    """Rows of each sheet of `SHEETS`, and notes, the summary first, of replays and the folders of their diagnoses."""
     harmonics, shown, compared, notes, verdicts, left_out = [], [], [], [], {}, {}
     for path, folder in zip(configs, map(Path, folders), strict=True):
         config, data = load_replay(path), load(folder / "verdict.nc")

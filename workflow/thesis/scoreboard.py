@@ -15,10 +15,7 @@ STATUSES = ("reproduced", "explained", "not reproducible")
 
 
 def published(folder, tables):
-    """Printed values of some tables as a DataFrame with KEYS, published, last_digit, unit.
-
-    folder : holds full_spectrum.csv and identified_parameters.csv;  tables : names like "2.3"
-    """
+    """Printed values of some tables (such as "2.3") as a DataFrame with KEYS, published, last_digit and unit."""
     import pandas as pd
 
     for name in ("full_spectrum.csv", "identified_parameters.csv"):
@@ -37,15 +34,12 @@ def published(folder, tables):
 
 
 def score(printed, computed, reasons, measured_again=()):
-    """The scoreboard of some tables.
+    """The scoreboard, COLUMNS, of printed values beside computed ones; one that differs without a reason is an error.
 
-    printed  : DataFrame from `published`
     computed : DataFrame with KEYS and `computed`, and perhaps further columns that reasons quote as {column}
     reasons  : list of {"table": ..., further keys to match, "status": ..., "reason": ...}; the first match applies, to
                rows that do not agree, or with "even_if_equal" also to those that agree by coincidence
     measured_again : tables of measurements, replayed as records; all other values are "computed anew"
-    returns  : DataFrame with COLUMNS
-    raises   : RotorstudyError for a value that is neither reproduced nor given a reason
     """
     merged = printed.merge(computed, on=KEYS, how="left", validate="one_to_one")
     distance = merged.computed - merged.published

@@ -52,11 +52,9 @@ def table_name(number):
 
 
 def scored_tables(scored, described):
-    """The tables of a chapter, printed values and ours side by side.
+    """{"table_2_5": Table} of printed values and ours side by side, of rows of the scoreboard.
 
-    scored    : DataFrame, rows of the scoreboard
     described : number like "2.5" -> (title, note, key columns of the rows, key columns of the columns)
-    returns   : name of the table ("table_2_5") -> Table
     """
     return {
         table_name(number): Table(

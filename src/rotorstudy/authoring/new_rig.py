@@ -70,6 +70,9 @@ def _text(name, section, guessed, rotor):
     if rotor:
         own = "\n".join(_section({key: value}) for key, value in rotor.sections.items())
         text = text.replace("rotor: {}\n", _comment("Different from ROSS:", rotor.said) + own)
+    measured = {probe.get("node") for probe in section.get("probes", ())} | {section.get("table_node")}
+    measured = sorted((measured | set(section.get("node_of_label", {}).values())) - {None})
+    text = text.replace("sensors: [3, 9]", f"sensors: {measured}" if measured else "sensors: [3, 9]")
     filled = _comment("Guessed from the records; confirm or correct each line:", guessed)
     return text.replace("measurement: {}\n", filled + _section({"measurement": section}))
 

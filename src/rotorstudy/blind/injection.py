@@ -258,10 +258,7 @@ def _size_beside(case, true, spectrum, columns):
 def absorbed(spectrum, model, stated):
     """What refitted base parameters and calibration change at most, by one standard deviation each (data, parameter).
 
-    In standard deviations of the spectrum, linearised at the stated values.
-
-    spectrum : Spectrum as measured, with the model error in its covariance;  model : Model of the rig file
-    stated   : "uncertainty" with its default and that of the rotor, relative; "nuisance" kind -> standard deviation
+    In standard deviations of the spectrum, linearised at the stated values; stated : the section `diagnosis`
     """
     calibration = [
         make_term("effect", {"kind": kind, "label": f"{kind} {i}", **place}, model.structure, model.sensors)

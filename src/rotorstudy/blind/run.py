@@ -8,7 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from signal import SIG_DFL, SIGINT, signal
+from signal import SIG_DFL, SIGINT, SIGTERM, signal
 from tempfile import TemporaryDirectory
 from time import monotonic, process_time
 from traceback import extract_tb
@@ -59,10 +59,7 @@ def _until(end, run, case):
 
 
 def run_case(order, out, records=None):
-    """Row of an Order: drawn, diagnosed and scored; rig file, truth and verdict stay in OUT/cases.
-
-    records : folder that keeps the records, or has them already
-    """
+    """Row of an Order: drawn, diagnosed, scored; all but the record stays in OUT/cases, that in `records`, if given."""
     kept, name = Path(out) / "cases" / f"{order.number:04d}", f"{order.number:04d}"
     with TemporaryDirectory() as beside:
         folder = Path(records or beside) / name
@@ -107,11 +104,9 @@ def diagnosed(spectrum, model, settings, findings):
 
 
 def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
-    """Run blind tests and write everything except the figures to a folder.
+    """Run blind tests in a folder: Dataset of `summary`, DataFrames of criteria and cases, all files but the figures.
 
-    config : BlindConfig;  cases, seed : override those of the configuration
-    answer : function(spectrum, model, settings, findings) -> verdict dict, held-out predictions or None
-    returns: Dataset of `summary.summary`, DataFrames of criteria and of cases
+    cases, seed : override those of the BlindConfig;  answer : as `diagnosed`
     Apart from times the result depends on configuration and seed alone, not on the number of cores.
     """
     stated = {"cases": cases, "seed": seed}
@@ -229,13 +224,19 @@ def answer_case(folder, leave_out=(), answer=diagnosed, records=("record.nc",)):
     return {"verdict": verdict, "held_out": held_out, "seconds": process_time() - start}
 
 
+def _end_silently():
+    """A process ends at a signal without a traceback; the command says that it was stopped."""
+    for one in (SIGINT, SIGTERM):
+        signal(one, SIG_DFL)
+
+
 @contextmanager
 def _pool(cores):
     """`map` over processes, in order; in this process for one core."""
     if cores == 1:
         yield map
         return
-    executor = ProcessPoolExecutor(cores, initializer=signal, initargs=(SIGINT, SIG_DFL))  # no traceback of each
+    executor = ProcessPoolExecutor(cores, initializer=_end_silently)
     try:
         yield executor.map
     finally:

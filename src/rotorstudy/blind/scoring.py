@@ -48,10 +48,7 @@ def name_of(cause):
 
 
 def score_case(truth, answer):
-    """One row: what was hidden, what was answered, and what is right about it; truth : of `injection.draw`.
-
-    answer : {"verdict": as JSON, "held_out": None or {"speed", "before", "after"} predicted harmonics, "seconds": s}
-    """
+    """One row: what was hidden (of `injection.draw`), what was answered (of `run.answer_case`), what is right."""
     verdict, true = answer["verdict"], truth["true"]
     row = {key: truth[key] for key in ("case", "kind", "families", "machine", "mass_kg", "elements", "probed_nodes",
                                        "known")}  # fmt: skip
@@ -220,11 +217,9 @@ def score(truths, answers):
 
 
 def calibration(probability, right):
-    """Calibration of the stated posterior probabilities.
+    """Calibration of stated posterior probabilities (case,), given whether each first cause is right (case,), 1 or 0.
 
-    probability, right : (case,) stated posterior probability of the first cause, and 1 where that cause is true, else 0
-    returns            : stated, right, count (probability bin,) sum of the stated probabilities, number of true causes,
-                         and cases, by bin of PROBABILITY_EDGES; error: expected calibration error; nan without cases
+    returns : by bin of PROBABILITY_EDGES the sum of the stated, the number of right ones, and of cases; the error
     """
     bins = len(PROBABILITY_EDGES) - 1
     place = np.clip(np.digitize(probability, PROBABILITY_EDGES) - 1, 0, bins - 1)

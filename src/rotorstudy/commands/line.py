@@ -25,13 +25,13 @@ from rotorstudy.commands import (
     simulate,
 )
 from rotorstudy.commands import import_records as import_
-from rotorstudy.commands.shared import YAML, tell
+from rotorstudy.commands.shared import INTERRUPTED, YAML, tell
 from rotorstudy.errors import RigError, RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.shown_units import QUANTITY, asked, shown_for
 
 COMMANDS = (demo, analyse, simulate, import_, identify, diagnose, compare, balance, plugins, new, check, blind)
-INTERRUPTED, TERMINATED = 130, 143  # statuses, 128 and the number of the signal
+TERMINATED = 143  # status, 128 and the number of the signal
 LONG = (compare, diagnose)  # commands that tell their progress also to a file
 QUIET_S = 5.0  # seconds after which a detail is shown
 EPILOG = """examples:
@@ -135,8 +135,17 @@ class _Terminated(KeyboardInterrupt):
     """The signal that `kill` and schedulers of clusters send."""
 
 
-def _terminate(number, frame):
-    raise _Terminated
+_signals = []  # that were received; a library may answer with an exception of its own
+
+
+def _stop(number, frame):
+    _signals.append(number)
+    raise KeyboardInterrupt if number == signal.SIGINT else _Terminated
+
+
+def _stopped(status):
+    print("stopped; files that were finished are kept", file=sys.stderr)
+    return status
 
 
 def main(arguments=None):
@@ -154,8 +163,10 @@ def main(arguments=None):
     given = commands.parse_args(arguments)
     told = sys.stderr.isatty() or given.command in LONG
     handler = show_progress(sys.stderr) if told and not given.quiet else None
-    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL and threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, _terminate)  # so that partial files are removed
+    _signals.clear()
+    for number, usual in ((signal.SIGTERM, signal.SIG_DFL), (signal.SIGINT, signal.default_int_handler)):
+        if signal.getsignal(number) is usual and threading.current_thread() is threading.main_thread():
+            signal.signal(number, _stop)  # so that partial files are removed
     try:
         return run(given)
     except RigError as error:
@@ -167,14 +178,15 @@ def main(arguments=None):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt as error:
-        print("stopped; files that were finished are kept", file=sys.stderr)
-        return TERMINATED if isinstance(error, _Terminated) else INTERRUPTED
+        return _stopped(TERMINATED if isinstance(error, _Terminated) else INTERRUPTED)
     except UnicodeError as error:
         message = blamed(error) or f"a name that this locale cannot write ({error}); set PYTHONUTF8=1"
     except (OSError, MemoryError) as error:
         place = getattr(error, "filename", None)
         message = blamed(error) or (f"{place}: {error.strerror}" if place else f"{type(error).__name__}: {error}")
     except BaseException as error:  # a plugin may raise any
+        if _signals:
+            return _stopped(128 + _signals[0])
         message = blamed(error)
         if not message:
             raise

@@ -8,6 +8,7 @@ from rotorstudy.units import RAD_PER_S
 
 NETCDF, JSON, YAML, HTML = (".nc", ".nc4"), (".json",), (".yaml", ".yml"), (".html", ".htm")
 FORMAT_OF = {".nc": "NetCDF", ".yaml": "YAML", ".html": "HTML"}
+INTERRUPTED = 130  # status after Ctrl-C: 128 and the number of the signal
 OF_FILES = {*NETCDF, *JSON, *YAML, *HTML, ".csv", ".txt", ".png", ".svg", ".pdf"}
 
 
@@ -67,11 +68,12 @@ def tell(findings):
 
 
 def conclude(verdict, out):
-    """Say the verdict that was written into a folder; it is returned as data for JSON."""
+    """Say the verdict that was written into a folder; returns the exit status and the verdict as data for JSON."""
     tell(verdict.findings)
     print(verdict.summary)
     print(f"wrote {Path(out) / 'index.html'}")
-    return verdict.model_dump(mode="json")
+    stopped = any(finding.name == "search stopped" for finding in verdict.findings)
+    return INTERRUPTED if stopped else 0, verdict.model_dump(mode="json")
 
 
 def file_of_project(packaged, own):

@@ -18,7 +18,9 @@ UNITS = {
 UNIT_OF = {word: unit for unit, words in UNITS.items() for word in words}
 SHORT = {"m", "s", "g", "v", "a"}  # letters that are a unit only in brackets or in a row of units
 STATED = {word: unit for word, unit in UNIT_OF.items() if unit != "other"}  # what a header says for sure
+STATED |= dict.fromkeys(("second", "seconds"), "s") | dict.fromkeys(("msec", "millisecond", "milliseconds"), "ms")
 STATED |= {
+    "thou": "mil",
     "mv": "mV",
     "rad/s": "rad/s",
     "r/min": "rpm",
@@ -28,6 +30,12 @@ STATED |= {
     "ips": "in/s",
 }
 STATED |= {unit: unit for unit in ("m/s", "mm/s", "in/s", "m/s2", "g")}
+NOT_READ = (  # units of other quantities or sizes, in which no channel is read
+    "nm", "cm", "dm", "km", "in", "inch", "inches", "ft", "uin", "µin", "us", "µs", "μs", "usec", "ns", "min", "hr",
+    "khz", "krpm", "rps", "1/s", "rev/s", "deg/s", "cm/s", "ft/s", "deg", "kv", "a", "ma", "db", "%", "counts", "bar",
+    "mbar", "psi", "pa", "kpa", "mpa", "n", "kn", "w", "kw", "mw", "degc", "°c", "degf", "°f", "k", "kg",
+)  # fmt: skip
+STATED |= {word: word for word in NOT_READ}
 SPEED_WORDS = {"rpm", "speed", "drehzahl", "rev", "cpm"}
 PEAK = {"pp", "pk", "p", "rms"}
 LEFT, RIGHT = {"l", "left"}, {"r", "right"}
@@ -68,9 +76,16 @@ def unit_in(name, stated=""):
     return UNIT_OF[words[-1]] if words else None
 
 
-def stated_unit(name, below=""):
-    """The unit that a header has in brackets, or the text below it, or None; one letter in brackets may be a name."""
-    for text in (below, *(one for one in re.findall(r"[\[(]([^\])]*)[\])]", name) if len(one) > 1)):
+def stated_units(names, below):
+    """The units that headers have in brackets, or the texts below them, or None; (V) beside (H) is a direction."""
+    letters = "smg" if any(re.search(r"[\[(][Hh][\])]", name) for name in names) else "smgV"
+    return [_stated(name, text, letters) for name, text in zip(names, below, strict=True)]
+
+
+def _stated(name, below, letters):
+    """The unit of a column; letters : those that are a unit in brackets, where other single ones may be a name."""
+    bracketed = re.findall(r"[\[(]([^\])]*)[\])]", name)
+    for text in (below, *(one for one in bracketed if len(one) != 1 or one in letters)):
         word = re.sub(r"[\s^]|(0-)?\b(pp|p-p|pk-?pk|pk|peak|rms)\b", "", text.lower()).replace("²", "2")
         if word in STATED:
             return STATED[word]

@@ -37,7 +37,7 @@ class Probe(Strict):
 
     def metres(self, stated, where):
         """Signed factor from the channel to m, m/s or m/s^2; `stated` is the unit that the file gives, or None."""
-        unit = one_unit(self.channel, stated, self, "unit", where)
+        unit = one_unit(self.channel, stated, self, "unit", (*METRES, *DERIVATIVES, "V"), where)
         if unit in DERIVATIVES:
             return self.sign * DERIVATIVES[unit][1]
         if unit == "V":
@@ -45,9 +45,8 @@ class Probe(Strict):
                 raise RotorstudyError(f"{where}: channel '{self.channel}' is in V; give sensitivity_V_per_m")
             return self.sign / self.sensitivity_V_per_m
         if unit not in METRES:
-            found = f"has unit '{unit}'" if unit else "has no unit"
             raise RotorstudyError(
-                f"{where}: channel '{self.channel}' {found}; state 'unit:' in the rig file ({', '.join(METRES)}, V)"
+                f"{where}: channel '{self.channel}' has no unit; state 'unit:' in the rig file ({', '.join(METRES)}, V)"
             )
         if self.sensitivity_V_per_m is not None:
             raise RotorstudyError(
@@ -156,11 +155,19 @@ class Conventions(Strict):
         return own
 
 
-def one_unit(channel, stated, section, key, where):
-    """The unit of a channel: as the file states it (or None), or a key of a section; RotorstudyError if they differ."""
+def one_unit(channel, stated, section, key, known, where):
+    """The unit of a channel: as the file states it (or None), or a key of a section; RotorstudyError if they differ.
+
+    known : the units in which such a channel is read
+    """
     own = getattr(section, key)
     if stated is None or own == stated:
         return own
+    if stated not in known:
+        raise RotorstudyError(
+            f"{where}: channel '{channel}' is in '{stated}', which is not read; convert it to one of "
+            f"{', '.join(known)}, or take the text out of the file if it is no unit"
+        )
     if own is not None and key in section.model_fields_set:
         raise RotorstudyError(
             f"{where}: the file states the unit '{stated}' for channel '{channel}', the rig '{own}'; correct the wrong "
@@ -182,7 +189,7 @@ def read_conventions(rig, where):
             raise RotorstudyError(f"{where}.probes must be a list, each starting with '- channel:'")
         built["probes"] = [_checked(Probe, one, f"{where}.probes[{i}]") for i, one in enumerate(given["probes"])]
     found = check_config(Conventions, built, where)
-    if 1 not in check_harmonics(found.harmonics):
+    if 1 not in check_harmonics(found.harmonics, f"{where}.harmonics"):
         raise RotorstudyError(f"{where}.harmonics: harmonic 1 is missing, which the checks of the record need")
     named = [*found.speeds_rad_per_s, *found.speeds_Hz, *found.speeds_rpm]
     twice = sorted({name for name in named if named.count(name) > 1})

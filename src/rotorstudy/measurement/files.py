@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, reading, unknown_name
-from rotorstudy.measurement.channel_names import stated_unit
+from rotorstudy.measurement.channel_names import stated_units
 from rotorstudy.measurement.conventions import check_once, one_unit
 from rotorstudy.measurement.netcdf_files import existing, read_netcdf
 from rotorstudy.measurement.raw_record import assemble
@@ -86,7 +86,7 @@ def _from_channels(path, conventions, nodes, channels):
     if (name := conventions.speed_channel) is not None:
         speed = wanted(name, "speed")
         speed = speed[np.isfinite(speed)]  # an incomplete row has no speed
-        unit = one_unit(name, channels.units.get(name), conventions, "speed_unit", path)
+        unit = one_unit(name, channels.units.get(name), conventions, "speed_unit", RAD_PER_S, path)
         own = float(np.mean(speed)) * RAD_PER_S[unit] if len(speed) else None
     label = conventions.label_rad_per_s(path, own)
     for name, values in [("time", time), ("keyphasor", keyphasor), *((p.channel, r) for p, _, r in readings)]:
@@ -101,7 +101,7 @@ def _from_channels(path, conventions, nodes, channels):
 def _times(path, conventions, channels, wanted, length):
     """(time,) s of the samples of a file; its times and the sampling rate that the rig states must agree."""
     name, rate = conventions.time_channel, conventions.sample_rate_Hz
-    unit = one_unit(name, channels.units.get(name), conventions, "time_unit", path)
+    unit = one_unit(name, channels.units.get(name), conventions, "time_unit", SECONDS, path)
     if rate is None:
         return wanted(name, "time") * SECONDS[unit]
     try:
@@ -131,7 +131,7 @@ def open_csv(path, conventions):
             )
         return values[:, names.index(name)]
 
-    return Channels(names, channel, {name: stated_unit(name, below) for name, below in zip(names, units, strict=True)})
+    return Channels(names, channel, dict(zip(names, stated_units(names, units), strict=True)))
 
 
 def open_matlab(path, conventions):
@@ -234,5 +234,6 @@ def open_uff(path, conventions):
         else:
             continue
         raise RotorstudyError(f"{path}: data set '{place}' {wrong}")
-    units = {name: stated_unit("", str(found[0].get("ordinate_axis_units_lab", ""))) for name, found in names.items()}
+    labels = [str(found[0].get("ordinate_axis_units_lab", "")) for found in names.values()]
+    units = dict(zip(names, stated_units([""] * len(names), labels), strict=True))
     return Channels(list(names), channel, units | {"time": None})

@@ -56,29 +56,37 @@ def guess_measurement(path, nodes):
         if table := open_table(path, layout.csv):
             return (_of_table if table.by_probe else _of_harmonics)(table, section, said, nodes)
     columns, said_of_text = _columns(path, conventions, units)
-    return _of_signals(columns, section, said + said_of_text, nodes)
+    try:
+        return _of_signals(columns, section, said + said_of_text, nodes)
+    except RotorstudyError as error:
+        raise RotorstudyError("; ".join((f"{path}: {error}", *said_of_text))) from None
 
 
 def _columns(path, conventions, units):
-    """The numeric columns of a file, and a sentence on the others."""
+    """The numeric columns of a file, and a sentence on the others, which says why the first is none."""
     channels = open_channels(path, conventions)
-    found, left = [], []
+    found, left, why = [], [], ""
     for name in channels.names:
         try:
             values = channels.values(name)
-        except RotorstudyError:
+        except RotorstudyError as error:
             left.append(name)
+            why = why or str(error)
             continue
-        if len(values) and np.isfinite(values).any():
-            found.append(Column(name, units.get(name, ""), values))
-    return found, [f"not used, as it is no number: {', '.join(left)}"] if left else []
+        if np.isfinite(values).any():
+            found.append(Column(name, units.get(name, ""), np.where(np.isfinite(values), values, np.nan)))
+    return found, [f"not used, as it is no number: {', '.join(left)} ({why})"] if left else []
 
 
 def _of_signals(columns, section, said, nodes):
     """Guess of a record in time."""
     left = list(columns)
     time = _take(left, lambda c: TIME.search(c.name) and _is_time(c)) or _take(left, _is_time)
-    if time is None:
+    uneven = None if time else _take(left, lambda c: TIME.search(c.name))
+    if uneven:
+        section["time_channel"] = uneven.name
+        said.append(f"time: '{uneven.name}' does not increase in even steps; correct it, or state sample_rate_Hz")
+    elif time is None:
         section["sample_rate_Hz"] = 1000.0
         said.append("time: no column; sample_rate_Hz is NOT known, state it")
     else:
@@ -234,6 +242,7 @@ def _is_pulses(column):
 
 def _layout_words(layout):
     csv = layout.csv
-    separator = {";": "semicolons", "\t": "tabs", ",": "commas"}[csv.separator]
+    names = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", ":": "colons"}
+    separator = names.get(csv.separator, "spaces")
     units = f", {csv.unit_rows} row of units below it" if csv.unit_rows else ""
     return f"columns separated by {separator}, decimal '{csv.decimal}', header in line {csv.skip_rows + 1}{units}"

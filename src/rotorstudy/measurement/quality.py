@@ -146,10 +146,8 @@ def flat_top(values):
     at_top = values >= values.max() - 1e-9 * swing
     if at_top.sum() < max(FLAT_SAMPLES, FLAT_SHARE * len(values)):
         return False
-    levels = np.unique(values)
-    steps = np.diff(levels)
-    digit = steps[steps > 1e-9 * swing].min()  # resolution of the recorder; tiny if values are not rounded
-    below = (values < values.max() - 0.5 * digit) & (values > values.max() - 1.5 * digit)
+    others = values[~at_top]
+    below = others >= others.max() - 1e-9 * swing  # where no value is rounded one, or one in each revolution
     return bool(at_top.sum() > FLAT_RATIO * below.sum())
 
 

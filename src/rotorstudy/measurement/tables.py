@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.channel_names import SPEED_WORDS, UNIT_OF, words_in
+from rotorstudy.measurement.channel_names import SPEED_WORDS, UNIT_OF, stated_units, words_in
 from rotorstudy.measurement.conventions import Conventions, combine
 from rotorstudy.measurement.files import SUFFIXES
 from rotorstudy.measurement.text_table import MISSING, header_of, number, text_in
@@ -30,6 +30,7 @@ MAY_BE_READ = re.compile(r"amp|mag|phase", re.IGNORECASE)
 GAP = re.compile(r"(?P<probe>.+?)[\s_:,;/-]+(?:dc[\s_:,;/-]*)?gap\b.*", re.IGNORECASE)  # "DE X Gap (V)"
 SPEED_UNITS = {"rpm": "rpm", "Hz": "Hz", "rad/s": "rad_per_s"}  # as in `speed_rpm`
 LENGTHS, VELOCITIES = ("m", "mm", "um", "mil"), {"m": "m_per_s", "mm": "mm_per_s", "in": "in_per_s", "ips": "in_per_s"}
+DEGREES = {"deg", "degs", "degree", "degrees"}
 PER_SECOND = re.compile(r"/\s*s|\bips\b", re.IGNORECASE)
 STATED = {  # key of `measurement:` -> the quantity whose unit says it, and a pattern of each value
     "table_amplitude": ("amplitude", {
@@ -91,9 +92,11 @@ def _wide(names, units, where):
             if what in own:
                 raise RotorstudyError(f"{where}: columns '{own[what]}' and '{name}' are the same {what}; keep one")
             own[what], texts[what][name] = name, f"{match['unit']} {below}".strip()
-    speeds = _speed_columns(names, units)
-    if not speeds or all(len(own) == 1 for own in found.values()):
+    if all(len(own) == 1 for own in found.values()):
         return None
+    speeds = _speed_columns(names, units)
+    if not speeds:
+        raise RotorstudyError(f"{where}: no column of the speed in rpm, Hz or rad/s, such as 'Speed (rpm)'")
     for (probe, harmonic), own in found.items():
         if len(own) == 1:
             ((have, name),) = own.items()
@@ -103,7 +106,11 @@ def _wide(names, units, where):
                 f"{lack}, such as '{probe} {harmonic}X {word}'; add it, or take the {have} out"
             )
     speed, unit = next(iter(speeds.items()))
-    own_units = [_one_unit(texts["amplitude"], _size_unit, where), _one_unit(texts["phase"], _angle_unit, where)]
+    sizes = f"{', '.join(LENGTHS)}, mm/s, m/s, in/s with pp, pk or rms, as in 'DE X 1X Amp (mil pp)'"
+    own_units = [
+        _one_unit(texts["amplitude"], _size_unit, sizes, where),
+        _one_unit(texts["phase"], _angle_unit, "deg and rad, with lag or lead", where),
+    ]
     said = {}
     for key, (what, patterns) in STATED.items():
         text = " | ".join(texts[what].values())
@@ -119,8 +126,8 @@ def _wide(names, units, where):
     )
 
 
-def _one_unit(texts, unit_of, where):
-    """The one unit of columns {name: text of the unit}; RotorstudyError if there is none, or two."""
+def _one_unit(texts, unit_of, known, where):
+    """The one unit of columns {name: text of the unit}; RotorstudyError if there is none that is known, or two."""
     units = {}
     for name, text in texts.items():
         units.setdefault(unit_of(text), name)
@@ -128,8 +135,8 @@ def _one_unit(texts, unit_of, where):
         text = texts[units[None]]
         said = f"the unit '{text}'" if text else "no unit"
         raise RotorstudyError(
-            f"{where}: column '{units[None]}' has {said}; known are {', '.join(LENGTHS)}, mm/s, m/s, in/s with pp, pk "
-            "or rms, as in 'DE X 1X Amp (mil pp)'. They may also stand in a row below the names ('csv: {unit_rows: 1}')"
+            f"{where}: column '{units[None]}' has {said}; known are {known}. They may also stand in a row below the "
+            "names ('csv: {unit_rows: 1}')"
         )
     if len(units) > 1:
         (one, name), (other, second) = list(units.items())[:2]
@@ -149,15 +156,17 @@ def _size_unit(text):
 
 
 def _angle_unit(text):
-    return "phase_rad" if "rad" in words_in(text) else "phase_deg"
+    """The quantity and unit of a phase; degrees without a unit; None for another one, such as gon."""
+    words = set(words_in(text)) - {"lag", "lagging", "lead", "leading"}
+    return "phase_rad" if "rad" in words else "phase_deg" if not words or DEGREES & words or "°" in text else None
 
 
 def _speed_columns(names, units):
     """{name: unit as in `speed_rpm`} of the columns of speeds."""
     found = {}
-    for name, below in zip(names, units, strict=True):
-        if SPEED_WORDS & set(words_in(name)):
-            units_in = [UNIT_OF.get(word) for word in words_in(f"{name} {below}")]
+    for name, below, stated in zip(names, units, stated_units(names, units), strict=True):
+        if SPEED_WORDS & set(words_in(name)) and not WIDE.fullmatch(name):
+            units_in = [stated] if stated else [UNIT_OF.get(word) for word in words_in(f"{name} {below}")]
             found |= {name: SPEED_UNITS[unit]} if (unit := next(filter(SPEED_UNITS.get, units_in), None)) else {}
     return found
 

@@ -22,7 +22,7 @@ FIRST = 1 << 16  # bytes, of which one at least is no space
 ROWS = 3  # at least of data
 LONGEST = 1000  # characters in a cell of a table
 MOST_COLUMNS = 5000  # a table of 250 probes with ten harmonics each
-SEPARATORS = (";", "\t", ",", WHITESPACE[0])
+SEPARATORS = (";", "\t", ",", "|", ":", WHITESPACE[0])
 COMMENTS = ("#", "%", "//")  # at the start of lines between the rows
 MISSING = {"", "nan", "-nan", "na", "n/a", "n.a.", "#n/a", "#na", "<na>", "null", "none", "-", "--", "---"}
 MISSING |= {"1.#ind", "-1.#ind", "1.#qnan", "-1.#qnan"}  # instead of a reading, in lower case
@@ -91,6 +91,9 @@ def header_of(path, layout):
             if names is None and above > layout.skip_rows and cells:
                 names, numbers = cells, above + layout.unit_rows
             elif names is not None and above <= numbers:
+                numeric = sum(_is_number(cell, layout.decimal) and cell != "1" for cell in cells)
+                if numeric and numeric >= sum(map(bool, cells)) / 2:
+                    raise RotorstudyError(f"{path}, line {above}: numbers, and not units; correct 'csv: unit_rows'")
                 units = units or cells
             if names is not None and above >= numbers:
                 break

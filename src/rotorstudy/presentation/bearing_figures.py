@@ -14,11 +14,9 @@ LINES = {"xx": "-", "xy": "-.", "yx": ":", "yy": "--"}  # distinguishable where 
 
 
 def bearing_coefficients(plugins, speeds=SPEEDS):
-    """Synchronous coefficients of the plugins' examples, every amplitude at its typical size.
+    """A Dataset of synchronous coefficients of the plugins' examples over speed, every amplitude at its typical size.
 
-    speeds  : (speed,) rad/s
-    returns : stiffness, damping (bearing, speed, direction), NaN where a bearing refuses the speed; x is down, and xy
-              is the force along x by a motion along y
+    NaN where a bearing refuses the speed; x is down, and xy is the force along x by a motion along y.
     """
     found = np.array([[_at(plugin, w) for w in speeds] for plugin in plugins]).reshape(len(plugins), len(speeds), 4)
     coordinates = {

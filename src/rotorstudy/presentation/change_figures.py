@@ -12,11 +12,9 @@ REACH = 2.45  # standard deviations of a 95 % circle of a complex number, each o
 
 
 def two_states(before, after, difference, mark=0.0):
-    """Orbits at the speed of the largest change, and the vectors of 1X at all speeds, one row per node.
+    """Orbits at the speed of the largest change, and 1X at all speeds, a row per node, of two Spectra and their change.
 
-    before, after, difference : at the same speeds
-    mark                      : angle (rad) of the shaft's reference line from x when the phase mark passes: a dot on
-                                each orbit (optional)
+    mark : angle (rad) of the shaft's reference line from x when the phase mark passes: a dot on each orbit
     """
     moving = difference.harmonics != 0
     change = np.sum(np.abs(difference.amplitude[:, moving]) ** 2, axis=1)  # (speed, sensor)

@@ -16,16 +16,13 @@ from rotorstudy.studies.comparison.ranking import (
     VALID,
     advice,
     in_sentences,
-    named,
     ranking,
     with_words,
 )
 from rotorstudy.studies.config import file_name
 
-BEST = 7  # pairs that the page shows of each rotor, fault and noise; the CSV file has all
 
-
-def write_comparison(comparison, pictures, ranking_files, advice_files, config, spectra, estimates, bias, index):
+def write_comparison(comparison, pictures, ranking_csv, advice_files, config, spectra, estimates, bias, index):
     """Write the comparison as NetCDF, its figures, and its tables (paths of CSV and page) from the files of all jobs.
 
     spectra, estimates, bias : paths "<rotor>/<spectrum method or estimator>.nc", those of chunks in order
@@ -43,41 +40,17 @@ def write_comparison(comparison, pictures, ranking_files, advice_files, config, 
     whole = accuracy.comparison(loaded(estimates))
     save(whole.assign_attrs(provenance(config.model_dump(), [], config.seed), title=config.title), comparison)
     ranked = ranking(whole)
-    write_ranking(ranked, config.trials, *ranking_files, index)
+    write_csv(ranked, ranking_csv)
     write_advice(ranked, {name: fault.use_if for name, fault in config.faults.items()}, *advice_files, index)
     errors = {key: data.harmonic_error for key, data in loaded(spectra).items()}
     biased = [(*key, data) for key, data in loaded(bias).items()]
     save_figures(comparison_figures(whole, errors, biased, config.trials), pictures)
 
 
-def write_ranking(ranked, trials, csv, html, index=None):
-    """Write the ranking: all of it as CSV, the best pairs of each rotor, fault and noise level as a page."""
-    write_csv(ranked, csv)
-    best = (
-        ranked.groupby(["rotor", "fault", "noise"], sort=False)
-        .head(BEST)
-        .rename(columns={"noise": "noise (%)"})
-        .map(_worded)
-    )
-    parts = best.groupby(["rotor", "fault"], sort=False)
-    write_html(
-        html,
-        "Ranking of spectrum methods and estimators",
-        f"{trials} trials each. Error over the Cramér-Rao bound of white noise: geometric mean over the parameters, "
-        "and the worst parameter; coverage of the stated 95 % intervals; share of trials that failed. The "
-        f"{BEST} best pairs of each noise level, for each rotor and fault of the record; ranking.csv has all.",
-        {f"{rotor}, {fault}": part.drop(columns=["rotor", "fault"]) for (rotor, fault), part in parts},
-        3,
-        links=to_index(html, index),
-    )
-
-
 def write_advice(ranked, use_if, csv, html, index=None):
     """Write which spectrum method and estimator to use for which fault: in full as CSV, with a summary as a page.
 
-    ranked : pandas.DataFrame; as `studies.comparison.ranking.ranking` returns it
     use_if : fault -> when to follow its advice, in words
-    index  : the page of all results, to link to (optional)
     """
     told = with_words(advice(ranked), use_if)
     write_csv(told, csv)
@@ -100,7 +73,3 @@ def write_advice(ranked, use_if, csv, html, index=None):
         3,
         links=to_index(html, index),
     )
-
-
-def _worded(value):
-    return named(value) if isinstance(value, str) else value

@@ -89,10 +89,7 @@ def own_unit(speed):
 
 
 def causes(data, naming_probability, verdict):
-    """Explanations, the most probable first: the odds of the first against each, its probability and its residual.
-
-    verdict : if "unknown", none is accepted and no probability is shown
-    """
+    """Explanations, the most probable first: odds of the first against each, its probability and residual."""
     odds = data.log_posterior_odds.values
     shown = np.argsort(-odds, kind="stable")
     likely = shown[(data.posterior_probability.values[shown] >= LEAST_SHOWN) | (data.is_best.values[shown] == 1)]
@@ -136,10 +133,7 @@ def causes(data, naming_probability, verdict):
 
 
 def in_words(label):
-    """The label of an explanation with units instead of keys: direction_rad 0.1725 is 'direction 9.88 °'.
-
-    Harmonics of one effect are written together: 'runout, node 1, harmonics -1 and 2'.
-    """
+    """An explanation with units instead of keys: 'direction 9.88 °' for direction_rad 0.1725."""
 
     def shown(found):
         name, unit, value = found.groups()

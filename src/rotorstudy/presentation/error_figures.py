@@ -11,10 +11,7 @@ LEAST = 1e-3  # smaller errors by a wrong known quantity are drawn here
 
 
 def error_against_noise(noisy, units, title):
-    """Rms error of every estimator over the noise level, with the bound; of many parameters over the bound.
-
-    noisy : title of the columns -> Monte Carlo Dataset of one record kind
-    """
+    """Rms error of every estimator over the noise, with the bound; noisy : title -> Monte Carlo Dataset."""
     columns = [(name, model) for name, data in noisy.items() for model in data.noise_model.values]
     if next(iter(noisy.values())).sizes["parameter"] > MANY:
         return _error_over_bound(noisy, columns, title)

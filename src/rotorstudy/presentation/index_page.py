@@ -23,7 +23,7 @@ HEADINGS = {
     "chapter_5": ("Chapter 5", "The second experiment, replayed."),
     "chapter_6": ("Chapter 6", "Finite-element rotor on anisotropic bearings."),
     "chapter_7": ("Transverse cracks", "How small a crack can be found, and how accurately, by place and sensors."),
-    "rigs": ("Both rigs", "Parameters identified on the two test rigs, side by side."),
+    "rigs": ("Both rigs", "Where -1X of the two test rigs comes from."),
     "cracks": ("Crack models", "Every crack plugin on one rotor."),
     "bearings": ("Bearing models", "Stiffness and damping of every bearing plugin over speed."),
 }  # in the order of the page; other folders follow
@@ -159,5 +159,6 @@ QUOTED = (  # heading, file, its sentences, and beside it a picture and a page; 
     ("The smallest crack that is found", "chapter_7/limits.nc", _of_limits, "figures/smallest_crack.png",
      "figures/smallest_crack.png"),
     ("Which method for which data", "compare/advice.csv", _of_advice, "figures/spectra.png", "advice.html"),
-    ("The thesis, recomputed", "scoreboard.csv", _of_scoreboard, "rigs/comparison.png", "scoreboard.html"),
+    ("The thesis, recomputed", "scoreboard.csv", _of_scoreboard, "chapter_5/figures/physical_checks.png",
+     "scoreboard.html"),
 )  # fmt: skip

@@ -18,12 +18,7 @@ TURN = np.linspace(0, 2 * np.pi, 60)
 
 
 def rotor_figures(rig, analysis, measured=None, operating=None):
-    """All figures, {name: figure}.
-
-    measured  : (speed, probe); rad/s (speed,) and 1X of the probes of the analysis (speed, probe), complex, m
-                (optional)
-    operating : (float, float); lowest and highest operating speed, rad/s (optional)
-    """
+    """All figures, {name: figure}; measured : speeds, rad/s, and 1X of the probes (speed, probe), m."""
     speed, curves = (
         analysis.data.response_speed.values,
         by_probe(analysis.data, as_complex(analysis.data.unbalance_response)),

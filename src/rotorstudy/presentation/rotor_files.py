@@ -28,14 +28,9 @@ BEYOND = 2.0  # times the highest operating speed: least range of speeds by defa
 
 
 def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()):
-    """Analyse a rig and write index.html, rotor.nc and figures into the folder `out`, all of it or nothing.
+    """The RotorAnalysis of a rig, written to the folder `out` (index.html, rotor.nc, figures), all of it or nothing.
 
-    out       : folder
-    speeds    : (float, float); lowest and highest speed, rad/s (optional)
-    operating : (float, float); operating range, rad/s (optional)
-    records   : records of the machine, whose 1X is shown beside the response (optional)
-    returns   : RotorAnalysis
-    raises    : RotorstudyError for files that cannot be read, and as `analyse_rotor`
+    speeds, operating : lowest and highest, rad/s;  records : of the machine, whose 1X is shown beside the response
     """
     rig, measured, from_rest = read_rig(rig_path), None, {}
     model, conventions = rig.model, read_conventions(rig.given, str(rig_path))

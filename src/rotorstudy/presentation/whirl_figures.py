@@ -8,11 +8,7 @@ FLAT = 0.01  # change of a whirl frequency with speed, below which it is taken f
 
 
 def stability(stable, closed_form=None):
-    """Growth rate over speed, and the threshold of stability.
-
-    stable      : Dataset of `studies.stability.stability`
-    closed_form : (label, function of the damping ratio), drawn beside the threshold
-    """
+    """Growth rate over speed, and the threshold of stability; closed_form : (label, function of the damping ratio)."""
     picture, axes = figure(1, 2, height=2.6)
     natural = float(stable.natural_frequency)
     for i, damping in enumerate(stable.damping_ratio.values):
@@ -69,10 +65,10 @@ def campbell(whirl, rigs, title):
 
 
 def _mode(panel, speed, frequency, mixed):
-    """The line of a mode; speed, frequency (speed,) Hz, frequency positive forward.
+    """The line of a mode over speed, both in Hz, the frequency positive forward.
 
-    mixed : on anisotropic bearings, where whirl is elliptic and has no sign: gyroscopic moments raise the frequency of
-            a mode that is mostly forward, and lower that of one that is mostly backward
+    On anisotropic bearings (mixed) whirl is elliptic and has no sign: gyroscopic moments raise the frequency of a mode
+    that is mostly forward, and lower that of one that is mostly backward.
     """
     if not mixed:
         forward = np.median(frequency) > 0

@@ -23,12 +23,12 @@ def check_speed(speed):
     return speed
 
 
-def check_harmonics(harmonics):
+def check_harmonics(harmonics, where="harmonics"):
     """Harmonics as an int array (harmonic,), or an error unless they are whole numbers, each once, at least one."""
     given = list(harmonics)
     whole = [n for n in given if isinstance(n, (int, np.integer)) and not isinstance(n, bool)]
     if not given or len(whole) < len(given) or len(set(given)) < len(given):
-        raise RotorstudyError(f"harmonics {given}: give whole numbers, each once, such as 0, 1, 2, -1")
+        raise RotorstudyError(f"{where} {given}: give whole numbers, each once, such as 0, 1, 2, -1")
     return np.array(given, int)
 
 

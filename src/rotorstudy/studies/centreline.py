@@ -31,11 +31,9 @@ class Centreline(NamedTuple):
 
 
 def centrelines(model: Model, speeds: np.ndarray, from_rest: dict) -> list[Centreline]:
-    """The Centreline of every bearing whose plugin knows where the journal runs.
+    """The Centreline, over speeds (rad/s), of every bearing whose plugin knows where the journal runs.
 
-    speeds    : (speed,) rad/s
-    from_rest : {node: (speed (row,), rad/s, position (row,), complex, m, from where the shaft lay at rest)}, which is
-                the bottom of the bearing
+    from_rest : {node: (speed (row,), rad/s, position (row,), complex, m, from where the shaft lay at rest, the bottom)}
     """
     bearings, found = registry().plugins["bearing"], []
     for term in model.terms:

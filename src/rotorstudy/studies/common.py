@@ -63,8 +63,5 @@ def is_phase(config, names):
 
 
 def relative_error(phase, theta, true):
-    """(parameter,) relative errors, for phases the difference in rad.
-
-    phase : (parameter,) of `is_phase`;  theta, true : (parameter,)
-    """
+    """(parameter,) relative errors; where `phase` (parameter,) is true the difference in rad."""
     return np.where(phase, theta - true, theta / true - 1)

@@ -95,12 +95,7 @@ def load_cracks(path):
 
 
 def compare(config):
-    """Every crack of the plugin library on the same rotor with the same stiffness loss.
-
-    returns : stiffness (crack, direction, shaft_angle) N/m; displacement (crack, speed, harmonic) and
-              swept_displacement (crack, swept_speed, harmonic) m; mean_natural_frequency (crack) rad/s of the mean
-              stiffness, natural_frequency rad/s of the uncracked rotor; depth_loss (depth, direction, depth_ratio) N/m
-    """
+    """A Dataset of every crack of the plugin library on one rotor with one loss, and of every depth relation."""
     cracks, depths = (registry().plugins[kind] for kind in ("crack", "depth"))
     k, angle = config.shaft_stiffness, np.linspace(0, 2 * np.pi, config.angles)
     mass = float(build_model(config.base).structure.mass[0, 0])

@@ -19,17 +19,14 @@ EDGE = 1e-4  # relative error of the speeds at which a motion begins and ceases 
 
 
 def growth_over_speed(model, still, speeds):
-    """The growth rate of the fastest growing free motion over speed.
+    """The growth rate of the fastest growing free motion over speed, and the speed from which one grows, or None.
 
     Where the stiffness rotates with the shaft, motions may grow in narrow ranges only: where two whirl frequencies add
-    up to a multiple of the speed at which the stiffness varies (parametric resonance). These speeds are looked at too.
+    up to a multiple of the speed at which the stiffness varies (Nayfeh and Mook, Nonlinear Oscillations, 1979, ch. 5).
+    These speeds are looked at too.
 
-    model, still : Model with a value for every amplitude; the same without what rotates, is nonlinear or is stated in
-                   frequency only
-    speeds       : (speed,) rad/s, ascending
-    returns      : speeds (growth_speed,), rad/s, in that range; growth rate there (growth_speed,), 1/s, NaN where
-                   nonlinear forces leave no steady state; lowest speed at which a free motion grows, rad/s, or None
-    source       : Nayfeh and Mook, Nonlinear Oscillations, 1979, ch. 5 (parametric resonances)
+    still   : the Model without what rotates, is nonlinear or is stated in frequency only
+    returns : speeds, rad/s, in the range of those given; growth rate there, 1/s, NaN without a steady state
     """
     if not varies_in_time(model):
         return speeds, growth_rate(still, speeds), stability_threshold(still, speeds[-1], lowest=speeds[0])
@@ -45,11 +42,7 @@ def growth_over_speed(model, still, speeds):
 
 
 def parametric_resonances(model, speeds):
-    """Speeds, rad/s, at which a rotating stiffness may make two of the lowest whirl motions grow.
-
-    model   : Model whose stiffness rotates with the shaft;  speeds : (speed,) range of speeds, rad/s, ascending
-    returns : (resonance,) rad/s, ascending
-    """
+    """Speeds, rad/s, in a range at which a rotating stiffness may make two of the lowest whirl motions grow."""
     turning = {abs(e.shift) for u in model.rotor_unknowns for e in u.entries if e.reads_motion and e.shift}
     turning |= set(BY_NONLINEAR_FORCES) if model.nonlinear_forces else set()
     frequency, found = damped_modes(_mean_over_a_turn(model), speeds, PUMPED_MODES).frequency.T, []
@@ -93,10 +86,7 @@ def _grows(growth, speed):
 
 
 def _at_edges(model, known):
-    """{speed: growth rate} just below and above the speeds, rad/s, at which motions begin or cease to grow.
-
-    known : {speed: growth rate}, ascending
-    """
+    """{speed: growth rate} just below and above the speeds, rad/s, at which motions begin or cease to grow."""
     found = {}
     for low, high in pairwise(known):
         ends = {low: known[low], high: known[high]}

@@ -38,12 +38,7 @@ def information(config, model, speeds, harmonics, rows, std):
 
 
 def identifiability(config):
-    """Cramer-Rao bounds of the main rig with white noise on all probes, correlations, and further measurements.
-
-    returns : noise (case) m of a sample; correlation (case, parameter, other_parameter) of the estimates; bound (case,
-              measurement, parameter) relative, of phases in rad; inflation (case, parameter), the bound over the one
-              with all others known
-    """
+    """A Dataset of bounds of the main rig with white noise on all probes, of correlations and further measurements."""
     model, options = config.rig(config.main_rig), {AS_IT_IS: ExtraMeasurement(), **config.extra_measurements}
     bounds, correlations, inflations = [], [], []
     noise = [probe_noise(config, model, case.speeds) for case in config.cases.values()]

@@ -33,11 +33,7 @@ STEADY, CONDENSED = "steady state", "least_squares, condensed"
 
 
 def identify(config, rig):
-    """Identification of every case from time records of all its speeds, without noise; NaN where a fit fails.
-
-    returns : estimate, standard_deviation (case, source, record, phase_reference, spectrum_method, estimator,
-              parameter); true (parameter)
-    """
+    """A Dataset of the estimates of every case from records of all its speeds, without noise; NaN where a fit fails."""
     methods, estimators = config.spectra, [registry().get("estimator", name) for name in config.estimators]
     model, taken, rows = config.rig(rig), config.record, []
     names = reported_names(config)
@@ -91,14 +87,11 @@ def _estimate(name, problem):
 
 
 def monte_carlo(config, rig, case, chunk=0, chunks=1):
-    """Estimates of one case under noise, for every record kind, noise model, level and estimator of the rig.
+    """A Dataset of estimates of a case (by its name or file name) under every kind of record, model and level of noise.
 
-    case    : its name or file name;  chunk, chunks : which part of the noise levels, 0 to chunks - 1, of how many
     White noise in time is drawn in the spectrum, where it is independent circular noise on each harmonic.
-    returns : estimate (record, noise_model, noise, estimator, trial, parameter), stated_std (record, noise_model,
-              noise, estimator, parameter; median over trials), coverage (share of trials whose stated 95 % interval
-              holds the truth), cramer_rao (record, noise_model, noise, parameter; NaN for correlated noise),
-              without_noise (record, estimator, parameter), true (parameter)
+
+    chunk, chunks : which part of the noise levels, 0 to chunks - 1, of how many
     """
     settings, case = config.monte_carlo, config.case_of(case)
     own, model, speeds = settings.rigs[rig], config.rig(rig), config.cases[case].speeds
@@ -181,10 +174,7 @@ def gather_monte_carlo(config, case, chunks, parts):
 
 
 def bias(config):
-    """Error of the estimates of the main rig if a known quantity of the rotor is wrong by some per cent.
-
-    returns : relative_error (known, percent, case, estimator, parameter); phases as a difference in rad
-    """
+    """A Dataset of errors of the estimates if a known quantity of the main rotor is wrong by some per cent."""
     rig = config.main_rig
     model, estimators = config.rig(rig), [registry().get("estimator", name) for name in config.estimators]
     settings = config.bias

@@ -8,8 +8,8 @@ from rotorstudy.errors import RotorstudyError
 def output_rows(structure, sensors, extra):
     """Output matrix (output, dof), and the noise of each output relative to that of a probe, (output,).
 
-    Outputs are translations at the sensors, tilts (difference of two probes over their distance) and translations at
-    stations; extra : ExtraMeasurement. Raises RotorstudyError if the shape between nodes is not known.
+    Outputs are translations at the sensors, and of an ExtraMeasurement tilts (difference of two probes over their
+    distance) and translations at stations.
     """
     rows = [structure.unit(node) for node in sensors]
     rows += [structure.unit(node, "tilt") for node in extra.tilts]

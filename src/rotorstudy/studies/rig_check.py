@@ -82,10 +82,7 @@ def check_rig(path):
 
 
 def speed_range(model):
-    """Lowest and highest speed (rad/s) at which all that acts on the rotor is defined; None if there is none.
-
-    Only speeds from 0.1 to 1e5 rad/s are tried.
-    """
+    """Lowest and highest speed, of 0.1 to 1e5 rad/s, at which all that acts on the rotor is defined, or None."""
     entries = [e for _, u in model.acting for e in u.entries if e.gain is not None]
 
     def defined(speed):

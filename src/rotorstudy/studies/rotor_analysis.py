@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import RigError, RotorstudyError
 from rotorstudy.response.coupling import check_speed
 from rotorstudy.response.few_shapes import few_shapes
 from rotorstudy.response.floquet import varies_in_time
@@ -160,7 +160,7 @@ def _default_highest(still, lowest):
     share = np.abs(values.imag) / np.abs(values)
     whirl = np.abs(values.imag[share >= min(OSCILLATING, share.max())])
     if share.max() <= OVERDAMPED:
-        raise RotorstudyError("every motion of the rotor is overdamped; state the range of speeds")
+        raise RigError("every motion of the rotor is overdamped; state the range of speeds")
     return NATURAL_FREQUENCIES * float(whirl.min())
 
 
@@ -168,9 +168,7 @@ def _check_held(still, speed):
     """Raise if the rotor can move at a speed (rad/s) without a restoring force."""
     slowest = np.abs(eigenvalues(still, [speed], shapes=few_shapes(still))).min()
     if slowest < UNHELD * still.structure.scales.frequency:
-        raise RotorstudyError(
-            "the bearings do not hold the rotor, which can move without a restoring force; add bearings"
-        )
+        raise RigError("the bearings do not hold the rotor, which can move without a restoring force; add bearings")
 
 
 def _critical(still, speed):

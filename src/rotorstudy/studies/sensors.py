@@ -22,13 +22,9 @@ START_OFF = 0.3  # relative error of each starting amplitude, of either sign
 
 
 def sensors(config):
-    """Fits of the response of the main rig, for every set of sensors and case.
+    """A Dataset of fits of the response of the main rig, for every set of sensors and case.
 
     On exact data fits start at amplitudes 30 % too large or too small; under noise at the best of these fits.
-    returns : bound (sensors, case, parameter) relative, at 1 % white noise, of phases in rad; NaN if not identifiable
-              start_error (sensors, case, start) largest relative error of any parameter from exact data
-              scatter (sensors, case, parameter) rms error under that noise, as the bound; fitted (sensors, case) share
-              of the noisy fits that converged
     """
     rig = config.main_rig
     model, names = config.rig(rig), reported_names(config)

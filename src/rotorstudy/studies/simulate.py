@@ -39,10 +39,7 @@ SOURCES = {"steady state": steady_state, "from rest": from_rest}
 
 
 def simulate(config, rig):
-    """Records of a rig at the shown speeds: the steady state in closed form, and from rest.
-
-    returns : displacement (source, speed, node, time, part) m
-    """
+    """A Dataset of the records of a rig at the shown speeds: the steady state in closed form, and from rest."""
     model, speeds = config.rig(rig), config.shown_speeds_rad_s
     coordinates = {
         "source": (list(SOURCES), "1", "how the record was made"),
@@ -83,12 +80,9 @@ def kind_spectra(config, kind, records, name, phases):
 
 
 def spectra(config, rig, records):
-    """Full spectra of the records of `simulate`, of every kind, by every spectrum method and phase reference.
+    """A Dataset of full spectra of the records of `simulate`, of every kind, by every method and phase reference.
 
-    records : name of a rig -> result of `simulate`
     A record late by a fraction of a sample is the given one shifted by Fourier series; by whole samples, rolled.
-    returns : displacement (source, record, spectrum_method, phase_reference, speed, harmonic, node, part) m,
-              reference_phase (record, spectrum_method, speed, harmonic) rad
     """
     methods, kinds, records = config.spectra, config.record.kinds, records[rig]
     displacement = as_complex(records.displacement)  # (source, speed, node, time)

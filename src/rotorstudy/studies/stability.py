@@ -14,12 +14,9 @@ def damping_along_x(unknown):
 
 
 def stability(config, ratios=(0.5, 1.0, 2.0, 5.0), up_to=8.0):
-    """Growth rate over speed and threshold of the uncracked main rig for several internal dampings.
+    """A Dataset of growth rate over speed and threshold of the uncracked main rig for several internal dampings.
 
-    ratios  : external over internal damping; the external damping (summed along x) is held
-    up_to   : highest speed relative to the natural frequency
-    returns : growth_rate (damping_ratio, relative_speed) 1/s, threshold (damping_ratio) rad/s (NaN if above `up_to`),
-              natural_frequency rad/s
+    ratios : external over internal damping; the external damping (summed along x) is held
     """
     model = time_invariant(config.rig(config.main_rig))
     internal = model.position(["internal_damping"])[0]

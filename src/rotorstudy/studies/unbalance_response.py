@@ -65,10 +65,9 @@ def unbounded(peak, criticals, speeds):
 
 
 def probe_vectors(of_node, reading):
-    """1X of each probe as it reads.
+    """Probes [(node, name)], and their 1X as they read it (speed, probe), complex, m, phase leading the mark.
 
-    of_node : node -> (forward, backward) 1X and -1X of the displacement, each (speed,) complex, m;  reading : Reading
-    returns : probes [(node, name)] and their 1X, phase leading the mark, (speed, probe) complex m
+    of_node : node -> (forward, backward) 1X and -1X of the displacement, each (speed,) complex, m
     """
     probes, columns = [], []
     for node, (forward, backward) in of_node.items():

@@ -28,10 +28,7 @@ def held_model(model, speeds, percent):
 
 
 def variants(config):
-    """Estimates of every variant and case, without noise.
-
-    returns : estimate, relative_error (variant, case, parameter; for phases the difference in rad), true (parameter)
-    """
+    """A Dataset of the estimates of every variant and case, without noise, and their errors."""
     estimates, errors, names = [], [], reported_names(config)
     phase = is_phase(config, names)
     for variant in config.variants.values():

@@ -25,11 +25,9 @@ def first_crack(config, rig):
 
 
 def weight_dominance(config):
-    """Errors by weight dominance on the main rig: a crack acting on the static deflection only, beside the full one.
+    """A Dataset of errors by weight dominance on the main rig: a crack on the static deflection only, and the full one.
 
-    The stiffness losses of the rig's first crack are scaled by `config.crack_scales`.
-    returns : displacement (crack, crack_scale, speed, harmonic, part) at the shown speeds, middle sensor;
-              error (crack_scale, case, parameter) of least squares with the weight-dominant model on full-crack data
+    The stiffness losses of the rig's first crack are scaled; least squares assumes weight dominance.
     """
     rig = config.main_rig
     scales, crack = np.array(config.crack_scales), config.rigs[rig]["cracks"][0]

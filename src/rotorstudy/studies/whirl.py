@@ -11,12 +11,7 @@ ORDERS = (1, 2, 3, -1)
 
 
 def whirl(config, up_to=6.0):
-    """Whirl of the uncracked rotor without damping over speed.
-
-    up_to   : highest speed relative to the lowest natural frequency
-    returns : frequency (rig, speed, mode) rad/s, positive forward; critical_speed (rig, order, critical) rad/s, NaN
-              where there are fewer; natural_frequency (rig) rad/s
-    """
+    """A Dataset of the whirl of the uncracked rotor without damping, up to a multiple of its natural frequency."""
     models = {name: time_invariant(config.rig(name)) for name in config.rigs}
     thetas = {name: without_damping(model) for name, model in models.items()}
     natural = [np.abs(eigenvalues(model, [1e-3], thetas[name]).imag).min() for name, model in models.items()]

@@ -144,17 +144,11 @@ def modes_and_unbalance(model, position, speed):
     return picture
 
 
-def _by_parameter(config, names):
-    """A figure with a panel per case and parameters as rows."""
-    picture, axes = figure(1, len(config.cases), height=3.6, width=4.0, sharey=True)
-    axes[0, 0].set_yticks(range(len(names)), [estimate_figures.label(name) for name in names])
-    return picture, axes
-
-
 def sensors_figure(config, few):
     """Errors and bounds with few sensors, and starts that converge; few : of `studies.sensors.sensors`."""
-    picture, axes = _by_parameter(config, few.parameter.values)
+    picture, axes = figure(1, len(config.cases), height=3.6, width=4.0, sharey=True)
     place = range(few.sizes["parameter"])
+    axes[0, 0].set_yticks(place, [estimate_figures.label(name) for name in few.parameter.values])
     for panel, case in zip(axes[0], config.cases, strict=True):
         for i, (name, nodes) in enumerate(config.sensor_sets.items()):
             right = [int((few.start_error.sel(sensors=name, case=one) < 1e-6).sum()) for one in config.cases]
@@ -176,24 +170,6 @@ def sensors_figure(config, few):
     return picture
 
 
-def variants_figure(config, variants):
-    """Errors by wrong equations, without noise; variants : of `studies.variants.variants`."""
-    picture, axes = _by_parameter(config, variants.parameter.values)
-    place = range(variants.sizes["parameter"])
-    for panel, case in zip(axes[0], config.cases, strict=True):
-        for i, name in enumerate(variants.variant.values):
-            error = np.maximum(np.abs(variants.relative_error.sel(variant=name, case=case)) * 100, 1e-12)
-            panel.plot(error, place, MARKERS[i], color=COLOURS[i], fillstyle="none", label=str(name))
-        panel.set_xscale("log")
-        panel.set(xlabel="error without noise (%; phases: % of 1 rad)", title=case)
-    axes[0, 0].invert_yaxis()
-    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    largest = np.abs(variants.relative_error).max(("case", "parameter"))
-    worst = str(largest.variant.values[np.argmax(largest.values)])
-    picture.suptitle(f"Largest error: {percent(float(largest.max()), 2)}, by '{worst}'")
-    return picture
-
-
 TITLES = {
     "error_against_noise": "Maximum likelihood attains the bound; least squares does not",
     "collinearity": "Even at a single speed, correlation costs about a factor of three at most",
@@ -203,8 +179,8 @@ TITLES = {
 }
 
 
-def figures(config, reference, records, spectra, thesis_spectra, sensors, variants, monte_carlo, **stages):
-    """The figures of Chapter 6; as those of Chapter 2, with the Datasets of `sensors` and `variants`."""
+def figures(config, reference, records, spectra, thesis_spectra, sensors, monte_carlo, **stages):
+    """The figures of Chapter 6; as those of Chapter 2, with the Dataset of `sensors`."""
     printed = published(reference, [f"6.{n}" for n in range(2, 8)])
     model, speed, position = config.rig(config.main_rig), config.shown_speeds_rad_s[0], positions(config)
     combined = list(config.cases)[1]
@@ -222,5 +198,4 @@ def figures(config, reference, records, spectra, thesis_spectra, sensors, varian
         "figure_6_8": orbits_figure(signals, speed),
         "modes_and_unbalance": modes_and_unbalance(model, position, speed),
         "sensors": sensors_figure(config, sensors),
-        "variants": variants_figure(config, variants),
     }

@@ -7,9 +7,8 @@ from rotorstudy.studies.common import parameter_units
 def study_figures(config, stages, noisy, cases, titles, closed_form=None, rigs=None):
     """Figures of the stages that the simulated chapters have in common.
 
-    stages : name of a stage -> Dataset;  noisy : title of a column -> Monte Carlo Dataset of one record kind
-    cases  : case -> its name in the figures, for bias; weight dominance is shown for the first
-    closed_form, rigs : see `whirl_figures.stability`, `whirl_figures.campbell`
+    noisy : title of a column -> Monte Carlo Dataset of one record kind;  cases : case -> its name in the figures, for
+    bias; weight dominance is shown for the first;  closed_form, rigs : as of `whirl_figures`
     """
     units, (case, shown) = parameter_units(config), next(iter(cases.items()))
     found = {

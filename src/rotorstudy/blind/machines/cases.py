@@ -81,9 +81,9 @@ def swing_of(healthy, nodes):
 
 
 def draw_chain(rng, healthy, nodes, fault=None):
-    """Probes and chain of ordinary quality (gain 0.5 %, angle 0.5 degrees, runout 1 %), with one gross fault if named.
+    """Probes and chain of ordinary quality (gain 0.5 %, angle 0.5 degrees, runout 1 %), with a gross fault if named.
 
-    Returns the probes, the chain and the node with a faulty probe, from 0 (None for faults of the whole chain).
+    Also the node with a faulty probe, from 0, None for faults of the whole chain.
     """
     swing = swing_of(healthy, nodes)
     first = rng.uniform(0, 2 * np.pi)

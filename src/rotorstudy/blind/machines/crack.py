@@ -31,11 +31,7 @@ def strip_bending(ratio):
 
 
 def crack_face(depth_ratio, count=120):
-    """Quadrature over the crack's face in radii: weights, and K of a unit of each moment.
-
-    depth_ratio : depth over radius, up to 1
-    returns     : K for moments scaled so that 32 int K_i K_j dA is the dimensionless compliance
-    """
+    """Quadrature over the crack's face in radii: weights, and K of each moment; 32 int K_i K_j dA is the compliance."""
     half = np.sqrt(1 - (1 - depth_ratio) ** 2)
     points, weights = np.polynomial.legendre.leggauss(count)
     turn = np.pi / 2 * points

@@ -29,8 +29,7 @@ def _table():
 def arc_crack(depth_ratio, curvature, poissons_ratio=0.3):
     """Compliances (opening, sideways) for Young's modulus and radius 1, and the shares of energy over 0 to pi.
 
-    depth_ratio : depth over diameter, 0.05 to 0.5
-    curvature   : depth over the radius of the arc, 0 (a straight front) to 0.8
+    depth_ratio : over the diameter, 0.05 to 0.5;  curvature : depth over the radius of the arc, 0 (straight) to 0.8
     """
     over_depth, known = _table()
     row = make_interp_spline(known, over_depth(np.log(depth_ratio)), k=2)(curvature)

@@ -240,12 +240,7 @@ def rig_of(case, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, 
 
 
 def write_case(case, folder, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0, harmonics=None):
-    """Write `record.nc` and `rig.yaml` of the nominal machine.
-
-    modulus_error, bearing_error, unbalance_error : relative, of the nominal numbers, as drawn from the `seed`
-    harmonics                                     : to be read; None: those of the format's default
-    returns                                       : pathlib.Path, the folder
-    """
+    """Write `record.nc` and `rig.yaml`, whose numbers have relative errors drawn from the `seed`."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     rig = rig_of(case, modulus_error, bearing_error, unbalance_error, seed, harmonics)

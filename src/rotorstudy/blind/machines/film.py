@@ -68,10 +68,9 @@ def bearing(film, speed):
 
 
 def add_film(machine, film, linear, speeds):
-    """The film itself in a machine that has it as the bearing `linear`, about its running position at each speed.
+    """The film itself in a machine that has it as the bearing `linear`: its force less the weight and the linear force.
 
-    What the linear one does not do: the force of the film, its weight taken off, less the linear force. Displacements
-    of the journal then count from where it runs at each of the `speeds`.
+    Displacements of the journal then count from where it runs at each of the `speeds`.
     """
     running = {speed: running_position(film, speed) for speed in np.atleast_1d(speeds)}
 

@@ -195,11 +195,7 @@ class Machine:
         self.harmonic[k, power] = self.harmonic.get((k, power), zero) + vector
 
     def add_rotating(self, node, value, power=0, rotations=False):
-        """Add a force (or moment of the slopes) that turns with the shaft.
-
-        value : fx + j Fy at angle zero, N (N/(rad/s)**power); with `rotations` the moment on the slopes dx/dz + j
-                dy/dz, N m
-        """
+        """Add a force fx + j fy, N/(rad/s)^power, or a moment on the slopes, that turns with the shaft."""
         vector = np.zeros(self.size, complex)
         if rotations:
             vector[4 * node + 3], vector[4 * node + 2] = value, 1j * value  # of slopes b and -a
@@ -243,11 +239,9 @@ def shaft_stiffness(rotor, weights=None, size=None):
 
 
 def add_internal_damping(machine, weights):
-    """Damping of the material, W_i K_i (u' - W J u) of every element i: viscous in the rotating frame.
+    """Damping of the material, W_i K_i (u' - W J u) of every element i (weights, s): viscous in the rotating frame.
 
     In the fixed frame it is a damping and a circulatory, skew-symmetric stiffness that grows with speed.
-
-    weights : sequence of float, damping over stiffness of each element, s
     """
     rotor, count = machine.rotor, 4 * machine.rotor.nodes
     matrix = shaft_stiffness(rotor, weights)

@@ -92,15 +92,9 @@ def keyphasor(angle, chain):
 
 
 def record(rng, steady, nodes, probes, chain, zero=None, orders=24):
-    """Records of steady motion.
+    """Records of steady motion: time, s, displacement (speeds, nodes, 2, samples), m, keyphasor, V, mean speeds, rad/s.
 
-    rng     : numpy.random.Generator;  steady : Steady
-    nodes   : sequence of int, nodes with probes, from 0;  probes : node to its two `Probe`
-    chain   : Chain
-    zero    : ndarray or None, coordinates (degrees of freedom,) at which all probes read zero; None: the unloaded line
-    orders  : highest harmonic kept of the motion
-    returns : `time` (s), `displacement` (speeds, nodes, 2, samples) m, `keyphasor` (speeds, samples) V, `speed`
-              (speeds,) mean rad/s
+    zero : coordinates at which all probes read zero, by default the unloaded line;  orders : highest harmonic kept
     """
     time = np.arange(round(chain.revolutions * 2 * np.pi / steady.speed.min() * chain.rate)) / chain.rate
     count = len(steady.speed)
@@ -156,9 +150,6 @@ def expected_harmonics(steady, nodes, probes, chain, harmonics, zero=None):
 
 
 def surface_runout(rng, probe_angles, size, orders=3):
-    """Runout of one surface seen by probes at several angles: the same profile, later at a probe further round.
-
-    Amplitudes fall as 1/k. Returns a dict for each probe.
-    """
+    """Runout of one surface, a dict a probe: one profile, falling as 1/k, later at a probe further round."""
     profile = {k: size / k * (rng.normal() + 1j * rng.normal()) / np.sqrt(2) for k in range(1, orders + 1)}
     return [{k: value * np.exp(-1j * k * angle) for k, value in profile.items()} for angle in probe_angles]

@@ -180,15 +180,9 @@ class Stepper:
 
 
 def steady_state(machine, speeds, steps=512, modes=None, tolerance=1e-8, most=60):
-    """Steady motion of a machine, stable and checked over free revolutions.
+    """Steady motion of a machine at speeds (rad/s), stable and checked over free revolutions; else NoSteadyState.
 
-    machine   : Machine;  speeds : in rad/s
-    steps     : in one revolution
-    modes     : modes kept beside the static shapes; None: all
-    tolerance : largest change of the state over a revolution, relative to its largest value;  most : revolutions to try
-    returns   : Steady
-    raises    : NoSteadyState if no periodic motion of one revolution is found, or it is unstable, or free revolutions
-                leave it
+    modes : kept beside the static shapes; None: all;  tolerance : relative change over a revolution;  most : to try
     """
     stepper = Stepper(machine, speeds, steps, modes)
     state = np.zeros((len(stepper.speed), stepper.propagate.shape[1]))

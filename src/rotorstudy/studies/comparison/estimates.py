@@ -33,13 +33,7 @@ BY_CELL = {
 
 
 def estimates(config, name, rotor, by_method, estimator):
-    """Accuracy of an estimator on the harmonics of every spectrum method.
-
-    by_method : name of a spectrum method -> Dataset of `spectra`, all of the same faults
-    returns   : bias, scatter, rmse (SI; of phases rad), efficiency (Cramer-Rao variance of whole revolutions over mean
-                square error), coverage (of 95 % intervals), each (spectrum_method, fault, noise, parameter);
-                failed (share of trials), seconds (per estimate) (spectrum_method, fault, noise); true (parameter)
-    """
+    """A Dataset of the accuracy of an estimator on {spectrum method: Dataset of `spectra`}, all of the same faults."""
     faults, levels = next(iter(by_method.values())).fault.values.tolist(), config.levels_percent
     model, unknowns = rotor.model, rotor.unknowns
     theta_true = model.theta[model.position(unknowns)]

@@ -13,11 +13,7 @@ ABBREVIATION = re.compile("[b-df-hj-np-tv-xz]{3,}")  # a word without a vowel
 
 
 def ranking(whole):
-    """Pairs of spectrum method and estimator ranked by rotor, fault and noise.
-
-    returns : DataFrame with the error over the Cramer-Rao bound (geometric mean over the parameters), the error of
-              the worst parameter and its name, coverage, failures and time, best first
-    """
+    """A DataFrame of the pairs of spectrum method and estimator by rotor, fault and noise, the smallest error first."""
     import xarray as xr
 
     whole = whole.sel(noise=whole.noise > 0)
@@ -38,12 +34,10 @@ def ranking(whole):
 
 
 def advice(ranked):
-    """Recommended pairs for each fault: those with the smallest error in their worst rotor and noise level.
+    """A DataFrame of the three best pairs for each fault: those of the smallest error in their worst rotor and noise.
 
     Of the pairs that rarely fail, the best estimator of each spectrum method; among equals one with valid intervals,
-    then one that never fails.
-    returns : DataFrame (fault, three best spectrum methods): estimator, equally good ones, error over the bound in the
-              worst cell, that cell, median error, coverage; at the end the same for an unknown fault
+    then one that never fails. At the end the same for an unknown fault.
     """
     import pandas as pd
 

@@ -83,15 +83,7 @@ def trial_spectra(method, trials, harmonics):
 
 
 def spectra(config, name, rotor, method, faults=None):
-    """Spectra of the records of a rotor by a spectrum method.
-
-    faults  : names of some faults, by default of all
-    returns : amplitude (fault, noise, trial, speed, harmonic, node, part) m, NaN beyond the trials of a cell, and for
-              noise levels that a fault leaves out;
-              covariance (fault, noise, speed, node, component, component_2) m^2, as stated, mean over trials;
-              harmonic_error (fault, noise), rms over trials and harmonics over the rms of the vibration;
-              seconds (fault, noise) per record
-    """
+    """A Dataset of the spectra of a rotor's records by a spectrum method; faults : names of some, by default of all."""
     faults, levels = list(faults or config.faults), config.levels_percent
     model, harmonics = rotor.model, rotor.measured
     shape = (len(faults), len(levels), config.trials, len(rotor.speeds), len(harmonics), len(model.sensors))

@@ -15,13 +15,7 @@ OF_SHAPE = ("position of the crack, m", "depth over diameter, 1", "angle of the 
 
 
 def accuracy(study):
-    """Cramer-Rao bounds of a crack of the main rotor, in a record without a baseline.
-
-    returns : bound (planes, noise, position, depth_ratio, shape), standard deviations in the units of the shape;
-              bound_by_harmonic (harmonic_group, shape), bound_by_speed (speed, shape), bound_by_speeds (speed, shape)
-              of all speeds up to that one, bound_with (confounder, shape), of the reference crack, usual noise and the
-              largest set of planes; bound_of_reference (shape)
-    """
+    """A Dataset of Cramer-Rao bounds of a crack of the main rotor, in a record without a baseline."""
     machine, planes = Machine(study, study.main), study.main.planes
     length = machine.model.structure.length
     position = (np.arange(study.accuracy.positions) + 0.5) / study.accuracy.positions * length

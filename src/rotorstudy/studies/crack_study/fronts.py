@@ -38,36 +38,26 @@ def equivalent_beam(depth):
 
 
 def fronts(study):
-    """Depths found from noisy records of cracks by three-dimensional elasticity, whose fronts are arcs of a circle.
+    """A Dataset of depths found from noisy records of cracks by three-dimensional elasticity whose fronts are arcs.
 
     A residual stress opens or closes them, and Poisson's ratio is not that of the library.
 
     The simulator shares nothing with the library. The numbers of the rig that the fit starts from are drawn from their
     prior about the true ones, then noise and model error; each fit starts at the true crack, its front at an aspect
     ratio of a half. A crack with which the rotor is unstable is drawn anew.
-
-    returns : depth_ratio, curvature, position, closing_share (trial), the truth; found, low, high (ends of the 95 % interval), p_value
-              (law, trial) with the front unknown (the last law) or taken as straight
     """
     machine, settings = Machine(study, study.main), study.fronts
     rotor, unbalance = _independent(study.main)
     length = sum(element.length for element in rotor.elements)
     laws = [*settings.laws, REFERENCE, "front unknown"]
+    ranges = settings.depth_ratios, settings.curvatures, (-np.pi, np.pi)
+    ranges = *ranges, settings.closing_shares, settings.poissons_ratios
     truth, found, count = [], [], 0
     rest = _shown(machine, _built(rotor, unbalance))
     for trial in range(settings.count):
         rng = np.random.default_rng([settings.seed, trial])
         while True:
-            depth, curvature, angle, closing, poisson = (
-                rng.uniform(*ends)
-                for ends in (
-                    settings.depth_ratios,
-                    settings.curvatures,
-                    (-np.pi, np.pi),
-                    settings.closing_shares,
-                    settings.poissons_ratios,
-                )
-            )
+            depth, curvature, angle, closing, poisson = (rng.uniform(*ends) for ends in ranges)
             position = float(rng.choice(settings.positions)) * length
             cracked = _built(rotor, unbalance)
             part = rotor.elements[int(np.searchsorted(rotor.positions, position)) - 1]

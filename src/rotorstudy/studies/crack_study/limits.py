@@ -46,13 +46,10 @@ def smallest(depths, seen, needed):
 
 
 def limits(study):
-    """Visibility of cracks of some depths and the smallest one detected, for every rotor, over its shaft.
+    """A Dataset of the visibility of cracks and the smallest one detected, of every rotor, over its shaft.
 
     Of the angles studied, the least visible counts. Confounders of any size may be present in the healthy machine, too:
     only a record of it tells them apart.
-
-    returns : for each rotor r: visibility_r (planes, noise, baseline, position, depth_ratio), smallest_depth_r
-              (planes, noise, baseline, position) over the diameter, diameter_r (position) m
     """
     coordinates = {
         "noise": (np.array(study.noise_percent), "percent", "white noise on each sample, of the rms vibration"),

@@ -13,11 +13,9 @@ from rotorstudy.store import dataset
 
 
 def thesis_method(study):
-    """Stiffness loss found by least squares at the thesis's node, for true cracks along the shaft, without noise.
+    """A Dataset of the stiffness loss found by least squares at the thesis's node, for true cracks along the shaft.
 
-    All nodes are measured, as least squares of the equations needs.
-
-    returns : loss (position) N/m for one depth
+    There is no noise, and all nodes are measured, as least squares of the equations needs.
     """
     main, settings = study.main, study.thesis
     given = {"rotor": main.rotor, "bearings": main.bearings, "effects": main.effects}

@@ -15,12 +15,10 @@ from rotorstudy.studies.crack_study.sensitivity import SHAPE, Machine, bounds
 
 
 def trials(study):
-    """Identification of the reference crack in some depths, from noisy records of rigs as uncertain as stated.
+    """A Dataset of fits of the reference crack in some depths, to noisy records of rigs as uncertain as stated.
 
     The numbers of the rig and of its probes are drawn from their prior, then noise and model error from theirs; each
     fit starts at the true crack on the stated rig.
-
-    returns : error, stated_std (depth_ratio, trial, shape), bound (depth_ratio, shape), in the units of the shape
     """
     machine, settings = Machine(study, study.main), study.trials
     errors, stated, bound = [], [], []
