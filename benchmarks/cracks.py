@@ -24,9 +24,8 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 from rotorstudy.blind.machines.cases import RUNOUT, draw_case, swing_of
-from rotorstudy.blind.machines.elastic_crack import CURVATURES, arc_form
+from rotorstudy.blind.machines.cracks import CURVATURES, add_form, arc_form
 from rotorstudy.blind.machines.files import write_case
-from rotorstudy.blind.machines.form_cracks import add_form
 from rotorstudy.blind.machines.measuring import Probe, record, surface_runout
 from rotorstudy.blind.machines.stepping import NoSteadyState
 from rotorstudy.blind.run import rows_of

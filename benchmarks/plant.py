@@ -15,13 +15,11 @@ from pathlib import Path
 import numpy as np
 from named_machines.plant import PLANTS
 
-from rotorstudy.blind.machines.contacts import RubLaw, coupling, one_sided
+from rotorstudy.blind.machines.contacts import RubLaw, add_elliptic_forces, coupling, one_sided
+from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_preload, add_thermal_bow
-from rotorstudy.blind.machines.elastic_crack import arc_form
 from rotorstudy.blind.machines.files import page, stretches
 from rotorstudy.blind.machines.film import running_position
-from rotorstudy.blind.machines.form_contacts import add_elliptic_forces
-from rotorstudy.blind.machines.form_cracks import add_form
 from rotorstudy.blind.machines.machine import LocalForce
 from rotorstudy.blind.machines.measuring import Chain, Probe, record, surface_runout
 from rotorstudy.blind.machines.stepping import Steady, steady_state

@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 
-from rotorstudy.presentation.error_figures import bias, error_against_noise
+from rotorstudy.presentation.estimate_figures import bias, error_against_noise
 from rotorstudy.presentation.plots import STYLE, phases_near, phases_of
 
 TALLEST = 1800  # pixels; shown at half its size a figure then fits in a window of 900

@@ -5,7 +5,7 @@ import pandas as pd
 
 from rotorstudy.presentation.pages import to_index
 from rotorstudy.presentation.tables import cells, write_html
-from thesis.tables import in_table_order, side_by_side
+from thesis.scoreboard import in_table_order, side_by_side
 
 
 def scored(**columns):

@@ -8,12 +8,11 @@ from functools import partial
 
 import numpy as np
 
-from rotorstudy.blind.machines import contacts, effects, faults, form_contacts, forms
+from rotorstudy.blind.machines import contacts, effects, faults, forms
 from rotorstudy.blind.machines.beam import Element
 from rotorstudy.blind.machines.cases import draw_case
-from rotorstudy.blind.machines.crack import dimensionless_compliance
+from rotorstudy.blind.machines.cracks import cosine, dimensionless_compliance, smooth_contact
 from rotorstudy.blind.machines.draw import MACHINES, carried
-from rotorstudy.blind.machines.form_cracks import cosine, smooth_contact
 from rotorstudy.blind.machines.machine import Disc
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7850.0}
@@ -102,7 +101,7 @@ def _bearing(draw):
 
 def _dry_friction(draw):
     size = 0.1 * _bearing(draw) * draw.swing(0)
-    form_contacts.add_dry_friction(draw.machine, 0, size, 0.1 * draw.swing(0) * draw.frequency)
+    contacts.add_dry_friction(draw.machine, 0, size, 0.1 * draw.swing(0) * draw.frequency)
     return {"family": "dry_friction_form", "node": 1, "force_N": size}
 
 
@@ -118,7 +117,7 @@ def _loose(draw):
     node, angle = draw.rotor.bearings[1].node, np.pi
     loss, swing = 0.5 * draw.rotor.bearings[1].stiffness[0, 0], draw.swing(node)
     start = float(draw.rest(node) @ [np.cos(angle), np.sin(angle)]) + 0.3 * swing
-    form_contacts.add_soft_foot(draw.machine, node, loss, 5 * swing, 1e-3 * swing, angle, start)
+    contacts.add_soft_foot(draw.machine, node, loss, 5 * swing, 1e-3 * swing, angle, start)
     return {"family": "looseness_form", "node": node + 1, "angle_rad": angle, "loss_N_per_m": loss,
             "gap_m": 5 * swing, "start_m": start, "width_m": 1e-3 * swing}  # fmt: skip
 

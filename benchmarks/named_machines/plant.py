@@ -12,9 +12,9 @@ import numpy as np
 from scipy.linalg import eigh
 
 from rotorstudy.blind.machines.beam import Element
+from rotorstudy.blind.machines.contacts import by_differences
 from rotorstudy.blind.machines.effects import add_preload, add_unbalance
 from rotorstudy.blind.machines.film import FEWER, Film, bearing, force, running_position
-from rotorstudy.blind.machines.form_contacts import by_differences
 from rotorstudy.blind.machines.machine import Disc, LocalForce, Rotor, build
 
 

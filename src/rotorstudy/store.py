@@ -30,6 +30,22 @@ def atomic(path):
         temporary.unlink(missing_ok=True)
 
 
+@contextmanager
+def whole_folder(path):
+    """A temporary folder whose files are moved to the folder `path` when the block ends without an error."""
+    path = Path(path)
+    temporary = partial_path(path)
+    temporary.mkdir(parents=True)
+    try:
+        yield temporary
+        for file in sorted(file for file in temporary.rglob("*") if file.is_file()):
+            place = path / file.relative_to(temporary)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(file, place)
+    finally:
+        rmtree(temporary, ignore_errors=True)
+
+
 def copied(source, path):
     """Copy a file, whole or not at all; RotorstudyError if it cannot be written."""
     text = Path(source).read_bytes()
@@ -193,3 +209,18 @@ def gathered(parts, dimension):
 
     same = {"compat": "override", "combine_attrs": "override", "join": "exact"}
     return xr.concat(parts, dimension, data_vars="minimal", coords="minimal", **same)
+
+
+def files_by_name(kind, made, paths):
+    """Files to be written by what each holds, whose name it has, never by position in a list."""
+    found = {name: [] for name in made}
+    missing = []
+    for path in map(Path, paths):
+        found.get(path.stem, missing).append(path)
+    if missing:
+        names = ", ".join(dict.fromkeys(path.stem for path in missing))
+        raise RotorstudyError(f"no {kind} was made for: {names} (made: {', '.join(found)})")
+    extra = [name for name, files in found.items() if not files]
+    if extra:
+        raise RotorstudyError(f"no file is named for the {kind}: {', '.join(extra)}; add it to the rule's outputs")
+    return found

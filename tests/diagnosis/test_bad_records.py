@@ -148,7 +148,7 @@ def test_sensors_that_do_not_fit_are_refused(simulated, tmp_path, capsys):
     both, one = simulated("both"), simulated("one", sensors=[2], speed=100.0)
     rig = plain_rig(tmp_path / "rig.yaml")
     assert measured_spectrum([both], rig)[0].sensors == (2, 4)
-    with pytest.raises(RotorstudyError, match=r"one.nc, 100 rad/s has nodes \[2\].*same probes"):
+    with pytest.raises(RotorstudyError, match=r"one.nc, 954.93 rpm \(100 rad/s\) has nodes \[2\].*same probes"):
         measured_spectrum([both, one], rig)
     refused(capsys, tmp_path, plain_rig(tmp_path / "a.yaml", sensors=[2, 3]), both, "node 3", "leave it out")
     probes = [{"channel": name, "node": 3, "angle_deg": angle} for name, angle in (("x", 0.0), ("y", 90.0))]

@@ -132,6 +132,24 @@ def test_a_command_line_without_care_is_answered_in_one_line(line, tmp_path, cap
     assert_one_line(err)
 
 
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda path: path.symlink_to(path), "does not exist"),  # a loop of links
+        (lambda path: path.symlink_to("/dev/null"), "is a device or a pipe"),
+        (os.mkfifo, "is a device or a pipe"),
+    ],
+)
+def test_a_link_or_a_pipe_as_a_record_is_answered_in_one_line(make, words, tmp_path, capsys):
+    make(tmp_path / "run.nc")
+    out = ["--rig", str(Path(__file__).parents[2] / "examples" / "jeffcott.yaml"), "--out", str(tmp_path / "s.nc")]
+    assert main(["import", str(tmp_path / "run.nc"), *out]) == 1
+    err = capsys.readouterr().err
+    assert words in err and err.count("\n") == 1
+    assert main(["import", str(tmp_path / "real.nc"), *out[:2], "--out", str(tmp_path / "real.nc")]) == 1
+    assert "would overwrite an input" in capsys.readouterr().err
+
+
 def test_a_node_loses_no_more_stiffness_than_it_has(tmp_path, capsys):
     rotor = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7e5}
     crack = {"kind": "switching", "stiffness_loss_N_per_m": 7.1e5}

@@ -8,8 +8,7 @@ from scipy.optimize import brentq
 
 from rotorstudy.blind.machines import contacts, effects
 from rotorstudy.blind.machines.beam import Element
-from rotorstudy.blind.machines.crack import dimensionless_compliance, strip_bending
-from rotorstudy.blind.machines.elastic_crack import arc_crack
+from rotorstudy.blind.machines.cracks import arc_crack, dimensionless_compliance, strip_bending
 from rotorstudy.blind.machines.faults import add_crack
 from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build, shaft_stiffness
 from rotorstudy.blind.machines.stepping import Stepper, steady_state

@@ -5,12 +5,19 @@ import pytest
 from named_machines.failures import FAILURES
 
 from rotorstudy.blind.machines.cases import draw_case
-from rotorstudy.blind.machines.crack import dimensionless_compliance
+from rotorstudy.blind.machines.contacts import add_elliptic_forces, pushed
+from rotorstudy.blind.machines.cracks import (
+    Form,
+    add_form,
+    cosine,
+    dimensionless_compliance,
+    pieces,
+    smooth_contact,
+    trapezoid,
+)
 from rotorstudy.blind.machines.draw import MACHINES, draw_point_rotor, draw_rotor
 from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.blind.machines.film import Film, add_film, bearing, force
-from rotorstudy.blind.machines.form_contacts import add_elliptic_forces, pushed
-from rotorstudy.blind.machines.form_cracks import Form, add_form, cosine, pieces, smooth_contact, trapezoid
 from rotorstudy.blind.machines.forms import FORMS
 from rotorstudy.blind.machines.machine import LocalForce, PointRotor, build
 from rotorstudy.blind.machines.stepping import steady_state

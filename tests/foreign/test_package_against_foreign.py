@@ -7,11 +7,10 @@ from foreign.small_cases import special
 from rotorstudy import build_model, measured_response
 from rotorstudy.blind.machines.cases import draw_case
 from rotorstudy.blind.machines.contacts import add_angular_misalignment, add_parallel_misalignment
+from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_bow, add_pedestal, add_thermal_bow, bow_by_kink
-from rotorstudy.blind.machines.elastic_crack import arc_form
 from rotorstudy.blind.machines.faults import FAMILIES
 from rotorstudy.blind.machines.files import rig_of
-from rotorstudy.blind.machines.form_cracks import add_form
 from rotorstudy.blind.machines.machine import build
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.floquet import periodic_growth_rate

@@ -5,10 +5,9 @@ import pytest
 
 from foreign.small_cases import small, special
 from rotorstudy.blind.machines.contacts import add_cubic_bearing, add_rub
+from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_added_mass, add_seal
-from rotorstudy.blind.machines.elastic_crack import arc_form
 from rotorstudy.blind.machines.files import write_case
-from rotorstudy.blind.machines.form_cracks import add_form
 from rotorstudy.blind.machines.measuring import expected_harmonics
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.settings import read_settings

@@ -13,7 +13,6 @@ from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.studies.config import ExtraMeasurement, load_study
 from rotorstudy.studies.identifiability import identifiability, information
-from rotorstudy.studies.probes import output_rows
 
 ROOT = Path(__file__).parents[2]
 
@@ -74,7 +73,7 @@ def test_a_bound_with_a_tilt_sensor_is_met_by_a_fit(study):
     from rotorstudy import harmonic_response
 
     model, speeds = study.rig("physical"), np.linspace(130.0, 310.0, 7)
-    rows, relative = output_rows(model.structure, model.sensors, ExtraMeasurement(tilts=[1]))
+    rows, relative = ExtraMeasurement(tilts=[1]).output_rows(model.structure, model.sensors)
     std = 1e-9 * relative
     normal = information(study, model, speeds, study.harmonics, rows, std)
     clean = harmonic_response(model, speeds, study.harmonics) @ rows.T
@@ -118,15 +117,15 @@ def test_the_shaft_between_bearings_and_disc_bends_as_a_beam():
 def test_a_probe_off_the_shaft_or_on_a_shaft_without_shape_is_refused(study):
     structure = study.rig("physical").structure
     with pytest.raises(RotorstudyError, match=r"0\.5 m is not on the shaft"):
-        output_rows(structure, (1,), ExtraMeasurement(stations_m=[0.5]))
+        ExtraMeasurement(stations_m=[0.5]).output_rows(structure, (1,))
     jeffcott = build_model({"rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}}).structure
     with pytest.raises(RotorstudyError, match="does not define the shaft's shape"):
-        output_rows(jeffcott, (1,), ExtraMeasurement(stations_m=[0.1]))
+        ExtraMeasurement(stations_m=[0.1]).output_rows(jeffcott, (1,))
 
 
 def test_too_few_equations_are_refused_and_what_trades_off_is_named(study):
     model = study.rig("physical")
-    rows, relative = output_rows(model.structure, model.sensors, ExtraMeasurement())
+    rows, relative = ExtraMeasurement().output_rows(model.structure, model.sensors)
     with pytest.raises(UnidentifiableError, match="2 equations for 6 unknowns"):
         information(study, model, [200.0], [1], rows, 1e-9 * relative)
     free = {

@@ -14,8 +14,7 @@ from rotorstudy.studies.stability import damping_along_x
 from thesis.chapter_tables import described, places
 from thesis.config import Picture, load_replay
 from thesis.figures.replays import KINDS
-from thesis.scoreboard import published
-from thesis.tables import scored_tables, table_name
+from thesis.scoreboard import published, scored_tables, table_name
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "workflow" / "reference"

@@ -12,7 +12,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.presentation.plots import figure, save_figures
 from rotorstudy.presentation.tables import write_tables
 from rotorstudy.store import dataset, save
-from thesis.tables import Table
+from thesis.scoreboard import Table
 
 WHIRL, BIAS = "rotorstudy.studies.whirl.whirl", "rotorstudy.studies.identify.bias"
 

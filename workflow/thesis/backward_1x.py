@@ -14,7 +14,7 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
 from thesis.config import load_replay
 from thesis.replay import COLUMN
-from thesis.tables import Table
+from thesis.scoreboard import Table
 
 READING_M = 1e-6  # standard deviation of a reading; the unexplained 5X and 7X of the first rig are of this size
 METHOD = 0.02  # relative standard deviation: two spectrum methods differ by 1 to 2 % on the same record

@@ -8,8 +8,7 @@ from rotorstudy.store import as_complex
 from rotorstudy.studies.common import is_phase
 from rotorstudy.studies.config import file_name
 from rotorstudy.yaml_file import read_yaml
-from thesis.scoreboard import KEYS, published, scored_against
-from thesis.tables import Table, scored_tables
+from thesis.scoreboard import KEYS, Table, published, scored_against, scored_tables
 
 QUANTITIES = {"amplitude": np.abs, "phase": np.angle, "compensated phase": np.angle}
 BY_METHOD = (["item"], ["case", "method"])  # keys of the rows and of the columns

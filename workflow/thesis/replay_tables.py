@@ -20,8 +20,7 @@ from thesis.checks import (
     weight_text,
 )
 from thesis.replay import BOTH_DAMPINGS, COLUMN, DAMPINGS, remove_slow_roll, rounding_draws, thesis_estimates
-from thesis.scoreboard import KEYS, published, scored_against
-from thesis.tables import Table, scored_tables
+from thesis.scoreboard import KEYS, Table, published, scored_against, scored_tables
 
 
 def shown_compensated(spectra):

@@ -12,7 +12,7 @@ def add(parser):
 
 def run(given):
     """Write verdict, data, the rig after the change, figures and page into a folder."""
-    from rotorstudy.presentation.change_files import compare_files
+    from rotorstudy.presentation.diagnosis_files import compare_files
 
     check_folder(given.out, given.rig, *given.before, *given.after)
     return conclude(compare_files(given.before, given.after, given.rig, given.out), given.out)

@@ -1,6 +1,7 @@
 """What several commands share: options, speeds in rad/s or rpm, checks of output paths, findings."""
 
 import sys
+from os.path import dirname, realpath
 from pathlib import Path
 
 from rotorstudy.errors import RotorstudyError
@@ -35,7 +36,7 @@ def check_file(out, *inputs, option="--out", suffixes=()):
     if path.is_dir():
         raise RotorstudyError(f"{option} {out}: is a folder; give a file in it")
     _check_parent(out, option)
-    if any(path.resolve() == Path(given).resolve() for given in inputs):
+    if any(realpath(path) == realpath(given) for given in inputs):  # of a loop of links, too
         raise RotorstudyError(f"{option} {out}: would overwrite an input; choose another name")
     if suffixes and path.suffix.lower() not in suffixes:
         raise RotorstudyError(
@@ -52,7 +53,7 @@ def check_folder(out, *inputs, option="--out"):
     if path.suffix.lower() in OF_FILES and not path.is_dir():
         raise RotorstudyError(f"{option} {out}: a folder is written, not one file; name it {path.with_suffix('')}")
     _check_parent(out, option)
-    if path.resolve() in [Path(given).resolve().parent for given in inputs]:
+    if realpath(path) in [dirname(realpath(given)) for given in inputs]:
         raise RotorstudyError(f"{option} {out}: contains an input; give a separate folder")
 
 

@@ -20,7 +20,7 @@ from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses, ste
 from rotorstudy.measurement.records import Record, reference_signal
 from rotorstudy.measurement.run_up import find_sweep, is_swept, peaks, speed_grid, track
 from rotorstudy.response.series import rotating_basis
-from rotorstudy.units import RAD_PER_S, number
+from rotorstudy.units import RAD_PER_S, number, spin
 
 NO_MEAN = 1e-3  # m, standard deviation of the mean displacement where a velocity or an acceleration is measured
 SLOWEST = 0.2  # of the speed: what a velocity or an acceleration shows of slower motion is drift
@@ -225,7 +225,7 @@ def _tracked(raw, pulses, marks):
     for k, w in enumerate(speed):
         of_node = {node: (one.amplitude[k], one.covariance[k]) for node, one in tracked.items()}
         seen = {node: node_facts(one.amplitude[k], harmonics, one.noise_std[k]) for node, one in tracked.items()}
-        facts = RecordFacts(f"{raw.where}, tracked at {w:.6g} rad/s", seen, measured_speed=float(w))
+        facts = RecordFacts(f"{raw.where}, tracked at {spin(w, 6)}", seen, measured_speed=float(w))
         facts.revolutions = grid.length[grid.given[k]] * w / (2 * np.pi)
         facts.samples_per_revolution = 2 * np.pi / w / step
         facts.jitter, facts.missing_samples = sweep.jitter_rad, missing

@@ -8,7 +8,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.findings import Finding, told
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
-from rotorstudy.units import RAD_PER_S, p_value, percent, quantity, spins, um
+from rotorstudy.units import RAD_PER_S, p_value, percent, quantity, spin, spins, um
 
 SAME_SPEED = 5e-4  # relative difference up to which records are repeats at one speed
 MANY = 500  # records of a table, of which some are equal by rounding
@@ -62,7 +62,7 @@ def _check_distinct(spectrum, group, where):
     for i, one in enumerate(group):
         if any(np.array_equal(spectrum.amplitude[one], spectrum.amplitude[other]) for other in group[:i]):
             speed = spectrum.speed[one]
-            raise RotorstudyError(f"{where}: the same record occurs twice at speed {speed:g} rad/s; give it once")
+            raise RotorstudyError(f"{where}: the same record occurs twice at {spin(speed)}; give it once")
 
 
 def _findings(squares, expected, freedom, counts, where):

@@ -33,6 +33,7 @@ from rotorstudy.model.kinds import SpectrumMethod
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.response.coupling import check_speed
+from rotorstudy.units import spin
 
 log = logging.getLogger(__name__)
 
@@ -268,7 +269,7 @@ def _raw_records(paths, conventions, nodes):
 def _of_table(path, conventions, speed, of_node, single):
     """Analysed of one speed of a table; single : {node: rad} of single probes."""
     nodes = {node: node_facts(amplitude, conventions.harmonics) for node, (amplitude, _) in of_node.items()}
-    facts = RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed)
+    facts = RecordFacts(f"{path}, {spin(speed, 6)}", nodes, speed)
     return Analysed(facts, [], speed, of_node, None, single)
 
 

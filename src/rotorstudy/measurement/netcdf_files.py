@@ -9,7 +9,7 @@ import numpy as np
 from rotorstudy.errors import RotorstudyError, reading, unknown_name
 from rotorstudy.measurement.conventions import Conventions, Probe, check_once
 from rotorstudy.measurement.raw_record import assemble
-from rotorstudy.units import RAD_PER_S, SECONDS
+from rotorstudy.units import RAD_PER_S, SECONDS, spin
 
 NETCDF_DIMENSIONS = {  # of the variables beside the displacement
     "keyphasor": {"speed", "time"},
@@ -25,7 +25,8 @@ def existing(path):
     if path.is_dir():
         raise RotorstudyError(f"record file '{path}' is a folder; give the files in it")
     if not path.is_file():
-        raise RotorstudyError(f"record file '{path}' does not exist")
+        what = "is a device or a pipe; write it to a file" if path.exists() else "does not exist"
+        raise RotorstudyError(f"record file '{path}' {what}")
     return path
 
 
@@ -53,7 +54,7 @@ def read_netcdf(path, conventions, nodes):
             speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path)
         for i, speed in enumerate(speeds):
             label = conventions.label_rad_per_s(Path(path), None if speed is None else float(speed))
-            where = f"{path}" if label is None else f"{path}, {label:.6g} rad/s"
+            where = f"{path}" if label is None else f"{path}, {spin(label, 6)}"
             one = data.isel(speed=i)
             readings = _readings(path, one, probes, conventions, where)
             signals = [one[name].values if name in data else None for name in ("keyphasor", "reference")]

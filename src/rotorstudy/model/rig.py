@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
+from os.path import realpath
 from pathlib import Path
 
 import numpy as np
@@ -80,7 +81,7 @@ def _with_whole_paths(given, folder):
     items = given.get("foundation")
     for item in items if isinstance(items, list) else []:
         if isinstance(item, dict) and isinstance(item.get("file"), str):
-            item["file"] = str((folder / item["file"]).resolve())
+            item["file"] = realpath(folder / item["file"])
     return given
 
 

@@ -1,26 +1,30 @@
-"""From record files and a rig file to a folder: verdict, data, extended rig, figures and a page."""
+"""From records, of one state or two, and a rig file to a folder: verdict, data, extended rig, figures and a page."""
 
-import os
-import shutil
-from contextlib import contextmanager
+import json
 from pathlib import Path
 
+from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.diagnosis.verdict.dataset import verdict_dataset
 from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.diagnosis.verdict.hidden import with_hidden
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.result import Verdict
+from rotorstudy.diagnosis.verdict.words import summary
+from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.estimated_rig import write_rig
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import named_plugins, read_rig
 from rotorstudy.model.shown_units import shown_for
+from rotorstudy.presentation.change_figures import both_states, two_states
 from rotorstudy.presentation.charts import axes_of
 from rotorstudy.presentation.diagnosis_figures import diagnosis_figures
 from rotorstudy.presentation.diagnosis_page import diagnosis_page
 from rotorstudy.presentation.plots import save_pictures
-from rotorstudy.store import partial_path, provenance, save, write_text
+from rotorstudy.presentation.rotor_files import mean_positions
+from rotorstudy.store import provenance, save, whole_folder, write_text
+from rotorstudy.studies.centreline import journals_moved
 
 
 def diagnose_files(
@@ -42,47 +46,58 @@ def diagnose_files(
     raises   : RotorstudyError for files that cannot be read and for findings that are errors; nothing is written then
     """
     rig_file = read_rig(rig_path)
-    rig = rig_file.given
-    settings = read_settings(rig, str(rig_path))
+    rig, where = rig_file.given, str(rig_path)
+    settings = read_settings(rig, where)
     spectrum, model, findings = measured_spectrum(records, rig_file)
-    check_names(settings, model, f"{rig_path}, diagnosis")
-    with shown_for(rig, str(rig_path)):
+    check_names(settings, model, f"{where}, diagnosis")
+    with shown_for(rig, where):
         diagnosis = with_hidden(investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings))
-    added = [registry().get("effect", cause.effect) for cause in diagnosis.verdict.causes]
-    origin = provenance(rig, [*named_plugins(rig), *added])
-    origin |= {"records": ", ".join(map(str, records)), "rig": str(rig_path)}
-    verdict = diagnosis.verdict.model_copy(update={"provenance": origin})
-    data = verdict_dataset(diagnosis, spectrum).assign_attrs(origin, axes=axes_of(model, rig))
-    write_diagnosis(verdict, data, extended_rig(rig, diagnosis), out, name=name, links=links)
-    return verdict
+    origin = {"records": ", ".join(map(str, records)), "rig": where}
+    return _write(diagnosis, spectrum, model, rig, origin, out, name=name, links=links)
 
 
-def write_diagnosis(verdict, data, rig, out, first=None, name=None, links=None, states=None):
-    """Write a diagnosis into the folder `out`, all of it or nothing.
+def compare_files(before: list[str | Path], after: list[str | Path], rig_path: str | Path, out: str | Path) -> Verdict:
+    """Compare the records of two states and write everything into the folder `out`."""
+    rig_file = read_rig(rig_path)
+    rig, where = rig_file.given, str(rig_path)
+    settings = read_settings(rig, where)
+    first, model, findings = measured_spectrum(before, rig_file)
+    second, other, more = measured_spectrum(after, rig_file)
+    model = other if len(second.single_probes) > len(first.single_probes) else model  # it has the probes of both states
+    check_names(settings, model, f"{where}, diagnosis")
+    with shown_for(rig, where):
+        conventions = read_conventions(rig, where)
+        states = ((before, first), (after, second))
+        places = (mean_positions(paths, conventions, spectrum, model) for paths, spectrum in states)
+        findings = (*findings, *more, *journals_moved(model, *places))
+        found = compare(first, second, model, settings=settings, findings=findings)
+        diagnosis = with_hidden(found.diagnosis)
+        said = summary(diagnosis.verdict, of_change=True)
+        mark, both = model.structure.reading.mark_rad, (found.before, found.after)
+        figures = {"two_states": two_states(*both, found.difference, mark)}
+        states = both_states(*both, json.loads(axes_of(model, rig)))
+    names = [", ".join(map(str, paths)) for paths in (before, after)]
+    origin = {"records": f"{names[1]} after {names[0]}", "rig": where}
+    changed = {"summary": said, "first": figures, "states": states}
+    return _write(diagnosis, found.difference, model, rig, origin, out, **changed)
 
-    data : of `verdict_dataset`;  rig : extended;  first : {name: figure} of `CHANGE_FIGURES`;  states : of their charts
+
+def _write(diagnosis, spectrum, model, rig, origin, out, summary=None, first=None, name=None, links=None, states=None):
+    """Write a diagnosis into the folder `out`, all of it or nothing; its Verdict.
+
+    origin : names of records and rig;  first : {name: figure} of `CHANGE_FIGURES`;  states : of their charts
     """
-    given = verdict.provenance["rig"]
-    with whole_folder(out) as folder, shown_for(rig, given):
+    added = [registry().get("effect", cause.effect) for cause in diagnosis.verdict.causes]
+    origin = provenance(rig, [*named_plugins(rig), *added]) | origin
+    said = summary or diagnosis.verdict.summary
+    verdict = diagnosis.verdict.model_copy(update={"provenance": origin, "summary": said})
+    data = verdict_dataset(diagnosis, spectrum).assign_attrs(origin, axes=axes_of(model, rig))
+    with whole_folder(out) as folder, shown_for(rig, origin["rig"]):
         png = save_pictures((first or {}) | diagnosis_figures(verdict, data), folder / "figures")
         save(data, folder / "verdict.nc")
-        write_rig(rig, folder / "extended_rig.yaml", f"{given} after a diagnosis of its records\n{verdict.summary}")
-        page = diagnosis_page(verdict, data, png, name or Path(given).stem, links, states)
+        comment = f"{origin['rig']} after a diagnosis of its records\n{said}"
+        write_rig(extended_rig(rig, diagnosis), folder / "extended_rig.yaml", comment)
+        page = diagnosis_page(verdict, data, png, name or Path(origin["rig"]).stem, links, states)
         write_text(folder / "index.html", page)
         write_text(folder / "verdict.json", verdict.model_dump_json(indent=1) + "\n")
-
-
-@contextmanager
-def whole_folder(path):
-    """A temporary folder whose files are moved to the folder `path` when the block ends without an error."""
-    path = Path(path)
-    temporary = partial_path(path)
-    temporary.mkdir(parents=True)
-    try:
-        yield temporary
-        for file in sorted(file for file in temporary.rglob("*") if file.is_file()):
-            place = path / file.relative_to(temporary)
-            place.parent.mkdir(parents=True, exist_ok=True)
-            os.replace(file, place)
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+    return verdict

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 if TYPE_CHECKING:  # importing it takes a second
     from matplotlib.axes import Axes
 
-from rotorstudy.presentation.named_files import files_by_name
-from rotorstudy.store import atomic
+from rotorstudy.store import atomic, files_by_name
 from rotorstudy.units import shown_unit
 
 # Okabe and Ito: distinguishable for colour-blind readers and in grey print

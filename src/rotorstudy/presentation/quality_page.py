@@ -32,11 +32,13 @@ def write_page(measurement, path, title):
     for one in measurement.facts:
         records.append({"record": one.where, **_named(one, RecordFacts)})
         nodes += [{"record": one.where, "node": at, **_named(its, NodeFacts)} for at, its in one.nodes.items()]
+    counts = {kind: sum(f.severity == kind for f in measurement.findings) for kind in SEVERITIES}
+    found = ", ".join(f"{n} {kind}{'s' * (n > 1)}" for kind, n in counts.items() if n) or "no problem was found"
     page = render(
         "quality.html",
-        title=title,
+        title=f"{title}: {found}",
         findings=measurement.findings,
-        counts={kind: sum(f.severity == kind for f in measurement.findings) for kind in SEVERITIES},
+        counts=counts,
         records=_table(records),
         nodes=_table(nodes),
         bode=measurement.spectrum and _bode(measurement.spectrum, json.loads(axes_of(measurement.rig, {}))),
@@ -76,7 +78,7 @@ def _view(measurement):
         {"measured": deviations(spectrum)},
         (largest, 0),
         {"mark_rad": reading.mark_rad},
-        [getattr(records.get(w), "where", "") for w in spectrum.speed],
+        [getattr(records.get(w), "where", "").split(", ")[0] for w in spectrum.speed],
         signals=(lambda i: _signals(records.get(spectrum.speed[i]), reading.mark_rad)) if records else None,
     )
 

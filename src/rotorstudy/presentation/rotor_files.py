@@ -11,11 +11,10 @@ from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.tables import gap_positions
 from rotorstudy.model.rig import read_rig
 from rotorstudy.model.shown_units import shown_for
-from rotorstudy.presentation.diagnosis_files import whole_folder
 from rotorstudy.presentation.plots import save_pictures
 from rotorstudy.presentation.rotor_figures import rotor_figures
 from rotorstudy.presentation.rotor_page import rotor_page
-from rotorstudy.store import provenance, save, write_text
+from rotorstudy.store import provenance, save, whole_folder, write_text
 from rotorstudy.studies.centreline import centrelines
 from rotorstudy.studies.rotor_analysis import analyse_rotor
 from rotorstudy.studies.stability_margin import stability_margin

@@ -4,9 +4,8 @@ import re
 from itertools import groupby
 from pathlib import Path
 
-from rotorstudy.presentation.named_files import files_by_name
 from rotorstudy.presentation.pages import address, render, to_index
-from rotorstudy.store import atomic, write_text
+from rotorstudy.store import atomic, files_by_name, write_text
 
 LONG, SHORT = 80, 24  # characters: a longer column is widened, a shorter one is not wrapped
 MARKS = {"explained": "doubtful", "not reproducible": "bad"}  # cells that a reader looks for

@@ -12,7 +12,6 @@ from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.coupling import check_harmonics
-from rotorstudy.studies.probes import output_rows
 from rotorstudy.yaml_file import read_study
 
 PositiveNumber = Annotated[float, Field(gt=0)]
@@ -118,6 +117,25 @@ class ExtraMeasurement(Strict):
     speeds: SpeedRange | None = None
     harmonics: list[int] | None = None
     times_longer: PositiveNumber = 1.0
+
+    def output_rows(self, structure, sensors):
+        """Output matrix (output, dof), and the noise of each output relative to that of a probe, (output,).
+
+        Outputs are translations at the sensors, tilts (difference of two probes over their distance) and translations
+        at stations.
+        """
+        rows = [structure.unit(node) for node in sensors]
+        rows += [structure.unit(node, "tilt") for node in self.tilts]
+        for position in self.stations_m:
+            if structure.shape_at is None:
+                raise RotorstudyError(
+                    f"no probe can be placed at {position:g} m: this rotor does not define the shaft's shape between "
+                    "nodes"
+                )
+            rows.append(structure.shape_at(position))
+        relative = np.ones(len(rows))
+        relative[len(sensors) : len(sensors) + len(self.tilts)] = np.sqrt(2) / self.tilt_arm_m
+        return np.array(rows), relative
 
 
 class Variant(Strict):
@@ -232,7 +250,7 @@ class StudyConfig(Strict):
         model = self.rig(self.main_rig)
         for name, extra in self.extra_measurements.items():
             try:
-                output_rows(model.structure, model.sensors, extra)
+                extra.output_rows(model.structure, model.sensors)
                 if extra.harmonics is not None:
                     check_harmonics(extra.harmonics)
                 if extra.speeds is not None and len(extra.speeds.speeds) == 0:

@@ -11,7 +11,6 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import is_phase, parameter_coordinates
 from rotorstudy.studies.config import ExtraMeasurement
-from rotorstudy.studies.probes import output_rows
 
 AS_IT_IS = "as it is"
 NOISE = 0.01  # white in time, relative to the rms vibration at the study's speeds; the same for all probes and speeds
@@ -26,7 +25,7 @@ def probe_noise(config, model, speeds):
 def information(config, model, speeds, harmonics, rows, std):
     """Fisher information J^T C^-1 J (parameter, parameter) of the unknowns.
 
-    rows : (output, dof) of `output_rows`;  std : (output,) m, of the real and imaginary part of each harmonic
+    rows : (output, dof) of `ExtraMeasurement`;  std : (output,) m, of the real and imaginary part of each harmonic
     """
     if any(name in {u.name for u in model.output_unknowns} for name in config.unknowns):
         raise RotorstudyError("identifiability is computed for amplitudes of the rotor, not of its sensors")
@@ -46,7 +45,7 @@ def identifiability(config):
         for name, extra in options.items():
             speeds = case.speeds if extra.speeds is None else extra.speeds.speeds
             harmonics = config.harmonics if extra.harmonics is None else extra.harmonics
-            rows, relative = output_rows(model.structure, model.sensors, extra)
+            rows, relative = extra.output_rows(model.structure, model.sensors)
             std = level * relative / np.sqrt(config.record.samples * extra.times_longer)
             covariance = invert(information(config, model, speeds, harmonics, rows, std))
             theta = model.theta[model.position(config.unknowns)]

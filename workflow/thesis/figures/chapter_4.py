@@ -3,7 +3,7 @@
 import numpy as np
 
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
-from rotorstudy.presentation import error_figures, estimate_figures
+from rotorstudy.presentation import estimate_figures
 from rotorstudy.presentation.spectrum_figures import full_spectra, time_and_orbit
 from rotorstudy.store import as_complex
 from rotorstudy.studies.common import clean_spectrum, parameter_units
@@ -100,7 +100,7 @@ def figures(config, reference, records, spectra, thesis_spectra, monte_carlo, mo
         found[name] = spectra_figure(config, spectra, thesis_spectra, *hertz[i], printed)
     thesis = {record: monte_carlo_thesis.sel(record=record) for record in config.record.kinds}
     title = "The thesis's least squares: crack stiffness 44 scatters twenty times more than necessary"
-    found["figure_4_9"] = error_figures.error_against_noise(thesis, units, title)
+    found["figure_4_9"] = estimate_figures.error_against_noise(thesis, units, title)
     parameter, title = "stiffness_loss_44", "A second probe resolves crack stiffness 44; higher speeds help, too"
     found["measurements"] = estimate_figures.measurements(
         stages["identifiability"], case, parameter, units[parameter], title

@@ -1,6 +1,6 @@
 """The figures that every simulated chapter has."""
 
-from rotorstudy.presentation import error_figures, estimate_figures, whirl_figures
+from rotorstudy.presentation import estimate_figures, whirl_figures
 from rotorstudy.studies.common import parameter_units
 
 
@@ -12,8 +12,8 @@ def study_figures(config, stages, noisy, cases, titles, closed_form=None, rigs=N
     """
     units, (case, shown) = parameter_units(config), next(iter(cases.items()))
     found = {
-        "error_against_noise": error_figures.error_against_noise(noisy, units, titles["error_against_noise"]),
-        "bias": error_figures.bias(stages["bias"], cases, units, titles["bias"]),
+        "error_against_noise": estimate_figures.error_against_noise(noisy, units, titles["error_against_noise"]),
+        "bias": estimate_figures.bias(stages["bias"], cases, units, titles["bias"]),
         "weight_dominance": estimate_figures.weight_dominance(
             config, stages["weight_dominance"], case, shown, units, titles["weight_dominance"]
         ),

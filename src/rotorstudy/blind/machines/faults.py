@@ -10,9 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorstudy.blind.machines import contacts, effects
+from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.draw import between
-from rotorstudy.blind.machines.elastic_crack import arc_form
-from rotorstudy.blind.machines.form_cracks import add_form
 from rotorstudy.blind.machines.machine import Machine
 from rotorstudy.blind.machines.stepping import Steady
 

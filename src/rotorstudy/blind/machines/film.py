@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import root
 
-from rotorstudy.blind.machines.contacts import at
-from rotorstudy.blind.machines.form_contacts import by_differences
+from rotorstudy.blind.machines.contacts import at, by_differences
 from rotorstudy.blind.machines.machine import Bearing, LocalForce
 
 GAUSS = np.polynomial.legendre.leggauss(200)

@@ -6,8 +6,8 @@ contacts and supports that stiffen smoothly, friction that falls with the slip, 
 
 import numpy as np
 
-from rotorstudy.blind.machines import form_contacts, form_cracks
-from rotorstudy.blind.machines.crack import dimensionless_compliance
+from rotorstudy.blind.machines import contacts, cracks
+from rotorstudy.blind.machines.cracks import dimensionless_compliance
 from rotorstudy.blind.machines.draw import between
 from rotorstudy.blind.machines.stepping import NoSteadyState
 
@@ -37,18 +37,18 @@ def _share(draw, law):
     rng, lag = draw.rng, 0.0
     if rng.random() < 0.3:
         lag = np.deg2rad(rng.uniform(-30, 30))
-    if law in form_cracks.BY_MOMENT:
+    if law in cracks.BY_MOMENT:
         lag, width = 0.3 * lag, between(rng, 0.02, 1.0)
-        return form_cracks.smooth_contact(width, lag), f"contact of width {width:.2g}, lag {np.rad2deg(lag):.0f}"
+        return cracks.smooth_contact(width, lag), f"contact of width {width:.2g}, lag {np.rad2deg(lag):.0f}"
     kind = str(rng.choice(["cosine", "contact", "trapezoid"], p=[0.5, 0.25, 0.25]))
     if kind == "cosine":
         power = float(rng.choice([1.0, 1.0, 0.7, 1.5, 2.0]))
-        return form_cracks.cosine(power, lag), f"cosine to {power:g}, lag {np.rad2deg(lag):.0f}"
+        return cracks.cosine(power, lag), f"cosine to {power:g}, lag {np.rad2deg(lag):.0f}"
     if kind == "contact":
         width = between(rng, 0.1, 1.0)
-        return form_cracks.smooth_contact(width, lag), f"contact of width {width:.2g}, lag {np.rad2deg(lag):.0f}"
+        return cracks.smooth_contact(width, lag), f"contact of width {width:.2g}, lag {np.rad2deg(lag):.0f}"
     half_open, ramp = rng.uniform(0.3, 1.2), rng.uniform(0.5, 1.5)
-    return form_cracks.trapezoid(half_open, ramp, lag), f"trapezoid {half_open:.2g} {ramp:.2g}, lag {lag:.2g}"
+    return cracks.trapezoid(half_open, ramp, lag), f"trapezoid {half_open:.2g} {ramp:.2g}, lag {lag:.2g}"
 
 
 def _extent(draw, extent):
@@ -66,9 +66,9 @@ def _extent(draw, extent):
 
 def add_crack(draw, position, length, compliance, law, share, angle, closing=0.0):
     """A crack of a form on the machine of a draw; what it is in plain numbers."""
-    form = form_cracks.Form(compliance, law, share, closing)
+    form = cracks.Form(compliance, law, share, closing)
     try:
-        form_cracks.add_form(draw.machine, position, form, angle, length)
+        cracks.add_form(draw.machine, position, form, angle, length)
     except ValueError as problem:  # a law without a unique kink
         raise NoSteadyState(str(problem)) from problem
     what = {"position_m": float(position), "softened_m": float(length), "phase_rad": angle, "law": law}
@@ -87,8 +87,8 @@ def crack_form(draw):
     law, extent = _choice(rng, LAWS), _choice(rng, EXTENTS)
     (position, length), compliance, angle = _extent(draw, extent), _compliance(draw), draw.angle()
     (share, words), closing = _share(draw, law), 0.0
-    if law in form_cracks.BY_MOMENT and length == 0 and rng.random() < 0.2:
-        closing = rng.uniform(-0.4, 0.4) * form_cracks.static_moment(draw.machine, position)
+    if law in cracks.BY_MOMENT and length == 0 and rng.random() < 0.2:
+        closing = rng.uniform(-0.4, 0.4) * cracks.static_moment(draw.machine, position)
     what = add_crack(draw, position, length, compliance, law, share, angle, closing)
     return what | {"extent": extent, "share": words, "closing_N_m": float(closing)}
 
@@ -110,7 +110,7 @@ def looseness_form(draw):
     rest = float(draw.rest(node) @ towards)
     start, width = rest + swing * rng.uniform(-0.8, 0.7), swing * between(rng, 0.05, 0.6)
     gap = swing * between(rng, 0.5, 10.0)
-    form_contacts.add_soft_foot(draw.machine, node, loss, gap, width, angle, start)
+    contacts.add_soft_foot(draw.machine, node, loss, gap, width, angle, start)
     what = {"node": node + 1, "angle_rad": angle, "loss_N_per_m": loss, "gap_m": gap}
     return what | {"start_m": start, "width_m": width}
 
@@ -122,7 +122,7 @@ def clearance_form(draw):
     loss, swing = min(draw.severity * between(rng, 0.1, 0.6), 0.85) * stiffness, draw.swing(node)
     clearance = swing * between(rng, 0.3, 2.0)
     centre = draw.rest(node) - rng.uniform(0.0, 1.5) * clearance * np.array([np.cos(angle), np.sin(angle)])
-    form_contacts.add_clearance(draw.machine, node, loss, clearance, 0.1 * clearance, centre)
+    contacts.add_clearance(draw.machine, node, loss, clearance, 0.1 * clearance, centre)
     return {"node": node + 1, "loss_N_per_m": loss, "clearance_m": clearance, "centre_m": centre.tolist()}
 
 
@@ -134,7 +134,7 @@ def stiffening_form(draw):
     far = float(np.max(np.linalg.norm(u, axis=2)))
     size, share = draw.severity * stiffness * between(rng, 0.05, 0.5), rng.choice([0.0, rng.uniform(), 1.0])
     quadratic, cubic, ratio = share * size / far, (1 - share) * size / far**2, float(rng.uniform(0.6, 1.0))
-    form_contacts.add_stiffening(draw.machine, node, quadratic, cubic, ratio)
+    contacts.add_stiffening(draw.machine, node, quadratic, cubic, ratio)
     return {"node": node + 1, "quadratic_N_per_m2": quadratic, "cubic_N_per_m3": cubic, "ratio": ratio}
 
 
@@ -148,9 +148,7 @@ def rub_form(draw):
     radius = draw.rotor.diameter / 2
     fast = draw.frequency * radius
     friction = sliding * rng.uniform(1.0, 2.0), sliding, fast * between(rng, 0.1, 1.0)
-    form_contacts.add_contact_ring(
-        draw.machine, node, stiffness, kind, clearance, depth, centre, friction, radius, fast
-    )
+    contacts.add_contact_ring(draw.machine, node, stiffness, kind, clearance, depth, centre, friction, radius, fast)
     what = {"node": node + 1, "side_rad": angle, "stiffness_N_per_m": stiffness, "clearance_m": clearance}
     return what | {"offset_m": float(offset), "friction": sliding, "contact": kind}
 
@@ -167,7 +165,7 @@ def coupling_form(draw):
         power = int(k == 1 and rng.random() < 0.3)
         forward, backward = usual * size * (rng.normal(size=2) + 1j * rng.normal(size=2)) / draw.frequency**power
         forces[k, power] = forward, 0.0 if k == 0 else 0.7 * backward
-    form_contacts.add_elliptic_forces(draw.machine, node, forces, kind == "angular")
+    contacts.add_elliptic_forces(draw.machine, node, forces, kind == "angular")
     unit = "N_m" if kind == "angular" else "N"
     return {"node": node + 1, "kind": kind, f"size_{unit}": size}
 
@@ -178,7 +176,7 @@ def dry_friction_form(draw):
     node, _ = draw.support()
     size = 0.1 * draw.severity * between(rng, 0.1, 3.0) * draw.stiffness * max(map(draw.swing, draw.unbalance))
     slow = 0.1 * draw.swing(node) * draw.frequency
-    form_contacts.add_dry_friction(draw.machine, node, size, slow)
+    contacts.add_dry_friction(draw.machine, node, size, slow)
     return {"node": node + 1, "force_N": size, "slow_m_per_s": slow}
 
 

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from rotorstudy.blind.machines.beam import Element
-from rotorstudy.blind.machines.elastic_crack import arc_form
-from rotorstudy.blind.machines.form_cracks import add_form, static_moment
+from rotorstudy.blind.machines.cracks import add_form, arc_form, static_moment
 from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import NoSteadyState, steady_state
 from rotorstudy.diagnosis.one_cause.answer import identified, interval_of

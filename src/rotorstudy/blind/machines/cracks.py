@@ -1,0 +1,287 @@
+"""Transverse cracks: a kink of the shaft in an element, by any two flexibilities and any law of closing.
+
+Axes of a crack: `across` points from the centre to the middle of the cracked side, `along` is 90 degrees on in the
+sense of the spin (parallel to the crack front). A moment of slopes m = M_across + j M_along (work-conjugate to a kink
+of the slopes dx/dz + j dy/dz) opens the crack if M_across is negative: the convex side, where tension is, is opposite
+to the curvature's centre.
+
+Straight fronts by fracture mechanics: A. D. Dimarogonas and S. A. Paipetis, Analytical Methods in Rotor Dynamics
+(1983), chapter 5; C. A. Papadopoulos and A. D. Dimarogonas, J. Sound Vib. 117 (1987) 81-93; stress-intensity factors of
+an edge-cracked strip: H. Tada, P. C. Paris, G. R. Irwin, The Stress Analysis of Cracks Handbook (1973).
+
+Fronts that are arcs of a circle by three-dimensional elasticity with contact: `elastic_crack.csv` is computed by finite
+elements (benchmarks/elasticity/crack_compliance.py --fronts arc), compliances for Young's modulus and radius 1, and the
+share of the energy of the open crack by the direction of the moment; the kink is the gradient of that energy.
+
+Other laws of closing. A real crack has a curved front, faces that touch unevenly, and softens a length of the shaft.
+Whole opening by the curvature or by (1 + cos) / 2: I. W. Mayes, W. G. R. Davies, J. Vib. Acoust. 106 (1984) 139-145;
+sign of the deflection in rotating axes: R. Gasch, J. Sound Vib. 160 (1993) 313-332; smooth contact of rough faces: A.
+S. Bouboulas, N. K. Anifantis, Arch. Appl. Mech. 83 (2013) 207-223; residual stress that shifts the closing: N.
+Bachschmid, P. Pennacchi, E. Tanzi, Cracked Rotors (2010).
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from rotorstudy.blind.machines.beam import both_planes, plane_matrices
+from rotorstudy.blind.machines.machine import LocalForce
+
+
+def strip_tension(ratio):
+    """F of K = F stress sqrt(pi depth) for an edge crack in a strip in tension; ratio = depth/width (Tada)."""
+    angle = np.pi * ratio / 2
+    front = np.sqrt(np.tan(angle) / angle)
+    return front * (0.752 + 2.02 * ratio + 0.37 * (1 - np.sin(angle)) ** 3) / np.cos(angle)
+
+
+def strip_bending(ratio):
+    """F of K = F stress sqrt(pi depth) for an edge crack in a strip in bending (Tada)."""
+    angle = np.pi * ratio / 2
+    front = np.sqrt(np.tan(angle) / angle)
+    return front * (0.923 + 0.199 * (1 - np.sin(angle)) ** 4) / np.cos(angle)
+
+
+def crack_face(depth_ratio, count=120):
+    """Quadrature over the crack's face in radii: weights, and K of each moment; 32 int K_i K_j dA is the compliance."""
+    half = np.sqrt(1 - (1 - depth_ratio) ** 2)
+    points, weights = np.polynomial.legendre.leggauss(count)
+    turn = np.pi / 2 * points
+    x, dx = half * np.sin(turn), half * np.cos(turn) * np.pi / 2 * weights
+    arch = np.sqrt(1 - x**2)
+    deepest = depth_ratio - 1 + arch
+    depth = deepest[:, None] * (points + 1) / 2
+    area = dx[:, None] * deepest[:, None] * weights / 2
+    ratio = np.maximum(depth / (2 * arch[:, None]), 1e-12)
+    opening = arch[:, None] * np.sqrt(depth) * strip_bending(ratio)
+    sideways = x[:, None] * np.sqrt(depth) * strip_tension(ratio)
+    return area, opening, sideways
+
+
+def dimensionless_compliance(depth_ratio):
+    """Open crack: pi E R³/(1 - nu²) times the compliance for the moment that opens it and the one across.
+
+    The energy released over the face is int (1 - nu²)/E K² dA with K = 4 M/(pi R⁴) arch F sqrt(pi depth), so that the
+    compliance d²U/dM² is 32 (1 - nu²)/(pi E R³) int arch² depth F² dA in radii.
+    """
+    area, opening, sideways = crack_face(depth_ratio)
+    return 32 * np.sum(area * opening**2), 32 * np.sum(area * sideways**2)
+
+
+class TabulatedHinge:
+    """Law of the kink in an element: moment if there were no kink, to kink.
+
+    The moment is m = y - k kink, k the element's own stiffness against a kink; the kink is the crack's compliance of m.
+    Laws of degree one in m are solved beforehand: the direction of y alone decides, and a table by that direction holds
+    the solution. A residual stress that closes the crack shifts both m and y by its moment.
+
+    moments, kinks : (count, 2) unit moments (opening, sideways) around the circle, in N m, and their kinks, in rad
+    angle          : of the middle of the cracked side from the shaft's reference line, rad
+    kink_stiffness : k, N m/rad;  closing : moment that just opens the crack, N m
+    """
+
+    def __init__(self, moments, kinks, angle, kink_stiffness, closing=0.0, count=1440):
+        self.angle, self.closing = angle, np.array([closing, 0.0])
+        y = moments + kink_stiffness * kinks
+        direction = np.unwrap(np.arctan2(y[:, 1], y[:, 0]))
+        if np.any(np.diff(direction) <= 0):
+            raise ValueError("the crack's law has no unique solution")
+        ratio = kinks / np.hypot(y[:, 0], y[:, 1])[:, None]
+        self.grid = 2 * np.pi * np.arange(count + 1) / count
+        self.table = np.stack([np.interp(self.grid, direction, ratio[:, i], period=2 * np.pi) for i in (0, 1)], axis=1)
+        self.slope = np.diff(self.table, axis=0) * count / (2 * np.pi)
+
+    def kink(self, y):
+        """Kink (opening, sideways) for y (speeds, 2) in the same axes, and its derivative (speeds, 2, 2)."""
+        size = np.maximum(np.hypot(y[:, 0], y[:, 1]), 1e-300)
+        unit = y / size[:, None]
+        direction = np.mod(np.arctan2(y[:, 1], y[:, 0]), 2 * np.pi)
+        number = np.minimum((direction / self.grid[1]).astype(int), len(self.slope) - 1)
+        slope = self.slope[number]
+        value = self.table[number] + slope * (direction - self.grid[number])[:, None]
+        around = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
+        return size[:, None] * value, value[:, :, None] * unit[:, None] + slope[:, :, None] * around[:, None]
+
+    def __call__(self, angle, y, v, speed):
+        """Local law: y are the moments of the slopes in x and y (N m), the result is the kink of the slopes (rad)."""
+        cos, sin = np.cos(angle + self.angle), np.sin(angle + self.angle)
+        to_crack = -np.array([[cos, sin], [-sin, cos]])  # opening is against `across`
+        kink, slope = self.kink(y @ to_crack.T - self.closing)
+        return kink @ to_crack, to_crack.T @ slope @ to_crack, np.zeros_like(slope)
+
+
+def hinge_selection(size, part, element, kink):
+    """Selection (size, 2) of the moments in x and y at a kink, by what it moves the ends of its element (4,)."""
+    shape = np.zeros((8, 2))
+    shape[[0, 3, 4, 7], 0] = kink
+    shape[[1, 2, 5, 6], 1] = kink * [1, -1, 1, -1]
+    selection = np.zeros((size, 2))
+    selection[4 * element : 4 * element + 8] = both_planes(plane_matrices(part)[0]) @ shape
+    return selection
+
+
+BY_MOMENT = ("energy", "whole")
+BY_ANGLE = ("flexibility_by_angle", "stiffness_by_angle")
+LAWS = (*BY_MOMENT, *BY_ANGLE, "open")
+
+
+@dataclass(frozen=True)
+class Form:
+    """How a crack yields and closes.
+
+    compliance : (2, 2) open, across and along the front, rad/(N m); symmetric
+    law        : `energy`: the open share of its energy follows the direction of the instantaneous moment. `whole`: the
+                 share of its kink does (not conservative). `flexibility_by_angle`, `stiffness_by_angle`: the share of
+                 its flexibility, or of the stiffness that it takes away, follows the angle to the side that the weight
+                 stretches. `open`.
+    share      : open share (0 to 1) by the angle (rad) between the front's middle and the direction that opens it most
+    closing    : moment that just opens it, N m; of laws by moment
+    """
+
+    compliance: np.ndarray
+    law: str
+    share: object
+    closing: float = 0.0
+
+
+def smooth_contact(width, lag=0.0):
+    """Open share (1 + tanh(cos(angle - lag) / width)) / 2: a jump for width 0."""
+    return lambda angle: 0.5 * (1 + np.tanh(np.cos(angle - lag) / width))
+
+
+def cosine(power=1.0, lag=0.0):
+    """Open share ((1 + cos(angle - lag)) / 2)^power."""
+    return lambda angle: (0.5 * (1 + np.cos(angle - lag))) ** power
+
+
+def trapezoid(half_open, ramp, lag=0.0):
+    """Open share 1 within `half_open` rad, then falling linearly over `ramp` rad to 0."""
+    return lambda angle: np.clip((half_open + ramp - np.abs(np.angle(np.exp(1j * (angle - lag))))) / ramp, 0.0, 1.0)
+
+
+def tabulated(form, angle, stiffness, count=1440):
+    """Law of a form that depends on the moment."""
+    turn = 2 * np.pi * np.arange(count) / count
+    moments = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    share = np.ones(count) if form.law == "open" else form.share(turn)
+    yielded = share[:, None] * (moments @ form.compliance)
+    if form.law == "energy":  # e = share m.C m / 2 of degree two in m: its gradient is 2 e along m and e' across
+        energy = np.sum(moments * yielded, axis=1) / 2
+        lines = np.fft.rfft(energy)
+        slope = np.fft.irfft(1j * np.arange(len(lines)) * lines, count)
+        around = np.stack([-moments[:, 1], moments[:, 0]], axis=1)
+        yielded = 2 * energy[:, None] * moments + slope[:, None] * around
+    return TabulatedHinge(moments, yielded, angle, stiffness, form.closing)
+
+
+def by_angle(form, angle, stiffness, stretched):
+    """Law of a form that depends on the shaft's angle alone; `stretched`: angle of the side in tension at rest."""
+    softer, one = stiffness * form.compliance, np.eye(2)
+
+    def law(turn, y, v, speed):
+        cos, sin = np.cos(turn + angle), np.sin(turn + angle)
+        to_crack = -np.array([[cos, sin], [-sin, cos]])
+        share = form.share(turn + angle - stretched)
+        if form.law == "flexibility_by_angle":
+            kink = np.linalg.solve(one + share * softer, share * form.compliance)
+        else:
+            kink = share * np.linalg.solve(one + softer, form.compliance)
+        matrix = to_crack.T @ kink @ to_crack
+        by_y = np.broadcast_to(matrix, (len(y), 2, 2))
+        return y @ matrix.T, by_y, np.zeros_like(by_y)
+
+    return law
+
+
+def pieces(machine, position, length):
+    """[(selection, kink stiffness, share of the flexibility)] of a crack at a position (m) that softens a length (m).
+
+    Over a length the additional curvature is uniform within each element; a length of zero is one section.
+    """
+    rotor = machine.rotor
+    if not rotor.elements:
+        selection, stiffness = rotor.hinge(position)
+        return [(selection, stiffness, 1.0)]
+    found, start = [], 0.0
+    for number, part in enumerate(rotor.elements):
+        low, high = np.clip(np.array([position - length / 2, position + length / 2]) - start, 0.0, part.length)
+        is_there = 0 <= position - start < part.length if length == 0 else high > low
+        if is_there:
+            kink = np.array([0.0, 0.0, part.length - (low + high) / 2, 1.0])
+            stiffness = kink @ plane_matrices(part)[0] @ kink
+            share = 1.0 if length == 0 else (high - low) / length
+            found.append((hinge_selection(machine.size, part, number, kink), stiffness, share))
+        start += part.length
+    return found
+
+
+def add_form(machine, position, form, angle, length=0.0):
+    """Add a crack of any form at a position (m along the shaft), `angle` (rad) of the middle of its front.
+
+    `length` (m) of softened shaft, 0 for a section; every element of it opens by its own moment.
+    """
+    sag = machine.sag() if form.law in BY_ANGLE else None
+    found = pieces(machine, position, length)
+    whole = sum(share for _, _, share in found)  # less than 1 where the length ends beyond the shaft
+    for selection, stiffness, share in found:
+        part = Form(form.compliance * share / whole, form.law, form.share, form.closing)
+        if form.law in BY_ANGLE:
+            static = -(selection.T @ sag)
+            law = by_angle(part, angle, stiffness, np.arctan2(static[1], static[0]))
+        else:
+            law = tabulated(part, angle, stiffness)
+        machine.local.append(LocalForce(selection, law, "crack"))
+
+
+def static_moment(machine, position):
+    """Bending moment (N m) at a position (m) at rest."""
+    return float(np.linalg.norm(pieces(machine, position, 0.0)[0][0].T @ machine.sag()))
+
+
+CURVATURES = (0.0, 0.8)
+
+
+@lru_cache(maxsize=1)
+def _table():
+    """Splines over the depth and, of their values, over the curvature: logarithms of 6 compliances, then shares."""
+    rows = np.loadtxt(Path(__file__).with_name("elastic_crack.csv"), delimiter=",", skiprows=4)
+    depth, curvature = np.unique(rows[:, 0]), np.unique(rows[:, 1])
+    rows = rows[np.lexsort((rows[:, 1], rows[:, 0]))].reshape(len(depth), len(curvature), -1)
+    values = np.concatenate([np.log(rows[..., 2:8]), rows[..., 8:]], axis=-1)
+    return make_interp_spline(np.log(depth), values), curvature
+
+
+def arc_crack(depth_ratio, curvature, poissons_ratio=0.3):
+    """Compliances (opening, sideways) for Young's modulus and radius 1, and the shares of energy over 0 to pi.
+
+    depth_ratio : over the diameter, 0.05 to 0.5;  curvature : depth over the radius of the arc, 0 (straight) to 0.8
+    """
+    over_depth, known = _table()
+    row = make_interp_spline(known, over_depth(np.log(depth_ratio)), k=2)(curvature)
+    low, high = row[2:4] / -0.05, row[4:6] / 0.03
+    slope = low if poissons_ratio < 0.3 else high
+    return np.exp(row[:2] + slope * (poissons_ratio - 0.3)), row[6:]
+
+
+def arc_form(part, depth_ratio, curvature, kind="gradual", closing=0.0):
+    """The crack in an element as a Form; `closing` is the moment that just opens it, N m.
+
+    kind : `open`: a slot. `switching`: it yields across alone, while the moment pulls on it (R. Gasch, J. Sound Vib.
+           160 (1993) 313-332). `gradual`: in parts, by the contact of its faces.
+    """
+    (opening, sideways), shares = arc_crack(depth_ratio, curvature, part.poissons_ratio)
+    compliance = np.diag([opening, sideways]) / (part.youngs_modulus * (part.outer_diameter / 2) ** 3)
+    if kind == "open":
+        return Form(compliance, "open", None)
+    if kind == "switching":
+        return Form(compliance * [1, 0], "energy", lambda angle: np.cos(angle) > 0, closing)
+    share = make_interp_spline(np.linspace(0, np.pi, len(shares)), shares, bc_type="clamped")
+    ratio = np.sqrt(sideways / opening)
+
+    def opened(angle):
+        return share(np.abs(np.arctan2(ratio * np.sin(angle), np.cos(angle))))
+
+    return Form(compliance, "energy", opened, closing)
