@@ -32,7 +32,7 @@ def transverse_crack(
     flexibility: str | None = None,
     front_aspect_ratio: Share = 0.0,
     closing_moment_N_m: float = 0.0,
-    any_flexibility_along: bool = False,
+    any_flexibility: bool = False,
     any_law: bool = False,
 ):
     """Crack across a solid shaft: a hinge that yields to the bending moment that opens it.
@@ -45,9 +45,9 @@ def transverse_crack(
     flexibility: name of a depth plugin, by default elasticity, for cosine and switching strip_integration, as
     published.  front_aspect_ratio: depth over half the width of the ellipse that the front is a part of, 0 is a
     straight front.  closing_moment_N_m: residual stress that closes it, as the bending moment that just opens it;
-    negative where it holds the crack open at rest.  any_flexibility_along: with an amplitude for more flexibility
-    along the front.  any_law: with amplitudes for other laws of breathing, another flexibility along the front and a
-    lag, of which zero is the law stated.
+    negative where it holds the crack open at rest.  any_flexibility: with amplitudes for more flexibility along the
+    front, and for a residual stress as a share of the static moment.  any_law: with amplitudes for other laws of
+    breathing, another flexibility along the front and a lag, of which zero is the law stated.
     """
     by_moment = breathing in ("gradual", "sudden") and opened_by == "moment"
     if closing_moment_N_m and not by_moment:
@@ -70,8 +70,11 @@ def transverse_crack(
         force = hinge.force(closing_moment_N_m, along=along) if by_moment else None
         entries, default = () if by_moment else law(along=along), 0.0 if along else None
         found.append(Parameter(name, "1", entries, typical=1.0, force=force, default=default, jumps=jumps))
-    if not any_flexibility_along or breathing == "sudden":
+    if not any_flexibility or breathing == "sudden":
         del found[1]
+    if any_flexibility and by_moment and hinge.static_moment:
+        force = hinge.force_of_closing()
+        found.append(Parameter("closing_moment_share", "1", (), typical=1.0, force=force, default=0.0))
     for name, (which, _) in FORM.items() if any_law else ():
         if breathing == "none" and name != "along_0":
             continue
@@ -118,9 +121,14 @@ def rotorstudy_effect():
         shape={"position_m": (0.0, 1.0, "shaft"), "depth_ratio": (0.02, 0.5), "angle_rad": (-np.pi, np.pi)},
         form=(
             {"front_aspect_ratio": (0.0, 1.0)},
-            {"any_flexibility_along": True},
-            # errors of the table, and of fronts that are no ellipses: an arc as flexible across differs by this along
-            {"flexibility_factor": (1.0, 0.02), "excess_flexibility_along": (0.0, 0.001)},
+            {"any_flexibility": True},
+            # errors of the table, of fronts that are no ellipses (an arc as flexible across differs by this along), and
+            # of the closing by residual stress
+            {
+                "flexibility_factor": (1.0, 0.02),
+                "excess_flexibility_along": (0.0, 0.001),
+                "closing_moment_share": (0.0, 0.1),
+            },
         ),
         stated=depth_in_metres,
         alternatives={"breathing": lambda: ("gradual", "sudden", "none")},

@@ -131,7 +131,7 @@ def at_the_truth(spectrum, form, breathing="gradual"):
     model = build_model(rig())
     work = Work(model, *base_model(model, SETTINGS), spectrum, SETTINGS)
     cause = candidate(model, "transverse_crack", {}, TRUE | form, variant={"breathing": breathing}, any_form=bool(form))
-    fitted = fitted_from(work, [cause], np.concatenate([work.prior.mean, [1.0, 0.0][: len(cause.names)]]))
+    fitted = fitted_from(work, [cause], np.concatenate([work.prior.mean, [mean for mean, _ in cause.prior.values()]]))
     return identified(work, fitted, [fitted])
 
 
@@ -150,6 +150,19 @@ def test_a_curved_front_is_found_with_its_depth():
     assert depth == pytest.approx(0.02 * np.array(interval_of(found, "depth_ratio")))
     straight = at_the_truth(spectrum, {}).cause
     assert TRUE["depth_ratio"] - straight.shape["depth_ratio"] > 10 * straight.shape_std["depth_ratio"]
+
+
+def test_a_residual_stress_is_found_with_the_depth():
+    """It closes the crack by 0.2 N m of 4.4 N m by the weight; a crack without it does not explain the records."""
+    spectrum = records(crack(closing_moment_N_m=0.2))
+    found = at_the_truth(spectrum, {"front_aspect_ratio": 0.5})
+    assert found.p_value > 1e-3
+    low, high = interval_of(found, "depth_ratio")
+    assert low < TRUE["depth_ratio"] < high
+    weight = 3.0 * 9.81 / 2 * 0.23 + 7850 * np.pi * 0.01**2 * 9.81 / 2 * 0.37 * 0.23  # moment, N m
+    share = found.theta[found.names.index("closing_moment_share[cause]")]
+    assert share == pytest.approx(0.2 / weight, rel=0.1)
+    assert at_the_truth(spectrum, {}).p_value < 1e-3
 
 
 def test_where_only_one_flexibility_shows_the_interval_spans_all_fronts():

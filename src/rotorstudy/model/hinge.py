@@ -20,7 +20,7 @@ Where a residual stress closes the crack like a moment n along xi, its faces fee
 phi - n / s instead of phi the equations are the same.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -37,6 +37,7 @@ from rotorstudy.model.terms import NonlinearForce
 
 DIRECTIONS = 128  # of the moment, over 360 degrees; interpolation between them is wrong by 2e-4 of the kink
 ACROSS = 0.5  # of the flexibility across, in the formulas by the angle: they count only the half in tension
+CLOSED = 0.05  # of the static moment, for a difference by a residual stress
 ROUND_OFF = 1e-9  # of a cosine, and of the coefficients of a share of the order of one
 KEPT = 2048  # depths: a search tries the same one at many angles, and every search on a shaft begins with the same ones
 ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left out are less than 1e-3 of the kink
@@ -48,7 +49,7 @@ class Hinge:
 
     angle  : of the middle of the crack edge from the shaft's reference line, rad
     sudden : whether it opens as a whole while the moment pulls on the middle of its edge, and bends along xi alone
-    side   : 1 if the weight stretches the lower side of the shaft there, else -1
+    static_moment : by the weight, N m; positive where it stretches the upper side of the shaft
     `along`, of tables and force : whether of what is along the front alone, see `_entries`
     """
 
@@ -57,8 +58,13 @@ class Hinge:
     depth_ratio: float
     angle: float
     sudden: bool
-    side: int
+    static_moment: float
     options: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def side(self) -> int:
+        """1 if the weight stretches the lower side of the shaft there, else -1."""
+        return -1 if self.static_moment > 0 else 1
 
     @property
     def row(self) -> np.ndarray:
@@ -110,6 +116,14 @@ class Hinge:
             return -stiffness * (1j * found.imag * scale if along else found) * turned
 
         return NonlinearForce(self.row[None], moment, takes_angle=True, takes_velocity=False)
+
+    def force_of_closing(self) -> NonlinearForce:
+        """What a residual stress changes, of an amplitude of 1 if it closes the crack by all of the static moment.
+
+        Linear in its amplitude, by the difference between a little more and a little less of it.
+        """
+        more, less = (self.force(way * CLOSED * abs(self.static_moment)) for way in (1, -1))
+        return replace(more, function=lambda *at: (more.function(*at) - less.function(*at)) / (2 * CLOSED))
 
     def force_of_form(self, motion: str, order: int) -> NonlinearForce:
         """A part of a law of breathing by the direction of the instantaneous moment; as `entries_of_form`."""
@@ -277,7 +291,7 @@ def crack_at(
     if front_aspect_ratio and not curved:
         raise RotorstudyError(f"front_aspect_ratio = {front_aspect_ratio:g}: '{flexibility}' has only straight fronts")
     options = (("front_aspect_ratio", float(front_aspect_ratio)),) if curved else ()
-    return Hinge(section, depth, depth_ratio, angle_rad, sudden, structure.tension_side_at(section), options)
+    return Hinge(section, depth, depth_ratio, angle_rad, sudden, structure.static_moment_at(section), options)
 
 
 def _turning_shares(xi, eta, both=0.0):

@@ -161,9 +161,9 @@ class Shaft:
             return 1
         return -1 if self.curvature_at(element) @ self._deflection_on_rigid_bearings > 0 else 1
 
-    def tension_side_at(self, section: Section) -> int:
-        """The side of a cross section that bending by the weight stretches, as `tension_side`."""
-        return -1 if section.moment @ self._deflection_on_rigid_bearings + section.own_moment > 0 else 1
+    def static_moment_at(self, section: Section) -> float:
+        """Bending moment by the weight, N m; positive where it stretches the upper side, as for `tension_side`."""
+        return float(section.moment @ self._deflection_on_rigid_bearings + section.own_moment)
 
     def bearing_load(self, node: int) -> float:
         """Static load on a bearing, N downward, if bearings are rigid (exact for two); negative if the rotor lifts."""

@@ -76,7 +76,8 @@ class Trials(Strict):
 
 
 class Fronts(Strict):
-    """count : records of cracks with other fronts than the library's, drawn within `depth_ratios` and `curvatures`
+    """count : records of cracks with other fronts than the library's, drawn within `depth_ratios`, `curvatures`,
+    `closing_shares` (of a residual moment, over the static one) and `poissons_ratios`
 
     positions : over the length, one of which each crack has
     laws      : name -> options by which the depth is found with a straight front, the last one those of the library
@@ -86,6 +87,8 @@ class Fronts(Strict):
     count: int = Field(ge=2)
     depth_ratios: list[PositiveNumber] = Field(min_length=2, max_length=2)
     curvatures: list[float] = Field(min_length=2, max_length=2)
+    closing_shares: list[float] = Field(min_length=2, max_length=2)
+    poissons_ratios: list[PositiveNumber] = Field(min_length=2, max_length=2)
     positions: list[PositiveNumber] = Field(min_length=1)
     laws: dict[str, dict[str, Any]] = Field(min_length=1)
     straight: str

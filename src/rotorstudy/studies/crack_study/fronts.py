@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from rotorstudy.blind.machines.beam import Element
-from rotorstudy.blind.machines.cracks import add_form, arc_form
+from rotorstudy.blind.machines.cracks import add_form, arc_form, static_moment
 from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import NoSteadyState, steady_state
 from rotorstudy.diagnosis.one_cause.answer import identified, interval_of
@@ -39,6 +39,8 @@ def equivalent_beam(depth):
 def fronts(study):
     """A Dataset of depths found from noisy records of cracks by three-dimensional elasticity whose fronts are arcs.
 
+    A residual stress opens or closes them, and Poisson's ratio is not that of the library.
+
     The simulator shares nothing with the library. The numbers of the rig that the fit starts from are drawn from their
     prior about the true ones, then noise and model error; each fit starts at the true crack, its front at an aspect
     ratio of a half. A crack with which the rotor is unstable is drawn anew.
@@ -47,25 +49,27 @@ def fronts(study):
     rotor, unbalance = _independent(study.main)
     length = sum(element.length for element in rotor.elements)
     laws = [*settings.laws, REFERENCE, "front unknown"]
+    ranges = settings.depth_ratios, settings.curvatures, (-np.pi, np.pi)
+    ranges = *ranges, settings.closing_shares, settings.poissons_ratios
     truth, found, count = [], [], 0
     rest = _shown(machine, _built(rotor, unbalance))
     for trial in range(settings.count):
         rng = np.random.default_rng([settings.seed, trial])
         while True:
-            depth, curvature, angle = (
-                rng.uniform(*ends) for ends in (settings.depth_ratios, settings.curvatures, (-np.pi, np.pi))
-            )
+            depth, curvature, angle, closing, poisson = (rng.uniform(*ends) for ends in ranges)
             position = float(rng.choice(settings.positions)) * length
             cracked = _built(rotor, unbalance)
             part = rotor.elements[int(np.searchsorted(rotor.positions, position)) - 1]
-            add_form(cracked, position, arc_form(part, depth, curvature), angle)
+            part = replace(part, poissons_ratio=poisson)
+            moment = closing * static_moment(cracked, position)
+            add_form(cracked, position, arc_form(part, depth, curvature, closing=moment), angle)
             try:
                 shown = _shown(machine, cracked) - rest * (machine.harmonics == 0)[:, None]
             except NoSteadyState:
                 count += 1
                 continue
             break
-        truth.append([depth, curvature, position])
+        truth.append([depth, curvature, position, closing])
         spectrum = machine.noisy_spectrum(shown, study.usual_noise_percent)
         size = len(machine.prior.names)
         (draw,) = standard_normal(settings.seed, trial, 1, size + 2 * shown.size)
@@ -79,7 +83,8 @@ def fronts(study):
         "law": (laws, "1", "flexibility of the crack"),
         "trial": (np.arange(settings.count), "1", "record"),
     }
-    columns = zip(("depth_ratio", "curvature", "position"), ("1", "1", "m"), np.transpose(truth), strict=True)
+    names = {"depth_ratio": "1", "curvature": "1", "position": "m", "closing_share": "1"}
+    columns = zip(names, names.values(), np.transpose(truth), strict=True)
     variables = {name: (("trial",), values, unit, f"true {name} of the crack") for name, unit, values in columns}
     ends = (f"{one} end of its 95 % interval" for one in ("lower", "upper"))
     told = ("depth over diameter found", *ends, "p-value of the misfit")
@@ -99,8 +104,9 @@ def _by_each_law(study, work, shape):
         fitted = fitted_from(work, [one], np.concatenate([work.prior.mean, [mean for mean, _ in one.prior.values()]]))
         found = identified(work, fitted, [fitted])
         rows.append([found.cause.shape["depth_ratio"], *interval_of(found, "depth_ratio"), found.p_value])
-    *straight, p_value = np.maximum(rows[-2], 0.0)  # an interval may reach below
+    *straight, p_value = rows[-2]
     law = registry().get("depth", study.fronts.straight, "fronts")
+    straight = np.clip(straight, *law.valid)  # an interval may reach beyond
     same = [float(np.interp(_across(law, one), equivalent_beam(FINE)[0], FINE)) for one in straight]
     return [*rows[:-1], [*same, p_value], rows[-1]]
 
