@@ -46,3 +46,14 @@ def test_two_faults_at_their_places_are_named(tmp_path):
     found = investigate(spectrum, model, settings=settings).verdict
     assert (found.verdict, found.one_place) == ("cause", ())
     assert {c.where["node"] for c in found.causes} == {one["node"] for one in case.effects}
+
+
+@pytest.mark.parametrize(("alone", "second"), [(5, "added_mass"), (1, "parallel_misalignment")])
+def test_a_second_fault_is_sought_beside_every_single_one(alone, second, monkeypatch, tmp_path):
+    """A misalignment explains more than the mass or the bow alone; beside it only, the mass is never found."""
+    monkeypatch.setattr("rotorstudy.diagnosis.search.search.ALONE", alone)
+    case = small(2, "added_mass+thermal_bow", speeds=4)
+    library = ["added_mass", "unbalance", "bow", "parallel_misalignment", "angular_misalignment", "seal"]
+    spectrum, model, settings = read(case, tmp_path, library)
+    found = investigate(spectrum, model, hold_out=[], settings=settings).verdict
+    assert {c.effect for c in found.causes} == {"bow", second}

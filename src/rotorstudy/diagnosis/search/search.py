@@ -205,10 +205,8 @@ def _moves(work, current):
     found = turns(work, current)
     if len(current.faults) > 1:  # of one alone, all others were judged at the same motion
         found += other_laws(work, current) + removals(current) + exchanges(work, current)
-    if len(work.prior_odds.together(current.causes)) < work.settings.most_causes:
-        least = odds_of(current) + WORTH_ADDING
-        found += [one for one in additions(work, current, [current.fit]) if one.log_odds > least]
-    return found
+    least = odds_of(current) + WORTH_ADDING
+    return found + [one for one in additions(work, current, [current.fit]) if one.log_odds > least]
 
 
 def _fit_best(work, groups, possible=None):
