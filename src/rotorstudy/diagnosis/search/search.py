@@ -109,7 +109,7 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
     try:
         if known:
             _fit_best(work, [[_proposed_again(work, one) for one in known]], possible)
-            tried += [] if work.is_rejected else [[work.nothing]]
+            tried += [[work.nothing]] if work.best.causes and not work.is_rejected else []
         while len(tried) < EXPANDED:
             _drop_impossible(work, possible)
             current = _due(work, [_laws(e) for some in tried for e in some])
@@ -155,9 +155,9 @@ def _proposed_again(work, one):
 
 
 def near_best(work: Search) -> list[Explanation]:
-    """The best explanation of each set of effects that may still change a probability, the best first."""
+    """The explanations that may still change a probability, the best first."""
     least = max(map(odds_of, work.explanations)) - WITHIN
-    return [e for e in _best_of_each_set(work) if e.causes and odds_of(e) >= least]
+    return sorted((e for e in work.explanations if e.causes and odds_of(e) >= least), key=odds_of, reverse=True)
 
 
 def _due(work, tried):
@@ -170,7 +170,7 @@ def _due(work, tried):
     best = max((e for e in every if _is_due(work, e, tried)), key=odds_of, default=None)
     if best is None or len(best.faults) != 1 or not work.is_rejected:
         return [best] if best else []
-    return [e for e in every if len(e.faults) == 1 and _laws(e) not in tried and odds_of(e) > 0][:ALONE]
+    return [e for e in every if e is best or (len(e.faults) == 1 and _laws(e) not in tried and odds_of(e) > 0)][:ALONE]
 
 
 def _is_due(work, explanation, tried):
