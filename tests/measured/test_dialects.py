@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from rotorstudy import RotorstudyError, read_measurement
+from rotorstudy.measurement.channel_names import stated_units
 from rotorstudy.measurement.conventions import Conventions, CsvLayout
 from rotorstudy.measurement.files import open_csv, open_matlab, open_uff
 from rotorstudy.measurement.guess import guess_measurement
@@ -263,3 +264,27 @@ def _write_two_sets(uff, path, x, change):
     if change == "cut":
         lines = path.read_text().splitlines()
         path.write_text("\n".join([*lines[:-6], *lines[-1:]]) + "\n")  # without 18 samples
+
+
+@pytest.mark.parametrize(
+    ("head", "row", "names", "units"),
+    [
+        ("time x y\n# 1000 Hz", "{0} {0} {1}", ["time", "x", "y"], ["", "", ""]),  # a comment, and no row of units
+        ("Time,X", "12:30:0{0}.5,1.25", ["Time", "X"], ["", ""]),  # times of day are no columns
+        ("time:x", "{0}:{1}", ["time", "x"], ["", ""]),
+    ],
+)
+def test_comments_and_times_of_day_do_not_change_the_layout(head, row, names, units, tmp_path):
+    path = tmp_path / "r.csv"
+    path.write_text("\n".join([head, *(row.format(i, i + 1) for i in range(9))]) + "\n")
+    found = guess_layout(path)
+    assert (found.names, found.units) == (names, units)
+
+
+def test_a_plane_in_brackets_is_no_unit_where_the_unit_follows():
+    assert stated_units(["DE (NS) (um)", "NDE (IN) [um]", "DE (in)", "t (hours)"], [""] * 4) == [
+        "um",
+        "um",
+        "in",
+        "hours",
+    ]

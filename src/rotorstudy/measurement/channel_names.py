@@ -32,6 +32,7 @@ STATED |= {
 STATED |= {unit: unit for unit in ("m/s", "mm/s", "in/s", "m/s2", "g")}
 NOT_READ = (  # units of other quantities or sizes, in which no channel is read
     "nm", "cm", "dm", "km", "in", "inch", "inches", "ft", "uin", "µin", "us", "µs", "μs", "usec", "ns", "min", "hr",
+    "hour", "hours", "minute", "minutes", "day", "days",
     "khz", "krpm", "rps", "1/s", "rev/s", "deg/s", "cm/s", "ft/s", "deg", "kv", "a", "ma", "db", "%", "counts", "bar",
     "mbar", "psi", "pa", "kpa", "mpa", "n", "kn", "w", "kw", "mw", "degc", "°c", "degf", "°f", "k", "kg",
 )  # fmt: skip
@@ -83,13 +84,15 @@ def stated_units(names, below):
 
 
 def _stated(name, below, letters):
-    """The unit of a column; letters : those that are a unit in brackets, where other single ones may be a name."""
-    bracketed = re.findall(r"[\[(]([^\])]*)[\])]", name)
+    """The unit of a column; letters : those that are a unit in brackets, where other single ones may be a name.
+
+    Of several one that is read, as `DE (NS) (um)` names the plane first.
+    """
+    bracketed, found = re.findall(r"[\[(]([^\])]*)[\])]", name), []
     for text in (below, *(one for one in bracketed if len(one) != 1 or one in letters)):
         word = re.sub(r"[\s^]|(0-)?\b(pp|p-p|pk-?pk|pk|peak|rms)\b", "", text.lower()).replace("²", "2")
-        if word in STATED:
-            return STATED[word]
-    return None
+        found += [STATED[word]] if word in STATED else []
+    return next((unit for unit in found if unit not in NOT_READ), next(iter(found), None))
 
 
 def angle_in(name):

@@ -157,8 +157,9 @@ def _size_unit(text):
 
 def _angle_unit(text):
     """The quantity and unit of a phase; degrees without a unit; None for another one, such as gon."""
-    words = set(words_in(text)) - {"lag", "lagging", "lead", "leading"}
-    return "phase_rad" if "rad" in words else "phase_deg" if not words or DEGREES & words or "°" in text else None
+    words = set(words_in(text.replace("º", "°"))) - {"lag", "lagging", "lead", "leading", "angle"}
+    is_degree = not words or DEGREES & words or "°" in text
+    return "phase_rad" if "rad" in words else "phase_deg" if is_degree else None
 
 
 def _speed_columns(names, units):

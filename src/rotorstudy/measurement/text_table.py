@@ -23,6 +23,7 @@ ROWS = 3  # at least of data
 LONGEST = 1000  # characters in a cell of a table
 MOST_COLUMNS = 5000  # a table of 250 probes with ten harmonics each
 SEPARATORS = (";", "\t", ",", "|", ":", WHITESPACE[0])
+CLOCK = re.compile(r"\d:\d\d:\d\d")  # a time of day, which ":" does not divide into columns
 COMMENTS = ("#", "%", "//")  # at the start of lines between the rows
 MISSING = {"", "nan", "-nan", "na", "n/a", "n.a.", "#n/a", "#na", "<na>", "null", "none", "-", "--", "---"}
 MISSING |= {"1.#ind", "-1.#ind", "1.#qnan", "-1.#qnan"}  # instead of a reading, in lower case
@@ -44,7 +45,8 @@ def guess_layout(path):
     """The Layout of a text file with one row of names and rows of numbers below it."""
     with _opened(path) as file:
         lines = list(islice(file, LINES))
-    ways = [(separator, decimal) for separator in SEPARATORS for decimal in (".", ",")]
+    separators = [one for one in SEPARATORS if one != ":" or not any(map(CLOCK.search, lines))]
+    ways = [(separator, decimal) for separator in separators for decimal in (".", ",")]
     (_, rows), separator, decimal = max(((_table(lines, *way), *way) for way in ways), key=lambda found: found[0][0])
     if len(rows) < ROWS or rows[0] == 0:
         raise RotorstudyError(
@@ -92,9 +94,10 @@ def header_of(path, layout):
                 names, numbers = cells, above + layout.unit_rows
             elif names is not None and above <= numbers:
                 numeric = sum(_is_number(cell, layout.decimal) and cell != "1" for cell in cells)
-                if numeric and numeric >= sum(map(bool, cells)) / 2:
+                are_numbers = numeric and numeric >= sum(map(bool, cells)) / 2
+                if are_numbers and not line.lstrip().startswith(COMMENTS):
                     raise RotorstudyError(f"{path}, line {above}: numbers, and not units; correct 'csv: unit_rows'")
-                units = units or cells
+                units = units or ([] if are_numbers else cells)
             if names is not None and above >= numbers:
                 break
     if names is None:
