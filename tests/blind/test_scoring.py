@@ -11,7 +11,7 @@ from scipy.stats import binom
 
 from rotorstudy import RotorstudyError, registry
 from rotorstudy.blind.config import KINDS
-from rotorstudy.blind.criteria import AT_A_GLANCE, OWN, PUBLISHED, judge, printed, sentences, statement
+from rotorstudy.blind.criteria import AT_A_GLANCE, OWN, judge, printed, sentences, statement
 from rotorstudy.blind.run import answer_case, answer_chunk, check_seal, gather_chunks, run_blind, salt_of, seal
 from rotorstudy.blind.scoring import score, score_case, share_bounds
 from rotorstudy.blind.summary import summary
@@ -114,11 +114,11 @@ def test_the_published_records_stand_beside_the_own(truths):
         ],
         columns=["families", "known", "size", "verdict", "alone", "in_set", "wrong"],
     ).assign(named="", probability=np.nan, first_right=False, angle_right=True, sizes=0, covered=0, gain=np.nan)
-    there = judge(rows, PUBLISHED)
+    there = judge(rows, "other forms")
     at_a_glance = there.set_index("key").loc[list(AT_A_GLANCE)]
     assert list(at_a_glance.found) == [1, 1, 2, 0, 0] and list(at_a_glance.cases) == [1, 2, 2, 2, 2]
     said = sentences(pd.concat([scored(truths, oracle)[1], there]))
-    assert len(said) == 5 and OWN in said[1] and f"1 of 2 cases of {PUBLISHED} (1 to 99 %)" in said[1]
+    assert len(said) == 5 and OWN in said[1] and "1 of 2 cases of other forms (1 to 99 %)" in said[1]
 
 
 def test_fewer_than_six_ratios_bound_no_median(truths):

@@ -1,5 +1,7 @@
 """The first answer of a diagnosis, and what is left of one that is stopped by Ctrl-C."""
 
+from dataclasses import replace
+
 import pytest
 from machines import spectrum_of
 from test_places_of_forces import FAULTY, MODEL, begun
@@ -8,8 +10,9 @@ from test_search import HARMONICS, JEFFCOTT, ONE, SPEEDS, hidden
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.search import begin, unsearched
-from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.diagnosis.verdict.sought import first_answer
+from rotorstudy.diagnosis.verdict.held_out import HeldOutMisfit
+from rotorstudy.diagnosis.verdict.investigate import _best_sought, investigate
+from rotorstudy.diagnosis.verdict.sought import Sought, first_answer
 from rotorstudy.model.rig import build_model
 
 
@@ -50,6 +53,19 @@ def test_a_search_that_is_stopped_keeps_what_it_found_and_says_so(monkeypatch, f
     signal = Terminated
     with pytest.raises(Terminated):
         investigate(data, clean, settings=ONE)
+
+
+@pytest.mark.parametrize("stopped", [True, False])
+def test_a_second_search_that_is_stopped_is_said(monkeypatch, stopped):
+    """Of the two searches, with different speeds held out, the first one is kept, but it is not the last word."""
+    work = begun()
+    first = Sought(work, None, None, None, work, None, None, HeldOutMisfit(2.0, 1e-9, 0.0))
+    again = first._replace(judged=replace(work, stopped=stopped), surprise=HeldOutMisfit(3.0, 1e-9, 0.0))
+    both = iter([first, again])
+    monkeypatch.setattr("rotorstudy.diagnosis.verdict.investigate.seek", lambda *given, **more: next(both))
+    monkeypatch.setattr("rotorstudy.diagnosis.verdict.investigate.split", lambda *given, **more: (None, None))
+    monkeypatch.setattr(Sought, "is_surprised", lambda *given: True)
+    assert _best_sought(None, None, MODEL, ONE, {}).judged.stopped == stopped
 
 
 @pytest.mark.usefixtures("unrendered")

@@ -6,11 +6,11 @@ from rotorstudy.blind.run import gather_chunks
 from rotorstudy.presentation.blind_page import write_pages
 
 
-def gather(config, seals, answers, folder, index, independent=None):
+def gather(config, seals, answers, independent, sources, folder, index):
     """Write results and pages to a folder.
 
-    seals, answers : paths, of all chunks;  independent : path of the cases of the independent simulator
+    seals, answers : paths, of all chunks;  independent, sources : paths and names of cases of other runs
     """
     data, criteria, rows = gather_chunks(load_blind(config), folder, seals, answers)
-    write_pages(data, criteria, rows, folder, independent, index=index)
+    write_pages(data, criteria, rows, folder, dict(zip(sources, independent, strict=True)), index=index)
     print(printed(criteria))

@@ -13,7 +13,7 @@ from rotorstudy.yaml_file import read_yaml
 
 LOAD_STUDY, LOAD_REPLAY = "rotorstudy.studies.config.load_study", "thesis.config.load_replay"
 REPLAY_STAGES = ("records", "spectra", "identification")
-CRACK_STAGES = ("limits", "accuracy", "trials", "fronts", "thesis_method")
+CRACK_STAGES = ("limits", "accuracy", "trials", "fronts", "passage", "thesis_method")
 THESIS = {f"chapter_{n}" for n in range(2, 7)}
 TESTED = ("rotor", "crack", "bearing", "effect")  # kinds of plugins that a diagnosis tries
 
@@ -342,12 +342,12 @@ class Plan:
         threads = 8 if chunks == 1 else 1  # at most
         some = Job("blind_chunk", "jobs.blind_chunk.answer", inputs, outputs, given, plugins, threads=threads)
         inputs = inputs | {name: [path.format(chunk=i) for i in range(chunks)] for name, path in outputs.items()}
-        if self.config.independent_records:
-            inputs["independent"] = self.config.independent_records
+        inputs["independent"], sources = [*self.config.independent_records.values()], [*self.config.independent_records]
         names = ("blind.nc", "seals.json", "truths.json", "verdicts.json")
         pages = self.tables("blind/criteria", "blind/cases")
         makes = (*(f"{folder}/{name}" for name in names), *pages, *self.pictures("blind"))
-        return [some, Job("blind", "jobs.blind.gather", inputs, given={"folder": folder, **self.index}, makes=makes)]
+        given = {"folder": folder, "sources": sources, **self.index}
+        return [some, Job("blind", "jobs.blind.gather", inputs, given=given, makes=makes)]
 
     def diagnoses(self):
         """Diagnoses of measured records, a folder each, and a page on those of replayed experiments."""

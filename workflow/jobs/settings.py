@@ -45,7 +45,7 @@ class WorkflowConfig(Strict):
                   and estimators, of that of crack models, and of the study of transverse cracks; left out if not given
     diagnoses   : name -> measured records and their rig file
     chunks      : numbers of jobs into which long sweeps are split
-    independent_records : cases of the independent simulator (CSV), shown beside the blind tests
+    independent_records : name -> cases of the independent simulator (CSV), shown beside the blind tests
     published   : folder of rig files, each beside a table of what others printed of that machine; left out if not given
     """
 
@@ -60,7 +60,7 @@ class WorkflowConfig(Strict):
     cracks: str = ""
     crack_study: str = ""
     chunks: Chunks = Chunks()
-    independent_records: str = ""
+    independent_records: dict[str, str] = {}
     published: str = ""
 
 
@@ -111,9 +111,9 @@ def _placed(config, root):
     def place(stated):
         return str(root / stated) if stated else stated
 
-    single = ("reference", "blind", "compare", "cracks", "crack_study", "independent_records", "published")
+    single = ("reference", "blind", "compare", "cracks", "crack_study", "published")
     update = {key: place(getattr(config, key)) for key in single}
-    for key in ("studies", "replays"):
+    for key in ("studies", "replays", "independent_records"):
         update[key] = {name: place(path) for name, path in getattr(config, key).items()}
     update["diagnoses"] = {
         name: item.model_copy(update={"records": [*map(place, item.records)], "rig": place(item.rig)})

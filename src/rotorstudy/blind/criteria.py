@@ -16,7 +16,7 @@ CRACKS = ("crack", "open_crack", "crack_form", "open_crack_form")
 OPTIONAL = ("beside", "causes", "names_rotor", "place_error", "flexibility_held", "gain_true")
 RESAMPLES = 400  # of the cases, for the bounds of the calibration error
 STATUSES = ("reached", "undecided", "not reached")
-OWN, PUBLISHED = "this run", "the published run"
+OWN = "this run"
 AT_A_GLANCE = {  # key -> the answer in the words of the figure, and as a sentence with its count
     "clean_called_clean": ("clean called clean", "A record with nothing hidden was called clean in {count}."),
     "named_alone": (

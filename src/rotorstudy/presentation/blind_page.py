@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from rotorstudy.blind.criteria import LARGE, PUBLISHED, judge, sentences, statement
+from rotorstudy.blind.criteria import LARGE, judge, sentences, statement
 from rotorstudy.presentation.blind_figures import blind_figures
 from rotorstudy.presentation.captions import BLIND_FIGURES
 from rotorstudy.presentation.pages import inline_png, render, to_index
@@ -26,13 +26,12 @@ NOTES = (
 )
 
 
-def write_pages(data, criteria, rows, folder, independent=None, index=None):
-    """Write figures (PNG, SVG), criteria and cases (CSV, HTML) to a folder; independent : rows of the published run."""
+def write_pages(data, criteria, rows, folder, others=None, index=None):
+    """Write figures (PNG, SVG), criteria and cases (CSV, HTML) to a folder; others : name -> rows (CSV) of a run."""
     import pandas as pd
 
     folder = Path(folder)
-    if independent:
-        criteria = pd.concat([judge(pd.read_csv(independent), PUBLISHED), criteria])
+    criteria = pd.concat([*(judge(pd.read_csv(path), name) for name, path in (others or {}).items()), criteria])
     for name, picture in blind_figures(rows, criteria).items():
         save_figure(picture, *(folder / "figures" / f"{name}.{kind}" for kind in ("png", "svg")))
     write_csv(criteria, folder / "criteria.csv")
@@ -52,7 +51,7 @@ def write_pages(data, criteria, rows, folder, independent=None, index=None):
 
 
 def criteria_page(criteria, source, figures, links=None):
-    """The page as HTML; criteria : of one source or several, the published one first."""
+    """The page as HTML; criteria : of one source or several."""
     return render(
         "blind.html",
         title="Blind tests: how often the diagnosis is right",

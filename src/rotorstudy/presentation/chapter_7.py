@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rotorstudy.presentation.chapter_7_passage import passage_figure
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 from rotorstudy.studies.crack_study.limits import detection_probability
 from rotorstudy.units import number, percent
@@ -142,6 +143,34 @@ def accuracy_over_the_shaft(study, accuracy):
     return picture
 
 
+def noise_and_probes(study, accuracy):
+    """Bounds of depth and position at mid-shaft over the noise, for all sets of probes."""
+    length = study.main.model().structure.length
+    middle = float(accuracy.position[len(accuracy.position) // 2])
+    depth = float(accuracy.depth_ratio[np.argmin(np.abs(accuracy.depth_ratio.values - study.reference.depth_ratio))])
+    picture, axes = figure(1, 2, height=2.5)
+    for panel, (name, text, factor) in zip(axes[0], QUANTITIES[:2], strict=True):
+        scale = factor / length if name == "position_m" else factor
+        for i, planes in enumerate(accuracy.planes.values):
+            values = accuracy.bound.sel(planes=planes, shape=name, depth_ratio=depth).sel(position=middle) * scale
+            panel.loglog(accuracy.noise, values, MARKERS[i] + "-", color=COLOURS[i], label=str(planes))
+        panel.set(xlabel="noise (% of the rms vibration)", title=text)
+        panel.set_xticks(accuracy.noise.values, [f"{x:g}" for x in accuracy.noise.values])
+    axes[0, 0].set_ylabel("standard deviation (Cramér-Rao)")
+    lines = axes[0, 0].get_legend_handles_labels()
+    picture.legend(*lines, loc="outside lower center", ncols=5, fontsize=6, title="probes", title_fontsize=6)
+    planes = list(study.main.planes)
+    there = accuracy.bound.sel(shape="depth_ratio", depth_ratio=depth).sel(
+        position=middle, noise=study.usual_noise_percent
+    )
+    picture.suptitle(
+        f"Crack of {100 * depth:g} % at {middle * 1e3:.0f} mm, {study.usual_noise_percent:g} % noise: the depth is "
+        f"{float(there[0] / there[-1]):.1f} times more certain by {planes[-1]} than by {planes[0]}",
+        fontsize=8,
+    )
+    return picture
+
+
 def information(study, accuracy):
     """What the harmonics and the speeds tell of the reference crack."""
     picture, axes = figure(1, 2, height=2.6)
@@ -243,15 +272,17 @@ def thesis_method_figure(study, thesis):
     return picture
 
 
-def figures(study, limits, accuracy, trials, fronts, thesis_method):
+def figures(study, limits, accuracy, trials, fronts, passage, thesis_method):
     """The figures of the study, from the Datasets of its stages."""
     return {
         "smallest_crack": smallest_crack(study, limits),
         "completeness": completeness(study, limits),
         "accuracy_over_the_shaft": accuracy_over_the_shaft(study, accuracy),
+        "noise_and_probes": noise_and_probes(study, accuracy),
         "information": information(study, accuracy),
         "trade_offs": trade_offs(study, accuracy),
         "noisy_records": noisy_records(study, trials),
         "curved_fronts": curved_fronts(study, fronts),
+        "passage": passage_figure(study, passage),
         "thesis_method": thesis_method_figure(study, thesis_method),
     }

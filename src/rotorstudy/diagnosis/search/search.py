@@ -217,8 +217,7 @@ def _fit_best(work, groups, possible=None):
     chosen, often = {}, {}
     for one in filter(None, chain.from_iterable(zip_longest(*(_near(work, proposals) for proposals in groups)))):
         effects, kind = frozenset((c.effect, *c.variant.values()) for c in one.causes), kind_of(one.causes)
-        is_fitted = np.isinf(one.log_odds) and (kind in work.found or kind in work.impossible)
-        if kind not in chosen and not is_fitted and often.get(effects, 0) < OF_AN_EFFECT:
+        if kind not in chosen and often.get(effects, 0) < OF_AN_EFFECT:
             often[effects] = often.get(effects, 0) + 1
             chosen[kind] = one
     unfulfilled = 0

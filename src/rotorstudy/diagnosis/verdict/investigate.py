@@ -1,7 +1,7 @@
 """From a spectrum and a model to a verdict: nothing, a cause, ambiguous, or unknown."""
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.impossible import unstable_rig
@@ -110,6 +110,8 @@ def _best_sought(spectrum, hold_out, model, settings, failed):
     if hold_out is not None or not first.is_surprised(settings.significance):
         return first
     again = seek(*split(spectrum, None, others=True), model, settings, failed, before=first)
+    if again.judged.stopped:
+        return first._replace(judged=replace(first.judged, stopped=True))
     return again._replace(surprised=first.held) if again.surprise.misfit < first.surprise.misfit else first
 
 

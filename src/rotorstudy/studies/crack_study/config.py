@@ -5,7 +5,7 @@ from typing import Any
 from pydantic import Field
 
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.errors import unknown_name
+from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.rig import build_model
 from rotorstudy.studies.config import PositiveNumber
@@ -104,6 +104,20 @@ class ThesisMethod(Strict):
     depth_ratio: PositiveNumber
 
 
+class Passage(Strict):
+    """lowest_rad_s, highest_rad_s, count : speeds of the run-up
+
+    orders : harmonics at `node`;  depth_ratios : of the reference crack
+    """
+
+    lowest_rad_s: PositiveNumber
+    highest_rad_s: PositiveNumber
+    count: int = Field(ge=2)
+    node: int
+    orders: list[int] = Field(min_length=1)
+    depth_ratios: list[PositiveNumber] = Field(min_length=1)
+
+
 class CrackStudy(Strict):
     """crack : how it is modelled;  rotors : name -> CrackedRotor, of which the first is studied in detail
 
@@ -131,6 +145,7 @@ class CrackStudy(Strict):
     reference: Crack
     trials: Trials
     fronts: Fronts
+    passage: Passage
     thesis: ThesisMethod
 
     @property
@@ -147,4 +162,8 @@ def load_crack_study(path):
     for rotor in study.rotors.values():
         rotor.model()
     study.main.model(study.crack.effect(**study.reference.model_dump()))
+    if study.passage.node not in study.main.nodes:
+        raise unknown_name("node", study.passage.node, study.main.nodes, f"{path}, passage")
+    if not study.passage.lowest_rad_s < study.passage.highest_rad_s or not {2} <= set(study.passage.orders):
+        raise RotorstudyError(f"{path}, passage: lowest_rad_s must be below highest_rad_s, and orders must include 2")
     return study
