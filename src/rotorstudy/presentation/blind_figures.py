@@ -27,10 +27,10 @@ def _shares(found, of):
 
 def answers_figure(criteria):
     """The answers at a glance, a point with 95 % bounds for each source of the truth."""
-    picture, axes = figure(1, 1, height=2.6, width=6.4)
-    axes = axes[0, 0]
     shown = criteria[criteria.key.isin(list(AT_A_GLANCE)) & (criteria.cases > 0)]
     sources = list(dict.fromkeys(criteria.source))
+    picture, axes = figure(1, 1, height=1.4 + 0.7 * len(sources), width=6.4)
+    axes = axes[0, 0]
     for i, source in enumerate(sources):
         rows = shown[shown.source == source]
         place = np.array([list(AT_A_GLANCE).index(key) for key in rows.key]) + 0.3 * (i - (len(sources) - 1) / 2)
@@ -42,7 +42,7 @@ def answers_figure(criteria):
     axes.set_yticks(range(len(AT_A_GLANCE)), [name for name, _ in AT_A_GLANCE.values()])
     axes.set(xlim=(-2, 118), ylim=(len(AT_A_GLANCE) - 0.4, -0.6), xlabel="share of cases (%), with 95 % bounds")
     axes.set_xticks(range(0, 101, 20))
-    told = " and ".join(f"{row.found} of {row.cases}" for row in shown[shown.key == "in_set"].itertuples())
+    told = ", ".join(f"{row.found} of {row.cases}" for row in shown[shown.key == "in_set"].itertuples())
     picture.suptitle(f"The hidden effect is named or not ruled out in {told or 'no case'}", fontsize=8)
     picture.legend(loc="outside lower center", ncols=2, frameon=False)
     return picture
