@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.one_cause.over_forms import over_forms
-from rotorstudy.diagnosis.search.candidates import Candidate
-from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, ranges_of
+from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
+from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges
+from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, as_fit, ranges_of, shaped
 from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
@@ -70,18 +70,6 @@ def is_same(work: Work, one: Fitted, other: Fitted) -> bool:
     return True
 
 
-def shaped(work: Work, one: Fitted) -> tuple[Candidate, ...]:
-    """The causes of a fit, with the standard deviations of their shapes."""
-    std = np.sqrt(np.diag(one.covariance))[len(one.amplitudes) :]
-    found, first = [], 0
-    for cause in one.causes:
-        ranges, own = ranges_of(work, cause), std[first : first + len(cause.shape)]
-        spread = {n: ranges[n].slope(cause.shape[n]) * x for n, x in zip(cause.shape, own, strict=True)}
-        found.append(cause._replace(shape_std=spread))
-        first += len(own)
-    return tuple(found)
-
-
 def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
     """The Identified of a fit, the best of all that were tried."""
     from scipy.stats import chi2
@@ -95,7 +83,7 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
     for one in tried:
         if one.cost <= least and not any(is_same(work, one, known) for known in elsewhere):
             elsewhere.append(one)
-    averaged = over_forms(work, best) if len(best.causes) == 1 else None
+    averaged = _over_forms(work, best) if len(best.causes) == 1 else None
     return Identified(
         (averaged.cause,) if averaged else shaped(work, best),
         work.whole.plus(*(cause.term for cause in best.causes)),
@@ -107,6 +95,14 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
         tuple(shaped(work, one) for one in elsewhere[1:]),
         averaged.intervals if averaged else {},
     )
+
+
+def _over_forms(work, best):
+    """The OverForms of the one cause of a fit; None if its form is not free."""
+    (cause,) = shaped(work, best)
+    if not form_ranges(cause.effect).keys() & cause.shape.keys():
+        return None
+    return over_forms(work, as_fit(work, best), cause, laws_of(work, cause))
 
 
 def interval_of(found: Identified, name: str) -> tuple[float, float]:

@@ -18,6 +18,7 @@ from rotorstudy.diagnosis.search.candidates import (
     candidate,
     form_ranges,
     formulas_of,
+    freedom_of,
     shape_ranges,
     variants_of,
     with_vibration,
@@ -74,7 +75,7 @@ def identify_cause(
 
 def _with_form(work, one):
     """(causes, amplitudes) of a fit, each cause with a form in the middle of its ranges."""
-    causes = [in_form(work, cause, cause.term.label, cause.variant, True) for cause in one.causes]
+    causes = [in_form(work, cause) for cause in one.causes]
     means = [mean for cause in causes for mean, _ in cause.prior.values()]
     return causes, np.concatenate([one.amplitudes[: len(work.prior.names)], means])
 
@@ -184,14 +185,14 @@ def _alternatives(work, effect, form):
 def _of_variants(work, effect, variants, form=None):
     """The effect at every place in each variant, in the middle of its shapes, with a form or the default one."""
     plugin, structure, found = registry().get("effect", effect), work.rig.structure, []
+    freedoms = (freedom_of(effect, any_form=False),) if form else ()
     for where, variant in product(plugin.places(structure, work.rig.sensors), variants):
         ranges = shape_ranges(effect, structure, where.get("node")) | (form or {})
         for x in SOMEWHERE:
             shape = {name: ends.value(x) for name, ends in ranges.items()}
             try:
-                found.append(
-                    candidate(work.rig, effect, where, shape, "cause", work.settings.prior_width, variant, bool(form))
-                )
+                where_and_how = work.rig, effect, where, shape, "cause", work.settings.prior_width, variant
+                found.append(candidate(*where_and_how, freedoms))
             except CannotAct:
                 continue
             break

@@ -2,156 +2,191 @@
 
 The depth of a crack, its position and the shape of its front trade off along a curved sheet, of which the covariance of
 a fit is only the tangent: near a bearing the moment grows in proportion to the distance, and the depth with a power of
-it. Form and position are held at values about the best ones, all else is fitted, and the fits are weighted.
+it. A crack on the other side of midspan may explain as much. So form and position are held at values over all their
+ranges, and the rest of the shape is fitted there with all amplitudes. So it is by the law of the library and by any
+near it, as far as the records tell them apart.
 """
 
-from dataclasses import replace
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import Candidate, candidate, form_ranges
-from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, fitted_from, ranges_of
-from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState
-from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS
-from rotorstudy.model.rig_items import with_options
+from rotorstudy.diagnosis.one_cause.held_shapes import CLOSER, UNLIKELY, HeldShapes, halfway
+from rotorstudy.diagnosis.search.candidates import (
+    Candidate,
+    candidate,
+    form_ranges,
+    freedom_of,
+    variants_of,
+)
+from rotorstudy.diagnosis.search.screening import Projection
+from rotorstudy.diagnosis.search.shape_fit import Work, point_of, ranges_of
+from rotorstudy.inference.fit import Fit
+from rotorstudy.model.registry import registry
 
-ROUGHLY = replace(HYPOTHESIS, step_in_sigma=0.05)  # of a misfit that the next step would lower by 0.0025
-STEP = 1.5  # standard deviations from one value held to the next
-LONGEST = {"form": 0.25, "position": 0.1}  # step, of the range
-UNLIKELY = 8.0  # misfit above that of the best, beyond which a shape has no weight
-MOST = 12  # values held on one side
+FORMS = (0.25, 0.5, 0.75, 0.0, 1.0)  # fractions of the range of the form that are held, beside that of the fit
+PLACES = 20  # of the position, evenly over the shaft
+ABOUT = 1.5 * np.arange(-4, 5)  # standard deviations from the position that was fitted, of more of them
 FEWEST = 3  # values held that describe a weight
-FINE = 100  # of the weights between them, and levels of a distribution
+FINE = 100  # of the weights between values held, and levels of a distribution
 LEVELS = 9  # of each normal distribution of a mixture
 INTERVAL = (0.025, 0.5, 0.975)
 
 
-def in_form(work: Work, cause: Candidate, label: str, variant: dict, is_free: bool) -> Candidate:
-    """A cause by a law in its usual form, or in the middle of all its forms, where it has any."""
-    form = {name: ends.value(0.5) for name, ends in form_ranges(cause.effect).items()} if is_free else {}
+def in_form(work: Work, cause: Candidate, *, any_form: bool = False) -> Candidate:
+    """A cause by its law, in the middle of its forms where it has any.
+
+    any_form : whether it has the freedom of `Effect.any_form`, too
+    raises   : CannotAct if the law has no other form
+    """
+    form = {name: ends.value(0.5) for name, ends in form_ranges(cause.effect).items()}
+    freedoms = tuple(freedom_of(cause.effect, any_form=one) for one in (False, True)[: 1 + any_form]) if form else ()
     shape, width = cause.shape | form, work.settings.prior_width
-    return candidate(work.rig, cause.effect, cause.where, shape, label, width, variant, bool(form))
+    return candidate(work.rig, cause.effect, cause.where, shape, cause.term.label, width, cause.variant, freedoms)
+
+
+def laws_of(work: Work, cause: Candidate) -> list[Candidate]:
+    """A cause in the middle of its forms by its own law and, where it may have any near it, by these.
+
+    raises : CannotAct if the law has no other form
+    """
+    near = variants_of(registry().get("effect", cause.effect).any_form[2])
+    return [in_form(work, cause, any_form=one) for one in (False, True)[: 1 + (cause.variant in near)]]
 
 
 class OverForms(NamedTuple):
-    """The cause with medians and standard deviations over all forms, and option -> ends of its 95 % interval."""
+    """The cause with medians and standard deviations over all forms, and option -> ends of its 95 % interval.
+
+    cost       : misfit and penalty of the most probable law, where it explains most
+    by_own_law : amplitudes (unknown,) and cost by the law of the cause itself; None if it explains too little
+    """
 
     cause: Candidate
     intervals: dict[str, tuple[float, float]]
+    cost: float
+    by_own_law: tuple[np.ndarray, float] | None
 
 
-def over_forms(work: Work, best: Fitted) -> OverForms | None:
-    """The last cause of a fit over all forms; None if its form is not free, or its position is not."""
-    cause = best.causes[-1]
-    form = [name for name in form_ranges(cause.effect) if name in cause.shape]
+class _Weighted(NamedTuple):
+    """A law with its evidence, (row, level) values of each option over all forms, and (row,) weights of these.
+
+    amplitudes, cost : where it explains most
+    """
+
+    law: Candidate
+    log_evidence: float
+    values: dict[str, np.ndarray]
+    weight: np.ndarray
+    amplitudes: np.ndarray
+    cost: float
+
+
+def over_forms(
+    work: Work, fitted: Fit, cause: Candidate, laws: Sequence[Candidate], others: Sequence[Candidate] = ()
+) -> OverForms | None:
+    """A cause over all its forms by some laws, which are weighted by their evidence.
+
+    fitted  : Fit with the cause, at whose motion it is judged;  cause, others : the causes in their shapes there
+    laws    : as `laws_of` returns them
+    returns : None if form and position of the cause are not both free, or no law explains the records
+    """
+    form = [name for name in form_ranges(cause.effect) if name in laws[0].shape]
     place = [name for name in cause.shape if name.startswith("position")]
     if len(form) != 1 or len(place) != 1:
         return None
-    ranges = ranges_of(work, cause)
-    least, rows = np.inf, {}
-    for x, one in _held_along(work, best, *form, ranges, LONGEST["form"], least).items():
-        along = _held_along(work, one, *place, ranges, LONGEST["position"], least)
-        least = min([least, *(there.cost for there in along.values())])
-        if len(along) >= FEWEST:
-            rows[x] = _distribution(cause, along, ranges)
-    return _mixture(cause, rows, *place, *form, ranges) if len(rows) >= FEWEST else None
-
-
-def _held_along(work, start, name, ranges, longest, least):
-    """Fraction of the range of an option -> Fitted with it held there, on both sides of a fit as far as is likely."""
-    cause, ends = start.causes[-1], ranges[name]
-    middle = ends.fraction(cause.shape[name])
-    place = list(cause.shape).index(name) - len(cause.shape)
-    step = min(STEP * np.sqrt(start.covariance[place, place]), longest)
-    found = {middle: held_at(work, start, name, cause.shape[name])}
-    least = min(least, found[middle].cost) if found[middle] else least
-    for way in (-step, step):
-        x, last = middle, found[middle] or start
-        for _ in range(MOST):
-            if not 0 < x < 1:
-                break
-            x = min(max(x + way, 0.0), 1.0)
-            one = held_at(work, last, name, ends.value(x))
-            if one is None or not one.minimum.converged[0]:  # such as a crack at a disc
-                continue
-            if _at_an_end(one, ranges):  # beyond which it cannot be
-                break
-            found[x] = last = one
-            least = min(least, one.cost)
-            if one.cost > least + UNLIKELY:
-                break
-    return {x: one for x, one in sorted(found.items()) if one}
-
-
-def held_at(work, fitted, name, value):
-    """The fit with an option of its cause held at a value; None where there is none."""
-    *others, cause = fitted.causes
-    shape = {key: x for key, x in cause.shape.items() if key != name}
-    try:
-        term = with_options(cause.term, {name: value}, work.rig.structure, work.rig.sensors)
-        held = cause._replace(term=term, shape=shape, options=cause.options | {name: value}, held=(name,))
-        return fitted_from(work, [*others, held], fitted.amplitudes, ROUGHLY)
-    except (CannotAct, NoSteadyState, NoConvergenceError):
+    bare, slopes = Projection(fitted, work.spectrum), []
+    for other in (one for one in others if one.shape):
+        shapes = HeldShapes(work, bare, other, ranges_of(work, other), ())
+        values = np.array([[fitted.values[name] for name in other.names]])
+        slopes += [*shapes.columns([other], point_of(work, other)[None], values)[1][0]]
+    projection = Projection(fitted, work.spectrum, cause.names, [one[: len(fitted.residual)] for one in slopes])
+    found = list(filter(None, (_weighted(work, projection, cause, law, *form, *place) for law in laws)))
+    if not found:
         return None
-
-
-def _at_an_end(fitted, ranges):
-    """Whether an option is at an end of its range, where nothing changes with it."""
-    shape = fitted.causes[-1].shape
-    return any(not 0 < ranges[key].fraction(x) < 1 for key, x in shape.items() if not ranges[key].goes_around)
-
-
-def _distribution(cause, fits, ranges):
-    """The distribution along the position: (level, 1 + 2 * rest) that, the rest of the shape, log variances of it.
-
-    All in fractions of the ranges, from fits at fractions of that of the position; and the logarithm of its evidence.
-    """
-    from scipy.interpolate import PchipInterpolator
-
-    rest, rows = list(next(iter(fits.values())).causes[-1].shape), []
-    for one in fits.values():
-        covariance = one.covariance
-        values = [ranges[key].fraction(one.causes[-1].shape[key]) for key in rest]
-        for i, key in enumerate(rest):
-            if ranges[key].goes_around:  # beside the best one
-                about = ranges[key].fraction(cause.shape[key])
-                values[i] = about + (values[i] - about + 0.5) % 1 - 0.5
-        variance = np.diag(covariance)[-len(rest) :]
-        rows.append([*values, *np.log(variance), one.cost / 2 - np.linalg.slogdet(covariance)[1] / 2])
-    held = np.array(list(fits))
-    curve = PchipInterpolator(held, rows)  # no overshoot where the misfit rises steeply
-    x = np.linspace(held[0], held[-1], 4 * FINE)
-    energy = curve(x)[:, -1]
-    weight = np.exp(energy.min() - energy)
-    below = np.cumsum(weight) - weight / 2
-    at = np.interp((np.arange(FINE) + 0.5) / FINE * weight.sum(), below, x)
-    return np.column_stack([at, curve(at)[:, :-1]]), np.log(weight.sum() * (x[1] - x[0])) - energy.min()
-
-
-def _mixture(cause, rows, place, form, ranges):
-    """OverForms of the distributions (fraction of the range of the form -> as `_distribution` returns)."""
-    from scipy.interpolate import PchipInterpolator
-    from scipy.special import ndtri
-
-    held = np.array(list(rows))
-    x = np.linspace(held[0], held[-1], FINE)
-    evidence = PchipInterpolator(held, [one for _, one in rows.values()])(x)
-    weight = np.repeat(np.exp(evidence - evidence.max()), FINE)
-    parts = PchipInterpolator(held, [one for one, _ in rows.values()])(x).reshape(FINE * FINE, -1)
-    rest = [key for key in cause.shape if key not in (place, form)]
-    values = {place: (parts[:, 0], 0.0), form: (np.repeat(x, FINE), 0.0)}
-    for i, key in enumerate(rest, 1):
-        values[key] = parts[:, i], np.exp(parts[:, len(rest) + i] / 2)
-    levels = ndtri((np.arange(LEVELS) + 0.5) / LEVELS)
+    best = max(found, key=lambda one: one.log_evidence)
+    weight = np.concatenate([one.weight * np.exp(one.log_evidence - best.log_evidence) for one in found])
     shape, spread, intervals = {}, {}, {}
-    for key in cause.shape:
-        mean, std = values[key]
-        drawn = _values(ranges[key], mean[:, None] + np.multiply.outer(std, levels).reshape(-1, LEVELS))
+    for key in best.values:
+        drawn = np.concatenate([one.values[key] for one in found])
         low, shape[key], high = _quantiles(drawn, weight)
         spread[key] = float(np.sqrt(np.average((drawn - shape[key]) ** 2, weights=weight, axis=0).mean()))
         intervals[key] = low, high
-    return OverForms(cause._replace(shape=shape, shape_std=spread), intervals)
+    own = next(((one.amplitudes, one.cost) for one in found if one.law is laws[0]), None)
+    return OverForms(laws[0]._replace(shape=shape, shape_std=spread), intervals, best.cost, own)
+
+
+def _weighted(work, projection, cause, law, form, place):
+    """The _Weighted of a law; None where it explains the records in too few shapes."""
+    ranges = ranges_of(work, law)
+    held = at, along = tuple(list(ranges).index(name) for name in (form, place))
+    point = np.array([ends.fraction((law.shape | cause.shape)[name]) for name, ends in ranges.items()])
+    shapes = HeldShapes(work, projection, law, ranges, held)
+    known = {point[at]: shapes.over_places(shapes.searched(_places(cause, ranges, point, along)))}
+    wanted = FORMS
+    for _ in range(CLOSER):
+        for x in wanted:
+            near = known[min(known, key=lambda other, x=x: abs(other - x))]
+            points = near.points[near.cost < near.cost.min(initial=np.inf) + 2 * UNLIKELY]
+            points[:, at] = x
+            known[x] = shapes.over_places(points)
+        forms = np.sort(list(known))
+        wanted = halfway(forms, np.array([known[x].cost.min(initial=np.inf) for x in forms]))[0]
+    least = min(one.cost.min(initial=np.inf) for one in known.values())
+    likely = {x: one.part(one.cost < least + UNLIKELY) for x, one in sorted(known.items())}
+    rows = {x: _distribution(one, along) for x, one in likely.items() if len(one.cost) >= FEWEST}
+    if len(rows) < FEWEST:
+        return None
+    best = min((likely[x] for x in rows), key=lambda one: one.cost.min())
+    best = best.part(np.argmin(best.cost))
+    return _Weighted(law, *_mixture(rows, ranges, held), best.amplitudes, float(best.cost))
+
+
+def _places(cause, ranges, point, along):
+    """Points (row, option) at positions over the shaft and about that of a cause."""
+    name, ends = list(ranges.items())[along]
+    std = cause.shape_std.get(name, 0.0) / (ends.high - ends.low)
+    x = np.concatenate([(np.arange(PLACES) + 0.5) / PLACES, point[along] + std * ABOUT])
+    points = np.tile(point, (len(x), 1))
+    points[:, along] = x
+    return points[(x > 0) & (x < 1)]
+
+
+def _distribution(there, along):
+    """Along the position: (level, option and its log variance), and the logarithm of the evidence of the form."""
+    from scipy.interpolate import PchipInterpolator
+
+    held, first = np.unique(there.points[:, along].round(9), return_index=True)
+    there = there.part(first)
+    spread = np.log(np.where(there.variances > 0, there.variances, 1.0))
+    rows = np.column_stack([there.points, spread, -there.log_evidence])
+    curve = PchipInterpolator(held, rows)  # no overshoot where the misfit rises steeply
+    x = np.unique(np.concatenate([np.linspace(a, b, 16) for a, b in pairwise(held)]))
+    energy = curve(x)[:, -1]
+    weight = np.exp(energy.min() - energy) * np.gradient(x)
+    below = np.cumsum(weight) - weight / 2
+    at = np.interp((np.arange(FINE) + 0.5) / FINE * weight.sum(), below, x)
+    return curve(at)[:, :-1], np.log(weight.sum()) - energy.min()
+
+
+def _mixture(rows, ranges, held):
+    """Log evidence, values and weights of a law from distributions (fraction of the form -> as `_distribution`)."""
+    from scipy.interpolate import PchipInterpolator
+    from scipy.special import ndtri
+
+    forms = np.array(list(rows))
+    x = np.linspace(forms[0], forms[-1], FINE)
+    evidence = PchipInterpolator(forms, [one for _, one in rows.values()])(x)
+    weight = np.exp(evidence - evidence.max())
+    parts = PchipInterpolator(forms, [one for one, _ in rows.values()])(x).reshape(FINE * FINE, -1)
+    levels = ndtri((np.arange(LEVELS) + 0.5) / LEVELS)
+    drawn = {}
+    for i, (key, ends) in enumerate(ranges.items()):
+        std = 0.0 * parts[:, i] if i in held else np.exp(parts[:, len(ranges) + i] / 2)
+        drawn[key] = _values(ends, parts[:, i, None] + np.multiply.outer(std, levels))
+    whole = evidence.max() + np.log(weight.sum() * (x[1] - x[0]))
+    return whole, drawn, np.repeat(weight, FINE) / (weight.sum() * FINE)
 
 
 def _values(ends, fractions):

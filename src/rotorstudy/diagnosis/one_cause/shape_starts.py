@@ -8,12 +8,11 @@ import numpy as np
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.free_forces import motions_by_free_forces
 from rotorstudy.diagnosis.search.screening import Projection, screen_each
-from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, check_together, point_of, ranges_of, reshaped
+from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, as_fit, check_together, point_of, ranges_of, reshaped
 from rotorstudy.diagnosis.search.shape_scan import acts_on
 from rotorstudy.errors import CannotAct
-from rotorstudy.inference.fit import Fit, fit
+from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
-from rotorstudy.inference.prior import Prior
 from rotorstudy.response.neighbourhood import carried_motion
 
 TRIED = {"position": 20, "angle": 16, "other": 9, "form": 3}  # values of an option
@@ -73,15 +72,9 @@ def _beside(work, others, free, starts):
 
 def _without(work, found, kept):
     """The Fit with some of the causes of a fit, its amplitudes as they are, and the Motion with all of them."""
-    prior, spectrum = work.prior, work.spectrum
-    whole = work.whole.plus(*(cause.term for cause in found.causes))
-    theta = whole.stated.copy()
-    theta[whole.position([*work.prior.names, *(n for c in found.causes for n in c.names)])] = found.amplitudes
-    motion = carried_motion(whole, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum))
-    model = work.whole.plus(*(cause.term for cause in kept))
-    for cause in kept:
-        prior = prior.plus(Prior.independent(cause.prior))
-    return fit(model, spectrum, prior, start=theta[whole.position(model.names)], steps=0), motion
+    whole, spectrum = as_fit(work, found), work.spectrum
+    motion = carried_motion(whole.model, spectrum.speed, spectrum.harmonics, whole.theta, order=carried_order(spectrum))
+    return as_fit(work, found, kept), motion
 
 
 def _best(work, projection, cause, motion, taken, near=None, everywhere=False):

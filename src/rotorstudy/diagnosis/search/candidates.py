@@ -30,7 +30,7 @@ class Candidate(NamedTuple):
     fixed    : its amplitude is known where the effect is present; the width of its prior is not varied
     options  : other options, the same for all candidates of the effect
     fixed_std : standard deviation of an amplitude that is fixed
-    any_form : whether it has the freedom of `Effect.any_form`
+    freedoms : (options, parameter -> (mean, std)) of each freedom of its form that it has; see `freedom_of`
     shape    : options that enter nonlinearly (a clearance, an angle), at one of the values tried
     variant  : the alternatives of the effect that it has (the breathing function of a crack)
     shape_std : standard deviations of its shape, once that is fitted
@@ -47,7 +47,7 @@ class Candidate(NamedTuple):
     variant: dict = {}
     shape_std: dict = {}
     options: dict = {}
-    any_form: bool = False
+    freedoms: tuple[tuple[dict, dict], ...] = ()
     fixed_std: float = FIXED
     held: tuple[str, ...] = ()
 
@@ -87,7 +87,7 @@ def candidate(
     label: str = "cause",
     prior_width: float = 10.0,
     variant: dict | None = None,
-    any_form: bool = False,
+    freedoms: tuple[tuple[dict, dict], ...] = (),
 ) -> Candidate:
     """An effect at a place, with the prior of its amplitudes.
 
@@ -96,16 +96,17 @@ def candidate(
     label        : of its term
     prior_width  : standard deviation of its amplitude, in typical sizes
     variant      : options that have alternatives
-    any_form     : whether it has the freedom of `Effect.any_form`
+    freedoms     : of its form; see `freedom_of`
     raises       : CannotAct if the effect cannot act there
     """
     plugin = registry().get("effect", effect, "diagnosis")
-    freedom = _freedom(plugin, {*(shape or {})})[0] if any_form else {}
-    options = {**plugin.example, **plugin.hypothesis, **freedom}
+    options = {**plugin.example, **plugin.hypothesis}
+    for more, _ in freedoms:
+        options |= more
     item = {"kind": effect, **options, **where, **(shape or {}), **(variant or {}), "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
     known = Candidate(
-        effect, where, term, {}, {}, plugin.fixed, dict(shape or {}), dict(variant or {}), {}, options, any_form
+        effect, where, term, {}, {}, plugin.fixed, dict(shape or {}), dict(variant or {}), {}, options, freedoms
     )
     return _with_prior(model, known, prior_width)
 
@@ -115,7 +116,7 @@ def _with_prior(model, cause, width):
     term, plugin = cause.term, registry().get("effect", cause.effect)
     mean, std = (1.0, cause.fixed_std) if plugin.fixed else (0.0, width)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
-    known = _freedom(plugin, {*cause.shape, *cause.options})[1] if cause.any_form else {}
+    known = {name: prior for _, amplitudes in cause.freedoms for name, prior in amplitudes.items()}
     for p in (p for p in term.parameters if p.name in known):
         mean, std = known[p.name]
         prior[term.full_name(p)] = mean * p.typical, std * p.typical
@@ -124,10 +125,13 @@ def _with_prior(model, cause, width):
     return cause._replace(prior=prior, positive=positive)
 
 
-def _freedom(plugin, options):
-    """Options and priors of amplitudes of an effect that may have another form, a searched one or any."""
-    ranges, *freedom = plugin.form
-    return freedom if ranges.keys() & options else plugin.any_form[:2]
+def freedom_of(effect: str, *, any_form: bool) -> tuple[dict, dict]:
+    """Options and priors of amplitudes with which an effect may have any form near its own, or one of those searched.
+
+    any_form : as `Effect.any_form` says, instead of `Effect.form`
+    """
+    plugin = registry().get("effect", effect, "diagnosis")
+    return plugin.any_form[:2] if any_form else plugin.form[1:]
 
 
 def _same(unknown, term, model):
@@ -270,13 +274,13 @@ def candidates(model: Model, settings: Settings) -> tuple[list[Candidate], dict[
 def _candidates_of(plugin, model, settings, first):
     """Candidates of one effect; their terms are labelled by number, from `first` on."""
     found = []
-    variants = variants_of(plugin.any_form[2] or plugin.alternatives)
+    variants, freedoms = variants_of(plugin.any_form[2] or plugin.alternatives), (plugin.any_form[:2],)
     for place in plugin.places(model.structure, model.sensors):
         for variant, shape in product(variants, _shapes(plugin, model.structure, place)):
             label = f"cause {first + len(found)}"
             try:
                 where = plugin.name, place, shape, label, settings.prior_width, variant
-                found.append(candidate(model, *where, any_form=True))
+                found.append(candidate(model, *where, freedoms))
             except CannotAct:  # a place that other options of this rig exclude
                 continue
     return found

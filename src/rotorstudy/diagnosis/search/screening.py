@@ -70,7 +70,12 @@ class Projection:
         self.near = _near(fitted, speed, harmonics, carried_order(spectrum))
         out = np.isin(fitted.names, without)
         kept = np.flatnonzero(~out)
-        residual = fitted.residual + fitted.jacobian[:, out] @ fitted.free[out]
+        gone = [
+            [u for u in some if u.name in without]
+            for some in (fitted.model.rotor_unknowns, fitted.model.output_unknowns)
+        ]
+        sizes = [fitted.values[u.name] for some in gone for u in some]
+        residual = fitted.residual + self._shown([(gone[0], None)], [(gone[1], None)]) @ sizes
         whitener = fitted.prior.whitener[np.ix_(kept, kept)]  # causes are independent of the base and of each other
         known = np.vstack([fitted.jacobian[:, kept], whitener])
         self.rows = len(whitener)
@@ -105,10 +110,14 @@ class Projection:
             ]
             for output in (False, True)
         )
-        columns = [self.near.changes_by_forces(on_rotor), self.near.changes_by_output(on_output)]
         names = [u.name for unknowns, _ in (*on_rotor, *on_output) for u in unknowns]
-        columns = self.spectrum.whitened(np.moveaxis(np.concatenate(columns, axis=-1), -1, 0)).T  # (component, unknown)
-        return Projected(self.residual, dict(zip(names, self.left(columns).T, strict=True)), self.theta)
+        columns = self.left(self._shown(on_rotor, on_output))
+        return Projected(self.residual, dict(zip(names, columns.T, strict=True)), self.theta)
+
+    def _shown(self, on_rotor, on_output):
+        """Whitened columns (component, unknown) of groups of unknowns on the rotor and of the measuring chain."""
+        columns = [self.near.changes_by_forces(on_rotor), self.near.changes_by_output(on_output)]
+        return self.spectrum.whitened(np.moveaxis(np.concatenate(columns, axis=-1), -1, 0)).T
 
 
 @lru_cache(maxsize=1)  # it holds the receptances that all candidates at a fit share

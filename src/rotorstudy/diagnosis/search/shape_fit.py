@@ -10,6 +10,7 @@ import numpy as np
 from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges, shape_ranges, with_shape
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState
+from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.levenberg_marquardt import ESTIMATE, HYPOTHESIS, Convergence, Minimum, levenberg_marquardt
 from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prediction import carried_order
@@ -145,6 +146,30 @@ def fitted_from(
     )
     shapes = np.split(found.theta[0, count:], ends)
     return Fitted(tuple(reshaped(work, *one) for one in zip(causes, shapes, strict=True)), found)
+
+
+def as_fit(work: Work, one: Fitted, causes: Sequence[Candidate] | None = None) -> Fit:
+    """The Fit at the values of a Fitted, its causes in their shapes; with some of them alone, if these are given."""
+    whole, prior = work.whole.plus(*(cause.term for cause in one.causes)), work.prior
+    theta = whole.stated.copy()
+    theta[whole.position([*prior.names, *(n for cause in one.causes for n in cause.names)])] = one.amplitudes
+    causes = one.causes if causes is None else causes
+    model = work.whole.plus(*(cause.term for cause in causes))
+    for cause in causes:
+        prior = prior.plus(Prior.independent(cause.prior))
+    return fit(model, work.spectrum, prior, start=theta[whole.position(model.names)], steps=0)
+
+
+def shaped(work: Work, one: Fitted) -> tuple[Candidate, ...]:
+    """The causes of a fit, with the standard deviations of their shapes."""
+    std = np.sqrt(np.diag(one.covariance))[len(one.amplitudes) :]
+    found, first = [], 0
+    for cause in one.causes:
+        ranges, own = ranges_of(work, cause), std[first : first + len(cause.shape)]
+        spread = {n: ranges[n].slope(cause.shape[n]) * x for n, x in zip(cause.shape, own, strict=True)}
+        found.append(cause._replace(shape_std=spread))
+        first += len(own)
+    return tuple(found)
 
 
 def predicted_with_shape(

@@ -3,12 +3,12 @@
 import numpy as np
 
 from rotorstudy.diagnosis.one_cause.answer import far_amplitudes
-from rotorstudy.diagnosis.one_cause.over_forms import in_form, over_forms
+from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.search.candidates import form_ranges
 from rotorstudy.diagnosis.search.odds import faults_of, odds_of
-from rotorstudy.diagnosis.search.shape_fit import Work, fitted_from
+from rotorstudy.diagnosis.search.shape_fit import Work
 from rotorstudy.diagnosis.verdict.result import Cause, ParameterEstimate
-from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState
+from rotorstudy.errors import CannotAct
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.measurement.findings import Finding
@@ -111,7 +111,8 @@ def _shape(candidate, fitted, intervals=None):
 def over_its_forms(found):
     """The OverForms of the one cause of the best explanation that has a form, None if there is none, and findings.
 
-    The search takes the usual form (a straight front) with an error; the depth then depends on it alone. A form far
+    The search takes the usual form (a straight front) by any law near its own; the depth then depends on it alone. Here
+    the form is free, by the law of the library and by any near it, as far as the records tell them apart. A form far
     from those of the library is told: none fits the records, or only one with an unusual size.
     """
     best, settings = found.best, found.settings
@@ -121,23 +122,18 @@ def over_its_forms(found):
     (usual,), others = formed, [cause for cause in best.causes if cause is not formed[0]]
     work = Work(found.rig, found.whole, found.prior, best.spectrum, settings)
     try:
-        one = in_form(work, usual, usual.term.label, usual.variant, True)
+        over, odd = over_forms(work, best.fit, usual, laws_of(work, usual), others), []
     except CannotAct:  # a published formula has one form
         return None, []
-    names = [*found.prior.names, *(name for cause in others for name in cause.names)]
-    means = [mean for mean, _ in one.prior.values()]
-    over, odd = None, []
-    try:
-        fitted = fitted_from(work, [*others, one], np.array([*(best.fit.values[name] for name in names), *means]))
-        over = over_forms(work, fitted)
-    except (CannotAct, NoSteadyState, NoConvergenceError):
-        odd.append("it has no steady motion with another form")
-    if over is not None:
-        far = far_amplitudes(fitted.causes[-1:], [*names, *one.names], fitted.amplitudes)
-        odd += [f"{name} is {abs(away):.1f} usual standard deviations from its value" for name, away in far.items()]
-        if (p_value := chi_square_p_value(fitted.cost, best.spectrum.data_count)) < settings.significance:
-            odd, over = [*odd, f"the fit with its form free has a p-value of {p_value:.1g}"], None
-    elif not odd:
+    explains = over is not None and chi_square_p_value(over.cost, best.spectrum.data_count) >= settings.significance
+    if over is None or over.by_own_law is None:
         odd.append("its form could not be fitted")
-    text = f"{'; '.join(odd)}: {usual.cause} has another form than those of the library, and its size may be wrong"
-    return over, [Finding("warning", "form of the cause", "causes", text)] if odd else []
+    else:
+        amplitudes, cost = over.by_own_law
+        far = far_amplitudes([over.cause], over.cause.names, amplitudes)
+        odd += [f"{name} is {abs(away):.1f} usual standard deviations from its value" for name, away in far.items()]
+        if (p_value := chi_square_p_value(cost, best.spectrum.data_count)) < settings.significance:
+            odd.append(f"the fit with its form free has a p-value of {p_value:.1g}")
+    size = "its intervals allow for any law near them" if explains else "its size may be wrong"
+    text = f"{'; '.join(odd)}: {usual.cause} has another form than those of the library, and {size}"
+    return over if explains else None, [Finding("warning", "form of the cause", "causes", text)] if odd else []

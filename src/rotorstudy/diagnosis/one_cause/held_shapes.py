@@ -1,0 +1,206 @@
+"""A cause in many shapes of which some options are held and the rest is fitted, at a motion that is known.
+
+Whatever explains the same records has the same motion, at which a cause is linear in its amplitudes: its columns are
+found for all shapes at once, without a fit of the rotor's response for each.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.diagnosis.search.screening import Projection, screen_each
+from rotorstudy.diagnosis.search.shape_fit import Work, reshaped
+from rotorstudy.errors import CannotAct
+
+CLOSER = 4  # rounds of values halfway between two held, where the misfit changes by much
+STEEP = 4.0  # change of the misfit from one value to the next, that is much
+SAME = 1e-5  # of a range: values that are closer are one
+TRIED = 9  # values of an option that is no angle, from the best of which steps are made
+STEPS = 6  # at most
+CLOSE = 0.01  # step, of the range, that is the last one
+LONGEST = 0.1  # step, of the range
+UNLIKELY = 16.0  # misfit above that of the best, beyond which a shape has no weight
+AT_ONCE = 64  # shapes whose columns are formed at a time
+
+
+class Shapes(NamedTuple):
+    """A law of the cause in some shapes (row,), the rest of the shape fitted to the form and the position.
+
+    points       : (row, option) fractions of the ranges;  variances : (row, option) of them
+    amplitudes   : (row, unknown);  cost : (row,) misfit and penalty
+    log_evidence : (row,) of the form and the position, but for what all shapes of all laws share
+    """
+
+    points: np.ndarray
+    variances: np.ndarray
+    amplitudes: np.ndarray
+    cost: np.ndarray
+    log_evidence: np.ndarray
+
+    def part(self, rows) -> "Shapes":
+        """Some of the rows."""
+        return Shapes(*(values[rows] for values in self))
+
+    def with_more(self, other: "Shapes") -> "Shapes":
+        """These and others."""
+        return Shapes(*(np.concatenate(both) for both in zip(self, other, strict=True)))
+
+
+def halfway(held, cost):
+    """Values halfway between neighbours (row,) of which one is likely and the misfit differs by much.
+
+    returns : them, and the row of the likelier one of both
+    """
+    order = np.argsort(held)
+    held, cost = held[order], np.nan_to_num(cost[order], posinf=1e300)
+    cost = cost - cost.min(initial=np.inf)
+    first = np.flatnonzero((np.minimum(cost[:-1], cost[1:]) < UNLIKELY) & (np.abs(np.diff(cost)) > STEEP))
+    first = first[np.diff(held)[first] > SAME]
+    likelier = np.where(cost[first] < cost[first + 1], first, first + 1)
+    return (held[first] + held[first + 1]) / 2, order[likelier]
+
+
+class HeldShapes(NamedTuple):
+    """The fit of a law in many shapes of which two options are `held`, at the motion of a Projection."""
+
+    work: Work
+    projection: Projection
+    law: Candidate
+    ranges: dict
+    held: tuple[int, int]
+
+    @property
+    def free(self) -> list[int]:
+        """Options that are not held."""
+        return [i for i in range(len(self.ranges)) if i not in self.held]
+
+    @property
+    def around(self) -> np.ndarray:
+        """(option,) whether one that is not held is an angle."""
+        return np.array([ends.goes_around for ends in self.ranges.values()])[self.free]
+
+    def over_places(self, points):
+        """Shapes from points (row, option), and at positions between them, all that are inside their ranges."""
+        along, found = self.held[1], self.fitted(points)
+        for _ in range(CLOSER):
+            x, near = halfway(found.points[:, along], found.cost)
+            if not len(x):
+                break
+            between = found.points[near]
+            between[:, along] = x
+            found = found.with_more(self.fitted(between))
+        free = np.array(self.free)[~self.around]
+        return found.part(np.all((found.points[:, free] > 0) & (found.points[:, free] < 1), axis=1))
+
+    def searched(self, points):
+        """Points with what is not held and no angle at the best of values over its range, by the usual amplitudes."""
+        for i in np.array(self.free)[~self.around]:
+            tried = np.repeat(points, TRIED, axis=0)
+            tried[:, i] = np.tile((np.arange(TRIED) + 0.5) / TRIED, len(points))
+            causes, kept = self.reshaped(tried)
+            best = {}
+            for row, one in zip(kept, screen_each(self.projection.of(causes), causes), strict=True):
+                best.setdefault(row // TRIED, []).append((one.evidence, row))
+            points = np.array([tried[max(rows)[1]] for rows in best.values()])
+        return points
+
+    def fitted(self, points):
+        """Shapes from points (row, option), without those in which the cause cannot act."""
+        free, around = self.free, self.around
+        mean, std = np.array([self.law.prior[name] for name in self.law.names]).T
+        rows, points = len(points), points.copy()
+        amplitudes, step = np.tile(mean, (rows, 1)), np.zeros((rows, len(free)))
+        nowhere = np.full(rows, np.inf)
+        found = Shapes(points.copy(), np.zeros(points.shape), amplitudes.copy(), nowhere, -nowhere)
+        active = np.arange(rows)
+        for _ in range(STEPS):
+            causes, usable = self.reshaped(points[active])
+            active = active[usable]
+            if not len(active):
+                break
+            columns, slopes = self.columns(causes, points[active], amplitudes[active])
+            off = np.where(around, 0.0, 0.5 - points[active][:, free])
+            here = _solved(self.projection.residual, columns, slopes, mean, std, off)
+            is_close = np.abs(here.step).max(axis=1) < CLOSE
+            cost = np.where(is_close, here.least, here.cost)
+            is_better = cost < found.cost[active]
+            kept = active[is_better]
+            found.points[kept] = points[kept]
+            found.points[np.ix_(kept, free)] += np.where(is_close[:, None], here.step, 0.0)[is_better]
+            found.variances[np.ix_(kept, free)] = here.variances[is_better]
+            found.amplitudes[kept], found.cost[kept] = here.amplitudes[is_better], cost[is_better]
+            found.log_evidence[kept] = (here.log_volume - cost / 2)[is_better]
+            forward = np.clip(here.step, -LONGEST, LONGEST)
+            step[active] = np.where(is_better[:, None], forward, -0.75 * step[active])
+            amplitudes[active] = np.where(is_better[:, None], here.amplitudes, amplitudes[active])
+            before = points[np.ix_(active, free)]
+            moved = np.where(around, before + step[active], np.clip(before + step[active], 0, 1))
+            points[np.ix_(active, free)] = moved
+            is_stuck = np.abs(moved - before).max(axis=1) < SAME
+            active = active[~is_close & ~is_stuck & (here.least < found.cost.min() + 2 * UNLIKELY)]
+        return found.part(np.isfinite(found.cost))
+
+    def reshaped(self, points, label="shape"):
+        """The law at points (row, option), and the rows where it can act."""
+        causes, kept = [], []
+        for row, point in enumerate(points):
+            try:
+                causes.append(reshaped(self.work, self.law, point, f"{label} {row}", self.ranges))
+            except CannotAct:  # such as a crack at a disc
+                continue
+            kept.append(row)
+        return causes, np.array(kept, int)
+
+    def columns(self, causes, points, amplitudes):
+        """Columns (row, unknown, component) of causes at points (row, option), and slopes (row, option, component)."""
+        columns, slopes = [], []
+        for first in range(0, len(causes), AT_ONCE):
+            part = slice(first, first + AT_ONCE)
+            here, beside, offs = causes[part], [], []
+            for i in self.free:
+                there, ends = points[part].copy(), list(self.ranges.values())[i]
+                offs.append(np.array([ends.step(x) for x in there[:, i]]))
+                there[:, i] += offs[-1]
+                beside += self.reshaped(there, f"beside {i}")[0]
+            known = self.projection.of([*here, *beside]).columns
+            found = np.array([[known[name] for name in one.names] for one in (*here, *beside)])
+            found = found.reshape(1 + len(offs), len(here), *found.shape[1:])
+            own, *others = np.einsum("ru,oruc->orc", amplitudes[part], found)
+            slopes.append(np.stack([(one - own) / off[:, None] for one, off in zip(others, offs, strict=True)], axis=1))
+            columns.append(found[0])
+        return np.concatenate(columns), np.concatenate(slopes)
+
+
+class _Solved(NamedTuple):
+    """Amplitudes (row, unknown) and the next step (row, option) of the shape, with its variances.
+
+    cost : (row,) misfit and penalty at the shape;  least : after the step, to first order
+    log_volume : (row,) of the posterior beside that of the prior
+    """
+
+    amplitudes: np.ndarray
+    step: np.ndarray
+    variances: np.ndarray
+    cost: np.ndarray
+    least: np.ndarray
+    log_volume: np.ndarray
+
+
+def _solved(residual, columns, slopes, mean, std, off):
+    """The _Solved of columns (row, unknown, component) and slopes (row, option, component).
+
+    off : (row, option) of the shape from the middle of its prior, whose standard deviation is the range
+    """
+    left, count = residual - np.einsum("i,rij->rj", mean, columns), len(mean)
+    known = np.concatenate([columns * std[:, None], slopes], axis=1)
+    precision = np.eye(known.shape[1]) + known @ np.swapaxes(known, 1, 2)
+    right = (known @ left[..., None])[..., 0]
+    right[:, count:] += off
+    covariance, whole = np.linalg.inv(precision), np.sum(left**2, axis=1) + np.sum(off**2, axis=1)
+    best = (covariance @ right[..., None])[..., 0]
+    there = np.linalg.solve(precision[:, :count, :count], right[:, :count, None])[..., 0]
+    cost, least = (whole - np.sum(one * right[:, : one.shape[1]], axis=1) for one in (there, best))
+    volume = -0.5 * np.linalg.slogdet(precision)[1]
+    variances = np.diagonal(covariance, axis1=1, axis2=2)[:, count:]
+    return _Solved(mean + std * best[:, :count], best[:, count:], variances, cost, least, volume)
