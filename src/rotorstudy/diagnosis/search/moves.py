@@ -163,7 +163,7 @@ def exchanges(work: Search, current: Explanation) -> list[Proposal]:
             continue
         base = odds_of(current) - screen(projected, *gone).evidence - work.prior_odds.log_odds(current.causes)
         judge = _Judge(wide, rest, current.fit.values, base)
-        others = [c for c in usable if c not in gone]
+        others = [c for c in usable if not any(c is one for one in gone)]
         found += judge.alone(projected, others) + judge.together(projected, others)
         found += judge.scanned(fitted, others, without=own, plain=whole)
     return found
