@@ -194,10 +194,7 @@ class Term:
 
 
 def share_of(unknown: Unknown, other: Unknown) -> float:
-    """How much of one unknown acts with every unit of another: 1 for the same damping at the same node, else often 0.
-
-    The smallest factor over the entries of the first; forces in time cannot be compared, and share nothing.
-    """
+    """How much of one unknown acts with each unit of another, by the least factor of entries; 0 of forces in time."""
     if unknown.force or other.force or not unknown.entries:
         return 0.0
     if not unknown.kinds <= other.kinds:

@@ -23,10 +23,7 @@ def probe_noise(config, model, speeds):
 
 
 def information(config, model, speeds, harmonics, rows, std):
-    """Fisher information J^T C^-1 J (parameter, parameter) of the unknowns.
-
-    rows : (output, dof) of `ExtraMeasurement`;  std : (output,) m, of the real and imaginary part of each harmonic
-    """
+    """Fisher information J^T C^-1 J (parameter, parameter) of rows (output, dof) with noise std (output,), m."""
     if any(name in {u.name for u in model.output_unknowns} for name in config.unknowns):
         raise RotorstudyError("identifiability is computed for amplitudes of the rotor, not of its sensors")
     _, change = harmonic_response_and_jacobian(model, speeds, harmonics)

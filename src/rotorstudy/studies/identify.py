@@ -87,12 +87,7 @@ def _estimate(name, problem):
 
 
 def monte_carlo(config, rig, case, chunk=0, chunks=1):
-    """A Dataset of estimates of a case (by its name or file name) under every kind of record, model and level of noise.
-
-    White noise in time is drawn in the spectrum, where it is independent circular noise on each harmonic.
-
-    chunk, chunks : which part of the noise levels, 0 to chunks - 1, of how many
-    """
+    """A Dataset of estimates of a case under each record, model and noise level, or of a chunk of the levels."""
     settings, case = config.monte_carlo, config.case_of(case)
     own, model, speeds = settings.rigs[rig], config.rig(rig), config.cases[case].speeds
     kinds, levels = own.records or [STEADY], chunk_of(settings.levels_percent, chunk, chunks)

@@ -22,10 +22,7 @@ START_OFF = 0.3  # relative error of each starting amplitude, of either sign
 
 
 def sensors(config):
-    """A Dataset of fits of the response of the main rig, for every set of sensors and case.
-
-    On exact data fits start at amplitudes 30 % too large or too small; under noise at the best of these fits.
-    """
+    """A Dataset of fits for every set of sensors and case: exact from 30 % off, noisy from the best of these."""
     rig = config.main_rig
     model, names = config.rig(rig), reported_names(config)
     shape = (len(config.sensor_sets), len(config.cases))

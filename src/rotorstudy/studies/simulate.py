@@ -80,10 +80,7 @@ def kind_spectra(config, kind, records, name, phases):
 
 
 def spectra(config, rig, records):
-    """A Dataset of full spectra of the records of `simulate`, of every kind, by every method and phase reference.
-
-    A record late by a fraction of a sample is the given one shifted by Fourier series; by whole samples, rolled.
-    """
+    """A Dataset of spectra of the records of `simulate` by every kind (some are late), method and reference."""
     methods, kinds, records = config.spectra, config.record.kinds, records[rig]
     displacement = as_complex(records.displacement)  # (source, speed, node, time)
     speeds, sensors = records.speed.values, tuple(int(n) for n in records.node.values)

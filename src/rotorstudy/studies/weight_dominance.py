@@ -25,10 +25,7 @@ def first_crack(config, rig):
 
 
 def weight_dominance(config):
-    """A Dataset of errors by weight dominance on the main rig: a crack on the static deflection only, and the full one.
-
-    The stiffness losses of the rig's first crack are scaled; least squares assumes weight dominance.
-    """
+    """A Dataset of errors by weight dominance on the main rig, for scaled losses of its crack on the full motion."""
     rig = config.main_rig
     scales, crack = np.array(config.crack_scales), config.rigs[rig]["cracks"][0]
     term = first_crack(config, rig)

@@ -25,10 +25,7 @@ class Trials(NamedTuple):
 
 
 def make_trials(config, rotor_index, rotor, fault_name, place, levels, count):
-    """Trials of one speed (position `place` in rotor.speeds): steady state, noise of some levels (%), and a fault.
-
-    All levels share their random numbers: noise and fault of a trial differ by the level alone.
-    """
+    """Trials of one speed with noise of some levels (%) and a fault; all levels share their random numbers."""
     fault, speed = config.faults[fault_name], float(rotor.speeds[place])
     stream = (rotor_index * len(config.faults) + list(config.faults).index(fault_name)) * 1000 + place
     time = np.arange(config.samples) * fault.revolutions * 2 * np.pi / speed / config.samples

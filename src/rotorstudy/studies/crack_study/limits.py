@@ -29,10 +29,7 @@ def detection_probability(seen, false_alarm):
 
 
 def smallest(depths, seen, needed):
-    """(...,) depth at which the visibility (..., depth) reaches what is needed; NaN if no depth studied does.
-
-    Between the depths studied, and below the smallest, visibility is taken as a power of the depth.
-    """
+    """(...,) depth at which the visibility (..., depth), a power between depths, reaches what is needed, or NaN."""
     logs, found = np.log(np.maximum(seen, 1e-300)), np.full(seen.shape[:-1], np.nan)
     for place in np.ndindex(found.shape):
         rising = np.maximum.accumulate(logs[place])
@@ -46,11 +43,7 @@ def smallest(depths, seen, needed):
 
 
 def limits(study):
-    """A Dataset of the visibility of cracks and the smallest one detected, of every rotor, over its shaft.
-
-    Of the angles studied, the least visible counts. Confounders of any size may be present in the healthy machine, too:
-    only a record of it tells them apart.
-    """
+    """A Dataset of the visibility of cracks at their worst angle, and of the smallest one detected, over shafts."""
     coordinates = {
         "noise": (np.array(study.noise_percent), "percent", "white noise on each sample, of the rms vibration"),
         "baseline": (list(BASELINES), "1", "what is known of the healthy machine beyond the rig file"),
