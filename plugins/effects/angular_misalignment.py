@@ -1,14 +1,4 @@
-from rotorstudy.plugins import (
-    AtLeastOne,
-    Effect,
-    Entry,
-    Parameter,
-    across,
-    couples_a_driver,
-    hookimpl,
-    outer,
-    spacers,
-)
+from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, across, couples_a_driver, hookimpl, outer, spacers
 
 HARMONICS = (1, 2)
 ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 0)

@@ -23,6 +23,6 @@ def rotorstudy_effect():
         checked="equal to two opposite unbalances l apart with moment m e l to 5e-3",
         confounders={
             "unbalance": "a couple tilts the rotor: two measuring planes, or the mode at the critical speed, separate "
-            "them",
+            "them"
         },
     )

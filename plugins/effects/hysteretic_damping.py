@@ -23,6 +23,6 @@ def rotorstudy_effect():
         checked="the same force at every speed to 1e-6; its sign changes at n = 1",
         confounders={
             "shaft_damping": "equal at one harmonic of one speed; viscous damping grows with the speed, hysteretic "
-            "damping does not",
+            "damping does not"
         },
     )

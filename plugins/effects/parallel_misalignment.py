@@ -1,14 +1,4 @@
-from rotorstudy.plugins import (
-    AtLeastOne,
-    Effect,
-    Entry,
-    Feared,
-    Parameter,
-    across,
-    couples_a_driver,
-    hookimpl,
-    outer,
-)
+from rotorstudy.plugins import AtLeastOne, Effect, Entry, Feared, Parameter, across, couples_a_driver, hookimpl, outer
 
 HARMONICS = (2, 1, 3)
 ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 0)

@@ -27,6 +27,6 @@ def rotorstudy_effect():
         checked="with 1, x or y negative in time to 1e-12",
         confounders={
             "swapped_probes": "they differ by 90 degrees: harmonics caused by the weight, or a tap on the shaft, "
-            "separate them",
+            "separate them"
         },
     )

@@ -18,6 +18,6 @@ def rotorstudy_effect():
         checked="a constant at 0X to 1e-12",
         confounders={
             "static_preload": "a preload deflects the shaft at all sensors in a known shape, a gap is independent at "
-            "each",
+            "each"
         },
     )

@@ -15,6 +15,6 @@ def rotorstudy_effect():
         checked="response equal to that of a rotor built with (1 + epsilon) K to 1e-11",
         confounders={
             "support_stiffness": "equal on a rotor of one coordinate; otherwise measurements at more nodes separate "
-            "them",
+            "them"
         },
     )

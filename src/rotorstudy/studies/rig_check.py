@@ -48,10 +48,7 @@ def check_rig(path):
     except RotorstudyError as error:
         found = [Finding("error", "not valid", str(path), str(error))]
         return RigCheck(found + (_implausible(rig) if rig else []))
-    findings = [
-        *_sections(rig, model),
-        *_implausible(rig),
-    ]
+    findings = [*_sections(rig, model), *_implausible(rig)]
     findings += odd_discs(model.structure)
     bearings = [item for item in rig.given.get("bearings") or [] if isinstance(item, dict)]
     loads = _loads(model.structure)
