@@ -53,8 +53,7 @@ def rotorstudy_effect():
         # its moments change with the torque, which grows with up to the square of the speed
         form_error={f"misalignment_moment_{n}X": 0.3 for n in ALL_HARMONICS},
         confounders={
-            "couple_unbalance": "a couple grows with the square of the speed; the moment of a coupling does not, and "
-            "has 2X",
+            "couple_unbalance": "a couple grows with the square of the speed; that of a coupling does not, and has 2X",
             "parallel_misalignment": "a force and a moment at the same node: a second measuring plane separates them",
         },
     )

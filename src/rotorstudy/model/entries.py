@@ -70,14 +70,7 @@ def outer(row: np.ndarray) -> np.ndarray | LocalMatrix:
 
 
 class Evaluated:
-    """What follows from an Entry."""
-
-    matrix: np.ndarray
-    on: str
-    order: int
-    shift: int
-    gain: Callable | None
-    frequency_only: bool
+    """What follows from the fields of an Entry."""
 
     @property
     def reads_motion(self) -> bool:

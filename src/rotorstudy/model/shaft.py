@@ -1,6 +1,5 @@
 """What is known of a shaft beyond the matrices: sections, discs, places of cracks, and how the weight bends it."""
 
-from collections.abc import Callable
 from functools import cached_property
 from typing import NamedTuple
 
@@ -54,19 +53,7 @@ class RigidDisc(NamedTuple):
 
 
 class Shaft:
-    """What a Structure tells about its places, cracks and statics, from these of its fields."""
-
-    dofs: tuple[tuple[int, str], ...]
-    nodes: tuple[int, ...]
-    stiffness: np.ndarray
-    static_load: np.ndarray
-    stiffness_loss: dict | Callable
-    bearing_nodes: tuple[int, ...]
-    curvature_at: Callable | None
-    labels: dict
-    mass: np.ndarray
-    along: np.ndarray
-    index: Callable
+    """What a Structure tells about its places, cracks and statics, from its fields."""
 
     def label_at(self, where: dict) -> str:
         """What the rig calls the disc or bearing at a place, such as {"node": 2}; empty if it has no label."""

@@ -20,10 +20,7 @@ SPEEDS_COMPARED = np.array([1.0, 31.0, 470.0])  # rad/s; gains that agree there 
 
 
 class InTime:
-    """What follows from a NonlinearForce."""
-
-    function: Callable
-    takes_angle: bool
+    """What follows from the fields of a NonlinearForce."""
 
     def at(self, displacement, velocity, deflection, shaft_angle) -> np.ndarray:
         """The force (..., time, coordinate), N, at a motion of that shape; PluginError for another shape, or NaN."""

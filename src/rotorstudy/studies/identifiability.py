@@ -59,16 +59,11 @@ def identifiability(config):
         **parameter_coordinates(names),
         "other_parameter": (list(names), "1", "identified parameter"),
     }
-    bound = np.array(bounds).reshape(shape)
+    bound, of_all = np.array(bounds).reshape(shape), ("case", "measurement", "parameter")
     pair, one = ("case", "parameter", "other_parameter"), ("case", "parameter")
     variables = {
         "noise": (("case",), np.array(noise), "m", "standard deviation of white noise on each sample of a probe"),
-        "bound": (
-            ("case", "measurement", "parameter"),
-            bound,
-            "1",
-            "Cramer-Rao bound over the value, of phases in rad",
-        ),
+        "bound": (of_all, bound, "1", "Cramer-Rao bound over the value, of phases in rad"),
         "correlation": (pair, np.array(correlations), "1", "correlation of efficient estimates"),
         "inflation": (one, np.array(inflations), "1", "bound over the bound with all other parameters known"),
     }

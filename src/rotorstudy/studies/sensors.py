@@ -42,13 +42,8 @@ def sensors(config):
     variables = {
         "bound": (dims, found["bound"], "1", "Cramer-Rao bound over the value, of phases in rad, 1 % white noise"),
         "scatter": (dims, found["scatter"], "1", "rms error of maximum likelihood over the value, of phases in rad"),
-        "start_error": (
-            ("sensors", "case", "start"),
-            found["start_error"],
-            "1",
-            "largest relative error from exact data",
-        ),
-        "fitted": (("sensors", "case"), found["fitted"], "1", "share of the noisy fits that converged"),
+        "start_error": ((*dims[:2], "start"), found["start_error"], "1", "largest relative error from exact data"),
+        "fitted": (dims[:2], found["fitted"], "1", "share of the noisy fits that converged"),
         "true": (("parameter",), true_values(config, model), "SI", "value assumed"),
     }
     return dataset(variables, coordinates, title=f"{config.title}: few sensors", seed=config.monte_carlo.seed)

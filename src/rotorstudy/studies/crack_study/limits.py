@@ -55,16 +55,12 @@ def limits(study):
         machine = Machine(study, rotor)
         position = (np.arange(study.map.positions) + 0.5) / study.map.positions * machine.model.structure.length
         seen = _visibilities(study, machine, position)
+        least = smallest(study.map.depth_ratios, seen, needed)
         dims = (f"planes_{name}", "noise", "baseline", f"position_{name}")
         section = [machine.model.structure.section_at(s).outer_diameter_m for s in position]
         variables |= {
             f"visibility_{name}": ((*dims, "depth_ratio"), seen, "1", "change that nothing else explains, in sigma"),
-            f"smallest_depth_{name}": (
-                dims,
-                smallest(study.map.depth_ratios, seen, needed),
-                "1",
-                "smallest depth detected, over the diameter",
-            ),
+            f"smallest_depth_{name}": (dims, least, "1", "smallest depth detected, over the diameter"),
             f"diameter_{name}": (dims[-1:], np.array(section), "m", "diameter of the shaft"),
         }
         coordinates |= {
