@@ -27,13 +27,7 @@ UNLIMITED = 1e3  # times the stated uncertainty: parameters are free, as in the 
 
 @dataclass(frozen=True)
 class Compared:
-    """A parameter of the thesis's model by three fits, lengths in µm.
-
-    is_phase    : of a complex parameter
-    is_positive : it cannot be negative in a passive part
-    on_weight   : it acts on the static deflection alone, as crack forces do
-    thesis      : its estimate;  base, extended : value and standard deviation without and with the causes found
-    """
+    """A parameter of the thesis's model (µm): its estimate, value and deviation without and with the causes found."""
 
     rig: str
     parameter: str
@@ -54,10 +48,7 @@ class Compared:
 
 
 def leave_one_out(records, rig_path):
-    """Rows, one per speed: verdict and rms error (m) at that speed, which is left out of every fit.
-
-    Of the rig within its uncertainties, without (base) and with causes (extended), and with every parameter free.
-    """
+    """Rows, one per speed: verdict and rms error (m) at that speed, left out of every fit: base, extended, all free."""
     rig = read_rig(rig_path)
     spectrum, model, _ = measured_spectrum(records, rig)
     settings = read_settings(rig.given, str(rig_path))
@@ -84,10 +75,7 @@ def leave_one_out(records, rig_path):
 
 
 def harmonic_rows(config, data, folder):
-    """One row per harmonic: its measured size and the residual of each model (µm rms over the speeds) of verdict.nc.
-
-    The thesis's estimates are compared as in the thesis: without 0X and 1X of the slow roll, at the other speeds.
-    """
+    """One row per harmonic: its size and residuals (µm rms); the thesis's has no slow roll, as in the thesis."""
     harmonics = [int(n) for n in data.harmonic.values]
     measured = as_complex(data.measured)[..., 0]
     slow = int(np.argmin(data.speed.values))

@@ -175,8 +175,7 @@ def _sizes_judged(true, causes):
 def _crack_judged(truth, causes):
     """Errors of the first crack among some causes: place (of the length), angle (degrees), flexibility (relative).
 
-    The flexibility across its front is that of its depth, by the library, times its factor; `held` says whether the
-    95 % interval of both holds the true one.
+    The flexibility is that of its depth, by the library, times its factor; `held`: by the 95 % interval of both.
     """
     found = dict.fromkeys(("place_error", "angle_error_deg", "flexibility_error", "flexibility_held"), np.nan)
     true = [one for one in truth["true"] if one["family"] in ("crack_form", "open_crack_form")]
@@ -217,10 +216,7 @@ def score(truths, answers):
 
 
 def calibration(probability, right):
-    """Calibration of stated posterior probabilities (case,), given whether each first cause is right (case,), 1 or 0.
-
-    returns : by bin of PROBABILITY_EDGES the sum of the stated, the number of right ones, and of cases; the error
-    """
+    """By bin of PROBABILITY_EDGES the sum of stated probabilities, of right ones, of cases; the calibration error."""
     bins = len(PROBABILITY_EDGES) - 1
     place = np.clip(np.digitize(probability, PROBABILITY_EDGES) - 1, 0, bins - 1)
     count = np.bincount(place, minlength=bins)

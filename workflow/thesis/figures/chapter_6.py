@@ -84,10 +84,7 @@ def orbits_figure(signals, speed):
 
 
 def spectra_figure(config, rows, speed, quantity, printed):
-    """Figures 6.9 and 6.10: amplitude or phase of the full spectra of every node.
-
-    rows : label -> spectra Dataset;  printed : rows of `published`
-    """
+    """Figures 6.9 and 6.10: amplitude or phase of the full spectra of every node; rows : label -> spectra Dataset."""
     seen = {"source": "from rest", "record": "complete cycles", "spectrum_method": "regression"}
     picture, axes = figure(len(PLACES), 1, height=1.7, width=4.8)
     for panel, (n, place) in zip(axes[:, 0], PLACES.items(), strict=True):
