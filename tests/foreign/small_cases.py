@@ -1,7 +1,11 @@
-"""Small machines at few speeds, also with an effect of a test."""
+"""Small machines at few speeds, also with an effect of a test, their exact rig, and what their nodes do."""
 
+import numpy as np
+
+from rotorstudy import build_model, measured_response
 from rotorstudy.blind.machines.cases import draw_case
 from rotorstudy.blind.machines.faults import FAMILIES
+from rotorstudy.blind.machines.files import rig_of
 
 
 def small(seed, family, **options):
@@ -12,4 +16,23 @@ def small(seed, family, **options):
 def special(monkeypatch, seed, add, **options):
     """A small case with an effect of a test: add(draw) adds it and returns the truth."""
     monkeypatch.setitem(FAMILIES, "special", add)
-    return small(seed, "special", speeds=5, count=2, steps=128, **options)
+    return small(seed, "special", **({"speeds": 5, "count": 2, "steps": 128} | options))
+
+
+def exact_model(case, *effects, **errors):
+    """The model of the machine of a case, exact but for stated errors, with further effects."""
+    rig = rig_of(case, **({"modulus_error": 0, "bearing_error": 0, "unbalance_error": 0} | errors))
+    return build_model(rig | {"effects": [*rig["effects"], *effects]})
+
+
+def motion_of(case, harmonics):
+    """(speed, harmonic, node), m, of the nodes with probes, from rest."""
+    position = case.sag[0::4] + 1j * case.sag[1::4]
+    true = [[case.steady.whirl(node, k) - position[node] * (k == 0) for node in case.nodes] for k in harmonics]
+    return np.transpose(true, (2, 0, 1))
+
+
+def distance(case, harmonics, model, **options):
+    """Largest difference of a model's response from the motion of a case, over the largest motion."""
+    true = motion_of(case, harmonics)
+    return np.abs(measured_response(model, case.steady.speed, harmonics, **options) - true).max() / np.abs(true).max()

@@ -11,7 +11,7 @@ HERE = Path(rotorstudy.blind.machines.__file__).parent
 NAMED = Path("benchmarks/named_machines")
 FILES = [path for folder in (HERE, NAMED) for path in sorted(folder.glob("**/*.py"))]
 OWN = "rotorstudy.blind.machines"
-ALLOWED = {"numpy", "scipy", "xarray", "dataclasses", "collections", "functools", "json", "pathlib"}
+ALLOWED = {"numpy", "scipy", "xarray", "yaml", "dataclasses", "collections", "functools", "pathlib"}
 
 
 def imports(path):

@@ -3,14 +3,11 @@
 import numpy as np
 import pytest
 
-from foreign.small_cases import special
-from rotorstudy import build_model, measured_response
+from foreign.small_cases import distance, exact_model, special
 from rotorstudy.blind.machines.cases import draw_case
 from rotorstudy.blind.machines.contacts import add_angular_misalignment, add_parallel_misalignment
 from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_bow, add_pedestal, add_thermal_bow, bow_by_kink
-from rotorstudy.blind.machines.faults import FAMILIES
-from rotorstudy.blind.machines.files import rig_of
 from rotorstudy.blind.machines.machine import build
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.floquet import periodic_growth_rate
@@ -33,11 +30,7 @@ def test_a_healthy_machine_is_predicted(mass, seed):
     harmonics = [0, 1, -1, 2, -2]
 
     def off(**errors):
-        model = build_model(rig_of(case, **({"modulus_error": 0, "bearing_error": 0, "unbalance_error": 0} | errors)))
-        shown = measured_response(model, case.steady.speed, harmonics)
-        position = case.sag[0::4] + 1j * case.sag[1::4]
-        true = [[case.steady.whirl(node, k) - position[node] * (k == 0) for node in case.nodes] for k in harmonics]
-        return np.abs(shown - np.transpose(true, (2, 0, 1))).max() / np.abs(shown).max()
+        return distance(case, harmonics, exact_model(case, **errors))
 
     assert off() < 1e-8
     assert off(modulus_error=0.02) > 1e-3
@@ -62,7 +55,7 @@ def load_of(rotor, structure, add):
 def test_a_hotter_side_and_a_kink_are_bows_of_a_stretch(place, add):
     """Both loads are combinations of the two of the stretch, to round-off, and not of those of its neighbour."""
     case = draw_case(5, "healthy", speeds=3, steps=32, modes=None, count=7)
-    structure = build_model(rig_of(case, modulus_error=0)).structure
+    structure = exact_model(case).structure
     true = load_of(case.rotor, structure, add)
 
     def left(where):
@@ -76,7 +69,7 @@ def test_a_hotter_side_and_a_kink_are_bows_of_a_stretch(place, add):
 
 def test_the_angle_of_a_bow_is_that_of_the_side_to_which_the_shaft_bulges():
     case = draw_case(5, "healthy", speeds=3, steps=32, modes=None, count=7)
-    structure = build_model(rig_of(case, modulus_error=0)).structure
+    structure = exact_model(case).structure
     true = load_of(case.rotor, structure, lambda machine: add_thermal_bow(machine, [1, 2, 3], 10.0, 0.4))
     stretch = {"kind": "bow", "element": 2, "last_element": 4}
     constant = make_term("effect", stretch, structure, structure.nodes).unknowns[0].entries[0].matrix
@@ -86,20 +79,13 @@ def test_the_angle_of_a_bow_is_that_of_the_side_to_which_the_shaft_bulges():
 def test_an_asymmetric_stretch_is_predicted():
     """Its 2X by the weight agrees with the integration in time, whose error falls with the square of its 256 steps."""
     case = draw_case(3, "asymmetry", speeds=3, count=4, modes=None, visible=0.02)
-    truth, exact = case.effects[0], {"modulus_error": 0, "bearing_error": 0, "unbalance_error": 0}
+    truth = case.effects[0]
     first, last = truth["elements"][0], truth["elements"][-1]
     assert last - first + 1 < 4  # not of the whole shaft
     effect = {"kind": "shaft_asymmetry", "shaft_asymmetry": truth["share"], "element": first, "last_element": last}
-    rig = rig_of(case, **exact)
-
-    def shown(more):
-        model = build_model(rig | {"effects": [*rig["effects"], *more]})
-        return measured_response(model, case.steady.speed, [2])[:, 0]
-
-    true = np.array([case.steady.whirl(node, 2) for node in case.nodes]).T
-    found = shown([effect | {"shaft_asymmetry_phase_rad": 2 * truth["phase_rad"]}])
-    assert np.abs(found - true).max() < 5e-4 * np.abs(true).max()
-    assert np.abs(shown([effect]) - true).max() > 0.1 * np.abs(true).max()  # another direction
+    turned = effect | {"shaft_asymmetry_phase_rad": 2 * truth["phase_rad"]}
+    assert distance(case, [2], exact_model(case, turned)) < 5e-4
+    assert distance(case, [2], exact_model(case, effect)) > 0.1  # another direction
 
 
 @pytest.mark.parametrize(
@@ -129,18 +115,12 @@ def test_the_coupling_of_a_misaligned_shaft_acts_on_its_motion(kind, add, monkey
             f"misalignment_{load}_{n}X_{unit}": abs(force),
             f"misalignment_{load}_{n}X_phase_rad": np.angle(force),
         }
-    rig = rig_of(case, modulus_error=0, bearing_error=0, unbalance_error=0)
-    harmonics = [0, 1, -1, 2]
-    position = case.sag[0::4] + 1j * case.sag[1::4]
-    true = [[case.steady.whirl(node, n) - position[node] * (n == 0) for node in case.nodes] for n in harmonics]
-    true = np.transpose(true, (2, 0, 1))
     stiffness = "N_m" if kind == "angular_misalignment" else "N_per_m"
 
     def off(share):
         coupling = {"coupling_stiffness": k, "coupling_asymmetry": share * k}
         more = effect | {f"{name}_{stiffness}": value for name, value in coupling.items()}
-        shown = measured_response(build_model(rig | {"effects": [*rig["effects"], more]}), case.steady.speed, harmonics)
-        return np.abs(shown - true).max() / np.abs(true).max()
+        return distance(case, [0, 1, -1, 2], exact_model(case, more))
 
     assert off(share) < 1e-3  # of 128 steps a turn
     assert off(0.0) > 5e-3
@@ -159,9 +139,7 @@ def test_two_cracks_are_predicted(monkeypatch):
             add_form(draw.machine, start + position * part.length, form, angle)
         return {}
 
-    monkeypatch.setitem(FAMILIES, "special", add)
-    case = draw_case(1, "special", speeds=3, count=2, modes=None)
-    rig = rig_of(case, modulus_error=0, bearing_error=0, unbalance_error=0)
+    case = special(monkeypatch, 1, add, speeds=3, steps=256, modes=None)
     start, lengths = case.rotor.positions, [element.length for element in case.rotor.elements]
     cracks = [
         {
@@ -175,19 +153,16 @@ def test_two_cracks_are_predicted(monkeypatch):
         }
         for element, position, depth, angle, kind in places
     ]
-    true = np.array([[case.steady.whirl(node, k) for node in case.nodes] for k in HARMONICS[1:]])
 
     def off(*chosen):
-        model = build_model(rig | {"effects": [*rig["effects"], *chosen]})
-        shown = measured_response(model, case.steady.speed, HARMONICS[1:], order=20)
-        return np.abs(np.transpose(shown, (1, 2, 0)) - true).max()
+        return distance(case, HARMONICS[1:], exact_model(case, *chosen), order=20)
 
     size = off()
     assert off(*cracks) < 0.02 * size
     assert min(off(cracks[0]), off(cracks[1])) > 0.05 * size
     speed = case.steady.speed
     growth = np.log(case.steady.multipliers) * speed / (2 * np.pi)
-    cracked, sound = (build_model(rig | {"effects": [*rig["effects"], *more]}) for more in (cracks, []))
+    cracked, sound = exact_model(case, *cracks), exact_model(case)
     bare = growth_rate(sound, speed)
     assert np.abs(periodic_growth_rate(cracked, speed) - growth).max() < 0.1 * np.abs(bare - growth).max()
 
@@ -206,8 +181,7 @@ def test_a_pedestal_with_a_resonance_along_each_direction_is_predicted(monkeypat
         loss = bearing.stiffness @ both @ bearing.stiffness
         return {"natural": natural, "bearing_time_s": damped[0] / stiff[0], "loss": loss}
 
-    monkeypatch.setitem(FAMILIES, "special", add)
-    case = draw_case(8, "special", speeds=3, count=2, modes=None)
+    case = special(monkeypatch, 8, add, speeds=3, steps=256, modes=None)
     assert abs(case.rotor.bearings[0].stiffness[0, 1]) > 0.03 * case.rotor.bearings[0].stiffness[0, 0]
     truth = case.effects[0]
     effect = {
@@ -220,13 +194,9 @@ def test_a_pedestal_with_a_resonance_along_each_direction_is_predicted(monkeypat
     }
     for i, j in np.ndindex(2, 2):
         effect[f"stiffness_loss_at_rest_{'xy'[i]}{'xy'[j]}_N_per_m"] = float(truth["loss"][i, j])
-    rig = rig_of(case, modulus_error=0, bearing_error=0, unbalance_error=0)
-    true = np.array([[case.steady.whirl(node, k) for k in (1, -1)] for node in case.nodes])
 
     def off(**other):
-        model = build_model(rig | {"effects": [*rig["effects"], *([effect | other] if other else [])]})
-        shown = measured_response(model, case.steady.speed, [1, -1])
-        return np.abs(np.transpose(shown, (2, 1, 0)) - true).max() / np.abs(true).max()
+        return distance(case, [1, -1], exact_model(case, *([effect | other] if other else [])))
 
     cross = {f"stiffness_loss_at_rest_{ab}_N_per_m": 0.0 for ab in ("xy", "yx")}
     assert off(node=1) < 2e-3  # of second order: a cross stiffness of 6 % times a share of 30 % squared

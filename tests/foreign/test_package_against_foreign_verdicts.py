@@ -24,11 +24,7 @@ OF_SHAPE = ["rub", "looseness", "cubic_stiffness", "pedestal_resonance"]
 
 
 def read(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
-    """Spectrum, rig, model and findings of a case, from its files.
-
-    rig_error : 0: the rig file is exact, 1: as real ones are;  modulus : the stated one over that
-    zero      : where displacements count from, as stated
-    """
+    """Spectrum, rig, model and findings of a case; rig_error : 0 for an exact rig;  modulus : stated over true."""
     write_case(case, folder, 0.005 * rig_error, 0.02 * rig_error, 0.05 * rig_error, harmonics=HARMONICS)
     given = read_rig(folder / "rig.yaml").given
     given["rotor"]["youngs_modulus_Pa"] *= modulus
@@ -36,12 +32,11 @@ def read(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
         given["diagnosis"]["uncertainty"]["rotor.youngs_modulus_Pa"] = 0.01
     given["measurement"]["displacement_zero"] = zero
     rig = RigFile(folder / "rig.yaml", given)
-    spectrum, model, findings = measured_spectrum([folder / "record.nc"], rig)
-    return spectrum, rig, model, findings
+    return rig, *measured_spectrum([folder / "record.nc"], rig)
 
 
 def verdict_on(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest", leave_out=(), most_causes=1):
-    spectrum, rig, model, findings = read(case, folder, rig_error, modulus, zero)
+    rig, spectrum, model, findings = read(case, folder, rig_error, modulus, zero)
     quick = {"candidates_per_round": 3, "leave_out": list(leave_out), "most_causes": most_causes}
     settings = read_settings(rig.given, "rig.yaml").model_copy(update=quick)
     return investigate(spectrum, model, settings=settings, findings=findings).verdict
@@ -53,7 +48,7 @@ def names(verdict):
 
 def test_the_spectrum_read_from_the_files_is_the_expected_one(tmp_path):
     case = small(3, "crack", visible=0.05, chain_fault="gain")
-    spectrum, *_ = read(case, tmp_path)
+    _, spectrum, *_ = read(case, tmp_path)
     shown = expected_harmonics(case.steady, case.nodes, case.probes, case.chain, spectrum.harmonics, case.zero)
     size = np.abs(shown[:, spectrum.harmonics == 1]).max()
     # run-to-run scatter and noise: a few parts in a thousand each
@@ -100,15 +95,44 @@ def test_a_crack_at_sixty_degrees_is_named_whatever_its_law(monkeypatch, tmp_pat
     assert found["angle_rad"] == pytest.approx(np.deg2rad(60.0), abs=np.deg2rad(10.0))
 
 
-def test_an_added_mass_is_named(monkeypatch, tmp_path):
-    def add(draw):
-        mass, radius = 0.05 * draw.rotor.mass, draw.rotor.elements[0].outer_diameter / 2
-        add_added_mass(draw.machine, 1, mass, radius, radius)
-        return {"node": 2}
+def mass_at_a_node(draw):
+    radius = draw.rotor.elements[0].outer_diameter / 2
+    add_added_mass(draw.machine, 1, 0.05 * draw.rotor.mass, radius, radius)
+    return {"node": 2}
 
-    verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0, leave_out=CRACKS)
+
+def stiff_bearing(draw):
+    """It moves far less than the shaft: its cubic force is usual in units of its own motion."""
+    moved = draw.healthy.displacement[:, :, :2]
+    size = 0.3 * draw.rotor.bearings[0].stiffness[0, 0] / np.max(np.sum(moved**2, axis=2))
+    add_cubic_bearing(draw.machine, 0, size)
+    return {"node": 1}
+
+
+SIDE = np.deg2rad(200.0)
+
+
+def rub_on_one_side(draw):
+    """The gap is a share of the vibration, which is below the static deflection."""
+    swing, towards = draw.swing(1), np.array([np.cos(SIDE), np.sin(SIDE)])
+    assert swing < 0.2 * draw.rest(1)[0]
+    radius = draw.rotor.elements[0].outer_diameter / 2
+    add_rub(draw.machine, 1, 0.2 * draw.stiffness, 2 * swing, 0.1, radius, draw.rest(1) - 1.4 * swing * towards)
+    return {"node": 2}
+
+
+@pytest.mark.parametrize(
+    ("add", "effect"),
+    [(mass_at_a_node, "added_mass"), (stiff_bearing, "cubic_stiffness"), (rub_on_one_side, "rub")],
+)
+def test_an_effect_added_by_hand_is_named_at_its_node(add, effect, monkeypatch, tmp_path):
+    case = special(monkeypatch, 1, add)
+    verdict = verdict_on(case, tmp_path, rig_error=0.0, leave_out=CRACKS)
     assert verdict.verdict == "cause"
-    assert names(verdict) == {("added_mass", 2)}
+    assert names(verdict) == {(effect, case.effects[0]["node"])}
+    if effect == "rub":
+        off = verdict.causes[0].parameters["contact_angle_rad"].value - SIDE
+        assert abs(np.angle(np.exp(1j * off))) < np.deg2rad(10)
 
 
 def test_a_seal_is_never_called_internal_damping(monkeypatch, tmp_path):
@@ -119,38 +143,6 @@ def test_a_seal_is_never_called_internal_damping(monkeypatch, tmp_path):
 
     verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0, leave_out=CRACKS)
     assert "seal" in {cause.effect for cause in (*verdict.causes, *verdict.ambiguous_with)}
-
-
-def test_a_rub_on_one_side_is_named(monkeypatch, tmp_path):
-    """The gap is a share of the vibration, which is below the static deflection."""
-    side = np.deg2rad(200.0)
-
-    def add(draw):
-        swing, towards = draw.swing(1), np.array([np.cos(side), np.sin(side)])
-        assert swing < 0.2 * draw.rest(1)[0]
-        radius = draw.rotor.elements[0].outer_diameter / 2
-        add_rub(draw.machine, 1, 0.2 * draw.stiffness, 2 * swing, 0.1, radius, draw.rest(1) - 1.4 * swing * towards)
-        return {"node": 2}
-
-    verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0, leave_out=CRACKS)
-    assert verdict.verdict == "cause"
-    assert names(verdict) == {("rub", 2)}
-    (cause,) = verdict.causes
-    assert abs(np.angle(np.exp(1j * (cause.parameters["contact_angle_rad"].value - side)))) < np.deg2rad(10)
-
-
-def test_a_cubic_bearing_that_moves_little_is_named(monkeypatch, tmp_path):
-    """A stiff bearing moves far less than the shaft: its cubic force is usual in units of its own motion."""
-
-    def add(draw):
-        bearing = draw.rotor.bearings[0]
-        moved = draw.healthy.displacement[:, :, :2]
-        add_cubic_bearing(draw.machine, 0, 0.3 * bearing.stiffness[0, 0] / np.max(np.sum(moved**2, axis=2)))
-        return {"node": 1}
-
-    verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0, leave_out=CRACKS)
-    assert verdict.verdict == "cause"
-    assert names(verdict) == {("cubic_stiffness", 1)}
 
 
 def test_a_zero_on_the_unloaded_line_is_no_preload(tmp_path):

@@ -7,10 +7,7 @@ from rotorstudy.presentation.blind_page import write_pages
 
 
 def gather(config, seals, answers, independent, sources, folder, index):
-    """Write results and pages to a folder.
-
-    seals, answers : paths, of all chunks;  independent, sources : paths and names of cases of other runs
-    """
+    """Write results and pages of the seals and answers of all chunks, beside other runs (files and their names)."""
     data, criteria, rows = gather_chunks(load_blind(config), folder, seals, answers)
     write_pages(data, criteria, rows, folder, dict(zip(sources, independent, strict=True)), index=index)
     print(printed(criteria))

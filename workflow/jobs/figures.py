@@ -5,8 +5,5 @@ from rotorstudy.presentation.plots import save_figures
 
 
 def draw(pictures, function, load, config, **results):
-    """Write the figures that a function makes of a configuration and results to the files of their names.
-
-    pictures : paths;  function, load : full names, of that function and of the one that reads the file `config`
-    """
+    """Write the figures that a function makes of results and of the file `config`, read by the function `load`."""
     save_figures(named_function(function)(named_function(load)(config), **results), pictures)

@@ -28,10 +28,7 @@ class DiagnosisItem(Strict):
 
 
 class Chunks(Strict):
-    """Number of jobs into which a sweep is split, for a cluster; the numbers do not depend on it.
-
-    blind : by cases;  monte_carlo : by noise levels, of each rig of a study;  compare : by faults, of each method
-    """
+    """Jobs into which a sweep is split: blind by cases, monte_carlo by noise levels, compare by faults."""
 
     blind: int = Field(default=1, ge=1)
     monte_carlo: int = Field(default=1, ge=1)
@@ -39,14 +36,10 @@ class Chunks(Strict):
 
 
 class WorkflowConfig(Strict):
-    """results, reference : folders;  studies, replays : name -> configuration file;  plugin_folders : further plugins
+    """Folders, and configuration files by name; what is not given is left out.
 
-    blind, compare, cracks, crack_study : configuration files of the blind tests, of the comparison of spectrum methods
-                  and estimators, of that of crack models, and of the study of transverse cracks; left out if not given
-    diagnoses   : name -> measured records and their rig file
-    chunks      : numbers of jobs into which long sweeps are split
-    independent_records : name -> cases of the independent simulator (CSV), shown beside the blind tests
-    published   : folder of rig files, each beside a table of what others printed of that machine; left out if not given
+    diagnoses : measured records and rig files;  independent_records : name -> cases (CSV) beside the blind tests
+    published : folder of rig files, each beside a table of what others printed;  chunks : jobs of long sweeps
     """
 
     results: str

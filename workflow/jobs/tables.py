@@ -5,10 +5,7 @@ from rotorstudy.presentation.tables import write_csv, write_tables
 
 
 def write(scored, sheets, function, load, config, index, **results):
-    """Write what a function makes of a configuration and results: rows of the scoreboard, and tables by name.
-
-    scored, sheets : paths;  function, load : as in `jobs.figures.draw`;  index : the page of all results
-    """
+    """Write what a function makes of a configuration and results: rows of the scoreboard, and tables by name."""
     rows, tables = named_function(function)(named_function(load)(config), **results)
     write_csv(rows, scored)
     write_tables(tables, sheets, index)

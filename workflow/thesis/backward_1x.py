@@ -60,10 +60,7 @@ def hypotheses(rig, forward, backward, receptance, std):
 
 
 def readings(replays):
-    """Rig, forward, backward and receptance (reading,) as of `hypotheses`, of every published speed.
-
-    replays : (ReplayConfig, spectra) of each rig
-    """
+    """Rig, forward, backward, receptance (reading,) of (ReplayConfig, spectra) of each rig, at published speeds."""
     found = []
     for number, (config, spectra) in enumerate(replays):
         seen = spectra.compensated.sel(version="corrected", data_set=COLUMN, spectrum_method=COLUMN)

@@ -27,10 +27,7 @@ def places(reference, name, numbers):
 
 
 def spectrum_rows(spectra, columns):
-    """Rows of amplitudes and phases for a scoreboard: dicts with KEYS and `computed`.
-
-    columns : of `places`; the first sensor unless a node is given
-    """
+    """Rows of amplitudes and phases for a scoreboard, with KEYS and `computed`; columns : of `places`."""
     rows = []
     for column in columns:
         where = dict(column)
@@ -83,10 +80,7 @@ def _factor(unit):
 
 
 def estimate_rows(printed, where, texts, estimate, monte_carlo):
-    """Rows of the estimates of some printed rows; those with noise have ours without it if there are no trials.
-
-    where : of `places`, of the printed rows;  estimate : DataArray without noise;  monte_carlo : file -> Dataset
-    """
+    """Rows of the estimates of some printed rows; those with noise have ours without it if there are no trials."""
     at = {key: value for key, value in where.items() if key not in ("table", "printed_case", "trials")}
     rows = []
     for level, some in printed.groupby("noise_percent"):
@@ -146,11 +140,7 @@ def variant_errors(config, relative_error):
 
 
 def tables(config, reference, spectra, reasons, identification=None, monte_carlo=None, variants=None):
-    """The tables of a chapter beside the thesis's: rows of the scoreboard (DataFrame), and name -> Table.
-
-    reference : folder of the printed values;  reasons : path;  monte_carlo : file name of a case -> Dataset
-    The Datasets are of the rig "thesis". Without an identification, estimates are those of the variants.
-    """
+    """The tables of a chapter by the rig "thesis", beside the printed ones: scoreboard rows, and name -> Table."""
     texts = described(reference, config.name)
     printed, by_variants = published(reference, list(texts["tables"])), variants is not None
     found = variants if by_variants else identification.sel(estimator="least_squares")

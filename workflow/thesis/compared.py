@@ -39,10 +39,7 @@ def load_rotor(config, name, source, identification=None):
 
 
 def write_spectra(paths, config, sources, spectrum, chunk):
-    """Write the spectra of every rotor by a spectrum method; sources : rotor -> arguments of `load_rotor`.
-
-    chunk : which part of the faults, of how many
-    """
+    """Write the spectra of every rotor by a spectrum method; sources : rotor -> arguments of `load_rotor`."""
     config, method = load_comparison(config), registry().get("spectrum", spectrum)
     faults, origin = chunk_of(list(config.faults), *chunk), provenance(config.model_dump(), [method], config.seed)
     for (name, source), path in zip(sources.items(), paths, strict=True):
@@ -51,10 +48,7 @@ def write_spectra(paths, config, sources, spectrum, chunk):
 
 
 def write_estimates(paths, config, sources, estimator, spectra, bias=()):
-    """Write the accuracy of an estimator on every rotor, and its errors by wrong known quantities to the paths `bias`.
-
-    sources : as in `write_spectra`;  spectra : paths, of all rotors and methods
-    """
+    """Write the accuracy of an estimator on every rotor; errors by wrong known quantities go to the paths `bias`."""
     config, estimator = load_comparison(config), registry().get("estimator", estimator)
     origin = provenance(config.model_dump(), [estimator], config.seed)
     biased = {Path(path).parent.name: path for path in bias}

@@ -36,10 +36,7 @@ HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)  # in the order in which the thesis w
 
 
 def agreeing(model, speeds, printed, theta=None):
-    """Number of printed amplitudes and phases (rows of `published`) that a model reproduces to the last digit.
-
-    speeds : case as printed -> rad/s
-    """
+    """Number of printed amplitudes and phases that a model reproduces to the last digit; speeds : case -> rad/s."""
     response = measured_response(model, list(speeds.values()), HARMONICS, theta)[..., 0]
     found = dict(zip(speeds, response, strict=True))
     count = 0
@@ -275,12 +272,7 @@ UNBALANCES = {  # of Table 6.8 -> parameter here, factor to the printed unit
 
 
 def deviations(model, printed):
-    """Deviations of printed harmonics of Chapter 6 from the steady state of a model at 100 rad/s.
-
-    printed : rows of `published`, Tables 6.2 to 6.7
-    returns : DataFrame with table, item, computed (m or rad) and deviation (amplitudes relative, phases in rad) of the
-              harmonics above 0.1 µm
-    """
+    """Deviations (amplitudes relative, phases in rad) of Tables 6.2 to 6.7 above 0.1 µm from a model at 100 rad/s."""
     harmonics = sorted({int(n) for n in printed.item})
     response = measured_response(model, [100.0], harmonics)[0]
     rows = []
@@ -297,10 +289,7 @@ def deviations(model, printed):
 
 
 def numbers_6(config, folder, variants):
-    """Numbers on gyroscopic sign, mass matrix and unbalance phases of the spectra, and on Tables 6.8 and 6.9.
-
-    config : StudyConfig;  folder : of the printed values;  variants : Dataset of `studies.variants.variants`
-    """
+    """Numbers on gyroscopic sign, mass matrix and unbalance phases of the spectra, and on Tables 6.8 and 6.9."""
     printed = published(folder, [f"6.{n}" for n in range(2, 8)])
     printed = printed[printed.method == "regression"]
     rig = config.rigs["thesis"]

@@ -1,7 +1,6 @@
 """Diagnosis of the replayed experiments: error at each speed left out, and comparison with the thesis's estimates."""
 
 import json
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,39 +24,8 @@ from thesis.replay import thesis_estimates
 UNLIMITED = 1e3  # times the stated uncertainty: parameters are free, as in the thesis
 
 
-@dataclass(frozen=True)
-class Compared:
-    """A parameter of the thesis's model by three fits, lengths in µm.
-
-    is_phase    : of a complex parameter
-    is_positive : it cannot be negative in a passive part
-    on_weight   : it acts on the static deflection alone, as crack forces do
-    thesis      : its estimate;  base, extended : value and standard deviation without and with the causes found
-    """
-
-    rig: str
-    parameter: str
-    unit: str
-    is_phase: bool
-    is_positive: bool
-    on_weight: bool
-    thesis: float
-    base: tuple[float, float]
-    extended: tuple[float, float]
-
-    def row(self):
-        """A row of the page's table."""
-        found = {"rig": self.rig, "parameter": self.parameter, "unit": self.unit, "thesis": self.thesis}
-        for name, (value, std) in (("base", self.base), ("extended", self.extended)):
-            found |= {name: value, f"{name} ±": std}
-        return found
-
-
 def leave_one_out(records, rig_path):
-    """Rows, one per speed: verdict and rms error (m) at that speed, which is left out of every fit.
-
-    Of the rig within its uncertainties, without (base) and with causes (extended), and with every parameter free.
-    """
+    """Rows, one per speed: verdict and rms error (m) at that speed, left out of every fit: base, extended, all free."""
     rig = read_rig(rig_path)
     spectrum, model, _ = measured_spectrum(records, rig)
     settings = read_settings(rig.given, str(rig_path))
@@ -84,10 +52,7 @@ def leave_one_out(records, rig_path):
 
 
 def harmonic_rows(config, data, folder):
-    """One row per harmonic: its measured size and the residual of each model (µm rms over the speeds) of verdict.nc.
-
-    The thesis's estimates are compared as in the thesis: without 0X and 1X of the slow roll, at the other speeds.
-    """
+    """One row per harmonic: its size and residuals (µm rms); the thesis's has no slow roll, as in the thesis."""
     harmonics = [int(n) for n in data.harmonic.values]
     measured = as_complex(data.measured)[..., 0]
     slow = int(np.argmin(data.speed.values))
@@ -114,34 +79,33 @@ def harmonic_rows(config, data, folder):
 
 
 def compared_parameters(config, data, folder):
-    """Compared of each parameter of the thesis's model: the thesis's estimate, ours without and with the causes."""
+    """Rows of the parameters of the thesis's model (µm): its estimate, ours and its deviation without and with causes.
+
+    kind : `phase`; `force`, of a crack, which acts on the static deflection alone; `positive`, of a passive part
+    """
     names = list(config.model.names)
-    printed = thesis_estimates(config, folder, config.all_speeds)
     chosen = data.sel(parameter=names)
-    fits = {"thesis": (printed, np.ones(len(names)))}
+    fits = {"thesis": (thesis_estimates(config, folder, config.all_speeds), np.ones(len(names)))}
     for source, prefix in (("base", "base_"), ("extended", "")):
         fits[source] = (chosen[f"{prefix}estimate"].values, chosen[f"{prefix}std"].values)
     found = {}
     for source, (theta, std) in fits.items():
         shown, theta, covariance = magnitude_and_phase(names, theta, np.diag(std**2))
         found[source] = dict(zip(shown, zip(theta, np.sqrt(np.diag(covariance)), strict=True), strict=True))
-    compared = []
+    rows = []
     for term in config.model.terms:
         effect = registry().plugins["effect"].get(term.kind)
         for p in term.parameters:
             full = term.full_name(p)
-            for name, unit in ((full, p.unit), (f"{full}_phase", "rad")) if p.is_complex else ((full, p.unit),):
+            passive = "positive" if effect and effect.is_positive(p.name) else ""
+            kind = "force" if {entry.on for entry in p.entries} == {"static"} else passive
+            for name, unit, what in ((full, p.unit, kind), (f"{full}_phase", "rad", "phase"))[: 1 + p.is_complex]:
                 unit, factor = shown_unit(unit) if unit in ("m", "rad") else (unit, 1.0)
-                (value, _), *fitted = (found[source][name] for source in fits)
-                base, extended = ((one * factor, std * factor) for one, std in fitted)
-                kind = {
-                    "is_phase": name != full,
-                    "is_positive": bool(effect and effect.is_positive(p.name)),
-                    "on_weight": {entry.on for entry in p.entries} == {"static"},
-                }
-                fits_of = {"thesis": value * factor, "base": base, "extended": extended}
-                compared.append(Compared(readable(config.name), shown_name(name), unit, **kind, **fits_of))
-    return compared
+                row = {"rig": readable(config.name), "parameter": shown_name(name), "kind": what, "unit": unit}
+                for source, by_name in found.items():
+                    row[source], row[f"{source} ±"] = (one * factor for one in by_name[name])
+                rows.append(row)
+    return rows
 
 
 def write(path, records, rig_path):

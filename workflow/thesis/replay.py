@@ -143,10 +143,7 @@ def rounding_draws(config, folder, data_set):
 
 
 def replay_problem(config, cases, compensated, draws):
-    """The Problem of some cases, slow roll removed, of compensated spectra (..., case, harmonic) of all cases, m.
-
-    draws : (trial, case, harmonic), m, for the covariance
-    """
+    """The Problem of some cases of compensated spectra (..., case, harmonic), m, without slow roll; draws : trials."""
     corrected, moved = remove_slow_roll(config, compensated), remove_slow_roll(config, draws)
     chosen = [list(config.cases).index(case) for case in cases]
     real = components(moved[:, chosen, :, None])[..., 0]  # (trial, speed, component)

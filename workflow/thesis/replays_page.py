@@ -102,14 +102,15 @@ def _explained(verdict):
 def changed_estimates(compared):
     """Sentences, one a rig, on estimates of the thesis two standard deviations off those of the extended model."""
     found = []
-    for rig in dict.fromkeys(one.rig for one in compared):
-        own = [one for one in compared if one.rig == rig and not one.is_phase]
-        forces = [one for one in own if one.on_weight]
-        changed = [one for one in own if abs(one.extended[0] - one.thesis) > 2 * one.extended[1]]
-        gone = sum(abs(one.extended[0]) < 2 * one.extended[1] for one in forces)
+    for rig in dict.fromkeys(one["rig"] for one in compared):
+        own = [one for one in compared if one["rig"] == rig and one["kind"] != "phase"]
+        forces = [one for one in own if one["kind"] == "force"]
+        changed = [one for one in own if abs(one["extended"] - one["thesis"]) > 2 * one["extended ±"]]
+        gone = sum(abs(one["extended"]) < 2 * one["extended ±"] for one in forces)
         other = sum(one in changed for one in forces)
         said = ", ".join(
-            f"{one.parameter} from {number(one.thesis)} to {number(one.extended[0])} ± {one.extended[1]:.2g} {one.unit}"
+            f"{one['parameter']} from {number(one['thesis'])} to {number(one['extended'])} ± {one['extended ±']:.2g} "
+            f"{one['unit']}"
             for one in changed
             if one not in forces
         )
@@ -138,11 +139,11 @@ def in_short(verdicts, harmonics, left_out):
 def impossible_values(compared):
     """Sentences on parameters that are negative by two standard deviations but cannot be; compared : of all rigs."""
     return [
-        f"{one.rig.capitalize()}, contradiction: the {model} model needs {one.parameter} {value:.3g} ± "
-        f"{std:.2g} {one.unit}. No passive part has that, so the model is not the explanation."
+        f"{one['rig'].capitalize()}, contradiction: the {model} model needs {one['parameter']} {one[model]:.3g} ± "
+        f"{one[f'{model} ±']:.2g} {one['unit']}. No passive part has that, so the model is not the explanation."
         for one in compared
-        for model, (value, std) in (("base", one.base), ("extended", one.extended))
-        if one.is_positive and value < -2 * std
+        for model in ("base", "extended")
+        if one["kind"] == "positive" and one[model] < -2 * one[f"{model} ±"]
     ]
 
 
@@ -176,13 +177,13 @@ def replays_page(configs, folders, reference):
         UNDECIDED[0],
         *(f"Not decided either: {text}" for text in UNDECIDED[1:]),
     ]
-    return {"harmonics": harmonics, "left_out": shown, "parameters": [one.row() for one in compared]}, notes
+    return {"harmonics": harmonics, "left_out": shown, "parameters": compared}, notes
 
 
 def write(csv, html, configs, folders, reference, index):
     """Write the page and its tables to paths; index : the page of all results."""
     rows, notes = replays_page(configs, folders, reference)
-    tables = {name: pd.DataFrame(rows[name]) for name in SHEETS}
+    tables = {name: pd.DataFrame(rows[name]).drop(columns=["kind", "thesis ±"], errors="ignore") for name in SHEETS}
     for path, table in zip(csv, tables.values(), strict=True):
         write_csv(table, path)
     title = "Residuals of the thesis's model on its own measurements"

@@ -68,10 +68,7 @@ def score(printed, computed, reasons, measured_again=()):
 
 
 def scored_against(printed, rows, reasons, measured_again=()):
-    """The scoreboard of computed rows; reasons may quote their `deviation` from the printed values and its `percent`.
-
-    rows : with KEYS and `computed`, and perhaps further columns that reasons quote;  reasons : path
-    """
+    """The scoreboard of rows with KEYS; reasons may quote their `deviation` from the print and its `percent`."""
     import pandas as pd
 
     computed, values = pd.DataFrame(rows), printed.set_index(KEYS).published
@@ -180,10 +177,7 @@ def table_name(number):
 
 
 def scored_tables(scored, described):
-    """{"table_2_5": Table} of printed values and ours side by side, of rows of the scoreboard.
-
-    described : number like "2.5" -> (title, note, key columns of the rows, key columns of the columns)
-    """
+    """{"table_2_5": Table} of print beside ours; described : number -> (title, note, row keys, column keys)."""
     return {
         table_name(number): Table(
             side_by_side(scored[scored.table == number], down, across), f"Table {number}: {title}", note

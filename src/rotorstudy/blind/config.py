@@ -17,15 +17,10 @@ PositiveNumber = Annotated[float, Field(gt=0)]
 class BlindConfig(Strict):
     """Settings of the blind tests.
 
-    cases, seed : defaults of the command line
-    shares      : of KINDS; they sum to 1. `form`: of a form that is not the library's;  `outside`: any fault, which is
-                  left out of the library
-    machines    : shares of `machines.draw.MACHINES`;  elements : fewest and most of the machine `any`
-    speeds      : fewest and most of a case;  harmonics : those that are read
-    size        : smallest and largest effect in standard deviations, of what the uncertain rig cannot absorb
-    rig_error   : of the rig file, in units of what is usual (0.5 % of the modulus, 2 % of the bearings, 5 % of the
-                  unbalance), which is stated to the diagnosis
-    records     : number of cases whose records are kept as NetCDF
+    shares     : of KINDS, summing to 1; `form`: of another form than the library's;  `outside`: left out of the library
+    size       : smallest and largest effect in standard deviations, of what the uncertain rig cannot absorb
+    rig_error  : of the rig file, over the usual (0.5 % of modulus, 2 % of bearings, 5 % of unbalance), which is stated
+    records    : number of cases whose records are kept as NetCDF
     """
 
     title: str

@@ -1,7 +1,4 @@
-"""Cases of a blind test: a record of the independent simulator with a hidden effect, its rig file, and the truth.
-
-A case depends on its order alone. The record and the rig file are all that the diagnosis may see.
-"""
+"""Cases of a blind test: a record of the independent simulator with a hidden effect, its rig file, and the truth."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -39,13 +36,10 @@ FEWER, MORE = 0.4, 2.5  # times the severity of the next draw after one too larg
 
 
 class Order(NamedTuple):
-    """What is to be drawn.
+    """What is to be drawn; pairs are fewest and most, or smallest and largest; None: the default of the simulator.
 
-    seed      : int or sequence of int;  kind : see `KINDS_OF_CASES`
-    machines  : shares of `machines.draw.MACHINES`;  elements : fewest and most of the machine `any`, or None
-    speeds    : fewest and most;  harmonics : to be read, None: those of the format's default
-    sizes     : smallest and largest;  rig_error : over the usual
-    named     : function like `machines.cases.draw_case` without its family, of a kind that is not in KINDS_OF_CASES
+    kind  : see KINDS_OF_CASES;  machines : shares of `machines.draw.MACHINES`;  rig_error : over the usual
+    named : function like `machines.cases.draw_case` without its family, of a kind that is not in KINDS_OF_CASES
     """
 
     number: int
@@ -199,10 +193,7 @@ def truth_of(case, fault):
 
 
 def _acting_as(case, one):
-    """Family of an effect; that of a one-sided stiffness depends on where the shaft moves.
-
-    Where it never leaves the soft side that is a linear loss, and where it stays beyond the gap a constant force.
-    """
+    """Family of an effect; a one-sided stiffness is a linear loss on its soft side, a constant force beyond its gap."""
     if one["family"] not in ("looseness", "looseness_form") and not one.get("one_sided"):
         return one["family"]
     at, direction = 4 * (one["node"] - 1), np.array([np.cos(one["angle_rad"]), np.sin(one["angle_rad"])])
@@ -241,10 +232,7 @@ def change_of(case, harmonics):
 
 
 def _size_beside(case, true, spectrum, columns):
-    """Size of the smaller effect of a pair where the other one is there too and of unknown size; 0 if a part of it.
-
-    An effect may be large by itself, and yet not be seen: a rub of a shaft that a seal keeps away from the stator.
-    """
+    """Size of the smaller effect of a pair where the other is there too and of unknown size; 0 if a part of it."""
     both = _seen(case, case.steady, spectrum.harmonics)
     sizes = []
     for one, other, alone in zip(true, true[::-1], case.alone[::-1], strict=True):
@@ -256,10 +244,7 @@ def _size_beside(case, true, spectrum, columns):
 
 
 def absorbed(spectrum, model, stated):
-    """What refitted base parameters and calibration change at most, by one standard deviation each (data, parameter).
-
-    In standard deviations of the spectrum, linearised at the stated values; stated : the section `diagnosis`
-    """
+    """What base parameters and calibration change by one standard deviation each, (data, parameter), whitened."""
     calibration = [
         make_term("effect", {"kind": kind, "label": f"{kind} {i}", **place}, model.structure, model.sensors)
         for kind in stated["nuisance"]
@@ -278,10 +263,7 @@ def absorbed(spectrum, model, stated):
 
 
 def left_by_base(change, spectrum, columns, beside=None):
-    """Rms of the part of a change (speed, harmonic, sensor), m, that `absorbed` columns leave, in standard deviations.
-
-    beside : another change, of unknown size, that may absorb it too
-    """
+    """Rms, in standard deviations, of what `absorbed` and a change `beside` of unknown size leave of a change, m."""
     change, ridge = spectrum.whitened(change), np.ones(columns.shape[1])
     if beside is not None:
         columns = np.column_stack([columns, spectrum.whitened(beside)])

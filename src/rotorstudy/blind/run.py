@@ -104,11 +104,7 @@ def diagnosed(spectrum, model, settings, findings):
 
 
 def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
-    """Run blind tests in a folder: Dataset of `summary`, DataFrames of criteria and cases, all files but the figures.
-
-    cases, seed : override those of the BlindConfig;  answer : as `diagnosed`
-    Apart from times the result depends on configuration and seed alone, not on the number of cores.
-    """
+    """Run blind tests in a folder: Dataset of `summary`, DataFrames of criteria and cases, all files but figures."""
     stated = {"cases": cases, "seed": seed}
     config = config.model_copy(update={key: value for key, value in stated.items() if value is not None})
     if config.cases < 1 or config.seed < 0 or cores < 1:
@@ -123,11 +119,7 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
 
 
 def answer_chunk(config, chunk, chunks, seals, answers, out, *, cores=1, answer=diagnosed):
-    """Hide and diagnose the cases of a chunk, 0 to chunks - 1, of a run: a job of its own on a cluster.
-
-    Their seals are written to the file `seals` before the diagnosis, truths and answers to the file `answers`; records
-    of the first cases of the run go to the folder `out`. A case depends on its number and the seed alone.
-    """
+    """Hide and diagnose the cases of a chunk, 0 to chunks - 1; the file `seals` is written before the diagnosis."""
     numbers = chunk_of(range(config.cases), chunk, chunks)
     orders, found = [order_of(config, config.seed, number) for number in numbers], []
     with TemporaryDirectory() as records, _pool(cores) as mapped:
@@ -201,10 +193,7 @@ def _plain(value):
 
 
 def answer_case(folder, leave_out=(), answer=diagnosed, records=("record.nc",)):
-    """Verdict, held-out predictions and seconds of one core, from the records and the rig file in a folder alone.
-
-    Records that are refused, and an error of the diagnosis, are answers too: "refused" and "failed", with the `error`.
-    """
+    """Verdict (or "refused", "failed"), held-out predictions and seconds of one core, by records and rig file alone."""
     from rotorstudy.diagnosis.settings import read_settings
 
     start, held_out = process_time(), None

@@ -52,7 +52,7 @@ def score_case(truth, answer):
     verdict, true = answer["verdict"], truth["true"]
     row = {key: truth[key] for key in ("case", "kind", "families", "machine", "mass_kg", "elements", "probed_nodes",
                                        "known")}  # fmt: skip
-    row |= {"seed": str(truth["seed"]), "group": _group(truth)}
+    row |= {"seed": str(truth["seed"]), "group": group_of(truth["families"], truth["known"])}
     row |= {key: np.nan if truth[key] is None else truth[key] for key in ("size", "beside")}
     row |= _judged(truth, verdict)
     before, after = _held_out_errors(truth, answer.get("held_out"))
@@ -67,26 +67,17 @@ def score_case(truth, answer):
     }  # fmt: skip
 
 
-def _group(truth):
+def group_of(families, known):
     """clean, single, chain, two, or outside (what the library lacks, whatever it is)."""
-    if not truth["true"]:
-        return "clean"
-    if not truth["known"]:
-        return "outside"
-    return "two" if len(truth["true"]) > 1 else "chain" if truth["fault"] else "single"
+    if not families or not known:
+        return "outside" if families else "clean"
+    return "two" if "+" in families else "chain" if families in CHAIN_FAULTS else "single"
 
 
 def grouped(rows):
     """Rows with the column `group`, also those of a file, which may lack it and has nan for no families."""
-    rows = rows.assign(families=rows.families.fillna("").astype(str))
-    if "group" not in rows:
-        families, known = rows.families, rows.known.astype(bool)
-        group = np.select(
-            [families == "", ~known, families.str.contains("+", regex=False), families.isin(CHAIN_FAULTS)],
-            ["clean", "outside", "two", "chain"], "single",
-        )  # fmt: skip
-        rows = rows.assign(group=group)
-    return rows
+    families = rows.families.fillna("").astype(str)
+    return rows.assign(families=families, group=list(map(group_of, families, rows.known.astype(bool))))
 
 
 def _judged(truth, verdict):
@@ -175,8 +166,7 @@ def _sizes_judged(true, causes):
 def _crack_judged(truth, causes):
     """Errors of the first crack among some causes: place (of the length), angle (degrees), flexibility (relative).
 
-    The flexibility across its front is that of its depth, by the library, times its factor; `held` says whether the
-    95 % interval of both holds the true one.
+    The flexibility is that of its depth, by the library, times its factor; `held`: by the 95 % interval of both.
     """
     found = dict.fromkeys(("place_error", "angle_error_deg", "flexibility_error", "flexibility_held"), np.nan)
     true = [one for one in truth["true"] if one["family"] in ("crack_form", "open_crack_form")]
@@ -217,10 +207,7 @@ def score(truths, answers):
 
 
 def calibration(probability, right):
-    """Calibration of stated posterior probabilities (case,), given whether each first cause is right (case,), 1 or 0.
-
-    returns : by bin of PROBABILITY_EDGES the sum of the stated, the number of right ones, and of cases; the error
-    """
+    """By bin of PROBABILITY_EDGES the sum of stated probabilities, of right ones, of cases; the calibration error."""
     bins = len(PROBABILITY_EDGES) - 1
     place = np.clip(np.digitize(probability, PROBABILITY_EDGES) - 1, 0, bins - 1)
     count = np.bincount(place, minlength=bins)

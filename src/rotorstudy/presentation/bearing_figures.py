@@ -14,10 +14,7 @@ LINES = {"xx": "-", "xy": "-.", "yx": ":", "yy": "--"}  # distinguishable where 
 
 
 def bearing_coefficients(plugins, speeds=SPEEDS):
-    """A Dataset of synchronous coefficients of the plugins' examples over speed, every amplitude at its typical size.
-
-    NaN where a bearing refuses the speed; x is down, and xy is the force along x by a motion along y.
-    """
+    """A Dataset of synchronous coefficients of the plugins' examples over speed; NaN where a bearing refuses it."""
     found = np.array([[_at(plugin, w) for w in speeds] for plugin in plugins]).reshape(len(plugins), len(speeds), 4)
     coordinates = {
         "bearing": ([plugin.name for plugin in plugins], "1", "bearing plugin"),

@@ -12,10 +12,7 @@ REACH = 2.45  # standard deviations of a 95 % circle of a complex number, each o
 
 
 def two_states(before, after, difference, mark=0.0):
-    """Orbits at the speed of the largest change, and 1X at all speeds, a row per node, of two Spectra and their change.
-
-    mark : angle (rad) of the shaft's reference line from x when the phase mark passes: a dot on each orbit
-    """
+    """Orbits at the speed of the largest change, and 1X at all speeds, a row per node, of two Spectra; mark : rad."""
     moving = difference.harmonics != 0
     change = np.sum(np.abs(difference.amplitude[:, moving]) ** 2, axis=1)  # (speed, sensor)
     speed = int(change.sum(axis=1).argmax())

@@ -34,11 +34,7 @@ def comparison_figures(whole, harmonic_errors, biased, trials):
 
 
 def accuracy(whole, trials):
-    """Scatter (left) and bias (right) of the worst parameter of every estimator: a row of panels for each rotor.
-
-    Records of whole revolutions, by `PLAIN`. The worst parameter of an estimator on a rotor is that with the largest
-    error over its bound at any noise level.
-    """
+    """Scatter and bias of the parameter of an estimator farthest from its bound: a row of panels for each rotor."""
     drawn = whole.sel(spectrum_method=PLAIN, fault=whole.fault[0], noise=whole.noise > 0)
     over = drawn.efficiency**-0.5
     mean = np.exp(np.log(over).mean("parameter")).max(["rotor", "noise"])

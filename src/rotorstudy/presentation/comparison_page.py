@@ -23,10 +23,7 @@ from rotorstudy.studies.config import file_name
 
 
 def write_comparison(comparison, pictures, ranking_csv, advice_files, config, spectra, estimates, bias, index):
-    """Write the comparison as NetCDF, its figures, and its tables (paths of CSV and page) from the files of all jobs.
-
-    spectra, estimates, bias : paths "<rotor>/<spectrum method or estimator>.nc", those of chunks in order
-    """
+    """Write the comparison as NetCDF, its figures and its tables from the files "<rotor>/<method or estimator>.nc"."""
     config = load_comparison(config)
     names = {file_name(name): name for name in config.rotors}
 
@@ -48,10 +45,7 @@ def write_comparison(comparison, pictures, ranking_csv, advice_files, config, sp
 
 
 def write_advice(ranked, use_if, csv, html, index=None):
-    """Write which spectrum method and estimator to use for which fault: in full as CSV, with a summary as a page.
-
-    use_if : fault -> when to follow its advice, in words
-    """
+    """Write which spectrum method and estimator to use for which fault; use_if : fault -> when to follow it."""
     told = with_words(advice(ranked), use_if)
     write_csv(told, csv)
     choices = in_sentences(told)

@@ -83,10 +83,7 @@ def compare_files(before: list[str | Path], after: list[str | Path], rig_path: s
 
 
 def _write(diagnosis, spectrum, model, rig, origin, out, summary=None, first=None, name=None, links=None, states=None):
-    """Write a diagnosis into the folder `out`, all of it or nothing; its Verdict.
-
-    origin : names of records and rig;  first : {name: figure} of `CHANGE_FIGURES`;  states : of their charts
-    """
+    """Write a diagnosis into a folder, all of it or nothing; first, states : figures and charts of a comparison."""
     added = [registry().get("effect", cause.effect) for cause in diagnosis.verdict.causes]
     origin = provenance(rig, [*named_plugins(rig), *added]) | origin
     said = summary or diagnosis.verdict.summary

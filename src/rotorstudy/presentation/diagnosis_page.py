@@ -33,11 +33,7 @@ HEADINGS = {  # of a diagnosis, and of a comparison
 
 
 def diagnosis_page(verdict, data, figures, title, links=None, states=None):
-    """The page as HTML.
-
-    data : the content of verdict.nc;  figures : name -> PNG (path or bytes), of a comparison also of `CHANGE_FIGURES`
-    title : what was diagnosed;  links : text -> address of pages to go to from the top;  states : charts of both states
-    """
+    """The page as HTML; figures : name -> PNG (path or bytes); of a comparison, states : charts of both states."""
     import pandas as pd
 
     axes = json.loads(data.attrs.get("axes", "{}"))

@@ -205,10 +205,7 @@ def phases_of(amplitude, near, harmonics, at):
 
 
 def plot_phase(harmonics, amplitude, axes, *, label=None, index=0, near=None):
-    """Phase of R_n in degrees over the harmonics, as points; later ones are smaller, so that coinciding ones show.
-
-    harmonics, amplitude : (harmonic,) complex;  near : (harmonic,) complex, drawn before: -179 degrees stand beside 180
-    """
+    """Phase of R_n in degrees over the harmonics, as points; near : drawn before, -179 stands beside its 180."""
     phase = np.angle(amplitude, deg=True)
     phase = phase if near is None else phases_near(phase, np.angle(near, deg=True))
     style = {"color": COLOURS[index], "fillstyle": "none", "markersize": max(8 - 2 * index, 3), "clip_on": False}

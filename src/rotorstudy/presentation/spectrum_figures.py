@@ -48,7 +48,7 @@ def full_spectra(harmonics, rows, panels, printed=None):
     """
     from matplotlib.legend_handler import HandlerTuple
 
-    picture, axes = figure(len(panels), 1, height=2.2, width=4.5)
+    picture, axes = figure(len(panels), 1, height=2.2 if len(panels) < 5 else 1.7, width=4.8)
     for panel, (title, kind) in zip(axes[:, 0], panels, strict=True):
         here = {name: values[title] for name, values in rows.items() if title in values}
         for i, (name, values) in enumerate(here.items()):
@@ -65,6 +65,7 @@ def full_spectra(harmonics, rows, panels, printed=None):
                 shown = phases_near(np.rad2deg(values), phases_of(last, first, harmonics, at))
             panel.plot(at, shown, "kx", markersize=3, label="printed in the thesis")
         panel.set_title(title)
+        panel.set_xlabel(panel.get_xlabel() if title == panels[-1][0] else "")
     entries = [panel.get_legend_handles_labels() for panel in axes[:, 0]]
     shown = {}
     for handles, texts in entries:

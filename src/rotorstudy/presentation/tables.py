@@ -34,12 +34,7 @@ def write_html(path, title, note, tables, digits=6, choose=(), below=None, links
 
 
 def cells(table, digits=6, below=None):
-    """A DataFrame as the macro `show.table` takes it.
-
-    below   : a column of texts to be shown below their rows (optional)
-    returns : `columns`, the headings; `rows` of (class, text), the class of a column being number, short, text or long;
-              `groups`, (heading, number of columns) over columns "group: name"; `below`, a text for each row, or none
-    """
+    """A DataFrame as the macro `show.table` takes it; below : a column of texts shown below their rows, or none."""
     texts = [_cell(value, digits) for value in table.get(below, [])]
     table = table.drop(columns=below, errors="ignore") if below else table
     groups, columns = _grouped([_heading(str(name)) for name in table.columns])

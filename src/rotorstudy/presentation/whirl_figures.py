@@ -65,11 +65,7 @@ def campbell(whirl, rigs, title):
 
 
 def _mode(panel, speed, frequency, mixed):
-    """The line of a mode over speed, both in Hz, the frequency positive forward.
-
-    On anisotropic bearings (mixed) whirl is elliptic and has no sign: gyroscopic moments raise the frequency of a mode
-    that is mostly forward, and lower that of one that is mostly backward.
-    """
+    """The line of a mode over speed, in Hz; elliptic whirl (mixed) is told by its slope, of gyroscopic moments."""
     if not mixed:
         forward = np.median(frequency) > 0
         kinds = [("forward whirl", np.full(len(speed), forward)), ("backward whirl", np.full(len(speed), not forward))]

@@ -3,17 +3,8 @@
 import numpy as np
 
 from rotorstudy.presentation import estimate_figures
-from rotorstudy.presentation.plots import (
-    COLOURS,
-    MARKERS,
-    figure,
-    harmonic_axis,
-    phases_near,
-    phases_of,
-    plot_full_spectrum,
-    plot_orbit,
-    plot_phase,
-)
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, plot_orbit
+from rotorstudy.presentation.spectrum_figures import full_spectra
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.response.whirl import time_invariant, whirl_modes, without_damping
@@ -84,33 +75,19 @@ def orbits_figure(signals, speed):
 
 
 def spectra_figure(config, rows, speed, quantity, printed):
-    """Figures 6.9 and 6.10: amplitude or phase of the full spectra of every node.
-
-    rows : label -> spectra Dataset;  printed : rows of `published`
-    """
+    """Figures 6.9 and 6.10: amplitude or phase of the full spectra of every node; rows : label -> spectra Dataset."""
     seen = {"source": "from rest", "record": "complete cycles", "spectrum_method": "regression"}
-    picture, axes = figure(len(PLACES), 1, height=1.7, width=4.8)
-    for panel, (n, place) in zip(axes[:, 0], PLACES.items(), strict=True):
-        first = None
-        for i, (name, found) in enumerate(rows.items()):
-            where = found.displacement.sel(**seen, phase_reference="reference", node=n)
-            values = as_complex(where.sel(speed=speed, method="nearest"))
-            if quantity == "amplitude":
-                plot_full_spectrum(config.harmonics, values, panel, label=name, index=i, count=2)
-            else:
-                first = values if first is None else first
-                plot_phase(config.harmonics, values, panel, label=name, index=i, near=first)
-        table = printed[(printed.case == f"100 rad/s, node {n}") & (printed.quantity == quantity)]
-        table = table[table.method == "regression"]
-        if len(table):
-            at, shown = table.item.astype(int).to_list(), 1e6 * table.published
-            if quantity == "phase":
-                shown = phases_near(np.rad2deg(table.published), phases_of(values, first, config.harmonics, at))
-            panel.plot(at, shown, "kx", markersize=3, label="printed in the thesis")
-        panel.set_title(f"node {n}: {place}")
-        panel.set_xlabel("")
-    harmonic_axis(axes[-1, 0], config.harmonics)
-    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    titles = {n: f"node {n}: {place}" for n, place in PLACES.items()}
+
+    def shown(found):
+        here = found.displacement.sel(**seen, phase_reference="reference").sel(speed=speed, method="nearest")
+        return {title: as_complex(here.sel(node=n)) for n, title in titles.items()}
+
+    printed = printed[(printed.quantity == quantity) & (printed.method == "regression")]
+    of_nodes = {title: printed[printed.case == f"100 rad/s, node {n}"] for n, title in titles.items()}
+    marks = {title: (own.item.astype(int), own.published) for title, own in of_nodes.items() if len(own)}
+    panels = [(title, quantity) for title in titles.values()]
+    picture = full_spectra(config.harmonics, {name: shown(found) for name, found in rows.items()}, panels, marks)
     picture.suptitle(f"Full spectrum at {speed:g} rad/s, {quantity}")
     return picture
 

@@ -6,15 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from rotorstudy.presentation.plots import (
-    COLOURS,
-    MARKERS,
-    figure,
-    harmonic_axis,
-    plot_full_spectrum,
-    plot_orbit,
-    plot_phase,
-)
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, harmonic_axis, plot_orbit
+from rotorstudy.presentation.spectrum_figures import full_spectra
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
@@ -84,22 +77,19 @@ def record_figure(replayed, case, group):
 
 def spectra_figure(replayed, case, group):
     """Full spectra of displacement and reference, both columns of the thesis."""
-    harmonics = replayed.config.harmonics
-    picture, axes = figure(3, 1, height=2.2, width=4.5)
-    first = None
-    for i, data_set in enumerate(replayed.config.data_sets):
+    harmonics, rows = replayed.config.harmonics, {}
+    panels = amplitude, phase, reference = (
+        f"Amplitude of the displacement, {case}",
+        f"Phase of the displacement, {case}",
+        f"Phase of the reference signal, {case}",
+    )
+    for data_set in replayed.config.data_sets:
         part = replayed.here.sel(data_set=data_set, spectrum_method=data_set, case=case)
-        both = as_complex(part.displacement), np.exp(1j * part.reference_phase.values)
-        first = first or both
-        plot_full_spectrum(harmonics, both[0], axes[0, 0], label=METHODS.get(data_set, data_set), index=i, count=2)
-        for panel, values, near in zip(axes[1:, 0], both, first, strict=True):
-            plot_phase(harmonics, values, panel, label=METHODS.get(data_set, data_set), index=i, near=near)
-    for panel, title in enumerate(
-        ("Amplitude of the displacement", "Phase of the displacement", "Phase of the reference signal")
-    ):
-        axes[panel, 0].set_title(f"{title}, {case}")
-    axes[0, 0].legend(title="column of the thesis")
-    apart = np.abs(both[0] - first[0]) / np.abs(first[0])
+        values = dict.fromkeys((amplitude, phase), as_complex(part.displacement))
+        rows[METHODS.get(data_set, data_set)] = values | {reference: np.exp(1j * part.reference_phase.values)}
+    picture = full_spectra(harmonics, rows, list(zip(panels, ("amplitude", "phase", "phase"), strict=True)))
+    first, *_, last = (values[amplitude] for values in rows.values())
+    apart = np.abs(last - first) / np.abs(first)
     told = f"differ by {percent(apart.max(), 2)} at most, as vectors ({harmonics[apart.argmax()]}X)"
     picture.suptitle(f"{case}: the columns of the thesis {told}", fontsize=8)
     return picture
@@ -144,17 +134,14 @@ def model_figure(replayed, case, group):
             config.model, [config.cases[case]], config.harmonics, theta
         )[0, :, 0],
     }
-    picture, axes = figure(2, 1, height=2.4, width=5.0)
-    for i, (label, values) in enumerate(rows.items()):
-        plot_full_spectrum(config.harmonics, values, axes[0, 0], label=label, index=i, count=len(rows))
-        plot_phase(config.harmonics, values, axes[1, 0], label=label, index=i, near=rows["measured"])
+    shown = {label: dict.fromkeys(("Amplitude", "Phase"), values) for label, values in rows.items()}
+    picture = full_spectra(config.harmonics, shown, [("Amplitude", "amplitude"), ("Phase", "phase")])
     errors = np.abs(rows["least squares"] - rows["measured"]) / np.abs(rows["measured"])
-    axes[0, 0].set_title(
+    picture.suptitle(
         f"{case}: least squares fits {np.sum(errors < 0.2)} of {len(errors)} harmonics within 20 % as vectors "
         "(amplitude and phase)",
         fontsize=7,
     )
-    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return picture
 
 

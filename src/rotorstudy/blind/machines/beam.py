@@ -17,14 +17,9 @@ Y_SIGNS = np.array([1.0, -1.0, 1.0, -1.0])
 
 @dataclass(frozen=True)
 class Element:
-    """A uniform piece of round shaft.
+    """A uniform piece of round shaft: lengths in m, modulus in Pa, density in kg/m³.
 
-    length, outer_diameter, inner_diameter : in m;  youngs_modulus : in Pa
-    density                                : in kg/m³
-    theory                                 : `timoshenko` (rotary inertia and shear) or `euler_bernoulli` (rotary
-                                             inertia, no shear)
-    internal_damping                       : viscous damping of the material, proportional to stiffness, in s; it acts
-                                             in the rotating frame
+    theory : `timoshenko` (with shear) or `euler_bernoulli`;  internal_damping : proportional to stiffness, rotating, s
     """
 
     length: float
@@ -68,10 +63,7 @@ class Element:
 
 
 def shapes(element, s):
-    """Deflection w, its slope w', rotation of the section p and its derivative p' at s = 0...1, each (len(s), 4).
-
-    Of the nodal coordinates w1, p1, w2, p2 of one plane; the static solution without load between the nodes.
-    """
+    """Deflection w, its slope w', rotation of the section p and p' at s = 0...1, each (len(s), 4) of w1, p1, w2, p2."""
     s, length, phi = np.atleast_1d(s), element.length, element.shear_parameter
     w = [
         [1 + phi, -phi, -3, 2],  # polynomials in s, lowest power first

@@ -23,18 +23,11 @@ RUNOUT = 0.01  # of an ordinary surface over the usual motion
 
 @dataclass(frozen=True)
 class Case:
-    """A machine with one effect, as it is and as it was measured.
+    """A machine with one effect, as it is and as it was measured; nodes count from 0, those of `effects` from 1.
 
-    machine         : of `draw.MACHINES`;  rotor : the true one without the effect
-    unbalance       : node (from 0) to complex moment, kg m
-    effects         : what was added, where and how large; nodes and elements from 1;  changed : see `visibility`
-    steady, healthy : Steady, true motion with and without it
-    alone           : list of Steady, true motion with each effect alone
-    sag, zero       : (coordinates,) rest position of the healthy machine, and where the probes read zero: there, or on
-                      the unloaded line
-    nodes           : with probes, from 0;  probes : node to its two `Probe`;  chain : Chain
-    fault           : of CHAIN_FAULTS, or None;  faulty_node : of which of them, from 1, or None
-    records         : see `measuring.record`;  picture : `rotation` and `gravity_angle_deg` of the rig file's angles
+    unbalance : node to complex moment, kg m;  steady, healthy, alone : motion with all, without, and with each effect
+    sag, zero : (coordinates,) rest position of the healthy machine, and where the probes read zero
+    changed   : see `visibility`;  records : see `measuring.record`;  picture : sense and gravity of the rig's angles
     """
 
     machine: str
@@ -81,10 +74,7 @@ def swing_of(healthy, nodes):
 
 
 def draw_chain(rng, healthy, nodes, fault=None):
-    """Probes and chain of ordinary quality (gain 0.5 %, angle 0.5 degrees, runout 1 %), with a gross fault if named.
-
-    Also the node with a faulty probe, from 0, None for faults of the whole chain.
-    """
+    """Probes, chain of ordinary quality with a gross fault if named, and the node, from 0, of a faulty probe."""
     swing = swing_of(healthy, nodes)
     first = rng.uniform(0, 2 * np.pi)
     angles = (first, first + np.pi / 2 * rng.choice([-1, 1]) * rng.uniform(0.8, 1.2))
@@ -142,17 +132,11 @@ def draw_case(
     seed, family, speeds=8, steps=256, modes=10, chain_fault=None, mass=None, count=None, visible=0.0, tries=20,
     machine="any", severity=1.0, known=KNOWN, machines=MACHINES,
 ):  # fmt: skip
-    """A random Case.
+    """A random Case of `known` families, joined by "+"; after `tries` machines without steady motion NoSteadyState.
 
-    seed, family : int or numpy.random.Generator; of `known`, several on one machine joined by "+"
-    speeds       : how many;  steps, modes : of the integration, see `stepping.steady_state`
-    chain_fault  : of `CHAIN_FAULTS`, or None;  mass, count : of the rotor `any`, see `draw.draw_rotor`
-    visible      : least change of some harmonic but 0X by the effect, over the healthy 1X; a case that changes less (a
-                   loose foot that the weight holds down, say) is drawn again. Of `SHOWN_BY_THE_MEAN` 0X counts too.
-    tries        : machines drawn until one moves steadily and shows its effect; then NoSteadyState
-    severity     : times the usual size, of the effects of `forms.FORMS`
-    known        : name -> function that adds the effect to a `faults.Draw`
-    machine      : one of `machines`, name -> function of a generator that gives the rotor
+    steps, modes : of the integration, see `stepping.steady_state`;  mass, count : see `draw.draw_rotor`
+    visible      : least change of some harmonic but 0X over the healthy 1X; of `SHOWN_BY_THE_MEAN` 0X counts too
+    severity     : times the usual size, of `forms.FORMS`;  known, machines : name -> function, as FAMILIES and MACHINES
     """
     if chain_fault not in (None, *CHAIN_FAULTS):
         raise ValueError(f"no fault of the chain: {chain_fault}")

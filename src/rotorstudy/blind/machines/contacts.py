@@ -79,21 +79,15 @@ def one_sided(loss, gap, angle):
 
 
 def add_one_sided_loss(machine, node, loss, angle):
-    """Support that gives way to one side: `loss` N/m less stiffness for displacement towards `angle` (bilinear).
-
-    Source: F. F. Ehrich, "High order subharmonic response of high speed rotors in bearing clearance", J. Vib. Acoust.
-    110 (1988) 9-16.
-    """
+    """Support with `loss` N/m less towards `angle`, bilinear (F. F. Ehrich, J. Vib. Acoust. 110 (1988) 9-16)."""
     machine.local.append(LocalForce(at(machine, 4 * node), one_sided(loss, np.inf, angle), "one-sided loss"))
 
 
 def add_looseness(machine, coordinate, loss, gap, angle):
-    """Looseness: a foot held down lifts towards `angle`; it meets `loss` N/m less stiffness until the bolts hold after
-    `gap` m.
+    """Looseness at a coordinate: `loss` N/m less towards `angle` until the bolts hold after `gap` m.
 
-    At the first coordinate of a node (massless foot in series) or of a pedestal. Source: P. Goldman, A. Muszynska,
-    "Analytical and experimental simulation of loose pedestal dynamic effects on a rotating machine vibrational
-    response", ASME DE 35 (1991) 11-17.
+    Source: P. Goldman, A. Muszynska, "Analytical and experimental simulation of loose pedestal dynamic effects on a
+    rotating machine vibrational response", ASME DE 35 (1991) 11-17.
     """
     machine.local.append(LocalForce(at(machine, coordinate), one_sided(loss, gap, angle), "looseness"))
 
@@ -117,8 +111,7 @@ def turned(angle):
 def add_asymmetry(machine, elements, share, angle=0.0):
     """Shaft asymmetry: E I of some elements is larger by `share` along the rotating direction `angle`, smaller across.
 
-    Stiffness that turns with the shaft gives 2X under weight (F. M. Dimentberg, Flexural Vibrations of Rotating Shafts
-    (1961)).
+    Source: F. M. Dimentberg, Flexural Vibrations of Rotating Shafts (1961).
     """
     for number in elements:
         part = machine.rotor.elements[number]
@@ -135,9 +128,7 @@ def add_asymmetry(machine, elements, share, angle=0.0):
 def coupling(stiffness, share, offset, run_out):
     """Law of a coupling to an immovable driver: force K(angle) (offset - y), of displacement and of slopes alike.
 
-    K(angle) = stiffness (1 + share turned(angle)): the part `share` is stiffer along a direction that turns with the
-    shaft, as of a coupling with two pins. `offset` is fixed (misalignment), `run_out` turns with the shaft (a hub bored
-    off its centre).
+    K(angle) = stiffness (1 + share turned(angle)); `offset` is fixed (misalignment), `run_out` turns with the shaft.
     """
 
     def law(angle, y, v, speed):
@@ -161,11 +152,7 @@ def add_parallel_misalignment(machine, node, stiffness, offset, run_out=0.0, sha
 
 
 def add_angular_misalignment(machine, node, stiffness, tilt, run_out=0.0, share=0.0):
-    """Angular misalignment: the driver's shaft is tilted by slopes `tilt` (rad, dx/dz + j dy/dz, fixed) and `run_out`
-    (turning).
-
-    Coupling of bending `stiffness` N m/rad; sources as for the parallel one.
-    """
+    """The driver is tilted by slopes `tilt` (rad, dx/dz + j dy/dz, fixed) and `run_out` (turning); in N m/rad."""
     selection = np.zeros((machine.size, 2))
     selection[4 * node + 3, 0], selection[4 * node + 2, 1] = 1.0, -1.0
     law = coupling(stiffness, share, tilt, run_out)
@@ -244,10 +231,7 @@ def add_soft_foot(machine, node, loss, gap, width, angle, start):
 
 
 def add_clearance(machine, node, stiffness, clearance, width, centre=(0.0, 0.0)):
-    """Support with clearance: within a circle about `centre` it has lost `stiffness` N/m; smooth over `width` m.
-
-    Source: F. F. Ehrich, J. Vib. Acoust. 110 (1988) 9-16, made smooth.
-    """
+    """Support without `stiffness` N/m in a circle, smooth over `width` m (Ehrich, J. Vib. Acoust. 110 (1988) 9-16)."""
     centre = np.asarray(centre)
 
     def force(angle, y, v, speed):

@@ -197,10 +197,7 @@ def by_angle(form, angle, stiffness, stretched):
 
 
 def pieces(machine, position, length):
-    """[(selection, kink stiffness, share of the flexibility)] of a crack at a position (m) that softens a length (m).
-
-    Over a length the additional curvature is uniform within each element; a length of zero is one section.
-    """
+    """[(selection, kink stiffness, share)] of a crack at a position (m); over a length (m) the curvature is uniform."""
     rotor = machine.rotor
     if not rotor.elements:
         selection, stiffness = rotor.hinge(position)
@@ -219,10 +216,7 @@ def pieces(machine, position, length):
 
 
 def add_form(machine, position, form, angle, length=0.0):
-    """Add a crack of any form at a position (m along the shaft), `angle` (rad) of the middle of its front.
-
-    `length` (m) of softened shaft, 0 for a section; every element of it opens by its own moment.
-    """
+    """Add a Form at a position (m), `angle` (rad) of the middle of its front, over a length (m) or in one section."""
     sag = machine.sag() if form.law in BY_ANGLE else None
     found = pieces(machine, position, length)
     whole = sum(share for _, _, share in found)  # less than 1 where the length ends beyond the shaft
@@ -255,7 +249,7 @@ def _table():
 
 
 def arc_crack(depth_ratio, curvature, poissons_ratio=0.3):
-    """Compliances (opening, sideways) for Young's modulus and radius 1, and the shares of energy over 0 to pi.
+    """Compliances (opening, sideways) for modulus and radius 1, and shares of energy over 0 to pi.
 
     depth_ratio : over the diameter, 0.05 to 0.5;  curvature : depth over the radius of the arc, 0 (straight) to 0.8
     """

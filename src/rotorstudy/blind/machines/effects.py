@@ -16,20 +16,13 @@ def add_unbalance(machine, node, moment, angle=0.0):
 
 
 def add_couple_unbalance(machine, node, polar_moment, diametral_moment, tilt, angle=0.0):
-    """Couple unbalance: a disc fixed on the shaft with its axis tilted by `tilt` rad towards `angle`.
-
-    Moment (I_d - I_p) W² tilt on the slopes (Genta, Dynamics of Rotating Systems (2005), section 2.6).
-    """
+    """A disc's axis tilted by `tilt` rad: moment (I_d - I_p) W² tilt on the slopes (Genta (2005), section 2.6)."""
     value = (diametral_moment - polar_moment) * tilt * np.exp(1j * angle)
     machine.add_rotating(node, value, power=2, rotations=True)
 
 
 def add_added_mass(machine, node, mass, radius, length, eccentricity=0.0, angle=0.0):
-    """Added mass: deposit or forgotten part, a solid cylinder of `mass` kg, `radius` and `length` m, with weight and
-    inertia.
-
-    Its centre may be off the axis by `eccentricity` (m), which is an unbalance too.
-    """
+    """A solid cylinder of `mass` kg, `radius` and `length` m, with weight and inertia, `eccentricity` m off."""
     polar, diametral = mass * radius**2 / 2, mass * (3 * radius**2 + length**2) / 12
     add_disc(machine, Disc(node, mass, polar, diametral))
     add_unbalance(machine, node, mass * eccentricity, angle)
@@ -98,10 +91,9 @@ def add_seal(machine, node, direct, cross, damping, cross_damping, mass, swirl=0
 
 
 def add_pedestal(machine, bearing, mass, stiffness, damping):
-    """Pedestal: a mass (kg) between a bearing and the ground, on stiffness and damping 2x2 (N/m, N s/m).
+    """A mass (kg) between a bearing and the ground, on stiffness and damping 2x2 (N/m, N s/m); its first coordinate.
 
-    The bearing then works between shaft and pedestal (E. Kramer, Dynamics of Rotors and Foundations (1993), chapter
-    12). Returns the pedestal's first coordinate; a weight of its own only shifts it and is left out.
+    Source: E. Kramer, Dynamics of Rotors and Foundations (1993), chapter 12. Its weight only shifts it and is left out.
     """
     part = machine.rotor.bearings[bearing]
     first = machine.add_dofs(2)
@@ -120,11 +112,6 @@ def add_internal_damping_change(machine, change, elements=None):
     count = len(machine.rotor.elements)
     chosen = range(count) if elements is None else elements
     add_internal_damping(machine, [change if number in chosen else 0.0 for number in range(count)])
-
-
-def add_external_damping_change(machine, node, change):
-    """External damping changed by `change` N s/m at a node, in the fixed frame."""
-    machine.at_node(node, change * np.eye(2), "damping")
 
 
 def bow_by_kink(rotor, element, kink):

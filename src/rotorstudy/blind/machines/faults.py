@@ -18,10 +18,7 @@ from rotorstudy.blind.machines.stepping import Steady
 
 @dataclass
 class Draw:
-    """What a family draws from: machine, unbalance (node to kg m), motion without the effect, first frequency.
-
-    `severity` is a factor of the size that families of `forms` draw.
-    """
+    """What a family draws from: machine, unbalance (node to kg m), motion without the effect; severity : of `forms`."""
 
     rng: np.random.Generator
     machine: Machine
@@ -82,10 +79,7 @@ class Draw:
         return self.healthy.displacement[:, :, 4 * node : 4 * node + 2].mean(axis=(0, 1))
 
     def stator(self, node, angle, reach, most):
-        """Offset (m) and centre of a stator that comes nearer until the healthy orbit reaches far enough (m).
-
-        most : largest offset over the vibration
-        """
+        """Offset (m, `most` vibrations at most) and centre of a stator that comes nearer until the orbit meets it."""
         side, rest, swing = np.array([np.cos(angle), np.sin(angle)]), self.rest(node), self.swing(node)
         orbit = self.healthy.displacement[:, :, 4 * node : 4 * node + 2] - rest
         for offset in np.linspace(0.0, most, 100 * most + 1) * swing:
@@ -120,15 +114,16 @@ def add_crack(machine, element, position, depth, angle=0.0, kind="gradual"):
     add_form(machine, place, arc_form(part, depth / 2, 0.0, kind), angle)
 
 
-def cracked(kinds, low, high):
-    def family(draw):
-        element, position, depth = draw.element(), float(draw.rng.uniform(0.1, 0.9)), float(draw.rng.uniform(low, high))
-        angle, kind = draw.angle(), str(draw.rng.choice(kinds))
-        add_crack(draw.machine, element, position, depth, angle, kind)
-        place = {"element": element + 1, "position_in_element": position}
-        return {**place, "depth_over_radius": depth, "phase_rad": angle, "breathing": kind}
+def crack(draw, kinds=("gradual", "switching")):
+    element, position = draw.element(), float(draw.rng.uniform(0.1, 0.9))
+    depth, angle, kind = float(draw.rng.uniform(0.4, 1.0)), draw.angle(), str(draw.rng.choice(kinds))
+    add_crack(draw.machine, element, position, depth, angle, kind)
+    place = {"element": element + 1, "position_in_element": position}
+    return {**place, "depth_over_radius": depth, "phase_rad": angle, "breathing": kind}
 
-    return family
+
+def open_crack(draw):
+    return crack(draw, ["open"])
 
 
 def misalignment(draw):
@@ -260,7 +255,7 @@ def internal_damping(draw):
 def external_damping(draw):
     node = draw.node()
     change = 2 * between(draw.rng, 0.01, 0.1) * draw.rotor.mass * draw.frequency
-    effects.add_external_damping_change(draw.machine, node, change)
+    draw.machine.at_node(node, change * np.eye(2), "damping")
     return {"node": node + 1, "change_N_s_per_m": change}
 
 
@@ -271,23 +266,9 @@ def asymmetry(draw):
 
 
 FAMILIES = {
-    "healthy": healthy,
-    "unbalance": unbalance,
-    "couple_unbalance": couple_unbalance,
-    "crack": cracked(["gradual", "switching"], 0.4, 1.0),
-    "open_crack": cracked(["open"], 0.4, 1.0),
-    "misalignment": misalignment,
-    "rub": rub,
-    "looseness": looseness,
-    "support_loss": support_loss,
-    "pedestal": pedestal,
-    "seal": seal,
-    "added_mass": added_mass,
-    "bow": bow,
-    "thermal_bow": thermal_bow,
-    "preload": preload,
-    "cubic_bearing": cubic_bearing,
-    "internal_damping": internal_damping,
-    "external_damping": external_damping,
-    "asymmetry": asymmetry,
-}
+    family.__name__: family
+    for family in (
+        healthy, unbalance, couple_unbalance, crack, open_crack, misalignment, rub, looseness, support_loss, pedestal,
+        seal, added_mass, bow, thermal_bow, preload, cubic_bearing, internal_damping, external_damping, asymmetry,
+    )
+}  # fmt: skip

@@ -1,10 +1,10 @@
 """A case on disk: the record (NetCDF) and the rig file of the nominal machine."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
+import yaml
 
 from rotorstudy.blind.machines.cases import RUNOUT, swing_of
 from rotorstudy.blind.machines.machine import GRAVITY
@@ -12,35 +12,19 @@ from rotorstudy.blind.machines.machine import GRAVITY
 FILM = 2.5  # error of clearance and viscosity over that of the coefficients of a bearing: 5 %
 
 
-def text(value):
-    """YAML of numbers, strings, lists and dicts on one line; the exponent signed and a point before it."""
+def plain(value):
+    """Numbers, strings, lists and dicts as YAML takes them; ten digits of a number."""
     if isinstance(value, dict):
-        named = ((json.dumps(key) if "[" in key else key, item) for key, item in value.items())
-        return "{" + ", ".join(f"{key}: {text(item)}" for key, item in named) + "}"
+        return {key: plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(text(item) for item in value) + "]"
-    if isinstance(value, (bool, np.bool_)):
-        return str(bool(value)).lower()
-    if isinstance(value, (int, np.integer)):
-        return str(int(value))
-    if isinstance(value, (float, np.floating)):
-        return f"{float(value):.9e}"
-    return json.dumps(value)
+        return [plain(item) for item in value]
+    value = value.item() if isinstance(value, np.generic) else value
+    return float(f"{value:.9e}") if isinstance(value, float) else value
 
 
 def page(sections):
-    """YAML of sections: dicts a key a line, lists of dicts an item a line."""
-    lines = []
-    for name, value in sections.items():
-        if isinstance(value, dict):
-            lines.append(f"{name}:")
-            lines += [f"  {key}: {text(item)}" for key, item in value.items()]
-        elif isinstance(value, list) and value and isinstance(value[0], dict):
-            lines.append(f"{name}:")
-            lines += [f"  - {text(item)}" for item in value]
-        else:
-            lines.append(f"{name}: {text(value)}")
-    return "\n".join(lines) + "\n"
+    """YAML, an item a line."""
+    return yaml.safe_dump(plain(sections), sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=None)
 
 
 def stretches(elements):
@@ -172,10 +156,7 @@ def measurement_section(case, harmonics):
 
 
 def diagnosis_section(case, modulus_error, bearing_error, unbalance_error):
-    """What the user knows of the accuracy: standard deviations of rig and probes, repeatability, usual runout.
-
-    A cross coefficient that the rig has as zero is held; a change of it would be an effect of its own.
-    """
+    """What the user knows: standard deviations of rig and probes; a cross coefficient of zero is held."""
     chain = case.chain
     rotor, modulus = case.rotor, "youngs_modulus_Pa"
     if not rotor.elements and rotor.first == rotor.second:

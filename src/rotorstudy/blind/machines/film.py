@@ -67,10 +67,7 @@ def bearing(film, speed):
 
 
 def add_film(machine, film, linear, speeds):
-    """The film itself in a machine that has it as the bearing `linear`: its force less the weight and the linear force.
-
-    Displacements of the journal then count from where it runs at each of the `speeds`.
-    """
+    """The force of a film less weight and that of its bearing `linear`; displacements count from where it runs."""
     running = {speed: running_position(film, speed) for speed in np.atleast_1d(speeds)}
 
     def law(angle, y, v, speed):

@@ -1,8 +1,4 @@
-"""Faults whose form is not the textbook's: `FORMS[name](draw)` adds one and returns what it is, as in `faults`.
-
-None of these laws is one that a diagnosis is likely to have: cracks with any two flexibilities, extent and closing,
-contacts and supports that stiffen smoothly, friction that falls with the slip, couplings with elliptic forces.
-"""
+"""Faults whose form is not the textbook's: `FORMS[name](draw)` adds one and returns what it is, as in `faults`."""
 
 import numpy as np
 
@@ -181,12 +177,9 @@ def dry_friction_form(draw):
 
 
 FORMS = {
-    "crack_form": crack_form,
-    "open_crack_form": open_crack_form,
-    "looseness_form": looseness_form,
-    "clearance_form": clearance_form,
-    "stiffening_form": stiffening_form,
-    "rub_form": rub_form,
-    "coupling_form": coupling_form,
-    "dry_friction_form": dry_friction_form,
-}
+    form.__name__: form
+    for form in (
+        crack_form, open_crack_form, looseness_form, clearance_form, stiffening_form, rub_form, coupling_form,
+        dry_friction_form,
+    )
+}  # fmt: skip

@@ -36,10 +36,7 @@ class Bearing:
 
 @dataclass(frozen=True)
 class Rotor:
-    """A shaft of elements in a row, its discs and bearings; external damping (N s/m) of x and y at every node.
-
-    `films` (`film.Film`) carry the shaft beyond what the bearings at their nodes do for small motion at one speed.
-    """
+    """Elements in a row, discs, bearings, external damping (N s/m) of each node; films act beyond linear bearings."""
 
     elements: tuple
     discs: tuple
@@ -81,8 +78,7 @@ class Rotor:
 class PointRotor:
     """One disc on a massless shaft between rigid bearings, at `first` m from one and `second` m from the other.
 
-    Its one node has x, y, a, b as any other. A disc in the middle does not tilt: the rotor of Jeffcott (1919).
-    External and internal damping (N s/m) act on x and y of the disc, the internal one in the rotating frame.
+    A disc in the middle does not tilt: the rotor of Jeffcott (1919). Dampings (N s/m) act on x and y of the disc.
     """
 
     first: float
@@ -157,11 +153,9 @@ class PointRotor:
 
 @dataclass(frozen=True)
 class LocalForce:
-    """A force that depends on the state, on few coordinates.
+    """A force on few coordinates y = selection.T u; `law(angle, y, v, speed)`, y and v = dy/dt (speeds, p).
 
-    selection : (degrees of freedom, p) local coordinates are y = selection.T u; the law's forces act as selection f
-    law       : `law(angle, y, v, speed)`, y and v = dy/dt of shape (speeds, p): force (speeds, p) and its derivatives
-                by y and by v (speeds, p, p)
+    The law gives the force (speeds, p) and its derivatives by y and by v (speeds, p, p).
     """
 
     selection: np.ndarray
@@ -171,10 +165,7 @@ class LocalForce:
 
 @dataclass
 class Machine:
-    """Matrices and forces of a machine; the functions of `effects` and `crack` add to it.
-
-    `harmonic[(k, power)]` is a complex vector F: a force Re(F exp(j k angle)) times speed**power.
-    """
+    """Matrices and forces; harmonic[(k, power)] is the vector F of a force Re(F exp(j k angle)) speed**power."""
 
     rotor: Rotor
     mass: np.ndarray
@@ -239,10 +230,7 @@ def shaft_stiffness(rotor, weights=None, size=None):
 
 
 def add_internal_damping(machine, weights):
-    """Damping of the material, W_i K_i (u' - W J u) of every element i (weights, s): viscous in the rotating frame.
-
-    In the fixed frame it is a damping and a circulatory, skew-symmetric stiffness that grows with speed.
-    """
+    """Damping of the material, W_i K_i (u' - W J u) of every element i (weights, s): viscous in the rotating frame."""
     rotor, count = machine.rotor, 4 * machine.rotor.nodes
     matrix = shaft_stiffness(rotor, weights)
     machine.damping[:count, :count] += matrix
@@ -277,10 +265,7 @@ def build(rotor, gravity=GRAVITY):
 
 
 def add_disc(machine, disc, gravity=GRAVITY):
-    """Add a rigid disc with its gyroscopic moment and its weight.
-
-    About x: I_d a'' + I_p W b' = M_x; about y: I_d b'' - I_p W a' = M_y (rate of change of the angular momentum).
-    """
+    """Add a disc: I_d a'' + I_p W b' = M_x about x, I_d b'' - I_p W a' = M_y about y, and its weight."""
     first = 4 * disc.node
     machine.mass[range(first, first + 4), range(first, first + 4)] += [disc.mass] * 2 + [disc.diametral_moment] * 2
     machine.gyroscopic[first + 2, first + 3] += disc.polar_moment

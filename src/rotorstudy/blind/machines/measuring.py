@@ -1,8 +1,4 @@
-"""The measuring chain: from the steady motion to what a recorder stores.
-
-Angles are in the model's own frame (from x in the sense of the spin); `files` turns them into the picture of a rig
-file.
-"""
+"""The measuring chain, from the steady motion to a record; angles count from x in the sense of the spin."""
 
 from dataclasses import dataclass, field
 
@@ -11,12 +7,9 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Probe:
-    """A displacement probe.
+    """A displacement probe at `angle` (rad, meant; really `angle_error` beyond), of a gain over the nominal one.
 
-    angle       : where it is meant to sit, rad;  gain : true sensitivity over the nominal one
-    angle_error : where it really sits beyond `angle`, rad
-    runout      : complex amplitude (m) of exp(j k angle) of the surface it sees, by k >= 1
-    reversed    : its reading falls as the shaft comes towards its angle;  gap : constant reading, m
+    runout : complex amplitude (m) of exp(j k angle) of the surface, by k >= 1;  gap : constant reading, m
     """
 
     angle: float
@@ -32,15 +25,11 @@ class Chain:
     """What the recorder adds to all channels of a machine.
 
     rate                             : samples a second;  revolutions : length of the record at the lowest speed
-    noise, coloured_noise            : standard deviations, m: white, and 1/f in power down to the record's own length
-    quantum                          : one step of the converter, m (0: none)
-    swapped                          : nodes whose two channels are exchanged
+    noise, coloured_noise            : standard deviations, m: white, and 1/f in power;  quantum : of the converter, m
     phase_offset                     : the mark's true angle beyond the one of the rig file, rad
     delay                            : of the displacement channels against the keyphasor, s
-    amplitude_scatter, phase_scatter : run to run, relative and rad, of the dynamic motion at each speed
-    jitter                           : standard deviation of the speed over the mean speed, slow (1/f)
+    amplitude_scatter, phase_scatter : run to run, relative and rad;  jitter : of the speed over the mean speed, 1/f
     sensor_angle, mark_angle         : of the keyphasor's sensor, and of the mark from the shaft's reference line, rad
-    pulse_width                      : of the keyphasor's pulse, rad of the shaft
     """
 
     rate: float
@@ -92,10 +81,7 @@ def keyphasor(angle, chain):
 
 
 def record(rng, steady, nodes, probes, chain, zero=None, orders=24):
-    """Records of steady motion: time, s, displacement (speeds, nodes, 2, samples), m, keyphasor, V, mean speeds, rad/s.
-
-    zero : coordinates at which all probes read zero, by default the unloaded line;  orders : highest harmonic kept
-    """
+    """Time, s, displacement (speeds, nodes, 2, samples), m, keyphasor, V, mean speeds, rad/s; zero : of the probes."""
     time = np.arange(round(chain.revolutions * 2 * np.pi / steady.speed.min() * chain.rate)) / chain.rate
     count = len(steady.speed)
     out = np.empty((count, len(nodes), 2, len(time)))

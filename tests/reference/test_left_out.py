@@ -2,21 +2,20 @@
 
 from types import SimpleNamespace
 
-from thesis.left_out import Compared
 from thesis.replays_page import changed_estimates, impossible_values, in_short
 
 
-def compared(name, thesis, base, extended, **kind):
-    of = {"is_phase": False, "is_positive": False, "on_weight": False, **kind}
-    return Compared("chapter 3", name, "N s/m", thesis=thesis, base=base, extended=extended, **of)
+def compared(name, thesis, base, extended, kind=""):
+    fits = {"base": base[0], "base ±": base[1], "extended": extended[0], "extended ±": extended[1]}
+    return {"rig": "chapter 3", "parameter": name, "kind": kind, "unit": "N s/m", "thesis": thesis, **fits}
 
 
-DAMPING = compared("damping", 824.0, (-9.0, 2.0), (-1.0, 2.0), is_positive=True)
+DAMPING = compared("damping", 824.0, (-9.0, 2.0), (-1.0, 2.0), "positive")
 FORCES = [
-    compared("dk p_1", 50.0, (50.0, 1.0), (1.0, 3.0), on_weight=True),
-    compared("dk p_2", -50.0, (0.0, 1.0), (-49.0, 3.0), on_weight=True),
+    compared("dk p_1", 50.0, (50.0, 1.0), (1.0, 3.0), "force"),
+    compared("dk p_2", -50.0, (0.0, 1.0), (-49.0, 3.0), "force"),
 ]
-PHASE = compared("eccentricity phase", 3.0, (0.0, 0.1), (-3.0, 0.1), is_phase=True)
+PHASE = compared("eccentricity phase", 3.0, (0.0, 0.1), (-3.0, 0.1), "phase")
 
 
 def test_only_what_cannot_be_negative_is_called_impossible():
