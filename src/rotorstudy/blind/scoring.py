@@ -137,7 +137,10 @@ def _held_out_errors(truth, held_out):
 
 
 def _errors_of(true, causes):
-    """(parameter, error, standard deviation) of every size that a named true effect states; angles in (-pi, pi]."""
+    """(parameter, error, whether the 95 % interval holds the truth) of every size that a named true effect states.
+
+    Errors of angles are in (-pi, pi].
+    """
     found = []
     for one in true:
         for cause in causes:
@@ -148,7 +151,9 @@ def _errors_of(true, causes):
                 error = stated["value"] - one[key]
                 fold = 2 if one["family"].startswith("open_crack") else 1  # which faces either way
                 error = np.angle(np.exp(1j * fold * error)) / fold if key.endswith("_rad") else error
-                found.append((name, float(error), stated["std"]))
+                half = HALF_INTERVAL * stated["std"]
+                low, high = stated.get("interval_95") or (stated["value"] - half, stated["value"] + half)
+                found.append((name, float(error), low <= stated["value"] - error <= high))
     return found
 
 
@@ -158,7 +163,7 @@ def _sizes_judged(true, causes):
     angles = [np.rad2deg(error) for name, error, _ in errors if name in ("angle_rad", "crack_angle_rad")]
     return {
         "sizes": len(errors),
-        "covered": sum(abs(error) <= HALF_INTERVAL * std for _, error, std in errors),
+        "covered": sum(holds for *_, holds in errors),
         "angle_right": all(abs(error) <= CRACK_ANGLE for error in angles),
     }
 
@@ -174,7 +179,7 @@ def _crack_judged(truth, causes):
     if not true or not cracks:
         return found
     one = true[0]
-    stated = cracks[0].get("parameters", {}) | cracks[0].get("usual_form", {})
+    stated, usual = cracks[0].get("parameters", {}), cracks[0].get("usual_form", {})
     fold = 2 if one["family"] == "open_crack_form" else 1
     if angle := stated.get("angle_rad", stated.get("crack_angle_rad")):
         off = np.angle(np.exp(1j * fold * (angle["value"] - one["phase_rad"]))) / fold
@@ -182,7 +187,7 @@ def _crack_judged(truth, causes):
     if "position_m" in stated:
         found["place_error"] = abs(stated["position_m"]["value"] - one["position_m"]) / one["length_m"]
     if "depth_ratio" in stated and "flexibility_factor" in stated:
-        depth, factor = stated["depth_ratio"], stated["flexibility_factor"]
+        depth, factor = usual.get("depth_ratio", stated["depth_ratio"]), stated["flexibility_factor"]
         by_angle = (cracks[0].get("variant") or {}).get("breathing") in ("cosine", "switching")
         plugin = registry().get("depth", "strip_integration" if by_angle else "elasticity")  # as the effect takes it
         near = depth["value"] * np.array([1, 1 - SLOPE, 1 + SLOPE])
