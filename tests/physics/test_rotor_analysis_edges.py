@@ -7,7 +7,7 @@ from machines import disc, shaft, springs
 from scipy.linalg import eigvals
 
 from rotorstudy import RotorstudyError, build_model
-from rotorstudy.presentation.rig_check_words import check_words
+from rotorstudy.presentation.rotor_page import check_words
 from rotorstudy.presentation.rotor_files import analyse_files
 from rotorstudy.presentation.rotor_page import resonances, summary
 from rotorstudy.response.whirl import critical_speeds
