@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from machines import readings
+from machines import faulty, readings
 
-from rotorstudy import harmonic_response, make_term
+from rotorstudy import harmonic_response
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import ShapeRange
 from rotorstudy.diagnosis.search.form import (
@@ -202,9 +202,8 @@ def test_a_verdict_names_a_cause_and_calls_a_clean_record_clean():
     harmonics, speed = np.array([0, 1, -1, 2, -2, 3, -3]), np.array([60.0, 90.0, 120.0, 160.0, 210.0, 260.0])
     settings = Settings(leave_out=["rub", "looseness", "cubic_stiffness", "breathing_crack"])
     cause = {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 15000.0, "support_anisotropy_phase_rad": 0.7}
-    faulty = rig.plus(make_term("effect", cause | {"node": 1}, rig.structure, rig.sensors))
     verdicts = []
-    for machine in (faulty, rig):
+    for machine in (faulty(rig, cause | {"node": 1}), rig):
         shown = harmonic_response(machine, speed, harmonics)[..., list(machine.measured)]
         noise = 0.003 * np.abs(shown[:, [1]]).mean()
         spectrum = readings(shown, speed, harmonics, rig.sensors, noise, RNG)
