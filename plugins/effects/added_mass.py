@@ -50,11 +50,8 @@ def rotorstudy_effect():
         confounders={
             "pedestal_resonance": "a mass acts at all frequencies alike; measure the motion of the pedestal",
             "seal": "the mass of the fluid comes with its damping, and only in the full machine",
-            "stiffness_error": "stiffness dominates below the critical speed, mass above it; a mass also has weight "
-            "(0X)",
-            "speed_error": "equal if all masses have the same relative error and nothing tilts; use a second "
-            "tachometer",
-            "gyroscopic_error": "gyroscopic moments change sign between forward and backward harmonics, inertia does "
-            "not",
+            "stiffness_error": "stiffness dominates below the critical speed, mass above it; a mass has weight (0X)",
+            "speed_error": "equal if all masses are off by the same share and nothing tilts; use a second tachometer",
+            "gyroscopic_error": "gyroscopic moments change sign between forward and backward harmonics, inertia not",
         },
     )

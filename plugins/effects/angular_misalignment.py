@@ -1,14 +1,4 @@
-from rotorstudy.plugins import (
-    AtLeastOne,
-    Effect,
-    Entry,
-    Parameter,
-    across,
-    couples_a_driver,
-    hookimpl,
-    outer,
-    spacers,
-)
+from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, across, couples_a_driver, hookimpl, outer, spacers
 
 HARMONICS = (1, 2)
 ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 0)
@@ -63,8 +53,7 @@ def rotorstudy_effect():
         # its moments change with the torque, which grows with up to the square of the speed
         form_error={f"misalignment_moment_{n}X": 0.3 for n in ALL_HARMONICS},
         confounders={
-            "couple_unbalance": "a couple grows with the square of the speed; the moment of a coupling does not, and "
-            "has 2X",
+            "couple_unbalance": "a couple grows with the square of the speed; that of a coupling does not, and has 2X",
             "parallel_misalignment": "a force and a moment at the same node: a second measuring plane separates them",
         },
     )

@@ -23,6 +23,6 @@ def rotorstudy_effect():
         parts=("harmonic",),
         checked="motion solved in the frame at rest to 1e-9",
         confounders={
-            "unbalance": "base motion accelerates all masses alike; equal on a rotor of one mass: measure the base",
+            "unbalance": "base motion accelerates all masses alike; equal on a rotor of one mass: measure the base"
         },
     )

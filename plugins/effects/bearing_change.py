@@ -22,6 +22,6 @@ def rotorstudy_effect():
         feared=Feared("bearing_change", 10.0),
         checked="response equal to that of a rotor on a bearing built with the other number to 1e-12",
         confounders={
-            "bearing_coefficients": "a film changes with the speed as its number says, free coefficients do not",
+            "bearing_coefficients": "a film changes with the speed as its number says, free coefficients do not"
         },
     )

@@ -28,6 +28,6 @@ def rotorstudy_effect():
         positive=True,
         checked="force in time is sigma dk u_x along the crack to 1e-12, with and without tilt",
         confounders={
-            "crack_force": "a crack has one stiffness loss for all harmonics, free forces have one amplitude each",
+            "crack_force": "a crack has one stiffness loss for all harmonics, free forces have one amplitude each"
         },
     )

@@ -22,7 +22,6 @@ def rotorstudy_effect():
         place_rate=lambda structure, node: structure.mass_share(node),  # it takes a mass that is inclined
         checked="equal to two opposite unbalances l apart with moment m e l to 5e-3",
         confounders={
-            "unbalance": "a couple tilts the rotor: two measuring planes, or the mode at the critical speed, separate "
-            "them",
+            "unbalance": "a couple tilts the rotor: two measuring planes, or the mode at a critical speed, tell"
         },
     )

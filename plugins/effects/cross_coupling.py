@@ -21,7 +21,6 @@ def rotorstudy_effect():
         checked="stability limit k = c w_n of a Jeffcott rotor: growth rate zero there to 1e-6 of k",
         confounders={
             "seal": "the cross force of a seal grows with the speed, and a seal also damps",
-            "internal_damping": "cross-coupling does not grow with the speed and acts at +1X, where internal damping "
-            "has no force",
+            "internal_damping": "cross-coupling is the same at all speeds and acts at +1X, internal damping does not",
         },
     )

@@ -32,7 +32,6 @@ def rotorstudy_effect():
         checked="z(t - tau) in time at w tau = 0.7 to 1e-12; its derivatives",
         confounders={
             "external_damping": "a delay also shifts the phase far from resonance, where damping has little influence",
-            "phase_reference": "the phase error of a wrong mark is the same at all speeds, that of a delay grows with "
-            "the speed",
+            "phase_reference": "the phase error of a wrong mark is the same at all speeds, that of a delay grows",
         },
     )

@@ -20,7 +20,6 @@ def rotorstudy_effect():
             "seal": "equal without swirl, which gives a cross force at 0X; change the pressure drop or the pre-swirl",
             "internal_damping": "internal damping has no force at +1X and gives a static cross force at 0X",
             "shaft_damping": "shaft damping has no force at +1X and gives a static cross force at 0X",
-            "phase_reference": "a wrong mark also shifts the phase far from resonance, where damping has little "
-            "influence",
+            "phase_reference": "a wrong mark also shifts the phase far from resonance, where damping does little",
         },
     )

@@ -44,7 +44,5 @@ def rotorstudy_effect():
         source="Vance, Zeidan and Murphy 2010, Machinery Vibration and Rotordynamics, ch. 4",
         places=places,
         checked="response equal to that of a rotor on a foundation built with the other stiffness to 1e-12",
-        confounders={
-            "bearing_coefficients": "the housing moves on a soft foundation: measure that on its casing",
-        },
+        confounders={"bearing_coefficients": "the housing moves on a soft foundation: measure that on its casing"},
     )

@@ -18,9 +18,7 @@ def rotorstudy_effect():
         places=lambda structure, sensors: [{}] if structure.static_load.any() else [],
         checked="0X of a Jeffcott rotor is j alpha m g / k to 1e-12",
         confounders={
-            "static_preload": "equal on a rotor of one coordinate; inclined gravity acts on every mass, a preload on "
-            "one node",
-            "probe_angle": "rotated probes rotate every harmonic, inclined gravity only 0X and the harmonics caused "
-            "by the weight",
+            "static_preload": "equal on a rotor of one coordinate; gravity acts on every mass, a preload on one node",
+            "probe_angle": "rotated probes rotate every harmonic, gravity only 0X and what the weight causes",
         },
     )

@@ -15,7 +15,5 @@ def rotorstudy_effect():
         source="Green 1948; epsilon = -2 is a wrong sign",
         places=lambda structure, sensors: [{}] if structure.gyroscopic.any() else [],
         checked="response equal to that of a rotor built with (1 + epsilon) G to 1e-11",
-        confounders={
-            "speed_error": "a wrong speed also shifts modes without tilt",
-        },
+        confounders={"speed_error": "a wrong speed also shifts modes without tilt"},
     )

@@ -21,8 +21,5 @@ def rotorstudy_effect():
         source="Zorzi and Nelson 1977; Genta 2005, Dynamics of Rotating Systems",
         positive=True,
         checked="the same force at every speed to 1e-6; its sign changes at n = 1",
-        confounders={
-            "shaft_damping": "equal at one harmonic of one speed; viscous damping grows with the speed, hysteretic "
-            "damping does not",
-        },
+        confounders={"shaft_damping": "equal at one harmonic of one speed; only viscous damping grows with the speed"},
     )

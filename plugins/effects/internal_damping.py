@@ -37,10 +37,8 @@ def rotorstudy_effect():
         positive=True,
         checked="-c (dz/dt - j w z) in time to 1e-12; onset at w_n (1 + c_e / c_i) in tests/physics/test_threshold.py",
         confounders={
-            "seal": "equal with external damping on a rotor of one coordinate; only a seal depends on its pressure "
-            "drop",
+            "seal": "equal with external damping on a rotor of one coordinate; a seal depends on its pressure drop",
             "shaft_damping": "equal on a rotor of one coordinate; internal damping acts in one element",
-            "phase_reference": "a wrong mark also shifts the phase far from resonance, where damping has little "
-            "influence",
+            "phase_reference": "a wrong mark also shifts the phase far from resonance, where damping does little",
         },
     )

@@ -1,14 +1,4 @@
-from rotorstudy.plugins import (
-    AtLeastOne,
-    Effect,
-    Entry,
-    Feared,
-    Parameter,
-    across,
-    couples_a_driver,
-    hookimpl,
-    outer,
-)
+from rotorstudy.plugins import AtLeastOne, Effect, Entry, Feared, Parameter, across, couples_a_driver, hookimpl, outer
 
 HARMONICS = (2, 1, 3)
 ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 0)
@@ -72,8 +62,7 @@ def rotorstudy_effect():
             "unbalance": "a misaligned coupling does not grow with the square of the speed, and has 2X",
             "bow": "equal at 1X on a rotor of one coordinate; a misaligned coupling has 2X and acts at its own node",
             "runout": "a runout is not amplified where harmonic n meets a natural frequency",
-            "shaft_asymmetry": "the 2X of an asymmetric shaft is caused by gravity and remains when the shaft is "
-            "uncoupled",
+            "shaft_asymmetry": "the 2X of an asymmetric shaft is caused by gravity and remains on the uncoupled shaft",
             "transverse_crack": "a misaligned coupling acts at its own node and has no 0X related to 2X; run the "
             "rotor uncoupled",
         },

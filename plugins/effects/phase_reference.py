@@ -23,7 +23,6 @@ def rotorstudy_effect():
         checked="harmonics of a record without phase reference that starts at 1e-4 rad, to 1e-6",
         confounders={
             "unbalance": "a wrong mark shifts the phase of harmonic n by n times its angle: compare 1X with 2X",
-            "probe_angle": "rotated probes shift all phases by the same angle, a wrong mark that of harmonic n by n "
-            "times it",
+            "probe_angle": "rotated probes shift all phases by one angle, a wrong mark harmonic n by n times it",
         },
     )

@@ -25,10 +25,8 @@ def rotorstudy_effect():
         acts_on="output",
         checked="exactly rotated and skewed axes at 1e-4 rad, in time, to 1e-7",
         confounders={
-            "support_anisotropy": "a skewed probe mirrors the same share of every harmonic; anisotropy excites "
-            "backward whirl modes",
-            "probe_gain": "a gain scales, an angle rotates; the mirrored parts of mismatch and skew are 90 degrees "
-            "apart",
+            "support_anisotropy": "a skewed probe mirrors the same share of every harmonic, anisotropy does not",
+            "probe_gain": "a gain scales, an angle rotates; mirrored parts of mismatch and skew are 90 degrees apart",
             "probe_error": "a rotated bracket rotates both probes; exchange the probes, and the error stays",
             "swapped_probes": "swapped probes mirror the entire signal, a skew a few per cent of it",
         },

@@ -30,8 +30,7 @@ def rotorstudy_effect():
         checked="one probe of two, at 75 degrees, with gain 1.25 and turned by 15 degrees, in time to 1e-12",
         confounders={
             "probe_gain": "equal for the gain of a probe along x or y; exchange the probes, and the error moves along",
-            "support_anisotropy": "a wrong probe mirrors the same share of every harmonic; anisotropy excites "
-            "backward whirl modes",
+            "support_anisotropy": "a wrong probe mirrors the same share of every harmonic, anisotropy does not",
             "reversed_probe": "a reversed probe mirrors the entire signal, a wrong gain a part of it",
         },
     )

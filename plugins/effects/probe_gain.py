@@ -28,8 +28,7 @@ def rotorstudy_effect():
         checked="x (1 + g + m) and y (1 + g - m) in time to 1e-12",
         confounders={
             "unbalance": "a wrong gain scales every harmonic, an unbalance only 1X",
-            "support_anisotropy": "a mismatch mirrors the same share of every harmonic; anisotropy excites backward "
-            "whirl modes",
+            "support_anisotropy": "a mismatch mirrors the same share of every harmonic, anisotropy does not",
             "reversed_probe": "a reversed probe mirrors the entire signal, a gain mismatch a few per cent of it",
         },
     )

@@ -28,7 +28,5 @@ def rotorstudy_effect():
         candidate=False,  # a runout, forward and backward, of one probe: one cause, one name
         places=lambda structure, sensors: [{"node": n, "probe": probe} for n in sensors for probe in ("x", "y")],
         checked="the reading of one probe in time to 1e-12",
-        confounders={
-            "runout": "both probes see a runout; a bracket that vibrates is seen by one probe",
-        },
+        confounders={"runout": "both probes see a runout; a bracket that vibrates is seen by one probe"},
     )

@@ -26,7 +26,6 @@ def rotorstudy_effect():
         places=lambda structure, sensors: [{"node": n, "probe": probe} for n in sensors for probe in ("x", "y")],
         checked="with 1, x or y negative in time to 1e-12",
         confounders={
-            "swapped_probes": "they differ by 90 degrees: harmonics caused by the weight, or a tap on the shaft, "
-            "separate them",
+            "swapped_probes": "they differ by 90 degrees: a tap on the shaft, or what the weight causes, tells"
         },
     )

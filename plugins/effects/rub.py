@@ -50,7 +50,5 @@ def rotorstudy_effect():
         feared=Feared("rub_stiffness", 10.0, {"clearance_m": (0.8, "vibration")}),
         checked="full annular rub in closed form to 1e-9; partial rub by time integration to 2e-3 of its effect",
         form_error=0.2,  # contact stiffness grows with the depth, friction falls with the slip
-        confounders={
-            "looseness": "at large amplitudes a rub stiffens, looseness softens",
-        },
+        confounders={"looseness": "at large amplitudes a rub stiffens, looseness softens"},
     )

@@ -31,7 +31,5 @@ def rotorstudy_effect():
         places=usual_harmonics,
         parts=("harmonic",),
         checked="the same harmonic at every speed to 1e-12",
-        confounders={
-            "unbalance": "a runout is the same at all speeds, also at the critical speed",
-        },
+        confounders={"unbalance": "a runout is the same at all speeds, also at the critical speed"},
     )

@@ -36,7 +36,5 @@ def rotorstudy_effect():
         base_rate=0.2,  # five numbers describe what a simpler effect explains too
         positive=("seal_damping", "seal_fluid_mass"),
         checked="the forces of Childs' five coefficients along x and y to 1e-12; unstable from w = w_n / lambda",
-        confounders={
-            "support_stiffness": "a seal also damps, and its stiffness changes with the pressure drop",
-        },
+        confounders={"support_stiffness": "a seal also damps, and its stiffness changes with the pressure drop"},
     )

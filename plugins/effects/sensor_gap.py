@@ -16,8 +16,5 @@ def rotorstudy_effect():
         acts_on="output",
         candidate=False,
         checked="a constant at 0X to 1e-12",
-        confounders={
-            "static_preload": "a preload deflects the shaft at all sensors in a known shape, a gap is independent at "
-            "each",
-        },
+        confounders={"static_preload": "a preload deflects all sensors in a known shape, a gap is independent at each"},
     )

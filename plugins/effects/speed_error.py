@@ -17,7 +17,5 @@ def rotorstudy_effect():
         speed_error,
         source="derivative of the dynamic stiffness K - (n w)^2 M + n w^2 G with respect to the speed",
         checked="central differences over speed of the response to a constant force, to 1e-6",
-        confounders={
-            "stiffness_error": "a wrong speed does not change 0X",
-        },
+        confounders={"stiffness_error": "a wrong speed does not change 0X"},
     )

@@ -14,7 +14,6 @@ def rotorstudy_effect():
         source="Hooke; proportional to the modulus and to the fourth power of the diameter",
         checked="response equal to that of a rotor built with (1 + epsilon) K to 1e-11",
         confounders={
-            "support_stiffness": "equal on a rotor of one coordinate; otherwise measurements at more nodes separate "
-            "them",
+            "support_stiffness": "equal on a rotor of one coordinate; else measurements at more nodes separate them"
         },
     )

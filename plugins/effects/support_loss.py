@@ -25,6 +25,6 @@ def rotorstudy_effect():
         positive=True,
         checked="along x: harmonics of a rotor on k_x - k and k_y to 1e-12",
         confounders={
-            "support_stiffness": "a loss along one direction leaves the other; apply a static load along both",
+            "support_stiffness": "a loss along one direction leaves the other; apply a static load along both"
         },
     )

@@ -95,10 +95,7 @@ def as_complex(array):
 
 
 def dataset(variables, coordinates, **attributes):
-    """xarray Dataset from {name: (dims, values, unit, long_name)}; complex values are split into parts.
-
-    coordinates : {name: (values, unit, long_name)}
-    """
+    """xarray Dataset from {name: (dims, values, unit, long_name)} and of coordinates; complex values are split."""
     import xarray as xr
 
     data = {}
@@ -116,10 +113,7 @@ def dataset(variables, coordinates, **attributes):
 
 
 def provenance(configuration, plugins=(), seed=None):
-    """Attributes that state the origin of a file.
-
-    configuration : dict, hashed;  plugins : Plugin objects;  seed : of the random numbers in the file, if any
-    """
+    """Attributes that state the origin of a file: the hash of its configuration, its plugins and its seed."""
     import hashlib
     import json
 
@@ -163,11 +157,7 @@ def save(data, path):
 
 
 def save_along(pieces, path, dimension):
-    """Write Datasets that follow each other along a dimension as one NetCDF-4 file; only one is in memory at a time.
-
-    pieces : iterator of Datasets with the same variables, each of length 1 along `dimension`
-    raises : RotorstudyError if the file cannot be written; no file is left then, nor if `pieces` raises an error
-    """
+    """Write Datasets of length 1 along a dimension as one file, one in memory at a time; whole or not at all."""
     import netCDF4
 
     pieces = iter(pieces)

@@ -82,12 +82,7 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def quantity(value: float, unit: str, std: float | None = None, digits: int = 3) -> str:
-    """A value with its unit as an engineer writes it.
-
-    value, unit : in SI; lengths are written in µm or mil, angles in degrees, times in ms
-    std         : standard deviation, in SI; it determines the digits of both numbers: 12.00 ± 0.10 µm
-    digits      : significant digits without a standard deviation
-    """
+    """A value, SI, with its unit as engineers write it, digits by its standard deviation: 12.00 ± 0.10 µm."""
     unit, factor = shown_unit(unit)
     if std is None or not np.isfinite(std):
         return f"{number(value * factor, digits)} {unit}".strip()

@@ -48,10 +48,7 @@ def read_yaml(path):
 
 
 def read_study(path):
-    """The YAML file of a study; one with `based_on: FILE` states only what differs from that file, relative to it.
-
-    Mappings are changed key by key, lists and values are replaced, and a key that is null is left out.
-    """
+    """The YAML file of a study; one with `based_on: FILE` states only what differs (null leaves a key out)."""
     found = read_yaml(path)
     return _changed(read_yaml(base), found, path) if (base := base_of(path, found)) else found
 

@@ -75,10 +75,7 @@ FAULTS = {
     "clipping at 95 %": (lambda: clipped(0.95), {"clipping": "error"}),
     "clipping at 80 %": (lambda: clipped(0.8), {"clipping": "error"}),
     "constant": (lambda: {"disc 1 left": np.full(len(TIME), 0.3)}, {"dead probe": "warning"}),
-    "noise only": (
-        lambda: {"disc 1 left": np.random.default_rng(3).normal(size=len(TIME))},
-        {"dead probe": "warning"},
-    ),
+    "noise only": (lambda: {"disc 1 left": np.random.default_rng(3).normal(size=len(TIME))}, {"dead probe": "warning"}),
     "weak": (
         lambda: {"disc 1 left": np.mean(original()["disc 1 left"]) + 2e-3 * original()["disc 1 left"]},
         {"weak probe": "warning"},
@@ -100,10 +97,7 @@ FAULTS = {
         lambda: pulses(MARKS + 0.1 / SPEED * np.random.default_rng(4).normal(size=30)),
         {"keyphasor jitter": "warning"},
     ),
-    "two marks a turn": (
-        lambda: pulses(np.sort([*MARKS, *(MARKS - np.pi / SPEED)])),
-        {"speed label": "error"},
-    ),
+    "two marks a turn": (lambda: pulses(np.sort([*MARKS, *(MARKS - np.pi / SPEED)])), {"speed label": "error"}),
 }
 
 

@@ -32,11 +32,7 @@ IN_RADIANS = [{**probe, "angle_deg": float(np.deg2rad(probe["angle_deg"]))} for 
             {"csv": {"unit_rows": 1}},
             "the unit 'mil' .*'um'",
         ),
-        (
-            lambda text: text.replace("key", "disc 1 left", 1),
-            {},
-            "two columns are named 'disc 1 left'",
-        ),
+        (lambda text: text.replace("key", "disc 1 left", 1), {}, "two columns are named 'disc 1 left'"),
     ],
 )
 def test_a_file_read_in_the_wrong_way_is_told_with_the_remedy(tmp_path, alter, stated, said):

@@ -13,10 +13,7 @@ BAD = [
     ({"elements": []}, ["elements = []", "at least 1"]),
     ({"elements": [{"length_m": 0.0}]}, ["elements.0.length_m = 0.0", "greater than 0"]),
     ({"elements": [{"length_m": -1.0}]}, ["elements.0.length_m = -1.0", "greater than 0"]),
-    (
-        {"elements": [{"lenght_m": 1.0}]},
-        ["'elements.0.length_m' is missing", "did you mean 'elements.0.length_m'?"],
-    ),
+    ({"elements": [{"lenght_m": 1.0}]}, ["'elements.0.length_m' is missing", "did you mean 'elements.0.length_m'?"]),
     ({"elements": [{"length_m": "1e0"}]}, ["elements.0.length_m = '1e0'", "without quotes"]),
     ({"elements": [{"length_m": 1.0, "count": 0}]}, ["elements.0.count = 0", "greater than or equal to 1"]),
     ({"elements": [{"length_m": 1.0, "count": 2.5}]}, ["elements.0.count = 2.5", "integer"]),

@@ -21,10 +21,7 @@ NATURAL = np.sqrt(STIFFNESS / MASS)
 
 
 def jeffcott(*effects):
-    return {
-        "rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS},
-        "effects": list(effects),
-    }
+    return {"rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS}, "effects": list(effects)}
 
 
 INTERNAL = {"kind": "internal_damping", "internal_damping_N_s_per_m": 60.0}

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rotorstudy.measurement.noise import MODELS, noise_model, noise_std, noisy
+from rotorstudy.measurement.noise import MODELS, noise_std, noisy
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.studies.common import is_phase, parameter_units
 from rotorstudy.studies.config import load_study
@@ -61,8 +61,6 @@ def test_a_noise_model_is_its_attributes():
         assert np.allclose(std[:, 0], std[:, 1]) != model.own_size
         drawn = (noisy(amplitude, std, numbers, name) - amplitude)[0] / std
         assert np.allclose(drawn[0], drawn[1]) == model.one_draw
-    with pytest.raises(Exception, match="unknown noise model 'white'"):
-        noise_model("white")
 
 
 def test_every_kind_of_picture_can_be_drawn():

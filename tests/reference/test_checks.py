@@ -34,10 +34,7 @@ def test_most_of_minus_1x_is_there_at_slow_roll_and_no_crack_can_do_it(replay):
 
 def test_the_verdict_on_weight_dominance_goes_by_the_numbers(replay):
     config, amplitude = replay
-    words = {
-        "chapter_3": "does not hold here",
-        "chapter_5": "is doubtful",
-    }
+    words = {"chapter_3": "does not hold here", "chapter_5": "is doubtful"}
     assert words[config.name] in weight_text(config, amplitude)
 
 

@@ -84,10 +84,7 @@ DEPTH = {"kind": "strip_integration", "depth_ratio": 0.3, **SHAFT}
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        (
-            {"depth": {**DEPTH, "depth_ratio": 0.6}},
-            ["depth_ratio = 0.6", "cracks[0]", "from 0 to 0.5"],
-        ),
+        ({"depth": {**DEPTH, "depth_ratio": 0.6}}, ["depth_ratio = 0.6", "cracks[0]", "from 0 to 0.5"]),
         ({"depth": {**DEPTH, "depth_ratio": -0.1}}, ["depth_ratio = -0.1", "from 0 to 0.5"]),
         ({"stiffness_loss_N_per_m": 2e4}, ["stiffness_loss_N_per_m = 20000.0", "its depth gives", "one of the two"]),
         ({"kind": "section_geometry", "depth_ratio": 0.1}, ["depth_ratio = 0.1", "its depth gives 0.3"]),

@@ -204,8 +204,7 @@ CONTROLS = [
 
 
 @pytest.mark.parametrize(
-    ("check", "plugin", "said"),
-    [pytest.param(*row, id=f"{row[0]}-{row[1].name}-{row[2]}") for row in CONTROLS],
+    ("check", "plugin", "said"), [pytest.param(*row, id=f"{row[0]}-{row[1].name}-{row[2]}") for row in CONTROLS]
 )
 def test_a_wrong_plugin_fails_the_check_it_breaks(check, plugin, said, monkeypatch):
     if plugin.name == "wrong":

@@ -149,12 +149,7 @@ def _stopped(status):
 
 
 def main(arguments=None):
-    """Run the command line.
-
-    arguments : by default those of the process
-    returns   : the exit status: 0; 1 after an error, which is printed in one line, or if a check found one; 2 for a
-                command line that cannot be read; 130 or 143 if interrupted or terminated
-    """
+    """The exit status: 0, 1 after an error or a failed check, 2 for a wrong command line, 130 or 143 if stopped."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a terminal that has no sign for ± shows a question mark

@@ -45,10 +45,7 @@ def regression(
     order: int = COUPLED_ORDER,
     deflection: np.ndarray | None = None,
 ) -> Regression:
-    """Equations for the unknown amplitudes `names` from a spectrum of the model's sensors.
-
-    deflection : (..., speed, dof) static, m; by default that of the values given and of typical ones of the unknowns
-    """
+    """Equations for the amplitudes `names` from a spectrum, at a deflection (..., speed, dof), m, or the usual one."""
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
     if spectrum.single_probes:

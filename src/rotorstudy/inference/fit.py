@@ -177,10 +177,7 @@ def fit_from_afar(predict: Callable, measured: np.ndarray, prior: Prior, start: 
 
 
 def _gradually(predict, measured, prior):
-    """The Posterior of a fit in which the data gain weight step by step, each step beginning where the last one ended.
-
-    Precise data let a fit bend what is known well (a modulus) before it has found what is not (an unbalance).
-    """
+    """The Posterior of a fit in which data gain weight step by step, lest it bend a modulus to fit an unbalance."""
     misfit, at = fit_within(predict, measured, prior, None, 0).misfit, prior.mean
     levels = min(MOST_LEVELS, int(np.ceil(np.log10(max(misfit / len(measured), 1.0)))))
     for level in range(levels, -1, -1):

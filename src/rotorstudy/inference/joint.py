@@ -68,10 +68,7 @@ def joint_prior(shared: Prior, runs: Sequence[Run]) -> Prior:
 
 
 def fit_runs(runs: Sequence[Run], shared: Prior, start: np.ndarray | None = None) -> JointFit:
-    """The JointFit of several runs of one machine within a prior, as `fit_from_afar`; their noise is independent.
-
-    start : (parameter,) of the parameters of `joint_prior`; its mean by default
-    """
+    """The JointFit of several runs of one machine within a prior, as `fit_from_afar`, from a start of `joint_prior`."""
     prior = joint_prior(shared, runs)
     column = {name: i for i, name in enumerate(prior.names)}
     free = [[n for n in run.model.names if run.joint_name(n) in column] for run in runs]

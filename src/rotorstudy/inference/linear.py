@@ -60,24 +60,7 @@ def check_identifiable(columns: np.ndarray, names: Sequence[str]) -> None:
 
 
 def solve_linear(columns: np.ndarray, right_side: np.ndarray, names: Sequence[str]) -> np.ndarray:
-    """Least squares A theta = b, batched, by QR with columns scaled to unit length.
-
-    Parameters
-    ----------
-    columns : ndarray (..., row, parameter)
-        Real.
-    right_side : ndarray (..., row)
-    names : sequence of str
-
-    Returns
-    -------
-    ndarray (..., parameter)
-
-    Raises
-    ------
-    UnidentifiableError
-        If the first trial does not determine the unknowns.
-    """
+    """Least squares of (..., row, parameter), (..., row) by QR of columns of unit length; UnidentifiableError."""
     check_identifiable(columns.reshape(-1, *columns.shape[-2:])[0], names)
     return solve_full_rank(columns, right_side)
 
@@ -164,10 +147,7 @@ def in_chunks(problem, solve: Callable) -> np.ndarray:
 
 
 def noise_in_equations(problem, theta: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Covariance (..., parameter + 1, parameter + 1) of the equations (A, b) by the noise, summed over whitened rows.
-
-    theta : (..., parameter), for the static deflection where bearings are unknown;  weights : (..., speed, row, row)
-    """
+    """Covariance (..., parameter + 1, parameter + 1) of equations (A, b) by the noise, summed over whitened rows."""
     mean, at = problem.mean(theta)
     held = mean.holding(at) or mean
     columns, right_side = equation_sensitivity(held.model, held.spectrum, problem.names, order=problem.order)

@@ -38,10 +38,7 @@ def misfit(model: Model, spectrum: Spectrum, theta: np.ndarray) -> float:
 def whitened_prediction(
     model: Model, spectrum: Spectrum, names: Sequence[str], theta: np.ndarray, order: int | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Prediction (..., component) and derivatives (..., component, parameter) in standard deviations of the spectrum.
-
-    names, theta : the free amplitudes, and their values (..., parameter); the model gives those of all others
-    """
+    """Prediction (..., component) and derivatives by free amplitudes (..., parameter), in standard deviations."""
     position, full = model.position(names), model.filled(names, theta)
     if np.isnan(full).any():
         missing = [model.names[p] for p in np.flatnonzero(np.isnan(full).reshape(-1, full.shape[-1]).any(axis=0))]

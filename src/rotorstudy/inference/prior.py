@@ -64,10 +64,7 @@ class Prior:
 
 
 def with_usual(uncertainty: dict[str, float], model: Model) -> dict[str, float]:
-    """Relative standard deviations with those of the numbers of rotor and bearings that their plugins state.
-
-    A number that is named keeps its own; `rotor` and `bearings` give another to all that are not, `default: 0` none.
-    """
+    """Standard deviations with those that plugins state for numbers not named; `default: 0` gives none."""
     found = {}
     for section in ("rotor", "bearings"):
         if uncertainty.get(section, uncertainty.get("default", True)):
@@ -77,11 +74,7 @@ def with_usual(uncertainty: dict[str, float], model: Model) -> dict[str, float]:
 
 
 def prior_of(model: Model, uncertainty: dict[str, float]) -> Prior:
-    """The Prior of a model's amplitudes about their values, with the covariance of its section `prior` where stated.
-
-    uncertainty : standard deviation relative to the value (to the typical size where that is zero), by the name of the
-                  amplitude with its label, without it, or "default"; 0 holds an amplitude fixed
-    """
+    """The Prior about a model's values; `uncertainty` is relative to value or typical size, by name or "default"."""
     stated = model.uncertainty
     known = {}
     for term in model.terms:

@@ -16,11 +16,7 @@ REBUILDS = 10
 
 
 def estimate_rig(estimator: Estimator, problem: Problem, rig: dict) -> Estimate:
-    """The Estimate of some parameters of a rig; its numbers of the rotor are changes relative to the rig.
-
-    Effects that take a matrix of the rotor into their tables (the mass of an unbalance, shaft damping) have that of the
-    rig: with new numbers it is built anew and the estimate repeated.
-    """
+    """The Estimate of some parameters of a rig; with new numbers of its rotor it is built again and that repeated."""
     found = estimate_by(estimator, problem)
     own = np.array([is_number(name) for name in problem.names])
     ratio = np.ones(len(own))

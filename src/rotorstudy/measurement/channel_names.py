@@ -84,10 +84,7 @@ def stated_units(names, below):
 
 
 def _stated(name, below, letters):
-    """The unit of a column; letters : those that are a unit in brackets, where other single ones may be a name.
-
-    Of several one that is read, as `DE (NS) (um)` names the plane first.
-    """
+    """The unit of a column by its name or header, one in brackets preferred; `DE (NS) (um)` names the plane first."""
     bracketed, found = re.findall(r"[\[(]([^\])]*)[\])]", name), []
     for text in (below, *(one for one in bracketed if len(one) != 1 or one in letters)):
         word = re.sub(r"[\s^]|(0-)?\b(pp|p-p|pk-?pk|pk|peak|rms)\b", "", text.lower()).replace("²", "2")

@@ -156,10 +156,7 @@ class Conventions(Strict):
 
 
 def one_unit(channel, stated, section, key, known, where):
-    """The unit of a channel: as the file states it (or None), or a key of a section; RotorstudyError if they differ.
-
-    known : the units in which such a channel is read
-    """
+    """The unit of a channel: as the file states it (or None), or a key of a section; RotorstudyError if they differ."""
     own = getattr(section, key)
     if stated is None or own == stated:
         return own

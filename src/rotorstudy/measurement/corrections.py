@@ -78,10 +78,7 @@ def _findings(squares, expected, freedom, counts, where):
 
 
 def without_slow_roll(spectrum: Spectrum, below_rpm: float | None, where: str) -> tuple[Spectrum, list[Finding]]:
-    """The spectrum less the mean of all harmonics but 0X at the speeds below one (None: none is), which are left out.
-
-    This is runout and the bow at rest. Its noise is added to that of every other speed.
-    """
+    """The spectrum less the mean (with its noise) below a speed, which is runout and bow at rest; 0X is not changed."""
     if below_rpm is None:
         return spectrum, []
     slow = spectrum.speed < below_rpm * RAD_PER_S["rpm"]

@@ -162,10 +162,7 @@ def open_matlab(path, conventions):
 
 
 def _check_survived(path):
-    """Raise for a damaged file that ends the process in scipy 1.17, by reading it in another one.
-
-    One whose elements are all compressed has checksums, so that damage is an error. Version 4 has no elements.
-    """
+    """Raise for a damaged file that ends the process in scipy 1.17, by reading it in another one."""
     kinds = {MATRIX}
     with path.open("rb") as file:
         start, at, end = file.read(128), 128, file.seek(0, 2)

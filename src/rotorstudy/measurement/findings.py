@@ -115,13 +115,7 @@ SAID = {key: (severity, words) for severity, key, words in _ROWS}
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing worth knowing about a record.
-
-    severity : "error" (the record cannot be used), "warning" (used, but to be checked) or "note"
-    name     : short name of the kind of finding
-    where    : file, speed, node or channel
-    text     : what was found, with the value and what is allowed, and what to do
-    """
+    """One thing worth knowing: an "error" excludes the record, a "warning" is to be checked, a "note" is neither."""
 
     severity: str
     name: str

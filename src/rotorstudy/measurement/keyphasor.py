@@ -30,11 +30,7 @@ class Pulses:
 
 
 def find_pulses(signal, time, settings):
-    """Pulses of a keyphasor signal (time,) V, or None; settings : `conventions.Keyphasor`.
-
-    A pulse begins where the signal crosses the threshold on its way above threshold + hysteresis, and ends where it
-    crosses it on its way back below threshold - hysteresis.
-    """
+    """Pulses of a keyphasor signal (time,) V, or None: from threshold + hysteresis upward to threshold - hysteresis."""
     usable = np.isfinite(signal)
     signal, time = np.asarray(signal, float)[usable], np.asarray(time, float)[usable]
     if len(signal) < 3:

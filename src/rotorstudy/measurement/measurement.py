@@ -16,12 +16,7 @@ from rotorstudy.measurement.files import read_file
 from rotorstudy.measurement.findings import Finding, RecordFacts, errors_among, node_facts, worst_first
 from rotorstudy.measurement.full_spectra import full_spectrum
 from rotorstudy.measurement.lines import check_lines
-from rotorstudy.measurement.plausibility import (
-    check_labels,
-    check_probe_angles,
-    check_stated_speeds,
-    check_together,
-)
+from rotorstudy.measurement.plausibility import check_labels, check_probe_angles, check_stated_speeds, check_together
 from rotorstudy.measurement.raw_record import LARGEST_READING
 from rotorstudy.measurement.records import Record
 from rotorstudy.measurement.resonances import check_resonances

@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import unknown_name
-
 
 class NoiseModel(NamedTuple):
     """own_size : proportional to each harmonic, else white in time;  one_draw : the same at every speed."""
@@ -19,13 +17,6 @@ MODELS = {
     "per harmonic, same at all speeds": NoiseModel(own_size=True, one_draw=True),
     "white in time": NoiseModel(own_size=False),
 }
-
-
-def noise_model(name):
-    """The NoiseModel of a name; RotorstudyError for an unknown one."""
-    if name not in MODELS:
-        raise unknown_name("noise model", name, MODELS)
-    return MODELS[name]
 
 
 def standard_normal(seed, study, trials, shape, first=0):
@@ -45,7 +36,7 @@ def noise_std(spectrum, level, model, samples):
     returns  : (speed, harmonic, sensor) m
     """
     size = np.abs(spectrum.amplitude)
-    if noise_model(model).own_size:
+    if MODELS[model].own_size:
         return level * size / np.sqrt(2)
     fluctuating = (spectrum.harmonics != 0)[:, None]
     rms = np.sqrt(np.sum(size**2 * fluctuating, axis=1, keepdims=True) / 2)
@@ -54,6 +45,6 @@ def noise_std(spectrum, level, model, samples):
 
 def noisy(amplitude, std, numbers, model):
     """Noisy harmonics (trial, speed, harmonic, sensor), m; std (speed, harmonic, sensor), numbers (trial, 2, *std)."""
-    if noise_model(model).one_draw:
+    if MODELS[model].one_draw:
         numbers = numbers[:, :, :1]
     return amplitude + std * (numbers[:, 0] + 1j * numbers[:, 1])

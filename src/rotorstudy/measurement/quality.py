@@ -112,11 +112,7 @@ def _seen(fit, orders):
 
 
 def check_channel(name, node, readings, seen, others, where):
-    """Findings on a probe: dead, weak beside the others (Seen by each) of its node, clipped; readings (time,), m.
-
-    A probe that shows no harmonic is dead if the others of its node show a vibration that it would show too, or if its
-    noise is far more than all that they show. If none of them shows any, the shaft may be quiet at this speed.
-    """
+    """Findings on a probe, readings (time,), m: dead, weak beside the others (Seen by each) of its node, clipped."""
     place, missing = f"{where}, node {node}, channel '{name}'", float(np.mean(~np.isfinite(readings)))
     if missing > EMPTY:
         return [told("dead probe (gaps)", place, missing=100 * missing)]

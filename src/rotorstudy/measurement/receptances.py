@@ -13,26 +13,7 @@ UFF_ORDERS, UFF_AXES, RESPONSE_FUNCTION = {8: 0, 11: 1, 12: 2}, "xyz", 4  # code
 
 
 def receptances_in(file: str | Path, order: int = 0) -> tuple[np.ndarray, dict]:
-    """Measured receptances of a CSV or UFF file.
-
-    Parameters
-    ----------
-    file : path
-        CSV with COLUMNS, or UFF (.uff, .unv) with frequency response functions in data sets 58. Points are a node and
-        an axis, such as 4x.
-    order : int, optional
-        Of the derivative by time of the displacement that a CSV file has; a UFF file says it.
-
-    Returns
-    -------
-    array (frequency,), dict
-        Frequencies, rad/s, and {(response, force): array (frequency,)}, complex, m/N.
-
-    Raises
-    ------
-    RotorstudyError
-        For a file that cannot be read, or whose responses have different frequencies.
-    """
+    """Frequencies, rad/s, and {(response, force): (frequency,) m/N} of a CSV (COLUMNS, of a derivative) or a UFF 58."""
     path = Path(file)
     if not path.is_file():
         raise RotorstudyError(f"file {file} does not exist; give its path from the rig file")

@@ -112,10 +112,7 @@ def modal_passage(offset, decay, rate):
 
 
 def find_resonances(speed, vectors, swept):
-    """The Resonances of 1X (vector, speed), m, over speed (speed,), or None if no resonance shows.
-
-    None, one or two modes, steady or (if `swept`) in a sweep, are chosen by the Bayesian information criterion.
-    """
+    """The Resonances of 1X (vector, speed), m: one or two modes by the Bayesian information criterion, or None."""
     if len(speed) < FEWEST_SPEEDS:
         return None
     resonances = peaks(speed, np.sqrt(np.sum(np.abs(vectors) ** 2, axis=0)))

@@ -36,14 +36,6 @@ def _whitener(covariance, shape, floor):
 class Whitened:
     """The data of a Spectrum: the components of its harmonics that probes show, with their covariance."""
 
-    amplitude: np.ndarray
-    speed: np.ndarray
-    harmonics: np.ndarray
-    sensors: tuple
-    covariance: np.ndarray
-    directions: np.ndarray | None
-    shared_error: np.ndarray | None
-
     @cached_property
     def _seen(self):
         """(sensor, component) whether a component is a datum, and (sensor, component, component) rows of the data."""

@@ -19,6 +19,8 @@ DIMENSIONS = {
 }
 OF_FINDING = ("severity", "name", "where", "text")
 LARGEST_NODE = 10**6
+COVARIANCE = "covariance of real and imaginary parts of the harmonics"
+DIRECTION = "direction of the only probe of a node from x in the sense of rotation, NaN where the orbit is measured"
 
 
 def measurement_dataset(measurement):
@@ -29,18 +31,8 @@ def measurement_dataset(measurement):
     components = [f"{part} {n}X" for part in ("real", "imag") for n in spectrum.harmonics]
     variables = {
         "amplitude": (("speed", "harmonic", "node"), spectrum.amplitude, "m", "harmonics of the displacement x + j y"),
-        "covariance": (
-            DIMENSIONS["covariance"],
-            spectrum.covariance,
-            "m2",
-            "covariance of real and imaginary parts of the harmonics",
-        ),
-        "probe_direction": (
-            ("node",),
-            spectrum.directions,
-            "rad",
-            "direction of the only probe of a node from x in the sense of rotation, NaN where the orbit is measured",
-        ),
+        "covariance": (DIMENSIONS["covariance"], spectrum.covariance, "m2", COVARIANCE),
+        "probe_direction": (("node",), spectrum.directions, "rad", DIRECTION),
         "where": (("record",), np.array([one.where for one in facts], object), "1", "file and speed"),
     }
     for name, unit, long_name in facts_of(RecordFacts):

@@ -142,10 +142,7 @@ def _probes_in(text, conventions, nodes, where):
 
 
 def _quantities_of(text, path, known):
-    """{quantity: (row,) values} and {quantity: (row,) unit of the last digit}, SI; whether a digit was inferred.
-
-    known : quantity -> {unit in its column: factor to SI}
-    """
+    """{quantity: (row,) values}, {quantity: (row,) unit of the last digit}, in SI; whether a digit was inferred."""
     values, steps, inferred = {}, {}, False
     for quantity, units in known.items():
         columns = {f"{quantity}_{unit}": factor for unit, factor in units.items()}
@@ -203,11 +200,7 @@ def _readings(rows, values, steps, by_probe, conventions, where):
 
 
 def _complete(text, rows, conventions, where):
-    """(row,) whether each row has its reading and is of a record with all usual readings; findings on the others.
-
-    A record is a speed, or its repeat; readings are usual if more than half of the records have them. If no record has
-    them all, only the rows without a reading are left out.
-    """
+    """(row,) whether a row has its reading and its record (speed or repeat) all readings that most have; findings."""
     cells = text[[name for name in text.columns if name.startswith(PARTS)]]
     there = ~cells.apply(lambda column: column.str.lower().isin(MISSING)).any(axis=1).to_numpy()
     wanted, findings = rows.harmonic.isin(conventions.harmonics).to_numpy(), []

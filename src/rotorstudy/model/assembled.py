@@ -10,8 +10,7 @@ import numpy as np
 from rotorstudy.errors import MissingValue, RigError, RotorstudyError, unknown_name
 from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.rig_numbers import with_bearings_at
-from rotorstudy.model.structure import Structure
-from rotorstudy.model.terms import NonlinearForce, Term, Unknown
+from rotorstudy.model.terms import NonlinearForce, Unknown
 from rotorstudy.model.variation import Matrices, Variation
 
 
@@ -23,13 +22,7 @@ class Varied(NamedTuple):
 
 
 class Assembled:
-    """What a Model tells of its amplitudes, and gives to the response, from these of its fields."""
-
-    structure: Structure
-    terms: tuple[Term, ...]
-    sensors: tuple[int, ...]
-    held_deflection: np.ndarray | None
-    before: frozenset[str] | None
+    """What a Model tells of its amplitudes, and gives to the response, from its fields."""
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:

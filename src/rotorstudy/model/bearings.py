@@ -26,6 +26,9 @@ def on_housings(function: Callable, nodes: Iterable[int]) -> Callable:
         def longer(row):
             return np.pad(row, (0, more))
 
+        def longer_section(section):
+            return section._replace(moment=longer(section.moment))
+
         def loss(of):
             return {name: (np.pad(pattern, (0, more)), *rest) for name, (pattern, *rest) in of.items()}
 
@@ -38,14 +41,10 @@ def on_housings(function: Callable, nodes: Iterable[int]) -> Callable:
             stiffness_loss=(lambda *at: loss(given(*at))) if callable(given) else loss(given),
             shape_at=structure.shape_at and (lambda at: longer(structure.shape_at(at))),
             curvature_at=structure.curvature_at and (lambda at: longer(structure.curvature_at(at))),
-            section_at=structure.section_at and (lambda at: _longer_section(structure.section_at(at), longer)),
+            section_at=structure.section_at and (lambda at: longer_section(structure.section_at(at))),
         )
 
     return built
-
-
-def _longer_section(section, longer):
-    return section._replace(moment=longer(section.moment))
 
 
 def at_housings(structure: Structure, parameters: tuple[Parameter, ...], *, from_ground: bool) -> tuple:

@@ -111,10 +111,7 @@ def crack_parameters(
     along=False,
     **options,
 ):
-    """Parameters of a crack plugin on a rotor, one for each stiffness loss that the rotor states.
-
-    angle_rad : from the shaft's reference line;  along : whether another one is for a loss along the edge
-    """
+    """Parameters of a crack plugin, one for each stiffness loss that the rotor states; `along` the edge too."""
     parameters, on = [], ("static", "static conj") if weight_dominance else ("z", "conj")
     losses = structure.stiffness_loss_at(node, element)  # refuses a place that does not exist
     side = structure.tension_side(element)

@@ -61,16 +61,7 @@ class LocalMatrix:
 
 
 def outer(row: np.ndarray) -> np.ndarray | LocalMatrix:
-    """Matrix of a force along a row of coordinates by the motion along it.
-
-    Parameters
-    ----------
-    row : array (dof,)
-
-    Returns
-    -------
-    array (dof, dof) or LocalMatrix
-    """
+    """Matrix (dof, dof) of a force along a row of coordinates (dof,) by the motion along it."""
     if len(row) < LARGE:
         return np.outer(row, row)
     here = np.flatnonzero(row)
@@ -79,14 +70,7 @@ def outer(row: np.ndarray) -> np.ndarray | LocalMatrix:
 
 
 class Evaluated:
-    """What follows from an Entry."""
-
-    matrix: np.ndarray
-    on: str
-    order: int
-    shift: int
-    gain: Callable | None
-    frequency_only: bool
+    """What follows from the fields of an Entry."""
 
     @property
     def reads_motion(self) -> bool:
@@ -118,25 +102,7 @@ class Evaluated:
         return row, column, matrix[row, column]
 
     def gain_at(self, speed: np.ndarray, harmonic: np.ndarray) -> np.ndarray:
-        """Gain at speeds and harmonics.
-
-        Parameters
-        ----------
-        speed : array (...)
-            Spin speeds in rad/s.
-        harmonic : array (...)
-            Harmonics, int, broadcast with the speeds.
-
-        Returns
-        -------
-        array (...)
-            Factor of the matrix, in the unit that completes that of the force.
-
-        Raises
-        ------
-        PluginError
-            If the gain has another shape than the speeds, or is not finite.
-        """
+        """Gain at speeds, rad/s, and harmonics broadcast with them; PluginError if of another shape or not finite."""
         shape = np.broadcast_shapes(np.shape(speed), np.shape(harmonic))
         if self.gain is None:
             return np.ones(shape)

@@ -50,10 +50,7 @@ class Pattern(NamedTuple):
 def elements_of(
     unknowns: Sequence[Unknown], motion: Sequence[int], size: int, chosen: Callable[[Unknown, Entry], bool]
 ) -> tuple[Elements, list[Entry]]:
-    """Elements of the chosen entries of amplitudes, and an Entry of each kind; motion (unknown,) as of EntryTable.
-
-    Columns are those of the motions one after another, of their conjugates, and of constants.
-    """
+    """Elements of chosen entries, in columns of motions, their conjugates, constants, and an Entry of each kind."""
     kinds, found, seen = {}, [], size * (max(motion, default=0) + 1)
     for u, unknown in enumerate(unknowns):
         first = size * motion[u]

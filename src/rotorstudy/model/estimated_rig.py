@@ -16,10 +16,7 @@ from rotorstudy.store import write_text
 
 
 def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.ndarray, covariance: np.ndarray) -> dict:
-    """A rig dict with the estimates theta (parameter,) of some names, and their covariance in its section `prior`.
-
-    Standard deviations of numbers are relative to the new values. What the data do not determine keeps what was stated.
-    """
+    """A rig dict with estimates (parameter,) of some names, and their covariance in its `prior`."""
     theta = np.asarray(theta)
     relative = np.array([1 + value if is_number(name) else 1.0 for name, value in zip(names, theta, strict=True)])
     covariance = np.asarray(covariance) / np.outer(relative, relative)  # relative to the new value

@@ -102,10 +102,7 @@ class Hinge:
         return self.section.stiffness * _partly_open(self.depth.name, float(self.depth_ratio), self._of_shaft)
 
     def force(self, closing_moment: float = 0.0, along: bool = False) -> NonlinearForce:
-        """The moment, N m, by which the kink acts along `row` if the instantaneous moment opens the crack.
-
-        closing_moment : of a residual stress, N m: it closes the crack like a bending moment of that size along xi
-        """
+        """The moment, N m, by which the kink acts along `row` if the moment opens it against a closing one along xi."""
         kink, stiffness = self._kink_by_rotation(), self.section.stiffness
         scale = self._along if along else 1.0
         own_rotation, closing = self.section.own_moment / stiffness, closing_moment / stiffness
@@ -118,10 +115,7 @@ class Hinge:
         return NonlinearForce(self.row[None], moment, takes_angle=True, takes_velocity=False)
 
     def force_of_closing(self) -> NonlinearForce:
-        """What a residual stress changes, of an amplitude of 1 if it closes the crack by all of the static moment.
-
-        Linear in its amplitude, by the difference between a little more and a little less of it.
-        """
+        """What a residual stress changes, linear; an amplitude of 1 closes the crack by all of the static moment."""
         more, less = (self.force(way * CLOSED * abs(self.static_moment)) for way in (1, -1))
         return replace(more, function=lambda *at: (more.function(*at) - less.function(*at)) / (2 * CLOSED))
 
@@ -245,35 +239,7 @@ def crack_at(
     sudden: bool = False,
     front_aspect_ratio: float = 0.0,
 ) -> Hinge:
-    """The hinge of a transverse crack in a solid round shaft.
-
-    Parameters
-    ----------
-    structure : Structure
-    position_m : float
-        From node 1.
-    depth_ratio : float
-        Depth over the diameter.
-    angle_rad : float
-        Of the middle of the crack edge from the shaft's reference line.
-    flexibility : str
-        Name of the depth plugin.
-    sudden : bool, optional
-        Whether it opens as a whole while the moment pulls on the middle of its edge, and bends along xi alone.
-    front_aspect_ratio : float, optional
-        Curvature of the crack front, for a depth plugin that has it as an option; 0 is a straight front.
-
-    Returns
-    -------
-    Hinge
-
-    Raises
-    ------
-    CannotAct
-        If no solid cross section is known there, or a disc is there.
-    RotorstudyError
-        For a position outside the shaft, or a depth plugin that is unknown or lacks what is asked for.
-    """
+    """The Hinge of a transverse crack in a solid round shaft; CannotAct where there is no solid section or a disc."""
     if structure.section_at is None:
         raise CannotAct("a transverse crack needs a rotor that knows its cross sections, such as finite_element")
     section = structure.section_at(position_m)

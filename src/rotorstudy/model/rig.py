@@ -19,13 +19,7 @@ from rotorstudy.model.structure import Origin, Reading
 from rotorstudy.model.uncertainty import with_uncertainty
 from rotorstudy.yaml_file import read_yaml
 
-SECTIONS = {
-    "rotor": "rotor",
-    "cracks": "crack",
-    "bearings": "bearing",
-    "foundation": "bearing",
-    "effects": "effect",
-}
+SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "foundation": "bearing", "effects": "effect"}
 # `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis, `units` by shown_units
 OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis", "units")
 SMALLEST, LARGEST = 1e-30, 1e30  # sizes of numbers in a rig; their fourth powers, and quotients of those, are numbers

@@ -232,10 +232,7 @@ def bearings_of(terms: Iterable[Term]) -> list[tuple[Term, Holder]]:
 
 
 def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict[str, float]) -> tuple[Term, ...]:
-    """The terms with the bearings that have some numbers, whose entries are the derivatives; NoSteadyState if none has.
-
-    values : name -> amplitudes of the bearings, and relative changes of their numbers
-    """
+    """The terms with bearings at amplitudes and relative changes by name; NoSteadyState if there are none such."""
     changing = {u.name: term for term in terms if term.is_bearing_number and term.carries for u in term.unknowns}
     pushing = [(_constant_force(p), term, p) for term in terms for p in term.parameters if p.loads_films]
     built, slopes, films = {}, {name: [] for name in changing}, []

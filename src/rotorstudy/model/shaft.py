@@ -1,6 +1,5 @@
 """What is known of a shaft beyond the matrices: sections, discs, places of cracks, and how the weight bends it."""
 
-from collections.abc import Callable
 from functools import cached_property
 from typing import NamedTuple
 
@@ -54,19 +53,7 @@ class RigidDisc(NamedTuple):
 
 
 class Shaft:
-    """What a Structure tells about its places, cracks and statics, from these of its fields."""
-
-    dofs: tuple[tuple[int, str], ...]
-    nodes: tuple[int, ...]
-    stiffness: np.ndarray
-    static_load: np.ndarray
-    stiffness_loss: dict | Callable
-    bearing_nodes: tuple[int, ...]
-    curvature_at: Callable | None
-    labels: dict
-    mass: np.ndarray
-    along: np.ndarray
-    index: Callable
+    """What a Structure tells about its places, cracks and statics, from its fields."""
 
     def label_at(self, where: dict) -> str:
         """What the rig calls the disc or bearing at a place, such as {"node": 2}; empty if it has no label."""
@@ -81,10 +68,7 @@ class Shaft:
     def stiffness_loss_at(
         self, node: int | None = None, element: int | None = None
     ) -> dict[str, tuple[np.ndarray, str, float]]:
-        """Stiffness losses of a crack at a place: name -> pattern (dof, dof) of unit 1, unit, typical size.
-
-        CannotAct unless exactly one place is given where there are several, or if the rotor cannot crack there.
-        """
+        """Stiffness losses of a crack at one place: name -> pattern (dof, dof), unit, typical size; else CannotAct."""
         if callable(self.stiffness_loss):
             if (node is None) == (element is None):
                 raise CannotAct("this rotor can crack at several places; choose one with 'node:' or 'element:'")
@@ -153,10 +137,7 @@ class Shaft:
         return np.linalg.solve(self.stiffness, self.static_load)
 
     def tension_side(self, element: int | None) -> int:
-        """The side of an element, 1 below or -1 above, that bending by the weight stretches: there a crack is open.
-
-        Where the moment is zero or not known, below. Bearings are taken as rigid, which is exact for two.
-        """
+        """The side of an element, 1 below or -1 above, that the weight stretches, on rigid bearings; else below."""
         if element is None or self.curvature_at is None:
             return 1
         return -1 if self.curvature_at(element) @ self._deflection_on_rigid_bearings > 0 else 1

@@ -17,10 +17,7 @@ _asked = ContextVar("asked", default=())
 
 @contextmanager
 def asked(words):
-    """Within the block these words, those of `--units`, have precedence over the rig file.
-
-    Units of two words, such as oz in, may be written without quotes.
-    """
+    """Within the block these words, those of `--units`, have precedence over the rig file; `oz in` needs no quotes."""
     joined = []
     for word in words:
         if joined and f"{joined[-1]} {word}" in QUANTITY:

@@ -244,10 +244,7 @@ def across(structure, node, element, motion):
 
 
 def spacers(structure):
-    """Elements {"element": node} that bend at least twice as easily as both neighbours, as a coupling or a quill shaft.
-
-    Bending moments in any other element are what a crack makes, and no coupling is inside a shaft.
-    """
+    """Elements {"element": node} that bend at least twice as easily as both neighbours: couplings, quill shafts."""
     tilts = {node: i for i, (node, motion) in enumerate(structure.dofs) if motion == "tilt"}
     rigidity = {}
     for node in (node for node in tilts if node + 1 in tilts and node + 1 in structure.node_positions):

@@ -20,10 +20,7 @@ SPEEDS_COMPARED = np.array([1.0, 31.0, 470.0])  # rad/s; gains that agree there 
 
 
 class InTime:
-    """What follows from a NonlinearForce."""
-
-    function: Callable
-    takes_angle: bool
+    """What follows from the fields of a NonlinearForce."""
 
     def at(self, displacement, velocity, deflection, shaft_angle) -> np.ndarray:
         """The force (..., time, coordinate), N, at a motion of that shape; PluginError for another shape, or NaN."""
@@ -194,10 +191,7 @@ class Term:
 
 
 def share_of(unknown: Unknown, other: Unknown) -> float:
-    """How much of one unknown acts with every unit of another: 1 for the same damping at the same node, else often 0.
-
-    The smallest factor over the entries of the first; forces in time cannot be compared, and share nothing.
-    """
+    """How much of one unknown acts with each unit of another, by the least factor of entries; 0 of forces in time."""
     if unknown.force or other.force or not unknown.entries:
         return 0.0
     if not unknown.kinds <= other.kinds:

@@ -64,10 +64,7 @@ class Neighbourhood:
 
     @cached_property
     def shown_by_units(self):
-        """Measured harmonics (coordinate, speed, component, harmonic * sensor) by a unit force on a coordinate, m/N.
-
-        By the adjoint system: one solution for each sensor and harmonic says what it shows of forces anywhere.
-        """
+        """Harmonics (coordinate, speed, component, harmonic * sensor) by unit forces, m/N, by one adjoint each."""
         carried, dof, speeds = len(self.blocks.harmonics), len(self.model.structure.dofs), len(self.speed)
         sensors, shown = self.model.seen(np.eye(dof)).T, positions(self.harmonics, self.blocks)
         solved, count = self._solver(adjoint=True), len(shown) * len(sensors)

@@ -18,10 +18,7 @@ FEWER_TOUCHED_BY = 3  # times as many coordinates as those touched: with more of
 
 
 def operator(model, theta, speed, blocks, kept=None, *, turning=True, adjoint=False):
-    """Dynamic stiffness D (..., speed, block, member * dof, member * dof) of each group, D q = force; or its adjoint.
-
-    kept : coordinates kept, by default all; the others, without force, are condensed, LinAlgError where they resonate
-    """
+    """Dynamic stiffness (..., speed, block, n, n), n = member * dof, of groups, condensed to some coordinates."""
     kept = np.arange(len(model.structure.dofs)) if kept is None else kept
     patterns = [*model.table.patterns, *(model.table.turning_patterns if turning else ())]
     added = _of_entries(patterns, model, theta, speed, blocks, kept, adjoint)
@@ -119,10 +116,7 @@ def _each(matrices, change):
 
 
 def solver(model, theta, speed, blocks, kept=None, *, adjoint=False):
-    """Function from force to motion, both (..., speed, harmonic, dof, column), and the coordinates where it is nonzero.
-
-    adjoint : of the sum over real parts times real parts and imaginary parts times imaginary ones
-    """
+    """Function from force to motion, (..., speed, harmonic, dof, column), and coordinates where it is nonzero."""
     dof = len(model.structure.dofs)
     if kept is None or _band(model) is not None:  # condensing a slender shaft takes longer than solving it
         kept = np.arange(dof)

@@ -12,10 +12,7 @@ import numpy as np
 
 
 def turning(model, theta, speed, harmonics, solved, adjoint=False):
-    """Function from motion (..., speed, harmonic, dof, column) without the turning coefficients to that with them.
-
-    solved : force (..., speed, harmonic, dof, column) -> motion without the turning coefficients, or its adjoint
-    """
+    """Function that adds turning coefficients to a motion (..., speed, harmonic, dof, column) solved without them."""
     touched = model.table.turned
     own, other = replies(np.eye(len(model.structure.dofs))[touched], (*theta.shape[:-1], len(speed)), harmonics, solved)
     force = _force_matrix(model, theta, speed, harmonics)

@@ -31,10 +31,7 @@ class Centreline(NamedTuple):
 
 
 def centrelines(model: Model, speeds: np.ndarray, from_rest: dict) -> list[Centreline]:
-    """The Centreline, over speeds (rad/s), of every bearing whose plugin knows where the journal runs.
-
-    from_rest : {node: (speed (row,), rad/s, position (row,), complex, m, from where the shaft lay at rest, the bottom)}
-    """
+    """The Centreline, over speeds (rad/s), of every bearing that knows where its journal runs, measured or not."""
     bearings, found = registry().plugins["bearing"], []
     for term in model.terms:
         running = getattr(bearings.get(term.kind), "running", None)
@@ -52,10 +49,7 @@ def centrelines(model: Model, speeds: np.ndarray, from_rest: dict) -> list[Centr
 
 
 def journals_moved(model: Model, before: dict, after: dict) -> list[Finding]:
-    """A note on each journal whose mean position was measured in two states: whether it runs elsewhere now.
-
-    before, after : as `from_rest` of `centrelines`; compared are the highest speeds that both have
-    """
+    """A note on each journal whose mean position is another at the highest speed measured in both states."""
     found = []
     for one, other in zip(*(centrelines(model, np.zeros(0), state) for state in (before, after)), strict=True):
         apart = np.abs(one.measured_speed[:, None] / other.measured_speed - 1) <= SAME_SPEED

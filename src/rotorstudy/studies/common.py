@@ -1,4 +1,4 @@
-"""Common to the stages of a study: reported parameters, coordinates, the spectrum without noise."""
+"""Common to the stages of a study: reported parameters, and the spectrum without noise."""
 
 import numpy as np
 
@@ -8,15 +8,7 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.response.stability import check_stable
 
 SPEED = ("rad/s", "spin speed")
-
-
-def rig_coordinates(config, model, speeds=None):
-    """Coordinates of every stage: harmonic, node and, if given, speed (rad/s)."""
-    found = {
-        "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
-        "node": (np.array(model.sensors), "1", "node where the displacement is measured"),
-    }
-    return found if speeds is None else {**found, "speed": (np.asarray(speeds, float), *SPEED)}
+HARMONIC = ("1", "harmonic of the spin speed, positive forward")
 
 
 def reported(problem, estimate):

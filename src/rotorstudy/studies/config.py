@@ -76,11 +76,7 @@ class RecordConfig(Strict):
 
 
 class MonteCarloRig(Strict):
-    """Monte Carlo trials of a rig.
-
-    records   : kinds of record from rest to whose spectra the noise is added; none: the exact steady state
-    condensed : also least squares with the thesis's condensation, which omits gyroscopic moments
-    """
+    """Monte Carlo trials, from records from rest or else the steady state; condensed: as in the thesis, too."""
 
     estimators: list[str] = Field(min_length=1)
     models: list[Literal[tuple(MODELS)]] = Field(min_length=1)
@@ -119,11 +115,7 @@ class ExtraMeasurement(Strict):
     times_longer: PositiveNumber = 1.0
 
     def output_rows(self, structure, sensors):
-        """Output matrix (output, dof), and the noise of each output relative to that of a probe, (output,).
-
-        Outputs are translations at the sensors, tilts (difference of two probes over their distance) and translations
-        at stations.
-        """
+        """Output matrix (output, dof) of sensors, tilts, stations, and the noise of each relative to a probe's."""
         rows = [structure.unit(node) for node in sensors]
         rows += [structure.unit(node, "tilt") for node in self.tilts]
         for position in self.stations_m:

@@ -13,7 +13,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.store import dataset
-from rotorstudy.studies.common import SPEED
+from rotorstudy.studies.common import HARMONIC, SPEED
 from rotorstudy.studies.config import PositiveNumber, SpeedRange
 from rotorstudy.yaml_file import read_yaml
 
@@ -109,13 +109,14 @@ def compare(config):
         swept.append(harmonic_response(model, config.swept.speeds, config.harmonics)[..., 0])
     ratios = np.linspace(0, 1, 101)
     losses = [[_loss(config.shaft, depth, ratio) for ratio in ratios] for depth in depths.values()]
+    losses, of_depth = np.moveaxis(np.array(losses), -1, 1), ("depth", "turning", "depth_ratio")
     coordinates = {
         "crack": (list(cracks), "1", "crack model"),
         "direction": (list(DIRECTIONS), "1", "rotating with the shaft: xi, eta; fixed: vertical, horizontal"),
         "shaft_angle": (angle, "rad", "shaft angle, 0 where the crack edge points down"),
         "speed": (np.array(config.shown_speeds_rad_s), *SPEED),
         "swept_speed": (config.swept.speeds, *SPEED),
-        "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
+        "harmonic": (np.array(config.harmonics), *HARMONIC),
         "depth": (list(depths), "1", "relation from crack depth to stiffness loss"),
         "turning": (["xi", "eta"], "1", "direction that rotates with the shaft"),
         "depth_ratio": (ratios, "1", "crack depth over diameter"),
@@ -126,12 +127,7 @@ def compare(config):
         "swept_displacement": (("crack", "swept_speed", "harmonic"), np.array(swept), "m", "full spectrum over speed"),
         "mean_natural_frequency": (("crack",), np.array(mean), "rad/s", "natural frequency of the mean stiffness"),
         "natural_frequency": ((), np.sqrt(k / mass), "rad/s", "natural frequency of the uncracked rotor"),
-        "depth_loss": (
-            ("depth", "turning", "depth_ratio"),
-            np.moveaxis(np.array(losses), -1, 1),
-            "N/m",
-            "stiffness loss of a shaft with crack and disc at mid-span",
-        ),
+        "depth_loss": (of_depth, losses, "N/m", "stiffness loss of a shaft with crack and disc at mid-span"),
     }
     return dataset(variables, coordinates, title=config.title)
 

@@ -23,10 +23,7 @@ def probe_noise(config, model, speeds):
 
 
 def information(config, model, speeds, harmonics, rows, std):
-    """Fisher information J^T C^-1 J (parameter, parameter) of the unknowns.
-
-    rows : (output, dof) of `ExtraMeasurement`;  std : (output,) m, of the real and imaginary part of each harmonic
-    """
+    """Fisher information J^T C^-1 J (parameter, parameter) of rows (output, dof) with noise std (output,), m."""
     if any(name in {u.name for u in model.output_unknowns} for name in config.unknowns):
         raise RotorstudyError("identifiability is computed for amplitudes of the rotor, not of its sensors")
     _, change = harmonic_response_and_jacobian(model, speeds, harmonics)
@@ -62,16 +59,11 @@ def identifiability(config):
         **parameter_coordinates(names),
         "other_parameter": (list(names), "1", "identified parameter"),
     }
-    bound = np.array(bounds).reshape(shape)
+    bound, of_all = np.array(bounds).reshape(shape), ("case", "measurement", "parameter")
     pair, one = ("case", "parameter", "other_parameter"), ("case", "parameter")
     variables = {
         "noise": (("case",), np.array(noise), "m", "standard deviation of white noise on each sample of a probe"),
-        "bound": (
-            ("case", "measurement", "parameter"),
-            bound,
-            "1",
-            "Cramer-Rao bound over the value, of phases in rad",
-        ),
+        "bound": (of_all, bound, "1", "Cramer-Rao bound over the value, of phases in rad"),
         "correlation": (pair, np.array(correlations), "1", "correlation of efficient estimates"),
         "inflation": (one, np.array(inflations), "1", "bound over the bound with all other parameters known"),
     }

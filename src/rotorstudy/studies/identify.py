@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 
@@ -30,6 +29,12 @@ from rotorstudy.studies.simulate import SOURCES, case_records, kind_spectra, rec
 from rotorstudy.units import HALF_INTERVAL
 
 STEADY, CONDENSED = "steady state", "least_squares, condensed"
+UNDER_NOISE = (  # at one noise level: name, dimensions, unit, long name
+    ("estimate", ("estimator", "trial", "parameter"), "SI", "estimated parameter"),
+    ("stated_std", ("estimator", "parameter"), "SI", "stated standard deviation"),
+    ("coverage", ("estimator", "parameter"), "1", "share of 95 % intervals that hold"),
+    ("cramer_rao", ("parameter",), "SI", "Cramer-Rao bound of the standard deviation"),
+)
 
 
 def identify(config, rig):
@@ -87,12 +92,7 @@ def _estimate(name, problem):
 
 
 def monte_carlo(config, rig, case, chunk=0, chunks=1):
-    """A Dataset of estimates of a case (by its name or file name) under every kind of record, model and level of noise.
-
-    White noise in time is drawn in the spectrum, where it is independent circular noise on each harmonic.
-
-    chunk, chunks : which part of the noise levels, 0 to chunks - 1, of how many
-    """
+    """A Dataset of estimates of a case under each record, model and noise level, or of a chunk of the levels."""
     settings, case = config.monte_carlo, config.case_of(case)
     own, model, speeds = settings.rigs[rig], config.rig(rig), config.cases[case].speeds
     kinds, levels = own.records or [STEADY], chunk_of(settings.levels_percent, chunk, chunks)
@@ -124,13 +124,8 @@ def monte_carlo(config, rig, case, chunk=0, chunks=1):
     grid = tuple(coordinates)[:3]
     lead = [len(coordinates[name][0]) for name in grid]
     variables = {
-        key: ((*grid, *dims), _over(lead, [getattr(cell, key) for cell in cells]), unit, long_name)
-        for key, dims, unit, long_name in (
-            ("estimate", ("estimator", "trial", "parameter"), "SI", "estimated parameter"),
-            ("stated_std", ("estimator", "parameter"), "SI", "stated standard deviation"),
-            ("coverage", ("estimator", "parameter"), "1", "share of 95 % intervals that hold"),
-            ("cramer_rao", ("parameter",), "SI", "Cramer-Rao bound of the standard deviation"),
-        )
+        key: ((*grid, *dims), np.reshape(values, (*lead, *np.shape(values[0]))), unit, long_name)
+        for values, (key, dims, unit, long_name) in zip(zip(*cells, strict=True), UNDER_NOISE, strict=True)
     } | {
         "without_noise": (("record", "estimator", "parameter"), np.array(exact), "SI", "estimate without noise"),
         "true": (("parameter",), true, "SI", "value assumed"),
@@ -138,23 +133,8 @@ def monte_carlo(config, rig, case, chunk=0, chunks=1):
     return dataset(variables, coordinates, title=f"{config.title}: {case}, rig {rig}, under noise", seed=settings.seed)
 
 
-def _over(lead, values):
-    """Arrays of one shape, in the order of some leading dimensions, as one array."""
-    values = np.array(values)
-    return values.reshape(*lead, *values.shape[1:])
-
-
-class _Cell(NamedTuple):
-    """Results at one noise level: see `monte_carlo`, without the dimensions record, noise_model and noise."""
-
-    estimate: np.ndarray
-    stated_std: np.ndarray
-    coverage: np.ndarray
-    cramer_rao: np.ndarray
-
-
 def _under_noise(problem, trials, estimators, has_bound):
-    """The _Cell of a problem without noise, whose covariance is that of the noise of the Spectrum `trials`."""
+    """UNDER_NOISE of a problem without noise, whose covariance is that of the noise of the Spectrum `trials`."""
     theta = problem.model.theta[problem.model.position(problem.names)]
     _, true, bound = magnitude_and_phase(problem.names, theta, cramer_rao_bound(problem, theta))
     noisy_problem, found = replace(problem, spectrum=trials), []
@@ -165,7 +145,7 @@ def _under_noise(problem, trials, estimators, has_bound):
             (estimate, np.median(std, axis=0), np.mean(np.abs(estimate - true) <= HALF_INTERVAL * std, axis=0))
         )
     bound = np.sqrt(np.diag(bound)) if has_bound else np.full(len(true), np.nan)
-    return _Cell(*map(np.array, zip(*found, strict=True)), bound)
+    return *map(np.array, zip(*found, strict=True)), bound
 
 
 def gather_monte_carlo(config, case, chunks, parts):
@@ -204,14 +184,8 @@ def bias(config):
         "estimator": (config.estimators, "1", "parameter estimator"),
         **parameter_coordinates(names),
     }
-    variables = {
-        "relative_error": (
-            tuple(coordinates),
-            np.array(rows).reshape(shape),
-            "1",
-            "relative error; of phases the difference in rad",
-        )
-    }
+    off = np.array(rows).reshape(shape)
+    variables = {"relative_error": (tuple(coordinates), off, "1", "relative error; of phases the difference in rad")}
     return dataset(variables, coordinates, title=f"{config.title}: bias of known quantities, rig {rig}")
 
 

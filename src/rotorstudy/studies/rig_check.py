@@ -26,13 +26,7 @@ SAG = 1e-3  # m, static deflection of a shaft in its bearings beyond which they 
 
 
 class RigCheck(NamedTuple):
-    """What is known of a rig.
-
-    findings : list of Finding, worst first
-    analysis : RotorAnalysis; None if the rig has errors or parameters without a value
-    valid    : lowest and highest speed at which all bearings are defined, rad/s, or None
-    model    : Model, or None
-    """
+    """What is known of a rig; no analysis if a value is missing, `valid` are the speeds of its bearings, rad/s."""
 
     findings: list
     analysis: object = None
@@ -54,10 +48,7 @@ def check_rig(path):
     except RotorstudyError as error:
         found = [Finding("error", "not valid", str(path), str(error))]
         return RigCheck(found + (_implausible(rig) if rig else []))
-    findings = [
-        *_sections(rig, model),
-        *_implausible(rig),
-    ]
+    findings = [*_sections(rig, model), *_implausible(rig)]
     findings += odd_discs(model.structure)
     bearings = [item for item in rig.given.get("bearings") or [] if isinstance(item, dict)]
     loads = _loads(model.structure)

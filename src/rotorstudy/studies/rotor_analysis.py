@@ -44,10 +44,7 @@ UNHELD = 1e-6  # of the lowest natural frequency: eigenvalue of a motion that no
 
 
 class Critical(NamedTuple):
-    """A critical speed, at which a damped whirl frequency is the spin speed; the mode there.
-
-    speed : rad/s;  damping_ratio : 1;  direction : 1 forward circles, 0 straight lines, -1 backward circles
-    """
+    """A critical speed, rad/s; direction : 1 forward circles, 0 straight lines, -1 backward circles"""
 
     speed: float
     damping_ratio: float
@@ -179,10 +176,7 @@ def _critical(still, speed):
 
 
 def _resonances(still, found, criticals, speeds):
-    """The peaks at which a whirl frequency is the spin speed within its half-power width; others lie between two.
-
-    Between resonances that cancel each other at a speed the response rises and falls, too, without a mode that swings.
-    """
+    """The peaks at which a whirl frequency is the spin speed within its half-power width; others swing with no mode."""
     found = [one._replace(peak=unbounded(one.peak, criticals, speeds)) for one in found]
     at = {w: eigenvalues(still, [w], shapes=few_shapes(still))[0] for w in {one.peak.speed for one in found}}
 

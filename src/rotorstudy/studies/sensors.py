@@ -22,10 +22,7 @@ START_OFF = 0.3  # relative error of each starting amplitude, of either sign
 
 
 def sensors(config):
-    """A Dataset of fits of the response of the main rig, for every set of sensors and case.
-
-    On exact data fits start at amplitudes 30 % too large or too small; under noise at the best of these fits.
-    """
+    """A Dataset of fits for every set of sensors and case: exact from 30 % off, noisy from the best of these."""
     rig = config.main_rig
     model, names = config.rig(rig), reported_names(config)
     shape = (len(config.sensor_sets), len(config.cases))
@@ -45,13 +42,8 @@ def sensors(config):
     variables = {
         "bound": (dims, found["bound"], "1", "Cramer-Rao bound over the value, of phases in rad, 1 % white noise"),
         "scatter": (dims, found["scatter"], "1", "rms error of maximum likelihood over the value, of phases in rad"),
-        "start_error": (
-            ("sensors", "case", "start"),
-            found["start_error"],
-            "1",
-            "largest relative error from exact data",
-        ),
-        "fitted": (("sensors", "case"), found["fitted"], "1", "share of the noisy fits that converged"),
+        "start_error": ((*dims[:2], "start"), found["start_error"], "1", "largest relative error from exact data"),
+        "fitted": (dims[:2], found["fitted"], "1", "share of the noisy fits that converged"),
         "true": (("parameter",), true_values(config, model), "SI", "value assumed"),
     }
     return dataset(variables, coordinates, title=f"{config.title}: few sensors", seed=config.monte_carlo.seed)

@@ -7,7 +7,7 @@ from rotorstudy.measurement.records import Record, keyphasor_signal, reference_s
 from rotorstudy.model.registry import registry
 from rotorstudy.response.integration import time_response, transient_response
 from rotorstudy.store import as_complex, dataset
-from rotorstudy.studies.common import SPEED
+from rotorstudy.studies.common import HARMONIC, SPEED
 
 
 def steady_state(config, model, speeds, late_samples=0.0):
@@ -80,10 +80,7 @@ def kind_spectra(config, kind, records, name, phases):
 
 
 def spectra(config, rig, records):
-    """A Dataset of full spectra of the records of `simulate`, of every kind, by every method and phase reference.
-
-    A record late by a fraction of a sample is the given one shifted by Fourier series; by whole samples, rolled.
-    """
+    """A Dataset of spectra of the records of `simulate` by every kind (some are late), method and reference."""
     methods, kinds, records = config.spectra, config.record.kinds, records[rig]
     displacement = as_complex(records.displacement)  # (source, speed, node, time)
     speeds, sensors = records.speed.values, tuple(int(n) for n in records.node.values)
@@ -93,7 +90,7 @@ def spectra(config, rig, records):
         "spectrum_method": (methods, "1", "spectrum method"),
         "phase_reference": (list(PHASES), "1", "what the phase is compensated by"),
         "speed": (speeds, *SPEED),
-        "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
+        "harmonic": (np.array(config.harmonics), *HARMONIC),
         "node": (np.array(sensors), "1", "node"),
     }
     found = np.zeros([len(values) for values, *_ in coordinates.values()], complex)
@@ -108,14 +105,10 @@ def spectra(config, rig, records):
                 for o, record in enumerate(taken):
                     seen = kind_spectra(config, kind, [record], name, PHASES)
                     found[o, k, m, :, s] = [seen[phase].amplitude[0] for phase in PHASES]
+    of_phase = ("record", "spectrum_method", "speed", "harmonic")
     variables = {
         "displacement": (tuple(coordinates), found, "m", "full spectrum of the displacement"),
-        "reference_phase": (
-            ("record", "spectrum_method", "speed", "harmonic"),
-            reference_phase,
-            "rad",
-            "phase of the multi-harmonic reference signal",
-        ),
+        "reference_phase": (of_phase, reference_phase, "rad", "phase of the multi-harmonic reference signal"),
     }
     return dataset(variables, coordinates, title=f"{config.title}: full spectra")
 

@@ -14,10 +14,7 @@ def damping_along_x(unknown):
 
 
 def stability(config, ratios=(0.5, 1.0, 2.0, 5.0), up_to=8.0):
-    """A Dataset of growth rate over speed and threshold of the uncracked main rig for several internal dampings.
-
-    ratios : external over internal damping; the external damping (summed along x) is held
-    """
+    """A Dataset of growth rate and threshold of the uncracked rig for ratios of external to internal damping."""
     model = time_invariant(config.rig(config.main_rig))
     internal = model.position(["internal_damping"])[0]
     external = sum(

@@ -33,12 +33,7 @@ class StabilityMargin(NamedTuple):
 
 
 def stability_margin(model: Model, speed: float) -> StabilityMargin | None:
-    """The StabilityMargin of a rotor at a speed; None if it has no forward whirl, or no eigenvalues.
-
-    References
-    ----------
-    API 617, 8th edition, part 1, 4.8.5: level 1 analysis.
-    """
+    """The StabilityMargin of a rotor at a speed by API 617 (8th ed., part 1, 4.8.5), or None without forward whirl."""
     from scipy.optimize import brentq
 
     if not all(is_in_time(term) for term in without_rotation(model).terms if not term.acts_on_output):
@@ -67,12 +62,7 @@ def stability_margin(model: Model, speed: float) -> StabilityMargin | None:
 
 
 def first_forward(frequency: np.ndarray, ratio: np.ndarray, direction: np.ndarray, speed: float) -> int | None:
-    """Position of the mode that a swirling fluid drives first: of forward whirl below the speed the least damped.
-
-    If there is none, the lowest of forward whirl; None without forward whirl. What hardly oscillates is no whirl.
-
-    frequency, ratio, direction : (mode,) of `whirl.Modes`;  speed : rad/s
-    """
+    """Position of the least damped forward mode below the speed, else the lowest forward one; None without."""
     forward = np.flatnonzero((direction > FORWARD) & (ratio < OSCILLATING))
     if not len(forward):
         return None

@@ -14,11 +14,7 @@ SAME = 1e-6  # relative distance of a speed from that of an undamped mode, at wh
 
 
 def with_unbalance(model, highest):
-    """The model with an unbalance, and how it is unbalanced, in words.
-
-    A rotor without a force that rotates with it gets the unbalance of grade G 2.5 for the highest speed (rad/s) at its
-    heaviest node.
-    """
+    """The model, if nothing rotates with it, with an unbalance of G 2.5 at its heaviest node, and that in words."""
     acting = [term for term in model.terms if not term.acts_on_output]
     turning = [t for t in acting for u in t.unknowns for e in u.entries if e.is_constant and e.shift == 1]
     if any(np.any(term.theta) for term in turning):
@@ -65,10 +61,7 @@ def unbounded(peak, criticals, speeds):
 
 
 def probe_vectors(of_node, reading):
-    """Probes [(node, name)], and their 1X as they read it (speed, probe), complex, m, phase leading the mark.
-
-    of_node : node -> (forward, backward) 1X and -1X of the displacement, each (speed,) complex, m
-    """
+    """Probes [(node, name)], and their 1X (speed, probe), complex, m, phase leading, from (1X, -1X) of nodes."""
     probes, columns = [], []
     for node, (forward, backward) in of_node.items():
         for name, direction in reading.probes_at(node).items():

@@ -49,16 +49,12 @@ def variants(config):
         "case": (list(config.cases), "1", "speeds used together"),
         **parameter_coordinates(names),
     }
-    shape = [len(values) for values, *_ in coordinates.values()]
+    dims, shape = tuple(coordinates), [len(values) for values, *_ in coordinates.values()]
+    errors = np.array(errors).reshape(shape)
     true = true_values(config, config.rig(config.main_rig))
     variables = {
-        "estimate": (tuple(coordinates), np.array(estimates).reshape(shape), "SI", "estimated parameter"),
-        "relative_error": (
-            tuple(coordinates),
-            np.array(errors).reshape(shape),
-            "1",
-            "relative error; of phases the difference in rad",
-        ),
+        "estimate": (dims, np.array(estimates).reshape(shape), "SI", "estimated parameter"),
+        "relative_error": (dims, errors, "1", "relative error; of phases the difference in rad"),
         "true": (("parameter",), true, "SI", "value assumed"),
     }
     return dataset(variables, coordinates, title=f"{config.title}: variants of least squares")

@@ -8,12 +8,13 @@ from rotorstudy.model.rig import build_model
 from rotorstudy.response.measured import measured_response
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import (
+    HARMONIC,
+    SPEED,
     clean_spectrum,
     is_phase,
     parameter_coordinates,
     relative_error,
     reported,
-    rig_coordinates,
     true_values,
 )
 
@@ -25,10 +26,7 @@ def first_crack(config, rig):
 
 
 def weight_dominance(config):
-    """A Dataset of errors by weight dominance on the main rig: a crack on the static deflection only, and the full one.
-
-    The stiffness losses of the rig's first crack are scaled; least squares assumes weight dominance.
-    """
+    """A Dataset of errors by weight dominance on the main rig, for scaled losses of its crack on the full motion."""
     rig = config.main_rig
     scales, crack = np.array(config.crack_scales), config.rigs[rig]["cracks"][0]
     term = first_crack(config, rig)
@@ -40,12 +38,8 @@ def weight_dominance(config):
         for dominance in (True, False):
             scaled = {**config.rigs[rig], "cracks": [{**crack, **loss, "weight_dominance": dominance}]}
             models.append(build_model(scaled, where=f"study {config.name}, weight dominance"))
-        found.append(
-            [
-                measured_response(m, config.shown_speeds_rad_s, config.harmonics)[..., len(m.sensors) // 2]
-                for m in models
-            ]
-        )
+        shown = (measured_response(m, config.shown_speeds_rad_s, config.harmonics) for m in models)
+        found.append([one[..., one.shape[-1] // 2] for one in shown])
         true = true_values(config, models[0])
         for case in config.cases.values():
             problem = Problem(models[0], clean_spectrum(config, models[1], case.speeds), tuple(config.unknowns))
@@ -56,10 +50,10 @@ def weight_dominance(config):
         "crack": (["weight dominant", "full"], "1", "what the crack's stiffness loss acts on"),
         "crack_scale": (scales, "1", "stiffness loss over that of the rig"),
         "case": (list(config.cases), "1", "speeds used together"),
-        **rig_coordinates(config, models[0], config.shown_speeds_rad_s),
+        "harmonic": (np.array(config.harmonics), *HARMONIC),
+        "speed": (np.array(config.shown_speeds_rad_s, float), *SPEED),
         **parameter_coordinates(names),
     }
-    del coordinates["node"]
     errors = np.array(errors).reshape(len(scales), len(config.cases), len(names))
     variables = {
         "displacement": (("crack", "crack_scale", "speed", "harmonic"), found, "m", "full spectrum"),

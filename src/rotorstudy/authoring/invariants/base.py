@@ -29,10 +29,7 @@ def kind_of(plugin):
 
 
 def claimed(flag, refused_with=None):
-    """Decorate the check of a claim: a plugin that sets the flag must pass it, and any other plugin must fail it.
-
-    refused_with : error with which a plugin without the claim must reject the input, instead of a wrong result
-    """
+    """Decorate the check of a claim: a plugin that sets the flag must pass, any other fail, or raise `refused_with`."""
 
     denial = refused_with or (BrokenInvariant, RotorstudyError)
 

@@ -35,11 +35,7 @@ class Fault(Strict):
 
 
 class Compared(Strict):
-    """A rotor to compare on: the main rig of a study, or that of a replay, with the parameters identified there.
-
-    speeds_rad_s : required for a study; a replay has its own
-    harmonics : used for identification, by default all of the study's; a spectrum method estimates all of both
-    """
+    """A rotor to compare on: the main rig of a study (needs speeds), or that of a replay with what it identified."""
 
     study: str | None = None
     replay: str | None = None
@@ -98,10 +94,7 @@ def load_comparison(path):
 
 
 class Rotor(NamedTuple):
-    """A rotor to compare on: model with true values, unknowns, speeds (speed,) rad/s.
-
-    measured, harmonics : (harmonic,) estimated by a spectrum method, and those of them that an estimator is given
-    """
+    """A rotor to compare on: speeds (speed,) rad/s, harmonics (harmonic,) measured and those given to an estimator."""
 
     model: Model
     unknowns: tuple

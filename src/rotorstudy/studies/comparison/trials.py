@@ -11,7 +11,7 @@ from rotorstudy.measurement.keyphasor import phase_from_keyphasor
 from rotorstudy.measurement.noise import standard_normal
 from rotorstudy.measurement.records import Record, keyphasor_signal, simulate_records
 from rotorstudy.store import dataset
-from rotorstudy.studies.common import SPEED
+from rotorstudy.studies.common import HARMONIC, SPEED
 from rotorstudy.studies.comparison.config import measured_without_noise
 
 
@@ -25,10 +25,7 @@ class Trials(NamedTuple):
 
 
 def make_trials(config, rotor_index, rotor, fault_name, place, levels, count):
-    """Trials of one speed (position `place` in rotor.speeds): steady state, noise of some levels (%), and a fault.
-
-    All levels share their random numbers: noise and fault of a trial differ by the level alone.
-    """
+    """Trials of one speed with noise of some levels (%) and a fault; all levels share their random numbers."""
     fault, speed = config.faults[fault_name], float(rotor.speeds[place])
     stream = (rotor_index * len(config.faults) + list(config.faults).index(fault_name)) * 1000 + place
     time = np.arange(config.samples) * fault.revolutions * 2 * np.pi / speed / config.samples
@@ -112,7 +109,7 @@ def spectra(config, name, rotor, method, faults=None):
         "fault": (faults, "1", "what is wrong with the record"),
         "noise": (np.array(levels, float), "percent", "white noise on each sample, of the rms of the vibration"),
         "speed": (rotor.speeds, *SPEED),
-        "harmonic": (np.array(harmonics), "1", "harmonic of the spin speed, positive forward"),
+        "harmonic": (np.array(harmonics), *HARMONIC),
         "node": (np.array(model.sensors), "1", "node where the displacement is measured"),
     }
     dims = ("fault", "noise", "trial", "speed", "harmonic", "node")

@@ -79,10 +79,7 @@ def fronts(study):
         work = machine.work(spectrum)._replace(prior=prior)
         shape = {"position_m": position, "depth_ratio": depth, "angle_rad": angle}
         found.append(_by_each_law(study, work, shape))
-    coordinates = {
-        "law": (laws, "1", "flexibility of the crack"),
-        "trial": (np.arange(settings.count), "1", "record"),
-    }
+    coordinates = {"law": (laws, "1", "flexibility of the crack"), "trial": (np.arange(settings.count), "1", "record")}
     names = {"depth_ratio": "1", "curvature": "1", "position": "m", "closing_share": "1"}
     columns = zip(names, names.values(), np.transpose(truth), strict=True)
     variables = {name: (("trial",), values, unit, f"true {name} of the crack") for name, unit, values in columns}

@@ -29,10 +29,7 @@ def detection_probability(seen, false_alarm):
 
 
 def smallest(depths, seen, needed):
-    """(...,) depth at which the visibility (..., depth) reaches what is needed; NaN if no depth studied does.
-
-    Between the depths studied, and below the smallest, visibility is taken as a power of the depth.
-    """
+    """(...,) depth at which the visibility (..., depth), a power between depths, reaches what is needed, or NaN."""
     logs, found = np.log(np.maximum(seen, 1e-300)), np.full(seen.shape[:-1], np.nan)
     for place in np.ndindex(found.shape):
         rising = np.maximum.accumulate(logs[place])
@@ -46,11 +43,7 @@ def smallest(depths, seen, needed):
 
 
 def limits(study):
-    """A Dataset of the visibility of cracks and the smallest one detected, of every rotor, over its shaft.
-
-    Of the angles studied, the least visible counts. Confounders of any size may be present in the healthy machine, too:
-    only a record of it tells them apart.
-    """
+    """A Dataset of the visibility of cracks at their worst angle, and of the smallest one detected, over shafts."""
     coordinates = {
         "noise": (np.array(study.noise_percent), "percent", "white noise on each sample, of the rms vibration"),
         "baseline": (list(BASELINES), "1", "what is known of the healthy machine beyond the rig file"),
@@ -62,16 +55,12 @@ def limits(study):
         machine = Machine(study, rotor)
         position = (np.arange(study.map.positions) + 0.5) / study.map.positions * machine.model.structure.length
         seen = _visibilities(study, machine, position)
+        least = smallest(study.map.depth_ratios, seen, needed)
         dims = (f"planes_{name}", "noise", "baseline", f"position_{name}")
         section = [machine.model.structure.section_at(s).outer_diameter_m for s in position]
         variables |= {
             f"visibility_{name}": ((*dims, "depth_ratio"), seen, "1", "change that nothing else explains, in sigma"),
-            f"smallest_depth_{name}": (
-                dims,
-                smallest(study.map.depth_ratios, seen, needed),
-                "1",
-                "smallest depth detected, over the diameter",
-            ),
+            f"smallest_depth_{name}": (dims, least, "1", "smallest depth detected, over the diameter"),
             f"diameter_{name}": (dims[-1:], np.array(section), "m", "diameter of the shaft"),
         }
         coordinates |= {

@@ -11,14 +11,7 @@ from rotorstudy.studies.common import SPEED
 
 
 def passage(study):
-    """Harmonics and growth rate of the main rotor over speed, without a crack and with the reference crack.
-
-    Speeds without a steady state are NaN.
-
-    returns : amplitude (depth_ratio, speed, order), m, the major semi-axis of each harmonic at the node studied;
-              growth_rate (depth_ratio, speed), 1/s, of the free motion about the steady state;
-              critical_speed (critical) of the sound rotor, rad/s
-    """
+    """A Dataset of harmonics, m, and growth rate, 1/s, of the main rotor, without and with a crack, over speed."""
     settings, main = study.passage, study.main
     speed = np.linspace(settings.lowest_rad_s, settings.highest_rad_s, settings.count)
     depths, orders = np.array([0.0, *settings.depth_ratios]), np.array(settings.orders)

@@ -118,10 +118,7 @@ class Machine:
 
 
 def explained_away(columns, whitener):
-    """Orthonormal basis (row, parameter) of what uncertain parameters can change, with the rows of their prior.
-
-    columns : (component, parameter) in standard deviations;  whitener : (parameter, parameter) of the prior
-    """
+    """Orthonormal basis (row, parameter) of what uncertain parameters can change, with the rows of their prior."""
     known = np.vstack([columns, whitener])
     return np.linalg.qr(known / np.linalg.norm(known, axis=0))[0]
 

@@ -13,10 +13,7 @@ from rotorstudy.store import dataset
 
 
 def thesis_method(study):
-    """A Dataset of the stiffness loss found by least squares at the thesis's node, for true cracks along the shaft.
-
-    There is no noise, and all nodes are measured, as least squares of the equations needs.
-    """
+    """A Dataset of the loss found without noise by least squares at the thesis's node, for cracks elsewhere."""
     main, settings = study.main, study.thesis
     given = {"rotor": main.rotor, "bearings": main.bearings, "effects": main.effects}
     nodes = list(build_model(given).structure.nodes)

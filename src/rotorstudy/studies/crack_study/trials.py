@@ -15,11 +15,7 @@ from rotorstudy.studies.crack_study.sensitivity import SHAPE, Machine, bounds
 
 
 def trials(study):
-    """A Dataset of fits of the reference crack in some depths, to noisy records of rigs as uncertain as stated.
-
-    The numbers of the rig and of its probes are drawn from their prior, then noise and model error from theirs; each
-    fit starts at the true crack on the stated rig.
-    """
+    """A Dataset of fits of the reference crack to noisy records; rigs are drawn from their prior, fits start true."""
     machine, settings = Machine(study, study.main), study.trials
     errors, stated, bound = [], [], []
     for number, depth in enumerate(settings.depth_ratios):
