@@ -27,10 +27,7 @@ RUNOUT = 8e-6 * np.exp(-1.1j)
 
 
 def jeffcott(uncertainty=0.0, read=0.0, stated=0.0, speeds=SPEEDS):
-    """Balancing of an undamped rotor of one mass, with an uncertain support that adds nothing to its stiffness.
-
-    read, stated : runout in the readings and in the rig, m;  speeds : measured, rad/s
-    """
+    """A rotor of one mass with an uncertain support; read, stated : runout in readings and rig, m;  speeds : rad/s."""
     support = {"kind": "support_stiffness", "support_stiffness_N_per_m": 1e4}
     rotor = {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS - 1e4}
     runout = {"kind": "runout", "runout_1X_m": abs(stated), "runout_1X_phase_rad": np.angle(stated)}

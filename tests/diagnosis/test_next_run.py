@@ -57,8 +57,7 @@ def run_at(diagnosis, measured, speed, term=None):
 def share_decided(diagnosis, measured, speed, term=None):
     """Shares of simulated runs at a speed that decide, and of those that then name the explanation that is true.
 
-    A run without a trial unbalance is fitted together with the data of before. For one with it, which those do not
-    have, the posterior of before is the prior.
+    One without a trial unbalance is fitted with the data of before; for one with it their posterior is the prior.
     """
     fits, weights, run = run_at(diagnosis, measured, speed, term)
     known, draws, decided, right = diagnosis.search.spectrum, np.random.default_rng(7), 0, 0
