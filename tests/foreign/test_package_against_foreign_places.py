@@ -48,10 +48,15 @@ def test_two_faults_at_their_places_are_named(tmp_path):
     assert {c.where["node"] for c in found.causes} == {one["node"] for one in case.effects}
 
 
-@pytest.mark.parametrize(("alone", "second"), [(5, "added_mass"), (1, "parallel_misalignment")])
-def test_a_second_fault_is_sought_beside_every_single_one(alone, second, monkeypatch, tmp_path):
-    """A misalignment explains more than the mass or the bow alone; beside it only, the mass is never found."""
+@pytest.mark.parametrize(
+    ("alone", "brought", "second"), [(5, 0, "added_mass"), (1, 2, "added_mass"), (1, 0, "parallel_misalignment")]
+)
+def test_a_mass_beside_a_bow_is_found(alone, brought, second, monkeypatch, tmp_path):
+    """A misalignment explains more than either. A second fault is sought beside single ones of five effects, or the
+    misalignment is exchanged for a mass with its unbalance; with neither the mass is never found.
+    """
     monkeypatch.setattr("rotorstudy.diagnosis.search.search.ALONE", alone)
+    monkeypatch.setattr("rotorstudy.diagnosis.search.parts.PLACES_OF_BROUGHT", brought)
     case = small(2, "added_mass+thermal_bow", speeds=4)
     library = ["added_mass", "unbalance", "bow", "parallel_misalignment", "angular_misalignment", "seal"]
     spectrum, model, settings = read(case, tmp_path, library)
