@@ -23,10 +23,8 @@ def growth_over_speed(model, still, speeds):
 
     Where the stiffness rotates with the shaft, motions may grow in narrow ranges only: where two whirl frequencies add
     up to a multiple of the speed at which the stiffness varies (Nayfeh and Mook, Nonlinear Oscillations, 1979, ch. 5).
-    These speeds are looked at too.
-
-    still   : the Model without what rotates, is nonlinear or is stated in frequency only
-    returns : speeds, rad/s, in the range of those given; growth rate there, 1/s, NaN without a steady state
+    These speeds are added; the growth rate is in 1/s, NaN without a steady state. still : the Model without what
+    rotates, is nonlinear or is stated in frequency only.
     """
     if not varies_in_time(model):
         return speeds, growth_rate(still, speeds), stability_threshold(still, speeds[-1], lowest=speeds[0])
