@@ -5,7 +5,7 @@ And a model, the rotor with a crack of Chapter 2, and what the probes of a model
 
 import numpy as np
 
-from rotorstudy import Spectrum, build_model, measured_response, measured_response_and_jacobian
+from rotorstudy import Spectrum, build_model, make_term, measured_response, measured_response_and_jacobian, registry
 from rotorstudy.measurement.spectrum import independent_covariance
 
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]  # those of the thesis
@@ -79,6 +79,17 @@ def jeffcott(*, weight_dominance=True, stiffness_loss=2.5e5, order=15, effects=(
     return build_model(jeffcott_rig(5e-6, np.pi / 6, *effects, internal=20.0, cracks=cracks))
 
 
+def faulty(model, *items):
+    """A model with effects that its rig does not know of."""
+    hidden = ({"label": f"hidden {i}"} | item for i, item in enumerate(items))
+    return model.plus(*(make_term("effect", item, model.structure, model.sensors) for item in hidden))
+
+
+def all_but(*effects):
+    """Names of all effects of the library but some, which are left out of a search."""
+    return sorted(set(registry().plugins["effect"]) - set(effects))
+
+
 def spectrum_of(model, speeds, harmonics, std=0.0, seed=None, **options):
     """What the probes of a model show, as `readings` has it; options : theta and others of `measured_response`."""
     shown = measured_response(model, speeds, harmonics, **options)
@@ -103,3 +114,11 @@ def errors_of_derivatives(model, speeds, harmonics, steps, change=None):
         numerical = (up - down) / (2 * step[p])
         found.append(np.abs(change[..., p] - numerical).max() / np.abs(numerical).max())
     return np.array(found)
+
+
+def write_harmonics(path, spectrum):
+    """A table of a Spectrum, as a machine's owner may have it."""
+    rows = ["speed_rad_per_s,node,harmonic,amplitude_m,phase_rad"]
+    for (i, h, s), z in np.ndenumerate(spectrum.amplitude):
+        rows.append(f"{spectrum.speed[i]},{spectrum.sensors[s]},{spectrum.harmonics[h]},{abs(z):.6e},{np.angle(z):.6f}")
+    path.write_text("\n".join(rows) + "\n")

@@ -95,21 +95,10 @@ def problems_of_text(text):
 
 
 def seen_in_browser(paths, folder):
-    """Pages opened at every width of WIDTHS.
+    """Pages opened at every width of WIDTHS; folder : of the page of frames and the profile of the browser.
 
-    Parameters
-    ----------
-    paths : iterable of path
-    folder : path
-        For the page of frames and the profile of the browser.
-
-    Returns
-    -------
-    measured : list of dict
-        path, width, wide and tall (px), number of broken images and requests outside of each page and width, and
-        whether the controls of the page change what it shows.
-    console : list of str
-        What the console of the browser said, such as errors of scripts.
+    measured : of each page and width path, width, wide and tall (px), broken images, requests outside, moved
+    console  : what the console said, such as errors of scripts
     """
     pages = [(Path(path).resolve().as_uri(), width) for path in paths for width in WIDTHS]
     frames = folder / "frames.html"

@@ -281,19 +281,6 @@ def test_linear_algebra_uses_one_thread_unless_more_are_stated_to_a_command(stat
     assert asked.stdout.split() == [used] * 3 + ["1"] * 3
 
 
-def test_a_misspelt_rig_key_is_named_with_its_place(tmp_path, capsys):
-    text = Path(RIG).read_text()
-    for old, new, words in (
-        ("kind: switching", "kind: swiching", ["unknown crack 'swiching'", "did you mean 'switching'"]),
-        ("mass_kg", "mas_kg", ["unknown key 'mas_kg'", "did you mean 'mass_kg'"]),
-        ("mass_kg: 2.0", "mass_kg: -2.0", ["mass_kg = -2.0", "greater than 0"]),
-        ("effects:", "effect:", ["unknown section 'effect'", "'effects'"]),
-        ("2.5e+5", "'2.5e5'", ["without quotes"]),
-    ):
-        (tmp_path / "rig.yaml").write_text(text.replace(old, new))
-        refused(run(capsys, "simulate", tmp_path / "rig.yaml", "--speeds", "88", "--out", tmp_path / "x.nc"), *words)
-
-
 def test_a_result_goes_to_a_file_in_a_folder_that_exists_and_never_over_an_input(tmp_path, capsys):
     rig = tmp_path / "rig.yaml"
     rig.write_text(Path(RIG).read_text())

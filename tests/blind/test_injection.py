@@ -84,9 +84,7 @@ def test_the_record_shows_what_the_truth_says_without_noise(drawn):
 
 
 def test_the_base_absorbs_what_it_can_change_and_nothing_else(drawn):
-    """A change of the stated unbalance by its error is next to nothing beyond the base; a backward 3X that
-    changes its sign from speed to speed, as no runout does, is almost all of it.
-    """
+    """A stated unbalance moved by its error is next to nothing; a 3X that changes sign from speed to speed is not."""
     folder = next(folder for truth, folder in drawn if not truth["true"] and truth["elements"])
     rig = read_rig(folder / "rig.yaml")
     spectrum, model, _ = measured_spectrum([folder / "record.nc"], rig)

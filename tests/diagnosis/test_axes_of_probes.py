@@ -42,8 +42,7 @@ def stated(gravity, angles, mark, rotation):
 def spectrum_of(phasors, angles, conventions):
     """The Spectrum of readings Re(P e^{jkwt}), phasors P (probe, order), t from the passing of the phase mark.
 
-    A probe shows x cos a + y sin a in the plane of the user, whose x axis points along gravity after a turn, and whose
-    y axis is mirrored if the shaft turns against the angles.
+    In the plane of the user x points along gravity after a turn; y is mirrored if the shaft turns against the angles.
     """
     sense = 1 if conventions.rotation == "with_angles" else -1
     down = np.deg2rad(conventions.gravity_angle_deg)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from machines import readings, unbalance
+from machines import faulty, readings, unbalance
 from scipy.stats import norm, rayleigh
 from test_runs import RIG, machine, write_table
 from test_runs import SPEEDS as RUN_SPEEDS
@@ -16,7 +16,6 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.model.rig import build_model
-from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 
 MASS, STIFFNESS, ECCENTRICITY, NOISE = 2.0, 7.6e5, 5e-6 * np.exp(0.7j), 1e-11
@@ -28,10 +27,7 @@ RUNOUT = 8e-6 * np.exp(-1.1j)
 
 
 def jeffcott(uncertainty=0.0, read=0.0, stated=0.0, speeds=SPEEDS):
-    """Balancing of an undamped rotor of one mass, with an uncertain support that adds nothing to its stiffness.
-
-    read, stated : runout in the readings and in the rig, m;  speeds : measured, rad/s
-    """
+    """A rotor of one mass with an uncertain support; read, stated : runout in readings and rig, m;  speeds : rad/s."""
     support = {"kind": "support_stiffness", "support_stiffness_N_per_m": 1e4}
     rotor = {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS - 1e4}
     runout = {"kind": "runout", "runout_1X_m": abs(stated), "runout_1X_phase_rad": np.angle(stated)}
@@ -110,7 +106,7 @@ def balanced(corrections, nodes):
     model = machine((0.0, 0))
     for node, size in zip(nodes, corrections @ [1, 1j], strict=True):
         item = unbalance(node, 1e3 * abs(size), np.angle(size), mass_kg=1e-3, label=f"correction {node}")  # fmt: skip
-        model = model.plus(make_term("effect", item, model.structure, model.sensors))
+        model = faulty(model, item)
     return np.abs(measured_response(model, RUN_SPEEDS, [1, -1])).sum(axis=1)
 
 

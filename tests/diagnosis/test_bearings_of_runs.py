@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import disc, shaft, spectrum_of, unbalance
+from machines import disc, faulty, shaft, spectrum_of, unbalance
 from test_runs import SPEEDS, write_table
 
 from rotorstudy import build_model, registry
@@ -13,7 +13,6 @@ from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.runs.joint import identify_runs
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 
 HARMONICS, NOISE = np.array([1, -1]), 2e-8
@@ -50,7 +49,7 @@ def spectrum(model, seed):
 def test_runs_give_the_viscosity_of_a_film(tmp_path):
     true = machine(viscosity_Pa_s=1.15)
     write_table(tmp_path / "baseline.csv", true, 1)
-    write_table(tmp_path / "trial.csv", true.plus(make_term("effect", TRIAL, true.structure, true.sensors)), 2)
+    write_table(tmp_path / "trial.csv", faulty(true, TRIAL), 2)
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump(RIG))
     added = {"node": 3, "unbalance_g_mm": 500.0, "angle_deg": float(np.rad2deg(1.0))}
     runs = [{"name": "baseline", "records": ["baseline.csv"]},

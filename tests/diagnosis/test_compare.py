@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import disc, jeffcott_rig, readings, shaft, spectrum_of
+from machines import disc, faulty, jeffcott_rig, readings, shaft, spectrum_of, write_harmonics
 from page_checks import problems
 from slow_effects import SLOW
 
@@ -21,7 +21,6 @@ from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.single_probe import along_probes
 from rotorstudy.model.rig import build_model
-from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 from rotorstudy.store import provenance
 
@@ -41,7 +40,7 @@ def state(seed, change=None, sizes=(20e-6, 0.05, 0.09), speeds=SPEEDS):
     """A state seen through a runout (m), a gain error and a probe angle (rad) that all states share."""
     model = build_model(TRUE)
     if change:
-        model = model.plus(make_term("effect", change, model.structure, model.sensors))
+        model = faulty(model, change)
     draws = np.random.default_rng(5).normal(size=(2, 1, 3, 1))
     shown = measured_response(model, speeds, HARMONICS) * (1 + sizes[1]) * np.exp(-1j * sizes[2])
     shown = shown + sizes[0] * (draws[0] + 1j * draws[1]) / 2
@@ -51,7 +50,7 @@ def state(seed, change=None, sizes=(20e-6, 0.05, 0.09), speeds=SPEEDS):
 def test_a_model_counted_from_an_earlier_state_shows_the_difference_of_the_two():
     base = build_model(RIG)
     stiff = {"kind": "stiffness_error", "label": "cause", "stiffness_error": 0.02}
-    changed = base.plus(make_term("effect", stiff, base.structure, base.sensors))
+    changed = faulty(base, stiff)
     difference = replace(changed, before=frozenset(base.names))
     shown = measured_response(difference, SPEEDS, HARMONICS)
     expected = measured_response(changed, SPEEDS, HARMONICS) - measured_response(base, SPEEDS, HARMONICS)
@@ -161,11 +160,7 @@ def test_the_command_writes_a_page_that_says_what_changed(tmp_path, capsys):
            "diagnosis": {"nuisance": CHAIN, "hold_out_rad_s": [], "leave_out": SLOW, "most_causes": 1}}  # fmt: skip
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig))
     for name, one in (("before", state(1, None, SMALL)), ("after", state(2, CHANGE, SMALL))):
-        rows = ["speed_rad_per_s,node,harmonic,amplitude_m,phase_rad"]
-        for i, speed in enumerate(SPEEDS):
-            shown = zip(HARMONICS, one.amplitude[i, :, 0], strict=True)
-            rows += [f"{speed},1,{n},{abs(z):.6e},{np.angle(z):.6f}" for n, z in shown]
-        (tmp_path / f"{name}.csv").write_text("\n".join(rows) + "\n")
+        write_harmonics(tmp_path / f"{name}.csv", one)
     states = [f"--{name}={tmp_path / name}.csv" for name in ("before", "after")]
     assert main(["compare", *states, f"--rig={tmp_path / 'rig.yaml'}", f"--out={tmp_path / 'out'}"]) == 0
     assert capsys.readouterr().out.startswith("Something changed")

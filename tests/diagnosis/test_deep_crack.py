@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from machines import disc, shaft, spectrum_of, springs
+from machines import all_but, disc, faulty, shaft, spectrum_of, springs
 
 from rotorstudy.diagnosis.search.search import begin, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.prediction import with_model_error
-from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
-from rotorstudy.model.rig_items import make_term
 
 RIG = {
     "rotor": shaft(0.6, 3, disc(2)),
@@ -23,10 +21,9 @@ TRUTH = {"position_m": 0.3, "depth_ratio": 0.45, "angle_rad": 0.3}
 
 def test_both_sides_are_tried_and_the_true_one_is_reached():
     model = build_model(RIG)
-    settings = Settings(leave_out=[name for name in registry().plugins["effect"] if name != "transverse_crack"])
-    crack = make_term("effect", {"kind": "transverse_crack", "label": "hidden", **TRUTH,
-                                 "flexibility_factor": 1.0}, model.structure, model.sensors)  # fmt: skip
-    spectrum = with_model_error(spectrum_of(model.plus(crack), SPEED, HARMONICS, 1e-7, order=7), settings)
+    settings = Settings(leave_out=all_but("transverse_crack"))
+    crack = {"kind": "transverse_crack", **TRUTH, "flexibility_factor": 1.0}
+    spectrum = with_model_error(spectrum_of(faulty(model, crack), SPEED, HARMONICS, 1e-7, order=7), settings)
     found = search(begin(model, spectrum, settings))
     (named,) = found.best.causes
     assert named.shape == pytest.approx(TRUTH, rel=0.01, abs=0.01)

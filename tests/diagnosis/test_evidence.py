@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import disc, jeffcott_rig, readings, shaft, spectrum_of, springs
+from machines import disc, faulty, jeffcott_rig, readings, shaft, spectrum_of, springs
 from scipy.stats import multivariate_normal, norm
 from slow_effects import SLOW
 
@@ -20,7 +20,6 @@ from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.model.registry import Registry, plugin_folders, registry, using
 from rotorstudy.model.rig import build_model
-from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.neighbourhood import carried_motion
 
@@ -136,9 +135,8 @@ def test_the_model_error_of_a_harmonic_that_is_nearly_zero_is_not():
 
 def test_the_shape_of_a_contact_is_found_though_it_bends_its_columns():
     item = {"kind": "rub", "label": "hidden", "rub_stiffness_N_per_m": 2e5, "clearance_m": 3e-6, "friction_ratio": 0.2}
-    rub = make_term("effect", item, MODEL.structure, MODEL.sensors)
     settings = Settings(uncertainty={"default": 0.02}, most_causes=1)
-    work = search(begin(MODEL, with_model_error(noisy(MODEL.plus(rub), 4), settings), settings))
+    work = search(begin(MODEL, with_model_error(noisy(faulty(MODEL, item), 4), settings), settings))
     assert "rub, node 1" in {name for e, share in work.posterior() if share > 0.05 for name in e.named}
     best = max((e for e in work.explanations if e.named == {"rub, node 1"}), key=odds_of)
     (cause,) = best.causes
@@ -156,9 +154,8 @@ def test_the_shape_of_a_contact_is_found_though_it_bends_its_columns():
 def test_a_ring_off_centre_is_found_with_its_side():
     item = {"kind": "rub", "label": "hidden", "rub_stiffness_N_per_m": 1e6, "clearance_m": 3e-6, "offset_ratio": 0.5,
             "contact_angle_rad": 2.0}  # fmt: skip
-    rub = make_term("effect", item, MODEL.structure, MODEL.sensors)
     settings = Settings(uncertainty={"default": 0.02}, most_causes=1)
-    work = search(begin(MODEL, with_model_error(noisy(MODEL.plus(rub), 4), settings), settings))
+    work = search(begin(MODEL, with_model_error(noisy(faulty(MODEL, item), 4), settings), settings))
     (cause,) = work.best.causes
     assert cause.effect == "rub"
     assert cause.shape["clearance_m"] == pytest.approx(3e-6, rel=0.35)
@@ -169,7 +166,7 @@ def test_a_ring_off_centre_is_found_with_its_side():
 def test_a_free_force_at_the_node_gives_its_motion():
     """With the records of the rotor itself it is none; with those of a rotor that is pushed, the pushed motion."""
     push = {"kind": "parallel_misalignment", "label": "p", "misalignment_force_2X_N": 4.0, "harmonics": [2]}
-    pushed = MODEL.plus(make_term("effect", push, MODEL.structure, MODEL.sensors))
+    pushed = faulty(MODEL, push)
     for model in (MODEL, pushed):
         data = noisy(model, None)
         held = Prior.independent({"external_damping": (100.0, 1.0)})
@@ -218,10 +215,9 @@ def test_a_broken_plugin_is_named_with_its_line_and_the_rest_of_the_library_is_s
     file = tmp_path / "broken.py"
     file.write_text(BROKEN.format(when=when, body=body, words=words))
     item = {"kind": "support_anisotropy", "label": "hidden", "support_anisotropy_N_per_m": 3e4}
-    hidden = make_term("effect", item, MODEL.structure, MODEL.sensors)
     settings = Settings(uncertainty={"default": 0.02}, most_causes=1, leave_out=SLOW)
     with using(Registry(plugin_folders(), entry_points=False, files=[file])):
-        found = investigate(noisy(MODEL.plus(hidden), 5), MODEL, hold_out=[], settings=settings)
+        found = investigate(noisy(faulty(MODEL, item), 5), MODEL, hold_out=[], settings=settings)
     work = found.search
     assert [cause.effect for cause in work.best.causes] == ["support_anisotropy"]
     if line:

@@ -1,11 +1,10 @@
 """Records of another machine are told; a large fault of the machine itself is no reason to doubt the records."""
 
 import numpy as np
-from machines import jeffcott_rig, readings
+from machines import all_but, jeffcott_rig, readings
 
 from rotorstudy.diagnosis.verdict.findings import CONTRADICTED
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.measured import measured_response
 
@@ -15,7 +14,7 @@ CONSIDERED = ("unbalance", "bow", "static_preload", "probe_gain", "phase_referen
 SETTINGS = {
     "most_causes": 1,
     "candidates_per_round": 10,
-    "leave_out": [name for name in registry().plugins["effect"] if name not in CONSIDERED],
+    "leave_out": all_but(*CONSIDERED),
 }
 
 
@@ -26,9 +25,7 @@ def verdict_on(truth):
 
 
 def test_an_unbalance_left_from_an_example_is_named_where_nothing_else_explains_the_records(monkeypatch):
-    monkeypatch.setitem(
-        SETTINGS, "leave_out", [name for name in registry().plugins["effect"] if name != "static_preload"]
-    )
+    monkeypatch.setitem(SETTINGS, "leave_out", all_but("static_preload"))
     mine = {"kind": "unbalance", "eccentricity_m": 9e-5, "eccentricity_phase_rad": -2.0}
     verdict = verdict_on({**RIG, "effects": [RIG["effects"][0], mine]})
     assert verdict.verdict == "unknown"

@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 from machines import readings
 
-from rotorstudy import harmonic_response, make_term
-from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import ShapeRange
 from rotorstudy.diagnosis.search.form import (
     SHARES,
@@ -14,7 +12,6 @@ from rotorstudy.diagnosis.search.form import (
     largest_error,
     most_probable_form,
 )
-from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.levenberg_marquardt import levenberg_marquardt
 from rotorstudy.inference.prediction import LEAK
 from rotorstudy.inference.prior import Prior
@@ -195,24 +192,3 @@ def test_by_the_moment_the_parts_are_those_by_the_weight_where_that_alone_acts()
             expected = sum(np.exp(1j * e.shift * angle) * e.matrix[place] for e in entries if e.on != "one")
             expected = expected / pattern[place] * hinge.section.stiffness * -1e-3 * hinge.side
             assert np.ravel(moment)[0] == pytest.approx(expected, abs=1e-9)
-
-
-def test_a_verdict_names_a_cause_and_calls_a_clean_record_clean():
-    rig = load_rig("examples/jeffcott.yaml")
-    harmonics, speed = np.array([0, 1, -1, 2, -2, 3, -3]), np.array([60.0, 90.0, 120.0, 160.0, 210.0, 260.0])
-    settings = Settings(leave_out=["rub", "looseness", "cubic_stiffness", "breathing_crack"])
-    cause = {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 15000.0, "support_anisotropy_phase_rad": 0.7}
-    faulty = rig.plus(make_term("effect", cause | {"node": 1}, rig.structure, rig.sensors))
-    verdicts = []
-    for machine in (faulty, rig):
-        shown = harmonic_response(machine, speed, harmonics)[..., list(machine.measured)]
-        noise = 0.003 * np.abs(shown[:, [1]]).mean()
-        spectrum = readings(shown, speed, harmonics, rig.sensors, noise, RNG)
-        verdicts.append(investigate(spectrum, rig, settings=settings).verdict)
-    found, clean = verdicts
-    (named,) = found.causes
-    assert (found.verdict, named.effect) == ("cause", "support_anisotropy")
-    size = named.parameters["support_anisotropy"]
-    assert abs(size.value - 15000.0) < 4 * size.std
-    assert 0 < found.form_error <= settings.form_error
-    assert clean.verdict == "nothing"  # negative control

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import jeffcott_rig, readings
+from machines import faulty, jeffcott_rig, readings
 
 from rotorstudy.diagnosis import diagnose
 from rotorstudy.diagnosis.search.explanations import Search
@@ -110,7 +110,7 @@ def test_a_contact_that_only_the_held_out_speed_shows_is_found(is_touched):
     """The shaft whirls by 60 um near its critical speed, 616 rad/s, and by less than 20 elsewhere: it touches there."""
     model = build_model(RIG)
     item = {"kind": "rub", "label": "hidden", "rub_stiffness_N_per_m": 3e5, "clearance_m": 3e-5}
-    rubbing = model.plus(make_term("effect", item, model.structure, model.sensors))
+    rubbing = faulty(model, item)
     speeds = np.array([200.0, 300.0, 400.0, 610.0, 900.0, 1000.0, 1100.0])
     measured = spectrum(rubbing if is_touched else model, speeds, 3)
     assert split(measured, None)[1].speed == [610.0]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import spectrum_of
+from machines import all_but, spectrum_of
 from test_search import TWO_DISCS, hidden
 
 from rotorstudy.diagnosis.search.search import begin
@@ -24,7 +24,7 @@ def records(model, seed):
 
 def settings(*effects):
     """That try some effects alone."""
-    left = [name for name in registry().plugins["effect"] if name not in effects]
+    left = all_but(*effects)
     known = {"uncertainty": {"default": 0.02}, "nuisance": {}, "model_error": 0.0, "model_floor": 0.0}
     return Settings(**known, leave_out=left, most_causes=1, candidates_per_round=2)
 

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from machines import disc, shaft, spectrum_of, springs
+from machines import all_but, disc, shaft, spectrum_of, springs
 
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import candidate, shape_ranges, with_vibration
-from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.neighbourhood import carried_motion
 
@@ -19,7 +18,7 @@ MODEL = build_model(
         "sensors": [1, 2, 3],
     }
 )
-OTHERS = [name for name, one in registry().plugins["effect"].items() if one.candidate and name != "looseness"]
+OTHERS = all_but("looseness")
 
 
 def vibration(model, node):

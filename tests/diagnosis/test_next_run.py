@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import jeffcott_rig, shaft, spectrum_of
+from machines import faulty, jeffcott_rig, shaft, spectrum_of
 from scipy.stats import binom
 from slow_effects import SLOW
 
@@ -35,9 +35,7 @@ ONE_IN_A_THOUSAND = (5e-4, 1 - 5e-4)
 
 def diagnosed(speeds, **hidden):
     """Diagnosis of a rotor with an effect that is not in its model, and the Spectrum measured."""
-    item = {"label": "hidden", **hidden}
-    faulty = MODEL.plus(make_term("effect", item, MODEL.structure, MODEL.sensors))
-    measured = spectrum_of(faulty, speeds, HARMONICS, NOISE / np.sqrt(2), 1)
+    measured = spectrum_of(faulty(MODEL, hidden), speeds, HARMONICS, NOISE / np.sqrt(2), 1)
     settings = {"uncertainty": {"default": 0.02}, "most_causes": 1, "leave_out": SLOW}
     return investigate(measured, MODEL, settings=settings), measured
 
@@ -59,8 +57,7 @@ def run_at(diagnosis, measured, speed, term=None):
 def share_decided(diagnosis, measured, speed, term=None):
     """Shares of simulated runs at a speed that decide, and of those that then name the explanation that is true.
 
-    A run without a trial unbalance is fitted together with the data of before. For one with it, which those do not
-    have, the posterior of before is the prior.
+    One without a trial unbalance is fitted with the data of before; for one with it their posterior is the prior.
     """
     fits, weights, run = run_at(diagnosis, measured, speed, term)
     known, draws, decided, right = diagnosis.search.spectrum, np.random.default_rng(7), 0, 0

@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import spectrum_of
+from machines import faulty, spectrum_of
 from test_resultant import RIG
 
 from rotorstudy.diagnosis.search.search import begin, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.model.rig import build_model
-from rotorstudy.model.rig_items import make_term
 
 UNBALANCE = {"kind": "unbalance", "node": 3, "mass_kg": 0.8, "eccentricity_m": 5e-5}
 MODEL, NOISE = build_model(RIG | {"effects": [UNBALANCE], "sensors": [2, 5, 8]}), 1e-8
@@ -22,7 +21,7 @@ LIMIT = 1500.0  # of the cost, which is 16700 without a cause
 def begun(harmonics=HARMONICS, is_clean=False):
     """A Search in records of a rotor that touches a ring at one disc, or of a sound one."""
     item = {"kind": "rub", "node": FAULTY, "label": "hidden", "rub_stiffness_N_per_m": 1e6, "clearance_m": 2e-5}
-    rubbing = MODEL.plus(make_term("effect", item, MODEL.structure, MODEL.sensors))
+    rubbing = faulty(MODEL, item)
     data = spectrum_of(MODEL if is_clean else rubbing, SPEEDS, harmonics, NOISE, 1)
     exact = {"model_error": 1e-4, "model_floor": 1e-4}
     settings = Settings(uncertainty={"default": 0.02}, nuisance={}, most_causes=1, **exact)

@@ -7,7 +7,7 @@ import json
 
 import numpy as np
 import pytest
-from machines import disc, shaft, spectrum_of, springs, unbalance
+from machines import all_but, disc, faulty, shaft, spectrum_of, springs, unbalance
 from scipy.stats import chi2
 
 from rotorstudy.diagnosis import investigate
@@ -16,7 +16,7 @@ from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.odds import PriorOdds
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
 
 NOISE, HARMONICS = 5e-7, np.array([1, -1])
 DISCS = [disc(node, 0.8, 5.8e-4, 3.3e-4, label=label) for node, label in ((3, "disc 1"), (7, "disc 2"))]
@@ -31,17 +31,14 @@ ADDED = {3: 4e-5, 7: -1e-5j}  # kg m: 40 and 10 g mm
 
 @pytest.fixture(scope="module")
 def settings():
-    others = [name for name in registry().plugins["effect"] if name != "unbalance"]
+    others = all_but("unbalance")
     return Settings(uncertainty={"default": 0.02}, nuisance={}, leave_out=others, hold_out_rad_s=[])
 
 
 def loaded(added):
     """The model of the rig with unbalances {node: kg m}."""
-    model = build_model(RIG)
-    for node, load in added.items():
-        item = unbalance(node, abs(load), float(np.angle(load)), mass_kg=1.0, label=f"at {node}")
-        model = model.plus(make_term("effect", item, model.structure, model.sensors))
-    return model
+    items = (unbalance(n, abs(z), float(np.angle(z)), mass_kg=1.0, label=f"at {n}") for n, z in added.items())
+    return faulty(build_model(RIG), *items)
 
 
 def verdict_on(speeds, settings, added=ADDED, seed=1):
@@ -82,7 +79,7 @@ def stated(loads, **given):
     """Faults of the best explanation of what two states differ by, each by its nodes."""
     base, random = build_model(RIG), np.random.default_rng(3)
     states = [spectrum_of(one, OF_STATES, HARMONICS, NOISE, random) for one in (base, loaded(loads))]
-    others = [name for name in registry().plugins["effect"] if name not in TRIED]
+    others = all_but(*TRIED)
     known = {"uncertainty": {"default": 0.02}, "nuisance": {}, "leave_out": others, "hold_out_rad_s": [], **given}
     found = compare(*states, base, settings=Settings(**known)).diagnosis.search
     return [

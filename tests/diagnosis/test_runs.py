@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from machines import disc, shaft, springs
+from machines import disc, faulty, shaft, spectrum_of, springs, write_harmonics
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.runs import contradicting
@@ -22,8 +22,6 @@ from rotorstudy.inference.joint import fit_runs
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import build_model, read_rig
-from rotorstudy.model.rig_items import make_term
-from rotorstudy.response.measured import measured_response
 
 SPEEDS = np.array([80.0, 120.0, 150.0])
 RIG = {
@@ -57,20 +55,11 @@ def machine(trial):
     size, angle = trial
     item = {"kind": "unbalance", "node": 3, "mass_kg": 1e-3, "label": "trial", "eccentricity_m": size * 1e-3,
             "eccentricity_phase_rad": np.deg2rad(angle)}  # fmt: skip
-    return model.plus(make_term("effect", item, model.structure, model.sensors))
+    return faulty(model, item)
 
 
 def write_table(path, model, seed):
-    amplitude = measured_response(model, SPEEDS, [1, -1])
-    draws = np.random.default_rng(seed).normal(0, 2e-8, (2, *amplitude.shape))
-    amplitude = amplitude + draws[0] + 1j * draws[1]
-    rows = ["speed_rad_per_s,node,harmonic,amplitude_m,phase_rad"]
-    for i, speed in enumerate(SPEEDS):
-        for h, n in enumerate((1, -1)):
-            for s, node in enumerate(model.sensors):
-                z = amplitude[i, h, s]
-                rows.append(f"{speed},{node},{n},{abs(z):.6e},{np.angle(z):.5f}")
-    path.write_text("\n".join(rows) + "\n")
+    write_harmonics(path, spectrum_of(model, SPEEDS, [1, -1], 2e-8, seed))
 
 
 @pytest.fixture(scope="module")
@@ -326,9 +315,7 @@ def test_a_bow_that_the_rig_does_not_state_does_not_move_the_bearings(folder, mo
     item = {"kind": "unbalance", "node": 5, "mass_kg": 1e-3, "label": "unstated", "eccentricity_m": 0.02}
     bow = {"kind": "bow", "node": 5, "bow_m": 1e-5, "bow_phase_rad": 0.5}
     for seed, (name, trial) in enumerate((("bent", (0.0, 0)), ("bent_trial", (60.0, 90)))):
-        model = machine(trial)
-        more = [make_term("effect", one, model.structure, model.sensors) for one in (item, bow)]
-        write_table(folder / f"{name}.csv", model.plus(*more), seed)
+        write_table(folder / f"{name}.csv", faulty(machine(trial), item, bow), seed)
     runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:2]
     for run, name in zip(runs, ("bent", "bent_trial"), strict=True):
         run["records"] = [f"{name}.csv"]

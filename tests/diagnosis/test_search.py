@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import disc, jeffcott_rig, shaft, spectrum_of, springs, unbalance
+from machines import all_but, disc, jeffcott_rig, shaft, spectrum_of, springs, unbalance
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.candidates import candidates
@@ -111,7 +111,7 @@ def test_an_explanation_by_which_a_motion_grows_is_not_named_but_leads_to_others
 
 def test_a_crack_is_tried_by_its_other_laws_in_the_shape_that_was_found():
     model = build_model(TWO_DISCS)
-    others = [name for name in registry().plugins["effect"] if name != "transverse_crack"]
+    others = all_but("transverse_crack")
     every, _ = candidates(model, KNOWN.model_copy(update={"leave_out": others}))
     cause = every[0]
     current = SimpleNamespace(causes=(cause,), fit=SimpleNamespace(values=dict.fromkeys((*cause.names, "rig"), 1.0)))
@@ -219,7 +219,7 @@ LIBRARY = ("added_mass", "shaft_damping", "static_preload")
 
 def begun():
     """A search by some effects, not carried out."""
-    others = [name for name, plugin in registry().plugins["effect"].items() if plugin.candidate and name not in LIBRARY]
+    others = all_but(*LIBRARY)
     settings = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0, leave_out=others)
     model = build_model(TWO_DISCS)
     terms = hidden(model, "added_mass", node=3, added_mass_kg=0.3), hidden(model, "shaft_damping", shaft_damping_s=2e-5)

@@ -1,6 +1,7 @@
 """What records say about causes that fit: whether a contact opens, two are one fault, and how sure a law is."""
 
 import numpy as np
+from machines import all_but
 from test_loose_stiff_support import HARMONICS, MODEL, SPEEDS, shown, vibration
 
 from rotorstudy.diagnosis.search.candidates import candidate
@@ -8,12 +9,11 @@ from rotorstudy.diagnosis.search.contact_evidence import is_unseen
 from rotorstudy.diagnosis.search.impossible import AFFINE, is_impossible
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.model.registry import registry
 from rotorstudy.response.alternating import affine_error
 from rotorstudy.response.neighbourhood import carried_motion
 
 USED = ("looseness", "unbalance", "runout", "static_preload", "bow")
-OTHERS = [name for name, one in registry().plugins["effect"].items() if one.candidate and name not in USED]
+OTHERS = all_but(*USED)
 LIFT = {"lift_m": 0.2 * vibration(MODEL, 1), "direction_rad": 0.5, "play_m": 1.5 * vibration(MODEL, 1)}
 
 

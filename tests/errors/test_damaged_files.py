@@ -141,6 +141,15 @@ def test_a_keyphasor_that_fails_gives_an_error_finding_or_finite_harmonics(name,
     assert found.errors or np.isfinite(found.spectrum.amplitude).all()
 
 
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize(("name", "value"), [("displacement", np.inf), ("displacement", 1e308), ("reference", np.inf)])
+def test_an_infinite_sample_gives_one_line_or_finite_harmonics(name, value, files, tmp_path, capsys):
+    save(with_first(name, value)(load(files[0])), tmp_path / "bad.nc")
+    status = main(["import", str(tmp_path / "bad.nc"), "--rig", RIG, "--out", str(tmp_path / "s.nc")])
+    assert capsys.readouterr().err.count("error: ") >= status
+    assert status or np.isfinite(load(tmp_path / "s.nc").amplitude.values).all()
+
+
 def test_bytes_changed_at_random_give_one_line_or_finite_harmonics(files, tmp_path, capsys):
     rng = np.random.default_rng(3)
     for content in (path.read_bytes() for path in files for _ in range(10)):

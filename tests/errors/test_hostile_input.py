@@ -5,6 +5,7 @@ A short run always; `ROTORSTUDY_FUZZ=100000 pytest tests/errors/test_hostile_inp
 
 import copy
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -14,10 +15,11 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from one_line_errors import refused
 
 from rotorstudy.commands.line import main
 from rotorstudy.errors import LONGEST, RotorstudyError
-from rotorstudy.store import load, save
+from rotorstudy.store import load
 from rotorstudy.yaml_file import MOST_VALUES, read_yaml
 
 EXAMPLES = int(os.environ.get("ROTORSTUDY_FUZZ", "20"))
@@ -41,7 +43,16 @@ HOSTILE = {
     "tagged bytes": ("rotor: {mass_kg: !!binary aGVsbG8=}\n", "binary"),
     "a tagged truth": ("rotor: !!bool abc\n", "not valid YAML"),
     "a tagged number": ("rotor: {mass_kg: !!float abc}\n", "not valid YAML"),
-    "Python object": ("rotor: !!python/object/apply:os.system ['true']\n", "not valid YAML"),
+    "Python object": ("rotor: !!python/object/apply:os.system ['true']\n", "line 1.*not valid YAML"),
+    "nothing": ("", "expected keys and values"),
+    "a number alone": ("3\n", "expected keys and values"),
+    "a list": ("- a\n- b\n", "expected keys and values"),
+    "a tab": ("rotor:\n\tkind: x\n", "line 2.*not valid YAML"),
+    "an open bracket": ("rotor: {kind: jeffcott\n", "not valid YAML"),
+    "a null byte": (b"a: \x00b\n", "not valid YAML"),
+    "a binary file": (b"\xff\xfe\x00\xd8", ""),
+    "a key twice": ("rotor: {mass_kg: 2, mass_kg: 3}\n", "mass_kg.*twice"),
+    "a date": ("rotor: {mass_kg: 2020-01-01}\n", "line 1.*timestamp"),
     "a list as key": ("? [a]\n: 1\n", "a key must be"),
     "nothing as key": ("rotor: {null: 1}\n", "a key must be"),
     "a truth as key": ("yes: 1\n", "a key must be"),
@@ -58,12 +69,11 @@ def example(name):
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_hostile_yaml_is_refused(tmp_path, name):
+def test_hostile_yaml_is_refused_with_the_name_of_the_file(tmp_path, name):
     text, message = HOSTILE[name]
     path = tmp_path / "rig.yaml"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    with pytest.raises(RotorstudyError, match=message):
-        read_yaml(path)
+    assert re.search(message, refused(lambda: read_yaml(path), "rig.yaml"))
 
 
 def test_aliases_and_merge_keys_of_a_sensible_size_are_read(tmp_path):
@@ -307,23 +317,3 @@ def test_the_oracle_sees_a_traceback_and_a_second_line():
     for wrong in ("Traceback (most recent call last)\nerror: a", "error: a\nb", "error: " + "x" * 2 * LONGEST):
         with pytest.raises(AssertionError):
             assert_one_line(wrong)
-
-
-@pytest.mark.filterwarnings("ignore::RuntimeWarning")
-def test_a_record_with_an_infinite_sample_or_speed_label_zero_gives_no_infinite_spectrum(tmp_path, capsys):
-    assert main(["simulate", "examples/jeffcott.yaml", "--speeds", "100", "--out", str(tmp_path / "r.nc")]) == 0
-    good = load(tmp_path / "r.nc")
-    for name, value in (("displacement", np.inf), ("displacement", 1e308), ("reference", np.inf), ("speed", 0.0)):
-        bad = good.copy(deep=True)
-        values = bad[name].values.copy()
-        values.flat[0] = value
-        bad[name] = bad[name].copy(data=values)
-        save(bad, tmp_path / "bad.nc")
-        status = main(
-            ["import", str(tmp_path / "bad.nc"), "--rig", "examples/jeffcott.yaml", "--out", str(tmp_path / "s.nc")]
-        )
-        err = capsys.readouterr().err
-        if status:
-            assert_one_line(err)
-        else:  # the sample is left out
-            assert np.isfinite(load(tmp_path / "s.nc").amplitude.values).all(), (name, value)

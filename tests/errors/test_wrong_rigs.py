@@ -116,27 +116,6 @@ def test_a_model_without_parameters_says_so_when_asked_for_unknowns():
     assert "(of )" not in message
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (b"", ["expected keys and values", "x.yaml"]),
-        (b"3\n", ["expected keys and values"]),
-        (b"rotor:\n\tkind: x\n", ["line 2", "not valid YAML"]),
-        (b"rotor: !!python/object:os.system {}\n", ["line 1", "not valid YAML"]),
-        (b"a: \x00b\n", ["not valid YAML"]),
-        (b"- a\n- b\n", ["expected keys and values"]),
-        (b"rotor: {kind: jeffcott\n", ["not valid YAML"]),
-        (b"\xff\xfe\x00\xd8", ["x.yaml"]),  # a binary file given by mistake
-        (b"rotor: {kind: jeffcott, mass_kg: 2, mass_kg: 3, stiffness_N_per_m: 1}\n", ["mass_kg", "twice"]),
-        (b"rotor: {kind: jeffcott, mass_kg: 2020-01-01, stiffness_N_per_m: 1}\n", ["line 1", "timestamp"]),
-    ],
-    ids=["empty", "number", "tab", "tag", "nul", "list", "open", "binary", "key twice", "date"],
-)
-def test_a_file_that_is_no_rig_is_refused_with_its_name(tmp_path, text, words):
-    (tmp_path / "x.yaml").write_bytes(text)
-    refused(lambda: load_rig(tmp_path / "x.yaml"), "x.yaml", *words)
-
-
 def test_files_that_are_folders_or_missing_are_refused(tmp_path):
     for load in (load_rig, load_study):
         refused(lambda load=load: load(tmp_path), str(tmp_path))

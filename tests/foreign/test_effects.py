@@ -48,9 +48,7 @@ def test_strip_factor_against_its_polynomial():
 
 @pytest.mark.parametrize("position", [0.0, 0.5])
 def test_open_crack_lowers_the_frequency_of_a_beam_as_a_hinge_does(position):
-    """Simply supported beam, hinge amid: 2 cos l = (c E I / L) l (sin l - cos l tanh l), l = half the wave number
-    times L.
-    """
+    """On supports, hinge amid: 2 cos l = (c E I / L) l (sin l - cos l tanh l), 2 l the wave number times L."""
     count = 12 if position == 0.0 else 13
     shaft = tuple(Element(1.0 / count, 0.02, 2.1e11, 7850.0, theory="euler_bernoulli") for _ in range(count))
     machine = build(Rotor(shaft, (), ()))
@@ -81,9 +79,7 @@ def whirls(machine, speeds, node, orders=(1, 2, 3, -1)):
 
 @pytest.mark.parametrize("kind", ["open", "switching", "gradual"])
 def test_harmonics_of_a_crack(kind):
-    """Under weight alone an open crack gives 2X and no odd harmonic; a breathing one 1X, 2X and 3X; a sound shaft
-    none.
-    """
+    """Under weight alone an open crack gives 2X, a breathing one 1X, 2X and 3X, a sound shaft nothing."""
     rotor = small_rotor()
     machine = build(rotor)
     speeds = first_critical(machine) * np.array([0.23, 0.4])
@@ -146,9 +142,7 @@ def test_derivatives_of_the_laws(force):
 
 
 def test_balance_of_energy_of_a_rub():
-    """Over a steady revolution, work of unbalance = losses in damping + work against the stator's friction on the
-    orbit.
-    """
+    """Over a steady revolution unbalance does the work that damping and the stator's friction take."""
     rotor = small_rotor()
     machine = build(rotor)
     speed = 0.8 * first_critical(machine)
@@ -191,9 +185,7 @@ def test_order_of_convergence_with_the_time_step():
 
 
 def test_static_shapes_of_bow_and_thermal_bow():
-    """A free shaft takes the bow; a thermal bow of a whole simply supported shaft is kappa L²/8 amid, away to the hot
-    side.
-    """
+    """A free shaft takes the bow; one with a hot side bends by kappa L²/8 amid, away to that side."""
     rotor = small_rotor()
     rotor = Rotor(rotor.elements, (), tuple(Bearing(n, 1e13 * np.eye(2), np.zeros((2, 2))) for n in (0, 6)))
     machine = build(rotor, gravity=0.0)
@@ -231,9 +223,7 @@ def test_bearing_and_pedestal_are_in_series():
 
 
 def test_seal_drives_forward_whirl_and_looseness_lifts():
-    """Cross stiffness does work k 2 pi r² a forward orbit; a loose foot under weight alone changes nothing, lifted it
-    does.
-    """
+    """Cross stiffness does work k 2 pi r² a forward orbit; a foot that the weight holds down changes nothing."""
     machine = build(small_rotor())
     effects.add_seal(machine, 3, 0.0, 1e4, 0.0, 0.0, 0.5)
     block = machine.stiffness[12:14, 12:14] - build(small_rotor()).stiffness[12:14, 12:14]

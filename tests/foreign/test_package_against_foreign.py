@@ -22,9 +22,7 @@ HARMONICS = [0, 1, -1, 2, -2, 3, -3]
 @pytest.mark.parametrize("mass", [1e-3, 0.1, 30.0, 1e4])
 @pytest.mark.parametrize("seed", [1, 2])  # between bearings; the disc overhung
 def test_a_healthy_machine_is_predicted(mass, seed):
-    """Beam, discs, bearings, damping, unbalance and gravity agree to round-off: both elements have the exact stiffness
-    and the consistent mass, and the simulator propagates linear machines exactly.
-    """
+    """To round-off: both elements are exact, and the simulator propagates linear machines exactly."""
     case = draw_case(seed, "healthy", speeds=3, steps=32, modes=None, mass=mass, count=7)
     assert (case.rotor.bearings[-1].node < 7) == (seed == 2)
     harmonics = [0, 1, -1, 2, -2]
@@ -127,9 +125,7 @@ def test_the_coupling_of_a_misaligned_shaft_acts_on_its_motion(kind, add, monkey
 
 
 def test_two_cracks_are_predicted(monkeypatch):
-    """In two elements, each with its own law of breathing; the simulator leaves out the moment by the weight between
-    the nodes of an element, which is 1 % here. The multipliers of the integrated turn give the growth of a free motion.
-    """
+    """The simulator leaves out the moment by the weight within an element, 1 % here; multipliers give the growth."""
     places = [(0, 0.6, 0.5, 0.4, "gradual"), (1, 0.4, 0.35, 2.9, "switching")]
 
     def add(draw):

@@ -1,7 +1,4 @@
-"""Machines balanced in two planes: how often the stated intervals hold what is left, and what the next run shows.
-
-`benchmarks/balance.py` counts 200 machines, also with updated rigs.
-"""
+"""Balanced machines: how often intervals hold what is left and the next run (`benchmarks/balance.py`: of 200)."""
 
 import numpy as np
 from balance import balanced

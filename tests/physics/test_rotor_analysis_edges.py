@@ -7,9 +7,8 @@ from machines import disc, film, shaft, springs
 from scipy.linalg import eigvals
 
 from rotorstudy import RotorstudyError, build_model
-from rotorstudy.presentation.rig_check_words import check_words
 from rotorstudy.presentation.rotor_files import analyse_files
-from rotorstudy.presentation.rotor_page import resonances, summary
+from rotorstudy.presentation.rotor_page import check_words, resonances, summary
 from rotorstudy.response.whirl import critical_speeds
 from rotorstudy.studies.rig_check import check_rig
 from rotorstudy.studies.rotor_analysis import analyse_rotor

@@ -218,29 +218,25 @@ def test_another_seed_gives_other_numbers(built, project, tmp_path):
         xr.testing.assert_equal(other.without_noise, same.without_noise)
 
 
-def test_a_misspelt_configuration_key_stops_before_anything_runs(project, some, tmp_path):
-    text = changed_study(project, "crack_scales:", "crack_scale:")
-    (tmp_path / "study.yaml").write_text(text)
-    found = run(project, tmp_path, "--config", f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}", config=some)
-    assert found.returncode != 0
-    assert "unknown key 'crack_scale'" in found.stdout + found.stderr
-    assert "did you mean 'crack_scales'" in found.stdout + found.stderr
-    assert not (tmp_path / "results").exists()
-
-
-def test_a_folder_that_cannot_be_written_to_stops_before_anything_runs(project, some, tmp_path):
-    found = run(project, tmp_path, config=some, TMPDIR=str(tmp_path / "missing"))
-    assert found.returncode != 0
-    assert f"error: {tmp_path / 'missing'}, stated by TMPDIR, is not a folder" in found.stderr
-    assert "Traceback" not in found.stdout + found.stderr
-    assert not (tmp_path / "results").exists()
-
-
-def test_results_that_are_no_folder_stop_before_anything_runs(project, some, tmp_path):
-    (tmp_path / "results").write_text("a file\n")
-    found = run(project, tmp_path, config=some)
-    assert found.returncode != 0 and "Traceback" not in found.stdout + found.stderr
-    assert "error: results, where results are written, is not a folder" in found.stderr
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ("key", ["unknown key 'crack_scale'", "did you mean 'crack_scales'"]),
+        ("TMPDIR", ["error: {}/missing, stated by TMPDIR, is not a folder"]),
+        ("results", ["error: results, where results are written, is not a folder"]),
+    ],
+)
+def test_a_mistake_stops_before_anything_runs(project, some, tmp_path, wrong, words):
+    (tmp_path / "study.yaml").write_text(changed_study(project, "crack_scales:", "crack_scale:"))
+    if wrong == "results":
+        (tmp_path / "results").write_text("a file\n")
+    study = ["--config", f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}"] if wrong == "key" else []
+    changed = {"TMPDIR": str(tmp_path / "missing")} if wrong == "TMPDIR" else {}
+    found = run(project, tmp_path, *study, config=some, **changed)
+    said = found.stdout + found.stderr
+    assert found.returncode != 0 and "Traceback" not in said
+    assert all(word.format(tmp_path) in said for word in words)
+    assert not (tmp_path / "results").is_dir()
 
 
 def test_a_changed_value_reruns_its_dependents_alone(built, snakemake, project, whole):

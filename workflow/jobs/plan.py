@@ -67,9 +67,9 @@ def computed(name, load, config, data, calls, plugins, priority=0, needs=(), **n
 
 
 def drawn(name, load, config, function, pictures, given=None, needs=(), priority=0, **results):
-    """A Job of `jobs.figures.draw`."""
+    """A Job of `jobs.shown.draw`."""
     inputs, given = {"config": config, **results}, {"load": load, "function": function, **(given or {})}
-    return Job(name, "jobs.figures.draw", inputs, {"pictures": pictures}, given, needs, (), (load, function), priority)
+    return Job(name, "jobs.shown.draw", inputs, {"pictures": pictures}, given, needs, (), (load, function), priority)
 
 
 class Plan:
@@ -203,7 +203,7 @@ class Plan:
         called = (load, function)
         printed = ("columns_of_spectra.csv", "rows_of_estimates.csv", "tables.yaml")
         needs = (*self.printed, *(f"{self.reference}/{file}" for file in printed if not replayed))
-        tables = Job(f"tables_{name}", "jobs.tables.write", inputs, outputs, given, needs, calls=called)
+        tables = Job(f"tables_{name}", "jobs.shown.write", inputs, outputs, given, needs, calls=called)
         return [figures, tables]
 
     def of_study(self, name):
@@ -252,7 +252,7 @@ class Plan:
     def plugin_library(self):
         """The plugins, crack models and bearings side by side, and what others printed beside ours."""
         module = "rotorstudy.presentation"
-        zoo = self.page("zoo", f"{module}.plugin_library_page.write_plugin_library", {}, needs=files_of_kinds())
+        zoo = self.page("zoo", f"{module}.library_pages.write_plugin_library", {}, needs=files_of_kinds())
         outputs = {"data": f"{self.results}/bearings/coefficients.nc"}
         outputs["pictures"] = [f"{self.results}/bearings/coefficients.{kind}" for kind in ("png", "svg")]
         function, needs = f"{module}.bearing_figures.write_bearings", files_of_kinds("bearing")
@@ -260,7 +260,7 @@ class Plan:
         if self.config.published:
             rigs = sorted(map(str, Path(self.config.published).glob("*.yaml")))
             needs = (*(path.removesuffix(".yaml") + ".csv" for path in rigs), *plugin_files(map(read_yaml, rigs)))
-            function = f"{module}.published_page.write_published"
+            function = f"{module}.library_pages.write_published"
             found.append(self.page("published", function, {"rigs": rigs}, needs=needs))
         if config := self.config.cracks:
             load, (data,) = "rotorstudy.studies.cracks.load_cracks", self.of("cracks", "comparison")

@@ -15,7 +15,7 @@ def run(given):
 
 
 def _rig(file):
-    from rotorstudy.presentation.rig_check_words import check_data, check_words
+    from rotorstudy.presentation.rotor_page import check_data, check_words
     from rotorstudy.studies.rig_check import check_rig
 
     found = check_rig(file)

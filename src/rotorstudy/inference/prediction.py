@@ -74,11 +74,15 @@ def with_model_error(spectrum: Spectrum, settings) -> Spectrum:
     settings : `model_error` is a fraction of each harmonic, `model_floor` one of the rms vibration at a sensor and a
                speed (0X, which may be a probe gap, left out), `covariance_error` one of the stated variances
     """
-    size = np.abs(spectrum.amplitude)
-    moving = (spectrum.harmonics != 0)[:, None]
-    whole = np.sqrt(np.sum((size * moving) ** 2, axis=-2, keepdims=True))
-    floor = ((settings.model_error * size) ** 2 + (settings.model_floor * whole) ** 2) / 2
-    return replace(spectrum, covariance=(1 + settings.covariance_error) * spectrum.covariance).with_error(floor)
+    enlarged = replace(spectrum, covariance=(1 + settings.covariance_error) * spectrum.covariance)
+    return enlarged.with_error(model_error_variance(spectrum.amplitude, spectrum.harmonics, settings))
+
+
+def model_error_variance(amplitude: np.ndarray, harmonics: np.ndarray, settings) -> np.ndarray:
+    """Of each part of harmonics (speed, harmonic, sensor), m^2, by `model_error` and `model_floor` of the settings."""
+    size = np.abs(amplitude)
+    whole = np.sqrt(np.sum((size * (harmonics != 0)[:, None]) ** 2, axis=-2, keepdims=True))
+    return ((settings.model_error * size) ** 2 + (settings.model_floor * whole) ** 2) / 2
 
 
 def with_cause_error(spectrum: Spectrum, missing: np.ndarray, share: np.ndarray | float) -> Spectrum:

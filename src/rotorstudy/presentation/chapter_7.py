@@ -20,7 +20,7 @@ def _outline(panel, rotor, title):
     """Shaft, discs, bearings and probes of a rotor along an axis of position in m."""
     model = rotor.model()
     structure = model.structure
-    at = _node_positions(rotor)
+    at = list(structure.node_positions.values())
     grid = np.linspace(0, structure.length, 300)
     radius = np.array([structure.section_at(s).outer_diameter_m for s in grid]) / 2
     panel.fill_between(grid, -radius, radius, color="0.75", linewidth=0)
@@ -33,26 +33,12 @@ def _outline(panel, rotor, title):
     panel.grid(visible=False)
 
 
-def _called(name):
-    """chapter_6 -> Chapter 6."""
-    return name.replace("_", " ").capitalize()
-
-
-def _node_positions(rotor):
-    """(node,) m."""
-    lengths = []
-    for part in rotor.rotor["elements"]:
-        count = part.get("count", 1)
-        lengths += [part["length_m"] / count] * count
-    return np.concatenate([[0.0], np.cumsum(lengths)])
-
-
 def smallest_crack(study, limits):
     """Smallest crack detected over the shaft of each rotor, with and without a record of the healthy machine."""
     names = list(study.rotors)
     picture, axes = figure(2, len(names), height=1.9, width=3.6, sharex="col", height_ratios=[3, 1])
     for column, name in enumerate(names):
-        panel, rotor = axes[0, column], study.rotors[name]
+        panel, rotor, called = axes[0, column], study.rotors[name], name.replace("_", " ").capitalize()
         found = limits[f"smallest_depth_{name}"].sel(noise=study.usual_noise_percent) * 100
         position = limits[f"position_{name}"]
         for i, planes in enumerate(rotor.planes):
@@ -63,24 +49,19 @@ def smallest_crack(study, limits):
         panel.set(
             yscale="log",
             ylim=(1, 200),  # with room for the legend
-            title=f"{_called(name)}: solid {BASELINE_TEXT['healthy record']}, dotted without",
+            title=f"{called}: solid {BASELINE_TEXT['healthy record']}, dotted without",
         )
         panel.set_yticks([1, 2, 5, 10, 20, 50], ["1", "2", "5", "10", "20", "50"])
         panel.legend(title="probes", fontsize=5.5, title_fontsize=6, ncols=2, loc="upper center")
-        _outline(axes[1, column], rotor, _called(name))
+        _outline(axes[1, column], rotor, called)
     axes[0, 0].set_ylabel("smallest crack detected (% of diameter)")
-    middle = _smallest_in_the_middle(study, limits)
+    first = limits[f"smallest_depth_{names[0]}"].sel(noise=study.usual_noise_percent, baseline="healthy record")
+    best = 100 * float(first.min())
     picture.suptitle(
-        f"At {study.usual_noise_percent:g} % noise a crack of {middle:.1f} % in the best place is detected "
+        f"At {study.usual_noise_percent:g} % noise a crack of {best:.1f} % in the best place is detected "
         f"({percent(study.power)} of the time)"
     )
     return picture
-
-
-def _smallest_in_the_middle(study, limits):
-    name = next(iter(study.rotors))
-    found = limits[f"smallest_depth_{name}"].sel(noise=study.usual_noise_percent, baseline="healthy record")
-    return 100 * float(found.min())
 
 
 def completeness(study, limits):

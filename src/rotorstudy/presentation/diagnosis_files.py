@@ -17,9 +17,8 @@ from rotorstudy.model.estimated_rig import write_rig
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import named_plugins, read_rig
 from rotorstudy.model.shown_units import shown_for
-from rotorstudy.presentation.change_figures import both_states, two_states
 from rotorstudy.presentation.charts import axes_of
-from rotorstudy.presentation.diagnosis_figures import diagnosis_figures
+from rotorstudy.presentation.diagnosis_figures import both_states, diagnosis_figures, two_states
 from rotorstudy.presentation.diagnosis_page import diagnosis_page
 from rotorstudy.presentation.plots import save_pictures
 from rotorstudy.presentation.rotor_files import mean_positions

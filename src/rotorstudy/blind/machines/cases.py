@@ -116,7 +116,7 @@ def draw_chain(rng, healthy, nodes, fault=None):
     return probes, chain, wrong if fault in PROBE_FAULTS else None
 
 
-def visibility(case_steady, healthy, nodes, orders=range(-3, 4)):
+def visibility(case_steady, healthy, nodes):
     """Change of each harmonic by the effect over the healthy 1X, root mean square over speeds and nodes."""
     base = np.sqrt(np.mean([np.abs(healthy.whirl(node, 1)) ** 2 for node in nodes]))
     return {
@@ -124,7 +124,7 @@ def visibility(case_steady, healthy, nodes, orders=range(-3, 4)):
             np.sqrt(np.mean([np.abs(case_steady.whirl(node, k) - healthy.whirl(node, k)) ** 2 for node in nodes]))
             / base
         )
-        for k in orders
+        for k in range(-3, 4)
     }
 
 

@@ -7,7 +7,7 @@ in rad.
 import numpy as np
 
 from rotorstudy.blind.machines.beam import plane_matrices
-from rotorstudy.blind.machines.machine import Disc, add_disc, add_internal_damping, shaft_stiffness
+from rotorstudy.blind.machines.machine import Disc, add_disc, shaft_stiffness
 
 
 def add_unbalance(machine, node, moment, angle=0.0):
@@ -64,17 +64,6 @@ def add_preload(machine, node, force, angle):
     machine.add_harmonic(0, 0, vector)
 
 
-def along(angle):
-    """Matrix of the projection on a direction."""
-    n = np.array([np.cos(angle), np.sin(angle)])
-    return np.outer(n, n)
-
-
-def add_support_anisotropy(machine, node, loss, angle):
-    """A support softer by `loss` N/m along a direction, both ways (linear)."""
-    machine.at_node(node, -loss * along(angle))
-
-
 def add_seal(machine, node, direct, cross, damping, cross_damping, mass, swirl=0.0):
     """Annular seal: reaction -F = [K k; -k K] u + [C c; -c C] u' + M u'' (D. Childs, Turbomachinery Rotordynamics
     (1993), ch. 4).
@@ -105,13 +94,6 @@ def add_pedestal(machine, bearing, mass, stiffness, damping):
         total[ground, ground] += matrix + foot
     machine.mass[ground, ground] += mass * np.eye(2)
     return first
-
-
-def add_internal_damping_change(machine, change, elements=None):
-    """Rotating internal damping changed by `change` s (over stiffness) in some elements (default: all)."""
-    count = len(machine.rotor.elements)
-    chosen = range(count) if elements is None else elements
-    add_internal_damping(machine, [change if number in chosen else 0.0 for number in range(count)])
 
 
 def bow_by_kink(rotor, element, kink):

@@ -12,7 +12,7 @@ import numpy as np
 from rotorstudy.blind.machines import contacts, effects
 from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.draw import between
-from rotorstudy.blind.machines.machine import Machine
+from rotorstudy.blind.machines.machine import Machine, add_internal_damping
 from rotorstudy.blind.machines.stepping import Steady
 
 
@@ -161,13 +161,14 @@ def rub(draw):
 
 
 def along_of(bearing, angle):
+    """Unit vector along an angle, and the stiffness of a bearing there, N/m."""
     n = np.array([np.cos(angle), np.sin(angle)])
-    return float(n @ bearing.stiffness @ n)
+    return n, float(n @ bearing.stiffness @ n)
 
 
 def looseness(draw):
     (_, bearing), angle = draw.bearing(), draw.angle()
-    loss = along_of(bearing, angle) * draw.rng.uniform(0.3, 0.8)
+    loss = along_of(bearing, angle)[1] * draw.rng.uniform(0.3, 0.8)
     gap = draw.swing(bearing.node) * between(draw.rng, 0.3, 10.0)
     contacts.add_looseness(draw.machine, 4 * bearing.node, loss, gap, angle)
     return {"node": bearing.node + 1, "angle_rad": angle, "loss_N_per_m": loss, "gap_m": gap}
@@ -175,9 +176,10 @@ def looseness(draw):
 
 def support_loss(draw):
     (_, bearing), angle, both = draw.bearing(), draw.angle(), bool(draw.rng.random() < 0.5)
-    loss = along_of(bearing, angle) * draw.rng.uniform(0.1, 0.5)
+    n, stiffness = along_of(bearing, angle)
+    loss = stiffness * draw.rng.uniform(0.1, 0.5)
     if both:
-        effects.add_support_anisotropy(draw.machine, bearing.node, loss, angle)
+        draw.machine.at_node(bearing.node, -loss * np.outer(n, n))
     else:
         contacts.add_one_sided_loss(draw.machine, bearing.node, loss, angle)
     return {"node": bearing.node + 1, "angle_rad": angle, "loss_N_per_m": loss, "one_sided": not both}
@@ -248,7 +250,7 @@ def cubic_bearing(draw):
 def internal_damping(draw):
     elements = draw.stretch()
     change = draw.rotor.elements[0].internal_damping * between(draw.rng, 1.0, 6.0)
-    effects.add_internal_damping_change(draw.machine, change, elements)
+    add_internal_damping(draw.machine, [change * (n in elements) for n in range(len(draw.rotor.elements))])
     return {"elements": [number + 1 for number in elements], "change_s": change}
 
 

@@ -154,14 +154,10 @@ class Stepper:
             raise NoSteadyState("the forces within a step were not found: take more steps a revolution")
         return known + times(self.new, force), force, by_y, by_v
 
-    def start_force(self, state):
-        """Local forces at angle zero and their derivatives."""
-        return self.local_force(0.0, state @ self.read_y.T, state @ self.read_v.T)
-
     def revolution(self, state, tangent=False):
         """States (steps, speeds, 2 r) over a revolution, the state after it, and its derivative if asked."""
         states = np.empty((self.steps, *state.shape))
-        force, by_y, by_v = self.start_force(state)
+        force, by_y, by_v = self.local_force(0.0, state @ self.read_y.T, state @ self.read_v.T)
         slope = np.broadcast_to(np.eye(state.shape[1]), (*state.shape, state.shape[1])) if tangent else None
         if tangent and not self.forces:
             slope = np.linalg.matrix_power(self.propagate, self.steps)

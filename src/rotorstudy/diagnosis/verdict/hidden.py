@@ -1,8 +1,9 @@
 """What could hide: for every fault that operators fear, the size that would have been seen.
 
-A fault of some size changes the records by what the rig with it predicts beyond the rig without. What the uncertain
-values of the rig cannot take up of that, in standard deviations of the records, is how clearly it is seen. It is found
-with a probability of 95 % where that exceeds what its odds need by `evidence.POWER`.
+The rig with a fault of some size predicts records. The rig without it is fitted to these, as a diagnosis would: other
+clearances and oil may look like the fault, and the model error grows with the vibration. What is left, in standard
+deviations of the records, is how clearly the fault is seen. It is found with a probability of 95 % where that exceeds
+what its odds need by `evidence.POWER`.
 """
 
 import logging
@@ -14,18 +15,19 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
-from rotorstudy.diagnosis.search.screening import Projection
 from rotorstudy.diagnosis.verdict.evidence import POWER
 from rotorstudy.diagnosis.verdict.result import Hidden
 from rotorstudy.diagnosis.verdict.words import OF_DIAMETER, summary
 from rotorstudy.errors import NoSteadyState, RotorstudyError
-from rotorstudy.inference.prediction import carried_order, predicted
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prediction import carried_order, model_error_variance, predicted
 from rotorstudy.model.registry import registry, using
 from rotorstudy.response.harmonic import harmonic_response
 
 log = logging.getLogger(__name__)
 
-STEPS = 4  # of the size, towards the one that is just seen
+STEPS = 6  # of the size, towards the one that is just seen
+CLOSE = 1.2  # of the clearness that is needed: near enough
 MOST_PLACES = 20  # of a fault, evenly along the shaft: nearer nodes of a fine mesh are alike
 SMALLEST = 1e-3  # of the largest size: a smaller one is stated as that
 NARROWED = 30.0  # by which the data narrow the range of a searched shape option: its share in the odds
@@ -35,13 +37,15 @@ UNITS = {"depth_ratio": OF_DIAMETER}
 def what_could_hide(work: Search) -> list[Hidden]:
     """The size of every feared fault that is seen with 95 % at its places, by a search that is over."""
     tried = {c.effect for c in work.candidates}
-    projection, sound = Projection(work.base, work.spectrum), predicted(work.base.model, work.spectrum, work.base.theta)
+    base, spectrum = work.base, work.spectrum
+    sound = spectrum.shown(predicted(base.model, spectrum, base.theta))
+    cost = fit(base.model, spectrum.with_amplitude(sound), base.prior, start=base.theta).cost
     vibration = _vibration(work)
     return [
         row
         for name, plugin in sorted(registry().plugins["effect"].items())
         if plugin.feared and name in tried and name not in work.failures
-        for row in _of_fault(work, plugin, vibration, partial(_clearness, work, projection, sound))
+        for row in _of_fault(work, plugin, vibration, partial(_clearness, work, sound, cost))
     ]
 
 
@@ -118,31 +122,40 @@ def _just_seen(work, plugin, options, seen):
         return seen(replace(one.term, values=values))
 
     size, exponent = feared.largest, 3.0 if is_option else 1.0
-    found = clearness(size)
-    if not found >= needed:
-        return None, unit
+    found, known = clearness(size), None
     for _ in range(STEPS):
-        step = (needed / found) ** (1 / exponent) if np.isfinite(found) else 0.5
-        other = max(size * step, SMALLEST * feared.largest)
-        if other == size or 0.97 < step < 1.03:
+        known = size if found >= needed else known
+        if known is None or needed <= found <= CLOSE * needed:
+            break
+        step = (np.sqrt(CLOSE) * needed / found) ** (1 / exponent) if 0 < found < np.inf else 0.5
+        other = max(min(size * step, known), SMALLEST * feared.largest)
+        if other in (size, known):
             break
         now = clearness(other)
-        if np.isfinite(now) and np.isfinite(found) and now > 0 and now != found:
+        if 0 < now < np.inf and 0 < found < np.inf and now != found:
             exponent = float(np.clip(np.log(now / found) / np.log(other / size), 0.3, 6.0))
         size, found = other, now
-    return min(size * scale, feared.largest * scale), unit
+    known = size if found >= needed else known
+    return known and known * scale, unit
 
 
-def _clearness(work, projection, sound, term):
-    """How clearly a term is seen beside the uncertain values of the rig, in standard deviations of the records.
+def _clearness(work, sound, cost, term):
+    """How clearly a term is seen once the rig is fitted to records that have it, in standard deviations of these.
 
-    Infinite where there is no steady state with it.
+    It is the root of what no values of the rig explain, more than without the term; infinite where there is no steady
+    state with it.
+
+    sound, cost : what the rig without it predicts, and the cost of its fit to that
     """
-    faulty, known = work.base.model.plus(term), dict(work.base.values)
+    base, spectrum = work.base, work.spectrum
+    faulty, known = base.model.plus(term), dict(base.values)
     known |= dict(zip((u.name for u in term.unknowns), term.theta, strict=True))
     try:
-        shown = predicted(faulty, work.spectrum, np.array([known[name] for name in faulty.names]))
+        shown = predicted(faulty, spectrum, np.array([known[name] for name in faulty.names]))
     except NoSteadyState:
         return np.inf
-    change = work.spectrum.whitened(shown - sound)
-    return float(np.linalg.norm(projection.left(change[:, None])))
+    shown = spectrum.shown(shown)
+    errors = [model_error_variance(one, spectrum.harmonics, work.settings) for one in (shown, sound)]
+    records = spectrum.with_amplitude(shown).with_error(np.maximum(errors[0] - errors[1], 0.0))
+    left = fit(base.model, records, base.prior, start=base.theta).cost - cost
+    return float(np.sqrt(max(left, 0.0)))

@@ -1,4 +1,4 @@
-"""The page of the plugin library (zoo), and its table."""
+"""Pages and tables of the plugin library (zoo), and of the numbers that others printed beside ours."""
 
 import re
 
@@ -7,7 +7,9 @@ import pandas as pd
 from rotorstudy.authoring.facts import tables
 from rotorstudy.presentation.pages import to_index
 from rotorstudy.presentation.tables import write_csv, write_html
+from rotorstudy.studies.published import beside_printed
 
+PRINTED = ["quantity", "at", "speed", "change", "value", "computed", "unit", "deviation", "agrees", "reason", "source"]
 COLUMNS = {  # of the page, few enough for a screen, and the headings of the facts shown in each
     "name": ("name", "claims"),
     "what it is": ("what it is", "in detail", "source"),
@@ -43,3 +45,32 @@ def shown(table):
     rows = [{column: cell(row, headings) for column, headings in COLUMNS.items()} for _, row in table.iterrows()]
     found = pd.DataFrame(rows)
     return found.loc[:, (found != "").any()]
+
+
+def write_published(html, csv, rigs, index=None):
+    """Write the page and the table of all printed numbers of some rig files to two paths."""
+    found = [beside_printed(rig) for rig in rigs]
+    every = pd.concat(found)
+    write_csv(every, csv)
+    machines = pd.DataFrame(
+        {
+            "machine": rows.model.iloc[0],
+            "numbers": len(rows),
+            "agree": int(rows.agrees.sum()),
+            "to the last digit printed": int((rows.agrees & (rows.reason == "")).sum()),
+            "largest deviation": rows.deviation.abs().max(),
+        }
+        for rows in found
+    )
+    write_html(
+        html,
+        "Numbers that others printed",
+        f"{len(every)} numbers of {len(found)} machines, {int(every.agrees.sum())} of which agree with ours. A number "
+        "agrees if it is the same when rounded as printed; where another tolerance is used, its reason is stated. x is "
+        "downward. Each machine is a rig file and a table in tests/published.",
+        {
+            "": machines,
+            **{rows.model.iloc[0]: rows[PRINTED].replace({"agrees": {True: "yes", False: "no"}}) for rows in found},
+        },
+        links=to_index(html, index),
+    )

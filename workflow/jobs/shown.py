@@ -1,7 +1,13 @@
-"""Jobs that write the tables of a chapter."""
+"""Jobs that draw figures and write tables of a chapter."""
 
 from jobs.run import named_function
+from rotorstudy.presentation.plots import save_figures
 from rotorstudy.presentation.tables import write_csv, write_tables
+
+
+def draw(pictures, function, load, config, **results):
+    """Write the figures that a function makes of results and of the file `config`, read by the function `load`."""
+    save_figures(named_function(function)(named_function(load)(config), **results), pictures)
 
 
 def write(scored, sheets, function, load, config, index, **results):
