@@ -38,6 +38,12 @@ def springs(nodes, stiffness=1e6, damping=300.0):
     return [{"kind": "linear", "node": node, "label": label, **keys} for node, label in labels.items()]
 
 
+def film(diameter_m, length_m, radial_clearance_m, viscosity_Pa_s, **more):
+    """A short journal bearing, without a node unless it is given."""
+    size = {"diameter_m": diameter_m, "length_m": length_m, "radial_clearance_m": radial_clearance_m}
+    return {"kind": "short_journal", **size, "viscosity_Pa_s": viscosity_Pa_s, **more}
+
+
 def unbalance(node, eccentricity_m, phase_rad=0.0, **more):
     """An unbalance at a node, of its disc unless a mass is given."""
     size = {"eccentricity_m": eccentricity_m, "eccentricity_phase_rad": phase_rad}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from machines import shaft
+from machines import disc, shaft, springs
 from one_line_errors import refused
 
 from rotorstudy import build_model, load_rig
@@ -81,14 +81,9 @@ def test_speeds_in_rpm(tmp_path):
 
 
 def test_a_cause_is_named_by_the_label_of_the_disc_or_bearing():
-    disc = {"mass_kg": 1.0, "polar_moment_kg_m2": 1e-3, "diametral_moment_kg_m2": 5e-4}
-    bearing = {"kind": "linear", "bearing_stiffness_N_per_m": 1e6}
-    structure = build_model(
-        {
-            "rotor": shaft(0.2, 4, {"node": 2, "label": "fan", **disc}, {"node": 3, **disc}, outer_diameter_m=0.01),
-            "bearings": [{**bearing, "node": 1, "label": "DE"}, {**bearing, "node": 5, "label": "rear bearing"}],
-        }
-    ).structure
+    discs = disc(2, 1.0, 1e-3, 5e-4, label="fan"), disc(3, 1.0, 1e-3, 5e-4)
+    rotor, bearings = shaft(0.2, 4, *discs, outer_diameter_m=0.01), springs({1: "DE", 5: "rear bearing"})
+    structure = build_model({"rotor": rotor, "bearings": bearings}).structure
     assert structure.labels == {1: "bearing DE", 2: "fan", 5: "rear bearing"}
     assert [one.node for one in structure.discs] == [2, 3]
     told = {2: "at node 2 (fan)", 3: "at node 3", (2, 3): "at node 2 and 3"}

@@ -230,6 +230,10 @@ def wide(name="peak-to-peak, mil, lag", unit="mil pp", turn="deg lag", row=False
     return "\n".join(rows)
 
 
+def read_wide(folder, text):
+    return read(folder, text, "peak-to-peak, mil, lag", csv={"skip_rows": 2})
+
+
 @pytest.mark.parametrize("row", [False, True])
 def test_a_table_with_a_column_for_each_probe_is_read(tmp_path, capsys, row):
     (tmp_path / "table.csv").write_text(wide(row=row))
@@ -246,10 +250,8 @@ def test_a_table_with_a_column_for_each_probe_is_read(tmp_path, capsys, row):
 
 
 def test_the_header_of_a_wide_table_may_not_contradict_the_rig(tmp_path):
-    (tmp_path / "table.csv").write_text(wide(turn="deg lead"))
-    path = rig(tmp_path, "peak-to-peak, mil, lag", csv={"skip_rows": 2})
     with pytest.raises(RotorstudyError, match=r"its header says lead, and 'measurement: table_phase:'.* is lag"):
-        read_measurement([tmp_path / "table.csv"], path)
+        read_wide(tmp_path, wide(turn="deg lead"))
 
 
 @pytest.mark.parametrize(
@@ -281,17 +283,15 @@ def test_other_files_are_no_wide_tables(names, tmp_path):
     ],
 )
 def test_a_wide_table_that_cannot_be_read_says_which_column(tmp_path, changed, said):
-    (tmp_path / "table.csv").write_text(wide().replace(*changed))
     with pytest.raises(RotorstudyError, match=said):
-        read_measurement([tmp_path / "table.csv"], rig(tmp_path, "peak-to-peak, mil, lag", csv={"skip_rows": 2}))
+        read_wide(tmp_path, wide().replace(*changed))
 
 
 @pytest.mark.parametrize("blank", ["", "n.a.", "NaN", "--"])
 def test_a_speed_with_an_empty_cell_is_left_out(tmp_path, blank):
     lines = wide().splitlines()
     lines[4] = ",".join([*lines[4].split(",")[:-1], blank])
-    (tmp_path / "table.csv").write_text("\n".join([*lines, ",,,,", ""]))
-    found = read_measurement([tmp_path / "table.csv"], rig(tmp_path, "peak-to-peak, mil, lag", csv={"skip_rows": 2}))
+    found = read_wide(tmp_path, "\n".join([*lines, ",,,,", ""]))
     assert found.spectrum.speed == pytest.approx(SPEEDS[[0, 2]])
     (finding,) = (one for one in found.findings if one.name == "missing readings")
     assert "1 of 3 speeds are left out" in finding.text and "at 1432.39 rpm, 1X of 'right'." in finding.text
@@ -299,17 +299,15 @@ def test_a_speed_with_an_empty_cell_is_left_out(tmp_path, blank):
 
 def test_velocities_of_a_wide_table(tmp_path):
     speeds = SPEEDS[:, None]
-    read = np.array([[vector(probe, speed) for probe in PROBES] for speed in SPEEDS]) * 1j * speeds  # m/s
+    shown = np.array([[vector(probe, speed) for probe in PROBES] for speed in SPEEDS]) * 1j * speeds  # m/s
     rows = ["rpm," + ",".join(f"{p} 1X Amp (mm/s pk),{p} 1X Phase (deg)" for p in PROBES)]
-    for speed, of_speed in zip(SPEEDS, read, strict=True):
+    for speed, of_speed in zip(SPEEDS, shown, strict=True):
         cells = [f"{cell:.7f}" for v in of_speed for cell in (1e3 * abs(v), np.rad2deg(np.angle(v)))]
         rows.append(",".join([f"{speed * 30 / np.pi:.9f}", *cells]))
-    (tmp_path / "table.csv").write_text("\n".join(rows))
-    found = read_measurement([tmp_path / "table.csv"], rig(tmp_path, "peak, m, lead, rad")).spectrum
+    found = read(tmp_path, "\n".join(rows)).spectrum
     np.testing.assert_allclose(found.amplitude[:, 0, 0], FORWARD, atol=2e-11)
 
 
 def test_an_empty_file_is_named_as_such(tmp_path):
-    (tmp_path / "table.csv").write_text(" \n")
-    with pytest.raises(RotorstudyError, match=r"table.csv: the file is empty; export it again, or leave it out"):
-        read_measurement([tmp_path / "table.csv"], rig(tmp_path, "rms, um"))
+    with pytest.raises(RotorstudyError, match=r"run.csv: the file is empty; export it again, or leave it out"):
+        read(tmp_path, " \n")

@@ -1,6 +1,7 @@
 """Every fault of a record is named, and a good record is not accused of any."""
 
 import ast
+from dataclasses import replace
 from pathlib import Path
 from string import Formatter
 
@@ -166,15 +167,9 @@ def test_hints_of_the_speed_label(tmp_path):
 
 def test_short_and_coarse_records(tmp_path):
     def at(samples, step=1):
-        (record,) = records(speeds=[SPEED], time=TIME[:samples])
-        from dataclasses import replace
-
-        return replace(
-            record,
-            time=record.time[::step],
-            displacement=record.displacement[:, ::step],
-            reference=record.reference[::step],
-        )
+        (one,) = records(speeds=[SPEED], time=TIME[:samples])
+        thin = {"displacement": one.displacement[:, ::step], "reference": one.reference[::step]}
+        return replace(one, time=one.time[::step], **thin)
 
     assert findings(tmp_path, at(1500)) == {"few revolutions": "warning"}  # 314 samples a turn
     assert findings(tmp_path, at(350))["too few revolutions"] == "error"
@@ -191,9 +186,8 @@ def test_a_changing_speed(tmp_path):
 
 
 def test_a_vibration_that_grows_is_not_steady(tmp_path):
-    assert findings(tmp_path, **{name: original()[name] * (1 + 0.05 * TIME) for name in ("disc 1 left",)}) == {
-        "not steady": "warning"
-    }
+    growing = {"disc 1 left": original()["disc 1 left"] * (1 + 0.05 * TIME)}
+    assert findings(tmp_path, **growing) == {"not steady": "warning"}
 
 
 @pytest.mark.parametrize("unit", ["mm", "um"])
@@ -201,10 +195,7 @@ def test_an_undeclared_unit_is_found(unit, tmp_path):
     factor = {"mm": 1e3, "um": 1e6}[unit]
     record = records(speeds=[SPEED])[0]
     values = {name: value * factor for name, value in meters(record).items()}
-    probes = [
-        {"channel": p["channel"], "node": p["node"], "angle_deg": p["angle_deg"], "unit": "m"}
-        for p in section()["probes"]
-    ]
+    probes = [{key: p[key] for key in ("channel", "node", "angle_deg")} | {"unit": "m"} for p in section()["probes"]]
     path = write("csv", tmp_path, record, **values)
     measurement = read_measurement(path, write_rig(tmp_path / "rig.yaml", probes=probes))
     (finding,) = measurement.findings

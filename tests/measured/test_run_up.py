@@ -18,6 +18,7 @@ from rotorstudy.model.rig_numbers import with_numbers
 MASS, STIFFNESS, ECCENTRICITY, PHASE = 2.0, 8e4, 2e-5, 0.7
 CRITICAL = np.sqrt(STIFFNESS / MASS)  # 200 rad/s
 UNKNOWNS = ["external_damping", "eccentricity_real", "eccentricity_imag", "rotor.stiffness_N_per_m"]
+TRUE = [2 * 0.03 * MASS * CRITICAL, ECCENTRICITY * np.cos(PHASE), ECCENTRICITY * np.sin(PHASE), 1 / 0.9 - 1]
 NOISE, RATE_HZ = 2e-7, 1000.0
 
 
@@ -114,10 +115,9 @@ def estimate(path, rig):
 
 def test_damping_unbalance_and_critical_speed_of_a_run_up(run_up):
     found, findings, spectrum = estimate(*run_up)
-    true = [2 * 0.03 * MASS * CRITICAL, ECCENTRICITY * np.cos(PHASE), ECCENTRICITY * np.sin(PHASE), 1 / 0.9 - 1]
-    assert (np.abs(found.theta - true) < 4 * found.std).all()
-    assert (found.std < 1e-3 * np.abs(true)).all()
-    freedom = spectrum.data_count - len(true)
+    assert (np.abs(found.theta - TRUE) < 4 * found.std).all()
+    assert (found.std < 1e-3 * np.abs(TRUE)).all()
+    freedom = spectrum.data_count - len(TRUE)
     assert found.misfit < freedom + 5 * np.sqrt(2 * freedom)
     assert {f.name for f in findings} >= {"run-up"}
 
@@ -126,8 +126,7 @@ def test_a_run_up_with_a_single_probe(tmp_path, run_up):
     """The probe x alone, at the angle of gravity, gives the same within wider intervals."""
     path = record(tmp_path, *sweep(0.03, 8.0), directions=["x"])
     found, _, spectrum = estimate(path, rig(tmp_path, probes=[{"channel": "x", "angle_deg": 0}]))
-    true = [2 * 0.03 * MASS * CRITICAL, ECCENTRICITY * np.cos(PHASE), ECCENTRICITY * np.sin(PHASE), 1 / 0.9 - 1]
-    assert spectrum.single_probes == [1] and (np.abs(found.theta - true) < 4 * found.std).all()
+    assert spectrum.single_probes == [1] and (np.abs(found.theta - TRUE) < 4 * found.std).all()
     assert (found.std > estimate(*run_up)[0].std).all()
 
 

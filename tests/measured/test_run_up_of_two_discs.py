@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 import yaml
-from machines import shaft, unbalance
+from machines import disc, shaft, springs, unbalance
 from scipy.linalg import expm
 
 from rotorstudy import Problem, build_model, measured_spectrum
@@ -12,19 +12,14 @@ from rotorstudy.model.rig_numbers import with_numbers
 
 FIRST, LAST, RATE, STEP = 150.0, 380.0, 14.0, 1e-3
 NODES, UNBALANCES = (2, 3), (2e-5, 1.5e-5 * np.exp(2j))  # kg m
-DISC = {"mass_kg": 1.5, "polar_moment_kg_m2": 3e-3, "diametral_moment_kg_m2": 1.6e-3}
 STIFFNESS, DAMPING, MODULUS, STATED = 2e5, 200.0, 2.1e11, 2.06e11
 
 
 def rig(modulus, damping, unbalances=(1e-5, 1e-5)):
-    bearing = {"kind": "linear", "bearing_stiffness_N_per_m": STIFFNESS}
+    discs = [disc(node, 1.5, 3e-3, 1.6e-3) for node in NODES]
     return {
-        "rotor": shaft(
-            0.25, 3, *[{"node": node, **DISC} for node in NODES], outer_diameter_m=0.01, youngs_modulus_Pa=modulus
-        ),
-        "bearings": [
-            {**bearing, "node": node, "label": str(node), "bearing_damping_N_s_per_m": damping} for node in (1, 4)
-        ],
+        "rotor": shaft(0.25, 3, *discs, outer_diameter_m=0.01, youngs_modulus_Pa=modulus),
+        "bearings": springs((1, 4), STIFFNESS, damping),
         "effects": [
             unbalance(node, abs(u), float(np.angle(u)), label=str(node), mass_kg=1.0)
             for node, u in zip(NODES, unbalances, strict=True)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import yaml
+from machines import film, shaft
 
 from rotorstudy import RotorstudyError, Spectrum, build_model, measured_spectrum
 from rotorstudy.measurement.corrections import without_missing_mean, without_slow_roll
@@ -10,14 +11,13 @@ from rotorstudy.measurement.spectrum import independent_covariance
 
 SPEEDS, HARMONICS, NODES = np.array([30.0, 40.0, 200.0, 300.0]), np.array([0, 1, -1, 2]), (1, 3)
 RUNOUT = np.array([[1e-6, 2e-6], [3e-6j, 1e-6], [1e-6, -1e-6j], [2e-7, 0]])  # (harmonic, node)
-FILM = {"kind": "short_journal", "diameter_m": 0.05, "length_m": 0.02, "radial_clearance_m": 5e-5,
-        "viscosity_Pa_s": 0.02}  # fmt: skip
+FILM = film(0.05, 0.02, 5e-5, 0.02)
 SPRING = {"kind": "linear", "bearing_stiffness_N_per_m": 2e7, "bearing_damping_N_s_per_m": 2e3}
 
 
 def rig(bearing):
     return {
-        "rotor": {"kind": "finite_element", "elements": [{"length_m": 0.6, "count": 2}], "outer_diameter_m": 0.05},
+        "rotor": shaft(0.6, 2, outer_diameter_m=0.05),
         "bearings": [{**bearing, "node": node, "label": str(node)} for node in NODES],
         "effects": [{"kind": "unbalance", "node": 2, "unbalance_g_mm": 100.0}],
         "sensors": list(NODES),

@@ -74,18 +74,19 @@ def integrated(position, depth, speed, damping, closing=0.0):
     return (np.fft.fft(z) / len(z))[HARMONICS]
 
 
+DAMPING = 250.0
+DRAG = {"kind": "external_damping", "node": 2, "external_damping_N_s_per_m": DAMPING}
+LIGHT = {"density": 1e-3, "bearings": False, "theory": "euler_bernoulli"}
+
+
 # the natural frequency is 428 rad/s, with the crack of 30 % about 417: a third and a half of it are among the speeds
 @pytest.mark.parametrize(("speed", "depth"), [(60.0, 0.4), (139.0, 0.3), (208.0, 0.3), (390.0, 0.3)])
 def test_steady_state_is_what_integration_in_real_coordinates_settles_to(speed, depth):
     """At 390 rad/s vibration exceeds the weight: the crack opened by the weight alone is far off then."""
-    damping = 250.0
-    drag = {"kind": "external_damping", "node": 2, "external_damping_N_s_per_m": damping}
-    light = {"density": 1e-3, "bearings": False, "theory": "euler_bernoulli"}
     item = crack(0.23, depth, angle_rad=0.0)
-    bare = at_disc(2, [speed], drag, **light)[0]
-    found = at_disc(2, [speed], drag, item, **light)[0]
-    by_weight = at_disc(2, [speed], drag, {**item, "opened_by": "weight"}, **light)[0]
-    expected = integrated(0.23, depth, speed, damping)
+    cracks = ((), (item,), ({**item, "opened_by": "weight"},))
+    bare, found, by_weight = (at_disc(2, [speed], DRAG, *one, **LIGHT)[0] for one in cracks)
+    expected = integrated(0.23, depth, speed, DAMPING)
     size = np.abs(expected - bare).max()
     assert size > 0.01 * np.abs(bare).max()
     assert np.abs(found - expected).max() < 5e-3 * size
@@ -95,16 +96,13 @@ def test_steady_state_is_what_integration_in_real_coordinates_settles_to(speed, 
 
 @pytest.mark.parametrize("closing", [0.8, -0.8])  # the weight bends the crack by 2.3 N m
 def test_residual_stress_delays_or_advances_the_opening(closing):
-    speed, damping = 139.0, 250.0
-    drag = {"kind": "external_damping", "node": 2, "external_damping_N_s_per_m": damping}
-    light = {"density": 1e-3, "bearings": False, "theory": "euler_bernoulli"}
-    item = crack(0.23, 0.3, angle_rad=0.0)
-    without = at_disc(2, [speed], drag, item, **light)[0]
-    found = at_disc(2, [speed], drag, {**item, "closing_moment_N_m": closing}, **light)[0]
-    expected = integrated(0.23, 0.3, speed, damping, closing)
+    speed, item = 139.0, crack(0.23, 0.3, angle_rad=0.0)
+    cracks = ((), (item,), ({**item, "closing_moment_N_m": closing},))
+    bare, without, found = (at_disc(2, [speed], DRAG, *one, **LIGHT)[0] for one in cracks)
+    expected = integrated(0.23, 0.3, speed, DAMPING, closing)
     size = np.abs(expected - without).max()
     assert np.abs(found - expected).max() < 0.02 * size
-    assert size > 0.05 * np.abs(integrated(0.23, 0.3, speed, damping) - at_disc(2, [speed], drag, **light)[0]).max()
+    assert size > 0.05 * np.abs(integrated(0.23, 0.3, speed, DAMPING) - bare).max()
 
 
 @pytest.mark.parametrize("switching", [False, True])

@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from collocation import collocated, four_coordinates, term
-from machines import jeffcott
+from machines import jeffcott, readings
 
-from rotorstudy import Entry, Model, Problem, Spectrum, harmonic_response
+from rotorstudy import Entry, Model, Problem, harmonic_response
 from rotorstudy.inference.linear import solve_linear
 from rotorstudy.inference.output_error import output_error_fit
-from rotorstudy.measurement.spectrum import independent_covariance
 
 SPEEDS, ORDER = [90.0, 130.0], 30
 SHOWN = np.arange(-6, 7)
@@ -81,8 +80,7 @@ def test_turning_inertia_is_the_collocated_motion():
 
 def measured(model, settled, harmonics, noise=1e-12):
     shown = np.array([at(harmonics, motion)[:, model.measured] for motion in settled])
-    covariance = independent_covariance(np.full(shown.shape, noise**2))
-    return Spectrum(shown, np.array(SPEEDS), np.array(harmonics), model.sensors, covariance)
+    return readings(shown, SPEEDS, harmonics, model.sensors, noise)
 
 
 UNKNOWN = ("swirl", "uneven", "turning", "backward", "push_real", "push_imag", "rub")

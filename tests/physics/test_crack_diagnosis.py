@@ -5,22 +5,32 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cracked_rotor import Shaft
+from machines import readings
 from test_cracked_rotor import BETWEEN, LOSS, ORDERS, finite_elements, integrated_jeffcott, jeffcott
 
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.response.measured import measured_response
 
 NOISE = 4e-3  # of the rms vibration at 1X
+SPEEDS = np.array([90.0, 140.0, 180.0, 230.0, 280.0, 350.0, 420.0])
 STATED = {"uncertainty": {"default": 0.02}, "most_causes": 1, "candidates_per_round": 2}
 SLOW = ["rub", "looseness", "cubic_stiffness", "pedestal_resonance"]  # whose fits take most of the time
 
 
 def noisy(motion, speeds, sensors):
     std = NOISE * np.sqrt(np.mean(np.abs(motion[:, ORDERS.index(1)]) ** 2))
-    draws = np.random.default_rng(1).normal(0, std / np.sqrt(2), (2, *motion.shape))
-    covariance = independent_covariance(np.full(motion.shape, std**2 / 2))
-    return Spectrum(motion + draws[0] + 1j * draws[1], speeds, np.array(ORDERS), sensors, covariance)
+    return readings(motion, speeds, ORDERS, sensors, std / np.sqrt(2), 1)
+
+
+def verdict_of(motion, speeds, model, left_out=SLOW):
+    """On noisy motion (speed, harmonic, sensor) of all nodes of a model."""
+    data = noisy(motion, speeds, tuple(model.structure.nodes))
+    return investigate(data, model, settings={**STATED, "leave_out": left_out}).verdict
+
+
+def verdict_of_jeffcott(opening, angle):
+    motion = np.array([integrated_jeffcott(w, opening, angle)[ORDERS] for w in SPEEDS])[..., None]
+    return verdict_of(motion, SPEEDS, jeffcott())
 
 
 def apart(angle, other, period=2 * np.pi):
@@ -42,30 +52,22 @@ def check(verdict, where, opening, angle, loss):
     ("opening", "degrees"), [("switching", 60), ("breathing", 200), ("power_cosine", 60), ("open", 200)]
 )
 def test_a_crack_of_a_jeffcott_rotor_is_named(opening, degrees):
-    speeds, angle = np.array([90.0, 140.0, 180.0, 230.0, 280.0, 350.0, 420.0]), np.deg2rad(degrees)
-    motion = np.array([integrated_jeffcott(w, opening, angle)[ORDERS] for w in speeds])[..., None]
-    verdict = investigate(noisy(motion, speeds, (1,)), jeffcott(), settings={**STATED, "leave_out": SLOW}).verdict
-    check(verdict, {}, opening, angle, LOSS)
+    angle = np.deg2rad(degrees)
+    check(verdict_of_jeffcott(opening, angle), {}, opening, angle, LOSS)
 
 
 def test_a_crack_in_an_element_is_named():
     element, opening, angle = 3, "switching", float(np.deg2rad(200))
     speeds = np.array([80.0, 130.0, 170.0, 220.0, 260.0, 380.0, 430.0])
     motion = Shaft(0.15, 4, 0.02, **BETWEEN, crack=(element, 0.15, angle, opening), beta=1e-4)
-    data = noisy(motion.harmonics(speeds, ORDERS, steps=1024), speeds, (1, 2, 3, 4, 5))
     model = finite_elements(BETWEEN)
-    model = replace(
-        model, structure=replace(model.structure, section_at=None, is_solid=False)
-    )  # else: transverse crack
-    verdict = investigate(data, model, settings={**STATED, "leave_out": SLOW}).verdict
+    other = replace(model.structure, section_at=None, is_solid=False)  # else: transverse crack
+    verdict = verdict_of(motion.harmonics(speeds, ORDERS, steps=1024), speeds, replace(model, structure=other))
     check(verdict, {"element": element}, opening, angle, 0.15)
 
 
 def test_without_a_crack_none_is_named():
-    speeds = np.array([90.0, 140.0, 180.0, 230.0, 280.0, 350.0, 420.0])
-    motion = np.array([integrated_jeffcott(w, "none", 0.0)[ORDERS] for w in speeds])[..., None]
-    verdict = investigate(noisy(motion, speeds, (1,)), jeffcott(), settings={**STATED, "leave_out": SLOW}).verdict
-    assert verdict.verdict == "nothing"
+    assert verdict_of_jeffcott("none", 0.0).verdict == "nothing"
 
 
 def test_records_of_a_growing_motion_name_no_turning_stiffness():
@@ -75,7 +77,6 @@ def test_records_of_a_growing_motion_name_no_turning_stiffness():
     for third, kind in ((0.85, "cause"), (0.99, "unknown")):
         speeds = natural * np.array([0.5, 0.7, third, 1.1, 1.2, 1.3, 1.5])
         true = jeffcott(kind="shaft_asymmetry", **model)
-        data = noisy(measured_response(true, speeds, ORDERS), speeds, (1,))
-        verdict = investigate(data, jeffcott(), settings={**STATED, "leave_out": alike}).verdict
+        verdict = verdict_of(measured_response(true, speeds, ORDERS), speeds, jeffcott(), alike)
         assert verdict.verdict == kind
         assert ("shaft_asymmetry" in {cause.effect for cause in verdict.causes}) == (kind == "cause")

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from cracked_rotor import OPENINGS, Shaft
-from machines import disc, shaft, unbalance
+from machines import disc, shaft, springs, unbalance
 from scipy.integrate import solve_ivp
 
 from rotorstudy import build_model, measured_response
@@ -112,28 +112,11 @@ OVERHUNG = {
 
 def finite_elements(machine, crack=None):
     """The same shaft as `Shaft(0.15, 4, 0.02, ..., beta=1e-4)`; crack : options of the effect."""
+    discs = [disc(n, *sizes) for n, sizes in machine["discs"].items()]
     return build_model(
         {
-            "rotor": shaft(
-                0.6,
-                4,
-                *[disc(n, m, p, d) for n, (m, p, d) in machine["discs"].items()],
-                theory="euler_bernoulli",
-                shaft_inertia="translation",
-            ),
-            "bearings": [
-                {
-                    "kind": "linear",
-                    "node": n,
-                    "label": str(n),
-                    "coefficients": "anisotropic",
-                    "bearing_stiffness_xx_N_per_m": kx,
-                    "bearing_stiffness_yy_N_per_m": ky,
-                    "bearing_damping_xx_N_s_per_m": c,
-                    "bearing_damping_yy_N_s_per_m": c,
-                }
-                for n, (kx, ky, c) in machine["bearings"].items()
-            ],
+            "rotor": shaft(0.6, 4, *discs, theory="euler_bernoulli", shaft_inertia="translation"),
+            "bearings": [springs([n], (kx, ky), (c, c))[0] for n, (kx, ky, c) in machine["bearings"].items()],
             "effects": [
                 {"kind": "shaft_damping", "shaft_damping_s": 1e-4},
                 *(

@@ -56,12 +56,11 @@ def test_table_is_equal_to_its_entries_one_after_the_other(unknowns, random, lea
                   "by trial": random.normal(size=(*lead, len(SPEED), SIZE)) * 1j}[deflected]  # fmt: skip
     theta, table = random.normal(size=(*lead, len(unknowns))), EntryTable(unknowns, SIZE)
     references = [None if u.carries else deflection for u in unknowns]
-    slow = np.stack(
-        [apply_entries(u.entries, motion, SPEED, HARMONICS, r) for u, r in zip(unknowns, references, strict=True)], -1
-    )
-    still = np.stack(
-        [apply_entries(u.entries, 0 * motion, SPEED, HARMONICS, r) for u, r in zip(unknowns, references, strict=True)],
-        axis=-1,
+    slow, still = (
+        np.stack(
+            [apply_entries(u.entries, z, SPEED, HARMONICS, r) for u, r in zip(unknowns, references, strict=True)], -1
+        )
+        for z in (motion, 0 * motion)
     )
     fast = table.dense_columns(motion, SPEED, HARMONICS, deflection)
     assert np.abs(fast - slow).max() <= ROUND_OFF * np.abs(slow).max()

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import disc, shaft, springs
+from machines import OFFSET_DISC, disc, shaft, springs
 from uniform_shaft import LENGTH, E, isotropic, rotor
 
 from rotorstudy import Model, RotorstudyError, build_model, eigenvalues, harmonic_response, make_term
@@ -27,7 +27,6 @@ def response(rig, at, losses, *, weight_dominance, **place):
 @pytest.mark.parametrize("weight_dominance", [True, False])
 @pytest.mark.parametrize("a, b", [(0.18, 0.18), (0.2, 0.16)])
 def test_a_disc_on_a_light_shaft_is_the_disc_of_the_zoo(a, b, weight_dominance):
-    disc = {"mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}
     light = {
         "kind": "finite_element",
         "elements": [{"length_m": a, "count": 2}, {"length_m": b}],
@@ -35,9 +34,9 @@ def test_a_disc_on_a_light_shaft_is_the_disc_of_the_zoo(a, b, weight_dominance):
         "density_kg_per_m3": 1e-6,
         "theory": "euler_bernoulli",
         "pinned_nodes": [1, 4],
-        "discs": [{"node": 3, **disc}],
+        "discs": [disc(3)],
     }
-    massless = {"kind": "offset_disc", **disc, "a_m": a, "b_m": b, "diameter_m": 0.015}
+    massless = {**OFFSET_DISC, "a_m": a, "b_m": b}
     losses = {"stiffness_loss_22_N_per_m": 1e5, "stiffness_loss_44_N_m": 300.0}
 
     beam, two = build_model({"rotor": light}).structure, build_model({"rotor": massless}).structure
@@ -89,7 +88,7 @@ def test_a_bow_of_a_free_shaft_counts_from_the_line_through_its_ends():
 def test_natural_frequencies_of_the_shaft_of_chapter_6():
     """On its bearings in x and in y, and on rigid ones; the printed 415.99 rad/s belongs to none of them."""
     moments = ((2, 0.7990, 6.8560e-3), (4, 0.7231, 5.6502e-3))
-    discs = [{"node": n, "mass_kg": m, "polar_moment_kg_m2": 2 * i, "diametral_moment_kg_m2": i} for n, m, i in moments]
+    discs = [disc(n, m, 2 * i, i) for n, m, i in moments]
     shaft = {"elements": [{"length_m": 0.45, "count": 4}], "outer_diameter_m": 0.015, "theory": "euler_bernoulli"}
 
     def first(*bearings, **supports):

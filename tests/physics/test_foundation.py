@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import pyuff
 import yaml
-from machines import disc, errors_of_derivatives, shaft, spectrum_of
+from machines import disc, errors_of_derivatives, shaft, spectrum_of, springs
 from named_machines import plant
 
 from rotorstudy import build_model, harmonic_response, load_rig, measured_response
@@ -22,7 +22,6 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.fit import chi_square_p_value, fit
 from rotorstudy.measurement.measurement import measured_spectrum
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.presentation.rotor_files import analyse_files
 from rotorstudy.response.measured import measured_response_and_jacobian
@@ -31,19 +30,11 @@ from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
 SPEEDS, NODES = np.array([90.0, 160.0, 280.0, 400.0]), (1, 5)
 RIG = {
     "rotor": shaft(1.0, 4, disc(3, 20.0, 0.1, 0.05), outer_diameter_m=0.05),
-    "bearings": [
-        {"kind": "linear", "node": node, "label": label, "bearing_stiffness_N_per_m": 2e7,
-         "bearing_damping_N_s_per_m": 2e3}
-        for node, label in zip(NODES, ("DE", "NDE"), strict=True)
-    ],
+    "bearings": springs({1: "DE", 5: "NDE"}, 2e7, 2e3),
     "effects": [{"kind": "unbalance", "node": 3, "mass_kg": 20.0, "eccentricity_m": 1e-5}],
-}  # fmt: skip
-PEDESTALS = [
-    {"kind": "linear", "node": node, "label": f"pedestal {node}", "coefficients": "anisotropic", "mass_kg": 30.0,
-     "bearing_stiffness_xx_N_per_m": 8e6, "bearing_stiffness_yy_N_per_m": 5e6,
-     "bearing_damping_xx_N_s_per_m": 1e3, "bearing_damping_yy_N_s_per_m": 2e3}
-    for node in NODES
-]  # fmt: skip
+}
+PEDESTALS = springs({node: f"pedestal {node}" for node in NODES}, (8e6, 5e6), (1e3, 2e3))
+PEDESTALS = [{**pedestal, "mass_kg": 30.0} for pedestal in PEDESTALS]
 BLOCK = {"kind": "foundation_block", "node": 4, "second_node": 10, "label": "frame"}
 
 
@@ -356,10 +347,7 @@ def test_a_fit_that_runs_away_finds_the_foundation_gradually(compressor):
         "bearings": [one | {"radial_clearance_m": 1.08 * one["radial_clearance_m"]} for one in true["bearings"]],
         "effects": [true["effects"][0], *(one | {"eccentricity_m": 1e-6} for one in unbalances)],
     }  # fmt: skip
-    shown = measured_response(build_model(true), speeds, harmonics)
-    draws = np.random.default_rng(7).normal(0, noise, (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, noise**2))
-    data = Spectrum(shown + draws[0] + 1j * draws[1], speeds, harmonics, (4, 10), covariance)
+    data = spectrum_of(build_model(true), speeds, harmonics, noise, 7)
     films = {
         f"bearings[{label}].{key}": 0.1 for label in ("DE", "NDE") for key in ("radial_clearance_m", "viscosity_Pa_s")
     }

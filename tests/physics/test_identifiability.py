@@ -128,12 +128,8 @@ def test_too_few_equations_are_refused_and_what_trades_off_is_named(study):
     rows, relative = ExtraMeasurement().output_rows(model.structure, model.sensors)
     with pytest.raises(UnidentifiableError, match="2 equations for 6 unknowns"):
         information(study, model, [200.0], [1], rows, 1e-9 * relative)
-    free = {
-        "kind": "crack_force",
-        "losses": ["stiffness_loss_22"],
-        "harmonics": [1],
-        "stiffness_loss_22_p1_N_per_m": 1e4,
-    }
+    free = {"kind": "crack_force", "losses": ["stiffness_loss_22"], "harmonics": [1]}
+    free["stiffness_loss_22_p1_N_per_m"] = 1e4
     alternative = model.without(["switching"]).plus(make_term("effect", free, model.structure, model.sensors))
     unknowns = study.model_copy(update={"unknowns": ["eccentricity_real", "eccentricity_imag", "stiffness_loss_22_p1"]})
     with pytest.raises(UnidentifiableError) as caught:  # at one speed an unbalance is any force that turns

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import HARMONICS, disc, errors_of_derivatives, jeffcott, shaft, unbalance
+from machines import HARMONICS, disc, errors_of_derivatives, jeffcott, shaft, springs, unbalance
 
 from rotorstudy import (
     Entry,
@@ -71,12 +71,8 @@ def test_shaft_on_bearings(weight_dominance):
 
 def stressed(effect):
     """A shaft with an effect whose force depends on the motion about the static deflection; its modulus is a number."""
-    rig = {"rotor": shaft(0.4, 3, disc(2, 2.0, 0.004, 0.002)), "bearings": [], "effects": [effect]}
-    rig["effects"].append(unbalance(2, 3e-5, 1.0, mass_kg=2.0))
-    values = {"bearing_stiffness_xx_N_per_m": 1e5, "bearing_stiffness_yy_N_per_m": 2e5}
-    values |= {"bearing_damping_xx_N_s_per_m": 100.0, "bearing_damping_yy_N_s_per_m": 200.0}
-    linear = {"kind": "linear", "coefficients": "anisotropic", **values}
-    rig["bearings"] = [{**linear, "node": node, "label": str(node)} for node in (1, 4)]
+    rig = {"rotor": shaft(0.4, 3, disc(2, 2.0, 0.004, 0.002)), "bearings": springs((1, 4), (1e5, 2e5), (100.0, 200.0))}
+    rig["effects"] = [effect, unbalance(2, 3e-5, 1.0, mass_kg=2.0)]
     return with_numbers(build_model(rig), ["rotor.youngs_modulus_Pa"])
 
 

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from machines import disc, shaft
+from machines import disc, shaft, springs
 from scipy.linalg import eigh
 
 from rotorstudy.model.rig import build_model
@@ -19,16 +19,10 @@ AGREES = 1e-10  # relative: of 16 digits some four are lost, by the stiffness of
 
 
 def rotor(*effects, count=6):
-    bearings = [
-        {"kind": "linear", "node": node, "label": f"{node}", "coefficients": "anisotropic",
-         "bearing_stiffness_xx_N_per_m": 2e6, "bearing_stiffness_yy_N_per_m": 5e6,
-         "bearing_damping_xx_N_s_per_m": 300.0, "bearing_damping_yy_N_s_per_m": 200.0}
-        for node in (1, 1 + count)
-    ]  # fmt: skip
     return build_model(
         {
             "rotor": shaft(0.6, count, disc(3, 2.0, 5e-3, 2e-3)),
-            "bearings": bearings,
+            "bearings": springs((1, 1 + count), (2e6, 5e6), (300.0, 200.0)),
             "effects": [{"kind": "unbalance", "node": 3, "eccentricity_m": 1e-5}, *effects],
             "sensors": [3, 5],
         }

@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
-from machines import jeffcott_rig
+from machines import jeffcott_rig, spectrum_of
 
 from rotorstudy import build_model
 from rotorstudy.diagnosis.verdict.dataset import verdict_dataset
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
-from rotorstudy.response.measured import measured_response
 
 SPEEDS, HARMONICS, NOISE = np.array([150.0, 300.0, 450.0, 600.0]), np.array([0, 1, -1, 2]), 1e-7
 LINEARISED = 0.02  # an error of form and fits with shapes change the odds of those that are fitted
@@ -18,10 +16,7 @@ LINEARISED = 0.02  # an error of form and fits with shapes change the odds of th
 def test_it_is_that_of_all_causes_summed_by_hand(seed):
     """Each cause in all its shapes with one prior probability; that over the fitted ones alone is too high."""
     model = build_model(jeffcott_rig())
-    shown = measured_response(model, SPEEDS, HARMONICS)
-    draws = np.random.default_rng(seed).normal(0, NOISE / np.sqrt(2), (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, NOISE**2 / 2))
-    spectrum = Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, tuple(model.sensors), covariance)
+    spectrum = spectrum_of(model, SPEEDS, HARMONICS, NOISE / np.sqrt(2), seed)
     diagnosis = investigate(spectrum, model)
     assert diagnosis.verdict.verdict == "nothing"
     search, data = diagnosis.search, verdict_dataset(diagnosis, spectrum)

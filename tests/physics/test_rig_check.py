@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 import yaml
-from machines import disc, shaft, springs
+from machines import disc, film, shaft, springs
 
 from rotorstudy import harmonic_response
 from rotorstudy.commands.line import main
@@ -23,13 +23,7 @@ SOUND = {
         "probes": [{"channel": "x", "node": 2, "angle_deg": 45.0}, {"channel": "y", "node": 2, "angle_deg": 135.0}]
     },
 }
-FILM = {
-    "kind": "short_journal",
-    "diameter_m": 0.03,
-    "length_m": 0.012,
-    "radial_clearance_m": 4.5e-5,
-    "viscosity_Pa_s": 0.02,
-}
+FILM = film(0.03, 0.012, 4.5e-5, 0.02)
 
 
 @pytest.fixture(autouse=True)

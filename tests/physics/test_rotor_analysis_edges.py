@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import yaml
-from machines import disc, shaft, springs
+from machines import disc, film, shaft, springs
 from scipy.linalg import eigvals
 
 from rotorstudy import RotorstudyError, build_model
@@ -18,15 +18,7 @@ NATURAL = np.sqrt(STIFFNESS / MASS)  # 400 rad/s
 ROTOR = {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS}
 UNBALANCE = {"kind": "unbalance", "mass_kg": MASS, "eccentricity_m": 1e-5}
 SHAFT = shaft(0.6, 4, disc(3), youngs_modulus_Pa=2.1e11, density_kg_per_m3=7800.0)
-FILM = {
-    "kind": "squeeze_film",
-    "diameter_m": 0.1,
-    "length_m": 0.02,
-    "radial_clearance_m": 2e-4,
-    "viscosity_Pa_s": 0.01,
-    "eccentricity_ratio": 0.4,
-    "bearing_scale": 1.0,
-}
+FILM = film(0.1, 0.02, 2e-4, 0.01, kind="squeeze_film", eccentricity_ratio=0.4, bearing_scale=1.0)
 
 
 def test_an_undamped_resonance_has_no_bound():

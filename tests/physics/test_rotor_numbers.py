@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import spectrum_of, springs, unbalance
+from machines import disc, spectrum_of, springs, unbalance
 
 from rotorstudy import registry
 from rotorstudy.errors import RotorstudyError
@@ -22,10 +22,7 @@ SHAFT = {
     "kind": "finite_element",
     "elements": [{"length_m": 0.25, "count": 3}, {"length_m": 0.35, "count": 4, "outer_diameter_m": 0.022}],
     "outer_diameter_m": 0.02,
-    "discs": [
-        {"node": 3, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024},
-        {"node": 6, "mass_kg": 1.5, "polar_moment_kg_m2": 0.0030, "diametral_moment_kg_m2": 0.0015},
-    ],
+    "discs": [disc(3), disc(6, 1.5, 0.0030, 0.0015)],
 }
 # effects that do not take a matrix of the rotor into their own table
 EFFECTS = [

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from machines import film, shaft
 
 from rotorstudy import build_model
 from rotorstudy.presentation.rotor_page import summary
@@ -60,11 +61,6 @@ def test_a_sentence_for_each_margin():
 @pytest.mark.parametrize(("load", "warned"), [(30.0, True), (3000.0, False)])
 def test_oil_whirl_is_said_in_words(load, warned):
     """Of a light rotor, whose journals run near the middle of their films; not of films that are loaded more."""
-    film = {"kind": "short_journal", "diameter_m": 0.05, "length_m": 0.02, "radial_clearance_m": 5e-5,
-            "viscosity_Pa_s": 0.005, "load_N": load}  # fmt: skip
-    rig = {
-        "rotor": {"kind": "finite_element", "elements": [{"length_m": 0.6, "count": 2}], "outer_diameter_m": 0.08},
-        "bearings": [{**film, "node": node, "label": str(node)} for node in (1, 3)],
-    }
-    text = said(rig, (500.0, 600.0))
+    films = [film(0.05, 0.02, 5e-5, 0.005, load_N=load, node=node, label=str(node)) for node in (1, 3)]
+    text = said({"rotor": shaft(0.6, 2, outer_diameter_m=0.08), "bearings": films}, (500.0, 600.0))
     assert ("Oil whirl: a forward mode near half of the speed" in text) == warned

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import OFFSET_DISC
+from machines import OFFSET_DISC, springs
 
 from rotorstudy import RotorstudyError, build_model, harmonic_response, time_response
 from rotorstudy.response.integration import transient_response
@@ -14,18 +14,9 @@ DAMPINGS = [
     {"kind": "unbalance", "eccentricity_m": 3e-5, "eccentricity_phase_rad": 0.5},
 ]
 LOSS = {"stiffness_loss_22_N_per_m": 1.7e5, "stiffness_loss_44_N_m": 1.7e3}
-ANISOTROPIC = {
-    "kind": "linear",
-    "node": 1,
-    "coefficients": "anisotropic",
-    "bearing_stiffness_xx_N_per_m": 1e5,
-    "bearing_stiffness_yy_N_per_m": 3e5,
-    "bearing_damping_xx_N_s_per_m": 10.0,
-    "bearing_damping_yy_N_s_per_m": 30.0,
-}
 RIGS = {
     "gyroscopic": {"rotor": OFFSET_DISC, "effects": DAMPINGS, "cracks": [{"kind": "switching", **LOSS}]},
-    "anisotropic": {"rotor": OFFSET_DISC, "effects": DAMPINGS, "bearings": [ANISOTROPIC]},
+    "anisotropic": {"rotor": OFFSET_DISC, "effects": DAMPINGS, "bearings": springs([1], (1e5, 3e5), (10.0, 30.0))},
 }
 
 

@@ -2,14 +2,16 @@
 
 import numpy as np
 import pytest
-from machines import disc, shaft, springs
+from machines import disc, film, shaft, springs
 from scipy.optimize import brentq
-from test_transient import OFFSET_DISC, RIGS
+from test_transient import LOSS, OFFSET_DISC, RIGS
 
 from rotorstudy import build_model, eigenvalues
 from rotorstudy.response import few_shapes, whirl
 from rotorstudy.response.stability import damping_of_effects, state_matrix
 from rotorstudy.response.whirl import critical_speeds, damped_modes, time_invariant, whirl_modes
+
+JEFFCOTT = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
 
 
 def closed_form(order, sign):
@@ -31,32 +33,18 @@ def test_offset_disc_meets_the_closed_form(order, sign):
 
 
 def test_jeffcott_rotor_is_critical_at_its_natural_frequency_and_at_a_half_and_a_third_of_it():
-    model = build_model({"rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}})
-    natural = np.sqrt(7.6e5 / 2.0)
+    model, natural = build_model({"rotor": JEFFCOTT}), np.sqrt(7.6e5 / 2.0)
     for order in (1, 2, 3):
         assert critical_speeds(model, 2000.0, [order])[0] == pytest.approx([natural / order], rel=1e-8)
 
 
 def test_a_mode_that_is_damped_out_has_no_critical_speed():
     damping = [{"kind": "external_damping", "external_damping_N_s_per_m": 3e3}]  # over-critical: 2465 N s/m
-    rotor = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
-    assert len(critical_speeds(build_model({"rotor": rotor, "effects": damping}), 2000.0)[0]) == 0
+    assert len(critical_speeds(build_model({"rotor": JEFFCOTT, "effects": damping}), 2000.0)[0]) == 0
 
 
 def test_only_what_turns_is_taken_off():
-    model = build_model(
-        {
-            **RIGS["gyroscopic"],
-            "cracks": [
-                {
-                    "kind": "switching",
-                    "weight_dominance": False,
-                    "stiffness_loss_22_N_per_m": 1e5,
-                    "stiffness_loss_44_N_m": 1e3,
-                }
-            ],
-        }
-    )
+    model = build_model({**RIGS["gyroscopic"], "cracks": [{"kind": "switching", "weight_dominance": False, **LOSS}]})
     kept = {term.kind for term in time_invariant(model).terms}
     assert kept == {"external_damping", "internal_damping", "unbalance"}
     assert eigenvalues(time_invariant(model), [100.0]).shape == (1, 4)
@@ -91,18 +79,13 @@ def test_a_critical_speed_beside_the_onset_of_another_whirl_is_found():
     """On oil films a pair of overdamped motions begins to whirl between the same two speeds between which the flexible
     mode crosses 1X; sorted by frequency the two would cancel. Expected: the root of that mode, which alone has a
     damping ratio below 0.09 and a frequency near 433 rad/s, by bisection."""
-    film = {"kind": "short_journal", "diameter_m": 0.08, "length_m": 0.035, "radial_clearance_m": 9e-5,
-            "viscosity_Pa_s": 0.018}  # fmt: skip
     lengths = ((0.1, 1), (0.08, 1), (0.3, 2), (0.35, 2), (0.3, 2), (0.08, 1), (0.1, 1))
     elements = [{"length_m": length, "count": count} for length, count in lengths]
     for end in (0, -1):
         elements[end] |= {"outer_diameter_m": 0.08}
     rotor = {"kind": "finite_element", "outer_diameter_m": 0.09, "elements": elements}
-    rotor["discs"] = [
-        {"node": 5, "mass_kg": 62.0, "polar_moment_kg_m2": 1.6, "diametral_moment_kg_m2": 0.86},
-        {"node": 7, "mass_kg": 48.0, "polar_moment_kg_m2": 1.1, "diametral_moment_kg_m2": 0.6},
-    ]
-    bearings = [{**film, "node": node, "label": str(node)} for node in (2, 10)]
+    rotor["discs"] = [disc(5, 62.0, 1.6, 0.86), disc(7, 48.0, 1.1, 0.6)]
+    bearings = [film(0.08, 0.035, 9e-5, 0.018, node=node, label=str(node)) for node in (2, 10)]
     losses = [{"kind": "shaft_damping", "shaft_damping_s": 1e-5}]
     model = build_model({"rotor": rotor, "bearings": bearings, "effects": losses})
 

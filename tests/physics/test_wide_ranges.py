@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import yaml
-from machines import disc, shaft
+from machines import disc, film, shaft, spectrum_of, springs
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.diagnosis.runs.joint import identify_runs
@@ -14,14 +14,8 @@ from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 SPEEDS, HARMONICS, NOISE = np.linspace(90.0, 400.0, 8), np.array([1, -1]), 1e-8
 RIG = {
     "rotor": shaft(1.0, 4, disc(3, 40.0, 0.3, 0.15), outer_diameter_m=0.08),
-    "bearings": [
-        {"kind": "short_journal", "node": node, "label": str(node), "diameter_m": 0.08, "length_m": 0.03,
-         "radial_clearance_m": 8e-5, "viscosity_Pa_s": 0.02} for node in (1, 5)
-    ],
-    "foundation": [
-        {"kind": "linear", "node": node, "label": f"pedestal {node}", "mass_kg": 60.0,
-         "bearing_stiffness_N_per_m": 4e6, "bearing_damping_N_s_per_m": 3e3} for node in (1, 5)
-    ],
+    "bearings": [film(0.08, 0.03, 8e-5, 0.02, node=node, label=str(node)) for node in (1, 5)],
+    "foundation": [{**one, "mass_kg": 60.0} for one in springs({1: "pedestal 1", 5: "pedestal 5"}, 4e6, 3e3)],
     "effects": [{"kind": "unbalance", "node": 3, "unbalance_kg_m": 4e-4}],
     "sensors": [1, 3, 5],
 }  # fmt: skip
@@ -52,12 +46,9 @@ def test_a_part_that_is_other_than_stated_is_told(true, words):
 
 
 def test_a_rig_without_such_parts_says_nothing():
-    rig = {"rotor": RIG["rotor"], "bearings": [{"kind": "linear", "node": 1, "bearing_stiffness_N_per_m": 1e7,
-           "bearing_damping_N_s_per_m": 1e3}], "sensors": [3], "effects": RIG["effects"]}  # fmt: skip
+    rig = {**RIG, "bearings": springs([1], 1e7, 1e3), "foundation": [], "sensors": [3]}
     model = build_model(rig)
-    shown = measured_response(model, SPEEDS, HARMONICS)
-    spectrum = Spectrum(shown, SPEEDS, HARMONICS, (3,), independent_covariance(np.full(shown.shape, NOISE**2)))
-    assert wide_ranges(model, spectrum, SETTINGS) == ""
+    assert wide_ranges(model, spectrum_of(model, SPEEDS, HARMONICS, NOISE), SETTINGS) == ""
 
 
 def test_a_run_up_finds_a_foundation_of_which_nothing_is_known(tmp_path):

@@ -99,12 +99,8 @@ PLACED[-1]["stiffness_loss_44_N_m"] = 40.0
 def test_cracks_at_different_nodes_of_a_shaft_agree_with_time_integration():
     cracks, w, every = [{**c, "weight_dominance": False} for c in PLACED], 60.0, np.arange(-35, 36)
     model = shaft_with(*cracks)
-    assert model.names[:4] == (
-        "stiffness_loss[left]",
-        "stiffness_loss[right]",
-        "stiffness_loss_22[node]",
-        "stiffness_loss_44[node]",
-    )
+    losses = ("stiffness_loss[left]", "stiffness_loss[right]", "stiffness_loss_22[node]", "stiffness_loss_44[node]")
+    assert model.names[:4] == losses
     expected = harmonic_response(model, [w], every, order=35)[0]
     time = np.arange(128) / 128 * 2 * np.pi / w
     start = expected.sum(axis=0), (1j * every * w) @ expected

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from journal_films import Film, running
-from machines import disc, shaft
+from machines import disc, film, shaft
 from one_line_errors import refused
 
 from rotorstudy import (
@@ -27,25 +27,9 @@ from rotorstudy.response.statics import static_deflection
 BENCH = bench_structure()
 FREE = replace(BENCH, stiffness=np.zeros((1, 1)))
 GRAVITY = 9.81
-JOURNAL = {
-    "kind": "short_journal",
-    "load_N": 525.0,
-    "diameter_m": 0.1,
-    "length_m": 0.03,
-    "radial_clearance_m": 1e-4,
-    "viscosity_Pa_s": 0.1,
-    "bearing_scale": 1.0,
-}
-DAMPER = {
-    "kind": "squeeze_film",
-    "diameter_m": 0.1,
-    "length_m": 0.02,
-    "radial_clearance_m": 2e-4,
-    "viscosity_Pa_s": 0.01,
-    "eccentricity_ratio": 0.4,
-    "bearing_scale": 1.0,
-    "centring_stiffness_N_per_m": 0.0,
-}
+JOURNAL = film(0.1, 0.03, 1e-4, 0.1, load_N=525.0, bearing_scale=1.0)
+DAMPER = film(0.1, 0.02, 2e-4, 0.01, kind="squeeze_film", eccentricity_ratio=0.4, bearing_scale=1.0)
+DAMPER["centring_stiffness_N_per_m"] = 0.0
 MODULE = sys.modules[registry().get("bearing", "short_journal").function.__module__]
 
 
@@ -130,19 +114,20 @@ def lund(item, speed):
     return at, ((at - k[0, 0]) * (at - k[1, 1]) - k[0, 1] * k[1, 0]) / np.linalg.det(c) / speed**2
 
 
-def rigid(load):
-    """A mass that weighs the load, free but for its journal."""
-    return replace(FREE, mass=np.array([[load / GRAVITY]]), static_load=np.array([load]))
+def rigid(item):
+    """A mass that weighs the load of its journal, free but for that."""
+    load = item["load_N"]
+    structure = replace(FREE, mass=np.array([[load / GRAVITY]]), static_load=np.array([load]))
+    return Model(structure, (bearing(item, structure),))
 
 
 @pytest.mark.parametrize("viscosity", [0.005, 0.02, 0.1, 10.0])
 def test_a_rigid_rotor_starts_to_whirl_where_lund_says(viscosity):
     item = {**JOURNAL, "viscosity_Pa_s": viscosity}
-    structure = rigid(item["load_N"])
-    model = Model(structure, (bearing(item, structure),))
+    model = rigid(item)
     threshold = stability_threshold(model, 5000.0)
     stiffness, ratio = lund(item, threshold)
-    assert stiffness == pytest.approx(structure.mass[0, 0] * ratio * threshold**2, rel=1e-6)
+    assert stiffness == pytest.approx(model.structure.mass[0, 0] * ratio * threshold**2, rel=1e-6)
     values = eigenvalues(model, [threshold])[0]
     whirl = values[np.argmax(values.real)]
     assert abs(whirl.imag) == pytest.approx(np.sqrt(ratio) * threshold, rel=1e-6)
@@ -153,9 +138,7 @@ def test_a_rigid_rotor_starts_to_whirl_where_lund_says(viscosity):
 
 def test_a_lightly_loaded_journal_whirls_at_half_the_speed():
     """Eccentricity to 0: whirl at half the spin, from the speed 2 sqrt(6 / pi) sqrt(g / c) on."""
-    item = {**JOURNAL, "viscosity_Pa_s": 100.0}
-    structure = rigid(item["load_N"])
-    model = Model(structure, (bearing(item, structure),))
+    model = rigid({**JOURNAL, "viscosity_Pa_s": 100.0})
     threshold = stability_threshold(model, 5000.0)
     assert threshold == pytest.approx(2 * np.sqrt(6 / np.pi) * np.sqrt(GRAVITY / 1e-4), rel=1e-4)
     values = eigenvalues(model, [threshold])[0]
@@ -172,8 +155,7 @@ def test_a_heavily_loaded_journal_never_whirls():
 
 
 def test_a_journal_at_a_crawl_and_at_rest():
-    structure = rigid(525.0)
-    model = Model(structure, (bearing(JOURNAL, structure),))
+    model = rigid(JOURNAL)
     assert (eigenvalues(model, [0.005, 0.1])[..., :].real < 0).all()
     with pytest.raises(RotorstudyError, match=r"at 1e-12 rad/s the journal at node 1 .* above 0\.9"):
         eigenvalues(model, [1e-12])
@@ -305,10 +287,10 @@ def test_bad_input_is_refused(item, words):
 
 def rig_of_two_films(second, **first):
     """A shaft of 20 kg without weight of its own, at one third of its span, on films at nodes 1 and 4."""
-    film = {k: v for k, v in JOURNAL.items() if k not in ("load_N", "bearing_scale")}
+    item = {k: v for k, v in JOURNAL.items() if k not in ("load_N", "bearing_scale")}
     return {
         "rotor": shaft(0.6, 3, disc(2, 20.0, 0.1, 0.05), density_kg_per_m3=1e-6),
-        "bearings": [{**film, "node": 1, "label": "a", **first}, {**film, "node": second, "label": "b"}],
+        "bearings": [{**item, "node": 1, "label": "a", **first}, {**item, "node": second, "label": "b"}],
     }
 
 

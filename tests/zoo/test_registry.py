@@ -77,39 +77,31 @@ def test_an_unknown_name_recalls_what_did_not_load(tmp_path):
         alone(tmp_path).get("crack", "mein")
 
 
-def test_a_misspelt_hook_is_reported_and_does_not_spoil_the_next_file(tmp_path):
-    write(tmp_path, "a_wrong", CRACK.format(name="wrong").replace("def rotorstudy_crack", "def rotorstudy_crak"))
-    write(tmp_path, "b_good", CRACK.format(name="mine"))
-    zoo = alone(tmp_path)
-    assert len(zoo.failures) == 1 and "a_wrong.py" in zoo.failures[0] and "rotorstudy_crak" in zoo.failures[0]
-    assert "mine" in zoo.plugins["crack"]
+HOOK = "from rotorstudy.plugins import Crack, Effect, hookimpl\n\n@hookimpl\ndef rotorstudy_crack():\n    return "
+WRONG = [
+    (CRACK.format(name="wrong").replace("def rotorstudy_crack", "def rotorstudy_crak"), "rotorstudy_crak"),
+    (CRACK.format(name="wrong").replace("@hookimpl\n", ""), "write @hookimpl above"),
+    (f"{HOOK}1 / 0\n", "a_broken.py:5: ZeroDivisionError"),
+    ("raise ValueError\n", "a_broken.py:1: ValueError"),
+    ("raise RuntimeError('')\n", "a_broken.py:1: RuntimeError"),
+    ("raise RuntimeError('a\\nb')\n", "a_broken.py:1: RuntimeError: a"),
+    *((f"{HOOK}{what}\n", "must return a Crack") for what in ("None", "Crack", "[3]", "Effect('e', len, source='a')")),
+]
 
 
-def test_a_hook_that_fails_is_reported(tmp_path):
-    text = "from rotorstudy.plugins import hookimpl\n\n@hookimpl\ndef rotorstudy_crack():\n    return 1 / 0\n"
-    write(tmp_path, "wrong", text)
-    write(tmp_path, "good", CRACK.format(name="mine"))
+@pytest.mark.parametrize(("text", "words"), WRONG)
+def test_a_file_that_is_wrong_is_named_in_one_line_and_the_rest_loads(tmp_path, text, words):
+    broken = write(tmp_path, "a_broken", text)  # before the good one in the order of the folder
+    write(tmp_path, "b_good", CRACK.format(name="good"))
     zoo = alone(tmp_path)
-    assert len(zoo.failures) == 1 and "wrong.py:5: ZeroDivisionError" in zoo.failures[0]
-    assert "mine" in zoo.plugins["crack"]
+    (failure,) = zoo.failures
+    assert str(broken) in failure and words in failure and "\n" not in failure
+    assert set(zoo.plugins["crack"]) == {"good"}
 
 
 def test_a_folder_that_does_not_exist_is_named(tmp_path):
     with pytest.raises(PluginError, match=r"plugin folder '.*none' does not exist"):
         alone(tmp_path / "none")
-
-
-@pytest.mark.parametrize(
-    ("error", "words"),
-    [("ValueError", "ValueError"), ("RuntimeError('')", "RuntimeError"), ("RuntimeError('a\\nb')", "RuntimeError: a")],
-)
-def test_a_file_that_fails_with_any_message_is_named_in_one_line_and_the_rest_loads(tmp_path, error, words):
-    broken = write(tmp_path, "a_broken", f"raise {error}\n")  # before the good one in the order of the folder
-    write(tmp_path, "b_good", CRACK.format(name="good"))
-    zoo = alone(tmp_path)
-    assert len(zoo.failures) == 1 and "\n" not in zoo.failures[0]
-    assert f"{broken}:1: {words}" in zoo.failures[0]
-    assert set(zoo.plugins["crack"]) == {"good"}
 
 
 def test_the_blame_lies_on_the_line_of_the_plugin_not_of_what_it_calls(tmp_path):
@@ -163,23 +155,6 @@ def test_an_installed_distribution_that_is_wrong_is_named_and_the_next_loads(ins
     zoo = Registry(plugin_folders())
     assert len(zoo.failures) == 1 and "a_fake_plugin" in zoo.failures[0] and words in zoo.failures[0]
     assert {"switching", "installed"} <= set(zoo.plugins["crack"])
-
-
-def test_a_forgotten_hookimpl_does_not_lose_the_plugin_in_silence(tmp_path):
-    write(tmp_path, "bare", CRACK.format(name="bare").replace("@hookimpl\n", ""))
-    zoo = alone(tmp_path)
-    assert len(zoo.failures) == 1 and "bare.py" in zoo.failures[0] and "write @hookimpl above" in zoo.failures[0]
-
-
-@pytest.mark.parametrize("wrong", ["None", "Crack", "[3]", "Effect('e', len, source='a test')"])
-def test_a_hook_that_returns_the_wrong_thing_is_reported_and_the_rest_loads(tmp_path, wrong):
-    text = "from rotorstudy.plugins import Crack, Effect, hookimpl\n\n\n@hookimpl\ndef rotorstudy_crack():\n    return "
-    file = write(tmp_path, "a_wrong", f"{text}{wrong}\n")
-    write(tmp_path, "b_good", CRACK.format(name="good"))
-    zoo = alone(tmp_path)
-    assert len(zoo.failures) == 1 and str(file) in zoo.failures[0]
-    assert "rotorstudy_crack must return a Crack" in zoo.failures[0]
-    assert set(zoo.plugins["crack"]) == {"good"}
 
 
 def test_a_list_of_plugins_is_taken_from_a_folder_below(tmp_path):

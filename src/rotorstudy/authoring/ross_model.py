@@ -111,7 +111,8 @@ def _shaft(shaft, path, said):
         inner, *layers = sorted(parts, key=lambda part: (part["material"]["E"] < limp, part["odl"]))
         if len({part["L"] for part in parts}) > 1:
             raise RotorstudyError(f"{path}: parallel shaft elements at the node {n} differ in length; save them as one")
-        steps = STEPS if any(_is_cone(part) for part in parts) else 1
+        is_cone = any(part.get(f"{d}r", part[f"{d}l"]) != part[f"{d}l"] for part in parts for d in ("od", "id"))
+        steps = STEPS if is_cone else 1
         for place in (np.arange(steps) + 0.5) / steps:
             force = {"axial_force_N": inner["axial_force"]} if inner.get("axial_force") else {}
             elements.append({"length_m": inner["L"] / steps, **_section(inner, place), **_material(inner), **force})
@@ -125,10 +126,6 @@ def _shaft(shaft, path, said):
         if layers:
             said.append("parallel shaft elements: layers here, which stay plane with the shaft")
     return elements, node_of
-
-
-def _is_cone(part):
-    return any(part.get(f"{d}r", part[f"{d}l"]) != part[f"{d}l"] for d in ("od", "id"))
 
 
 def _section(part, place):

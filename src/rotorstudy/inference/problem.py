@@ -191,13 +191,9 @@ class Problem:
         mean, at = self.mean(theta)
         held = mean.holding(at) or mean
         sensitivity = residual_sensitivity(held.model, held.spectrum, self.names, theta, order=self.order)
-        return np.swapaxes(
-            np.linalg.solve(np.swapaxes(sensitivity, -1, -2), np.swapaxes(self._full_whitener(), -1, -2)), -1, -2
-        )
-
-    def _full_whitener(self):
-        """(speed, component, component) whitener of all sensors together."""
-        return replace(self.spectrum, covariance=self.spectrum.whitener).full_covariance()
+        of_all_sensors = replace(self.spectrum, covariance=self.spectrum.whitener).full_covariance()
+        found = np.linalg.solve(np.swapaxes(sensitivity, -1, -2), np.swapaxes(of_all_sensors, -1, -2))
+        return np.swapaxes(found, -1, -2)
 
     def chunks(self) -> Iterator["Problem"]:
         """The problem itself, or with many trials its parts of limited memory.

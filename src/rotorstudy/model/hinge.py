@@ -203,7 +203,8 @@ class Hinge:
         if self.sudden:  # it yields along xi alone, so that phi opens it where mu does
             share = self.open_shares[0]
             return lambda imposed: share * np.maximum(imposed.real, 0)
-        series = self._series()
+        shape = float(self.depth_ratio), self._of_shaft, float(self.section.stiffness)
+        series = _series_of(self.depth.name, *shape)
 
         def kink(imposed):
             size = np.abs(imposed)
@@ -211,10 +212,6 @@ class Hinge:
             return size * np.polyval(series[::-1], direction) * direction.conj() ** ORDER
 
         return kink
-
-    def _series(self):
-        """h_k (k,), k = -ORDER..ORDER."""
-        return _series_of(self.depth.name, float(self.depth_ratio), self._of_shaft, float(self.section.stiffness))
 
     def _series_by_weight(self):
         """Fourier coefficients (2, k), k = -ORDER..ORDER, of the shares of the imposed rotation and of its conjugate.

@@ -99,15 +99,12 @@ class Holder:
             return None
         return path_pattern(path) if any(map(path_pattern(path).fullmatch, self.paths)) else None
 
-    def meant(self, names) -> list[str]:
-        """The names, of numbers, that mean numbers of it."""
-        return [name for name in names if self.pattern(name)]
-
     def changed(self, changes: dict[str, float]) -> dict:
         """Its options with some of its numbers changed; changes : name -> relative change."""
         options = self.options
-        for name in self.meant(name for name, change in changes.items() if change):
-            options = scaled(options, self.pattern(name), float(1 + changes[name]))
+        for name, change in changes.items():
+            if change and (pattern := self.pattern(name)):
+                options = scaled(options, pattern, float(1 + change))
         return options
 
 
@@ -140,7 +137,7 @@ def uncertain_numbers(model, section: str, stated: Iterable[str] = ()) -> dict[s
     """{name: relative standard deviation} of uncertain numbers of "rotor" or "bearings" that no name `stated` means."""
     found, stated = {}, [name for name in stated if is_number(name)]
     for holder in (holder for holder in _holders(model) if holder.section == section):
-        said = [holder.pattern(name) for name in holder.meant(stated)]
+        said = [pattern for name in stated if (pattern := holder.pattern(name))]
         free = [path for path in holder.paths if not any(pattern.fullmatch(path) for pattern in said)]
         for path, share in holder.uncertain.items():
             if any(map(path_pattern(path).fullmatch, free)) and _acts(model, holder.name(path)):
@@ -243,15 +240,11 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
         more = 0.0 if carried is None else sum(carried @ force * _value(*at, values) for force, *at in pushing)
         if any(own.values()) or more:
             built[id(bearing)] = _rebuilt(structure, bearing, holder, changes, more)
+        theta = [values[unknown.name] for unknown in bearing.unknowns]
         for name in own:
-            ends = (
-                _rebuilt(structure, bearing, holder, _together({**own, name: own[name] + step}, meant), more).unknowns
-                for step in (STEP, -STEP)
-            )
-            for above, below in zip(*ends, strict=True):
-                slopes[name] += _slopes(above.entries, below.entries, values[above.name])
+            ends = (_together({**own, name: own[name] + step}, meant) for step in (STEP, -STEP))
+            slopes[name] += _slopes((_rebuilt(structure, bearing, holder, end, more) for end in ends), theta)
         if carried is not None:
-            theta = [values[unknown.name] for unknown in bearing.unknowns]
             films.append(_film(structure, bearing, holder, carried, theta, changes, more))
     return tuple(
         _with_entries(term, slopes, films) if term.is_bearing_number else built.get(id(term), term) for term in terms
@@ -322,12 +315,8 @@ def _film(structure, bearing, holder, carried, theta, changes=None, more=0.0):
     changes, derivatives = changes or {}, []
     size = holder.changed(changes)[_load(bearing)[0]]
     for step in (STEP * size, 1j * STEP * size):
-        ends = (_rebuilt(structure, bearing, holder, changes, more + part).unknowns for part in (step, -step))
-        found = (
-            _slopes(above.entries, below.entries, value / size)
-            for above, below, value in zip(*ends, theta, strict=True)
-        )
-        derivatives.append([entry for entries in found for entry in entries])
+        ends = (_rebuilt(structure, bearing, holder, changes, more + part) for part in (step, -step))
+        derivatives.append(_slopes(ends, np.divide(theta, size)))
     return Film(size, carried, *derivatives)
 
 
@@ -337,9 +326,8 @@ def number_slope(structure: Structure, node: int, number: str) -> tuple[Entry, .
     for bearing, holder in bearings_of(structure.bearings):
         if _at_node(bearing, structure) == node and number in holder.paths and not np.isnan(bearing.theta).any():
             name = holder.name(number)
-            ends = (_rebuilt(structure, bearing, holder, {name: step}).unknowns for step in (STEP, -STEP))
-            for value, above, below in zip(bearing.theta, *ends, strict=True):
-                found += _slopes(above.entries, below.entries, value)
+            ends = (_rebuilt(structure, bearing, holder, {name: step}) for step in (STEP, -STEP))
+            found += _slopes(ends, bearing.theta)
     if not found:
         raise CannotAct(f"no bearing at node {node} has a value of {number}")
     return tuple(found)
@@ -406,11 +394,13 @@ def _rebuilt(structure, bearing, holder, changes, more=0.0):
     return replace(bearing, parameters=tuple(guarded), options=options)
 
 
-def _slopes(above, below, value):
-    """Entries of the derivative by a number, from those of an amplitude on both sides of it, times its value."""
-    share, found = value / (2 * STEP), []
+def _slopes(ends, theta):
+    """Entries of the derivative by a number of a bearing with amplitudes, from the bearing on both sides of it."""
+    above, below = ([(i, e) for i, u in enumerate(end.unknowns) for e in u.entries] for end in ends)
     gain_slope = cache(lambda above, below: lambda *at: above(*at) - below(*at))  # entries of one gain keep one
-    for one, other in zip(above, below, strict=True):
+    found = []
+    for (i, one), (_, other) in zip(above, below, strict=True):
+        share = theta[i] / (2 * STEP)
         if one.gain is None and other.gain is None:
             found.append(replace(one, matrix=share * (np.asarray(one.matrix) - other.matrix)))
         elif np.array_equal(one.matrix, other.matrix):

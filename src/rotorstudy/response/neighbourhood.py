@@ -18,10 +18,7 @@ MOTION_AT_ONCE, COLUMNS_AT_ONCE = 1_000_000, 500_000  # numbers of motions, and 
 FORCES_AT_ONCE = 2_000_000  # numbers of the forces whose motions are solved together, several times 32 MB
 
 
-@lru_cache(maxsize=TABLES_KEPT)
-def _kept_table(unknowns, size, motion):
-    """The EntryTable of some unknowns: a search judges the same candidates at one fit after another."""
-    return EntryTable(unknowns, size, motion)
+_kept_table = lru_cache(maxsize=TABLES_KEPT)(EntryTable)  # a search judges the same candidates at many fits
 
 
 class Motion(NamedTuple):

@@ -23,16 +23,15 @@ def growth_over_speed(model, still, speeds):
 
     Where the stiffness rotates with the shaft, motions may grow in narrow ranges only: where two whirl frequencies add
     up to a multiple of the speed at which the stiffness varies (Nayfeh and Mook, Nonlinear Oscillations, 1979, ch. 5).
-    These speeds are looked at too.
-
-    still   : the Model without what rotates, is nonlinear or is stated in frequency only
-    returns : speeds, rad/s, in the range of those given; growth rate there, 1/s, NaN without a steady state
+    These speeds are added; the growth rate is in 1/s, NaN without a steady state. still : the Model without what
+    rotates, is nonlinear or is stated in frequency only.
     """
     if not varies_in_time(model):
         return speeds, growth_rate(still, speeds), stability_threshold(still, speeds[-1], lowest=speeds[0])
     in_time = replace(model, terms=tuple(t for t in model.terms if t.acts_on_output or is_in_time(t)))
     some = np.linspace(speeds[0], speeds[-1], PERIODIC_SPEEDS)
-    some = _apart(np.concatenate([some, parametric_resonances(in_time, speeds)]))
+    some = np.sort(np.concatenate([some, parametric_resonances(in_time, speeds)]))
+    some = some[np.append(True, np.diff(some) > APART * some[1:])]
     found = {speed: _growth(in_time, speed) for speed in some}
     found |= _at_edges(in_time, found)
     some = np.sort(list(found))
@@ -65,12 +64,6 @@ def _mean_over_a_turn(model):
 
     terms = (replace(term, parameters=tuple(map(mean, term.parameters))) for term in model.terms)
     return replace(model, terms=tuple(t for t in terms if any(u.entries for u in t.unknowns)))
-
-
-def _apart(speeds):
-    """Speeds in ascending order, without those that nearly equal another one."""
-    speeds = np.sort(speeds)
-    return speeds[np.append(True, np.diff(speeds) > APART * speeds[1:])]
 
 
 def _growth(model, speed):

@@ -168,7 +168,8 @@ def bias(config):
             held = build_model(wrong, where=f"study {config.name}, {key} {percent:+g} %")
             for case in config.cases.values():
                 spectrum = clean_spectrum(config, model, case.speeds)
-                spectrum = replace(spectrum, covariance=_one_percent(config, spectrum))
+                std = noise_std(spectrum, 0.01, "white in time", config.record.samples)  # as if the model were correct
+                spectrum = replace(spectrum, covariance=independent_covariance(std**2))
                 problem = Problem(held, spectrum, tuple(config.unknowns))
                 for estimator in estimators:
                     try:
@@ -187,8 +188,3 @@ def bias(config):
     off = np.array(rows).reshape(shape)
     variables = {"relative_error": (tuple(coordinates), off, "1", "relative error; of phases the difference in rad")}
     return dataset(variables, coordinates, title=f"{config.title}: bias of known quantities, rig {rig}")
-
-
-def _one_percent(config, spectrum):
-    """Covariance of 1 % white noise, the weights of an estimator that assumes a correct model."""
-    return independent_covariance(noise_std(spectrum, 0.01, "white in time", config.record.samples) ** 2)

@@ -33,13 +33,9 @@ CROSSINGS = 80  # speeds between which critical speeds are sought
 
 
 def beside_printed(rig: str | Path):
-    """The printed numbers of a rig file, beside ours.
+    """A DataFrame of the numbers printed in the table (.csv) of the name of a rig file, beside ours.
 
-    rig     : path of the rig file (YAML); the table has the same name, with the suffix .csv
-    returns : pandas.DataFrame, the rows of the table with `model`, the `computed` value in the unit printed, their
-              relative `deviation`, the `allowed` difference in that unit, and whether it `agrees`
-    raises  : RotorstudyError for an unknown column, quantity or unit, a number that cannot be read, or a tolerance
-              without a reason
+    Each has the `computed` value in the unit printed, the relative `deviation`, and the difference `allowed`.
     """
     import pandas as pd
 

@@ -169,7 +169,8 @@ def _loads(structure):
 def _of_analysis(analysis, path):
     """Findings on deflection, damping and stability."""
     found, rpm = [], 1 / RAD_PER_S["rpm"]
-    sag = float(np.abs(analysis.data.static_deflection.values[_translations(analysis)]).max())
+    moved = analysis.data.coordinate.str.startswith("translation").values
+    sag = float(np.abs(analysis.data.static_deflection.values[moved]).max())
     if sag > SAG:
         text = f"the weight bends the rotor by {1e3 * sag:.3g} mm; are bearings or shaft softer than meant, by a unit?"
         found.append(Finding("warning", "static deflection", path, text))
@@ -214,10 +215,6 @@ def _wide_orbits(model, analysis):
             )
             found.append(Finding("warning", "orbit in a film", f"bearing at node {node}", text))
     return found
-
-
-def _translations(analysis):
-    return [i for i, name in enumerate(analysis.data.coordinate.values) if str(name).startswith("translation")]
 
 
 def _probes_at_nodes(model, analysis, nodes):

@@ -100,15 +100,10 @@ class RotorAnalysis(NamedTuple):
 
 
 def analyse_rotor(model, lowest=None, highest=None, reading=None, covered=0.0):
-    """Analyse a rotor.
+    """The RotorAnalysis of a Model with a value for every amplitude, whose bearings hold it.
 
-    model           : Model with a value for every amplitude
-    lowest, highest : range of speeds, rad/s; up to 3.5 times the lowest natural frequency by default
+    lowest, highest : range of speeds, rad/s; by default to 3.5 times the lowest natural frequency, at least `covered`
     reading         : Reading, directions of the probes; along x and y at each sensor by default
-    covered         : speed, rad/s, up to which the default range goes at least
-    returns         : RotorAnalysis
-    raises          : RotorstudyError for an amplitude without a value, an empty range of speeds, bearings that are not
-                      defined in it, or a rotor that its bearings do not hold
     """
     model.require_values()
     still, steady = time_invariant(model), without_rotation(model)

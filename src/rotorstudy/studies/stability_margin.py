@@ -43,7 +43,8 @@ def stability_margin(model: Model, speed: float) -> StabilityMargin | None:
     i, structure = first_forward(modes.frequency[0], modes.damping_ratio[0], modes.direction[0], speed), still.structure
     if i is None:
         return None
-    node = _heaviest(structure)
+    heaviest = max(structure.discs, key=lambda disc: disc.mass, default=None)
+    node = heaviest.node if heaviest else max(structure.nodes, key=structure.mass_share)
     here = structure.unit(node)
     swirl = Parameter("swirl", "N/m", (Entry(1j * np.outer(here, here)),), 1.0)
 
@@ -73,10 +74,3 @@ def first_forward(frequency: np.ndarray, ratio: np.ndarray, direction: np.ndarra
 def log_decrement(ratio: np.ndarray) -> np.ndarray:
     """Logarithmic decrement (...) of damping ratios (...)."""
     return 2 * np.pi * ratio / np.sqrt(np.maximum(1 - np.square(ratio), 1e-12))
-
-
-def _heaviest(structure):
-    """Node of the heaviest disc; without discs that of the largest mass."""
-    if structure.discs:
-        return max(structure.discs, key=lambda disc: disc.mass).node
-    return max(structure.nodes, key=structure.mass_share)

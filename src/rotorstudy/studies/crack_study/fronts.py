@@ -104,13 +104,10 @@ def _by_each_law(study, work, shape):
     *straight, p_value = rows[-2]
     law = registry().get("depth", study.fronts.straight, "fronts")
     straight = np.clip(straight, *law.valid)  # an interval may reach beyond
-    same = [float(np.interp(_across(law, one), equivalent_beam(FINE)[0], FINE)) for one in straight]
+    of_one = {"diameter_m": 2.0, "youngs_modulus_Pa": 1.0}  # the compliance along xi for E = R = 1
+    across = [compliance(law, one, "fronts", **of_one)[0] for one in straight]
+    same = np.interp(across, equivalent_beam(FINE)[0], FINE).tolist()
     return [*rows[:-1], [*same, p_value], rows[-1]]
-
-
-def _across(law, depth):
-    """Compliance along xi for E = R = 1."""
-    return compliance(law, depth, "fronts", diameter_m=2.0, youngs_modulus_Pa=1.0)[0]
 
 
 def _independent(rotor):
