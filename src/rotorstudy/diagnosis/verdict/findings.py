@@ -18,9 +18,9 @@ OTHER = 1.0  # of the stated size, by which it differs
 def far_from_the_rig(found, moved, labels):
     """A warning if the records look like those of a rig with other values: another machine, other units, other speeds.
 
-    They do if the best explanation needs unusual values of the rig, sizes of causes or errors of form, and the rig
-    without causes, but with other values, explains most of the excess error. A fault that no values explain casts no
-    doubt on the records.
+    They do if the best explanation needs unusual values of the rig, sizes of causes, errors of form or several faults
+    at once, and the rig without causes, but with other values, explains most of the excess error. A fault that no
+    values explain casts no doubt on the records.
 
     found  : Search;  labels : {name: readable name} of the parameters
     moved  : list of MovedParameter of the best explanation, or of the rig without causes if none is accepted
@@ -40,6 +40,8 @@ def far_from_the_rig(found, moved, labels):
     ]
     if found.form_error > UNUSUAL:
         said.append(f"what the best explanation changes would be off by {percent(found.form_error)} (rms)")
+    if len(best.faults) > 1:
+        said.append(f"{len(best.faults)} faults would have to act at once")
     base = found.base
     before, after = (misfit(base.model, found.spectrum, one) for one in (base.stated_theta, base.theta))
     left = residual_share(before, after, len(base.residual))
