@@ -158,7 +158,8 @@ def open_matlab(path, conventions):
     for name, value in found.items():
         if not name.startswith("__"):
             collect(name, value)
-    return Channels(list(vectors), lambda name: np.asarray(vectors[name], float), {})
+    units = dict(zip(vectors, stated_units(vectors, [""] * len(vectors)), strict=True))
+    return Channels(list(vectors), lambda name: np.asarray(vectors[name], float), units)
 
 
 def _check_survived(path):
@@ -231,6 +232,6 @@ def open_uff(path, conventions):
         else:
             continue
         raise RotorstudyError(f"{path}: data set '{place}' {wrong}")
-    labels = [str(found[0].get("ordinate_axis_units_lab", "")) for found in names.values()]
-    units = dict(zip(names, stated_units([""] * len(names), labels), strict=True))
-    return Channels(list(names), channel, units | {"time": None})
+    axes = {name: "abscissa" if name == "time" else "ordinate" for name in names}
+    labels = [str(names[name][0].get(f"{axis}_axis_units_lab", "")) for name, axis in axes.items()]
+    return Channels(list(names), channel, dict(zip(names, stated_units(list(names), labels), strict=True)))

@@ -86,10 +86,11 @@ def layout_hint(path, stated):
 
 def header_of(path, layout):
     """Names of the columns, the text of the row of units below each, and the number of lines above the numbers."""
-    names, units = None, []
+    names, units, before = None, [], []
     with _opened(path) as file:
         for above, line in enumerate(file, start=1):
             cells = _names(line, layout.separator)
+            before = cells if above == layout.skip_rows else before
             if names is None and above > layout.skip_rows and cells:
                 names, numbers = cells, above + layout.unit_rows
             elif names is not None and above <= numbers:
@@ -104,6 +105,8 @@ def header_of(path, layout):
         raise RotorstudyError(f"{path}: no header from line {layout.skip_rows + 1} on; check 'csv: skip_rows'")
     if len(names) > MOST_COLUMNS:
         raise RotorstudyError(f"{path}: {len(names)} columns, at most {MOST_COLUMNS} are read; is a row a sample?")
+    if len(before) == len(names) and all(UNIT.fullmatch(cell.lower()) for cell in before):
+        units = units or before
     names = [name or f"Unnamed: {i}" for i, name in enumerate(names)]
     count, seen = Counter(names), Counter()
     for i, name in enumerate(names):  # a rig file has to say which one it means
