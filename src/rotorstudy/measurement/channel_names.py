@@ -63,12 +63,22 @@ def unit_in(name, stated=""):
 
 def unit_of(text):
     """The unit that a text such as `mil pp` says, as the text itself if it is in no known form; None without one."""
-    bare = text.lower().replace("_", " ").replace("²", "2")
-    bare = KIND.sub(" ", re.sub(r"/\s*sec(onds?)?\b", "/s", bare))
-    if (word := re.sub(r"[\s^\[\]()]", "", bare)) in UNIT_OF:
-        return UNIT_OF[word]
-    held = {UNIT_OF[word] for word in words_in(bare) if word in UNIT_OF and word not in SHORT}
-    return held.pop() if len(held) == 1 and not SCALED.search(bare) else text.strip() if held else None
+    if is_unit(text):
+        return UNIT_OF[_bare(text)]
+    words = KIND.sub(" ", text.lower().replace("_", " "))
+    held = {UNIT_OF[word] for word in words_in(words) if word in UNIT_OF and word not in SHORT}
+    return held.pop() if len(held) == 1 and not SCALED.search(words) else text.strip() if held else None
+
+
+def is_unit(text):
+    """Whether a text is a unit, and nothing else."""
+    return _bare(text) in UNIT_OF
+
+
+def _bare(text):
+    """A text without brackets, and without what says of which kind an amplitude is."""
+    text = re.sub(r"/\s*sec(onds?)?\b", "/s", text.lower().replace("_", " ").replace("²", "2"))
+    return re.sub(r"[\s^\[\]()]", "", KIND.sub(" ", text))
 
 
 def stated_units(names, below):
