@@ -21,7 +21,8 @@ WORDS = {  # of each unit that is read
 }
 NOT_READ = (  # units of other quantities or sizes, in which no channel is read
     "nm cm dm km in inch inches ft uin µin us µs μs usec ns min hr hour hours minute minutes day days khz krpm rps 1/s "
-    "rev/s deg/s cm/s ft/s deg kv ma mv mvolt a db % counts bar mbar psi pa kpa mpa n kn w kw mw degc °c degf °f k kg"
+    "rev/s deg/s cm/s ft/s deg kv ma mv mvolt a db % counts bar mbar psi pa kpa mpa n kn w kw mw degc °c degf °f k kg "
+    "lb lbf kgf"
 )
 UNIT_OF = {word: unit for unit, words in WORDS.items() for word in words.split()} | {w: w for w in NOT_READ.split()}
 SIGNALS = ("um", "mil", "mm", "m", "V", "s", "ms", "rpm", "Hz", "rad/s")  # of a probe, of time or of speed
