@@ -21,7 +21,8 @@ WORDS = {  # of each unit that is read
 }
 NOT_READ = (  # units of other quantities or sizes, in which no channel is read
     "nm cm dm km in inch inches ft uin µin us µs μs usec ns min hr hour hours minute minutes day days khz krpm rps 1/s "
-    "rev/s deg/s cm/s ft/s deg kv ma mv mvolt a db % counts bar mbar psi pa kpa mpa n kn w kw mw degc °c degf °f k kg"
+    "rev/s deg/s cm/s ft/s deg kv ma mv mvolt a db % counts bar mbar psi pa kpa mpa n kn w kw mw degc °c degf °f k kg "
+    "lb lbf kgf"
 )
 UNIT_OF = {word: unit for unit, words in WORDS.items() for word in words.split()} | {w: w for w in NOT_READ.split()}
 SIGNALS = ("um", "mil", "mm", "m", "V", "s", "ms", "rpm", "Hz", "rad/s")  # of a probe, of time or of speed
@@ -63,12 +64,22 @@ def unit_in(name, stated=""):
 
 def unit_of(text):
     """The unit that a text such as `mil pp` says, as the text itself if it is in no known form; None without one."""
-    bare = text.lower().replace("_", " ").replace("²", "2")
-    bare = KIND.sub(" ", re.sub(r"/\s*sec(onds?)?\b", "/s", bare))
-    if (word := re.sub(r"[\s^\[\]()]", "", bare)) in UNIT_OF:
-        return UNIT_OF[word]
-    held = {UNIT_OF[word] for word in words_in(bare) if word in UNIT_OF and word not in SHORT}
-    return held.pop() if len(held) == 1 and not SCALED.search(bare) else text.strip() if held else None
+    if is_unit(text):
+        return UNIT_OF[_bare(text)]
+    words = KIND.sub(" ", text.lower().replace("_", " "))
+    held = {UNIT_OF[word] for word in words_in(words) if word in UNIT_OF and word not in SHORT}
+    return held.pop() if len(held) == 1 and not SCALED.search(words) else text.strip() if held else None
+
+
+def is_unit(text):
+    """Whether a text is a unit, and nothing else."""
+    return _bare(text) in UNIT_OF
+
+
+def _bare(text):
+    """A text without brackets, and without what says of which kind an amplitude is."""
+    text = re.sub(r"/\s*sec(onds?)?\b", "/s", text.lower().replace("_", " ").replace("²", "2"))
+    return re.sub(r"[\s^\[\]()]", "", KIND.sub(" ", text))
 
 
 def stated_units(names, below):

@@ -64,6 +64,7 @@ def _from_channels(path, conventions, nodes, channels):
             raise RotorstudyError(f"{path}: two columns are named '{name}'; the rig file calls the first '{name} #1'")
         if name not in channels.names:
             hint = layout_hint(path, conventions.csv) if kind_of(path) == "csv" else ""
+            hint += "; state 'sample_rate_Hz:' if it has none" * (role == "time")
             raise unknown_name(f"{role} channel", name, channels.names, f"{path}{hint}")
         return channels.values(name)
 
