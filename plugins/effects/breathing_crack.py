@@ -1,6 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, crack_parameters, hookimpl, registry
+from rotorstudy.plugins import CannotAct, Effect, crack_parameters, hookimpl, registry
 
 
 def breathing_crack(
@@ -17,6 +17,8 @@ def breathing_crack(
     middle of the crack edge from the reference line of the shaft, in the direction of rotation.  isotropic: with
     an amplitude for a loss alike in all directions, too, beside that along xi.
     """
+    if crack != "open" and not np.any(structure.static_load):
+        raise CannotAct("no weight opens and closes a crack here; only one that stays open can be")
     law = registry().get("crack", crack, "breathing_crack")
     return crack_parameters(
         law, structure, False, node=node, element=element, angle_rad=crack_angle_rad, isotropic=isotropic

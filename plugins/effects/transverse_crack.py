@@ -53,6 +53,10 @@ def transverse_crack(
     by_moment = breathing in ("gradual", "sudden") and opened_by == "moment"
     if closing_moment_N_m and not by_moment:
         raise CannotAct("closing_moment_N_m needs a crack that opens and closes by the instantaneous moment")
+    if not by_moment and breathing != "none" and not np.any(structure.static_load):
+        raise CannotAct(
+            "no weight opens and closes a crack here: breathing must be gradual or sudden by the moment, or none"
+        )
     if flexibility is None:
         flexibility = "strip_integration" if breathing in ("cosine", "switching") else "elasticity"
     hinge = crack_at(
@@ -66,13 +70,11 @@ def transverse_crack(
         "none": hinge.open_entries,
     }
     law = tables.get(breathing, hinge.entries_by_weight)
-    found = []
-    for name, along in (("flexibility_factor", False), ("excess_flexibility_along", True)):
+    found, both = [], any_flexibility and breathing != "sudden"
+    for name, along in (("flexibility_factor", False), ("excess_flexibility_along", True))[: 1 + both]:
         force = hinge.force(closing_moment_N_m, along=along) if by_moment else None
         entries, default = () if by_moment else law(along=along), 0.0 if along else None
         found.append(Parameter(name, "1", entries, typical=1.0, force=force, default=default, jumps=jumps))
-    if not any_flexibility or breathing == "sudden":
-        del found[1]
     if any_flexibility and by_moment and hinge.static_moment:
         force = hinge.force_of_closing()
         found.append(Parameter("closing_moment_share", "1", (), typical=1.0, force=force, default=0.0))
@@ -84,7 +86,7 @@ def transverse_crack(
     return found
 
 
-def depth_in_metres(structure, position_m, depth_ratio, **others):
+def depth_in_metres(structure, position_m, **others):
     """The depth in m, by the diameter at its position."""
     return {"depth_m": ("depth_ratio", structure.section_at(position_m).outer_diameter_m)}
 
@@ -92,6 +94,7 @@ def depth_in_metres(structure, position_m, depth_ratio, **others):
 def middles_of_elements(structure):
     """The middle of every element; of a long shaft of at most so many, evenly along it."""
     ends = sorted(structure.node_positions.values())
+    ends = ends if len(ends) > 1 else [0.0, *ends, structure.length]  # the spans beside a single disc
     elements = np.unique(np.linspace(0, len(ends) - 2, ELEMENTS_TRIED).astype(int))
     return [({"element": int(i) + 1}, {"position_m": (ends[i] + ends[i + 1]) / 2}) for i in elements]
 

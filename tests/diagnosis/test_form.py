@@ -51,6 +51,18 @@ def test_the_error_of_form_is_common_to_the_nodes_and_differs_by_harmonic():
     assert np.allclose(variance, 1 + LEAK**2 * 4, rtol=1e-3)
 
 
+def test_several_forces_at_a_place_share_the_error_of_form():
+    """Such as the moments at both ends of an element."""
+    change, size = np.ones((4, 4, 2)) * [1, 2j], []
+    for rows in (1, 2):
+        forces = np.zeros((2 * rows * 4, 4, 4, 2), complex)
+        for i in range(len(forces)):
+            forces[i, :, i % 4] = [1, 0.5] if i < 4 else [1j, -0.5]
+        errors, _ = form_errors(SPEED, [Change(change, 1.0, False, forces, np.arange(len(forces)) % 4)], SHARES[0])
+        size.append(np.sum(np.abs(errors) ** 2, axis=(0, 3)))
+    assert np.allclose(*size)
+
+
 def test_what_a_form_explains_is_not_evidence_against_a_cause():
     spectrum = noisy(1e-9)
     change = spectrum.amplitude

@@ -6,7 +6,7 @@ dK [[s_xi, s_xe], [s_xe, s_eta]](a). The force on z is therefore
     dK e^{ja} (m(a) r + d(a) conj r),   m = (s_xi + s_eta) / 2,   d = (s_xi - s_eta) / 2 + j s_xe.
 
 The Fourier series of m and d give entries m_k on z with shift k and d_k on conj(z) with shift k + 2; an entry of shift
-n is multiplied by e^{jn*position}.
+n is multiplied by e^{jn*angle}.
 
 Under weight dominance z is replaced by the static deflection (thesis Eqs. 2.16 to 2.20, for a breathing function along
 xi alone). Breathing functions are stated for a shaft that the weight stretches below; where it stretches the upper side

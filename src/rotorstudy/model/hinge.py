@@ -38,7 +38,7 @@ from rotorstudy.model.terms import NonlinearForce
 DIRECTIONS = 128  # of the moment, over 360 degrees; interpolation between them is wrong by 2e-4 of the kink
 ACROSS = 0.5  # of the flexibility across, in the formulas by the angle: they count only the half in tension
 CLOSED = 0.05  # of the static moment, for a difference by a residual stress
-ROUND_OFF = 1e-9  # of a cosine, and of the coefficients of a share of the order of one
+ROUND_OFF = 1e-9  # of a cosine, and of the coefficients of shares, relative to the largest
 KEPT = 2048  # depths: a search tries the same one at many angles, and every search on a shaft begins with the same ones
 ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left out are less than 1e-3 of the kink
 
@@ -261,13 +261,13 @@ def crack_at(
 
 def _turning_shares(xi, eta, both=0.0):
     """Shares for `Hinge._entries` of kinks (direction,) along xi and eta, and along one by rotation along the other."""
-    found = {}
+    found, least = {}, ROUND_OFF * max(np.abs(one).max() for one in (xi, eta, both))
     for i, share in enumerate(((xi + eta) / 2, (xi - eta) / 2 + 1j * both)):  # the conjugate turns by twice its angle
         series = np.fft.fft(np.broadcast_to(share, DIRECTIONS)) / DIRECTIONS
         for k in range(-ORDER, ORDER + 1):  # in the frame of the crack
-            if abs(series[k]) > ROUND_OFF:
+            if abs(series[k]) > least:
                 found.setdefault(k + 2 * i, [0.0, 0.0])[i] = (
-                    series[k] if abs(series[k].imag) > ROUND_OFF else series[k].real
+                    series[k] if abs(series[k].imag) > least else series[k].real
                 )
     return found
 

@@ -132,7 +132,8 @@ class HeldShapes(NamedTuple):
             found.amplitudes[kept], found.cost[kept] = here.amplitudes[is_better], cost[is_better]
             found.log_evidence[kept] = (here.log_volume - cost / 2)[is_better]
             forward = np.clip(here.step, -LONGEST, LONGEST)
-            step[active] = np.where(is_better[:, None], forward, -0.75 * step[active])
+            back = found.points[active][:, free] - points[active][:, free]  # of which a quarter of the step is left
+            step[active] = np.where(is_better[:, None], forward, 0.75 * back)
             amplitudes[active] = np.where(is_better[:, None], here.amplitudes, amplitudes[active])
             before = points[np.ix_(active, free)]
             moved = np.where(around, before + step[active], np.clip(before + step[active], 0, 1))

@@ -39,7 +39,6 @@ def in_form(work: Work, cause: Candidate, *, any_form: bool = False) -> Candidat
     """A cause by its law, in the middle of its forms where it has any.
 
     any_form : whether it has the freedom of `Effect.any_form`, too
-    raises   : CannotAct if the law has no other form
     """
     form = {name: ends.value(0.5) for name, ends in form_ranges(cause.effect).items()}
     freedoms = tuple(freedom_of(cause.effect, any_form=one) for one in (False, True)[: 1 + any_form]) if form else ()
@@ -48,10 +47,7 @@ def in_form(work: Work, cause: Candidate, *, any_form: bool = False) -> Candidat
 
 
 def laws_of(work: Work, cause: Candidate) -> list[Candidate]:
-    """A cause in the middle of its forms by its own law and, where it may have any near it, by these.
-
-    raises : CannotAct if the law has no other form
-    """
+    """A cause in the middle of its forms by its own law and, where it may have any near it, by these."""
     near = variants_of(registry().get("effect", cause.effect).any_form[2])
     return [in_form(work, cause, any_form=one) for one in (False, True)[: 1 + (cause.variant in near)]]
 
@@ -96,12 +92,12 @@ def over_forms(
     place = [name for name in cause.shape if name.startswith("position")]
     if len(form) != 1 or len(place) != 1:
         return None
-    bare, slopes = Projection(fitted, work.spectrum), []
+    bare, slopes = Projection(fitted, work.spectrum, cause.names), []
     for other in (one for one in others if one.shape):
         shapes = HeldShapes(work, bare, other, ranges_of(work, other), ())
         values = np.array([[fitted.values[name] for name in other.names]])
         slopes += [*shapes.columns([other], point_of(work, other)[None], values)[1][0]]
-    projection = Projection(fitted, work.spectrum, cause.names, [one[: len(fitted.residual)] for one in slopes])
+    projection = Projection(fitted, work.spectrum, cause.names, slopes)
     found = list(filter(None, (_weighted(work, projection, cause, law, *form, *place) for law in laws)))
     if not found:
         return None
@@ -124,7 +120,7 @@ def _weighted(work, projection, cause, law, form, place):
     point = np.array([ends.fraction((law.shape | cause.shape)[name]) for name, ends in ranges.items()])
     shapes = HeldShapes(work, projection, law, ranges, held)
     known = {point[at]: shapes.over_places(shapes.searched(_places(cause, ranges, point, along)))}
-    wanted = FORMS
+    wanted = [x for x in FORMS if x not in known]
     for _ in range(CLOSER):
         for x in wanted:
             near = known[min(known, key=lambda other, x=x: abs(other - x))]
@@ -134,11 +130,11 @@ def _weighted(work, projection, cause, law, form, place):
         forms = np.sort(list(known))
         wanted = halfway(forms, np.array([known[x].cost.min(initial=np.inf) for x in forms]))[0]
     least = min(one.cost.min(initial=np.inf) for one in known.values())
-    likely = {x: one.part(one.cost < least + UNLIKELY) for x, one in sorted(known.items())}
-    rows = {x: _distribution(one, along) for x, one in likely.items() if len(one.cost) >= FEWEST}
-    if len(rows) < FEWEST:
+    likely = [x for x, one in sorted(known.items()) if np.sum(one.cost < least + UNLIKELY) >= FEWEST]
+    if len(likely) < FEWEST:
         return None
-    best = min((likely[x] for x in rows), key=lambda one: one.cost.min())
+    rows = {x: _distribution(known[x], along) for x in likely}
+    best = min((known[x] for x in likely), key=lambda one: one.cost.min())
     best = best.part(np.argmin(best.cost))
     return _Weighted(law, *_mixture(rows, ranges, held), best.amplitudes, float(best.cost))
 

@@ -173,7 +173,8 @@ def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple) -> np.n
             own = np.repeat(np.arange(size.shape[1]), 2)
         else:
             of_unit = np.linalg.norm(forces, axis=(2, 3))  # (force, speed)
-            acting = size[:, forced].T / np.where(of_unit > 0, of_unit, np.inf)
+            rows = len(forced) / (2 * size.shape[1])  # which share the error
+            acting = size[:, forced].T / np.where(of_unit > 0, np.sqrt(rows) * of_unit, np.inf)
             whole = np.sqrt(size.shape[1] * np.mean(acting**2, axis=0))
             shown, own = forces * _with_leak(acting, whole)[..., None, None], forced
         errors = modes[:, None, :, None, None] * shown[None]
@@ -307,7 +308,7 @@ def most_probable_form(
     std = inexact * np.array([expected.get(abs(n), 0.0) for n in spectrum.harmonics])
     size = sum((np.abs(one.change) ** 2).sum(axis=(0, 2)) for one in changes) if changes else np.zeros(len(std))
     mean = np.sqrt(size @ std**2 / size.sum()) if np.any(size) else 0.0
-    return FormError(shares, columns * scale, std, float(mean), float(more), float(best + more))
+    return FormError(shares, (columns * scale)[:, scale > 0], std, float(mean), float(more), float(best + more))
 
 
 def _of_one_order(gram, products, own, scale, prior):

@@ -70,14 +70,14 @@ class _Judge(NamedTuple):
                 found.append(self.proposal(parts, one.start, one.evidence))
         return found
 
-    def scanned(self, fitted, chosen, without=(), plain=None, excess=None):
-        """Proposals of causes in the shapes that a scan finds; of laws with the same amplitudes one is scanned."""
+    def scanned(self, fitted, chosen, plain, without=(), excess=np.inf):
+        """Proposals of causes in the shapes that a scan finds, by all their laws: of those alike one is scanned."""
         laws, found = {}, []
         for c in filter(can_be_scanned, chosen):
             laws.setdefault(c.cause, {}).setdefault(tuple(c.variant.values()), c)
         every = [c for some in laws.values() for c in some.values()]
         first = {(c.cause, tuple(p.name for p in c.term.parameters)): c for c in reversed(every)}
-        if not first or (((plain or fitted).excess if excess is None else excess) <= 0 and not without):
+        if not first or (excess <= 0 and not without):
             return []
         loose = [c._replace(fixed_std=LOOSE) for c in first.values()]
         for cause, one in scan(self.work, fitted, loose, without=without, plain=plain):
@@ -108,17 +108,17 @@ def additions(
         here = [c for c in chosen if not (without and c.term.acts_on_output)]  # an error of readings is no force
         if not here or (own is not form and not form.size):
             continue
-        work, fitted = _with_error_of_form(work, plain, own, without)
+        wide, fitted = _with_error_of_form(work, plain, own, without)
         if own is form:
-            widest = _log_volume(work.spectrum)
+            widest = _log_volume(wide.spectrum)
         elif fitted.cost < current.fit.cost + 2 * HIDES:
             continue
-        projected, usable = work.project(fitted, here, without)
-        more = current.fit.cost - projected.residual @ projected.residual + widest - _log_volume(work.spectrum)
+        projected, usable = wide.project(fitted, here, without)
+        more = current.fit.cost - projected.residual @ projected.residual + widest - _log_volume(wide.spectrum)
         base = odds_of(current) - work.prior_odds.log_odds(current.causes) + 0.5 * more
-        judge = _Judge(work, current.causes, fitted.values, base)
+        judge = _Judge(wide, current.causes, fitted.values, base)
         found += judge.alone(projected, usable) + judge.together(projected, usable)
-        found += judge.scanned(fitted, usable, without, plain, plain.excess if own is form else fitted.excess)
+        found += judge.scanned(fitted, usable, plain, without, plain.excess if own is form else fitted.excess)
     return found
 
 
@@ -165,7 +165,7 @@ def exchanges(work: Search, current: Explanation) -> list[Proposal]:
         judge = _Judge(wide, rest, current.fit.values, base)
         others = [c for c in usable if not any(c is one for one in gone)]
         found += judge.alone(projected, others) + judge.together(projected, others)
-        found += judge.scanned(fitted, others, without=own, plain=whole)
+        found += judge.scanned(fitted, others, whole, own)
     return found
 
 

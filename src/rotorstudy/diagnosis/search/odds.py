@@ -269,5 +269,5 @@ def total(cause: Candidate, name: str, fitted: Fit) -> tuple[float, float]:
 def _stated(cause, name, fitted):
     """Mean of the prior of that total, in standard deviations of the prior of the amplitude."""
     theta = fitted.values | dict(zip(fitted.prior.names, fitted.prior.mean, strict=True))
-    stated = sum(factor * theta[one] for one, factor in cause.positive[name].items())
+    stated = theta[name] + sum(factor * theta[one] for one, factor in cause.positive[name].items())
     return stated / fitted.prior.std[fitted.names.index(name)]

@@ -61,7 +61,7 @@ class Projection:
     without : tuple of str
         Amplitudes of the fit that are taken out.
     free : sequence of ndarray (component,)
-        More columns that are projected out, such as of the shapes of its other causes.
+        More columns that are projected out, as what is `left` of those of the shapes of its other causes.
     """
 
     def __init__(self, fitted: Fit, spectrum: Spectrum, without: tuple[str, ...] = (), free: Sequence = ()):
@@ -79,8 +79,7 @@ class Projection:
         whitener = fitted.prior.whitener[np.ix_(kept, kept)]  # causes are independent of the base and of each other
         known = np.vstack([fitted.jacobian[:, kept], whitener])
         self.rows = len(whitener)
-        more = [np.append(column, np.zeros(self.rows)) for column in free if np.any(column)]
-        known = np.column_stack([known, *more])
+        known = np.column_stack([known, *(column for column in free if np.any(column))])
         self.basis, _ = np.linalg.qr(known / np.linalg.norm(known, axis=0))
         self.residual = self._left(np.concatenate([residual, whitener @ (fitted.prior.mean - fitted.free)[kept]]))
         self.theta = {n: v for n, v in zip(fitted.model.names, fitted.theta, strict=True) if n not in without}
@@ -126,16 +125,13 @@ def _near(fitted, speed, harmonics, order):
     return Neighbourhood(fitted.model, speed, harmonics, fitted.theta, order=order)
 
 
-def project(
-    fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: tuple[str, ...] = (), free: Sequence = ()
-) -> Projected:
+def project(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: tuple[str, ...] = ()) -> Projected:
     """Columns of candidates at the motion of a fit; see `Projection`.
 
     without : amplitudes of the fit that are taken out
-    free    : (component,) each, as of `Projection`
     raises  : NoSteadyState
     """
-    return Projection(fitted, spectrum, without, free).of(chosen)
+    return Projection(fitted, spectrum, without).of(chosen)
 
 
 def screen(projected: Projected, *causes: Candidate) -> Screened:
@@ -196,7 +192,7 @@ def _screen_alike(projected, sets):
     if limited:
         s, i, there = (np.array(part) for part in zip(*limited, strict=True))
         spread = std * np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
-        possible = log_possible(start[s, i] + there, spread[s, i], there / std[s, i])
+        possible = log_possible(start[s, i] + there, spread[s, i], (mean[s, i] + there) / std[s, i])
         np.add.at(evidence, s, possible)
     first = 0
     for cause in sets[0]:

@@ -8,7 +8,6 @@ from rotorstudy.diagnosis.search.candidates import form_ranges
 from rotorstudy.diagnosis.search.odds import faults_of, odds_of
 from rotorstudy.diagnosis.search.shape_fit import Work
 from rotorstudy.diagnosis.verdict.result import Cause, ParameterEstimate
-from rotorstudy.errors import CannotAct
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.measurement.findings import Finding
@@ -121,10 +120,7 @@ def over_its_forms(found):
         return None, []
     (usual,), others = formed, [cause for cause in best.causes if cause is not formed[0]]
     work = Work(found.rig, found.whole, found.prior, best.spectrum, settings)
-    try:
-        over, odd = over_forms(work, best.fit, usual, laws_of(work, usual), others), []
-    except CannotAct:  # a published formula has one form
-        return None, []
+    over, odd = over_forms(work, best.fit, usual, laws_of(work, usual), others), []
     explains = over is not None and chi_square_p_value(over.cost, best.spectrum.data_count) >= settings.significance
     if over is None or over.by_own_law is None:
         odd.append("its form could not be fitted")

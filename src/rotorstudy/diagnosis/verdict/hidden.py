@@ -88,7 +88,7 @@ def _of_fault(work, plugin, vibration, seen):
                 size, unit = _just_seen(work, plugin, {**options, **shape, **worst}, seen)
             except RotorstudyError:  # it cannot act there
                 break
-            found = (size if found is None or size is None or (found[0] or 0) < size else found[0]), unit
+            found = (size if found is None or size is None or found[0] < size else found[0]), unit
             if size is None:
                 break
         if found:
@@ -111,8 +111,9 @@ def _just_seen(work, plugin, options, seen):
     (parameter,) = [p for p in largest.term.parameters if is_option or p.name == feared.size][:1]
     unit = UNITS.get(feared.size, "1") if is_option else parameter.unit
     scale = 1.0 if is_option else parameter.typical
-    place = next(c for c in work.candidates if c.effect == plugin.name)
-    gain = work.prior_odds.even_odds_gain(place) + 2 * len(plugin.shape) * np.log(NARROWED)
+    alike = [c for c in work.candidates if c.effect == plugin.name]
+    here = next((c for c in alike if c.where.items() <= options.items()), alike[0])
+    gain = work.prior_odds.even_odds_gain(here) + 2 * len(plugin.shape) * np.log(NARROWED)
     needed = np.sqrt(2 * LEAST_LOG_ODDS + gain) + POWER
 
     def clearness(size):
