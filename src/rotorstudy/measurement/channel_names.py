@@ -29,6 +29,7 @@ SIGNALS = ("um", "mil", "mm", "m", "V", "s", "ms", "rpm", "Hz", "rad/s")  # of a
 SHORT = {word for word in UNIT_OF if len(word) < 2} | {  # words that mean other things outside of brackets
     "in", "ft", "pa", "rad", "rev", "deg", "min", "hour", "hours", "minute", "minutes", "day", "days", "bar", "second",
 }  # fmt: skip
+CLEAR = ("um", "mil", "mm", "ms", "rpm", "m/s", "mm/s", "in/s")  # at the end of a name, too; 100 Hz may be a filter's
 KIND = re.compile(r"(0-)?(?:\b|(?<=[a-zµμ]{2})|(?<=\bv))(pk-?pk|p[-/]?p|pk|peak|rms|dc)\b|\b(lag|lead)(ging)?\b")
 SCALED = re.compile(r"[\d/*·×^%]|\bper\b|\bx\b")  # makes another unit of one: um/s, mil x 10
 AT_THE_END = re.compile(r"[\s_.,:;-]([a-zµμ]+(?:/s)?)$")
@@ -93,7 +94,7 @@ def _stated(name, below, letters):
     bracketed = [one for one in re.findall(r"[\[(]([^\])]*)[\])]", name) if len(one) != 1 or one in letters]
     found = [unit for text in (below, *bracketed) if (unit := unit_of(text))]
     last = AT_THE_END.search(KIND.sub("", name.lower()).strip())
-    found += [UNIT_OF[last[1]]] if last and last[1] in UNIT_OF and last[1] not in SHORT else []
+    found += [UNIT_OF[last[1]]] if last and UNIT_OF.get(last[1]) in CLEAR and last[1] not in SHORT else []
     return next((unit for unit in found if unit in WORDS), next(iter(found), None))
 
 
