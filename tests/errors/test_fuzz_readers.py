@@ -30,7 +30,7 @@ ROOT = Path(__file__).parents[2]
 PROBES = [{"channel": "x", "node": 1, "angle_deg": 0, "unit": "um"}, {"channel": "y", "node": 1, "angle_deg": 90}]
 GIVEN = {"harmonics": [1, -1], "probes": PROBES}
 PIECES = rb', ,, ; " nan inf - # 1e300 1e-320 1_0 1.234,5 null: 1: [ { &a *a x'.split()
-PIECES += [b"", b" ", b"\t", b"\n", b"\r\n", b"\0", b"\xff", b"\xef\xbb\xbf", b"- ", b"\n,,\n", b"9" * 5000]
+PIECES += [b"", b" ", b"\t", b"\n", b"\r\n", b"\0", b"\xff", b"\xef\xbb\xbf", b"- ", b"\n,,\n", b"\xb2", b"9" * 5000]
 STATED = [Conventions(**GIVEN), Conventions(**GIVEN, csv={"separator": ";", "decimal": ",", "unit_rows": 1})]
 TEXTS = {
     "waves": b"time,x,y,key\n0,1,2,0\n1,2,1,5\n2,1,2,0\n3,2,1,5\n",

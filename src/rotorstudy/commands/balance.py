@@ -31,7 +31,7 @@ def run(given):
     rig = read_rig(given.rig)
     sense = read_conventions(rig.given, given.rig).sense
     holes = None if given.holes is None else equal_holes(given.holes, given.weights, sense)
-    planes = [int(plane) if plane.isdigit() else plane for plane in given.planes]
+    planes = [int(plane) if plane.isdecimal() else plane for plane in given.planes]
     found, _, findings = balance_files(given.records, rig, planes, holes)
     tell(findings)
     if holes:

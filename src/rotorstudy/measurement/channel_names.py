@@ -106,7 +106,7 @@ def angle_in(name):
     words = words_in(name)
     for before, word in zip(["", *words], words, strict=False):
         if word in LEFT | RIGHT:
-            size = float(before) if before[:1].isdigit() and float(before) >= LEAST_ANGLE else 45.0
+            size = float(before) if before[:1].isdecimal() and float(before) >= LEAST_ANGLE else 45.0
             return size if word in LEFT else -size
     found = [DIRECTIONS[word] for word in words if word in DIRECTIONS]
     return found[-1] if len(found) == 1 else None
@@ -121,7 +121,7 @@ def numbered_angles(names):
     planes, angles = [], []
     for name in names:
         words = words_in(name)
-        numbers = [word for word in words if word[:1].isdigit() and LEAST_ANGLE <= float(word) <= 360]
+        numbers = [word for word in words if word[:1].isdecimal() and LEAST_ANGLE <= float(word) <= 360]
         if len(numbers) != 1:
             return None
         planes.append(tuple(word for word in words if word != numbers[0]))
@@ -138,6 +138,6 @@ def plane_in(name):
     """The words of a name that say neither direction nor unit, equal for the probes of a node."""
     words = words_in(name)
     sides = [word for word in words if word in LEFT | RIGHT]
-    large = {word for word in words if sides and word[:1].isdigit() and float(word) >= LEAST_ANGLE}
+    large = {word for word in words if sides and word[:1].isdecimal() and float(word) >= LEAST_ANGLE}
     unit = set() if unit_in(name) is None else set(UNIT_OF)
     return tuple(word for word in words if word not in {*DIRECTIONS, *LEFT, *RIGHT, *large, *unit, *PEAK})
