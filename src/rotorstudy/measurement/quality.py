@@ -8,7 +8,7 @@ from rotorstudy.measurement.angle_fit import fit_each, in_cosines
 from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, trend_probability
 from rotorstudy.measurement.keyphasor import LONGEST_PULSE
-from rotorstudy.units import RAD_PER_S, um
+from rotorstudy.units import spin, um
 
 LABEL_OFF = 0.02  # relative error of a stated speed
 USUAL_SPEED = 1.0, 5e4  # rad/s: turning gears are slower, no machine is faster
@@ -64,12 +64,22 @@ def check_speed_label(label, speed, where):
     if label is None:
         severity = "warning" if speed > USUAL_SPEED[1] else "note"
         usual = USUAL_SPEED[0] <= speed <= USUAL_SPEED[1]
-        return [] if usual else [told("unusual speed", where, severity, speed=speed, rpm=speed / RAD_PER_S["rpm"])]
+        return [] if usual else [told("unusual speed", where, severity, speed=spin(speed, 3))]
     if abs(label / speed - 1) <= LABEL_OFF:
         return []
     fitting = [why for ratio, why in LIKELY_WRONG if abs(speed / label / ratio - 1) < LABEL_OFF]
     hint, off = (fitting or ["correct the label"])[-1], 100 * (speed / label - 1)
-    return [told("speed label", where, label=label, speed=speed, off=off, allowed=100 * LABEL_OFF, hint=hint)]
+    return [
+        told(
+            "speed label",
+            where,
+            label=spin(label, 6),
+            speed=spin(speed, 6),
+            off=off,
+            allowed=100 * LABEL_OFF,
+            hint=hint,
+        )
+    ]
 
 
 def check_drift(drift, where):
