@@ -5,7 +5,8 @@ DIAGNOSIS_FIGURES = {
         "What the simulation gets wrong",
         "Left: measured minus simulated in standard deviations (noise and stated model error), after the fit of the "
         "rig's own parameters; 1 is expected under noise alone. Right: equivalent residual force, the force at the "
-        "measured nodes that would cause the residual; where not all of the rotor is measured the true force may act elsewhere. "
+        "measured nodes that would cause the residual; where not all of the rotor is measured the true force may act "
+        "elsewhere. "
         "An effect of the measuring chain appears as a force too, although none acts.",
     ),
     "causes": (
