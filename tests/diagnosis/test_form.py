@@ -168,6 +168,7 @@ def test_parts_of_a_law_of_breathing_sum_to_another_law():
         ("across", False),
         ("along", False),
         ("coupled", False),
+        ("skewed", False),
         ("lagging", False),
         ("along", True),
     ):
@@ -178,10 +179,29 @@ def test_parts_of_a_law_of_breathing_sum_to_another_law():
         )
 
 
+def test_an_open_crack_that_is_skewed_yields_most_beside_the_middle_of_its_edge():
+    structure, skew = load_rig("examples/two_discs.yaml").structure, 0.02
+
+    def table(angle, *parts):
+        """{shift and what it acts on: matrix} of an open crack and further parts of its law, (part, amplitude)."""
+        hinge, found = crack_at(structure, 0.3, 0.25, angle, "elasticity"), {}
+        every = [(hinge.open_entries(), 1.0), *((hinge.entries_of_form(*part), size) for part, size in parts)]
+        for entries, size in every:
+            for e in entries:
+                found[e.on, e.shift] = found.get((e.on, e.shift), 0.0) + size * np.asarray(e.matrix)
+        return found, hinge.open_shares
+
+    straight, (xi, eta) = table(0.4)
+    turned, _ = table(0.4 + skew)
+    skewed, _ = table(0.4, (("skewed", 0), skew * (xi - eta) / xi))
+    change = np.abs(turned["conj", 2] - straight["conj", 2]).max()
+    assert change > 0 and np.abs(skewed["conj", 2] - turned["conj", 2]).max() < 2 * skew * change
+
+
 def test_by_the_moment_the_parts_are_those_by_the_weight_where_that_alone_acts():
     structure = load_rig("examples/two_discs.yaml").structure
     hinge = crack_at(structure, 0.3, 0.25, 0.0, "elasticity")
-    for motion in ("across", "along", "coupled", "lagging"):
+    for motion in ("across", "along", "coupled", "skewed", "lagging"):
         force = hinge.force_of_form(motion, 1)
         for angle in (0.3, 2.0, 5.0):
             rotation = -np.array([[1e-3 * hinge.side]]) - hinge.section.own_moment / hinge.section.stiffness

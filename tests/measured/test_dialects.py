@@ -212,6 +212,7 @@ def test_a_row_of_numbers_is_not_taken_for_units(table, tmp_path):
         ("time,x (umpp)", 1.0),
         ("time,x (um zero to peak)", 1.0),
         ("time,x (at the top)", 1.0),
+        ("time,x LP 100 Hz", 1.0),
         ("time (seconds),x (µm pp)", 1.0),
         ("time,x (V),y (H)", 1.0),  # vertical and horizontal
         ("time,x (left)", 1.0),

@@ -23,9 +23,10 @@ LARGEST_VALUE = 1e100  # its square is a number
 LARGEST_WHOLE = 10**9  # of a node or a harmonic
 USUAL_V_PER_M = 7874.0  # 200 mV/mil, API 670
 WIDE = re.compile(
-    r"(?P<probe>.+?)[\s_:,;/-]+(?P<harmonic>\d{1,3})x?[\s_:,;/-]*(?P<what>amp|mag|pha?s)[a-z]*\b(?P<unit>.*)",
+    r"(?P<probe>.+?)[\s_:,;/-]+(?P<harmonic>\d{1,3})x[\s_:,;/-]*(?P<what>amp|mag|pha?s)[a-z]*\b(?P<unit>.*)",
     re.IGNORECASE,
 )
+NO_HARMONIC = re.compile(r".+?[\s_:,;/-]+(amp|mag|pha?s)[a-z]*\b", re.IGNORECASE)
 QUANTITY = re.compile(r"^(speed|amplitude|velocity|phase|reference_phase)_")
 GAP = re.compile(r"(?P<probe>.+?)[\s_:,;/-]+(?:dc[\s_:,;/-]*)?gap\b.*", re.IGNORECASE)  # "DE X Gap (V)"
 SPEED_UNITS = {"rpm": "rpm", "Hz": "Hz", "rad/s": "rad_per_s"}  # as in `speed_rpm`
@@ -123,9 +124,14 @@ def _wide(names, units, where):
             if what in own:
                 raise RotorstudyError(f"{where}: columns '{own[what]}' and '{name}' are the same {what}; keep one")
             own[what], texts[what][name] = name, f"{match['unit']} {below}".strip()
-    if all(len(own) == 1 for own in found.values()):
-        return None
     speeds = _speed_columns(names, units)
+    if all(len(own) == 1 for own in found.values()):
+        of = {match[1][:2].lower(): name for name in names if (match := NO_HARMONIC.match(name))}
+        if speeds and "ph" in of and len(of) > 1:
+            raise RotorstudyError(
+                f"{where}: columns such as '{of['ph']}' name no harmonic; call them '1X', as in 'DE X 1X Phase (deg)'"
+            )
+        return None
     if not speeds:
         raise RotorstudyError(f"{where}: no column of the speed in rpm, Hz or rad/s, such as 'Speed (rpm)'")
     for (probe, harmonic), own in found.items():
