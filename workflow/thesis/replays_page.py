@@ -24,7 +24,7 @@ SHEETS = {
 LEGEND = (
     "Thesis: its own estimates from all speeds, with 0X and 1X of the slow roll subtracted as in Eq. (3.1). Base: its "
     "model, with dampings, crack and eccentricity within the limits of its impact tests and of usual machining. "
-    "Without limits: its model with every parameter free. Extended: the base model and the causes found."
+    "Without limits: its model with every parameter free. Extended: that model and the causes found."
 )
 UNDECIDED = (
     "What three or four speeds of one pair of probes cannot decide: on the rig of Chapter 3, modelled with one "

@@ -71,6 +71,7 @@ def diagnosis_page(verdict, data, figures, title, links=None, states=None):
         title=f"{'What changed in' if of_change else 'Diagnosis of'} {title}: {HEADINGS[verdict.verdict][of_change]}",
         links=links or {},
         verdict=verdict,
+        answer=_answer(verdict),
         glance=_glance(verdict, of_change),
         next_steps=next_steps(verdict, of_change),
         hides=_hides(verdict),
@@ -107,6 +108,14 @@ def _counted(names):
         kinds.setdefault(re.sub(r"\d+(\.\d+)?", "#", name), []).append(name)
     few = [f"{alike[0]} and {len(alike) - 1} like it" if len(alike) > 1 else alike[0] for alike in kinds.values()]
     return few if len(few) <= 2 * NAMED else [*few[: 2 * NAMED], f"{len(few) - 2 * NAMED} more kinds, in verdict.json"]
+
+
+def _answer(verdict):
+    """The summary without the sentences on what could hide, which the page has below."""
+    said = verdict.summary
+    for sentence in hidden_in_words(verdict):
+        said = said.replace(f" {sentence}", "")
+    return said
 
 
 def _hides(verdict):
