@@ -15,7 +15,7 @@ from rotorstudy.diagnosis.search.form import SHARES, over_speeds
 from rotorstudy.diagnosis.search.free_forces import free_force_columns
 from rotorstudy.diagnosis.search.odds import SCALES
 from rotorstudy.diagnosis.search.places import places_of
-from rotorstudy.errors import NoSteadyState
+from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.inference.prior import Prior
@@ -27,6 +27,7 @@ PRIOR = 0.1  # odds of a fault that the library lacks against one that it has, b
 REFITTED = 3  # places, the best ones, of which the values of the rig are fitted again with the force
 AGAIN = 2  # how often
 UPDATES = 30  # of the size at each harmonic
+COPIES, MOST_BYTES = 2.5, 4e9  # of the columns of the amplitudes at once, and what they may take
 SETTLED = 1e-3  # relative change of all sizes
 
 
@@ -67,6 +68,7 @@ def free_forces(work) -> list[FreeForce]:
     work : Search with its base fit
     """
     spectrum = work.spectrum
+    _check_memory(spectrum)
     places, stated = list(places_of(work.rig.structure)), fit(work.model, spectrum, work.prior, steps=0)
     known = {}
     try:
@@ -96,6 +98,18 @@ def free_forces(work) -> list[FreeForce]:
         count = spectrum.data_count
         found.append(FreeForce({kind: number}, motion, odds, at.left, count, 2 * taken <= count, fits.get(one)))
     return sorted(found, key=lambda one: -one.log_odds)
+
+
+def _check_memory(spectrum):
+    """RotorstudyError if the amplitudes of a force over all speeds and harmonics would not fit into memory."""
+    modes = len(over_speeds(spectrum.speed, SHARES[-1]))
+    needed = COPIES * 8 * spectrum.data_count * 2 * modes * len(spectrum.harmonics)
+    if needed > MOST_BYTES:
+        raise RotorstudyError(
+            f"{len(spectrum.speed)} speeds, {len(spectrum.harmonics)} harmonics and {len(spectrum.sensors)} nodes need "
+            f"{needed / 1e9:.0f} GB of memory, at most {MOST_BYTES / 1e9:g} are used; give fewer speeds, or fewer "
+            "harmonics ('measurement: harmonics:')"
+        )
 
 
 def _near(spectrum, fitted):
