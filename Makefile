@@ -1,6 +1,6 @@
 # make        set up .venv, rebuild all results, write the report
 # make test   set up .venv, run all checks and tests
-# make blind   400 blind cases instead of the 12 of make, about an hour on 2 cores: results/blind_400
+# make blind   400 blind cases instead of the 8 of make, about an hour on 2 cores: results/blind_400
 # make foreign  diagnose 300 records of the independent simulator (rotorstudy.blind.machines), several hours on 2 cores
 # make browser  open the charts of the pages in Chromium (Debian: apt install chromium), driven by Playwright
 # make docs   build the pages of docs/ as a site, with a check for dead links

@@ -77,10 +77,13 @@ def test_factors_are_those_of_their_units():
 
 
 @pytest.mark.parametrize(
-    ("words", "length", "unbalance"), [(["mil", "oz", "in"], "mil", "oz in"), (["g", "mm"], "um", "g mm")]
+    ("words", "length", "unbalance"),
+    [(["mil", "oz", "in"], "mil", "oz in"), (["g", "mm"], "um", "g mm"), (["mil"], "mil", "oz in")],
 )
-def test_units_of_two_words_need_no_quotes(words, length, unbalance):
+def test_units_of_two_words_need_no_quotes_and_an_unbalance_follows_the_length(words, length, unbalance):
     with asked(words), shown_for({}) as shown:
         assert (shown.length, shown.unbalance) == (length, unbalance)
+    with asked(words), shown_for({"units": ["g mm"]}) as shown:  # what a rig states stands, unless --units says more
+        assert shown.unbalance == (unbalance if "oz" in words else "g mm")
     with pytest.raises(RotorstudyError, match="unknown unit 'oz'"), asked(["oz"]):
         pass

@@ -208,11 +208,11 @@ def _glance(verdict, of_change):
 
 
 def _left(verdict):
-    added = "With all causes added" if verdict.causes else "Nothing was added"
-    return (
-        f"{added}: residual {p_value(verdict.residual_p_value.after)}; {percent(verdict.residual_share)} of the excess "
-        "error (rms) is left."
-    )
+    p, share = p_value(verdict.residual_p_value.after), percent(verdict.residual_share)
+    if not verdict.causes:
+        return f"Nothing was added: residual {p}; {share} of the excess error (rms) is left."
+    said = f"With all causes and an error of their form: residual {p}. Without that error"
+    return f"{said} {share} of the excess error (rms) is left."
 
 
 def _setting(value):
