@@ -405,3 +405,9 @@ def test_velocities_of_a_wide_table(tmp_path):
 def test_an_empty_file_is_named_as_such(tmp_path):
     with pytest.raises(RotorstudyError, match=r"run.csv: the file is empty; export it again, or leave it out"):
         read(tmp_path, " \n")
+
+
+def test_the_kind_of_velocities_may_stand_below_them(tmp_path):
+    head, *rows = table("rms velocity, mm/s, lag").splitlines()
+    with pytest.raises(RotorstudyError, match="header says rms"):
+        read(tmp_path, "\n".join([head, "rpm,,mm/s rms,deg", *rows]), table_phase="lag", csv={"unit_rows": 1})

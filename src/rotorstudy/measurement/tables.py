@@ -90,13 +90,9 @@ def _stated_below(names, units, where):
         own = UNIT_OF.get(QUANTITY.sub("", name).replace("_per_", "/").lower())
         if own and (told := unit_of(below)) and told != own:
             raise RotorstudyError(f"{where}: column '{name}' has the unit '{below}' below it; correct the wrong one")
-    return _stated(
-        {
-            what: {n: u for n, u in zip(names, units, strict=True) if n.startswith(what)}
-            for what in ("amplitude", "phase")
-        },
-        where,
-    )
+    both = list(zip(names, units, strict=True))
+    sizes = {name: below for name, below in both if name.startswith(("amplitude_", "velocity_"))}
+    return _stated({"amplitude": sizes, "phase": {n: u for n, u in both if n.startswith("phase_")}}, where)
 
 
 def _stated(texts, where):
@@ -110,7 +106,7 @@ def _stated(texts, where):
         if len(by) > 1:
             said = " and ".join(f"'{name}' {value.replace('_', ' ')}" for value, name in by.items())
             raise RotorstudyError(f"{where}: of its columns {said} are stated; write all in one way")
-        found |= dict.fromkeys([key], *by) if by else {}
+        found |= {key: next(iter(by))} if by else {}
     return found
 
 
