@@ -50,7 +50,7 @@ class Hinge:
     angle  : of the middle of the crack edge from the shaft's reference line, rad
     sudden : whether it opens as a whole while the moment pulls on the middle of its edge, and bends along xi alone
     static_moment : by the weight, N m; positive where it stretches the upper side of the shaft
-    `along`, of tables and force : whether of what is along the front alone, see `_entries`
+    along  : option of its tables and force: only the kink along the front, see `_entries`
     """
 
     section: Section

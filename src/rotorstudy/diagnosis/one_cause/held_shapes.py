@@ -29,7 +29,7 @@ class Shapes(NamedTuple):
 
     points       : (row, option) fractions of the ranges;  variances : (row, option) of them
     amplitudes   : (row, unknown);  cost : (row,) misfit and penalty
-    log_evidence : (row,) of the form and the position, but for what all shapes of all laws share
+    log_evidence : (row,) of the form and the position, without the terms that are the same for all shapes and laws
     """
 
     points: np.ndarray

@@ -28,8 +28,8 @@ from rotorstudy.model.registry import registry
 
 FORMS = (0.25, 0.5, 0.75, 0.0, 1.0)  # fractions of the range of the form that are held, beside that of the fit
 PLACES = 20  # of the position, evenly over the shaft
-ABOUT = 1.5 * np.arange(-4, 5)  # standard deviations from the position that was fitted, of more of them
-FEWEST = 3  # values held that describe a weight
+ABOUT = 1.5 * np.arange(-4, 5)  # further positions about the one that was fitted, in its standard deviations
+FEWEST = 3  # likely values that a distribution needs
 FINE = 100  # of the weights between values held, and levels of a distribution
 LEVELS = 9  # of each normal distribution of a mixture
 INTERVAL = (0.025, 0.5, 0.975)
@@ -41,7 +41,8 @@ def in_form(work: Work, cause: Candidate, *, any_form: bool = False) -> Candidat
     any_form : whether it has the freedom of `Effect.any_form`, too
     """
     form = {name: ends.value(0.5) for name, ends in form_ranges(cause.effect).items()}
-    freedoms = tuple(freedom_of(cause.effect, any_form=one) for one in (False, True)[: 1 + any_form]) if form else ()
+    allowed = (False, True) if any_form else (False,)
+    freedoms = tuple(freedom_of(cause.effect, any_form=one) for one in allowed) if form else ()
     shape, width = cause.shape | form, work.settings.prior_width
     return candidate(work.rig, cause.effect, cause.where, shape, cause.term.label, width, cause.variant, freedoms)
 
@@ -49,7 +50,8 @@ def in_form(work: Work, cause: Candidate, *, any_form: bool = False) -> Candidat
 def laws_of(work: Work, cause: Candidate) -> list[Candidate]:
     """A cause in the middle of its forms by its own law and, where it may have any near it, by these."""
     near = variants_of(registry().get("effect", cause.effect).any_form[2])
-    return [in_form(work, cause, any_form=one) for one in (False, True)[: 1 + (cause.variant in near)]]
+    allowed = (False, True) if cause.variant in near else (False,)
+    return [in_form(work, cause, any_form=one) for one in allowed]
 
 
 class OverForms(NamedTuple):

@@ -36,7 +36,7 @@ log = logging.getLogger(__name__)
 EXPLAINS = 2.0  # misfit for each datum that a free force at one place leaves, at most, if one fault may act there
 REACH = 10.0  # log odds below the best, beyond which an explanation cannot change a probability
 WORTH_ADDING = -1.0  # change of the log odds that one more cause must promise
-EXPANDED = 6  # explanations from which moves are tried
+EXPANDED = 6  # rounds in which moves are tried, the first one from the rig
 UNFULFILLED = 4  # proposals beside known causes that in succession do not raise the odds; the next promise less
 ALONE = 5  # single faults beside which a second one is sought, if none of them explains the records
 OF_AN_EFFECT = 2  # proposals of the same effects and laws that are fitted from one explanation
@@ -155,7 +155,7 @@ def _proposed_again(work, one):
 
 
 def near_best(work: Search) -> list[Explanation]:
-    """The explanations that may still change a probability, the best first."""
+    """The explanations within reach of the best, the best first."""
     least = max(map(odds_of, work.explanations)) - WITHIN
     return sorted((e for e in work.explanations if e.causes and odds_of(e) >= least), key=odds_of, reverse=True)
 

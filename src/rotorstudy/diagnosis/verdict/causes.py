@@ -110,9 +110,9 @@ def _shape(candidate, fitted, intervals=None):
 def over_its_forms(found):
     """The OverForms of the one cause of the best explanation that has a form, None if there is none, and findings.
 
-    The search takes the usual form (a straight front) by any law near its own; the depth then depends on it alone. Here
-    the form is free, by the law of the library and by any near it, as far as the records tell them apart. A form far
-    from those of the library is told: none fits the records, or only one with an unusual size.
+    The search takes the usual form (a straight front) by any law near its own, and so one depth. Here the form is free,
+    by the law of the library and by any near it, as far as the records tell them apart. A form far from those of the
+    library is told: none fits the records, or only one with an unusual size.
     """
     best, settings = found.best, found.settings
     formed = [cause for cause in best.causes if cause.shape and form_ranges(cause.effect)]
@@ -131,5 +131,6 @@ def over_its_forms(found):
         if (p_value := chi_square_p_value(cost, best.spectrum.data_count)) < settings.significance:
             odd.append(f"the fit with its form free has a p-value of {p_value:.1g}")
     size = "its intervals allow for any law near them" if explains else "its size may be wrong"
-    text = f"{'; '.join(odd)}: {usual.cause} has another form than those of the library, and {size}"
+    has = "may have" if over is None or over.by_own_law is None else "has"
+    text = f"{'; '.join(odd)}: {usual.cause} {has} another form than those of the library, and {size}"
     return over if explains else None, [Finding("warning", "form of the cause", "causes", text)] if odd else []
