@@ -34,7 +34,7 @@ def test_what_the_command_line_refuses(spectrum, tmp_path, capsys):
         (["--out", str(tmp_path / "file")], ["is a file"]),
         (["--out", str(tmp_path)], ["contains an input"]),
         (["--out", str(tmp_path / "no" / "out")], ["does not exist"]),
-        (["--out", str(tmp_path / "out"), "--hold-out", "150"], ["150", "not measured", "100, 200"]),
+        (["--out", str(tmp_path / "out"), "--hold-out", "150"], ["150", "not measured", "100 and 200"]),
         (["--out", str(tmp_path / "out"), "--hold-out", "100", "200"], ["every speed"]),
     ):
         assert main([*base, *options]) == 1
