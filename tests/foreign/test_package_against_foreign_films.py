@@ -127,14 +127,18 @@ def verdict_on(spectrum):
     return investigate(spectrum, build_model(rig()), settings=settings)
 
 
-def test_a_film_that_changed_is_named_with_its_number():
-    """A clearance 35 % larger, told from another viscosity and from free coefficients."""
-    spectrum = true_spectrum((replace(LEFT, clearance=1.35e-4), FILMS[1]), 3, noise=3e-8)[0]
+@pytest.mark.parametrize(
+    ("number", "changed", "share"),
+    [("radial_clearance_m", {"clearance": 1.35e-4}, 0.35), ("viscosity_Pa_s", {"viscosity": 0.012}, -0.4)],
+)
+def test_a_film_that_changed_is_named_with_its_number(number, changed, share):
+    """A clearance 35 % larger, oil 40 % thinner: told from each other, and from free coefficients."""
+    spectrum = true_spectrum((replace(LEFT, **changed), FILMS[1]), 3, noise=3e-8)[0]
     diagnosis = verdict_on(spectrum)
     (cause,) = diagnosis.verdict.causes
-    assert (cause.effect, cause.where) == ("bearing_change", {"node": 1, "number": "radial_clearance_m"})
+    assert (cause.effect, cause.where) == ("bearing_change", {"node": 1, "number": number})
     size = cause.parameters["bearing_change"]
-    assert size.value == pytest.approx(0.35, abs=3 * size.std) and size.std < 0.05
+    assert size.value == pytest.approx(share, abs=3 * size.std) and size.std < 0.05
     extended = build_model(extended_rig(rig(), diagnosis))
     stated = dict(zip(extended.names, extended.stated, strict=True))
     assert [value for name, value in stated.items() if name.startswith("bearing_change")] == [size.value]

@@ -128,11 +128,16 @@ def test_a_film_in_order_is_only_told_its_load(tmp_path):
     assert sum("by default" in f.text for f in found) == 2
 
 
-def test_an_orbit_of_a_third_of_a_film_is_told(tmp_path):
+DAMPER = {"kind": "squeeze_film", **{key: FILM[key] for key in FILM if key != "kind"}, "eccentricity_ratio": 0.2,
+          "centring_stiffness_N_per_m": 5e6}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", [FILM, DAMPER], ids=lambda one: one["kind"])
+def test_an_orbit_of_a_third_of_a_film_is_told(kind, tmp_path):
     """The orbit is proportional to the unbalance; the negative control is one just below the third."""
 
     def checked(unbalance):
-        rig = changed(["bearings"], films())
+        rig = changed(["bearings"], [{**kind, "node": 1, "label": "a"}, {**kind, "node": 5, "label": "b"}])
         rig["effects"][0]["unbalance_g_mm"] = unbalance
         return check(rig, tmp_path)[1]
 
