@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import ross as rs
+from ross.bearings.thrust_pad import thrust_pad_example
 from ross.bearings.tilting_pad import tilting_pad_adiabatic_example
 from ross.materials import steel
 from ross.seals.holepattern_seal import HolePatternSeal
@@ -41,8 +42,8 @@ def plain_journal():
     return rs.PlainJournal(n=0, frequency=speeds, **size, **mesh, **state, **oil, oil_flow_v=Q_(37.86, "l/min"))
 
 
-def tilting_pad():
-    bearing = tilting_pad_adiabatic_example()
+def pads(example):
+    bearing = example()
     bearing.n = bearing.n_l = bearing.n_r = 0
     return bearing
 
@@ -84,7 +85,8 @@ BEARINGS = {
     "BearingFluidFlow": fluid_flow,
     "PlainJournal": plain_journal,
     "SqueezeFilmDamper": squeeze_film,
-    "TiltingPad": tilting_pad,
+    "TiltingPad": lambda: pads(tilting_pad_adiabatic_example),
+    "ThrustPad": lambda: pads(thrust_pad_example),
     "SealElement": lambda: rs.SealElement(
         n=1, kxx=1e5, kxy=3e4, kyx=-3e4, cxx=200.0, cxy=20.0, cyx=-20.0, mxx=1.0, myy=1.0
     ),
@@ -136,7 +138,7 @@ PARTS = {
 
 def with_part(part):
     """A rotor on the bearing, or on two bearings with the seal."""
-    near = [] if part.n == 0 else [rs.BearingElement(n=0, kxx=1e7, cxx=1e3)]
+    near = [] if part.n == 0 and np.any(part.kxx) else [rs.BearingElement(n=0, kxx=1e7, cxx=1e3)]
     return rs.Rotor(shaft(2), [wheel(1)], [part, *near, rs.BearingElement(n=2, kxx=1e7, cxx=1e3)])
 
 

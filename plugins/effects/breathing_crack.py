@@ -9,16 +9,18 @@ def breathing_crack(
     crack_angle_rad: float = 0.0,
     node: int | None = None,
     element: int | None = None,
-    along: bool = False,
+    isotropic: bool = False,
 ):
     """Crack opened and closed by the weight, whose stiffness loss acts on the total motion (time-varying).
 
     crack: name of a crack plugin, which gives the breathing function; "open" is a notch.  crack_angle_rad: angle of the
-    middle of the crack edge from the reference line of the shaft, in the direction of rotation.  along: with an
-    amplitude for a loss along the edge, too.
+    middle of the crack edge from the reference line of the shaft, in the direction of rotation.  isotropic: with
+    an amplitude for a loss alike in all directions, too, beside that along xi.
     """
     law = registry().get("crack", crack, "breathing_crack")
-    return crack_parameters(law, structure, False, node=node, element=element, angle_rad=crack_angle_rad, along=along)
+    return crack_parameters(
+        law, structure, False, node=node, element=element, angle_rad=crack_angle_rad, isotropic=isotropic
+    )
 
 
 @hookimpl
@@ -31,7 +33,7 @@ def rotorstudy_effect():
         places=lambda structure, sensors: [] if structure.is_solid else structure.crack_places(),
         shape={"crack_angle_rad": (-np.pi, np.pi)},
         alternatives={"crack": lambda: sorted(registry().plugins["crack"])},
-        hypothesis={"along": True},
+        hypothesis={"isotropic": True},
         positive=True,
         checked="force in time is sigma dk times the motion along the crack, to 1e-12; integrated x-y motion to 1e-6",
         form_error=0.2,  # published laws of breathing differ

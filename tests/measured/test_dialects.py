@@ -199,6 +199,19 @@ def test_a_row_of_numbers_is_not_taken_for_units(table, tmp_path):
         ("time (us),x", "channel 'time (us)' is in 'us', which is not read; convert it to one of s, ms"),
         ("time (um),x", "channel 'time (um)' is in 'um', which is not read"),
         ("time (msec),x", 1000.0),
+        ("time_ms,x", 1000.0),
+        ("time,x_mil", "states the unit 'mil' for channel 'x_mil', the rig 'um'"),
+        ("time,x mm pp", "states the unit 'mm'"),
+        ("time,x (mm_pp)", "states the unit 'mm'"),
+        ("time,x (Vdc)", "states the unit 'V'"),
+        ("time,x (mm/sec)", "states the unit 'mm/s'"),
+        ("time,x (um/s)", "is in 'um/s', which is not read"),
+        ("time,x (mV/um)", "is in 'mV/um', which is not read"),
+        ("time,x (mil x 10)", "is in 'mil x 10', which is not read"),
+        ("time,x (milli-inch)", "is in 'inch', which is not read"),
+        ("time,x (umpp)", 1.0),
+        ("time,x (um zero to peak)", 1.0),
+        ("time,x (at the top)", 1.0),
         ("time (seconds),x (µm pp)", 1.0),
         ("time,x (V),y (H)", 1.0),  # vertical and horizontal
         ("time,x (left)", 1.0),
@@ -221,6 +234,18 @@ def test_a_unit_in_a_file_is_read_or_refused(names, words, tmp_path):
         return
     (speed,) = read_measurement([tmp_path / "run.csv"], tmp_path / "rig.yaml").spectrum.speed
     assert speed == pytest.approx(words * 2 * np.pi * 10, rel=1e-3)
+
+
+def test_units_above_the_names_and_in_other_formats_count(tmp_path):
+    (tmp_path / "run.csv").write_text("s,mil,V\ntime,x,key\n" + "0,1,2\n1,2,3\n")
+    stated = Conventions(csv=CsvLayout(skip_rows=1))
+    assert open_csv(tmp_path / "run.csv", stated).units == {"time": "s", "x": "mil", "key": "V"}
+    savemat(tmp_path / "run.mat", {"r": {"time_ms": np.arange(9.0), "x_mil": np.arange(9.0)}})
+    assert open_matlab(tmp_path / "run.mat", None).units == {"r.time_ms": "ms", "r.x_mil": "mil"}
+    uff = pytest.importorskip("uff_files")
+    one = uff.signal_set("x", 1, np.arange(9.0), np.ones(9)) | {"abscissa_axis_units_lab": "ms"}
+    uff.write_sets(tmp_path / "run.uff", [one])
+    assert open_uff(tmp_path / "run.uff", None).units["time"] == "ms"
 
 
 def test_signals_of_other_lengths_and_times_are_refused(tmp_path):

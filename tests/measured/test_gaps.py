@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorstudy import build_model
+from rotorstudy import RotorstudyError, build_model
 from rotorstudy.blind.machines.film import Film, running_position
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.tables import gap_positions
@@ -50,6 +50,12 @@ def test_gap_voltages_show_where_the_journal_runs(tmp_path):
     (moved,) = journals_moved(model, found, {1: (speed, place + 8e-6j)})
     assert same.name == "journal in place" and moved.name == "journal moved" and moved.where == "bearing 1"
     assert journals_moved(model, found, {1: (speed * 1.1, place)}) == []  # at other speeds
+
+
+def test_gaps_in_another_unit_are_refused(tmp_path):
+    (tmp_path / "t.csv").write_text("Speed (rpm),B1 X Gap (mil),B1 Y Gap (mil)\n1000,40,41\n")
+    with pytest.raises(RotorstudyError, match="is in 'mil'; gaps are read in V"):
+        gap_positions(tmp_path / "t.csv", read_conventions(RIG, "rig"))
 
 
 @pytest.mark.parametrize("share", [0.2, 0.45])

@@ -155,6 +155,43 @@ def test_every_command_accepts_a_new_rig(bearings, tmp_path, capsys):
     capsys.readouterr()
 
 
+HEADS = {  # of exporters: lines above the numbers, their separator, factors of time and displacements, first column
+    "LabVIEW": ("LabVIEW Measurement\t\nSamples\t9\t9\t9\t\nX_Value\tDE X\tDE Y\tKey\tComment", "\t", 1, 1, None),
+    "PicoScope": ("Time,DE X,DE Y,Key\n(ms),(µm),(µm),(V)\n", ",", 1e3, 1, None),
+    "Keysight": ("x-axis,DE X,DE Y,Key\nsecond,Volt,Volt,Volt", ",", 1, 7.874e-3, None),
+    "DEWESoft": ("Sample rate: 2000\n\nData1\nTime (s)\tDE X (um)\tDE Y (um)\tKey (V)", "\t", 1, 1, None),
+    "imc": ("No.;time [ms];DE X [µm];DE Y [µm];Key [V]", ";", 1e3, 1, lambda i: f"{i}"),
+    "units first": ("s,mil,mil,V\nTime,DE X,DE Y,Key", ",", 1, 1 / 25.4, None),
+}
+
+
+@pytest.mark.parametrize("name", HEADS)
+def test_exports_are_read_as_guessed(name, signals, tmp_path):
+    head, separator, times, sizes, first = HEADS[name]
+    probes, pulses = signals
+    columns = [times * TIME, sizes * probes[3, "X"], sizes * probes[3, "Y"], pulses]
+    rows = [separator.join(f"{v:.9g}" for v in row) for row in zip(*columns, strict=True)]
+    rows = rows if first is None else [f"{first(i)}{separator}{row}" for i, row in enumerate(rows)]
+    path, plain = tmp_path / "run.csv", tmp_path / "plain.csv"
+    path.write_text("\n".join([head, *rows]))
+    csv(plain, {"time": TIME, "DE X (um)": probes[3, "X"], "DE Y (um)": probes[3, "Y"], "key": pulses})
+    found, known = (read_measurement([one], new_rig(one.stem, tmp_path, [one]).path).spectrum for one in (path, plain))
+    assert found.speed == pytest.approx(known.speed, rel=1e-4) and found.sensors == known.sensors == (3,)
+    assert found.amplitude == pytest.approx(known.amplitude, abs=1e-8)
+
+
+@pytest.mark.parametrize("first", [lambda i: f"2024-03-05 10:11:{12 + i / 2000:09.6f}", str])
+def test_no_sampling_rate_is_made_up(first, signals, tmp_path):
+    """Dates, and numbers of samples, are no times in seconds."""
+    probes, pulses = signals
+    rows = [f"{first(i)},{probes[3, 'X'][i]},{probes[3, 'Y'][i]},{pulses[i]}" for i in range(len(TIME))]
+    (tmp_path / "run.csv").write_text("\n".join(["Stamp,DE X (um),DE Y (um),key", *rows]))
+    path, said, _ = new_rig("mine", tmp_path, [tmp_path / "run.csv"])
+    assert any("NOT read before sample_rate_Hz is stated" in line for line in said)
+    with pytest.raises(RotorstudyError, match=r"unknown time channel 'time'.*state 'sample_rate_Hz:'"):
+        read_measurement([tmp_path / "run.csv"], path)
+
+
 @pytest.mark.parametrize("text", ["", "nothing\nhere\n", "0,1\n1,2\n2,3\n"])
 def test_a_file_without_a_table_below_names_is_refused(text, tmp_path):
     path = tmp_path / "x.csv"

@@ -278,6 +278,9 @@ def test_other_files_are_no_wide_tables(names, tmp_path):
         (("mil pp", "furlong"), r"column 'left 1X Amp \(furlong\)' has the unit '\(furlong\)'; known are m, mm"),
         ((" (mil pp)", ""), r"column 'left 1X Amp' has no unit; .*'csv: \{unit_rows: 1\}'"),
         (("right 1X Amp (mil", "right 1X Amp (um"), r"'left 1X Amp \(mil pp\)' is in mil, 'right .* in um"),
+        (("right 1X Amp (mil pp", "right 1X Amp (mil rms"), "'left .*' peak to peak and 'right .*' rms are stated"),
+        (("right 1X Phase (deg lag", "right 1X Phase (deg lead"), "'left .*' lag and 'right .*' lead are stated"),
+        (("mil pp", "mil pp x10"), "has the unit .*x10"),
         (("right 1X Amp", "up 1X Amp"), r"amplitude of probe 'up' at 1X, and no column is its phase, .*add it"),
         ((f"{SPEEDS[1] * 30 / np.pi:.9f},", "none at all,"), r"line 5, column 'Speed \(rpm\)': 'none at all' is not"),
     ],
@@ -285,6 +288,89 @@ def test_other_files_are_no_wide_tables(names, tmp_path):
 def test_a_wide_table_that_cannot_be_read_says_which_column(tmp_path, changed, said):
     with pytest.raises(RotorstudyError, match=said):
         read_wide(tmp_path, wide().replace(*changed))
+
+
+def test_a_wide_table_of_two_speeds_that_differ_is_refused(tmp_path):
+    lines = wide().splitlines()
+    speeds = [float(line.split(",")[0]) for line in lines[3:]]
+    for times in (1.001, 3.0):
+        both = [f"{lines[2]},Gear (rpm)", *(f"{r},{times * w}" for r, w in zip(lines[3:], speeds, strict=True))]
+        if times < 2:
+            found = read_wide(tmp_path, "\n".join([*lines[:2], *both]))
+            assert "Gear (rpm)" in next(one.text for one in found.findings if one.name == "columns not read")
+            continue
+        with pytest.raises(RotorstudyError, match=r"'Speed \(rpm\)' and 'Gear \(rpm\)' are speeds that differ"):
+            read_wide(tmp_path, "\n".join([*lines[:2], *both]))
+
+
+@pytest.mark.parametrize(
+    ("below", "said"),
+    [
+        ("rpm,,um pp,deg lead", "header says peak to peak"),
+        ("rpm,,um rms,deg lag", "header says lag"),
+        ("rpm,,mil rms,deg", "'amplitude_um' has the unit 'mil rms' below it"),
+        ("Hz,,um rms,deg", "'speed_rpm' has the unit 'Hz' below it"),
+        ("rpm,,um,rad", "'phase_deg' has the unit 'rad' below it"),
+        ("rpm,,µm rms,deg", None),
+    ],
+)
+def test_the_units_below_the_names_of_a_long_table_may_not_contradict(tmp_path, below, said):
+    head, *rows = table("rms, um").splitlines()
+    way = {"csv": {"unit_rows": 1}}
+    if said is None:
+        assert read(tmp_path, "\n".join([head, below, *rows]), "rms, um", **way).spectrum
+        return
+    with pytest.raises(RotorstudyError, match=said):
+        read(tmp_path, "\n".join([head, below, *rows]), "rms, um", **way)
+
+
+READINGS = [(rpm, 40.5 + k, 20.25 + k) for k, rpm in enumerate((804, 904, 1104, 1204, 1404))]
+
+
+def rows_of_both(readings, speed="{:g}"):
+    rows = [f"{speed.format(w)},{p},{size:g},{turn:g}" for w, size, turn in readings for p in PROBES]
+    return "\n".join(["speed_rpm,probe,amplitude_um,phase_deg", *rows])
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        (rows_of_both(READINGS), None),
+        (rows_of_both([*READINGS[:2], (1104, 0, 0), *READINGS[3:]]), "readings of zero"),
+        (rows_of_both([(804, 0, 0), *READINGS[1:]]), None),  # a machine may be still at its slowest speed
+        (rows_of_both([(w, size, np.deg2rad(turn) + 3) for w, size, turn in READINGS]), "phases in radians"),
+        (rows_of_both([(w / 1000, size, turn) for w, size, turn in READINGS]), "unusual speed"),
+    ],
+)
+def test_readings_that_may_mean_something_else_are_told(tmp_path, text, name):
+    found = {one.name for one in read(tmp_path, text, "rms, um", table_phase="lead").findings}
+    assert {"readings of zero", "phases in radians", "unusual speed", "not stated"} & found == ({name} - {None})
+
+
+BOTH = {"table_phase": "lag", "table_amplitude": "rms"}
+
+
+@pytest.mark.parametrize(("way", "taken"), [({}, "'table_amplitude: peak', 'table_phase: lead'"), (BOTH, None)])
+def test_conventions_that_nothing_states_are_told(tmp_path, way, taken):
+    said = [one.text for one in read(tmp_path, rows_of_both(READINGS), **way).findings if one.name == "not stated"]
+    assert len(said) == bool(taken) and all(taken in text for text in said)
+
+
+@pytest.mark.parametrize(("decimal", "grouped"), [(".", "1.104"), (",", "1,104"), (",", "1,104,000")])
+def test_speeds_in_groups_of_digits_are_refused(tmp_path, decimal, grouped):
+    """904 and 1.104, as an office program writes thousands; not 904.000 and 1.104."""
+    rows = [f"{speed};{p};41;20" for speed in ("804", "904", grouped, "1.204".replace(".", decimal)) for p in PROBES]
+    text = "\n".join(["speed_rpm;probe;amplitude_um;phase_deg", *rows])
+    with pytest.raises(RotorstudyError, match=r"'1.104' beside whole numbers below 1000|'1,104,000' is not a number"):
+        read(tmp_path, text, csv={"separator": ";", "decimal": decimal})
+    assert read(tmp_path, rows_of_both(READINGS, "{:.3f}")).spectrum is not None
+
+
+def test_amplitudes_of_orbits_are_radii(tmp_path):
+    text = "speed_rpm,node,harmonic,amplitude_um,phase_deg\n904,1,1,2.5,30\n904,1,-1,0.5,40"
+    assert read(tmp_path, text, harmonics=[1, -1]).spectrum is not None
+    with pytest.raises(RotorstudyError, match="a table of orbits, whose amplitudes are radii"):
+        read(tmp_path, text, harmonics=[1, -1], table_amplitude="peak_to_peak")
 
 
 @pytest.mark.parametrize("blank", ["", "n.a.", "NaN", "--"])

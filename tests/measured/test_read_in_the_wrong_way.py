@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from machine import TIME, records, section, write, write_rig
+from machine import TIME, channels, records, section, write, write_rig
 
 from rotorstudy import RotorstudyError, measured_spectrum, read_measurement
 from rotorstudy.commands.line import main
+from rotorstudy.measurement.quality import spikes
 
 SPEED = 80.0
 IN_RADIANS = [{**probe, "angle_deg": float(np.deg2rad(probe["angle_deg"]))} for probe in section()["probes"]]
@@ -46,6 +47,7 @@ def test_a_file_read_in_the_wrong_way_is_told_with_the_remedy(tmp_path, alter, s
     ("stated", "name"),
     [
         ({"sample_rate_Hz": 4e6, "time_channel": "none", "speed_channel": None}, "unusual speed"),
+        ({"sample_rate_Hz": 4.0, "time_channel": "none", "speed_channel": None}, "unusual speed"),
         ({"sample_rate_Hz": 4000.0}, None),
         ({"probes": IN_RADIANS}, "probe angles"),
         ({}, None),  # the negative control
@@ -55,6 +57,28 @@ def test_what_is_odd_about_a_rig_file_is_a_finding(tmp_path, stated, name):
     path = write("csv", tmp_path, records(speeds=[SPEED], time=TIME[:4000])[0])
     found = {one.name for one in read_measurement(path, write_rig(tmp_path / "rig.yaml", **stated)).findings}
     assert {"unusual speed", "probe angles"} & found == ({name} if name else set())
+
+
+@pytest.mark.parametrize("value", [-999.0, 9999.0, -32768.0])
+def test_single_samples_that_are_no_motion_are_missing(tmp_path, value):
+    """As recorders mark a missing sample. The harmonics are those of the record without them, within their errors."""
+    (record,) = records(speeds=[SPEED], time=TIME[:4000])
+    sound, rig = channels(record), write_rig(tmp_path / "rig.yaml")
+    damaged = sound["disc 2 right"].copy()
+    damaged[[777, 1500, 1501]] = value
+    found = read_measurement(write("csv", tmp_path, record, **{"disc 2 right": damaged}), rig)
+    (told,) = (one for one in found.findings if one.name == "spikes")
+    assert "3 samples, the first" in told.text and "sample 778" in told.text and "'disc 2 right'" in told.where
+    plain = read_measurement(write("csv", tmp_path, record), rig).spectrum
+    assert np.abs(found.spectrum.whitened(found.spectrum.amplitude - plain.amplitude)).max() < 1
+
+
+def test_noise_impacts_and_drift_are_no_spikes():
+    random, angle = np.random.default_rng(1), np.arange(20000) / 20000 * 40 * 2 * np.pi
+    impacts = np.cos(angle) + 4 * np.exp(-0.5 * (np.angle(np.exp(1j * angle)) / 0.2) ** 2)
+    for signal in (random.normal(size=1_000_000), impacts, np.cos(angle) + angle / 50, np.zeros(99), [np.nan] * 99):
+        assert not spikes(np.array(signal), 5).any()
+    assert spikes(np.r_[np.cos(angle), -9.0], 5).sum() == 1
 
 
 def test_import_refuses_a_record_given_twice(tmp_path, capsys):

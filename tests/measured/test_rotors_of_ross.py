@@ -116,6 +116,12 @@ def test_every_bearing_class_and_part_of_ross_responds_as_in_ross(name):
     assert off(name, read_ross(MODELS / f"{name}.toml").sections) < LESS_EXACT.get(name, ROUND_OFF)
 
 
+def test_a_bearing_along_the_shaft_is_left_out_and_listed():
+    found = read_ross(MODELS / "ThrustPad.toml")
+    assert "ThrustPad at node 1: acts along the shaft only, left out" in found.said
+    assert [bearing["node"] for bearing in found.sections["bearings"]] == [1, 3]
+
+
 @pytest.mark.parametrize("name", ["CylindricalBearing", "layers", "sleeves", "supports"])
 def test_the_comparison_sees_a_part_that_is_not_read(name):
     """The first row of a table alone, no layers, no mass of a support."""

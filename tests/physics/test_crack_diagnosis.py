@@ -28,8 +28,8 @@ def verdict_of(motion, speeds, model, left_out=SLOW):
     return investigate(data, model, settings={**STATED, "leave_out": left_out}).verdict
 
 
-def verdict_of_jeffcott(opening, angle):
-    motion = np.array([integrated_jeffcott(w, opening, angle)[ORDERS] for w in SPEEDS])[..., None]
+def verdict_of_jeffcott(opening, angle, **more):
+    motion = np.array([integrated_jeffcott(w, opening, angle, **more)[ORDERS] for w in SPEEDS])[..., None]
     return verdict_of(motion, SPEEDS, jeffcott())
 
 
@@ -54,6 +54,16 @@ def check(verdict, where, opening, angle, loss):
 def test_a_crack_of_a_jeffcott_rotor_is_named(opening, degrees):
     angle = np.deg2rad(degrees)
     check(verdict_of_jeffcott(opening, angle), {}, opening, angle, LOSS)
+
+
+def test_an_open_crack_is_found_where_it_yields_most():
+    """Two losses along its edge and across could change places with a quarter turn; an isotropic one cannot."""
+    across, angle = 0.3, np.deg2rad(200)
+    verdict = verdict_of_jeffcott("open", angle, across=across)
+    (cause,) = verdict.causes
+    check(verdict, {}, "open", angle, (1 - across) * LOSS)
+    alike = cause.parameters["stiffness_loss_isotropic"]
+    assert abs(alike.value - across * LOSS) < 4 * alike.std < 0.1 * LOSS
 
 
 def test_a_crack_in_an_element_is_named():

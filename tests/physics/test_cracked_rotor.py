@@ -30,9 +30,10 @@ def jeffcott(**effect):
     })  # fmt: skip
 
 
-def integrated_jeffcott(speed, opening, angle, weight_only=False, samples=64):
+def integrated_jeffcott(speed, opening, angle, weight_only=False, samples=64, across=0.0):
     """Harmonics of x + j y of m r'' + c r' + k r = m g + m e w^2 + dk sigma xi (xi . r), about the rest.
 
+    across : share of the loss along xi that is lost across it, too.
     The motion that repeats is found from the motions of one turn from every unit start.
     """
     rest = MASS * 9.81 / STIFFNESS
@@ -44,7 +45,8 @@ def integrated_jeffcott(speed, opening, angle, weight_only=False, samples=64):
         seen = np.outer([rest, 0.0], loaded) if weight_only else position
         push = PUSH * speed**2 * np.exp(1j * turn)
         load = np.outer([push.real + MASS * 9.81, push.imag], loaded)
-        force = load + LOSS * OPENINGS[opening](turn + angle) * np.outer(xi, xi @ seen)
+        yielding = (1 - across) * np.outer(xi, xi @ seen) + across * seen
+        force = load + LOSS * OPENINGS[opening](turn + angle) * yielding
         acceleration = (force - DAMPING * velocity - STIFFNESS * position) / MASS
         return np.concatenate([velocity, acceleration]).ravel() / speed
 

@@ -7,7 +7,7 @@ import pytest
 from one_line_errors import refused
 from shaft_with_a_crack import DIAMETER, LENGTH, POISSON, YOUNG, at_disc, crack, rotor
 
-from rotorstudy import RotorstudyError, build_model, registry
+from rotorstudy import RotorstudyError, build_model, harmonic_response, registry
 from rotorstudy.model.cracks import depth_ratio_of
 from rotorstudy.model.hinge import crack_at
 from rotorstudy.studies.crack_study.fronts import equivalent_beam
@@ -101,6 +101,30 @@ def test_a_crack_opens_between_closed_and_open_and_its_rotation_is_a_gradient(pl
     across = (kink * np.exp(-1j * angle)).imag[1:-1]
     assert np.abs(slope - across).max() < 1e-3 * xi  # of the differences
     assert (np.diff(energy[:361]) <= 1e-6 * xi).all()
+
+
+@pytest.mark.parametrize("position", [0.05, 0.15, 0.25, 0.34])
+def test_a_crack_beside_an_offset_disc_is_that_in_two_massless_beams(position):
+    """On either side of the disc, whose tilt bends the shaft oppositely there; the weight opens it."""
+    a, b, diameter = 0.2, 0.16, 0.015
+    body = {"mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}
+    spans = [{"length_m": length, "outer_diameter_m": diameter} for length in (a, b)]
+    beams = {"kind": "finite_element", "elements": spans, "discs": [{"node": 2, **body}], "pinned_nodes": [1, 3],
+             "density_kg_per_m3": 1e-6, "theory": "euler_bernoulli", "youngs_modulus_Pa": 2.1e11}  # fmt: skip
+    offset = {"kind": "offset_disc", **body, "a_m": a, "b_m": b, "diameter_m": diameter, "youngs_modulus_Pa": 2.1e11}
+    found = []
+    for rotor_, node in ((beams, 2), (offset, 1)):
+        items = [
+            {"kind": "external_damping", "node": node, "external_damping_N_s_per_m": 50.0},
+            {"kind": "unbalance", "node": node, "mass_kg": 2.0, "eccentricity_m": 2e-5, "eccentricity_phase_rad": 0.7},
+            crack(position, angle_rad=0.4, opened_by="weight"),  # linear, so that no solution is iterated
+        ]
+        model = build_model({"rotor": rotor_, "effects": items})
+        here = [model.structure.index(node), model.structure.index(node, "tilt")]
+        found.append(harmonic_response(model, [60.0, 150.0], np.arange(-4, 5))[..., here])
+    size = np.abs(found[0]).max(axis=(0, 1))
+    assert np.abs(found[1] - found[0]).max(axis=(0, 1)) / size == pytest.approx(0, abs=1e-6)
+    assert (np.abs(found[0][:, 6]) / size > 1e-4).all()  # the crack shows: 2X
 
 
 def test_the_cracks_of_the_thesis_in_millimetres():

@@ -66,6 +66,9 @@ def _rotor(parameters, parts, path, said):
             bearings.append(_pedestal(part, node, [p for _, p in parts if p.get("n") == part["n_link"]], path))
         elif "kxx" in part:
             values = _coefficients(part, path)
+            if not any(np.any(v) for table in values.values() for v in table.values()):
+                said.append(f"{name} at node {node}: acts along the shaft only, left out")
+                continue
             seal = _seal(part, node, values) if "Seal" in name else []
             effects += seal
             bearings += [] if seal else [_bearing(part, node, values, said)]

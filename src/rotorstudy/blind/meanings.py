@@ -144,10 +144,10 @@ def _is_there(rule, true, cause):
     position = cause.get("parameters", {}).get("position_m", {}).get("value")
     if rule == ANY:
         return True
+    if rule == NEAR and "element" not in true:  # a rotor with one node: one probe shows little of the place
+        return True
     if rule == NEAR and position is not None:
         return abs(position - true["position_m"]) - true["softened_m"] / 2 <= PLACE * true["length_m"]
-    if rule == NEAR and "element" not in true:  # a rotor with one node
-        return True
     if rule == NODE:
         return where.get("node", true["node"]) == true["node"]
     if position is not None:

@@ -1,6 +1,6 @@
 """One raw record to harmonics with covariance, a clean record, facts and findings."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,12 +20,13 @@ from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses, ste
 from rotorstudy.measurement.records import Record, reference_signal
 from rotorstudy.measurement.run_up import find_sweep, is_swept, peaks, speed_grid, track
 from rotorstudy.response.series import rotating_basis
-from rotorstudy.units import RAD_PER_S, number, spin
+from rotorstudy.units import RAD_PER_S, number, spin, um
 
 NO_MEAN = 1e-3  # m, standard deviation of the mean displacement where a velocity or an acceleration is measured
 SLOWEST = 0.2  # of the speed: what a velocity or an acceleration shows of slower motion is drift
 WHOLE_REVOLUTION = 0.01  # revolutions by which a record may fall short of a whole number: its marks are not exact
 PIECES = 50  # of a record, of which the loudest shows the state of the probes
+REVOLUTIONS = 8  # at least, in the pieces in which spikes are sought
 FAST = (0.1, 0.5)  # rate over the squared half-power bandwidth: beats to be corrected, too fast to be corrected
 
 
@@ -188,9 +189,25 @@ def analyse_each(raw, with_signals=True):
         pulses = find_pulses(raw.keyphasor, raw.time, raw.conventions.keyphasor)
         marks = None if pulses is None else pulses.time
     marks = None if marks is None else np.asarray(marks, float)
+    raw, findings = _without_spikes(raw, 1 if marks is None else len(marks) // REVOLUTIONS)
     if marks is None or not is_swept(marks):
-        return [_steady(raw, pulses, marks, with_signals)]
-    return _tracked(raw, pulses, marks)
+        first, *others = [_steady(raw, pulses, marks, with_signals)]
+    else:
+        first, *others = _tracked(raw, pulses, marks)
+    return [replace(first, findings=findings + first.findings), *others]
+
+
+def _without_spikes(raw, pieces):
+    """A raw record whose samples that are no motion of the shaft are missing, and findings on them."""
+    channels, findings = [], []
+    for channel in raw.channels:
+        odd = quality.spikes(channel.readings, int(np.clip(pieces, 1, PIECES)))
+        place = f"{raw.where}, node {channel.node}, channel '{channel.name}'"
+        if odd.any():
+            value = um(channel.readings[odd][0], 4)
+            findings.append(told("spikes", place, count=odd.sum(), value=value, first=int(odd.argmax()) + 1))
+        channels.append(channel._replace(readings=np.where(odd, np.nan, channel.readings)))
+    return (replace(raw, channels=channels) if findings else raw), findings
 
 
 def _tracked(raw, pulses, marks):

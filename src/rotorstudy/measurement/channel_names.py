@@ -2,41 +2,35 @@
 
 import re
 
-UNITS = {
-    "um": ("um", "µm", "μm", "micron", "microns", "micrometer", "micrometre"),
-    "mil": ("mil", "mils"),
-    "mm": ("mm",),
-    "m": ("m",),
-    "V": ("v", "volt", "volts"),
-    "s": ("s", "sec"),
-    "ms": ("ms",),
-    "rpm": ("rpm", "rev", "cpm"),
-    "Hz": ("hz",),
-    "rad/s": ("rad",),
-    "other": ("g", "mv", "mms", "ins", "ips", "a", "bar", "psi", "degc", "°c", "kw", "mw", "pa"),
+WORDS = {  # of each unit that is read
+    "um": "um µm μm micron microns micrometer micrometre micrometers micrometres",
+    "mil": "mil mils thou",
+    "mm": "mm millimeter millimetre millimeters millimetres",
+    "m": "m meter metre meters metres",
+    "V": "v volt volts",
+    "s": "s sec second seconds",
+    "ms": "ms msec millisecond milliseconds",
+    "rpm": "rpm rev cpm r/min rev/min 1/min min-1",
+    "Hz": "hz",
+    "rad/s": "rad rad/s",
+    "m/s": "m/s",
+    "mm/s": "mm/s",
+    "in/s": "in/s inch/s inches/s ips",
+    "m/s2": "m/s2",
+    "g": "g",
 }
-UNIT_OF = {word: unit for unit, words in UNITS.items() for word in words}
-SHORT = {"m", "s", "g", "v", "a"}  # letters that are a unit only in brackets or in a row of units
-STATED = {word: unit for word, unit in UNIT_OF.items() if unit != "other"}  # what a header says for sure
-STATED |= dict.fromkeys(("second", "seconds"), "s") | dict.fromkeys(("msec", "millisecond", "milliseconds"), "ms")
-STATED |= {
-    "thou": "mil",
-    "mv": "mV",
-    "rad/s": "rad/s",
-    "r/min": "rpm",
-    "rev/min": "rpm",
-    "1/min": "rpm",
-    "min-1": "rpm",
-    "ips": "in/s",
-}
-STATED |= {unit: unit for unit in ("m/s", "mm/s", "in/s", "m/s2", "g")}
 NOT_READ = (  # units of other quantities or sizes, in which no channel is read
-    "nm", "cm", "dm", "km", "in", "inch", "inches", "ft", "uin", "µin", "us", "µs", "μs", "usec", "ns", "min", "hr",
-    "hour", "hours", "minute", "minutes", "day", "days",
-    "khz", "krpm", "rps", "1/s", "rev/s", "deg/s", "cm/s", "ft/s", "deg", "kv", "a", "ma", "db", "%", "counts", "bar",
-    "mbar", "psi", "pa", "kpa", "mpa", "n", "kn", "w", "kw", "mw", "degc", "°c", "degf", "°f", "k", "kg",
-)  # fmt: skip
-STATED |= {word: word for word in NOT_READ}
+    "nm cm dm km in inch inches ft uin µin us µs μs usec ns min hr hour hours minute minutes day days khz krpm rps 1/s "
+    "rev/s deg/s cm/s ft/s deg kv ma mv mvolt a db % counts bar mbar psi pa kpa mpa n kn w kw mw degc °c degf °f k kg"
+)
+UNIT_OF = {word: unit for unit, words in WORDS.items() for word in words.split()} | {w: w for w in NOT_READ.split()}
+SIGNALS = ("um", "mil", "mm", "m", "V", "s", "ms", "rpm", "Hz", "rad/s")  # of a probe, of time or of speed
+SHORT = {word for word in UNIT_OF if len(word) < 2} | {  # words that mean other things outside of brackets
+    "in", "ft", "pa", "rad", "rev", "deg", "min", "hour", "hours", "minute", "minutes", "day", "days", "bar", "second",
+}  # fmt: skip
+KIND = re.compile(r"(0-)?(?:\b|(?<=[a-zµμ]{2})|(?<=\bv))(pk-?pk|p[-/]?p|pk|peak|rms|dc)\b|\b(lag|lead)(ging)?\b")
+SCALED = re.compile(r"[\d/*·×^%]|\bper\b|\bx\b")  # makes another unit of one: um/s, mil x 10
+AT_THE_END = re.compile(r"[\s_.,:;-]([a-zµμ]+(?:/s)?)$")
 SPEED_WORDS = {"rpm", "speed", "drehzahl", "rev", "cpm"}
 PEAK = {"pp", "pk", "p", "rms"}
 LEFT, RIGHT = {"l", "left"}, {"r", "right"}
@@ -60,36 +54,46 @@ def words_in(name):
 
 
 def unit_in(name, stated=""):
-    """Unit by the text below a header, else by the name; None if neither says one, "other" if it is no length.
+    """Unit of a signal by its name and the text below it; None if neither says one, "other" for another quantity."""
+    (unit,) = stated_units([name], [stated])
+    held = [UNIT_OF[word] for word in words_in(name) if word in UNIT_OF and word not in SHORT]
+    unit = unit or (held[-1] if held else None)
+    return unit if unit is None or unit in SIGNALS else "other"
 
-    A single letter is a unit only in brackets or below the header, as in `y (m)`.
-    """
-    if re.search(r"[a-zA-Z]\s*/\s*s", f"{name} {stated}") and "rad" not in name + stated:
-        return "other"
-    for text in (stated, *re.findall(r"[\[(]([^\])]*)[\])]", name)):
-        found = "".join(words_in(text.split("pp")[0].split("pk")[0]))
-        if found in UNIT_OF:
-            return UNIT_OF[found]
-        for word in words_in(text):
-            if word in UNIT_OF:
-                return UNIT_OF[word]
-    words = [word for word in words_in(name) if word in UNIT_OF and word not in SHORT]
-    return UNIT_OF[words[-1]] if words else None
+
+def unit_of(text):
+    """The unit that a text such as `mil pp` says, as the text itself if it is in no known form; None without one."""
+    if is_unit(text):
+        return UNIT_OF[_bare(text)]
+    words = KIND.sub(" ", text.lower().replace("_", " "))
+    held = {UNIT_OF[word] for word in words_in(words) if word in UNIT_OF and word not in SHORT}
+    return held.pop() if len(held) == 1 and not SCALED.search(words) else text.strip() if held else None
+
+
+def is_unit(text):
+    """Whether a text is a unit, and nothing else."""
+    return _bare(text) in UNIT_OF
+
+
+def _bare(text):
+    """A text without brackets, and without what says of which kind an amplitude is."""
+    text = re.sub(r"/\s*sec(onds?)?\b", "/s", text.lower().replace("_", " ").replace("²", "2"))
+    return re.sub(r"[\s^\[\]()]", "", KIND.sub(" ", text))
 
 
 def stated_units(names, below):
-    """The units that headers have in brackets, or the texts below them, or None; (V) beside (H) is a direction."""
+    """The units that headers have in brackets or at their end, or the texts below; (V) beside (H) is a direction."""
     letters = "smg" if any(re.search(r"[\[(][Hh][\])]", name) for name in names) else "smgV"
     return [_stated(name, text, letters) for name, text in zip(names, below, strict=True)]
 
 
 def _stated(name, below, letters):
-    """The unit of a column by its name or header, one in brackets preferred; `DE (NS) (um)` names the plane first."""
-    bracketed, found = re.findall(r"[\[(]([^\])]*)[\])]", name), []
-    for text in (below, *(one for one in bracketed if len(one) != 1 or one in letters)):
-        word = re.sub(r"[\s^]|(0-)?\b(pp|p-p|pk-?pk|pk|peak|rms)\b", "", text.lower()).replace("²", "2")
-        found += [STATED[word]] if word in STATED else []
-    return next((unit for unit in found if unit not in NOT_READ), next(iter(found), None))
+    """The unit of a column, one that is read preferred; `DE (NS) (um)` names the plane first."""
+    bracketed = [one for one in re.findall(r"[\[(]([^\])]*)[\])]", name) if len(one) != 1 or one in letters]
+    found = [unit for text in (below, *bracketed) if (unit := unit_of(text))]
+    last = AT_THE_END.search(KIND.sub("", name.lower()).strip())
+    found += [UNIT_OF[last[1]]] if last and last[1] in UNIT_OF and last[1] not in SHORT else []
+    return next((unit for unit in found if unit in WORDS), next(iter(found), None))
 
 
 def angle_in(name):

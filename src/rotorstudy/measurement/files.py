@@ -64,6 +64,7 @@ def _from_channels(path, conventions, nodes, channels):
             raise RotorstudyError(f"{path}: two columns are named '{name}'; the rig file calls the first '{name} #1'")
         if name not in channels.names:
             hint = layout_hint(path, conventions.csv) if kind_of(path) == "csv" else ""
+            hint += "; state 'sample_rate_Hz:' if it has none" * (role == "time")
             raise unknown_name(f"{role} channel", name, channels.names, f"{path}{hint}")
         return channels.values(name)
 
@@ -158,7 +159,8 @@ def open_matlab(path, conventions):
     for name, value in found.items():
         if not name.startswith("__"):
             collect(name, value)
-    return Channels(list(vectors), lambda name: np.asarray(vectors[name], float), {})
+    units = dict(zip(vectors, stated_units(vectors, [""] * len(vectors)), strict=True))
+    return Channels(list(vectors), lambda name: np.asarray(vectors[name], float), units)
 
 
 def _check_survived(path):
@@ -231,6 +233,6 @@ def open_uff(path, conventions):
         else:
             continue
         raise RotorstudyError(f"{path}: data set '{place}' {wrong}")
-    labels = [str(found[0].get("ordinate_axis_units_lab", "")) for found in names.values()]
-    units = dict(zip(names, stated_units([""] * len(names), labels), strict=True))
-    return Channels(list(names), channel, units | {"time": None})
+    axes = {name: "abscissa" if name == "time" else "ordinate" for name in names}
+    labels = [str(names[name][0].get(f"{axis}_axis_units_lab", "")) for name, axis in axes.items()]
+    return Channels(list(names), channel, dict(zip(names, stated_units(list(names), labels), strict=True)))

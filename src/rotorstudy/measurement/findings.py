@@ -23,13 +23,14 @@ warning: keyphasor jitter: the marks scatter by {scatter:.2g} degrees about stea
     usual), harmonic n by n times as much. The covariance includes it
 error: speed label: labelled {label:.6g} rad/s, but the phase mark passes at {speed:.6g} rad/s ({off:+.3g} %, allowed
     {allowed:g} %); {hint}
-note: unusual speed: the phase mark passes at {speed:.3g} rad/s ({rpm:.3g} rpm), unusual for a machine beyond its
-    turning gear; check the time channel, 'time_unit' and 'sample_rate_Hz'
-warning: unusual speed (stated): up to {fastest:.4g} rad/s ({rpm} rpm), {times:.3g} times the lowest natural frequency
-    of the rig ({lowest} rpm); are the speeds in another unit, such as rpm taken as rad/s?
+warning: unusual speed: up to {fastest:.4g} rad/s ({rpm} rpm), {times:.3g} times the lowest natural frequency of the
+    rig ({lowest} rpm). Of records check the time channel, 'time_unit' and 'sample_rate_Hz'; are stated speeds in
+    another unit, such as rpm taken as rad/s, or in groups of digits, 1.004 for 1004?
 warning: speed drift: the speed changes by {drift:+.2g} % over the record (up to {steady:g} % is steady); the
     harmonics are averages over these speeds. Take a shorter record, or cut it into pieces
 warning: gaps: {part:.2g} % of the samples are missing (up to {most:g} % are tolerated); repair the record
+warning: spikes: {count} samples, the first {value} at sample {first}, lie far outside the range of the others, and are
+    taken as missing: a mark of the recorder for missing samples, or dropouts
 warning: time steps: time jumps by {steps:.3g} samples; the shaft angle is not affected. Check the recorder
 error: dead probe (gaps): {missing:.3g} % of the samples are missing: the probe is dead or not connected
 error: dead probe (constant): constant at {value}: the probe is dead or not connected; leave it out or repair it
@@ -103,6 +104,12 @@ warning: speed not used: the rig file states a speed of '{name}', which is not g
     meant for the other? Correct 'measurement: {section}:'
 note: columns not read: neither the first speed nor readings of a probe and a whole harmonic, such as 'DE X 1X Amp
     (mil pp)': {columns}
+warning: not stated: neither its header nor the rig file states whether amplitudes are peak, peak to peak or rms, or
+    phases lags or leads; taken is {taken}. State it under 'measurement:'
+warning: phases in radians: the phases in degrees are all below {largest:.2g}; are they in radians? Call the column
+    phase_rad then
+warning: readings of zero: {count} amplitudes are exactly 0 between larger ones: at {rpm:.6g} rpm, {n}X of {place}. Is a
+    missing reading written so? Leave its cells empty
 note: rounding only: the covariance is that of the rounding of the printed digits. A table does not contain the noise
     of the measurement; where that exceeds the rounding, intervals are too narrow. State 'measurement: table_noise_m:'
     if it is known

@@ -81,14 +81,14 @@ def _columns(path, conventions, units):
 def _of_signals(columns, section, said, nodes):
     """Guess of a record in time."""
     left = list(columns)
-    time = _take(left, lambda c: TIME.search(c.name) and _is_time(c)) or _take(left, _is_time)
+    time = _take(left, lambda c: TIME.search(c.name) and _is_time(c))
+    time = time or _take(left, lambda c: _is_time(c) and not _is_count(c))
     uneven = None if time else _take(left, lambda c: TIME.search(c.name))
     if uneven:
         section["time_channel"] = uneven.name
         said.append(f"time: '{uneven.name}' does not increase in even steps; correct it, or state sample_rate_Hz")
     elif time is None:
-        section["sample_rate_Hz"] = 1000.0
-        said.append("time: no column; sample_rate_Hz is NOT known, state it")
+        said.append("time: no column; NOT read before sample_rate_Hz is stated")
     else:
         unit = "ms" if unit_in(time.name, time.unit) == "ms" else "s"
         section |= {"time_channel": time.name} | ({"time_unit": "ms"} if unit == "ms" else {})
@@ -106,9 +106,9 @@ def _of_signals(columns, section, said, nodes):
         said.append(f"phase mark: '{mark.name}'; its sensor is taken to be at the top (NOT known)")
     else:
         said.append("phase mark: no column found; without one there is no phase, state keyphasor: channel")
-    others = [c for c in left if unit_in(c.name, c.unit) == "other" or not np.nanstd(c.values) > 0]
+    others = [c for c in left if unit_in(c.name, c.unit) == "other" or _is_time(c) or not np.nanstd(c.values) > 0]
     if others:
-        said.append(f"not used: {', '.join(c.name for c in others)} (constant, or not a displacement)")
+        said.append(f"not used: {', '.join(c.name for c in others)} (constant, a ramp, or not a displacement)")
     probes = [c for c in left if c not in others]
     if not probes:
         raise RotorstudyError(f"no column may be a probe (columns: {', '.join(c.name for c in columns)})")
@@ -228,6 +228,11 @@ def _is_time(column):
         and (steps > 0).all()
         and np.ptp(steps) < max(EVEN, 0.5 if TIME.search(column.name) else 0) * np.mean(steps)
     )
+
+
+def _is_count(column):
+    """Whether a column numbers its samples."""
+    return bool((np.diff(column.values) == 1).all())
 
 
 def _is_pulses(column):

@@ -16,7 +16,7 @@ from rotorstudy.measurement.files import read_file
 from rotorstudy.measurement.findings import Finding, RecordFacts, errors_among, node_facts, worst_first
 from rotorstudy.measurement.full_spectra import full_spectrum
 from rotorstudy.measurement.lines import check_lines
-from rotorstudy.measurement.plausibility import check_labels, check_probe_angles, check_stated_speeds, check_together
+from rotorstudy.measurement.plausibility import check_labels, check_probe_angles, check_speeds, check_together
 from rotorstudy.measurement.raw_record import LARGEST_READING
 from rotorstudy.measurement.records import Record
 from rotorstudy.measurement.resonances import check_resonances
@@ -204,10 +204,10 @@ def read_measurement(
     conventions = with_harmonics_of_tables(conventions, of_probes)
     nodes, found, findings = rig.model.structure.measurable, [], []
     for table in tables:
-        check_stated(table, conventions)
-        spectra, notes = read_table(table, conventions, nodes)
+        notes = check_stated(table, conventions)
+        spectra, more = read_table(table, conventions, nodes)
         found += [_of_table(table.path, conventions, *one) for one in spectra]
-        findings += notes
+        findings += notes + more
     analysed, read_by, notes = _analysed_records(in_time, conventions, nodes, with_signals)
     stated = [conventions] * len(found) + read_by
     found, findings = found + analysed, findings + notes
@@ -229,8 +229,7 @@ def read_measurement(
         chosen = [record.sensors.index(node) for node in model.sensors]
         records.append(replace(record, displacement=record.displacement[chosen], sensors=model.sensors))
     findings += check_together(spectrum, model, named)
-    if tables:
-        findings += check_stated_speeds(spectrum.speed, model, named)
+    findings += check_speeds(spectrum.speed, model, named)
     if of_probes or any(one.is_tracked for one in found):
         findings += check_resonances(spectrum, bool(of_probes), named)
     return Measurement(spectrum, records, facts, worst_first(findings), model)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, reading, unknown_name
+from rotorstudy.measurement.channel_names import unit_of
 from rotorstudy.measurement.conventions import Conventions, Probe, check_once
 from rotorstudy.measurement.raw_record import assemble
 from rotorstudy.units import RAD_PER_S, SECONDS, spin
@@ -16,7 +17,6 @@ NETCDF_DIMENSIONS = {  # of the variables beside the displacement
     "reference": {"speed", "time"},
     "phase_mark_time": {"speed", "revolution"},
 }
-UNITS = {"metre": "m", "meter": "m", "µm": "um", "μm": "um", "mils": "mil", "micrometer": "um", "micrometre": "um"}
 
 
 def existing(path):
@@ -48,7 +48,7 @@ def read_netcdf(path, conventions, nodes):
         if not data.sizes["speed"]:
             raise RotorstudyError(f"{path}: no record; the dimension 'speed' is empty")
         probes, axes, as_read = _probes_of_netcdf(data, conventions)
-        time = _scaled(data.time, {**SECONDS, "seconds": 1.0}, "s", path)
+        time = _scaled(data.time, SECONDS, "s", path)
         speeds = [None] * data.sizes["speed"]
         if "speed" in data.coords:
             speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path)
@@ -114,7 +114,7 @@ def _readings(path, one, probes, conventions, where):
     for probe in probes:
         if probe.channel not in directions:
             raise unknown_name("direction", probe.channel, directions, f"{path}; the channel of a probe is a direction")
-        factor, d = probe.metres(UNITS.get(stated, stated), str(path)), directions.index(probe.channel)
+        factor, d = probe.metres(stated and (unit_of(stated) or stated), str(path)), directions.index(probe.channel)
         found += [(probe, n, factor * values[k, d]) for k, n in enumerate(held_nodes) if probe.node in (None, n)]
     if not found:
         held = ", ".join(map(str, held_nodes))
@@ -124,7 +124,8 @@ def _readings(path, one, probes, conventions, where):
 
 def _scaled(array, units, default, path):
     """Values of an xarray variable in SI, by its attribute `units`."""
-    unit = array.attrs.get("units", default)
+    stated = array.attrs.get("units", default)
+    unit = unit_of(stated) or stated
     if unit not in units:
         raise unknown_name(f"unit of {array.name}", unit, units, str(path))
     return np.asarray(array.values, float) * units[unit]

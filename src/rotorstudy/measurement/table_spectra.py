@@ -11,7 +11,7 @@ from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT, left_out
 from rotorstudy.measurement.tables import harmonics_in, numbers_of, whole_numbers
 from rotorstudy.measurement.text_table import MISSING
-from rotorstudy.units import METRES, RAD_PER_S
+from rotorstudy.units import LISTED, METRES, RAD_PER_S
 
 PEAK = {"peak": 1.0, "peak_to_peak": 0.5, "rms": np.sqrt(2)}  # factor to the peak
 SPEEDS = {"speed_rad_per_s": "rad/s", "speed_Hz": "Hz", "speed_rpm": "rpm"}
@@ -19,6 +19,8 @@ ANGLES = {"rad": 1.0, "deg": np.pi / 180}
 VELOCITIES = {"m_per_s": 1.0, "mm_per_s": 1e-3, "in_per_s": 25.4e-3}
 OF_NODES = {"amplitude": METRES, "phase": ANGLES, "reference_phase": ANGLES}  # quantity -> {unit: factor to SI}
 OF_PROBES = {"amplitude": METRES, "velocity": VELOCITIES, "phase": ANGLES}
+IN_GROUPS, BELOW_1000 = re.compile(r"[1-9]\d{0,2}(\.\d{3})+"), re.compile(r"[1-9]\d{0,2}")  # of digits
+FEW_PHASES = 8  # may all be small
 LARGEST_RAD = 4 * np.pi  # of a phase: larger ones are degrees
 PARTS = ("amplitude_", "velocity_", "phase_", "reference_phase_")  # of the columns of a reading
 
@@ -40,6 +42,7 @@ def read_table(table, conventions, nodes):
     if size == "velocity" and any(name.startswith("amplitude_") for name in text):
         raise RotorstudyError(f"{path}: columns of an amplitude and of a velocity; keep one")
     column = _one_of(SPEEDS, text.columns, path)
+    _check_groups(text[column], path)
     speed = numbers_of(text, column, path) * RAD_PER_S[SPEEDS[column]]
     rows = pd.DataFrame({"speed": speed, "harmonic": harmonics_in(text, path)})
     if by_probe:
@@ -54,7 +57,9 @@ def read_table(table, conventions, nodes):
     text, rows = text[kept], rows[kept].reset_index(drop=True)
     units = {size: OF_PROBES[size], "phase": OF_PROBES["phase"]} if by_probe else OF_NODES
     values, steps, inferred = _quantities_of(text, path, units)
+    findings += _check_radians(values["phase"], text, path)
     rows["reading"], rows["along"], rows["across"] = _readings(rows, values, steps, by_probe, conventions, path)
+    findings += _check_zeros(rows, path)
     dead = _dead(rows)
     spectra = []
     for (speed, again), record in rows.groupby(["speed", "repeat"], sort=False):
@@ -72,13 +77,23 @@ def read_table(table, conventions, nodes):
 
 
 def check_stated(table, conventions):
-    """Raise RotorstudyError if the header of a table contradicts the rig file."""
+    """Findings on conventions that nothing states; RotorstudyError if a table contradicts the rig file."""
     for key, own in table.stated.items():
         if own != (stated := getattr(conventions, key)):
             raise RotorstudyError(
                 f"{table.path}: its header says {own.replace('_', ' ')}, and 'measurement: {key}:' of the rig file is "
                 f"{stated}; state '{key}: {own}'"
             )
+    if not table.by_probe and conventions.table_amplitude != "peak":
+        raise RotorstudyError(
+            f"{table.path}: a table of orbits, whose amplitudes are radii, and 'measurement: table_amplitude:' of the "
+            f"rig file is {conventions.table_amplitude}; leave that out, and write radii"
+        )
+    lacks = {"table_amplitude", "table_phase"} - conventions.model_fields_set - set(table.stated)
+    if not table.by_probe or not lacks:
+        return []
+    taken = ", ".join(f"'{key}: {getattr(conventions, key)}'" for key in sorted(lacks))
+    return [told("not stated", table.path, taken=taken)]
 
 
 def _check_columns(columns, path, by_probe):
@@ -89,6 +104,16 @@ def _check_columns(columns, path, by_probe):
     for name in columns:
         if name not in known:
             raise unknown_name("column", name, known, str(path))
+
+
+def _check_groups(cells, where):
+    """RotorstudyError if speeds (row,), as text, are written in groups of digits: 904 and 1.004."""
+    grouped = [cell for cell in cells if "." in cell]
+    if all(map(IN_GROUPS.fullmatch, grouped)) and len(set(grouped)) > 1 and any(map(BELOW_1000.fullmatch, cells)):
+        raise RotorstudyError(
+            f"{where}: speeds such as '{grouped[0]}' beside whole numbers below 1000: digits in groups? Write 1004, "
+            "not 1.004; if thousandths are meant, write all speeds with three decimals"
+        )
 
 
 def _one_of(known, columns, path, optional=False):
@@ -232,6 +257,27 @@ def _complete(text, rows, conventions, where):
     return there & whole, [*findings, told("missing readings", where, **said)]
 
 
+def _check_radians(phase, text, where):
+    """Whether phases (row,), rad, of a column in degrees are so small that they may have been written in radians."""
+    largest = np.rad2deg(np.abs(phase).max(initial=0))
+    few = "phase_deg" not in text or len(phase) < FEW_PHASES
+    return [] if few or not 1 < largest <= 2 * np.pi else [told("phases in radians", where, largest=largest)]
+
+
+def _check_zeros(rows, where):
+    """Whether readings are exactly zero at single speeds, as some exporters write one that is missing."""
+    found = []
+    for (node, probe, n), own in rows.groupby(["node", "probe", "harmonic"]):
+        size, std = own.reading.abs().to_numpy(), np.sqrt(own.along.to_numpy())
+        large = size > DEAD * std
+        odd = np.flatnonzero((size[1:-1] == 0) & large[:-2] & large[2:]) + 1
+        found += [(own.speed.iloc[i] / RAD_PER_S["rpm"], n, repr(probe) if probe else f"node {node}") for i in odd]
+    if not found or 3 * len(found) > len(rows):
+        return []
+    rpm, n, place = found[0]
+    return [told("readings of zero", where, count=len(found), rpm=rpm, n=n, place=place)]
+
+
 def _dead(rows):
     """{(node, probe)} of the probes that show nothing in any row, though others of their node show what they would."""
     sizes = rows.assign(size=rows.reading.abs(), std=np.sqrt(rows.along))
@@ -281,8 +327,13 @@ def _of_node(rows, angles, wanted, where):
     return amplitude, covariance
 
 
+def _some(names):
+    """The first of some names, and how many more there are."""
+    return ", ".join(names[:LISTED]) + f" and {len(names) - LISTED} more" * (len(names) > LISTED)
+
+
 def _notes(table, noise, inferred):
     """Notes on columns that are not read, and on the covariance of a table."""
-    found = [told("columns not read", table.path, columns=", ".join(table.unread))] if table.unread else []
+    found = [told("columns not read", table.path, columns=_some(table.unread))] if table.unread else []
     found += [] if noise else [told("rounding only", table.path)]
     return found + ([told("last digits", table.path)] if inferred else [])

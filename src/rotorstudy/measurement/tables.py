@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.channel_names import SPEED_WORDS, UNIT_OF, stated_units, words_in
-from rotorstudy.measurement.conventions import Conventions, combine
+from rotorstudy.measurement.channel_names import SPEED_WORDS, UNIT_OF, stated_units, unit_of, words_in
+from rotorstudy.measurement.conventions import SAME_SPEED, Conventions, combine
 from rotorstudy.measurement.files import SUFFIXES
 from rotorstudy.measurement.text_table import MISSING, header_of, number, text_in
 from rotorstudy.units import RAD_PER_S
@@ -26,12 +26,11 @@ WIDE = re.compile(
     r"(?P<probe>.+?)[\s_:,;/-]+(?P<harmonic>\d{1,3})x?[\s_:,;/-]*(?P<what>amp|mag|pha?s)[a-z]*\b(?P<unit>.*)",
     re.IGNORECASE,
 )
-MAY_BE_READ = re.compile(r"amp|mag|phase", re.IGNORECASE)
+QUANTITY = re.compile(r"^(speed|amplitude|velocity|phase|reference_phase)_")
 GAP = re.compile(r"(?P<probe>.+?)[\s_:,;/-]+(?:dc[\s_:,;/-]*)?gap\b.*", re.IGNORECASE)  # "DE X Gap (V)"
 SPEED_UNITS = {"rpm": "rpm", "Hz": "Hz", "rad/s": "rad_per_s"}  # as in `speed_rpm`
-LENGTHS, VELOCITIES = ("m", "mm", "um", "mil"), {"m": "m_per_s", "mm": "mm_per_s", "in": "in_per_s", "ips": "in_per_s"}
+LENGTHS, VELOCITIES = ("m", "mm", "um", "mil"), {"m/s": "m_per_s", "mm/s": "mm_per_s", "in/s": "in_per_s"}
 DEGREES = {"deg", "degs", "degree", "degrees"}
-PER_SECOND = re.compile(r"/\s*s|\bips\b", re.IGNORECASE)
 STATED = {  # key of `measurement:` -> the quantity whose unit says it, and a pattern of each value
     "table_amplitude": ("amplitude", {
         "peak_to_peak": r"\b(pp|p-p|pk-?pk|p2p|peak.to.peak)\b", "rms": r"\brms\b", "peak": r"\b(pk|0-p|0-pk|peak)\b",
@@ -46,7 +45,7 @@ class Table(NamedTuple):
     text : data frame of its cells as text, in long form, by the line of the file
     by_probe : whether its rows are of probes; otherwise of orbits
     stated : key of `measurement:` -> the value that its header says
-    unread : names of other columns that may be of amplitudes, phases or speeds
+    unread : names of other columns, which are not read
     """
 
     path: Path
@@ -57,9 +56,9 @@ class Table(NamedTuple):
 
 
 class _Wide(NamedTuple):
-    """The columns of a wide table: of the speed, {(probe, harmonic): {quantity: column}}, and names in long form."""
+    """A wide table: {column of a speed: unit}, {(probe, harmonic): {quantity: column}}, and names in long form."""
 
-    speed: str
+    speeds: dict
     pairs: dict
     columns: list
     stated: dict
@@ -79,7 +78,39 @@ def open_table(path, layout):
     if not by_probe and "harmonic" not in columns:
         return None
     text = text_in(path, layout)
-    return Table(path, _in_rows(text, wide, path), True, *wide[-2:]) if wide else Table(path, text, by_probe)
+    if wide:
+        return Table(path, _in_rows(text, wide, path), True, *wide[-2:])
+    return Table(path, text, by_probe, _stated_below(names, units, path) if by_probe else {})
+
+
+def _stated_below(names, units, where):
+    """What the texts below the names of a long table state, as `Table.stated`; RotorstudyError if they contradict."""
+    for name, below in zip(names, units, strict=True):
+        own = UNIT_OF.get(QUANTITY.sub("", name).replace("_per_", "/").lower())
+        if own and (told := unit_of(below)) and told != own:
+            raise RotorstudyError(f"{where}: column '{name}' has the unit '{below}' below it; correct the wrong one")
+    return _stated(
+        {
+            what: {n: u for n, u in zip(names, units, strict=True) if n.startswith(what)}
+            for what in ("amplitude", "phase")
+        },
+        where,
+    )
+
+
+def _stated(texts, where):
+    """{key of `measurement:`: value} by texts of units {quantity: {column: text}}; RotorstudyError if they differ."""
+    found = {}
+    for key, (what, patterns) in STATED.items():
+        by = {}
+        for name, text in texts[what].items():
+            value = next((v for v, pattern in patterns.items() if re.search(pattern, text, re.IGNORECASE)), None)
+            by |= {value: name} if value else {}
+        if len(by) > 1:
+            said = " and ".join(f"'{name}' {value.replace('_', ' ')}" for value, name in by.items())
+            raise RotorstudyError(f"{where}: of its columns {said} are stated; write all in one way")
+        found |= dict.fromkeys([key], *by) if by else {}
+    return found
 
 
 def _wide(names, units, where):
@@ -105,24 +136,19 @@ def _wide(names, units, where):
                 f"{where}: column '{name}' is the {have} of probe '{probe}' at {harmonic}X, and no column is its "
                 f"{lack}, such as '{probe} {harmonic}X {word}'; add it, or take the {have} out"
             )
-    speed, unit = next(iter(speeds.items()))
+    unit = next(iter(speeds.values()))
     sizes = f"{', '.join(LENGTHS)}, mm/s, m/s, in/s with pp, pk or rms, as in 'DE X 1X Amp (mil pp)'"
     own_units = [
         _one_unit(texts["amplitude"], _size_unit, sizes, where),
         _one_unit(texts["phase"], _angle_unit, "deg and rad, with lag or lead", where),
     ]
-    said = {}
-    for key, (what, patterns) in STATED.items():
-        text = " | ".join(texts[what].values())
-        values = (value for value, pattern in patterns.items() if re.search(pattern, text, re.IGNORECASE))
-        said[key] = next(values, None)
-    others = (name for name in names if MAY_BE_READ.search(name) and not WIDE.fullmatch(name))
+    others = [name for name in names if not (WIDE.fullmatch(name) or GAP.fullmatch(name) or name in speeds)]
     return _Wide(
-        speed,
+        speeds,
         found,
         [f"speed_{unit}", "probe", "harmonic", *own_units],
-        {key: value for key, value in said.items() if value},
-        (*others, *list(speeds)[1:]),
+        _stated(texts, where),
+        (*list(speeds)[1:], *(name for name in others if not name.startswith("Unnamed: "))),
     )
 
 
@@ -149,10 +175,8 @@ def _one_unit(texts, unit_of, known, where):
 
 def _size_unit(text):
     """The quantity and unit that a text says, as in `amplitude_mil`, or None."""
-    words = words_in(text)
-    if PER_SECOND.search(text):
-        return next((f"velocity_{VELOCITIES[word]}" for word in words if word in VELOCITIES), None)
-    return next((f"amplitude_{UNIT_OF[word]}" for word in words if UNIT_OF.get(word) in LENGTHS), None)
+    unit = unit_of(text)
+    return f"amplitude_{unit}" if unit in LENGTHS else f"velocity_{VELOCITIES[unit]}" if unit in VELOCITIES else None
 
 
 def _angle_unit(text):
@@ -178,11 +202,21 @@ def _in_rows(text, wide, where):
 
     probes, harmonics = zip(*wide.pairs, strict=True)
     cells = [text[[own[what] for own in wide.pairs.values()]] for what in ("amplitude", "phase")]
-    for name in [wide.speed, *cells[0], *cells[1]]:
+    for name in [*cells[0], *cells[1]]:
         numbers_of(text, name, where, may_lack=True)
+    turning = {
+        name: numbers_of(text, name, where, may_lack=True) * RAD_PER_S[unit.replace("rad_per_s", "rad/s")]
+        for name, unit in wide.speeds.items()
+    }
+    first, *others = turning
+    for name in others:
+        if (np.abs(turning[name] - turning[first]) > SAME_SPEED * np.abs(turning[first])).any():
+            raise RotorstudyError(
+                f"{where}: columns '{first}' and '{name}' are speeds that differ; take out what is not the shaft's own"
+            )
     rows, count = len(text), len(probes)
     columns = [
-        np.repeat(text[wide.speed].to_numpy(), count),
+        np.repeat(text[first].to_numpy(), count),
         np.tile(probes, rows),
         np.tile([str(n) for n in harmonics], rows),
         *(part.to_numpy().ravel() for part in cells),
@@ -242,6 +276,9 @@ def gap_positions(path, conventions: Conventions) -> dict[int, tuple[np.ndarray,
     """
     names, units, _ = header_of(path, conventions.csv)
     columns = {match["probe"].strip(): name for name in names if (match := GAP.fullmatch(name))}
+    for name, unit in zip(names, stated_units(names, units), strict=True):
+        if name in columns.values() and unit not in (None, "V"):
+            raise RotorstudyError(f"{path}: column '{name}' is in '{unit}'; gaps are read in V, convert them")
     speeds = _speed_columns(names, units)
     probes = [p for p in conventions.probes if p.channel in columns and p.gap_at_rest_V is not None]
     if not probes or not speeds:

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.channel_names import is_unit
 from rotorstudy.measurement.conventions import WHITESPACE, CsvLayout
 
 LINES = 400  # read for a guess
@@ -27,10 +28,8 @@ CLOCK = re.compile(r"\d:\d\d:\d\d")  # a time of day, which ":" does not divide 
 COMMENTS = ("#", "%", "//")  # at the start of lines between the rows
 MISSING = {"", "nan", "-nan", "na", "n/a", "n.a.", "#n/a", "#na", "<na>", "null", "none", "-", "--", "---"}
 MISSING |= {"1.#ind", "-1.#ind", "1.#qnan", "-1.#qnan"}  # instead of a reading, in lower case
-UNIT = re.compile(
-    r"\W*(s|sec|ms|us|um|µm|μm|mm|mils?|m|v|mv|rpm|hz|rad|rad/s|deg|degrees?|°|g|mm/s|in/s|ips|m/s2?|-|1)?"
-    r"\W*(p-?p|pk|pk-?pk|0-pk?|peak|peak.to.peak|rms|lag|lead)?\W*"
-)
+NO_UNIT = {"", "-", "1", "°"}  # in rows of units
+COMMENT = "comment"  # the last column of LabVIEW, whose cells are left out in rows without one
 
 
 class Layout(NamedTuple):
@@ -56,7 +55,8 @@ def guess_layout(path):
     first = cells_in(lines[rows[0]], separator)
     narrowest, widest = len(_trimmed(first)), len(first)
     above = {i: _names(lines[i], separator) for i in range(rows[0]) if lines[i].strip()}
-    named = [i for i, cells in above.items() if narrowest <= len(cells) <= widest]
+    widths = {i: len(cells) - (cells[-1].lower() == COMMENT) for i, cells in above.items()}
+    named = [i for i, width in widths.items() if narrowest <= width <= widest]
     last = max((i for i in above if i in named or not lines[i].lstrip().startswith(COMMENTS)), default=None)
     if last not in named:
         width = len(above.get(last, ()))
@@ -65,7 +65,7 @@ def guess_layout(path):
             "each column needs a name"
         )
     header = last
-    while header - 1 in named and all(UNIT.fullmatch(cell.lower()) for cell in above[header]):  # units, not names
+    while header - 1 in named and _are_units(above[header]):  # units, not names
         header -= 1
     stated = CsvLayout(separator=separator, decimal=decimal, skip_rows=header, unit_rows=rows[0] - header - 1)
     names, units, _ = header_of(path, stated)
@@ -86,10 +86,11 @@ def layout_hint(path, stated):
 
 def header_of(path, layout):
     """Names of the columns, the text of the row of units below each, and the number of lines above the numbers."""
-    names, units = None, []
+    names, units, before = None, [], []
     with _opened(path) as file:
         for above, line in enumerate(file, start=1):
             cells = _names(line, layout.separator)
+            before = cells if above == layout.skip_rows else before
             if names is None and above > layout.skip_rows and cells:
                 names, numbers = cells, above + layout.unit_rows
             elif names is not None and above <= numbers:
@@ -104,6 +105,8 @@ def header_of(path, layout):
         raise RotorstudyError(f"{path}: no header from line {layout.skip_rows + 1} on; check 'csv: skip_rows'")
     if len(names) > MOST_COLUMNS:
         raise RotorstudyError(f"{path}: {len(names)} columns, at most {MOST_COLUMNS} are read; is a row a sample?")
+    if len(before) == len(names) and _are_units(before):
+        units = units or before
     names = [name or f"Unnamed: {i}" for i, name in enumerate(names)]
     count, seen = Counter(names), Counter()
     for i, name in enumerate(names):  # a rig file has to say which one it means
@@ -118,6 +121,8 @@ def rows_of(path, layout):
     with _opened(path) as file:
         for number, line in enumerate(islice(file, above, None), start=above + 1):
             cells = cells_in(line, layout.separator)
+            if len(cells) == len(names) - 1 and names[-1].lower() == COMMENT:
+                cells = [*cells, ""]
             cells = cells if len(cells) == len(names) or any(cells[len(names) :]) else cells[: len(names)]
             if not any(cells) or cells[0].startswith(COMMENTS):
                 continue
@@ -253,6 +258,11 @@ def _is_number(cell, decimal):
     except ValueError:
         return False
     return True
+
+
+def _are_units(cells):
+    """Whether cells are units, and no names."""
+    return all(cell in NO_UNIT or is_unit(cell) for cell in cells)
 
 
 def _trimmed(cells):

@@ -108,17 +108,21 @@ def crack_parameters(
     node=None,
     element=None,
     angle_rad=0.0,
-    along=False,
+    isotropic=False,
     **options,
 ):
-    """Parameters of a crack plugin, one for each stiffness loss that the rotor states; `along` the edge too."""
+    """Parameters of a crack plugin, one for each stiffness loss that the rotor states.
+
+    isotropic : with a second amplitude each, of a loss alike in all directions. As neither is negative, the shaft loses
+    most along xi, which is the only direction that an open crack has.
+    """
     parameters, on = [], ("static", "static conj") if weight_dominance else ("z", "conj")
     losses = structure.stiffness_loss_at(node, element)  # refuses a place that does not exist
     side = structure.tension_side(element)
     series = crack_series(crack, order, options)
     acting = [("", {k: _on_z_and_conj(s) for k, s in series.items()})]
-    if along:
-        acting.append(("_along", {k: _on_z_and_conj((0.0, s[0], 0.0)) for k, s in series.items()}))
+    if isotropic:
+        acting.append(("_isotropic", {k: _on_z_and_conj((s[0], s[0], 0.0)) for k, s in series.items()}))
     for (name, (pattern, unit, typical)), (which, shares) in product(losses.items(), acting):
         entries = []
         for k, factors in shares.items():

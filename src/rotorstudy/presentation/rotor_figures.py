@@ -33,7 +33,7 @@ def rotor_figures(rig, analysis, measured=None, operating=None):
     }
     if analysis.centrelines:
         found["centreline"] = centreline(analysis.centrelines, rig.model.structure)
-    if rig.model.structure.node_positions:
+    if len(rig.model.structure.node_positions) > 1:  # else nothing is known of the shaft between nodes
         found = {"rotor": rotor(rig), **found}
         highest = operating[1] if operating else analysis.data.speed[-1]
         modes = analysis.data.sel(speed=highest, method="nearest")
