@@ -1,6 +1,6 @@
 # make        set up .venv, rebuild all results, write the report
 # make test   set up .venv, run all checks and tests
-# make blind   400 blind cases instead of the 12 of make, about an hour on 2 cores: results/blind_400
+# make blind   400 blind cases instead of the 8 of make, about an hour on 2 cores: results/blind_400
 # make foreign  diagnose 300 records of the independent simulator (rotorstudy.blind.machines), several hours on 2 cores
 # make browser  open the charts of the pages in Chromium (Debian: apt install chromium), driven by Playwright
 # make docs   build the pages of docs/ as a site, with a check for dead links
@@ -14,7 +14,8 @@ PYTHON ?= python3
 CORES ?= all
 SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
 
-# else each of the hundred processes of the workflow and of the tests compiles the package again
+# else each of the hundred processes of the workflow and of the tests compiles all that it imports; pip need not compile
+# (--no-compile) the many files that none of them imports
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: all results report test check browser bench blind foreign cracks elasticity ross peers docs lock newest clean
@@ -103,7 +104,7 @@ clean:
 	  { echo "error: $$($(PYTHON) --version) found, Python 3.11 or newer is needed; try make PYTHON=python3.12"; exit 1; }
 	@echo "Setting up .venv (a minute or two) ..."
 	$(PYTHON) -m venv .venv
-	.venv/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes --requirement environment.txt
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --require-hashes --requirement environment.txt
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
 	@touch $@
 

@@ -109,7 +109,7 @@ def test_the_help_of_every_command_can_be_read(capsys):
         (["--speeds", "88", "--duration", "1e9"], ["samples per speed", "shorten"]),
         (["--speeds", "88", "--noise", "nan"], ["--noise nan"]),
         (["--speeds", "88", "--seed", "-3"], ["--seed -3"]),
-        (["--speeds", "88", "4500", "--rate", "20000"], ["no steady state at 4500 rad/s", "threshold"]),
+        (["--speeds", "88", "4500", "--rate", "20000"], ["no steady state at 42970 rpm (4500 rad/s)", "threshold"]),
     ],
 )
 def test_simulate_refuses_and_writes_nothing(tmp_path, capsys, arguments, words):

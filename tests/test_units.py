@@ -30,7 +30,7 @@ def test_numbers_are_written_with_the_digits_that_are_known():
     assert quantity(0.5, "rad", np.nan) == "28.6 °" and quantity(2e-3, "s") == "2 ms"
 
 
-def test_numbers_have_no_exponent_unless_they_are_very_large():
+def test_numbers_have_no_exponent_unless_they_are_very_large_or_small():
     assert [number(x) for x in (1140.4, 760000.0, 3.14159, 2.5e9, np.inf)] == [
         "1140",
         "760000",
@@ -38,7 +38,7 @@ def test_numbers_have_no_exponent_unless_they_are_very_large():
         "2.5e+09",
         "inf",
     ]
-    assert [number(x) for x in (6.83e-5, 0.00012, 4.2e-9, 0.0)] == ["0.0000683", "0.00012", "4.2e-09", "0"]
+    assert [number(x) for x in (6.83e-5, 0.00012, 4.2e-9, 0.0)] == ["6.83e-05", "0.00012", "4.2e-09", "0"]
     assert [um(5.55e-5), um(0.0123), quantity(1.23456e-4, "m", digits=4)] == ["56 µm", "12000 µm", "123.5 µm"]
 
 
@@ -77,10 +77,13 @@ def test_factors_are_those_of_their_units():
 
 
 @pytest.mark.parametrize(
-    ("words", "length", "unbalance"), [(["mil", "oz", "in"], "mil", "oz in"), (["g", "mm"], "um", "g mm")]
+    ("words", "length", "unbalance"),
+    [(["mil", "oz", "in"], "mil", "oz in"), (["g", "mm"], "um", "g mm"), (["mil"], "mil", "oz in")],
 )
-def test_units_of_two_words_need_no_quotes(words, length, unbalance):
+def test_units_of_two_words_need_no_quotes_and_an_unbalance_follows_the_length(words, length, unbalance):
     with asked(words), shown_for({}) as shown:
         assert (shown.length, shown.unbalance) == (length, unbalance)
+    with asked(words), shown_for({"units": ["g mm"]}) as shown:  # what a rig states stands, unless --units says more
+        assert shown.unbalance == (unbalance if "oz" in words else "g mm")
     with pytest.raises(RotorstudyError, match="unknown unit 'oz'"), asked(["oz"]):
         pass

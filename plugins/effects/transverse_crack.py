@@ -16,6 +16,7 @@ FORM = {
         "across": {1: 0.05, 2: 0.2, 3: 0.05, 4: 0.1},
         "along": {0: 0.25, 1: 0.2, 2: 0.2, 3: 0.1},
         "coupled": {1: 0.1, 2: 0.1, 3: 0.1},
+        "skewed": {0: 0.05, 1: 0.05},  # a front that is not symmetric yields most 5 degrees from its middle
         "lagging": {1: 0.15, 2: 0.15, 3: 0.1},
     }.items()
     for order, std in spreads.items()
@@ -76,7 +77,7 @@ def transverse_crack(
         force = hinge.force_of_closing()
         found.append(Parameter("closing_moment_share", "1", (), typical=1.0, force=force, default=0.0))
     for name, (which, _) in FORM.items() if any_law else ():
-        if breathing == "none" and name != "along_0":
+        if breathing == "none" and which[1] > 0:
             continue
         entries, force = ((), hinge.force_of_form(*which)) if by_moment else (hinge.entries_of_form(*which), None)
         found.append(Parameter(name, "1", entries, typical=1.0, force=force, default=0.0))

@@ -198,7 +198,8 @@ class _Shaft:
         self.dofs = tuple(every[i] for i in self.free)
         if not any(motion == "translation" for _, motion in self.dofs):
             raise RotorstudyError("finite_element: pinned_nodes and clamped_nodes fix every node; leave one free")
-        self.matrices = [_matrices(element) for element in elements]
+        of_stretch = {id(element): _matrices(element) for element in {id(one): one for one in elements}.values()}
+        self.matrices = [of_stretch[id(element)] for element in elements]  # equal ones of a stretch are one object
         self.ends = np.cumsum([element["length_m"] for element in elements])
         self.length = sum(element["length_m"] for element in elements)
 

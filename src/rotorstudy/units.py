@@ -21,8 +21,8 @@ AMPLITUDES = {"peak_to_peak": ("pp", 2.0), "peak": ("peak", 1.0)}
 SMALL_LENGTH = 1e-3  # m
 ANY_ANGLE = np.deg2rad(90.0)  # standard deviation of an angle from which on it may be any
 HALF_INTERVAL = 1.959964  # standard deviations: a half of a 95 % interval
-LONG = 1e7  # numbers from this size are written with an exponent
-SHORT, TINY = 1e-4, 1e-7  # numbers with a standard deviation, and without one, are so below these
+LONG = 1e7  # numbers from this size are written with an exponent,
+SHORT = 1e-4  # and below this
 MOST_DIGITS = 9  # of a number that is known better
 LISTED = 8  # speeds; of more, their number and range are said
 
@@ -76,9 +76,9 @@ def shown_amplitude() -> tuple[str, float]:
 
 
 def number(value: float, digits: int = 3) -> str:
-    """A number with some significant digits, and without an exponent unless it is very large: 1140, not 1.14e+03."""
+    """A number with some significant digits, with an exponent only if it is very large or small: 1140, not 1.14e+03."""
     text = f"{value:.{digits}g}"
-    return np.format_float_positional(float(text), trim="-") if TINY <= abs(value) < LONG else text
+    return np.format_float_positional(float(text), trim="-") if SHORT <= abs(value) < LONG else text
 
 
 def quantity(value: float, unit: str, std: float | None = None, digits: int = 3) -> str:

@@ -1,5 +1,7 @@
 """Correction masses against closed forms: a rotor of one mass, and two planes of a rotor with two discs."""
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -127,6 +129,9 @@ def test_the_command_prints_masses_and_the_vibration_left(folder, capsys):
     assert main([*arguments, "disc 1", "7"]) == 0
     text = capsys.readouterr().out
     assert "plane disc 1: " in text and "g mm at 237" in text and "763.9 rpm (80 rad/s), node 2: " in text
+    found, _, _ = balance_files([folder / "baseline.csv"], folder / "updated.yaml", ["disc 1", 7])
+    (said,) = re.findall(r"µm pp: before.*\n  763.9 rpm \(80 rad/s\), node 2: ([\d.]+),", text)
+    assert float(said) == pytest.approx(2e6 * found.before[0, 0], rel=0.05)  # two digits of twice the semi-major axis
     assert main([*arguments, "3", "disc 1"]) == 1  # twice the same plane
     assert "trade off" in capsys.readouterr().err
 

@@ -11,6 +11,7 @@ from rotorstudy.diagnosis.search.form import (
     form_errors,
     largest_error,
     most_probable_form,
+    over_speeds,
 )
 from rotorstudy.inference.levenberg_marquardt import levenberg_marquardt
 from rotorstudy.inference.prediction import LEAK
@@ -39,6 +40,19 @@ def test_a_shared_error_whitens_like_the_full_covariance():
     # negative control: without such errors, and in a part of the spectrum, nothing changes
     assert np.array_equal(spectrum.whitened(spectrum.amplitude), white)
     assert found.at_speeds([0, 1]).shared_error is None
+
+
+@pytest.mark.parametrize(("count", "most"), [(12, 12), (60, 60), (500, 90)])
+def test_hundreds_of_speeds_have_independent_parts_in_groups(count, most):
+    """Up to 60 speeds each has its own, as here written out; of more, the two at one place of the order share it."""
+    speed, (constant, slow, free) = np.linspace(50.0, 400.0, count), SHARES[-1]
+    modes = over_speeds(speed, SHARES[-1])
+    known = constant + slow * np.exp(-0.5 * (np.subtract.outer(np.log(speed), np.log(speed)) / 0.2) ** 2)
+    rest = 2 * modes.T @ modes - known
+    assert len(modes) <= most and np.diag(rest) == pytest.approx(free, abs=1e-2)
+    assert (rest[0, 1] == pytest.approx(free, abs=1e-2)) == (count > 60) and abs(rest[0, -1]) < 1e-2
+    shuffled = np.random.default_rng(1).permutation(count)
+    assert over_speeds(speed[shuffled], SHARES[-1]).shape == modes.shape
 
 
 def test_the_error_of_form_is_common_to_the_nodes_and_differs_by_harmonic():
@@ -168,6 +182,7 @@ def test_parts_of_a_law_of_breathing_sum_to_another_law():
         ("across", False),
         ("along", False),
         ("coupled", False),
+        ("skewed", False),
         ("lagging", False),
         ("along", True),
     ):
@@ -178,10 +193,29 @@ def test_parts_of_a_law_of_breathing_sum_to_another_law():
         )
 
 
+def test_an_open_crack_that_is_skewed_yields_most_beside_the_middle_of_its_edge():
+    structure, skew = load_rig("examples/two_discs.yaml").structure, 0.02
+
+    def table(angle, *parts):
+        """{shift and what it acts on: matrix} of an open crack and further parts of its law, (part, amplitude)."""
+        hinge, found = crack_at(structure, 0.3, 0.25, angle, "elasticity"), {}
+        every = [(hinge.open_entries(), 1.0), *((hinge.entries_of_form(*part), size) for part, size in parts)]
+        for entries, size in every:
+            for e in entries:
+                found[e.on, e.shift] = found.get((e.on, e.shift), 0.0) + size * np.asarray(e.matrix)
+        return found, hinge.open_shares
+
+    straight, (xi, eta) = table(0.4)
+    turned, _ = table(0.4 + skew)
+    skewed, _ = table(0.4, (("skewed", 0), skew * (xi - eta) / xi))
+    change = np.abs(turned["conj", 2] - straight["conj", 2]).max()
+    assert change > 0 and np.abs(skewed["conj", 2] - turned["conj", 2]).max() < 2 * skew * change
+
+
 def test_by_the_moment_the_parts_are_those_by_the_weight_where_that_alone_acts():
     structure = load_rig("examples/two_discs.yaml").structure
     hinge = crack_at(structure, 0.3, 0.25, 0.0, "elasticity")
-    for motion in ("across", "along", "coupled", "lagging"):
+    for motion in ("across", "along", "coupled", "skewed", "lagging"):
         force = hinge.force_of_form(motion, 1)
         for angle in (0.3, 2.0, 5.0):
             rotation = -np.array([[1e-3 * hinge.side]]) - hinge.section.own_moment / hinge.section.stiffness

@@ -21,6 +21,7 @@ from rotorstudy.diagnosis.one_cause.answer import (
 )
 from rotorstudy.diagnosis.one_cause.held_shapes import HeldShapes
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
+from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.search.candidates import candidate, freedom_of
 from rotorstudy.diagnosis.search.screening import Projection
 from rotorstudy.diagnosis.search.search import base_model
@@ -332,6 +333,17 @@ def test_a_law_near_that_of_the_library_is_allowed_for():
     assert "any law near" in warning
     low, high = cause.parameters["position_m"].interval_95
     assert low < TRUE["position_m"] < high
+
+
+def test_an_open_crack_that_is_not_symmetric_may_face_beside_where_it_yields_most():
+    """By 3 degrees here. Negative control: its own law alone, whose fronts are symmetric, does not say so."""
+    work, cause, fitted = as_usual(records(crack("none", any_law=True, skewed_0=0.04)), "none")
+    laws, off = laws_of(work, cause), []
+    for known in (laws, laws[:1]):
+        ends = np.array(over_forms(work, fitted, cause, known).intervals["angle_rad"]) - TRUE["angle_rad"]
+        off.append(ends - np.pi * np.round(ends.mean() / np.pi))  # which faces either way
+    assert off[0][0] < 0 < off[0][1]
+    assert off[1][0] > 0.02
 
 
 def test_probes_at_midspan_do_not_tell_on_which_side_a_crack_is():

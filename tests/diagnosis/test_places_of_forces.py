@@ -7,6 +7,8 @@ import pytest
 from machines import faulty, spectrum_of
 from test_resultant import RIG
 
+from rotorstudy import RotorstudyError
+from rotorstudy.diagnosis.search import free_force
 from rotorstudy.diagnosis.search.search import begin, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.prediction import with_model_error
@@ -37,6 +39,12 @@ def test_a_force_at_the_node_of_a_fault_explains_it_and_one_elsewhere_does_not(w
     left = {one.where["node"]: one.left for one in work.free_forces if one.motion == "force"}
     assert left[FAULTY] < 2 * len(work.base.residual) < LIMIT < left[OTHER]
     assert (work.free_forces[0].where, work.free_forces[0].motion) == ({"node": FAULTY}, "force")
+
+
+def test_what_does_not_fit_into_memory_is_refused(work, monkeypatch):
+    monkeypatch.setattr(free_force, "MOST_BYTES", 1e5)
+    with pytest.raises(RotorstudyError, match=r"3 speeds, 7 harmonics and 3 nodes need .* GB.*give fewer speeds"):
+        free_force.free_forces(work)
 
 
 def test_its_probability_decides_whether_a_fault_is_unknown(work):

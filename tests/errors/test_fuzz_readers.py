@@ -19,6 +19,7 @@ from rotorstudy.measurement import files, text_table
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.files import open_csv, open_matlab, open_uff
 from rotorstudy.measurement.guess import guess_measurement
+from rotorstudy.measurement.receptances import _of_csv, receptances_in
 from rotorstudy.measurement.table_spectra import read_table
 from rotorstudy.measurement.tables import open_table
 from rotorstudy.yaml_file import read_yaml
@@ -29,7 +30,7 @@ ROOT = Path(__file__).parents[2]
 PROBES = [{"channel": "x", "node": 1, "angle_deg": 0, "unit": "um"}, {"channel": "y", "node": 1, "angle_deg": 90}]
 GIVEN = {"harmonics": [1, -1], "probes": PROBES}
 PIECES = rb', ,, ; " nan inf - # 1e300 1e-320 1_0 1.234,5 null: 1: [ { &a *a x'.split()
-PIECES += [b"", b" ", b"\t", b"\n", b"\r\n", b"\0", b"\xff", b"\xef\xbb\xbf", b"- ", b"9" * 5000]
+PIECES += [b"", b" ", b"\t", b"\n", b"\r\n", b"\0", b"\xff", b"\xef\xbb\xbf", b"- ", b"\n,,\n", b"\xb2", b"9" * 5000]
 STATED = [Conventions(**GIVEN), Conventions(**GIVEN, csv={"separator": ";", "decimal": ",", "unit_rows": 1})]
 TEXTS = {
     "waves": b"time,x,y,key\n0,1,2,0\n1,2,1,5\n2,1,2,0\n3,2,1,5\n",
@@ -37,6 +38,7 @@ TEXTS = {
     "commas": b"time;x;y\ns;um;um\n0,5;1,25;2\n1,5;1;2,5\n2,5;1;1\n3,5;;2\n",
     "harmonics": b"speed_rpm,node,harmonic,amplitude_um,phase_deg\n100,1,1,1,20\n100,1,-1,2,30\n200,1,1,1,2\n",
     "probes": b"speed_rpm,probe,amplitude_um,phase_deg\n100,x,1.5,20\n100,y,2.5,30\n200,x,1,2\n200,y,2,3\n",
+    "receptances": b"frequency_Hz,response,force,real,imaginary\n5,4x,4x,1e-8,-2e-9\n6,4x,4x,3e-8,-4e-9\n",
     "wide": b"Speed (rpm),x 1X Amp (um),x 1X Phase (deg)\n100,1,2\n200,2,3\n300,3,4\n",
 }
 
@@ -73,6 +75,8 @@ def read(kind, path, rng, content=b""):
     """The numbers of a file, by one of the ways in which the package reads it."""
     if kind == "text":
         stated, way = STATED[content.count(b";") > 3], rng.randrange(10)
+        if b"response" in content:
+            return [np.abs(part) for _, *found in _of_csv(path, 0).values() for part in found]
         if way == 0:
             return [guess_measurement(path, (1, 2, 3)).section["rotation"] == 0]
         if way > 1 and (table := open_table(path, stated.csv)):
@@ -141,4 +145,7 @@ def test_a_matlab_file_that_ends_the_process_of_its_reader_is_refused(tmp_path):
 def test_the_seeds_themselves_are_read(tmp_path):
     for name, content in TEXTS.items():
         (tmp_path / "a.csv").write_bytes(content)
+        if name == "receptances":
+            assert len(receptances_in(tmp_path / "a.csv")[0]) == 2
+            continue
         assert guess_measurement(tmp_path / "a.csv", (1, 2, 3)).said, name

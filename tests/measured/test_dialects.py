@@ -212,6 +212,7 @@ def test_a_row_of_numbers_is_not_taken_for_units(table, tmp_path):
         ("time,x (umpp)", 1.0),
         ("time,x (um zero to peak)", 1.0),
         ("time,x (at the top)", 1.0),
+        ("time,x LP 100 Hz", 1.0),
         ("time (seconds),x (µm pp)", 1.0),
         ("time,x (V),y (H)", 1.0),  # vertical and horizontal
         ("time,x (left)", 1.0),
@@ -269,6 +270,8 @@ def test_signals_of_other_lengths_and_times_are_refused(tmp_path):
         ({"x": 2 * x, "abscissa_inc": 0.02}, "other times"),
         ({"data": np.exp(1j * x), "ord_data_type": 6}, "complex values"),
         ("cut", "has 32 values, and states 50"),
+        ({"abscissa_spec_data_type": 19}, "another quantity than time"),
+        ({"ordinate_spec_data_type": 12}, "data set 'b' is of a displacement, .* by the unit 'um'"),
         ({}, None),
     ):
         path = tmp_path / "run.uff"
@@ -278,7 +281,7 @@ def test_signals_of_other_lengths_and_times_are_refused(tmp_path):
             assert len(open_uff(path, None).values("b")) == 50
             continue
         with pytest.raises(RotorstudyError, match=words):
-            open_uff(path, None)
+            open_uff(path, Conventions(probes=[{"channel": "b", "angle_deg": 0, "unit": "um"}]))
 
 
 def _write_two_sets(uff, path, x, change):

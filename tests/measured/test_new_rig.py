@@ -11,6 +11,7 @@ from rotorstudy.authoring.new_rig import PLANES, new_rig
 from rotorstudy.commands.line import main
 from rotorstudy.measurement.channel_names import angle_in, plane_in, unit_in
 from rotorstudy.measurement.guess import guess_measurement
+from rotorstudy.model.shown_units import units_of
 
 SPEED = 300.0  # rad/s
 TIME = np.arange(1000) / 2000
@@ -134,6 +135,8 @@ def test_a_table_of_a_balancing_instrument(tmp_path):
     found = read_measurement([path], rig)
     assert found.errors == [] and found.spectrum.amplitude.shape == (2, 2, 2)
     assert any("peak to peak" in line for line in said)
+    shown = units_of(yaml.safe_load(rig.read_text()))
+    assert (shown.length, shown.unbalance, shown.amplitude) == ("mil", "oz in", "peak_to_peak")  # as the table
 
 
 @pytest.mark.parametrize("bearings", ["linear", "film"])

@@ -281,6 +281,7 @@ def test_other_files_are_no_wide_tables(names, tmp_path):
         (("right 1X Amp (mil pp", "right 1X Amp (mil rms"), "'left .*' peak to peak and 'right .*' rms are stated"),
         (("right 1X Phase (deg lag", "right 1X Phase (deg lead"), "'left .*' lag and 'right .*' lead are stated"),
         (("mil pp", "mil pp x10"), "has the unit .*x10"),
+        ((" 1X ", " "), r"such as 'right Phase \(deg lag\)' name no harmonic; call them '1X'"),
         (("right 1X Amp", "up 1X Amp"), r"amplitude of probe 'up' at 1X, and no column is its phase, .*add it"),
         ((f"{SPEEDS[1] * 30 / np.pi:.9f},", "none at all,"), r"line 5, column 'Speed \(rpm\)': 'none at all' is not"),
     ],
@@ -383,6 +384,13 @@ def test_a_speed_with_an_empty_cell_is_left_out(tmp_path, blank):
     assert "1 of 3 speeds are left out" in finding.text and "at 1432.39 rpm, 1X of 'right'." in finding.text
 
 
+def test_the_number_of_a_channel_is_no_harmonic(tmp_path):
+    names = ["Speed (rpm)", *(f"Ch {i} {what}" for i in (1, 2) for what in ("Amp (um)", "Phase (deg)"))]
+    (tmp_path / "run.csv").write_text("\n".join([",".join(names), *3 * [",".join("1" * len(names))]]))
+    with pytest.raises(RotorstudyError, match="name no harmonic"):
+        open_table(tmp_path / "run.csv", CsvLayout())
+
+
 def test_velocities_of_a_wide_table(tmp_path):
     speeds = SPEEDS[:, None]
     shown = np.array([[vector(probe, speed) for probe in PROBES] for speed in SPEEDS]) * 1j * speeds  # m/s
@@ -397,3 +405,9 @@ def test_velocities_of_a_wide_table(tmp_path):
 def test_an_empty_file_is_named_as_such(tmp_path):
     with pytest.raises(RotorstudyError, match=r"run.csv: the file is empty; export it again, or leave it out"):
         read(tmp_path, " \n")
+
+
+def test_the_kind_of_velocities_may_stand_below_them(tmp_path):
+    head, *rows = table("rms velocity, mm/s, lag").splitlines()
+    with pytest.raises(RotorstudyError, match="header says rms"):
+        read(tmp_path, "\n".join([head, "rpm,,mm/s rms,deg", *rows]), table_phase="lag", csv={"unit_rows": 1})

@@ -36,7 +36,7 @@ def test_without_vibration_it_grows_as_if_the_weight_opened_it():
 def test_no_record_is_simulated_where_a_whirl_grows():
     """A periodic motion exists there, but the rotor leaves it; enough damping holds it."""
     time = np.arange(64) / 1000
-    with pytest.raises(NoSteadyState, match=r"820 rad/s, where a free motion grows by [\d.]+ 1/s") as said:
+    with pytest.raises(NoSteadyState, match=r"820 rad/s\), where a free motion grows by [\d.]+ 1/s") as said:
         simulate_records(cracked(1.0), [TWICE], [0, 1, 2], time)
     assert "\n" not in str(said.value)
     check_stable(cracked(1.0), [700.0])

@@ -22,6 +22,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.fit import chi_square_p_value, fit
 from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.measurement.receptances import receptances_in
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.presentation.rotor_files import analyse_files
 from rotorstudy.response.measured import measured_response_and_jacobian
@@ -114,7 +115,7 @@ def test_velocities_and_accelerations_of_casings_are_read_as_displacements(tmp_p
     assert spectrum.covariance[0, 1:, 4, 4].min() > 1e-9 > spectrum.covariance[0, 0, 4, 4]  # of the mean
 
 
-def write_uff(path, rows, frequency):
+def write_uff(path, rows, frequency, **labels):
     """Mobilities of a CSV table as accelerances in data sets 58, forces at all nodes against their axis."""
     responses = {}
     for _, response, force, real, imaginary in (row.split(",") for row in rows):
@@ -128,7 +129,7 @@ def write_uff(path, rows, frequency):
         kind = {"func_type": 4, "abscissa_spacing": 0, "binary": 0, "ordinate_spec_data_type": 12}
         numbers = dict.fromkeys(pyuff.prepare_58(func_type=4, return_full_dict=True), 0)
         texts = {name: "NONE" for name in numbers if name.startswith("id") or name.endswith(("name", "label"))}
-        one = {**numbers, **texts, "type": 58, "data": data, "x": frequency / (2 * np.pi), **kind, **ends}
+        one = {**numbers, **texts, "type": 58, "data": data, "x": frequency / (2 * np.pi), **kind, **ends, **labels}
         pyuff.UFF(str(path)).write_sets(one, "add")
 
 
@@ -169,6 +170,48 @@ def test_a_measured_foundation_moves_as_the_block_that_it_was_measured_on(compre
     assert np.abs(found - true).max() < 1e-3 * np.abs(true).max()
     with pytest.raises(RotorstudyError, match="no response at 4y"):
         build_model(rig | {"foundation": [dict(wrong, axes={})]})
+
+
+RECEPTANCES = "frequency_Hz,response,force,real,imaginary\n5,4x,4x,1e-8,-2e-9\n6,4x,4x,3e-8,-4e-9\n"
+
+
+@pytest.mark.parametrize("end", ["", ",", "# by hand"])
+def test_receptances_are_read_as_other_tables_are(tmp_path, end):
+    path = tmp_path / "frame.csv"
+    head, *rows = RECEPTANCES.splitlines()
+    path.write_text("\ufeff" + "\n".join([head, *(f"{row}{',' * (end == ',')}" for row in rows), end * (end != ",")]))
+    _, found = receptances_in(path)
+    assert found["4x", "4x"].tolist() == [1e-8 - 2e-9j, 3e-8 - 4e-9j]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("5,4x,4x,", "5,4x,4x,1,"), "line 2: 6 cells, and the header names 5 columns"),  # would be 1 + 1e-8j
+        (("5,4x,4x,1e-8,", "5,4x,4x,"), "line 2: 4 cells"),
+        (("1e-8", "x"), "line 2, column 'real': 'x' is not a number"),
+        (("real", "Re"), "needs the columns frequency_Hz"),
+        (("6,4x", "5,4x"), "must increase"),
+    ],
+)
+def test_receptances_of_another_layout_are_refused(tmp_path, change, words):
+    (tmp_path / "frame.csv").write_text(RECEPTANCES.replace(*change))
+    with pytest.raises(RotorstudyError, match=words):
+        receptances_in(tmp_path / "frame.csv")
+
+
+@pytest.mark.parametrize(
+    ("label", "unit", "refused"),
+    [("ordinate", "g", True), ("ordinate", "mm/s", True), ("orddenom", "lbf", True), ("ordinate", "m/s", False)],
+)
+def test_receptances_of_uff_in_other_units_are_refused(tmp_path, label, unit, refused):
+    rows = RECEPTANCES.split()[1:]
+    write_uff(tmp_path / "frame.uff", rows, np.array([30.0, 40.0]), **{f"{label}_axis_units_lab": unit})
+    if not refused:
+        assert len(receptances_in(tmp_path / "frame.uff")[0]) == 2
+        return
+    with pytest.raises(RotorstudyError, match=f"is in '{unit}'; export it in SI units"):
+        receptances_in(tmp_path / "frame.uff")
 
 
 def test_a_changed_foundation_is_one_built_otherwise():

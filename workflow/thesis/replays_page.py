@@ -24,7 +24,7 @@ SHEETS = {
 LEGEND = (
     "Thesis: its own estimates from all speeds, with 0X and 1X of the slow roll subtracted as in Eq. (3.1). Base: its "
     "model, with dampings, crack and eccentricity within the limits of its impact tests and of usual machining. "
-    "Without limits: its model with every parameter free. Extended: the base model and the causes found."
+    "Without limits: its model with every parameter free. Extended: that model and the causes found."
 )
 UNDECIDED = (
     "What three or four speeds of one pair of probes cannot decide: on the rig of Chapter 3, modelled with one "
@@ -73,7 +73,7 @@ def notes_on(config, verdict, harmonics, left_out):
     return [
         f"{rig}, residual: fitted within the limits of its other measurements, the thesis's model has its largest "
         f"residuals at {where}; under noise alone {before}.",
-        f"{rig}, cause: {_explained(verdict)} Remaining residual under noise alone: {after}.",
+        f"{rig}, cause: {_explained(verdict)} The rest, under noise and the error of its form: {after}.",
         f"{rig}, error at a speed left out: adding the causes improves the prediction of {better} of {len(left_out)} "
         f"speeds; {gained}; in brackets the thesis's model with every parameter free. Named whichever speed is left "
         f"out: {', '.join(_always(left_out)) or 'no cause, so none of them is established'}.",

@@ -2,7 +2,7 @@
 
 from rotorstudy.commands.shared import check_file, tell
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.units import quantity, spin, um
+from rotorstudy.units import number, quantity, shown_amplitude, spin
 
 
 def add(parser):
@@ -31,7 +31,7 @@ def run(given):
     rig = read_rig(given.rig)
     sense = read_conventions(rig.given, given.rig).sense
     holes = None if given.holes is None else equal_holes(given.holes, given.weights, sense)
-    planes = [int(plane) if plane.isdigit() else plane for plane in given.planes]
+    planes = [int(plane) if plane.isdecimal() else plane for plane in given.planes]
     found, _, findings = balance_files(given.records, rig, planes, holes)
     tell(findings)
     if holes:
@@ -43,12 +43,13 @@ def run(given):
     print(f"unbalance to be added{',' * bool(holes)} {where}")
     for plane, text in zip(planes, said, strict=True):
         print(f"  plane {plane}: {text}")
-    print("1X vibration, semi-major axis of the orbit: before, left (95 %), and the next reading (95 %)")
+    unit, factor = shown_amplitude()
+    print(f"1X along the longest axis of the orbit, {unit}: before, left (95 %), and the next reading (95 %)")
     for i, speed in enumerate(found.spectrum.speed):
         for j, node in enumerate(found.spectrum.sensors):
-            sizes = ([um(size[i, j]) for size in one] for one in (found.after, found.next_reading))
+            sizes = ([number(factor * size[i, j], 2) for size in one] for one in (found.after, found.next_reading))
             left, shown = (f"{middle} ({low} to {high})" for low, middle, high in sizes)
-            print(f"  {spin(speed)}, node {node}: {um(found.before[i, j])}, {left}, {shown}")
+            print(f"  {spin(speed)}, node {node}: {number(factor * found.before[i, j], 2)}, {left}, {shown}")
     if given.out:
         _save(given, rig, found, planes)
     names = {"correction_kg_m": found.corrections, "covariance": found.covariance, "before_m": found.before}

@@ -2,6 +2,7 @@
 
 from rotorstudy.commands.shared import NETCDF, add_rpm, check_file, in_rad_s
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.units import spin
 
 HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)  # of the reference signal
 LARGEST_DISPLACEMENT = 1.0  # m, of a rotor whose length is not known
@@ -68,7 +69,7 @@ def _noisy_records(model, speeds, time, given):
         check_record(record, given.harmonics)
         if (reached := float(np.abs(record.displacement).max())) > longest:
             raise RotorstudyError(
-                f"{given.rig}: the displacement reaches {reached:.3g} m at {record.speed:g} rad/s, more than the "
+                f"{given.rig}: the displacement reaches {reached:.3g} m at {spin(record.speed)}, more than the "
                 "size of the rotor; check eccentricities and forces, stiffness, and damping at a resonance"
             )
         if given.noise:

@@ -21,13 +21,15 @@ WORDS = {  # of each unit that is read
 }
 NOT_READ = (  # units of other quantities or sizes, in which no channel is read
     "nm cm dm km in inch inches ft uin µin us µs μs usec ns min hr hour hours minute minutes day days khz krpm rps 1/s "
-    "rev/s deg/s cm/s ft/s deg kv ma mv mvolt a db % counts bar mbar psi pa kpa mpa n kn w kw mw degc °c degf °f k kg"
+    "rev/s deg/s cm/s ft/s deg kv ma mv mvolt a db % counts bar mbar psi pa kpa mpa n kn w kw mw degc °c degf °f k kg "
+    "lb lbf kgf"
 )
 UNIT_OF = {word: unit for unit, words in WORDS.items() for word in words.split()} | {w: w for w in NOT_READ.split()}
 SIGNALS = ("um", "mil", "mm", "m", "V", "s", "ms", "rpm", "Hz", "rad/s")  # of a probe, of time or of speed
 SHORT = {word for word in UNIT_OF if len(word) < 2} | {  # words that mean other things outside of brackets
     "in", "ft", "pa", "rad", "rev", "deg", "min", "hour", "hours", "minute", "minutes", "day", "days", "bar", "second",
 }  # fmt: skip
+CLEAR = ("um", "mil", "mm", "ms", "rpm", "m/s", "mm/s", "in/s")  # at the end of a name, too; 100 Hz may be a filter's
 KIND = re.compile(r"(0-)?(?:\b|(?<=[a-zµμ]{2})|(?<=\bv))(pk-?pk|p[-/]?p|pk|peak|rms|dc)\b|\b(lag|lead)(ging)?\b")
 SCALED = re.compile(r"[\d/*·×^%]|\bper\b|\bx\b")  # makes another unit of one: um/s, mil x 10
 AT_THE_END = re.compile(r"[\s_.,:;-]([a-zµμ]+(?:/s)?)$")
@@ -92,7 +94,7 @@ def _stated(name, below, letters):
     bracketed = [one for one in re.findall(r"[\[(]([^\])]*)[\])]", name) if len(one) != 1 or one in letters]
     found = [unit for text in (below, *bracketed) if (unit := unit_of(text))]
     last = AT_THE_END.search(KIND.sub("", name.lower()).strip())
-    found += [UNIT_OF[last[1]]] if last and last[1] in UNIT_OF and last[1] not in SHORT else []
+    found += [UNIT_OF[last[1]]] if last and UNIT_OF.get(last[1]) in CLEAR and last[1] not in SHORT else []
     return next((unit for unit in found if unit in WORDS), next(iter(found), None))
 
 
@@ -104,7 +106,7 @@ def angle_in(name):
     words = words_in(name)
     for before, word in zip(["", *words], words, strict=False):
         if word in LEFT | RIGHT:
-            size = float(before) if before[:1].isdigit() and float(before) >= LEAST_ANGLE else 45.0
+            size = float(before) if before[:1].isdecimal() and float(before) >= LEAST_ANGLE else 45.0
             return size if word in LEFT else -size
     found = [DIRECTIONS[word] for word in words if word in DIRECTIONS]
     return found[-1] if len(found) == 1 else None
@@ -119,7 +121,7 @@ def numbered_angles(names):
     planes, angles = [], []
     for name in names:
         words = words_in(name)
-        numbers = [word for word in words if word[:1].isdigit() and LEAST_ANGLE <= float(word) <= 360]
+        numbers = [word for word in words if word[:1].isdecimal() and LEAST_ANGLE <= float(word) <= 360]
         if len(numbers) != 1:
             return None
         planes.append(tuple(word for word in words if word != numbers[0]))
@@ -136,6 +138,6 @@ def plane_in(name):
     """The words of a name that say neither direction nor unit, equal for the probes of a node."""
     words = words_in(name)
     sides = [word for word in words if word in LEFT | RIGHT]
-    large = {word for word in words if sides and word[:1].isdigit() and float(word) >= LEAST_ANGLE}
+    large = {word for word in words if sides and word[:1].isdecimal() and float(word) >= LEAST_ANGLE}
     unit = set() if unit_in(name) is None else set(UNIT_OF)
     return tuple(word for word in words if word not in {*DIRECTIONS, *LEFT, *RIGHT, *large, *unit, *PEAK})

@@ -15,13 +15,14 @@ from rotorstudy.measurement.channel_names import stated_units
 from rotorstudy.measurement.conventions import check_once, one_unit
 from rotorstudy.measurement.netcdf_files import existing, read_netcdf
 from rotorstudy.measurement.raw_record import assemble
+from rotorstudy.measurement.receptances import UFF_ORDERS
 from rotorstudy.measurement.text_table import header_of, layout_hint, numbers_in
 from rotorstudy.units import RAD_PER_S, SECONDS
 
 KINDS = {"netcdf": (".nc", ".nc4"), "csv": (".csv", ".txt"), "matlab": (".mat",), "uff": (".uff", ".unv")}
 SUFFIXES = {suffix: kind for kind, suffixes in KINDS.items() for suffix in suffixes}
 MATRIX, COMPRESSED = 14, 15  # types of the elements of a MATLAB file
-OVER_FREQUENCY = 18  # code of the abscissa of data set 58
+OVER_TIME = (0, 17)  # codes of the abscissa of data set 58: not stated, time
 TOLERANCE = 1e-6  # of the length of a record: difference of the times of two of its channels
 SAME_RATE = 0.01  # relative difference of a stated sampling rate and that of the times
 
@@ -224,8 +225,8 @@ def open_uff(path, conventions):
     for place, one in ((place, one) for place, found in names.items() for one in found):
         if np.iscomplexobj(one["data"]):
             wrong = "is a spectrum, of complex values; export its time signal"
-        elif one["abscissa_spec_data_type"] == OVER_FREQUENCY:
-            wrong = "is over frequency; export its time signal"
+        elif int(one["abscissa_spec_data_type"]) not in OVER_TIME:
+            wrong = "is over frequency, or another quantity than time; export its time signal"
         elif len(one["data"]) != int(one["num_pts"]):
             wrong = f"has {len(one['data'])} values, and states {int(one['num_pts'])}; export the file again"
         elif len(one["x"]) == len(time) and np.abs(one["x"] - time).max() > TOLERANCE * np.ptp(time):
@@ -233,6 +234,13 @@ def open_uff(path, conventions):
         else:
             continue
         raise RotorstudyError(f"{path}: data set '{place}' {wrong}")
+    for probe in conventions.probes if conventions else ():
+        kinds = {UFF_ORDERS.get(one["ordinate_spec_data_type"], probe.order) for one in names.get(probe.channel, ())}
+        if probe.unit not in (None, "V") and kinds - {probe.order}:
+            raise RotorstudyError(
+                f"{path}: data set '{probe.channel}' is of a displacement, a velocity or an acceleration, and the rig "
+                f"states another one by the unit '{probe.unit}'; correct 'unit:'"
+            )
     axes = {name: "abscissa" if name == "time" else "ordinate" for name in names}
     labels = [str(names[name][0].get(f"{axis}_axis_units_lab", "")) for name, axis in axes.items()]
     return Channels(list(names), channel, dict(zip(names, stated_units(list(names), labels), strict=True)))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 SEVERITIES = ("error", "warning", "note")
+ROUND_OFF = 1e-9  # of the largest harmonic
 # severity: name (which of its kind): words, of every finding on records
 TABLE = """
 error: no phase reference: neither keyphasor nor phase mark times; the phase of the harmonics is undetermined. Record
@@ -21,11 +22,11 @@ error: missing pulses (many): {count} for {marks} regular pulses, too many to id
 error: doubled pulses (many): {count} for {marks} regular pulses, too many to identify the marks. Check threshold_V
 warning: keyphasor jitter: the marks scatter by {scatter:.2g} degrees about steady rotation (up to {usual:.2g} is
     usual), harmonic n by n times as much. The covariance includes it
-error: speed label: labelled {label:.6g} rad/s, but the phase mark passes at {speed:.6g} rad/s ({off:+.3g} %, allowed
+error: speed label: labelled {label}, but the phase mark passes at {speed} ({off:+.3g} %, allowed
     {allowed:g} %); {hint}
-warning: unusual speed: up to {fastest:.4g} rad/s ({rpm} rpm), {times:.3g} times the lowest natural frequency of the
-    rig ({lowest} rpm). Of records check the time channel, 'time_unit' and 'sample_rate_Hz'; are stated speeds in
-    another unit, such as rpm taken as rad/s, or in groups of digits, 1.004 for 1004?
+warning: unusual speed: up to {fastest}, {times:.3g} times the lowest natural frequency of the rig ({lowest}). Of
+    records check the time channel, 'time_unit' and 'sample_rate_Hz'; are stated speeds in another unit, such as rpm
+    taken as rad/s, or in groups of digits, 1.004 for 1004?
 warning: speed drift: the speed changes by {drift:+.2g} % over the record (up to {steady:g} % is steady); the
     harmonics are averages over these speeds. Take a shorter record, or cut it into pieces
 warning: gaps: {part:.2g} % of the samples are missing (up to {most:g} % are tolerated); repair the record
@@ -190,6 +191,8 @@ def facts_of(kind):
 
 
 def node_facts(amplitude, harmonics, noise_std=np.nan, shrinkage=(np.nan, np.nan), lines=()):
-    """NodeFacts of the amplitudes (harmonic,) of a node, m."""
-    size = dict(zip((int(n) for n in harmonics), np.abs(amplitude), strict=True))
+    """NodeFacts of the amplitudes (harmonic,) of a node, m; round-off of the largest one is zero."""
+    sizes = np.abs(amplitude)
+    sizes = np.where(sizes <= ROUND_OFF * sizes.max(initial=0.0), 0.0, sizes)
+    size = dict(zip((int(n) for n in harmonics), sizes, strict=True))
     return NodeFacts(size.get(1, np.nan), size.get(-1, np.nan), noise_std, *shrinkage, lines)

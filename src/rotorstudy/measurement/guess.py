@@ -12,7 +12,7 @@ from rotorstudy.measurement.files import kind_of, open_channels
 from rotorstudy.measurement.netcdf_files import existing, netcdf
 from rotorstudy.measurement.tables import open_table, whole_numbers
 from rotorstudy.measurement.text_table import guess_layout
-from rotorstudy.units import um
+from rotorstudy.units import METRES, um
 
 VIEW = {"rotation": "with_angles", "gravity_angle_deg": 180}  # angles from straight up, counter-clockwise
 PAIR = (-45.0, 45.0)  # X and Y of a node, right and left of the top
@@ -119,7 +119,8 @@ def _of_signals(columns, section, said, nodes):
 def _of_table(table, section, said, nodes):
     """Guess of a table of the amplitude and phase of probes."""
     names = list(dict.fromkeys(table.text["probe"])) if "probe" in table.text else ["probe"]
-    section["probes"], more = _probes(names, [{}] * len(names), nodes)
+    unit = next((unit for unit in METRES if f"amplitude_{unit}" in table.text), None)
+    section["probes"], more = _probes(names, [{"unit": unit} if unit else {}] * len(names), nodes)
     section |= {
         "keyphasor": {"sensor_angle_deg": 0, "mark_angle_deg": 0},
         "table_amplitude": "peak_to_peak",

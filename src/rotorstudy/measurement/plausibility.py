@@ -9,7 +9,7 @@ from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT
 from rotorstudy.measurement.single_probe import along_probes
 from rotorstudy.response.measured import measured_response
-from rotorstudy.units import METRES, RAD_PER_S, number, um
+from rotorstudy.units import METRES, spin, um
 
 BACKWARD = 2.0  # ratio of backward to forward 1X
 HUGE_M, TINY_M = 5e-3, 1e-9  # more than a shaft can vibrate, less than a probe resolves
@@ -96,8 +96,8 @@ def check_speeds(speed, rig, where):
     fastest, lowest = float(np.max(speed)), rig.structure.scales.frequency
     if SLOW * lowest <= fastest <= FAST * lowest:
         return []
-    rpm, of_rig = (number(speed / RAD_PER_S["rpm"], 4) for speed in (fastest, lowest))
-    return [told("unusual speed", where, fastest=fastest, rpm=rpm, times=fastest / lowest, lowest=of_rig)]
+    times = fastest / lowest
+    return [told("unusual speed", where, fastest=spin(fastest), times=times, lowest=spin(lowest))]
 
 
 def check_labels(paths, conventions, where):

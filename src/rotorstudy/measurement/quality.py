@@ -8,7 +8,7 @@ from rotorstudy.measurement.angle_fit import fit_each, in_cosines
 from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, trend_probability
 from rotorstudy.measurement.keyphasor import LONGEST_PULSE
-from rotorstudy.units import um
+from rotorstudy.units import spin, um
 
 LABEL_OFF = 0.02  # relative error of a stated speed
 DRIFT = (0.005, 0.05)  # relative change of the speed over the record: warning, error
@@ -65,7 +65,17 @@ def check_speed_label(label, speed, where):
         return []
     fitting = [why for ratio, why in LIKELY_WRONG if abs(speed / label / ratio - 1) < LABEL_OFF]
     hint, off = (fitting or ["correct the label"])[-1], 100 * (speed / label - 1)
-    return [told("speed label", where, label=label, speed=speed, off=off, allowed=100 * LABEL_OFF, hint=hint)]
+    return [
+        told(
+            "speed label",
+            where,
+            label=spin(label, 6),
+            speed=spin(speed, 6),
+            off=off,
+            allowed=100 * LABEL_OFF,
+            hint=hint,
+        )
+    ]
 
 
 def check_drift(drift, where):

@@ -1,6 +1,5 @@
 """Measured frequency responses of what bearings stand on: motion over force, as impact tests give them."""
 
-import csv
 from functools import lru_cache
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from rotorstudy.errors import RotorstudyError
 
 COLUMNS = ("frequency_Hz", "response", "force", "real", "imaginary")
 UFF_ORDERS, UFF_AXES, RESPONSE_FUNCTION = {8: 0, 11: 1, 12: 2}, "xyz", 4  # codes of data set 58
+UFF_UNITS = {"abscissa": ("Hz",), "ordinate": ("m", "m/s", "m/s2"), "orddenom": ("n",)}  # that its labels may state
 
 
 def receptances_in(file: str | Path, order: int = 0) -> tuple[np.ndarray, dict]:
@@ -28,7 +28,7 @@ def _receptances(path, order, changed):
     if len(frequency) < 2 or frequency[0] <= 0 or (np.diff(frequency) <= 0).any():
         raise RotorstudyError(f"{path}: the frequencies must increase from above zero, two at least")
     for pair, (own, values, _) in found.items():
-        if len(own) != len(frequency) or np.any(own != frequency) or not np.isfinite(values).all():
+        if not len(own) == len(values) == len(frequency) or np.any(own != frequency) or not np.isfinite(values).all():
             raise RotorstudyError(
                 f"{path}: the response at {pair[0]} to a force at {pair[1]} has other "
                 "frequencies than the first, or values that are no numbers; export all with the same frequencies"
@@ -39,25 +39,22 @@ def _receptances(path, order, changed):
 
 def _of_csv(path, order):
     """{(response, force): (frequency, Hz, values, order of the derivative)} of a CSV file."""
-    rows = {}
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        reader = csv.DictReader(file)
-        if set(reader.fieldnames or ()) != {*COLUMNS}:
-            raise RotorstudyError(f"{path}: needs the columns {', '.join(COLUMNS)}")
-        for row in reader:
-            try:
-                frequency, real, imaginary = (float(row[name]) for name in ("frequency_Hz", "real", "imaginary"))
-            except (TypeError, ValueError):
-                raise RotorstudyError(f"{path}, line {reader.line_num}: a cell is not a number; correct it") from None
-            pair = tuple(str(row[name]).replace(" ", "") for name in ("response", "force"))
-            rows.setdefault(pair, []).append((frequency, real + 1j * imaginary))
-    split = {pair: np.array(values).T for pair, values in rows.items()}
-    return {pair: (frequency.real, values, order) for pair, (frequency, values) in split.items()}
+    from rotorstudy.measurement.conventions import CsvLayout  # late: with pydantic, which plugins load without
+    from rotorstudy.measurement.tables import numbers_of
+    from rotorstudy.measurement.text_table import text_in
+
+    text = text_in(path, CsvLayout())
+    if set(text) != {*COLUMNS}:
+        raise RotorstudyError(f"{path}: needs the columns {', '.join(COLUMNS)}")
+    frequency, real, imaginary = (numbers_of(text, name, path) for name in ("frequency_Hz", "real", "imaginary"))
+    pairs = [tuple(one.replace(" ", "") for one in pair) for pair in zip(text["response"], text["force"], strict=True)]
+    of = {pair: np.array([one == pair for one in pairs]) for pair in dict.fromkeys(pairs)}
+    return {pair: (frequency[rows], (real + 1j * imaginary)[rows], order) for pair, rows in of.items()}
 
 
 def _of_uff(path):
     """The same of the frequency response functions of a UFF file; a force against an axis turns the sign."""
-    from rotorstudy.measurement.files import uff_sets  # late: with pydantic, which plugins load without
+    from rotorstudy.measurement.files import uff_sets  # late, as above
 
     found = {}
     for one in uff_sets(path)[0]:
@@ -65,7 +62,21 @@ def _of_uff(path):
             ends = [(one[f"{end}_node"], one[f"{end}_dir"]) for end in ("rsp", "ref")]
             pair = tuple(f"{node}{UFF_AXES[abs(direction) - 1]}" for node, direction in ends)
             order = UFF_ORDERS.get(one["ordinate_spec_data_type"], 0)
+            _check_units(path, pair, one)
             found[pair] = one["x"], one["data"] * np.sign(ends[0][1] * ends[1][1]), order
     if not found:
         raise RotorstudyError(f"{path} has no frequency response function in a data set 58")
     return found
+
+
+def _check_units(path, pair, one):
+    """RotorstudyError for a data set 58 whose labels state other units than those of SI."""
+    from rotorstudy.measurement.channel_names import unit_of
+
+    for axis, known in UFF_UNITS.items():
+        unit = unit_of(str(one.get(f"{axis}_axis_units_lab") or ""))
+        if unit not in (None, *known):
+            raise RotorstudyError(
+                f"{path}: the response at {pair[0]} to a force at {pair[1]} is in '{unit}'; export it in SI "
+                "units (Hz, m, m/s or m/s2 per N)"
+            )

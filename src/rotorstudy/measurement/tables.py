@@ -23,9 +23,10 @@ LARGEST_VALUE = 1e100  # its square is a number
 LARGEST_WHOLE = 10**9  # of a node or a harmonic
 USUAL_V_PER_M = 7874.0  # 200 mV/mil, API 670
 WIDE = re.compile(
-    r"(?P<probe>.+?)[\s_:,;/-]+(?P<harmonic>\d{1,3})x?[\s_:,;/-]*(?P<what>amp|mag|pha?s)[a-z]*\b(?P<unit>.*)",
+    r"(?P<probe>.+?)[\s_:,;/-]+(?P<harmonic>\d{1,3})x[\s_:,;/-]*(?P<what>amp|mag|pha?s)[a-z]*\b(?P<unit>.*)",
     re.IGNORECASE,
 )
+NO_HARMONIC = re.compile(r".+?[\s_:,;/-]+(amp|mag|pha?s)[a-z]*\b", re.IGNORECASE)
 QUANTITY = re.compile(r"^(speed|amplitude|velocity|phase|reference_phase)_")
 GAP = re.compile(r"(?P<probe>.+?)[\s_:,;/-]+(?:dc[\s_:,;/-]*)?gap\b.*", re.IGNORECASE)  # "DE X Gap (V)"
 SPEED_UNITS = {"rpm": "rpm", "Hz": "Hz", "rad/s": "rad_per_s"}  # as in `speed_rpm`
@@ -89,13 +90,9 @@ def _stated_below(names, units, where):
         own = UNIT_OF.get(QUANTITY.sub("", name).replace("_per_", "/").lower())
         if own and (told := unit_of(below)) and told != own:
             raise RotorstudyError(f"{where}: column '{name}' has the unit '{below}' below it; correct the wrong one")
-    return _stated(
-        {
-            what: {n: u for n, u in zip(names, units, strict=True) if n.startswith(what)}
-            for what in ("amplitude", "phase")
-        },
-        where,
-    )
+    both = list(zip(names, units, strict=True))
+    sizes = {name: below for name, below in both if name.startswith(("amplitude_", "velocity_"))}
+    return _stated({"amplitude": sizes, "phase": {n: u for n, u in both if n.startswith("phase_")}}, where)
 
 
 def _stated(texts, where):
@@ -109,7 +106,7 @@ def _stated(texts, where):
         if len(by) > 1:
             said = " and ".join(f"'{name}' {value.replace('_', ' ')}" for value, name in by.items())
             raise RotorstudyError(f"{where}: of its columns {said} are stated; write all in one way")
-        found |= dict.fromkeys([key], *by) if by else {}
+        found |= {key: next(iter(by))} if by else {}
     return found
 
 
@@ -123,9 +120,14 @@ def _wide(names, units, where):
             if what in own:
                 raise RotorstudyError(f"{where}: columns '{own[what]}' and '{name}' are the same {what}; keep one")
             own[what], texts[what][name] = name, f"{match['unit']} {below}".strip()
-    if all(len(own) == 1 for own in found.values()):
-        return None
     speeds = _speed_columns(names, units)
+    if all(len(own) == 1 for own in found.values()):
+        of = {match[1][:2].lower(): name for name in names if (match := NO_HARMONIC.match(name))}
+        if speeds and "ph" in of and len(of) > 1:
+            raise RotorstudyError(
+                f"{where}: columns such as '{of['ph']}' name no harmonic; call them '1X', as in 'DE X 1X Phase (deg)'"
+            )
+        return None
     if not speeds:
         raise RotorstudyError(f"{where}: no column of the speed in rpm, Hz or rad/s, such as 'Speed (rpm)'")
     for (probe, harmonic), own in found.items():

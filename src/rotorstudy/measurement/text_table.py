@@ -55,7 +55,7 @@ def guess_layout(path):
     first = cells_in(lines[rows[0]], separator)
     narrowest, widest = len(_trimmed(first)), len(first)
     above = {i: _names(lines[i], separator) for i in range(rows[0]) if lines[i].strip()}
-    widths = {i: len(cells) - (cells[-1].lower() == COMMENT) for i, cells in above.items()}
+    widths = {i: len(cells) - ("".join(cells[-1:]).lower() == COMMENT) for i, cells in above.items()}
     named = [i for i, width in widths.items() if narrowest <= width <= widest]
     last = max((i for i in above if i in named or not lines[i].lstrip().startswith(COMMENTS)), default=None)
     if last not in named:

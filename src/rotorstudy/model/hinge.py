@@ -127,6 +127,7 @@ class Hinge:
             "across": lambda law, imposed: law * imposed.real,
             "along": lambda law, imposed: 1j * law * imposed.imag,
             "coupled": lambda law, imposed: law * (imposed.imag + 1j * imposed.real),
+            "skewed": lambda law, imposed: law * (imposed.imag + 1j * imposed.real),
             "lagging": lambda law, imposed: law * imposed.real,
         }[motion]
 
@@ -173,7 +174,8 @@ class Hinge:
 
         Nearly any such law is a sum of these; an amplitude of 1 is what the open crack yields across. motion:
         "across" or "along" the front, with one minus the cosine of `order` times the angle; "coupled", along by a
-        rotation across and conversely, or "lagging", across, with its sine. order 0 is an open crack.
+        rotation across and conversely, or "lagging", across, with its sine; "skewed", coupled, but with one minus the
+        cosine, for a front that is not symmetric. order 0 is an open crack.
         """
         shares, size = _shares_of_form(motion, order, self.side), self.open_shares[0]
         return self._entries({k: (size * direct, size * mirrored) for k, (direct, mirrored) in shares.items()}, False)
@@ -276,7 +278,8 @@ def _shares_of_form(motion, order, side):
     law = side**order * np.exp(-1j * order * _pull())  # the moment turns backwards
     even = (1 - law.real) / 2 if order else law.real
     xi = {"across": even, "lagging": law.imag / 2}.get(motion, 0.0)
-    return _turning_shares(xi, even if motion == "along" else 0.0, law.imag / 2 if motion == "coupled" else 0.0)
+    both = {"coupled": law.imag / 2, "skewed": even}.get(motion, 0.0)
+    return _turning_shares(xi, even if motion == "along" else 0.0, both)
 
 
 @lru_cache

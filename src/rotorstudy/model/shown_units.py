@@ -12,6 +12,7 @@ QUANTITY = {
     **dict.fromkeys(RAD_PER_S, "speed"),
     **dict.fromkeys(AMPLITUDES, "amplitude"),
 }  # word -> what it is the unit of
+UNBALANCE_WITH = {"um": "g mm", "mil": "oz in"}  # a length of vibration
 _asked = ContextVar("asked", default=())
 
 
@@ -37,11 +38,12 @@ def units_of(rig, words=(), where="the rig"):
     measurement = rig.get("measurement") if isinstance(rig.get("measurement"), dict) else {}
     probes = measurement.get("probes")
     inch = any(isinstance(p, dict) and p.get("unit") == "mil" for p in (probes if isinstance(probes, list) else []))
-    found = Units("mil", "oz in") if inch else Units()
+    found = Units("mil", UNBALANCE_WITH["mil"]) if inch else Units()
     if (stated := measurement.get("table_amplitude")) in AMPLITUDES:
         found = found._replace(amplitude=stated)
     own = rig.get("units") or []
     own = own if isinstance(own, list) else [own]
+    stated = {}
     for given, place in ((own, f"{where}, units"), (words, "--units")):
         taken = {}
         for word in given:
@@ -50,8 +52,10 @@ def units_of(rig, words=(), where="the rig"):
             if (quantity := QUANTITY[word]) in taken:
                 raise RotorstudyError(f"{place}: {taken[quantity]} and {word} are both units of {quantity}; keep one")
             taken[quantity] = word
-        found = found._replace(**taken)
-    return found
+        stated |= taken
+    if length := stated.get("length"):
+        stated.setdefault("unbalance", UNBALANCE_WITH[length])
+    return found._replace(**stated)
 
 
 def shown_for(rig, where="the rig"):

@@ -4,13 +4,14 @@ DIAGNOSIS_FIGURES = {
     "what_is_wrong": (
         "What the simulation gets wrong",
         "Left: measured minus simulated in standard deviations (noise and stated model error), after the fit of the "
-        "base parameters; 1 is expected under noise alone. Right: equivalent residual force, the force at the measured "
-        "nodes that would cause the residual; where not all of the rotor is measured the true force may act elsewhere. "
+        "rig's own parameters; 1 is expected under noise alone. Right: equivalent residual force, the force at the "
+        "measured nodes that would cause the residual; where not all of the rotor is measured the true force may act "
+        "elsewhere. "
         "An effect of the measuring chain appears as a force too, although none acts.",
     ),
     "causes": (
         "Explanations tried",
-        "Best first, each fitted with the base parameters free. The odds account for the residual it leaves, "
+        "Best first, each fitted together with the parameters of the rig. The odds account for the residual it leaves, "
         "its parameters, and the number of causes it was chosen from.",
     ),
     "before_and_after": (
@@ -18,7 +19,7 @@ DIAGNOSIS_FIGURES = {
         "The harmonics and one revolution of the orbit, at the nodes with the largest residual; dots: the phase mark "
         "passes; grey circle: clearance of the bearing, where it is stated.",
     ),
-    "gain": ("What adding the causes gains", "Base: the rig as given, fitted. Extended: with the causes."),
+    "gain": ("What adding the causes gains", "Error of the rig as given, fitted, and of the rig with the causes."),
 }
 CHANGE_FIGURES = {
     "two_states": (

@@ -24,6 +24,7 @@ MOST_TICKS = 12
 ROW, LINE = 0.25, 0.125  # inches: least height of a row of `causes`, height of a line of its text
 SHAPE = re.compile(r"(\w+?)_(rad_per_s|N_m|rad|m|s) (-?\d[\w.+-]*)")  # an option of a cause with its value in SI
 BASE, EXTENDED, MEASURED = COLOURS[1], COLOURS[0], COLOURS[6]
+SHOWN = {"base": "rig as given, fitted", "extended": "with what was added"}
 
 
 def diagnosis_figures(verdict, data):
@@ -181,7 +182,7 @@ def before_and_after(data):
         ax, orbit = axes[row]
         for k, (name, colour) in enumerate((("base", BASE), ("extended", EXTENDED))):
             size = np.maximum(np.abs(spectra[name][:, node]), floor)
-            ax.bar(harmonics + 0.36 * (k - 0.5), factor * size, 0.34, color=colour, label=f"{name} model")
+            ax.bar(harmonics + 0.36 * (k - 0.5), factor * size, 0.34, color=colour, label=SHOWN[name])
         size = np.abs(measured[:, node])
         reach = 2 * std[:, node]
         bars = factor * np.array([np.minimum(reach, np.maximum(size - floor, 0)), reach])
@@ -202,7 +203,7 @@ def before_and_after(data):
         if row == 0:
             seen = "held out of every fit" if data.held_out.values[speed] else "fitted"
             ax.set_title(f"{spin(w)}, {seen}")
-            orbit.set_title("orbits about their means\ndashed: base; dotted: measured", fontsize=7)
+            orbit.set_title("orbits about their means\ndashed: rig as given; dotted: measured", fontsize=7)
         if radius := axes_of.get("clearance_m", {}).get(str(int(data.node.values[node]))):
             turn = factor * radius * np.exp(1j * np.linspace(0, 2 * np.pi, 100))
             orbit.plot(turn.real, turn.imag, color="0.6", linewidth=0.8)  # the clearance of its bearing
@@ -228,7 +229,7 @@ def gain(data):
         sigma = np.sqrt((chosen[f"residual_{when}"] ** 2).mean("harmonic")).values.ravel()
         place = np.arange(len(length)) + 0.38 * (k - 0.5)
         for ax, values in zip(axes[0], (length, sigma), strict=True):
-            ax.bar(place, values, 0.36, color=colour, label=f"{name} model")
+            ax.bar(place, values, 0.36, color=colour, label=SHOWN[name])
     for ax, label in zip(axes[0], (f"rms error ({unit})", "error (standard deviations)"), strict=True):
         ax.set_yscale("log")
         ax.set_ylim(bottom=0.5 * min(bar.get_height() for bar in ax.patches) or None)

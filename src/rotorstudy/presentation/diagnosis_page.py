@@ -71,6 +71,7 @@ def diagnosis_page(verdict, data, figures, title, links=None, states=None):
         title=f"{'What changed in' if of_change else 'Diagnosis of'} {title}: {HEADINGS[verdict.verdict][of_change]}",
         links=links or {},
         verdict=verdict,
+        answer=_answer(verdict),
         glance=_glance(verdict, of_change),
         next_steps=next_steps(verdict, of_change),
         hides=_hides(verdict),
@@ -107,6 +108,14 @@ def _counted(names):
         kinds.setdefault(re.sub(r"\d+(\.\d+)?", "#", name), []).append(name)
     few = [f"{alike[0]} and {len(alike) - 1} like it" if len(alike) > 1 else alike[0] for alike in kinds.values()]
     return few if len(few) <= 2 * NAMED else [*few[: 2 * NAMED], f"{len(few) - 2 * NAMED} more kinds, in verdict.json"]
+
+
+def _answer(verdict):
+    """The summary without the sentences on what could hide, which the page has below."""
+    said = verdict.summary
+    for sentence in hidden_in_words(verdict):
+        said = said.replace(f" {sentence}", "")
+    return said
 
 
 def _hides(verdict):
@@ -199,11 +208,11 @@ def _glance(verdict, of_change):
 
 
 def _left(verdict):
-    added = "With all causes added" if verdict.causes else "Nothing was added"
-    return (
-        f"{added}: residual {p_value(verdict.residual_p_value.after)}; {percent(verdict.residual_share)} of the excess "
-        "error (rms) is left."
-    )
+    p, share = p_value(verdict.residual_p_value.after), percent(verdict.residual_share)
+    if not verdict.causes:
+        return f"Nothing was added: residual {p}; {share} of the excess error (rms) is left."
+    said = f"With all causes and an error of their form: residual {p}. Without that error"
+    return f"{said} {share} of the excess error (rms) is left."
 
 
 def _setting(value):

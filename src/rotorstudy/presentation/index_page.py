@@ -79,7 +79,7 @@ def _report(answers):
 
 def _in_numbered_order(file):
     """Key by which table 4.10 follows table 4.9."""
-    return [(int(part), "") if part.isdigit() else (0, part) for part in re.split(r"(\d+)", file.as_posix())]
+    return [(int(part), "") if part.isdecimal() else (0, part) for part in re.split(r"(\d+)", file.as_posix())]
 
 
 def _folder(file):

@@ -11,6 +11,7 @@ from rotorstudy.presentation.rotor_figures import by_probe, whirl_kinds, whirl_n
 from rotorstudy.presentation.tables import cells
 from rotorstudy.response.whirl import required_margin, separation_margin
 from rotorstudy.store import as_complex
+from rotorstudy.studies.rig_check import TRIED
 from rotorstudy.studies.rotor_analysis import RESONANT
 from rotorstudy.studies.stability_margin import LEAST_DECREMENT, log_decrement
 from rotorstudy.units import number, percent, quantity, shown_amplitude, shown_speed
@@ -265,7 +266,8 @@ def check_words(check):
         structure = check.model.structure
         length = f"{structure.length:.4g} m, " if structure.length else ""
         mass = float(structure.along @ structure.mass @ structure.along)
-        lines.append(f"rotor: {length}{mass:.4g} kg, {len(structure.nodes)} nodes that move")
+        count = len(structure.nodes)
+        lines.append(f"rotor: {length}{mass:.4g} kg, {count} {'node that moves' if count == 1 else 'nodes that move'}")
     if analysis:
         shares = [f"{row['bearing']} {row['downward (N)']:.4g} N" for row in loads(analysis)]
         lines.append(f"static loads: {', '.join(shares) or 'none'}; weight {analysis.weight:.4g} N")
@@ -275,7 +277,7 @@ def check_words(check):
             for row in criticals(analysis)
         ]
         lines += summary(analysis)[0 if not analysis.resonant else 1 :]
-    if check.valid:
+    if check.valid and check.valid != (TRIED[0], TRIED[-1]):
         low, high = (number(w * per, 4) for w in check.valid)
         lines.append(f"all bearings are defined from {low} to {high} {unit}")
     lines += [str(finding) for finding in check.findings]

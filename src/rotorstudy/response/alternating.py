@@ -13,6 +13,7 @@ import numpy as np
 
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.entry_table import Columns
+from rotorstudy.units import spin
 
 SAMPLES_PER_HARMONIC = 16  # of the highest harmonic: a sudden contact has many more harmonics than are carried
 TOLERANCE = 1e-11  # of the residual relative to the motion; the round-off of some hundred sums is near 1e-14
@@ -120,7 +121,7 @@ def steady_states(forces, speed, harmonics, deflection, linear, reply):
         lost = at[~met][growth[at[~met]] < SMALLEST_GROWTH]
         if len(lost):
             raise NoSteadyState(
-                f"no steady state at {speed[lost[0]]:g} rad/s: the continuation from the linear response fails beyond "
+                f"no steady state at {spin(speed[lost[0]])}: the continuation from the linear response fails beyond "
                 f"{share[lost[0]]:.0%} of the nonlinear forces, so the motion jumps or is not periodic; leave that "
                 "speed out or integrate in time"
             )

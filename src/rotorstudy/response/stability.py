@@ -8,6 +8,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.response.coupling import check_speed
 from rotorstudy.response.few_shapes import few_shapes
 from rotorstudy.response.floquet import periodic_growth_rate, varies_in_time
+from rotorstudy.units import spin
 
 ROUND_OFF = 1e-12  # of the largest eigenvalue: real part of an undamped mode due to round-off
 RELATIVE_STEP = 1e-4  # of amplitudes, in the central difference of an eigenvalue
@@ -198,6 +199,6 @@ def check_stable(model: Model, speeds: ArrayLike, theta: ArrayLike | None = None
         why = "internal damping or cross-coupled bearings make the rotor unstable there; "
     if unstable.any():
         raise NoSteadyState(
-            f"no steady state at {speeds[unstable][0]:g} rad/s, where a free motion grows by "
+            f"no steady state at {spin(speeds[unstable][0])}, where a free motion grows by "
             f"{growth[unstable][0]:.3g} 1/s: {why}stay below the stability threshold, or add external damping"
         )

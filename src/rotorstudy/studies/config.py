@@ -268,7 +268,7 @@ def changed(options, key, percent, where="the rotor"):
     """Options of a rotor with one number changed by per cent; key: "mass_kg", or "discs.0.mass_kg" inside a list."""
     first, _, rest = key.partition(".")
     inside = options if isinstance(options, dict) else dict(enumerate(options))
-    first = first if isinstance(options, dict) else (int(first) if first.isdigit() else first)
+    first = first if isinstance(options, dict) else (int(first) if first.isdecimal() else first)
     if first not in inside:
         raise unknown_name("key", first, inside, where)
     value = inside[first]

@@ -32,7 +32,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_numbers import with_numbers
 from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.measured import measured_response
-from rotorstudy.units import percent
+from rotorstudy.units import percent, spins
 
 SAME_SPEED = 1e-2  # relative difference up to which two records are of the same speed
 LARGEST_MODEL_ERROR = 0.5  # fraction of each harmonic
@@ -129,16 +129,14 @@ def _at_common_speeds(before, after):
     # a record counts once: of two speeds that meet the same one, the closer is compared
     common &= [apart[i, k] == apart[i, common & (nearest == i)].min(initial=np.inf) for k, i in enumerate(nearest)]
     if not common.any():
-        speeds = [", ".join(f"{w:.4g}" for w in one.speed) for one in (before, after)]
         raise RotorstudyError(
-            f"no speed is common to both states (before: {speeds[0]} rad/s, after: {speeds[1]} rad/s; within "
+            f"no speed is common to both states (before: {spins(before.speed)}, after: {spins(after.speed)}; within "
             f"{percent(SAME_SPEED)}); measure the second state at the speeds of the first"
         )
-    left = [f"{w:.4g}" for w in after.speed[~common]]
-    left += [f"{w:.4g}" for i, w in enumerate(before.speed) if i not in nearest[common]]
+    left = [*after.speed[~common], *(w for i, w in enumerate(before.speed) if i not in nearest[common])]
     notes = []
     if left:
-        text = f"{', '.join(left)} rad/s were measured in one state only and are not compared"
+        text = f"{spins(left)} were measured in one state only and are not compared"
         notes = [Finding("note", "speeds of one state", "both states", text)]
     return before.at_speeds(nearest[common]), after.at_speeds(np.flatnonzero(common)), notes
 

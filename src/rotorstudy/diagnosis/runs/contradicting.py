@@ -11,7 +11,7 @@ from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.model.model import Model
 from rotorstudy.response.whirl import eigenvalues
-from rotorstudy.units import number, p_value, percent, quantity
+from rotorstudy.units import number, p_value, percent, quantity, spin
 
 ROUND_OFF = 1e-6  # of the speed: a whirl frequency below it is that of a rigid rotation
 FAR = 5.0  # standard deviations of the prior
@@ -96,7 +96,7 @@ def check_slow_roll(name: str, speed: np.ndarray, model: Model) -> list[Finding]
         return []
     fastest, lowest = float(speed[passed.any(axis=1)].max()), float(whirl[passed].min())
     text = (
-        f"{fastest:.4g} rad/s is above the whirl frequency {lowest:.4g} rad/s of the rig: the shaft has passed a "
+        f"{spin(fastest)} is above the whirl frequency {spin(lowest)} of the rig: the shaft has passed a "
         "critical speed, and 1X is vibration and not runout; roll more slowly, or leave out 'slow_roll:'"
     )
     return [Finding("warning", "slow roll above a critical speed", f"run '{name}'", text)]

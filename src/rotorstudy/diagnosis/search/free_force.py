@@ -15,7 +15,7 @@ from rotorstudy.diagnosis.search.form import SHARES, over_speeds
 from rotorstudy.diagnosis.search.free_forces import free_force_columns
 from rotorstudy.diagnosis.search.odds import SCALES
 from rotorstudy.diagnosis.search.places import places_of
-from rotorstudy.errors import NoSteadyState
+from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.inference.prior import Prior
@@ -27,6 +27,7 @@ PRIOR = 0.1  # odds of a fault that the library lacks against one that it has, b
 REFITTED = 3  # places, the best ones, of which the values of the rig are fitted again with the force
 AGAIN = 2  # how often
 UPDATES = 30  # of the size at each harmonic
+COPIES, MOST_BYTES = 10, 4e9  # of the columns of an error of form at once, and what they may take
 SETTLED = 1e-3  # relative change of all sizes
 
 
@@ -67,6 +68,7 @@ def free_forces(work) -> list[FreeForce]:
     work : Search with its base fit
     """
     spectrum = work.spectrum
+    _check_memory(spectrum)
     places, stated = list(places_of(work.rig.structure)), fit(work.model, spectrum, work.prior, steps=0)
     known = {}
     try:
@@ -98,6 +100,18 @@ def free_forces(work) -> list[FreeForce]:
     return sorted(found, key=lambda one: -one.log_odds)
 
 
+def _check_memory(spectrum):
+    """RotorstudyError if the errors of form of all speeds and harmonics would not fit into memory."""
+    modes, orders = len(over_speeds(spectrum.speed, SHARES[-1])), len(np.unique(np.abs(spectrum.harmonics)))
+    needed = COPIES * 8 * spectrum.data_count * modes * orders
+    if needed > MOST_BYTES:
+        raise RotorstudyError(
+            f"{len(spectrum.speed)} speeds, {len(spectrum.harmonics)} harmonics and {len(spectrum.sensors)} nodes need "
+            f"{needed / 1e9:.0f} GB of memory, at most {MOST_BYTES / 1e9:g} are used; give fewer speeds, or fewer "
+            "harmonics ('measurement: harmonics:')"
+        )
+
+
 def _near(spectrum, fitted):
     order = carried_order(spectrum, fitted.model)
     return Neighbourhood(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=order)
@@ -109,25 +123,31 @@ def _posterior(fitted, spectrum, columns, force=None) -> _Posterior:
     columns : (row, speed, component, part and harmonic) of `free_force_columns`
     """
     rows, speeds, parts, harmonics = len(columns), columns.shape[1], 2, len(spectrum.harmonics)
-    columns = columns.reshape(rows, speeds, -1, parts, harmonics)
+    columns = columns.reshape(rows, speeds, -1, parts, harmonics).transpose(1, 2, 0, 3, 4)
+    columns = columns.reshape(speeds, -1, rows * parts * harmonics)  # speed, component, (row part harmonic)
     own = np.array([name != FREE_FORCE for name in fitted.names], bool)
     jacobian, free = fitted.jacobian[:, own], fitted.free[own]
     mean, whitener = fitted.prior.mean[own], fitted.prior.whitener[np.ix_(own, own)]
-    data = fitted.residual + jacobian @ (free - mean)
+    data = (fitted.residual + jacobian @ (free - mean)).reshape(speeds, -1)
     if force is not None:
-        known = np.stack([force.real, force.imag], axis=2)  # row, speed, part, harmonic
-        data = data + np.einsum("rscph,rsph->sc", columns, known).ravel()
+        known = np.stack([force.real, force.imag], axis=2).transpose(1, 0, 2, 3)  # speed, row, part, harmonic
+        data = data + (columns @ known.reshape(speeds, -1, 1))[..., 0]
     scaled = np.linalg.solve(whitener.T, jacobian.T).T  # by parameters of unit variance
     inner = np.eye(len(mean)) + scaled.T @ scaled
+    turned = columns.transpose(0, 2, 1)
+    within = (turned @ columns).reshape(speeds, -1)  # of each speed alone, so that time is linear in their number
+    on_data, on_rig = (turned @ data[..., None])[..., 0], (turned @ scaled.reshape(speeds, -1, len(mean)))
     best = None
     for shares in SHARES:
         modes = over_speeds(spectrum.speed, shares)  # (mode, speed)
-        spread = np.einsum("ms,rscph->scrmph", modes, columns)
-        spread = spread.reshape(len(data), -1)  # (component, row mode part harmonic)
-        by_harmonic = np.arange(spread.shape[1]) % harmonics
-        both = np.column_stack([data, spread])
-        along = scaled.T @ both
-        gram = both.T @ both - along.T @ np.linalg.solve(inner, along)
+        count = len(modes) * columns.shape[-1]  # of amplitudes (mode row part harmonic)
+        by_harmonic = np.arange(count) % harmonics
+        pairs = (modes[:, None] * modes).reshape(-1, speeds) @ within
+        pairs = pairs.reshape(len(modes), len(modes), columns.shape[-1], -1).swapaxes(1, 2).reshape(count, count)
+        on_modes = (modes @ on_data).reshape(1, count)
+        along = np.column_stack([scaled.T @ data.ravel(), np.tensordot(modes, on_rig, 1).reshape(count, -1).T])
+        gram = np.block([[np.atleast_2d(np.sum(data**2)), on_modes], [on_modes.T, pairs]])
+        gram -= along.T @ np.linalg.solve(inner, along)
         sizes = _sizes(gram, by_harmonic, harmonics)
         size = sizes[by_harmonic]
         precision = np.eye(len(size)) + size[:, None] * gram[1:, 1:] * size
@@ -136,17 +156,19 @@ def _posterior(fitted, spectrum, columns, force=None) -> _Posterior:
         explained = (size * gram[1:, 0]) @ found
         evidence = 0.5 * (explained - gram[0, 0] - np.linalg.slogdet(precision)[1] - np.linalg.slogdet(inner)[1])
         if best is None or evidence + log_scale > best.evidence:
-            moved = (size * found).reshape(rows, len(modes), parts, harmonics)
-            off = data - spread @ (size * found)
-            found = np.einsum("ms,rmph->rsph", modes, moved)
+            moved = modes.T @ (size * found).reshape(len(modes), -1)  # speed, (row part harmonic)
+            off = (data - (columns @ moved[..., None])[..., 0]).ravel()
+            moved = moved.reshape(speeds, rows, parts, harmonics).swapaxes(0, 1)
             free = mean + np.linalg.solve(whitener, np.linalg.solve(inner, scaled.T @ off))
             left = off - jacobian @ (free - mean)
-            best = _Posterior(evidence + log_scale, found[:, :, 0] + 1j * found[:, :, 1], free, float(left @ left))
+            best = _Posterior(evidence + log_scale, moved[:, :, 0] + 1j * moved[:, :, 1], free, float(left @ left))
     return best
 
 
 def _sizes(gram, by_harmonic, harmonics):
     """Most probable standard deviation (harmonic,) of a force at each harmonic, by MacKay's fixed-point iteration."""
+    from scipy.linalg.lapack import dpotrf, dpotri, dpotrs  # of a positive definite matrix, in half the time
+
     product, normal = gram[1:, 0], gram[1:, 1:]
     counts = np.bincount(by_harmonic, minlength=harmonics)
     gains = np.bincount(by_harmonic, np.diag(normal), harmonics)
@@ -155,9 +177,10 @@ def _sizes(gram, by_harmonic, harmonics):
     for _ in range(UPDATES):
         size = np.sqrt(variance)[by_harmonic]
         precision = np.eye(len(size)) + size[:, None] * normal * size
-        covariance = np.linalg.inv(precision)
-        mean = covariance @ (size * product)
-        known = np.bincount(by_harmonic, 1 - np.diag(covariance), harmonics)  # number of well determined amplitudes
+        factor, _ = dpotrf(precision, lower=1)
+        mean, _ = dpotrs(factor, size * product, lower=1)
+        variances = np.diag(dpotri(factor, lower=1)[0])
+        known = np.bincount(by_harmonic, 1 - variances, harmonics)  # number of well determined amplitudes
         power = np.bincount(by_harmonic, mean**2, harmonics)
         before, variance = variance, np.where(known > 1e-6, variance * power / np.maximum(known, 1e-6), 0.0)
         if np.abs(variance - before).max() <= SETTLED * variance.max(initial=0.0):

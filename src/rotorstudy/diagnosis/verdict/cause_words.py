@@ -8,7 +8,7 @@ from rotorstudy.units import ANY_ANGLE, interval, quantity
 
 FEW = 3  # amplitudes of a cause that are all said
 SMALL = 1e-3  # m; lengths below are said in µm
-ENDINGS = {"_rad_per_s": "rad/s", "_N_m": "N m", "_rad": "rad", "_m": "m", "_s": "s"}  # of options, in SI
+ENDINGS = {"_rad_per_s": "rad/s", "_N_m": "N m", "_rad": "rad", "_m": "m", "_Pa_s": "Pa s", "_s": "s"}  # of options
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
 
 
@@ -27,6 +27,8 @@ def place(named):
     said = {"node": f"at node {{}}{labelled}", "element": "in element {}", "foundation": "of the foundation at node {}"}
     if "last_element" in named.where:
         said |= {"element": "in elements {}", "last_element": "to {}"}
+    if "number" in named.where:
+        said["number"] = f"({without_unit(named.where['number'])})"
     where = " ".join(
         said.get(key, f"({_plural(readable(key), value)} {{}})").format(_listed(value))
         for key, value in named.where.items()
@@ -89,7 +91,7 @@ def cause_in_words(cause):
             value, std = _angle(one, fold)
             texts[-1] += f" {word} any angle" if _is_open(one) else f" {word} {quantity(value, one.unit, std)}"
         else:
-            label = "" if name == cause.effect else f"{_without_unit(name, one)} "
+            label = "" if name == cause.effect else f"{without_unit(name, one.unit)} "
             texts.append(label + quantity(*_in_its_unit(name, one)))
     texts += [f"{option} {value}" for option, value in _variants(cause).items()]
     where, sizes_of_it = place(cause), ", ".join(texts)
@@ -97,10 +99,10 @@ def cause_in_words(cause):
     return f"{where.removesuffix(')')}; {sizes_of_it})" if where.endswith(")") else f"{where} ({sizes_of_it})"
 
 
-def _without_unit(name, estimate):
-    """Readable name of a parameter; its unit is said with its value."""
+def without_unit(name, own=""):
+    """Readable name of a parameter; its unit, or that of its ending, is said with its value."""
     ending, unit = _ending(name)
-    return readable(name.removesuffix(ending) if unit == (estimate.unit or unit) else name)
+    return readable(name.removesuffix(ending) if unit == (own or unit) else name)
 
 
 def _ending(name):
@@ -128,7 +130,7 @@ def sizes(cause):
         else:
             stem = name
         if stem != cause.effect:
-            label = f"{readable(stem)}, {label}" if one.part == "phase" else _without_unit(stem, one)
+            label = f"{readable(stem)}, {label}" if one.part == "phase" else without_unit(stem, one.unit)
         text = quantity(value, unit, std)
         known = std is not None and np.isfinite(std) and std > 0
         if one.part == "phase" and _is_open(one):

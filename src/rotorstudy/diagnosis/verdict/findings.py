@@ -6,7 +6,7 @@ from rotorstudy.diagnosis.verdict.cause_words import place
 from rotorstudy.inference.fit import residual_share
 from rotorstudy.inference.prediction import misfit
 from rotorstudy.measurement.findings import Finding
-from rotorstudy.units import percent, quantity
+from rotorstudy.units import percent, quantity, spins
 
 CONTRADICTED = 5.0  # stated standard deviations, by which a parameter that moves further contradicts the rig
 MOST = 0.1  # of the excess error (rms), which the rig with other values may leave
@@ -111,6 +111,5 @@ def others_held_out(held):
     """A note if speeds, a Spectrum, are fitted after all, as they show what the others do not."""
     if held is None:
         return []
-    speeds = ", ".join(f"{speed:.4g}" for speed in held.speed)
-    text = f"what explains the other speeds does not explain {speeds} rad/s; these are fitted, and others held out"
+    text = f"what explains the other speeds does not explain {spins(held.speed)}; these are fitted, and others held out"
     return [Finding("note", "held-out speeds", "diagnosis", text)]

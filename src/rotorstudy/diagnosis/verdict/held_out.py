@@ -17,6 +17,7 @@ from rotorstudy.inference.fit import Fit, chi_square_p_value
 from rotorstudy.inference.prediction import carried_order, predicted, whitened_prediction, with_cause_error
 from rotorstudy.measurement.spectrum import Spectrum, components
 from rotorstudy.response.measured import measured_response_and_jacobian
+from rotorstudy.units import spin, spins
 
 NEAR = 100.0  # log odds by the fit below the best, from which an explanation is not considered further
 IMPROBABLE = 0.01  # probability by which the error at held-out speeds may rise although the causes are right
@@ -32,9 +33,8 @@ def split(spectrum, hold_out, others=False):
         for speed in hold_out:
             near = int(np.abs(spectrum.speed - speed).argmin())
             if not abs(spectrum.speed[near] - speed) <= 1e-3 * speed:
-                known = ", ".join(f"{w:g}" for w in spectrum.speed)
                 raise RotorstudyError(
-                    f"hold-out speed {speed:g} rad/s was not measured (measured: {known}; --rpm for rpm)"
+                    f"hold-out speed {spin(speed)} was not measured (measured: {spins(spectrum.speed)}; --rpm for rpm)"
                 )
             held.append(near)
     mask = np.isin(np.arange(count), held)

@@ -1,9 +1,11 @@
 """A verdict in sentences, and what to do after it. ± is one standard deviation."""
 
+from itertools import groupby
+
 import numpy as np
 
 from rotorstudy.diagnosis.search.explanations import LIKELY_OUTSIDE
-from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable
+from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable, without_unit
 from rotorstudy.diagnosis.verdict.findings import CONTRADICTED
 from rotorstudy.diagnosis.verdict.result import ACTS_BY
 from rotorstudy.model.registry import registry
@@ -192,16 +194,15 @@ def hidden_in_words(verdict):
     for row in verdict.hidden:
         rows.setdefault((row.effect, row.where.get("number", "")), []).append(row)
     for (effect, number_of_bearing), places in rows.items():
-        name = readable(effect) + f" ({readable(number_of_bearing)})" * bool(number_of_bearing)
+        name = readable(effect) + f" ({without_unit(number_of_bearing)})" * bool(number_of_bearing)
         seen = sorted((row for row in places if row.size is not None), key=lambda row: row.size)
         text = ""
         if seen:
             ends = [f"{_hidden_size(row)} ({_where(row)})" for row in (seen[:1] + seen[1:][-1:])]
             text = f"{name} is seen with 95 % from {' to '.join(ends)} on"
         if blind := [row for row in places if row.size is None]:
-            at = ", ".join(map(_where, blind))
             text += ("; " if seen else f"{name} is ") + (
-                f"not observable with these probes and speeds {at}: measure {blind[0].measure}"
+                f"not observable with these probes and speeds {_all_of(blind)}: measure {blind[0].measure}"
             )
         said.append(f"{text[0].upper()}{text[1:]}.")
     return said
@@ -212,6 +213,23 @@ def _hidden_size(row):
     if row.unit in ("1", OF_DIAMETER):
         return f"{percent(row.size, 2)}{f' {row.unit}' * (row.unit == OF_DIAMETER)}"
     return quantity(row.size, row.unit)
+
+
+def _all_of(rows):
+    """The places of rows as text, nodes or elements in ranges (all of one have one distance to their index)."""
+    said, numbered = [], {"node": [], "element": []}
+    for row in rows:
+        where = {key: value for key, value in row.where.items() if key != "number"}
+        if len(where) == 1 and (kind := next(iter(where))) in numbered:
+            numbered[kind].append(where[kind])
+        else:
+            said.append(_where(row))
+    for kind, values in numbered.items():
+        grouped = groupby(enumerate(sorted(values)), lambda one: one[1] - one[0])
+        runs = [[value for _, value in run] for _, run in grouped]
+        listed = ", ".join(f"{run[0]} to {run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)
+        said += [f"{'at' if kind == 'node' else 'in'} {kind}{'s' * (len(values) > 1)} {listed}"] * bool(values)
+    return ", ".join(said)
 
 
 def _where(row):

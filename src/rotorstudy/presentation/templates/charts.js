@@ -1,6 +1,6 @@
 // Charts of the pages, drawn by uPlot (axes, scales, cursor): zoom by dragging, back by a double click, values under the pointer.
 {
-const NEAR = 30, STEPS = 180, DECADES = 6, dark = matchMedia("(prefers-color-scheme: dark)"), charts = [], groups = {};
+const NEAR = 30, STEPS = 180, DECADES = 4, dark = matchMedia("(prefers-color-scheme: dark)"), charts = [], groups = {};
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const colour = series => series.colour === 6 ? css("--text") : css(`--c${series.colour}`);
 const short = value => value == null ? "" : String(+value.toPrecision(4));
