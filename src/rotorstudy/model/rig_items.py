@@ -150,7 +150,7 @@ def _parameters(plugin, function, fixed, options, where, is_foundation=False):
         parameters = loading_films(parameters, fixed["structure"].films)
     if isinstance(plugin, Bearing) or getattr(plugin, "places", None) is at_supports:
         return at_housings(fixed["structure"], parameters, from_ground=is_foundation)
-    return tuple(replace(p, entries=tuple(map(compacted, p.entries))) for p in parameters)
+    return tuple(replace(p, entries=tuple(map(compacted, p.entries))) if p.entries else p for p in parameters)
 
 
 @contextmanager

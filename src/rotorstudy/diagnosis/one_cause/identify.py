@@ -40,7 +40,7 @@ from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
-from rotorstudy.model.registry import registry
+from rotorstudy.model.registry import registry, using
 
 LOOK = replace(HYPOTHESIS, steps=2, first_damping=1e-2)  # the first steps from a start
 FAR = replace(HYPOTHESIS, steps=4, first_damping=1e-2)  # from the best of these
@@ -63,7 +63,12 @@ def identify_cause(
     count  : how many of them there are
     raises : RotorstudyError for an unknown effect, one without such options, or one that cannot act on this rotor
     """
-    settings = settings or Settings()
+    with using(registry()):  # which is asked for at every shape
+        return _identified(spectrum, model, effect, settings or Settings(), count)
+
+
+def _identified(spectrum, model, effect, settings, count):
+    """The Identified of an effect that is known to be the only cause, or of several."""
     spectrum = with_model_error(spectrum, settings)
     model = with_vibration(model, spectrum)
     work = Work(model, *base_model(model, settings), spectrum, settings)
