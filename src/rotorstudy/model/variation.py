@@ -55,13 +55,13 @@ class Variation:
         """Matrices at relative changes (..., number); NoSteadyState if the plugin builds no rotor of these numbers."""
         if self.is_linear:
             return self._linear(change.shape, change.tobytes())
-        return _unpacked(np.apply_along_axis(lambda one: self._built(tuple(one.tolist())), -1, change))
+        return _unpacked(_of_each(self._built, change))
 
     def slopes_at(self, change: np.ndarray) -> Matrices:
         """Their derivatives (..., number, dof, dof) and (..., number, dof) there; raises as `at`."""
         if self.is_linear:
             return _unpacked(np.broadcast_to(self.slopes, (*change.shape[:-1], *self.slopes.shape)))
-        return _unpacked(np.apply_along_axis(lambda one: self._differences(tuple(one.tolist())), -1, change))
+        return _unpacked(_of_each(self._differences, change))
 
     @cached_property
     def _linear(self):
@@ -82,15 +82,35 @@ class Variation:
         @lru_cache(maxsize=4 + 2 * self.count)
         def built(changes):
             try:
-                return np.concatenate([part.ravel() for part in self.build(changes)])
+                found = np.concatenate([part.ravel() for part in self.build(changes)])
             except RotorstudyError as error:
                 raise NoSteadyState(f"no rotor with these numbers: {error}") from None
+            found.setflags(write=False)
+            return found
 
         return built
 
-    def _differences(self, changes):
-        moved = [(*changes[:i], changes[i] + STEP, *changes[i + 1 :]) for i in range(self.count)]
-        return np.array([(self._built(one) - self._built(changes)) / STEP for one in moved])
+    @cached_property
+    def _differences(self):
+        """The derivatives (number, component) at some changes, kept for the last ones, as a response asks twice."""
+
+        @lru_cache(maxsize=1)
+        def differences(changes):
+            moved = [(*changes[:i], changes[i] + STEP, *changes[i + 1 :]) for i in range(self.count)]
+            found = np.array([self._built(one) for one in moved])
+            found -= self._built(changes)
+            found /= STEP
+            found.setflags(write=False)
+            return found
+
+        return differences
+
+
+def _of_each(function, changes):
+    """(..., value) of a function of a tuple, at changes (..., number)."""
+    rows = [function(tuple(one)) for one in changes.reshape(-1, changes.shape[-1]).tolist()]
+    whole = rows[0] if len(rows) == 1 else np.array(rows)  # one is not copied, as it may be large
+    return whole.reshape(*changes.shape[:-1], *rows[0].shape)
 
 
 def _unpacked(components):
