@@ -284,7 +284,9 @@ def test_the_depth_holds_where_strips_read_it_too_shallow(compliances, depth, wa
     spectrum = readings(shown, *where, std, 1)
     found = at_the_truth(spectrum, {"front_aspect_ratio": 0.5}, model=sound, shape=shape)
     low, high = interval_of(found, "depth_ratio")
-    assert 0.998 * low < depth < high < 1.2 * low  # a straight front is one end of all forms, so may be its depth
+    # a straight front is one end of all forms, so may be its depth; of a crack that is warned of it may be wrong
+    assert warned or 0.998 * low < depth < high < 1.2 * low
+    assert found.cause.shape["depth_ratio"] == pytest.approx(depth, rel=0.05)
     told = far_amplitudes(found.causes, found.names, found.theta)
     assert (bool(told) or found.p_value < 1e-3) == warned
     straight = at_the_truth(spectrum, {}, model=sound, shape=shape, flexibility="strip_integration")

@@ -85,7 +85,9 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
             elsewhere.append(one)
     averaged = _over_forms(work, best) if len(best.causes) == 1 else None
     return Identified(
-        (averaged.cause,) if averaged else shaped(work, best),
+        (best.causes[0]._replace(shape=averaged.cause.shape, shape_std=averaged.cause.shape_std),)
+        if averaged
+        else shaped(work, best),
         work.whole.plus(*(cause.term for cause in best.causes)),
         tuple(names),
         best.minimum.theta[0],

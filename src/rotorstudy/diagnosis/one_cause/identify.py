@@ -11,7 +11,7 @@ from itertools import product
 
 import numpy as np
 
-from rotorstudy.diagnosis.one_cause.answer import Identified, identified, is_same
+from rotorstudy.diagnosis.one_cause.answer import SAME, Identified, identified, is_same
 from rotorstudy.diagnosis.one_cause.over_forms import in_form
 from rotorstudy.diagnosis.one_cause.shape_starts import first_starts, further_starts, starts_of_another
 from rotorstudy.diagnosis.search.candidates import (
@@ -24,7 +24,15 @@ from rotorstudy.diagnosis.search.candidates import (
     with_vibration,
 )
 from rotorstudy.diagnosis.search.search import base_model
-from rotorstudy.diagnosis.search.shape_fit import CLOSELY, Work, fitted_from
+from rotorstudy.diagnosis.search.shape_fit import (
+    CLOSELY,
+    Work,
+    fitted_from,
+    point_of,
+    ranges_of,
+    reshaped,
+    shaped,
+)
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import chi_square_p_value, fit
@@ -70,12 +78,28 @@ def _identified(spectrum, model, effect, settings, count):
     found = _also_elsewhere(work, kinds, _fitted(work, [s for kind in kinds for s in first_starts(work, stated, kind)]))
     if count == 1 and not _explains(work, found[0]):
         found = _searched_further(work, effect, kinds, stated, found)
+    if count == 1:
+        found = _sorted([*found, *_tried(work, _across(work, found[0]), CLOSELY)])
     for _ in range(count - 1):
         starts = [s for one in found[:1] for kind in kinds for s in starts_of_another(work, one, kind)]
         found = _also_elsewhere(work, kinds, _fitted(work, starts))
     if count > 1 and form:  # alone, one of some form imitates several
         found = _fitted(work, [_with_form(work, one) for one in found[: PROMISING[0]]])
     return identified(work, found[0], found)
+
+
+def _across(work, one):
+    """Starts on the other side of a node that the cause of a fit is near: a fit ends there, as moments have a kink."""
+    (cause,), starts = shaped(work, one), []
+    for i, (name, ends) in enumerate(ranges_of(work, cause).items()):
+        std = cause.shape_std[name] / ends.slope(cause.shape[name])
+        for way, end in zip((-1, 1), ends.between_breaks(point_of(work, cause)[i]), strict=True):
+            point = point_of(work, cause)
+            away = abs(point[i] - end)
+            if 0 < end < 1 and ends.breaks and away < SAME * std:
+                point[i] = end + way * max(away, std)
+                starts.append(((reshaped(work, cause, point),), one.amplitudes))
+    return starts
 
 
 def _with_form(work, one):

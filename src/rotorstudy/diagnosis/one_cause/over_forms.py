@@ -31,18 +31,22 @@ PLACES = 20  # of the position, evenly over the shaft
 ABOUT = 1.5 * np.arange(-4, 5)  # further positions about the one that was fitted, in its standard deviations
 FEWEST = 3  # likely values that a distribution needs
 FINE = 100  # of the weights between values held, and levels of a distribution
+OWN = 0.01  # error of the law of the library itself, over the spread of those near it
 LEVELS = 9  # of each normal distribution of a mixture
 INTERVAL = (0.025, 0.5, 0.975)
 
 
-def in_form(work: Work, cause: Candidate, *, any_form: bool = False) -> Candidate:
+def in_form(work: Work, cause: Candidate, spread: float = 0.0) -> Candidate:
     """A cause by its law, in the middle of its forms where it has any.
 
-    any_form : whether it has the freedom of `Effect.any_form`, too
+    spread : of the freedom of `Effect.any_form` that it has, too, times the standard deviations there
     """
-    form = {name: ends.value(0.5) for name, ends in form_ranges(cause.effect).items()}
-    allowed = (False, True) if any_form else (False,)
-    freedoms = tuple(freedom_of(cause.effect, any_form=one) for one in allowed) if form else ()
+    form, freedoms = {name: ends.value(0.5) for name, ends in form_ranges(cause.effect).items()}, ()
+    if form:
+        freedoms = (freedom_of(cause.effect, any_form=False),)
+    if form and spread:
+        options, amplitudes = freedom_of(cause.effect, any_form=True)
+        freedoms += ((options, {name: (mean, spread * std) for name, (mean, std) in amplitudes.items()}),)
     shape, width = cause.shape | form, work.settings.prior_width
     return candidate(work.rig, cause.effect, cause.where, shape, cause.term.label, width, cause.variant, freedoms)
 
@@ -50,8 +54,7 @@ def in_form(work: Work, cause: Candidate, *, any_form: bool = False) -> Candidat
 def laws_of(work: Work, cause: Candidate) -> list[Candidate]:
     """A cause in the middle of its forms by its own law and, where it may have any near it, by these."""
     near = variants_of(registry().get("effect", cause.effect).any_form[2])
-    allowed = (False, True) if cause.variant in near else (False,)
-    return [in_form(work, cause, any_form=one) for one in allowed]
+    return [in_form(work, cause, one) for one in ((OWN, 1.0) if cause.variant in near else (0.0,))]
 
 
 class OverForms(NamedTuple):
