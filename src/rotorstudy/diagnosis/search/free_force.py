@@ -136,7 +136,10 @@ def _posterior(fitted, spectrum, columns, force=None) -> _Posterior:
     inner = np.eye(len(mean)) + scaled.T @ scaled
     turned = columns.transpose(0, 2, 1)
     within = (turned @ columns).reshape(speeds, -1)  # of each speed alone, so that time is linear in their number
-    on_data, on_rig = (turned @ data[..., None])[..., 0], (turned @ scaled.reshape(speeds, -1, len(mean)))
+    on_data, on_rig = (
+        (turned @ data[..., None])[..., 0],
+        (turned @ scaled.reshape(speeds, len(scaled) // speeds, len(mean))),
+    )
     best = None
     for shares in SHARES:
         modes = over_speeds(spectrum.speed, shares)  # (mode, speed)
