@@ -47,8 +47,9 @@ def transverse_crack(
     published.  front_aspect_ratio: depth over half the width of the ellipse that the front is a part of, 0 is a
     straight front.  closing_moment_N_m: residual stress that closes it, as the bending moment that just opens it;
     negative where it holds the crack open at rest.  any_flexibility: with amplitudes for more flexibility along the
-    front, and for a residual stress as a share of the static moment.  any_law: with amplitudes for other laws of
-    breathing, another flexibility along the front and a lag, of which zero is the law stated.
+    front, for a residual stress as a share of the static moment, and for a front that is not symmetric.  any_law: with
+    amplitudes for other laws of breathing, another flexibility along the front and a lag, of which zero is the law
+    stated.
     """
     by_moment = breathing in ("gradual", "sudden") and opened_by == "moment"
     if closing_moment_N_m and not by_moment:
@@ -78,8 +79,8 @@ def transverse_crack(
     if any_flexibility and by_moment and hinge.static_moment:
         force = hinge.force_of_closing()
         found.append(Parameter("closing_moment_share", "1", (), typical=1.0, force=force, default=0.0))
-    for name, (which, _) in FORM.items() if any_law else ():
-        if breathing == "none" and which[1] > 0:
+    for name, (which, _) in FORM.items():
+        if not (any_law or (any_flexibility and which[0] == "skewed")) or (breathing == "none" and which[1] > 0):
             continue
         entries, force = ((), hinge.force_of_form(*which)) if by_moment else (hinge.entries_of_form(*which), None)
         found.append(Parameter(name, "1", entries, typical=1.0, force=force, default=0.0))
@@ -132,6 +133,7 @@ def rotorstudy_effect():
                 "flexibility_factor": (1.0, 0.02),
                 "excess_flexibility_along": (0.0, 0.001),
                 "closing_moment_share": (0.0, 0.1),
+                **{name: (0.0, std) for name, ((motion, _), std) in FORM.items() if motion == "skewed"},
             },
         ),
         stated=depth_in_metres,

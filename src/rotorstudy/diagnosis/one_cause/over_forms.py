@@ -45,8 +45,9 @@ def in_form(work: Work, cause: Candidate, spread: float = 0.0) -> Candidate:
     if form:
         freedoms = (freedom_of(cause.effect, any_form=False),)
     if form and spread:
-        options, amplitudes = freedom_of(cause.effect, any_form=True)
-        freedoms += ((options, {name: (mean, spread * std) for name, (mean, std) in amplitudes.items()}),)
+        (options, law), own = freedom_of(cause.effect, any_form=True), freedoms[0][1]
+        law = {name: (mean, spread * std) for name, (mean, std) in law.items()}
+        freedoms += ((options, law | {name: own[name] for name in law.keys() & own}),)
     shape, width = cause.shape | form, work.settings.prior_width
     return candidate(work.rig, cause.effect, cause.where, shape, cause.term.label, width, cause.variant, freedoms)
 
