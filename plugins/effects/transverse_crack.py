@@ -38,8 +38,9 @@ def transverse_crack(
 ):
     """Crack across a solid shaft: a hinge that yields to the bending moment that opens it.
 
-    position_m: from node 1.  depth_ratio: depth over the diameter.  angle_rad: of the middle of the crack edge from the
-    reference line of the shaft, in the direction of rotation.  breathing: gradual, by the part of the front in tension;
+    position_m: from node 1, or from the first bearing of an offset disc.  depth_ratio: depth over the diameter.
+    angle_rad: of the middle of the crack edge from the reference line of the shaft, in the direction of rotation.
+    breathing: gradual, by the part of the front in tension;
     sudden, open or closed as a whole; turning, its flexibility as (1 + cos) / 2 of its angle to the side that the
     weight stretches; cosine and switching, by the same angle, with (1 + cos) / 2 of its loss of stiffness, or all of it
     on that side; none, a notch that never closes.  opened_by: the instantaneous moment, or that of the weight alone.
@@ -71,8 +72,10 @@ def transverse_crack(
         "none": hinge.open_entries,
     }
     law = tables.get(breathing, hinge.entries_by_weight)
-    found, both = [], any_flexibility and breathing != "sudden"
-    for name, along in (("flexibility_factor", False), ("excess_flexibility_along", True))[: 1 + both]:
+    found, flexibilities = [], {"flexibility_factor": False}
+    if any_flexibility and breathing != "sudden":
+        flexibilities["excess_flexibility_along"] = True
+    for name, along in flexibilities.items():
         force = hinge.force(closing_moment_N_m, along=along) if by_moment else None
         entries, default = () if by_moment else law(along=along), 0.0 if along else None
         found.append(Parameter(name, "1", entries, typical=1.0, force=force, default=default, jumps=jumps))
@@ -80,7 +83,9 @@ def transverse_crack(
         force = hinge.force_of_closing()
         found.append(Parameter("closing_moment_share", "1", (), typical=1.0, force=force, default=0.0))
     for name, (which, _) in FORM.items():
-        if not (any_law or (any_flexibility and which[0] == "skewed")) or (breathing == "none" and which[1] > 0):
+        motion, order = which
+        is_free = any_law or (any_flexibility and motion == "skewed")
+        if not is_free or (breathing == "none" and order > 0):
             continue
         entries, force = ((), hinge.force_of_form(*which)) if by_moment else (hinge.entries_of_form(*which), None)
         found.append(Parameter(name, "1", entries, typical=1.0, force=force, default=0.0))

@@ -19,9 +19,9 @@ from rotorstudy.diagnosis.one_cause.answer import (
     interval_of,
     intervals_of,
 )
-from rotorstudy.diagnosis.one_cause.held_shapes import HeldShapes
+from rotorstudy.diagnosis.one_cause.held_shapes import HeldShapes, Shapes
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
-from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
+from rotorstudy.diagnosis.one_cause.over_forms import beside_likely, laws_of, over_forms
 from rotorstudy.diagnosis.search.candidates import candidate, freedom_of
 from rotorstudy.diagnosis.search.screening import Projection
 from rotorstudy.diagnosis.search.search import base_model
@@ -333,6 +333,16 @@ def test_a_law_near_that_of_the_library_is_allowed_for():
     assert "any law near" in warning
     low, high = cause.parameters["position_m"].interval_95
     assert low < TRUE["position_m"] < high
+
+
+def test_another_front_tries_positions_beyond_those_likely_with_the_one_before():
+    """On either side of each stretch of likely ones, on the shaft; beyond what is unlikely none are tried."""
+    at, likely = np.array([0.05, 0.1, 0.5, 0.6, 0.7, 0.75]), np.array([1.0, 0.0, 1e3, 1e3, 2.0, 1.0])
+    points = np.column_stack([at, np.full(6, 0.3)])
+    near = Shapes(points, 0 * points, np.zeros((6, 1)), likely, -likely)
+    tried = np.sort(beside_likely(near, 0)[:, 0])
+    assert tried == pytest.approx([0.025, 0.0375, 0.05, 0.1, 0.1125, 0.125, 0.15,
+                                   0.65, 0.675, 0.6875, 0.7, 0.75, 0.7625, 0.775, 0.8])  # fmt: skip
 
 
 def test_an_open_crack_that_is_not_symmetric_may_face_beside_where_it_yields_most():

@@ -252,7 +252,7 @@ class Plan:
     def plugin_library(self):
         """The plugins, crack models and bearings side by side, and what others printed beside ours."""
         module = "rotorstudy.presentation"
-        zoo = self.page("zoo", f"{module}.library_pages.write_plugin_library", {}, needs=files_of_kinds())
+        zoo = self.page("zoo", f"{module}.plugin_pages.write_plugin_library", {}, needs=files_of_kinds())
         outputs = {"data": f"{self.results}/bearings/coefficients.nc"}
         outputs["pictures"] = [f"{self.results}/bearings/coefficients.{kind}" for kind in ("png", "svg")]
         function, needs = f"{module}.bearing_figures.write_bearings", files_of_kinds("bearing")
@@ -260,7 +260,7 @@ class Plan:
         if self.config.published:
             rigs = sorted(map(str, Path(self.config.published).glob("*.yaml")))
             needs = (*(path.removesuffix(".yaml") + ".csv" for path in rigs), *plugin_files(map(read_yaml, rigs)))
-            function = f"{module}.library_pages.write_published"
+            function = f"{module}.plugin_pages.write_published"
             found.append(self.page("published", function, {"rigs": rigs}, needs=needs))
         if config := self.config.cracks:
             load, (data,) = "rotorstudy.studies.cracks.load_cracks", self.of("cracks", "comparison")

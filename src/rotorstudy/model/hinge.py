@@ -123,13 +123,11 @@ class Hinge:
         """A part of a law of breathing by the direction of the instantaneous moment; as `entries_of_form`."""
         stiffness, share = self.section.stiffness, self.open_shares[0]
         own_rotation, is_odd = self.section.own_moment / stiffness, motion in ("coupled", "lagging")
-        kink = {
-            "across": lambda law, imposed: law * imposed.real,
-            "along": lambda law, imposed: 1j * law * imposed.imag,
-            "coupled": lambda law, imposed: law * (imposed.imag + 1j * imposed.real),
-            "skewed": lambda law, imposed: law * (imposed.imag + 1j * imposed.real),
-            "lagging": lambda law, imposed: law * imposed.real,
-        }[motion]
+        yields = {  # along xi by the rotation imposed along xi; along eta by that along eta; each by the other
+            "across": lambda imposed: imposed.real,
+            "along": lambda imposed: 1j * imposed.imag,
+            "coupled": lambda imposed: imposed.imag + 1j * imposed.real,
+        }[{"lagging": "across", "skewed": "coupled"}.get(motion, motion)]
 
         def moment(rotation, velocity, deflection, shaft_angle):
             turned = np.exp(1j * (shaft_angle + self.angle))
@@ -137,7 +135,7 @@ class Hinge:
             size = np.abs(imposed)
             law = (imposed / np.where(size > 0, size, 1)) ** order if order else 1.0 + 0j
             law = law.imag / 2 if is_odd else (1 - law.real) / 2 if order else 1.0
-            return -stiffness * share * kink(law, imposed) * turned
+            return -stiffness * share * law * yields(imposed) * turned
 
         return NonlinearForce(self.row[None], moment, takes_angle=True, takes_velocity=False)
 

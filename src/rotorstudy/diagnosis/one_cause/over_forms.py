@@ -130,7 +130,7 @@ def _weighted(work, projection, cause, law, form, place):
     for _ in range(CLOSER):
         for x in wanted:
             near = known[min(known, key=lambda other, x=x: abs(other - x))]
-            points = _beside(near, along)
+            points = beside_likely(near, along)
             points[:, at] = x
             known[x] = shapes.over_places(points)
         forms = np.sort(list(known))
@@ -145,14 +145,14 @@ def _weighted(work, projection, cause, law, form, place):
     return _Weighted(law, *_mixture(rows, ranges, held), best.amplitudes, float(best.cost))
 
 
-def _beside(near, along):
+def beside_likely(near, along):
     """Likely points of a form, and points beyond the ends of each stretch of them, up to its own length.
 
     With the form the likely positions move along the shaft.
     """
     points = near.points[near.cost < near.cost.min(initial=np.inf) + 2 * UNLIKELY]
     points = points[np.argsort(points[:, along])]
-    stretches = np.split(points, np.flatnonzero(np.diff(points[:, along]) > 1 / PLACES) + 1)
+    stretches = np.split(points, np.flatnonzero(np.diff(points[:, along]) > 1.5 / PLACES) + 1)
     beyond = [points[:0]]
     for part in (one for one in stretches if len(one) > 1):
         reach = (part[-1, along] - part[0, along]) * np.array([0.25, 0.5, 1.0])

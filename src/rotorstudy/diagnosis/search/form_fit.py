@@ -20,7 +20,7 @@ SETTLED = 0.25  # log odds that another round of a fit, with the error of form t
 ROUNDS = 4  # of these
 ROUND = replace(HYPOTHESIS, steps=15, gain_relative=1e-3)  # then it is decided whether another one is worth it
 LONGEST_OF_SHAPE = 0.1  # of the range of an option: the longest step, as columns change with the shape
-EVENLY = (2 * np.pi) ** -0.5  # standard deviation of a shape, of its range: as probable as evenly over it
+WIDTH = (2 * np.pi) ** -0.5  # standard deviation of a shape, of its range: in the middle as probable as an even prior
 FAILURES = 2  # shapes in which a cause cannot act, or the rotor has no steady motion, after which a fit ends
 
 
@@ -45,7 +45,7 @@ class _Parameters:
         ranges = tuple(ranges_of(work, c) if c.shape else {} for c in causes)
         prior = work.prior.plus(Prior.independent({name: known for c in causes for name, known in c.prior.items()}))
         shapes = {
-            f"{name} of {c.term.label}": (x if ends.goes_around else 0.5, EVENLY)
+            f"{name} of {c.term.label}": (x if ends.goes_around else 0.5, WIDTH)
             for c, own in zip(causes, ranges, strict=True)
             for (name, ends), x in zip(own.items(), point_of(work, c) if own else (), strict=True)
         }

@@ -60,8 +60,8 @@ class Projection:
     spectrum : Spectrum
     without : tuple of str
         Amplitudes of the fit that are taken out.
-    free : sequence of ndarray (component,)
-        More columns that are projected out, as what is `left` of those of the shapes of its other causes.
+    free : sequence of ndarray (component + parameter,)
+        More columns that are projected out: those of the shapes of other causes, as `left` returns them.
     """
 
     def __init__(self, fitted: Fit, spectrum: Spectrum, without: tuple[str, ...] = (), free: Sequence = ()):
