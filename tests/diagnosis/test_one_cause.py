@@ -19,7 +19,7 @@ from rotorstudy.diagnosis.one_cause.answer import (
     interval_of,
     intervals_of,
 )
-from rotorstudy.diagnosis.one_cause.held_shapes import HeldShapes, Shapes
+from rotorstudy.diagnosis.search.held_shapes import HeldShapes, Shapes
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.one_cause.over_forms import beside_likely, laws_of, over_forms
 from rotorstudy.diagnosis.search.candidates import candidate, freedom_of

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.one_cause.held_shapes import CLOSER, UNLIKELY, HeldShapes, halfway
+from rotorstudy.diagnosis.search.held_shapes import CLOSER, UNLIKELY, HeldShapes, halfway
 from rotorstudy.diagnosis.search.candidates import (
     Candidate,
     candidate,

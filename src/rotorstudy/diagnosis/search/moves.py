@@ -23,7 +23,7 @@ from rotorstudy.diagnosis.search.parts import (
     faults_with_what_they_bring,
 )
 from rotorstudy.diagnosis.search.screening import screen, screen_each
-from rotorstudy.diagnosis.search.shape_fit import ranges_of
+from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import predicted
@@ -170,21 +170,21 @@ def exchanges(work: Search, current: Explanation) -> list[Proposal]:
 
 
 def turns(work: Search, current: Explanation) -> list[Proposal]:
-    """The same causes, one of them facing the opposite side.
+    """The same causes, one of them facing another side, in the best shape there at the motion with it.
 
-    Both explain nearly the same, and no small step leads from one to the other.
+    Both explain nearly the same, and no small step leads from one to the other: a support that lifts by up to a play
+    is one that is pressed by as much from the other side, and a constant force.
     """
-    found = []
-    for i, cause in enumerate(current.causes):
-        around = (
-            {name: ends for name, ends in ranges_of(work, cause).items() if ends.goes_around} if cause.shape else {}
-        )
-        for name, ends in around.items():
-            shape = cause.shape | {name: ends.value(ends.fraction(cause.shape[name]) + 0.5)}
-            other = with_shape(work.rig, cause, shape, work.settings.prior_width)
-            values = {n: v for n, v in current.fit.values.items() if n not in cause.names}
-            causes = (*current.causes[:i], other, *current.causes[i + 1 :])
-            found.append(Proposal(causes, values, np.inf))
+    found, whole = [], work.held(current.causes, current.fit.values)
+    for i, cause in enumerate(current.causes if whole else ()):
+        if not cause.shape or not any(ends.goes_around for ends in ranges_of(work, cause).values()):
+            continue
+        wide, fitted = _with_error_of_form(work, whole, _error_of_form(work, current), cause.names)
+        loose, away = cause._replace(fixed_std=LOOSE), point_of(work, cause)
+        for other, one in scan(wide, fitted, [loose], without=cause.names, plain=whole, away=away):
+            other = with_shape(work.rig, other._replace(fixed_std=FIXED), other.shape, work.settings.prior_width)
+            values = current.fit.values | dict(zip(other.names, one.start, strict=True))
+            found.append(Proposal((*current.causes[:i], other, *current.causes[i + 1 :]), values, np.inf))
     return found
 
 

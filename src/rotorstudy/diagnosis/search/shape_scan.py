@@ -14,6 +14,7 @@ import numpy as np
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.free_forces import motions_by_free_forces
+from rotorstudy.diagnosis.search.held_shapes import HeldShapes
 from rotorstudy.diagnosis.search.screening import Projection, Screened, screen_each
 from rotorstudy.diagnosis.search.shape_fit import ranges_of, reshaped
 from rotorstudy.errors import CannotAct, NoSteadyState
@@ -27,13 +28,9 @@ MORE_ALONG_SHAFT = 4  # times as many shapes and starts where the position on th
 PARTS = 6  # of the range of an option, then; each has a start, as a crack elsewhere may explain nearly as much
 HALVES = 2  # of a full turn, likewise
 ANOTHER_SIDE = 0.25  # of a turn
-SAMPLES = 9  # shapes per round and option about the best ones
 REFINED = 2  # places of each effect at which the best shape is refined
 LEAST_SEEN = 0.01  # share of the cost that the best coarse shape of a place explains, if it is refined
-SPREADS = (0.12, 0.05, 0.02, 0.008, 0.003)  # standard deviation of the shapes of each round, as a share of the range
-COARSE = 3  # rounds that are always made
 MOTIONS_AT_ONCE = 4_000_000  # numbers of the motions that are kept at a time, 64 MB
-STILL_GAINS = 0.1  # log odds gained by a round, from which the next one is made: a fit finds the rest
 
 
 class Scanned(NamedTuple):
@@ -69,20 +66,22 @@ def scan(
     chosen: list[Candidate],
     without: tuple[str, ...] = (),
     plain: Fit | None = None,
+    away: np.ndarray | None = None,
 ) -> list[Scanned]:
     """The shapes of causes at which their columns explain most, at the best places of each effect.
 
     fitted  : without the causes
-    chosen  : one for each effect, place and alternative; those that `can_be_scanned` are considered
+    chosen  : one for each effect, place and alternative
     without : amplitudes of the fit that are taken out, at whose motion the causes are judged
     plain   : the same fit without errors that the speeds have in common, by which motions are found
+    away    : point (option,) of the shape of a cause in the fit; only shapes that face another side are considered
     returns : the best shape of each place, for a crack also the best that faces the other side; without those whose
               plugin fails, which is recorded as broken
     """
     projection, motions, coarse = Projection(fitted, work.spectrum, without), {}, {}
-    for cause in filter(can_be_scanned, chosen):
+    for cause in chosen:
         try:
-            one = _Scan(work, fitted, projection, cause, motions, bool(without), plain)
+            one = _Scan(work, fitted, projection, cause, motions, bool(without), plain, away)
             best = one.first()
             if best:
                 coarse.setdefault(cause.effect, []).append((one, best))
@@ -113,6 +112,7 @@ class _Scan(NamedTuple):
     motions    : the Motion with a free force, for each coordinate (as bytes) for which it is known
     has_motion : whether the motion of the fit is the one on which the cause acts
     plain      : Fit without errors that the speeds have in common
+    away       : point (option,) that shapes face away from
     """
 
     work: Search
@@ -122,6 +122,7 @@ class _Scan(NamedTuple):
     motions: dict[bytes, Motion]
     has_motion: bool = False
     plain: Fit | None = None
+    away: np.ndarray | None = None
 
     @property
     def ranges(self):
@@ -145,6 +146,7 @@ class _Scan(NamedTuple):
             projected = self.projection.of_groups(list(zip(causes, motions, strict=True)))
             chosen = [one for some in causes for one in some]
             found += map(_Judged, [one for some in points for one in some], chosen, screen_each(projected, chosen))
+        found = [one for one in found if self.away is None or self._turn(one.point, self.away) > ANOTHER_SIDE]
         return sorted(found, key=lambda one: -one.screened.evidence)
 
     def _over_the_range(self, points):
@@ -195,9 +197,7 @@ class _Scan(NamedTuple):
         return 1 if self.cause.where else MORE_ALONG_SHAFT
 
     def _distinct(self, found):
-        """Judged shapes, the best first; where the position is an option, only the best of each part of the ranges."""
-        if self.cause.where:
-            return found
+        """The best of judged shapes in each part of the ranges, the best first."""
         parts = np.array([HALVES if ends.goes_around else PARTS for ends in self.ranges.values()])
         best = {}
         for one in found:
@@ -205,32 +205,36 @@ class _Scan(NamedTuple):
         return list(best.values())
 
     def refined(self, starts):
-        """List of Scanned, found by rounds of ever closer shapes about fewer and fewer of the best ones."""
-        random = np.random.default_rng(0)  # the same numbers for the same records
-        for number, spread in enumerate(SPREADS):
-            before = starts[0].screened.evidence
-            count = SAMPLES * len(self.ranges) * self._more // len(starts)
-            about = [one.point + spread * random.standard_normal((count, len(self.ranges))) for one in starts]
-            closer = self.judged(np.concatenate(about))
-            kept = 1 if spread == SPREADS[-1] else max(len(starts) - 1, 1)
-            found = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)
-            starts = self._distinct(found)[:kept]
-            gained = found[0].screened.evidence - before
-            is_done = self._is_fitted_closely and gained < STILL_GAINS
-            if number + 1 >= COARSE and is_done:
-                break
-        best = (*starts, *self._facing(found))
+        """List of Scanned: the best shape that Gauss-Newton steps from some find, and the best facing another side."""
+        shapes = HeldShapes(self.work, self, self.cause, self.ranges, ())
+        begun = self.judged(shapes.searched(np.array([one.point for one in starts])))
+        sizes = np.array([one.screened.start for one in begun])
+        found = self.judged(shapes.fitted(np.array([one.point for one in begun]), sizes).points)
+        found = sorted([*starts, *begun, *found], key=lambda one: -one.screened.evidence)
+        best = (found[0], *self._facing(found))
         return [Scanned(reshaped(self.work, self.cause, one.point), one.screened) for one in best]
 
     @property
-    def _is_fitted_closely(self):
-        """Whether a fit finds the best shape near a good one: several of a crack or a contact are nearly equal."""
-        return bool(self.cause.where) and not any(u.force for u in self.cause.term.unknowns)
+    def residual(self):
+        """(component,) what is left without the cause, as of a Projection."""
+        return self.projection.residual
+
+    def of(self, causes):
+        """The columns of the cause in some shapes, each at the motion where it acts, as of a Projection."""
+        groups = {}
+        for one in causes:
+            row = acts_on(one, self.work.rig.structure)
+            groups.setdefault(row.tobytes(), (row, []))[1].append(one)
+        rows, causes = zip(*groups.values(), strict=True)
+        return self.projection.of_groups(list(zip(causes, self._motions(rows, False), strict=True)))
 
     def _facing(self, found):
         """The best shape that faces another side than the best one: which side is open decides little at first."""
-        around = [i for i, ends in enumerate(self.ranges.values()) if ends.goes_around]
-        if self.cause.where or not around:
+        if self.away is not None:
             return []
-        apart = [abs((one.point[around[0]] - found[0].point[around[0]] + 0.5) % 1 - 0.5) for one in found]
-        return [one for one, turn in zip(found, apart, strict=True) if turn > ANOTHER_SIDE][:1]
+        return [one for one in found if self._turn(one.point, found[0].point) > ANOTHER_SIDE][:1]
+
+    def _turn(self, point, other):
+        """The largest angle between two points (option,), as a share of a full turn."""
+        around = [ends.goes_around for ends in self.ranges.values()]
+        return np.abs((point - other + 0.5) % 1 - 0.5)[around].max(initial=0.0)

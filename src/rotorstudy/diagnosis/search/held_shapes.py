@@ -62,13 +62,16 @@ def halfway(held, cost):
 
 
 class HeldShapes(NamedTuple):
-    """The fit of a law in many shapes of which two options are `held`, at the motion of a Projection."""
+    """The fit of a law in many shapes of which some options are `held`, at a motion that is known.
+
+    projection : Projection, or what else has its `residual` and its method `of` of causes
+    """
 
     work: Work
     projection: Projection
     law: Candidate
     ranges: dict
-    held: tuple[int, int]
+    held: tuple[int, ...]
 
     @property
     def free(self) -> list[int]:
@@ -105,12 +108,16 @@ class HeldShapes(NamedTuple):
             points = np.array([tried[max(rows)[1]] for rows in best.values()])
         return points
 
-    def fitted(self, points):
-        """Shapes from points (row, option), without those in which the cause cannot act."""
+    def fitted(self, points, amplitudes=None):
+        """Shapes from points (row, option), without those in which the cause cannot act.
+
+        amplitudes : (row, unknown) of the starts, by default their usual ones
+        """
         free, around = self.free, self.around
         mean, std = np.array([self.law.prior[name] for name in self.law.names]).T
         rows, points = len(points), points.copy()
-        amplitudes, step = np.tile(mean, (rows, 1)), np.zeros((rows, len(free)))
+        amplitudes = np.tile(mean, (rows, 1)) if amplitudes is None else amplitudes.copy()
+        step = np.zeros((rows, len(free)))
         nowhere = np.full(rows, np.inf)
         found = Shapes(points.copy(), np.zeros(points.shape), amplitudes.copy(), nowhere, -nowhere)
         active = np.arange(rows)
