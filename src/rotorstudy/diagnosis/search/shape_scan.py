@@ -3,7 +3,7 @@
 A force that depends on the motion (a contact, a resonant support, a crack) is a known function of time once the motion
 where it acts is known, whatever causes it, and linear in its amplitude. That motion follows from the records and the
 receptances of the rotor with a free force there. Each shape is then judged by least squares, as in `screen`; the best
-one is refined by sampling about it.
+of each part of the ranges are refined by Gauss-Newton steps at that motion.
 """
 
 from dataclasses import replace
@@ -23,9 +23,9 @@ from rotorstudy.model.registry import registry
 from rotorstudy.response.neighbourhood import Motion
 
 FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
-STARTS = 3  # best of these, about which closer ones are tried: a force at one instant has several near-equal shapes
+STARTS = 3  # best of these, that are refined: a force at one instant has several near-equal shapes
 MORE_ALONG_SHAFT = 4  # times as many shapes and starts where the position on the shaft is one of the options
-PARTS = 6  # of the range of an option, then; each has a start, as a crack elsewhere may explain nearly as much
+PARTS = 6  # of the range of an option; starts are in different ones, as one elsewhere may explain nearly as much
 HALVES = 2  # of a full turn, likewise
 ANOTHER_SIDE = 0.25  # of a turn
 REFINED = 2  # places of each effect at which the best shape is refined
