@@ -194,17 +194,14 @@ def _moves(work, current):
     """The Proposals from an explanation."""
     if not current.causes:
         forces = [one for one in work.free_forces if one.fitted is not None]
-        alone = [one for one in forces if one.left < EXPLAINS * one.count]
+        alone = [one.fitted for one in forces if one.left < EXPLAINS * one.count]
         if not alone:
             return additions(work, current, [work.base, *(one.fitted for one in forces[:1])])
-        found = additions(work, current, [alone[0].fitted])
-        for one in alone[1:]:  # a contact is judged at the motion by a force where it is
-            found += additions(work, current, [one.fitted], [c for c in work.candidates if c.where == one.where])
         of_readings = [c for c in work.candidates if c.term.acts_on_output]
-        if of_readings:
-            stated = fit(work.model, work.spectrum, work.prior, steps=0)  # which an error of the readings leaves so
-            found += additions(work, current, [work.base, stated], of_readings)
-        return found
+        if not of_readings:
+            return additions(work, current, alone[:1])
+        stated = fit(work.model, work.spectrum, work.prior, steps=0)  # which an error of the readings leaves as it is
+        return additions(work, current, alone[:1]) + additions(work, current, [work.base, stated], of_readings)
     found = turns(work, current)
     if len(current.faults) > 1:  # of one alone, all others were judged at the same motion
         found += other_laws(work, current) + removals(current) + exchanges(work, current)
