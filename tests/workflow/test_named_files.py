@@ -14,7 +14,7 @@ from rotorstudy.presentation.tables import write_tables
 from rotorstudy.store import dataset, save
 from thesis.scoreboard import Table
 
-WHIRL, BIAS = "rotorstudy.studies.whirl.whirl", "rotorstudy.studies.identify.bias"
+WHIRL, BIAS = "rotorstudy.studies.analyses.whirl", "rotorstudy.studies.identify.bias"
 
 
 def files(folder, *names):
