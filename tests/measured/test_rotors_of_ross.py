@@ -177,7 +177,9 @@ def test_what_would_be_another_rotor_is_refused(change, words, tmp_path):
 
 
 def test_a_coefficient_across_that_is_not_stated_is_that_along_as_ross_has_it(tmp_path):
-    bearing = lambda change: read_ross(changed(tmp_path, change)).sections["bearings"][0]
+    def bearing(change):
+        return read_ross(changed(tmp_path, change)).sections["bearings"][0]
+
     alike = bearing(lambda p: part(p, "BearingElement").update(kyy=part(p, "BearingElement")["kxx"]))
     assert bearing(lambda p: part(p, "BearingElement").pop("kyy")) == alike
 
