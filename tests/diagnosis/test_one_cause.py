@@ -19,10 +19,10 @@ from rotorstudy.diagnosis.one_cause.answer import (
     interval_of,
     intervals_of,
 )
-from rotorstudy.diagnosis.search.held_shapes import HeldShapes, Shapes
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.one_cause.over_forms import beside_likely, laws_of, over_forms
 from rotorstudy.diagnosis.search.candidates import candidate, freedom_of
+from rotorstudy.diagnosis.search.held_shapes import HeldShapes, Shapes
 from rotorstudy.diagnosis.search.screening import Projection
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.search.shape_fit import Work, fitted_from, point_of, ranges_of

@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.held_shapes import CLOSER, UNLIKELY, HeldShapes, halfway
 from rotorstudy.diagnosis.search.candidates import (
     Candidate,
     candidate,
@@ -21,6 +20,7 @@ from rotorstudy.diagnosis.search.candidates import (
     freedom_of,
     variants_of,
 )
+from rotorstudy.diagnosis.search.held_shapes import CLOSER, UNLIKELY, HeldShapes, halfway
 from rotorstudy.diagnosis.search.screening import Projection
 from rotorstudy.diagnosis.search.shape_fit import Work, point_of, ranges_of
 from rotorstudy.inference.fit import Fit

@@ -108,10 +108,11 @@ class HeldShapes(NamedTuple):
             points = np.array([tried[max(rows)[1]] for rows in best.values()])
         return points
 
-    def fitted(self, points, amplitudes=None):
+    def fitted(self, points, amplitudes=None, reach=2 * UNLIKELY):
         """Shapes from points (row, option), without those in which the cause cannot act.
 
         amplitudes : (row, unknown) of the starts, by default their usual ones
+        reach      : a shape is given up whose next step would leave the misfit larger than the best by more
         """
         free, around = self.free, self.around
         mean, std = np.array([self.law.prior[name] for name in self.law.names]).T
@@ -146,7 +147,7 @@ class HeldShapes(NamedTuple):
             moved = np.where(around, before + step[active], np.clip(before + step[active], 0, 1))
             points[np.ix_(active, free)] = moved
             is_stuck = np.abs(moved - before).max(axis=1) < SAME
-            active = active[~is_close & ~is_stuck & (here.least < found.cost.min() + 2 * UNLIKELY)]
+            active = active[~is_close & ~is_stuck & (here.least < found.cost.min() + reach)]
         return found.part(np.isfinite(found.cost))
 
     def reshaped(self, points, label="shape"):

@@ -77,12 +77,29 @@ class Projection:
         sizes = [fitted.values[u.name] for some in gone for u in some]
         residual = fitted.residual + self._shown([(gone[0], None)], [(gone[1], None)]) @ sizes
         whitener = fitted.prior.whitener[np.ix_(kept, kept)]  # causes are independent of the base and of each other
-        known = np.vstack([fitted.jacobian[:, kept], whitener])
+        known = np.vstack([self._at_the_motion(gone[0])[:, kept], whitener])
         self.rows = len(whitener)
         known = np.column_stack([known, *(column for column in free if np.any(column))])
         self.basis, _ = np.linalg.qr(known / np.linalg.norm(known, axis=0))
         self.residual = self._left(np.concatenate([residual, whitener @ (fitted.prior.mean - fitted.free)[kept]]))
         self.theta = {n: v for n, v in zip(fitted.model.names, fitted.theta, strict=True) if n not in without}
+
+    def _at_the_motion(self, gone):
+        """The Jacobian (component, parameter) of the fit at its motion, which stays, whatever is taken out.
+
+        That of a fit is of a motion that follows, also by the slope of forces in time. Where these are taken out, all
+        but the numbers of rig and bearings has the columns that it would have as a candidate.
+
+        gone : unknowns on the rotor that are taken out
+        """
+        names, terms = list(self.fitted.names), self.fitted.model.terms
+        terms = [t for t in terms if not (t.acts_on_output or t.variation or t.is_bearing_number)]
+        own = [u for term in terms for u in term.unknowns if u.name in names]
+        if not own or not any(u.force for u in gone):
+            return self.fitted.jacobian
+        found = self.fitted.jacobian.copy()
+        found[:, [names.index(u.name) for u in own]] = self._shown([(own, None)], [([], None)])
+        return found
 
     def left(self, columns: np.ndarray) -> np.ndarray:
         """What is left of columns (component, column) of the data."""

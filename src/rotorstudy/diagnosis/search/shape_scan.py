@@ -93,7 +93,8 @@ def scan(
     for places in coarse.values():
         places.sort(key=lambda place: -place[1][0].screened.evidence)
         for one, best in places[:REFINED]:
-            found += one.refined(best) if best[0].screened.explained > LEAST_SEEN * whole else []
+            if away is not None or best[0].screened.explained > LEAST_SEEN * whole:
+                found += one.refined(best)
     return found
 
 
@@ -209,7 +210,7 @@ class _Scan(NamedTuple):
         shapes = HeldShapes(self.work, self, self.cause, self.ranges, ())
         begun = self.judged(shapes.searched(np.array([one.point for one in starts])))
         sizes = np.array([one.screened.start for one in begun])
-        found = self.judged(shapes.fitted(np.array([one.point for one in begun]), sizes).points)
+        found = self.judged(shapes.fitted(np.array([one.point for one in begun]), sizes, reach=np.inf).points)
         found = sorted([*starts, *begun, *found], key=lambda one: -one.screened.evidence)
         best = (found[0], *self._facing(found))
         return [Scanned(reshaped(self.work, self.cause, one.point), one.screened) for one in best]
