@@ -21,6 +21,7 @@ from rotorstudy.diagnosis.search.impossible import grows, is_impossible
 from rotorstudy.diagnosis.search.moves import Proposal, additions, exchanges, other_laws, removals, turns
 from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
+from rotorstudy.diagnosis.search.shape_scan import can_be_scanned
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import fit
@@ -193,7 +194,8 @@ def _laws(explanation):
 def _moves(work, current):
     """The Proposals from an explanation, in lists whose promises compare.
 
-    Without causes, each free force that explains the records is another motion at which causes are judged.
+    Without causes, each free force that explains the records is another motion at which causes are judged; those of
+    many shapes, which take longest, at that of the best one.
     """
     if not current.causes:
         forces = [one for one in work.free_forces if one.fitted is not None]
@@ -202,12 +204,12 @@ def _moves(work, current):
             return [additions(work, current, [work.base, *(one.fitted for one in forces[:1])])]
         near = [one.fitted for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
         of_readings = [c for c in work.candidates if c.term.acts_on_output]
-        at_first, *others = [additions(work, current, [one]) for one in near]
+        at_first, plain = additions(work, current, near[:1]), [c for c in work.candidates if not can_be_scanned(c)]
         if of_readings:
             # which an error of the readings leaves as it is
             stated = fit(work.model, work.spectrum, work.prior, steps=0)
             at_first += additions(work, current, [work.base, stated], of_readings)
-        return [at_first, *others]
+        return [at_first, *(additions(work, current, [one], plain) for one in near[1:])]
     found = turns(work, current)
     if len(current.faults) > 1:  # of one alone, all others were judged at the same motion
         found += other_laws(work, current) + removals(current) + exchanges(work, current)
