@@ -10,9 +10,8 @@ from test_transient import OFFSET_DISC
 from rotorstudy import Problem, RotorstudyError, build_model, cramer_rao_bound, magnitude_and_phase, make_term
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.measurement.spectrum import independent_covariance
-from rotorstudy.studies.common import clean_spectrum
+from rotorstudy.studies.analyses import identifiability, information
 from rotorstudy.studies.config import ExtraMeasurement, load_study
-from rotorstudy.studies.identifiability import identifiability, information
 
 ROOT = Path(__file__).parents[2]
 
@@ -29,7 +28,7 @@ def found(study):
 
 def test_the_bound_as_it_is_is_that_of_the_estimators(study, found):
     model, case = study.rig("physical"), next(iter(study.cases.values()))
-    clean = clean_spectrum(study, model, case.speeds)
+    clean = study.clean_spectrum(model, case.speeds)
     std = np.full(clean.amplitude.shape, float(found.noise) / np.sqrt(study.record.samples))
     spectrum = replace(clean, covariance=independent_covariance(std**2))
     theta = model.theta[model.position(study.unknowns)]

@@ -11,7 +11,6 @@ from rotorstudy import Problem, RotorstudyError, build_model, full_spectrum, reg
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.linear import solve_linear
 from rotorstudy.store import as_complex
-from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.studies.config import load_study
 from rotorstudy.studies.identify import monte_carlo
 from rotorstudy.studies.simulate import case_records, kind_spectra
@@ -84,7 +83,7 @@ def test_chapter_5_from_one_speed_names_the_pair():
 
 def test_misprints_of_the_regression_matrix_move_the_estimates_and_the_right_one_does_not(study):
     model = study.rig("physical")
-    problem = Problem(model, clean_spectrum(study, model, study.cases[CASE].speeds), tuple(study.unknowns))
+    problem = Problem(model, study.clean_spectrum(model, study.cases[CASE].speeds), tuple(study.unknowns))
     true = model.theta[model.position(study.unknowns)]
     assert errata.estimates_with_misprint(problem) == pytest.approx(true, rel=1e-9)
     for misprint in ({"real_from": errata.ROW_ABOVE}, {"swap_imag": True}):
@@ -109,7 +108,7 @@ def test_weight_dominance_costs_what_vibration_is_against_the_deflection_not_wha
         for key in ("stiffness_loss_22_N_per_m", "stiffness_loss_44_N_m"):
             rig["cracks"][0][key] *= scale
         held, full = build_model(rig), build_model({**rig, "cracks": [{**rig["cracks"][0], "weight_dominance": False}]})
-        spectrum = clean_spectrum(study, full, study.cases[CASE].speeds)
+        spectrum = study.clean_spectrum(full, study.cases[CASE].speeds)
         problem = Problem(held, spectrum, tuple(study.unknowns))
         found = solve_linear(*problem.equations(), problem.names)[problem.names.index("stiffness_loss_22")]
         true = held.theta[held.position(["stiffness_loss_22"])][0]

@@ -11,10 +11,9 @@ from rotorstudy.inference.linear import solve_equations
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.response.statics import static_deflection
-from rotorstudy.studies.common import clean_spectrum
+from rotorstudy.studies.analyses import variants
 from rotorstudy.studies.config import changed, load_study
 from rotorstudy.studies.sensors import sensors
-from rotorstudy.studies.variants import variants
 from thesis import errata
 from thesis.scoreboard import published
 
@@ -64,7 +63,7 @@ def test_table_6_9_comes_near(tried):
 def test_stated_deviation_of_least_squares_follows_the_deflection(study):
     """The crack's stiffness and the deflection trade off: a covariance with the deflection held is 10 % too large."""
     model, case = study.rig("physical"), study.cases["100 rad/s"]
-    clean = clean_spectrum(study, model, case.speeds)
+    clean = study.clean_spectrum(model, case.speeds)
     std = noise_std(clean, 0.01, "white in time", study.record.samples)
     numbers = standard_normal(3, 0, 2000, (2, *clean.amplitude.shape))
     spectrum = replace(clean, amplitude=noisy(clean.amplitude, std, numbers, "white in time"))
@@ -78,7 +77,7 @@ def test_stated_deviation_of_least_squares_follows_the_deflection(study):
 def test_the_deflection_is_found_with_the_bearings_from_wrong_ones(study):
     """The values a rig gives for its unknowns do not leak into the estimate."""
     model, case = study.rig("physical"), study.cases["100 rad/s"]
-    clean = clean_spectrum(study, model, case.speeds)
+    clean = study.clean_spectrum(model, case.speeds)
     wrong = {**study.rigs["physical"]}
     wrong["bearings"] = [
         {k: 1.5 * v if k.startswith("bearing_stiffness") else v for k, v in item.items()} for item in wrong["bearings"]

@@ -8,9 +8,8 @@ import pytest
 
 from rotorstudy.measurement.noise import MODELS, noise_std, noisy
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
-from rotorstudy.studies.common import is_phase, parameter_units
+from rotorstudy.studies.analyses import damping_along_x
 from rotorstudy.studies.config import load_study
-from rotorstudy.studies.stability import damping_along_x
 from thesis.chapter_tables import described, places
 from thesis.config import Picture, load_replay
 from thesis.figures.replays import KINDS
@@ -39,13 +38,13 @@ def test_what_is_printed_has_its_place_here_and_every_place_is_printed(number):
     assert {*zip(estimates.table, estimates.case, strict=True)} == {(r["table"], r["printed_case"]) for r in rows}
     assert {row["case"] for row in rows} == set(config.cases)
     assert set(estimates.item) <= set(texts["parameters"])
-    assert set(texts["parameters"].values()) <= set(parameter_units(config))
+    assert set(texts["parameters"].values()) <= set(config.reported)
 
 
 def test_phases_and_dampings_are_told_by_unit_and_table():
     config = study(6)
     names = ["eccentricity[1]", "eccentricity[1]_phase", "internal_damping", "bearing_stiffness_xx[1]"]
-    assert list(is_phase(config, names)) == [False, True, False, False]
+    assert [config.reported[name] == "rad" for name in names] == [False, True, False, False]
     found = {u.name: damping_along_x(u) for u in config.rig("physical").rotor_unknowns}
     shown = ("bearing_damping_xx[1]", "bearing_damping_yy[1]", "bearing_stiffness_xx[1]", "internal_damping")
     assert [found[name] for name in shown] == [1, 0, 0, 1]

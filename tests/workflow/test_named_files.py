@@ -14,7 +14,7 @@ from rotorstudy.presentation.tables import write_tables
 from rotorstudy.store import dataset, save
 from thesis.scoreboard import Table
 
-WHIRL, BIAS = "rotorstudy.studies.whirl.whirl", "rotorstudy.studies.identify.bias"
+WHIRL, BIAS = "rotorstudy.studies.analyses.whirl", "rotorstudy.studies.identify.bias"
 
 
 def files(folder, *names):
@@ -69,13 +69,14 @@ def test_a_job_depends_on_the_module_of_its_function_and_on_no_other_stage():
         return {f"{file.parent.name}/{file.stem}" for file in files}
 
     whirl, bias = stages(WHIRL), stages(BIAS)
-    assert {"jobs/datasets", "studies/whirl", "studies/common", "response/whirl"} <= whirl
+    assert {"jobs/datasets", "studies/analyses", "studies/common", "response/whirl"} <= whirl
     assert {"studies/identify", "studies/simulate"} <= bias
-    others = {f"studies/{name}" for name in ("sensors", "variants", "stability", "weight_dominance", "cracks")}
+    others = {"studies/sensors", "studies/cracks", "studies/growth"}
     for needed in (whirl, bias):
         assert not needed & others
         assert not {name for name in needed if name.partition("/")[0] in ("thesis", "presentation")}
     assert not whirl & {"studies/identify", "studies/simulate"}
+    assert "studies/analyses" not in bias
     imported_inside = {"plots", "captions"}  # a function
     assert imported_inside <= {Path(file).stem for file in imported_files("rotorstudy.commands.diagnose.run")}
 

@@ -135,8 +135,7 @@ class Plan:
         def once(stage, functions, *kinds):
             return job(stage, self.of(name, *functions), [(call, {}) for call in functions.values()], *kinds)
 
-        analyses = {one: f"{one}.{one}" for one in ("identifiability", "stability", "weight_dominance", "whirl")}
-        analyses |= {"variants": "variants.variants"} if study.variants else {}
+        names = ("identifiability", "stability", "weight_dominance", "whirl", *(["variants"] if study.variants else []))
         # errors by wrong known quantities, and with fewer sensors
         sensitivity = {"bias": "identify.bias"} | ({"sensors": "sensors.sensors"} if study.sensor_sets else {})
         records = of_rigs("records")
@@ -146,7 +145,7 @@ class Plan:
             job("spectra", of_rigs("spectra"), for_rigs("simulate.spectra"), "spectrum", records=records),
             job("identify", of_rigs("identification"), for_rigs("identify.identify"), "spectrum", "estimator"),
             once("sensitivity", sensitivity, "estimator"),
-            once("analyses", analyses),
+            once("analyses", {name: f"analyses.{name}" for name in names}),
         ]
 
     def trials(self, name, study, rig, job):

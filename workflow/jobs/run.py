@@ -77,7 +77,7 @@ def opened(inputs):
 
 
 def named_function(name):
-    """The function of a full name: "rotorstudy.studies.whirl.whirl"."""
+    """The function of a full name: "rotorstudy.studies.identify.bias"."""
     module, _, attribute = name.rpartition(".")
     return getattr(import_module(module), attribute)
 

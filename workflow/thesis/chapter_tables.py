@@ -5,7 +5,6 @@ import pandas as pd
 
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.store import as_complex
-from rotorstudy.studies.common import is_phase
 from rotorstudy.studies.config import file_name
 from rotorstudy.yaml_file import read_yaml
 from thesis.scoreboard import KEYS, Table, published, scored_against, scored_tables
@@ -118,9 +117,9 @@ def assumed_parameters(config, texts, true):
 
 
 def variant_errors(config, relative_error):
-    """Error of each variant of the equations; relative_error : of `studies.variants.variants`."""
+    """Error of each variant of the equations; relative_error : of `studies.analyses.variants`."""
     error = relative_error.to_series().unstack("parameter")
-    phase = is_phase(config, error.columns)
+    phase = np.array([config.reported[name] == "rad" for name in error.columns])
     error.loc[:, ~phase] *= 100
     error.loc[:, phase] = np.rad2deg(error.loc[:, phase])
     error.columns = [

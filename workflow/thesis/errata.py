@@ -13,7 +13,6 @@ import yaml
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.linear import solve_linear
-from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.noise import noise_std
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.model import Model
@@ -25,7 +24,6 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.response.stability import eigenvalues
 from rotorstudy.response.whirl import critical_speeds, time_invariant
 from rotorstudy.store import as_complex
-from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.studies.config import load_study
 from thesis.config import load_replay
 from thesis.replay import DAMPINGS, printed_values, remove_slow_roll, replay_problem, rounding_draws
@@ -75,7 +73,7 @@ ALL_ROWS = {**ROW_ABOVE, -1: -3, -3: -5, -5: -7}  # Eq. (5.1), real and imaginar
 def case_problem(config, rig, case):
     """The Problem of the unknowns of a study at the speeds of a case, from the exact spectrum of a rig."""
     model = config.rig(rig)
-    return Problem(model, clean_spectrum(config, model, config.cases[case].speeds), tuple(config.unknowns))
+    return config.problem(model, config.clean_spectrum(model, config.cases[case].speeds))
 
 
 def _negated(config, rig, unit):

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.measurement.table_spectra import last_digit
 from rotorstudy.presentation.pages import to_index
 from rotorstudy.presentation.tables import write_csv, write_html
 
@@ -15,23 +16,30 @@ COLUMNS = [*KEYS, "published", "last_digit", "computed", "unit", "origin", "stat
 STATUSES = ("reproduced", "explained", "not reproducible")
 
 
-def published(folder, tables):
-    """Printed values of some tables (such as "2.3") as a DataFrame with KEYS, published, last_digit and unit."""
-    import pandas as pd
-
-    for name in ("full_spectrum.csv", "identified_parameters.csv"):
-        if not (Path(folder) / name).is_file():
-            raise RotorstudyError(f"printed values: file '{Path(folder) / name}' does not exist")
-    spectrum = pd.read_csv(Path(folder) / "full_spectrum.csv", dtype={"table": str, "harmonic": str})
-    spectrum = spectrum.rename(columns={"harmonic": "item", "value": "published"}).assign(noise_percent=np.nan)
-    parameters = pd.read_csv(Path(folder) / "identified_parameters.csv", dtype={"table": str})
-    parameters = parameters.rename(columns={"parameter": "item", "estimate": "published"})
-    parameters = parameters.assign(quantity="estimate", method="least squares")
-    both = pd.concat([spectrum, parameters])[[*KEYS, "published", "last_digit", "unit"]]
-    for name in tables:
+def published(folder, tables=None):
+    """Printed values of some tables (such as "2.3"), or all, as a DataFrame: KEYS, published, last_digit and unit."""
+    spectrum = _printed(folder, "full_spectrum", ["table", "case", "quantity", "method"])
+    spectrum = spectrum.assign(noise_percent=np.nan, unit=np.where(spectrum.quantity == "amplitude", "m", "rad"))
+    estimates = _printed(folder, "identified_parameters", ["table", "case", "noise_percent"])
+    estimates[["item", "unit"]] = estimates["item"].str.extract(r"(.+) \((.+)\)")
+    estimates = estimates.assign(quantity="estimate", method="least squares")
+    both = pd.concat([spectrum, estimates.astype({"noise_percent": float})], ignore_index=True)
+    for name in tables or ():
         if name not in set(both.table):
             raise unknown_name("printed table", name, both.table.unique(), str(folder))
-    return both[both.table.isin(tables)].reset_index(drop=True)
+    both = both[[*KEYS, "published", "last_digit", "unit"]]
+    return both if tables is None else both[both.table.isin(tables)].reset_index(drop=True)
+
+
+def _printed(folder, name, keys):
+    """The values in a file with a column for each item, as printed: keys, item, published, last_digit, by table."""
+    path = Path(folder) / f"{name}.csv"
+    if not path.is_file():
+        raise RotorstudyError(f"printed values: file '{path}' does not exist")
+    wide = pd.read_csv(path, dtype=str, keep_default_na=False)
+    found = wide.melt(keys, var_name="item", value_name="text").replace("", np.nan).dropna(subset="text")
+    found = found.sort_values("table", key=lambda names: names.map(list(wide.table).index), kind="stable")
+    return found.assign(published=found.text.astype(float), last_digit=found.text.map(last_digit))
 
 
 def score(printed, computed, reasons, measured_again=()):
@@ -69,8 +77,6 @@ def score(printed, computed, reasons, measured_again=()):
 
 def scored_against(printed, rows, reasons, measured_again=()):
     """The scoreboard of rows with KEYS; reasons may quote their `deviation` from the print and its `percent`."""
-    import pandas as pd
-
     computed, values = pd.DataFrame(rows), printed.set_index(KEYS).published
     known = np.array([values.get(tuple(key), np.nan) for key in computed[KEYS].values])
     deviation = np.abs(computed.computed - known)
@@ -104,8 +110,6 @@ def load_reasons(path):
 
 def write(scored, csv, html, index):
     """Write the scoreboard over the rows of all chapters, which are CSV files; index : the page of all results."""
-    import pandas as pd
-
     rows = pd.concat([pd.read_csv(path, dtype={"table": str, "item": str}) for path in scored])
     rows = in_table_order(rows[COLUMNS])
     computed, measured = (rows[rows.origin == origin] for origin in ("computed anew", "measured again"))

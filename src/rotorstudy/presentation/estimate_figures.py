@@ -7,8 +7,7 @@ import numpy as np
 
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, plain_log
 from rotorstudy.store import as_complex
-from rotorstudy.studies.identifiability import AS_IT_IS
-from rotorstudy.studies.weight_dominance import first_crack
+from rotorstudy.studies.analyses import AS_IT_IS, first_crack
 
 LABELS = {
     "internal_damping": "internal damping",

@@ -7,11 +7,14 @@ import numpy as np
 from pydantic import Field
 
 from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.inference.estimate import magnitude_and_phase
+from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.noise import MODELS
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.coupling import check_harmonics
+from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.yaml_file import read_study
 
 PositiveNumber = Annotated[float, Field(gt=0)]
@@ -177,6 +180,31 @@ class StudyConfig(Strict):
     def main_rig(self):
         """The first rig: right signs, exact series. Sensitivities are computed for it alone."""
         return next(iter(self.rigs))
+
+    @property
+    def reported(self):
+        """Unknowns as reported, complex ones as magnitude and phase: name -> unit, "rad" of a phase."""
+        count = len(self.unknowns)
+        names, *_ = magnitude_and_phase(self.unknowns, np.ones(count), np.eye(count))
+        return dict(zip(names, self.rig(self.main_rig).reported_units(names), strict=True))
+
+    def true_values(self, model):
+        """(parameter,) the values that a model has of the reported unknowns."""
+        theta = model.theta[model.position(self.unknowns)]
+        return magnitude_and_phase(self.unknowns, theta, np.eye(len(theta)))[1]
+
+    def relative_error(self, theta, true):
+        """(..., parameter) relative errors of reported unknowns; of phases the differences in rad."""
+        phase = [unit == "rad" for unit in self.reported.values()]
+        return np.where(phase, theta - true, theta / true - 1)
+
+    def clean_spectrum(self, model, speeds):
+        """Its harmonics of a model in steady state, without noise, a Spectrum; speeds (speed,) rad/s."""
+        return clean_spectrum(model, speeds, self.harmonics)
+
+    def problem(self, model, spectrum):
+        """The Problem of its unknowns."""
+        return Problem(model, spectrum, tuple(self.unknowns))
 
     @property
     def methods(self):

@@ -8,22 +8,13 @@ import numpy as np
 from rotorstudy.errors import NoConvergenceError, NoSteadyState
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.estimate import estimate_by, magnitude_and_phase
-from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.full_spectra import PHASES
 from rotorstudy.measurement.noise import MODELS, noise_std, noisy, standard_normal
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.store import chunk_of, dataset, gathered
-from rotorstudy.studies.common import (
-    clean_spectrum,
-    is_phase,
-    parameter_coordinates,
-    relative_error,
-    reported,
-    reported_names,
-    true_values,
-)
+from rotorstudy.studies.common import parameter_coordinates, reported
 from rotorstudy.studies.config import changed
 from rotorstudy.studies.simulate import SOURCES, case_records, kind_spectra, records_of
 from rotorstudy.units import HALF_INTERVAL
@@ -41,7 +32,7 @@ def identify(config, rig):
     """A Dataset of the estimates of every case from records of all its speeds, without noise; NaN where a fit fails."""
     methods, estimators = config.spectra, [registry().get("estimator", name) for name in config.estimators]
     model, taken, rows = config.rig(rig), config.record, []
-    names = reported_names(config)
+    names = list(config.reported)
     kinds = [taken.kinds[name] for name in taken.identified]
     for case, source in product(config.cases.values(), taken.identified_from):
         delays = {kind.late_samples for kind in kinds}
@@ -50,9 +41,9 @@ def identify(config, rig):
             records = records_of(config, model, case.speeds, kind, signals[kind.late_samples])
             spectra = {method: kind_spectra(config, kind, records, method, PHASES) for method in methods}
             for phase, method, estimator in product(PHASES, methods, estimators):
-                problem = Problem(model, spectra[method][phase], tuple(config.unknowns))
+                problem = config.problem(model, spectra[method][phase])
                 try:
-                    _, theta, std = reported(problem, estimate_by(estimator, problem))
+                    theta, std = reported(problem, estimate_by(estimator, problem))
                 except (NoConvergenceError, NoSteadyState):  # uncompensated phases may fit no model
                     theta = std = np.full(len(names), np.nan)
                 rows.append((theta, std))
@@ -70,7 +61,7 @@ def identify(config, rig):
     variables = {
         "estimate": (tuple(coordinates), theta, "SI", "estimated parameter"),
         "standard_deviation": (tuple(coordinates), std, "SI", "its stated standard deviation"),
-        "true": (("parameter",), true_values(config, model), "SI", "value assumed"),
+        "true": (("parameter",), config.true_values(model), "SI", "value assumed"),
     }
     return dataset(variables, coordinates, title=f"{config.title}: identification without noise, rig {rig}")
 
@@ -78,7 +69,7 @@ def identify(config, rig):
 def _spectrum_without_noise(config, model, speeds, record):
     """The exact steady-state Spectrum, or that of a kind of record from rest, phase compensated; and its samples."""
     if record == STEADY:
-        return clean_spectrum(config, model, speeds), config.record.samples
+        return config.clean_spectrum(model, speeds), config.record.samples
     kind = config.record.kinds[record]
     records = case_records(config, model, speeds, kind, "from rest")
     spectra = kind_spectra(config, kind, records, "regression", ["reference"])
@@ -99,27 +90,26 @@ def monte_carlo(config, rig, case, chunk=0, chunks=1):
     estimators = [*own.estimators, *([CONDENSED] if own.condensed else [])]
     size = (2, len(speeds), len(config.harmonics), len(model.sensors))
     numbers = standard_normal(settings.seed, list(config.cases).index(case), settings.trials, size)
-    unknowns, exact, cells = tuple(config.unknowns), [], []
+    exact, cells = [], []
     for kind in kinds:
         clean, samples = _spectrum_without_noise(config, model, speeds, kind)
         weighted = replace(
             clean, covariance=independent_covariance(noise_std(clean, 0.01, own.models[0], samples) ** 2)
         )
-        exact.append([_estimate(name, Problem(model, weighted, unknowns))[1] for name in estimators])
+        exact.append([_estimate(name, config.problem(model, weighted))[0] for name in estimators])
         for noise_model, level in product(own.models, levels):
             std = noise_std(clean, level / 100, noise_model, samples)
             known = replace(clean, covariance=independent_covariance(std**2))
             trials = known.with_amplitude(noisy(clean.amplitude, std, numbers, noise_model))
             has_bound = not MODELS[noise_model].one_draw
-            cells.append(_under_noise(Problem(model, known, unknowns), trials, estimators, has_bound))
-    names, true = reported_names(config), true_values(config, model)
+            cells.append(_under_noise(config.problem(model, known), trials, estimators, has_bound))
     coordinates = {
         "record": (kinds, "1", "what the noise is added to"),
         "noise_model": (list(own.models), "1", "noise model"),
         "noise": (np.array(levels), "percent", "noise level"),
         "estimator": (estimators, "1", "parameter estimator"),
         "trial": (np.arange(settings.trials), "1", "trial"),
-        **parameter_coordinates(names),
+        **parameter_coordinates(config.reported),
     }
     grid = tuple(coordinates)[:3]
     lead = [len(coordinates[name][0]) for name in grid]
@@ -128,7 +118,7 @@ def monte_carlo(config, rig, case, chunk=0, chunks=1):
         for values, (key, dims, unit, long_name) in zip(zip(*cells, strict=True), UNDER_NOISE, strict=True)
     } | {
         "without_noise": (("record", "estimator", "parameter"), np.array(exact), "SI", "estimate without noise"),
-        "true": (("parameter",), true, "SI", "value assumed"),
+        "true": (("parameter",), config.true_values(model), "SI", "value assumed"),
     }
     return dataset(variables, coordinates, title=f"{config.title}: {case}, rig {rig}, under noise", seed=settings.seed)
 
@@ -139,7 +129,7 @@ def _under_noise(problem, trials, estimators, has_bound):
     _, true, bound = magnitude_and_phase(problem.names, theta, cramer_rao_bound(problem, theta))
     noisy_problem, found = replace(problem, spectrum=trials), []
     for name in estimators:
-        _, estimate, std = _estimate(name, noisy_problem)
+        estimate, std = _estimate(name, noisy_problem)
         std = np.broadcast_to(std, estimate.shape)
         found.append(
             (estimate, np.median(std, axis=0), np.mean(np.abs(estimate - true) <= HALF_INTERVAL * std, axis=0))
@@ -155,29 +145,21 @@ def gather_monte_carlo(config, case, chunks, parts):
 
 def bias(config):
     """A Dataset of errors of the estimates if a known quantity of the main rotor is wrong by some per cent."""
-    rig = config.main_rig
+    rig, settings, names = config.main_rig, config.bias, list(config.reported)
     model, estimators = config.rig(rig), [registry().get("estimator", name) for name in config.estimators]
-    settings = config.bias
-    true, rows = true_values(config, model), []
-    names = reported_names(config)
-    phase = is_phase(config, names)
-    for key in settings.keys:
-        for percent in settings.percent:
-            rotor = config.rigs[rig]["rotor"]
-            wrong = {**config.rigs[rig], "rotor": changed(rotor, key, percent)}
-            held = build_model(wrong, where=f"study {config.name}, {key} {percent:+g} %")
-            for case in config.cases.values():
-                spectrum = clean_spectrum(config, model, case.speeds)
-                std = noise_std(spectrum, 0.01, "white in time", config.record.samples)  # as if the model were correct
-                spectrum = replace(spectrum, covariance=independent_covariance(std**2))
-                problem = Problem(held, spectrum, tuple(config.unknowns))
-                for estimator in estimators:
-                    try:
-                        theta = reported(problem, estimate_by(estimator, problem))[1]
-                    except (NoConvergenceError, NoSteadyState):
-                        theta = np.full(len(names), np.nan)
-                    rows.append(relative_error(phase, theta, true))
-    shape = (len(settings.keys), len(settings.percent), len(config.cases), len(estimators), len(names))
+    rows = []
+    for key, percent in product(settings.keys, settings.percent):
+        wrong = {**config.rigs[rig], "rotor": changed(config.rigs[rig]["rotor"], key, percent)}
+        held = build_model(wrong, where=f"study {config.name}, {key} {percent:+g} %")
+        for case in config.cases.values():
+            spectrum = config.clean_spectrum(model, case.speeds)
+            std = noise_std(spectrum, 0.01, "white in time", config.record.samples)  # as if the model were correct
+            problem = config.problem(held, replace(spectrum, covariance=independent_covariance(std**2)))
+            for estimator in estimators:
+                try:
+                    rows.append(reported(problem, estimate_by(estimator, problem))[0])
+                except (NoConvergenceError, NoSteadyState):
+                    rows.append(np.full(len(names), np.nan))
     coordinates = {
         "known": (settings.keys, "1", "quantity held wrong"),
         "percent": (np.array(settings.percent), "percent", "error of the known quantity"),
@@ -185,6 +167,7 @@ def bias(config):
         "estimator": (config.estimators, "1", "parameter estimator"),
         **parameter_coordinates(names),
     }
-    off = np.array(rows).reshape(shape)
+    shape = [len(values) for values, *_ in coordinates.values()]
+    off = config.relative_error(np.reshape(rows, shape), config.true_values(model))
     variables = {"relative_error": (tuple(coordinates), off, "1", "relative error; of phases the difference in rad")}
     return dataset(variables, coordinates, title=f"{config.title}: bias of known quantities, rig {rig}")

@@ -9,12 +9,11 @@ from rotorstudy.errors import NoConvergenceError, NoSteadyState, UnidentifiableE
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.output_error import output_error_fit
-from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.rig import build_model
 from rotorstudy.store import dataset
-from rotorstudy.studies.common import clean_spectrum, is_phase, parameter_coordinates, reported_names, true_values
+from rotorstudy.studies.common import parameter_coordinates
 
 NOISE = 0.01  # white in time, relative to each sensor's rms
 STARTS = 10
@@ -24,13 +23,13 @@ START_OFF = 0.3  # relative error of each starting amplitude, of either sign
 def sensors(config):
     """A Dataset of fits for every set of sensors and case: exact from 30 % off, noisy from the best of these."""
     rig = config.main_rig
-    model, names = config.rig(rig), reported_names(config)
+    model, names = config.rig(rig), list(config.reported)
     shape = (len(config.sensor_sets), len(config.cases))
     found = {name: np.full((*shape, len(names)), np.nan) for name in ("bound", "scatter")}
     found |= {"start_error": np.full((*shape, STARTS), np.nan), "fitted": np.full(shape, np.nan)}
     for (s, nodes), (c, case) in product(enumerate(config.sensor_sets.values()), enumerate(config.cases.values())):
         few = build_model({**config.rigs[rig], "sensors": nodes})
-        for name, values in _fits(config, few, clean_spectrum(config, few, case.speeds), s, c).items():
+        for name, values in _fits(config, few, config.clean_spectrum(few, case.speeds), s, c).items():
             found[name][s, c] = values
     coordinates = {
         "sensors": (list(config.sensor_sets), "1", "nodes with probes"),
@@ -44,7 +43,7 @@ def sensors(config):
         "scatter": (dims, found["scatter"], "1", "rms error of maximum likelihood over the value, of phases in rad"),
         "start_error": ((*dims[:2], "start"), found["start_error"], "1", "largest relative error from exact data"),
         "fitted": (dims[:2], found["fitted"], "1", "share of the noisy fits that converged"),
-        "true": (("parameter",), true_values(config, model), "SI", "value assumed"),
+        "true": (("parameter",), config.true_values(model), "SI", "value assumed"),
     }
     return dataset(variables, coordinates, title=f"{config.title}: few sensors", seed=config.monte_carlo.seed)
 
@@ -52,11 +51,11 @@ def sensors(config):
 def _fits(config, model, clean, s, c):
     """The results of `sensors` for one set of sensors and case, by name, as far as the fits go."""
     theta_true = model.theta[model.position(config.unknowns)]
-    true, seed = true_values(config, model), config.monte_carlo.seed
-    scale = np.where(is_phase(config, reported_names(config)), 1, np.abs(true))
+    true, seed = config.true_values(model), config.monte_carlo.seed
+    scale = np.where([unit == "rad" for unit in config.reported.values()], 1, np.abs(true))
     std = noise_std(clean, NOISE, "white in time", config.record.samples)
     spectrum = replace(clean, covariance=independent_covariance(std**2))
-    problem = Problem(model, spectrum, tuple(config.unknowns))
+    problem = config.problem(model, spectrum)
     try:
         covariance = cramer_rao_bound(problem, theta_true)
     except UnidentifiableError:

@@ -6,7 +6,6 @@ from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
 from rotorstudy.presentation import estimate_figures
 from rotorstudy.presentation.spectrum_figures import full_spectra, time_and_orbit
 from rotorstudy.store import as_complex
-from rotorstudy.studies.common import clean_spectrum, parameter_units
 from thesis.figures.common import study_figures
 from thesis.scoreboard import published
 
@@ -27,7 +26,7 @@ def record_figure(config, records, speed, text):
 
 def disturbed_spectrum(config, speed, spectrum):
     """(harmonic,) the given spectrum with one realisation of 1 % white noise in time, m."""
-    steady = clean_spectrum(config, config.rig("thesis"), [speed])
+    steady = config.clean_spectrum(config.rig("thesis"), [speed])
     std = noise_std(steady, 0.01, WHITE, config.record.samples)
     numbers = standard_normal(config.monte_carlo.seed, 99, 1, (2, *steady.amplitude.shape))
     return spectrum + (noisy(steady.amplitude, std, numbers, WHITE)[0] - steady.amplitude)[0, :, 0]
@@ -89,7 +88,7 @@ TITLES = {
 def figures(config, reference, records, spectra, thesis_spectra, monte_carlo, monte_carlo_thesis, **stages):
     """The figures of Chapter 4; as those of Chapter 2."""
     (case,), (monte_carlo,), (monte_carlo_thesis,) = config.cases, monte_carlo.values(), monte_carlo_thesis.values()
-    printed, units = published(reference, [f"4.{n}" for n in range(2, 10)]), parameter_units(config)
+    printed, units = published(reference, [f"4.{n}" for n in range(2, 10)]), config.reported
     hertz = list(zip(config.shown_speeds_rad_s, SPEEDS, strict=True))
     best = {"exact steady state": monte_carlo.sel(record="steady state")}
     closed_form = ("$1 + c_E / c_H$, rotor without tilt", lambda ratio: 1 + ratio)

@@ -1,7 +1,6 @@
 """The figures that every simulated chapter has."""
 
 from rotorstudy.presentation import estimate_figures, whirl_figures
-from rotorstudy.studies.common import parameter_units
 
 
 def study_figures(config, stages, noisy, cases, titles, closed_form=None, rigs=None):
@@ -10,7 +9,7 @@ def study_figures(config, stages, noisy, cases, titles, closed_form=None, rigs=N
     noisy : title of a column -> Monte Carlo Dataset of one record kind;  cases : case -> its name in the figures, for
     bias; weight dominance is shown for the first;  closed_form, rigs : as of `whirl_figures`
     """
-    units, (case, shown) = parameter_units(config), next(iter(cases.items()))
+    units, (case, shown) = config.reported, next(iter(cases.items()))
     found = {
         "error_against_noise": estimate_figures.error_against_noise(noisy, units, titles["error_against_noise"]),
         "bias": estimate_figures.bias(stages["bias"], cases, units, titles["bias"]),

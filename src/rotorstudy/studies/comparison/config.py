@@ -1,6 +1,5 @@
 """What is compared: faults of a record, rotors, levels of noise."""
 
-from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -119,4 +118,4 @@ def study_rotor(compared, study):
 
 def measured_without_noise(rotor):
     """The steady-state Spectrum of a rotor without noise, at the harmonics that a spectrum method estimates."""
-    return clean_spectrum(SimpleNamespace(harmonics=rotor.measured), rotor.model, rotor.speeds)
+    return clean_spectrum(rotor.model, rotor.speeds, rotor.measured)

@@ -1,0 +1,223 @@
+"""Analyses of the rigs of a study: whirl, stability, weight dominance, identifiability, variants of the equations."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference.estimate import magnitude_and_phase
+from rotorstudy.inference.linear import check_identifiable, invert, solve_equations, solve_linear
+from rotorstudy.measurement.spectrum import components
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import build_model
+from rotorstudy.response.harmonic import harmonic_response_and_jacobian
+from rotorstudy.response.measured import measured_response
+from rotorstudy.response.stability import eigenvalues, stability_threshold
+from rotorstudy.response.statics import static_deflection
+from rotorstudy.response.whirl import critical_speeds, time_invariant, without_damping
+from rotorstudy.store import dataset
+from rotorstudy.studies.common import HARMONIC, SPEED, parameter_coordinates, reported
+from rotorstudy.studies.config import ExtraMeasurement
+
+ORDERS = (1, 2, 3, -1)  # whose critical speeds are sought
+AS_IT_IS = "as it is"
+NOISE = 0.01  # white in time, relative to the rms vibration at the study's speeds; the same for all probes and speeds
+
+
+def whirl(config, up_to=6.0):
+    """A Dataset of the whirl of the uncracked rotor without damping, up to a multiple of its natural frequency."""
+    models = {name: time_invariant(config.rig(name)) for name in config.rigs}
+    thetas = {name: without_damping(model) for name, model in models.items()}
+    natural = [np.abs(eigenvalues(model, [1e-3], thetas[name]).imag).min() for name, model in models.items()]
+    highest = up_to * max(natural)
+    speeds = np.linspace(highest / 300, highest, 300)
+    frequency = np.array([eigenvalues(model, speeds, thetas[name]).imag for name, model in models.items()])
+    is_mirrored = np.allclose(frequency, -frequency[..., ::-1], rtol=1e-6, atol=1e-6 * highest)
+    if is_mirrored:  # on anisotropic bearings each mode appears at plus and minus its frequency
+        frequency = frequency[..., frequency.shape[-1] // 2 :]
+    found = [critical_speeds(model, highest, ORDERS, thetas[name]) for name, model in models.items()]
+    most = max(len(values) for rig in found for values in rig)
+    critical = np.array([[np.pad(v, (0, most - len(v)), constant_values=np.nan) for v in rig] for rig in found])
+    coordinates = {
+        "rig": (list(models), "1", "rig"),
+        "speed": (speeds, *SPEED),
+        "mode": (np.arange(frequency.shape[-1]), "1", "whirl mode, by frequency"),
+        "order": (list(ORDERS), "1", "multiple of the spin speed"),
+        "critical": (np.arange(most), "1", "number of the critical speed"),
+    }
+    variables = {
+        "frequency": (("rig", "speed", "mode"), frequency, "rad/s", "whirl frequency, positive forward"),
+        "critical_speed": (("rig", "order", "critical"), critical, "rad/s", "critical speed"),
+        "natural_frequency": (("rig",), np.array(natural), "rad/s", "lowest natural frequency at rest"),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: whirl")
+
+
+def damping_along_x(unknown):
+    """Largest force along x, N, of a unit amplitude at a velocity of 1 m/s along x; 0 without damping there."""
+    rates = [entry.matrix for entry in unknown.entries if entry.reads_motion and entry.order == 1]
+    return np.abs(np.real(sum(rates, np.zeros((1, 1))))).max()
+
+
+def stability(config, ratios=(0.5, 1.0, 2.0, 5.0), up_to=8.0):
+    """A Dataset of growth rate and threshold of the uncracked rig for ratios of external to internal damping."""
+    model = time_invariant(config.rig(config.main_rig))
+    internal = model.position(["internal_damping"])[0]
+    external = sum(
+        value * damping_along_x(unknown)
+        for unknown, value in zip(model.rotor_unknowns, model.theta[: len(model.rotor_unknowns)], strict=True)
+        if unknown.name != "internal_damping"
+    )
+    undamped = np.abs(eigenvalues(model, [1.0], without_damping(model)).imag).min()
+    relative = np.linspace(0.05, up_to, 160)
+    growth, threshold = [], []
+    for ratio in ratios:
+        theta = model.theta.copy()
+        theta[internal] = external / ratio
+        growth.append(eigenvalues(model, relative * undamped, theta).real.max(axis=-1))
+        found = stability_threshold(model, up_to * undamped, theta)
+        threshold.append(np.nan if found is None else found)
+    coordinates = {
+        "damping_ratio": (np.array(ratios), "1", "external over internal damping"),
+        "relative_speed": (relative, "1", "speed over natural frequency"),
+    }
+    variables = {
+        "growth_rate": (tuple(coordinates), np.array(growth), "1/s", "largest real part of the eigenvalues"),
+        "threshold": (("damping_ratio",), np.array(threshold), "rad/s", "speed where a whirl mode stops decaying"),
+        "natural_frequency": ((), undamped, "rad/s", "undamped natural frequency"),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: stability")
+
+
+def first_crack(config, rig):
+    """The Term of the first crack of a rig."""
+    kind = config.rigs[rig]["cracks"][0]["kind"]
+    return next(term for term in config.rig(rig).terms if term.kind == kind)
+
+
+def weight_dominance(config):
+    """A Dataset of errors by weight dominance on the main rig, for scaled losses of its crack on the full motion."""
+    rig = config.main_rig
+    scales, crack = np.array(config.crack_scales), config.rigs[rig]["cracks"][0]
+    term = first_crack(config, rig)
+    shown, estimates, true = [], [], []
+    least_squares = registry().get("estimator", "least_squares").function
+    for scale in scales:
+        loss = {loss.key: scale * term.values[loss.name] for loss in term.parameters}
+        dominant, full = (
+            build_model(
+                {**config.rigs[rig], "cracks": [{**crack, **loss, "weight_dominance": dominance}]},
+                where=f"study {config.name}, weight dominance",
+            )
+            for dominance in (True, False)
+        )
+        both = (measured_response(m, config.shown_speeds_rad_s, config.harmonics) for m in (dominant, full))
+        shown.append([one[..., one.shape[-1] // 2] for one in both])
+        problems = [
+            config.problem(dominant, config.clean_spectrum(full, case.speeds)) for case in config.cases.values()
+        ]
+        estimates.append([reported(problem, least_squares(problem))[0] for problem in problems])
+        true.append([config.true_values(dominant)])
+    errors = config.relative_error(np.array(estimates), np.array(true))
+    coordinates = {
+        "crack": (["weight dominant", "full"], "1", "what the crack's stiffness loss acts on"),
+        "crack_scale": (scales, "1", "stiffness loss over that of the rig"),
+        "case": (list(config.cases), "1", "speeds used together"),
+        "harmonic": (np.array(config.harmonics), *HARMONIC),
+        "speed": (np.array(config.shown_speeds_rad_s, float), *SPEED),
+        **parameter_coordinates(config.reported),
+    }
+    shown = np.moveaxis(np.array(shown), 0, 1)
+    variables = {
+        "displacement": (("crack", "crack_scale", "speed", "harmonic"), shown, "m", "full spectrum"),
+        "error": (("crack_scale", "case", "parameter"), errors, "1", "relative error; of phases the difference in rad"),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: weight dominance against the full crack")
+
+
+def held_model(model, speeds, percent):
+    """The model with the static deflection held at that of bearings too stiff by `percent`; speeds (speed,) rad/s."""
+    theta = model.theta[: len(model.rotor_unknowns)].copy()
+    stiff = [u.carries and u.unit == "N/m" for u in model.rotor_unknowns]
+    theta[stiff] *= 1 + percent / 100
+    return replace(model, held_deflection=static_deflection(model, speeds, theta).value)
+
+
+def variants(config):
+    """A Dataset of the estimates of every variant and case, without noise, and their errors."""
+    estimates, true = [], []
+    for variant in config.variants.values():
+        source, model, held = config.rig(variant.simulated), config.rig(variant.identified), variant.held_with_percent
+        for case in config.cases.values():
+            used = model if held is None else held_model(model, case.speeds, held)
+            problem = config.problem(used, config.clean_spectrum(source, case.speeds))
+            problem = replace(problem, condensation=variant.condensation)
+            exact = variant.condensation == "exact"
+            theta = solve_equations(problem) if exact else solve_linear(*problem.equations(), problem.names)
+            estimates.append(magnitude_and_phase(config.unknowns, theta, np.eye(len(theta)))[1])
+            true.append(config.true_values(source))
+    coordinates = {
+        "variant": (list(config.variants), "1", "how the equations are solved"),
+        "case": (list(config.cases), "1", "speeds used together"),
+        **parameter_coordinates(config.reported),
+    }
+    dims, shape = tuple(coordinates), [len(values) for values, *_ in coordinates.values()]
+    errors = config.relative_error(np.array(estimates), np.array(true)).reshape(shape)
+    variables = {
+        "estimate": (dims, np.array(estimates).reshape(shape), "SI", "estimated parameter"),
+        "relative_error": (dims, errors, "1", "relative error; of phases the difference in rad"),
+        "true": (("parameter",), config.true_values(config.rig(config.main_rig)), "SI", "value assumed"),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: variants of least squares")
+
+
+def probe_noise(config, model, speeds):
+    """Standard deviation of a sample of any probe, m; speeds (speed,) rad/s."""
+    shown = measured_response(model, speeds, config.harmonics)[:, np.array(config.harmonics) != 0]
+    return NOISE * np.sqrt(np.mean(np.sum(np.abs(shown) ** 2, axis=1)) / 2)
+
+
+def information(config, model, speeds, harmonics, rows, std):
+    """Fisher information J^T C^-1 J (parameter, parameter) of rows (output, dof) with noise std (output,), m."""
+    if any(name in {u.name for u in model.output_unknowns} for name in config.unknowns):
+        raise RotorstudyError("identifiability is computed for amplitudes of the rotor, not of its sensors")
+    _, change = harmonic_response_and_jacobian(model, speeds, harmonics)
+    weighted = np.einsum("od,shdp->shop", rows / std[:, None], change)[..., model.position(config.unknowns)]
+    columns = np.stack([components(weighted[..., p]).ravel() for p in range(weighted.shape[-1])], axis=-1)
+    check_identifiable(columns, config.unknowns)
+    return columns.T @ columns
+
+
+def identifiability(config):
+    """A Dataset of bounds of the main rig with white noise on all probes, of correlations and further measurements."""
+    model, options = config.rig(config.main_rig), {AS_IT_IS: ExtraMeasurement(), **config.extra_measurements}
+    units, covariances = config.reported, []
+    noise = [probe_noise(config, model, case.speeds) for case in config.cases.values()]
+    theta = model.theta[model.position(config.unknowns)]
+    for case, level in zip(config.cases.values(), noise, strict=True):
+        for extra in options.values():
+            speeds = case.speeds if extra.speeds is None else extra.speeds.speeds
+            harmonics = config.harmonics if extra.harmonics is None else extra.harmonics
+            rows, relative = extra.output_rows(model.structure, model.sensors)
+            std = level * relative / np.sqrt(config.record.samples * extra.times_longer)
+            covariance = invert(information(config, model, speeds, harmonics, rows, std))
+            covariances.append(magnitude_and_phase(config.unknowns, theta, covariance)[2])
+    covariances = np.reshape(covariances, (len(config.cases), len(options), len(units), len(units)))
+    std = np.sqrt(np.diagonal(covariances, axis1=-2, axis2=-1))
+    correlation = covariances[:, 0] / (std[:, 0, :, None] * std[:, 0, None])  # as it is
+    inflation = np.sqrt(np.diagonal(np.linalg.inv(correlation), axis1=-2, axis2=-1))
+    scale = np.where([unit == "rad" for unit in units.values()], 1, np.abs(config.true_values(model)))
+    coordinates = {
+        "case": (list(config.cases), "1", "speeds used together"),
+        "measurement": (list(options), "1", "what is measured besides"),
+        **parameter_coordinates(units),
+        "other_parameter": (list(units), "1", "identified parameter"),
+    }
+    pair, one = ("case", "parameter", "other_parameter"), ("case", "parameter")
+    variables = {
+        "noise": (("case",), np.array(noise), "m", "standard deviation of white noise on each sample of a probe"),
+        "bound": (tuple(coordinates)[:3], std / scale, "1", "Cramer-Rao bound over the value, of phases in rad"),
+        "correlation": (pair, correlation, "1", "correlation of efficient estimates"),
+        "inflation": (one, inflation, "1", "bound over the bound with all other parameters known"),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: identifiability, rig {config.main_rig}")
