@@ -5,13 +5,14 @@ And over all its forms, as a verdict states them too.
 
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from machines import disc, readings, shaft, springs, unbalance
 
 from rotorstudy import RotorstudyError, build_model, registry
-from rotorstudy.diagnosis.one_cause import shape_starts
+from rotorstudy.diagnosis.one_cause import identify, shape_starts
 from rotorstudy.diagnosis.one_cause.answer import (
     estimates_of,
     far_amplitudes,
@@ -21,7 +22,7 @@ from rotorstudy.diagnosis.one_cause.answer import (
 )
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.one_cause.over_forms import beside_likely, laws_of, over_forms
-from rotorstudy.diagnosis.search.candidates import candidate, freedom_of
+from rotorstudy.diagnosis.search.candidates import DIFFERENCE, candidate, freedom_of
 from rotorstudy.diagnosis.search.held_shapes import HeldShapes, Shapes
 from rotorstudy.diagnosis.search.screening import Projection
 from rotorstudy.diagnosis.search.search import base_model
@@ -377,3 +378,15 @@ def test_what_a_crack_shows_is_taken_out_at_its_motion(breathing):
     left = without.residual - sum(fitted.values[name] * again[name] for name in cause.names)
     whole = without.left(fitted.residual[:, None])[:, 0]
     assert left == pytest.approx(whole, abs=1e-6 * np.abs(without.residual).max())
+
+
+@pytest.mark.parametrize(
+    ("std_m", "starts"), [(0.15 + 0.6 * DIFFERENCE, 0), (0.1, 1)]
+)  # the disc is 0.15 m from node 4
+def test_a_fit_at_a_node_goes_on_beyond_it_but_at_no_disc(std_m, starts, monkeypatch):
+    model = build_model(rig())
+    work = Work(model, *base_model(model, SETTINGS), records(), SETTINGS)
+    cause = candidate(model, "transverse_crack", {}, TRUE | {"position_m": 0.45}, variant={"breathing": "gradual"})
+    cause = cause._replace(shape_std={"position_m": std_m, "depth_ratio": 0.01, "angle_rad": 0.01})
+    monkeypatch.setattr(identify, "shaped", lambda work, one: (cause,))
+    assert len(identify._across(work, SimpleNamespace(amplitudes=None))) == starts

@@ -6,6 +6,7 @@ best of those to convergence. Then shapes elsewhere are judged at the motion tha
 may be better, or explain the records as well, which is stated. A further cause of the same kind is searched likewise.
 """
 
+from contextlib import suppress
 from dataclasses import replace
 from itertools import product
 
@@ -98,7 +99,8 @@ def _across(work, one):
             away = abs(point[i] - end)
             if 0 < end < 1 and ends.breaks and away < SAME * std:
                 point[i] = end + way * max(away, std)
-                starts.append(((reshaped(work, cause, point),), one.amplitudes))
+                with suppress(CannotAct):  # such as at another disc
+                    starts.append(((reshaped(work, cause, point),), one.amplitudes))
     return starts
 
 
