@@ -139,14 +139,10 @@ class _Scan(NamedTuple):
         groups = self._over_the_range(points) if kept else self._grouped(points)
         if not groups:
             raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
-        groups, found = list(groups.values()), []
-        together = max(1, MOTIONS_AT_ONCE // self.projection.near.motion.amplitude.size)
-        for first in range(0, len(groups), together):
-            rows, points, causes = zip(*groups[first : first + together], strict=True)
-            motions = self._motions(rows, kept and len(groups) <= together)
-            projected = self.projection.of_groups(list(zip(causes, motions, strict=True)))
-            chosen = [one for some in causes for one in some]
-            found += map(_Judged, [one for some in points for one in some], chosen, screen_each(projected, chosen))
+        _, points, causes = zip(*groups.values(), strict=True)
+        chosen = [one for some in causes for one in some]
+        judged = screen_each(self._projected([(row, some) for row, _, some in groups.values()], kept), chosen)
+        found = list(map(_Judged, [one for some in points for one in some], chosen, judged))
         found = [one for one in found if self.away is None or self._turn(one.point, self.away) > ANOTHER_SIDE]
         return sorted(found, key=lambda one: -one.screened.evidence)
 
@@ -226,8 +222,17 @@ class _Scan(NamedTuple):
         for one in causes:
             row = acts_on(one, self.work.rig.structure)
             groups.setdefault(row.tobytes(), (row, []))[1].append(one)
-        rows, causes = zip(*groups.values(), strict=True)
-        return self.projection.of_groups(list(zip(causes, self._motions(rows, False), strict=True)))
+        return self._projected(list(groups.values()))
+
+    def _projected(self, groups, kept=False):
+        """Projected of groups (coordinate, causes there), of a few motions at a time."""
+        together, columns = max(1, MOTIONS_AT_ONCE // self.projection.near.motion.amplitude.size), {}
+        for first in range(0, len(groups), together):
+            rows, causes = zip(*groups[first : first + together], strict=True)
+            motions = self._motions(rows, kept and len(groups) <= together)
+            projected = self.projection.of_groups(list(zip(causes, motions, strict=True)))
+            columns |= projected.columns
+        return projected._replace(columns=columns)
 
     def _facing(self, found):
         """The best shape that faces another side than the best one: which side is open decides little at first."""
