@@ -21,7 +21,7 @@ STEPS = 6  # at most
 CLOSE = 0.01  # step, of the range, that is the last one
 LONGEST = 0.1  # step, of the range
 UNLIKELY = 16.0  # misfit above that of the best, beyond which a shape has no weight
-AT_ONCE = 64  # shapes whose columns are formed at a time
+AT_ONCE = 16  # shapes whose columns are formed at a time, and whose tables are kept for a while
 
 
 class Shapes(NamedTuple):
