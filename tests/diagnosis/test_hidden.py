@@ -43,6 +43,7 @@ def test_every_feared_fault_has_a_size_or_a_measurement(rows):
     assert set(depth) == {1, 2, 3, 4} and depth[2] < depth[1]  # the bending moment is larger between the discs
 
 
+@pytest.mark.usefixtures("usual_form")
 @pytest.mark.parametrize("effect", ["parallel_misalignment", "transverse_crack", "looseness", "rub"])
 def test_a_fault_of_twice_its_limit_is_found_and_a_far_smaller_one_is_not(rows, effect):
     """At the place where it is seen best; a ring at 0.8 of the orbit there, at the median speed."""
