@@ -42,6 +42,13 @@ def _printed(folder, name, keys):
     return found.assign(published=found.text.astype(float), last_digit=found.text.map(last_digit))
 
 
+def agreeing(printed, computed):
+    """(row,) whether values are the printed ones within a unit of the last digit, as print rounds or truncates."""
+    distance = computed - printed.published
+    turned = np.angle(np.exp(1j * distance.fillna(0))) + 0 * distance
+    return distance.where(printed.unit != "rad", turned).abs() <= printed.last_digit * (1 + 1e-6)
+
+
 def score(printed, computed, reasons, measured_again=()):
     """The scoreboard, COLUMNS, of printed values beside computed ones; one that differs without a reason is an error.
 
@@ -51,13 +58,8 @@ def score(printed, computed, reasons, measured_again=()):
     measured_again : tables of measurements, replayed as records; all other values are "computed anew"
     """
     merged = printed.merge(computed, on=KEYS, how="left", validate="one_to_one")
-    distance = merged.computed - merged.published
-    is_angle = merged.unit == "rad"
-    distance = distance.where(~is_angle, np.angle(np.exp(1j * distance.fillna(0))) + 0 * distance)
-    # one unit of the last digit, because the printed digits mix rounding and truncation
-    agrees = distance.abs() <= merged.last_digit * (1 + 1e-6)
     status, text = [], []
-    for row, same in zip(merged.to_dict("records"), agrees, strict=True):
+    for row, same in zip(merged.to_dict("records"), agreeing(merged, merged.computed), strict=True):
         rule = next((r for r in reasons if _matches(r, row)), None)
         if same and not (rule and rule.get("even_if_equal")):
             status.append("reproduced")
