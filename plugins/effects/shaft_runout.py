@@ -1,7 +1,7 @@
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
+from rotorstudy.plugins import Effect, Entry, Parameter, Whole, hookimpl, sensor_unit
 
 
-def shaft_runout(sensors, structure, highest: int = 1):
+def shaft_runout(sensors, structure, highest: Whole = 1):
     """Surface of the shaft measured as motion at all probes: each harmonic up to the highest the same at all speeds.
 
     One cause, as every shaft has it in every plane; `runout` is that of one plane.

@@ -17,6 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from one_line_errors import refused
 
+from rotorstudy import build_model, eigenvalues, harmonic_response, load_rig, make_term, measured_response
 from rotorstudy.commands.line import main
 from rotorstudy.errors import LONGEST, RotorstudyError
 from rotorstudy.store import load
@@ -103,7 +104,11 @@ def test_a_message_that_repeats_the_input_is_cut_in_one_line(tmp_path, capsys):
         (lambda rig: rig["rotor"].pop("outer_diameter_m"), "rig.yaml, rotor: finite_element: give outer_diameter_m"),
         (lambda rig: rig["cracks"][0].pop("stiffness_loss"), "rig.yaml: no value for "),
         (lambda rig: rig["effects"][0].update({1: 2}), "key 1 in "),
-        (lambda rig: rig["rotor"]["elements"][0].update(count=10**9), "more than 500 elements"),
+        (lambda rig: rig["rotor"]["elements"][0].update(count=501), "more than 500 elements"),
+        (lambda rig: rig["rotor"]["elements"][0].update(count=10**9), "equal to 1000"),
+        (lambda rig: rig["cracks"][0].update(order=10**9), "order = 1000000000 in "),
+        (lambda rig: rig["cracks"][0].update(terms=10**9), "equal to 1000"),
+        (lambda rig: rig["effects"].append({"kind": "shaft_runout", "highest": 10**9}), "equal to 1000"),
         (lambda rig: rig["effects"][2].update(eccentricity_m=1000.0), "more than the size of the rotor"),
         (lambda rig: rig["effects"][2].update(label={"a": 1}), "must be a text"),
     ],
@@ -113,6 +118,29 @@ def test_impossible_numbers_are_refused(tmp_path, capsys, change, message):
     change(rig)
     assert simulated(rig, tmp_path) == 1
     assert message in capsys.readouterr().err
+
+
+LONG = 10**5000  # longer than Python writes out
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda rig: build_model({**example("jeffcott"), "sensors": [LONG]}), "the rig: whole number beyond"),
+        (lambda rig: build_model({**example("jeffcott"), "static_deflection_m": {LONG: 0.0}}), "the rig: whole number"),
+        (lambda rig: make_term("effect", {"kind": "unbalance", "node": LONG}, rig.structure, [1]), "the term: whole"),
+        (lambda rig: harmonic_response(rig, [LONG], [1]), "speeds: give at least one number, in rad/s"),
+        (lambda rig: harmonic_response(rig, [], [1]), "speeds: give at least one number, in rad/s"),
+        (lambda rig: eigenvalues(rig, [1j]), "speeds: give at least one number, in rad/s"),
+        (lambda rig: measured_response(rig, [100.0], [1, LONG]), "harmonics: give whole numbers from -1000 to 1000"),
+        (lambda rig: measured_response(rig, [100.0], [1], order=10**9), "order: give whole numbers from -1000 to 1000"),
+        (lambda rig: harmonic_response(rig, [100.0], [1], rig.theta[1:]), "theta: give the 5 amplitudes"),
+        (lambda rig: harmonic_response(rig, [100.0], [1], [*rig.theta, 1.0]), "theta: give the 5 amplitudes"),
+        (lambda rig: harmonic_response(rig, [100.0], [1], LONG), "theta: give the 5 amplitudes"),
+    ],
+)
+def test_impossible_numbers_from_python_are_refused_in_one_line(call, message):
+    assert message in refused(lambda: call(load_rig("examples/jeffcott.yaml")))
 
 
 WITHOUT_CARE = {  # what nobody would type on purpose: the line that answers it

@@ -9,6 +9,7 @@ from typing_extensions import TypedDict as TypedDict  # for plugins: pydantic ta
 from typing_extensions import is_typeddict
 
 from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.yaml_file import LARGEST_WHOLE
 
 Positive = Annotated[float, Gt(0)]
 NonNegative = Annotated[float, Ge(0)]
@@ -16,13 +17,15 @@ Fraction = Annotated[float, Gt(0), Lt(1)]
 PoissonsRatio = Annotated[float, Ge(0), Le(0.5)]
 DepthRatio = Annotated[float, Gt(0), Le(0.5)]
 Share = Annotated[float, Ge(0), Le(1)]
-Whole = Annotated[int, Ge(1)]
-Even = Annotated[int, Ge(2), MultipleOf(2)]
+Whole = Annotated[int, Ge(1), Le(1000)]
+Even = Annotated[int, Ge(2), Le(1000), MultipleOf(2)]
 AtLeastOne = Annotated[list[TypeVar("Item")], MinLen(1)]
 
 
 def plain(given):
-    """Options with numbers and lists of Python for those of numpy."""
+    """Options with numbers and lists of Python for those of numpy; a whole number that no file may have is refused."""
+    if isinstance(given, int) and abs(given) > LARGEST_WHOLE:
+        raise RotorstudyError(f"whole number beyond {LARGEST_WHOLE:.0e}")
     if isinstance(given, dict):
         return {plain(key): plain(value) for key, value in given.items()}
     if isinstance(given, (list, tuple)):

@@ -123,7 +123,8 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
     PluginError
         If a plugin gives something of a wrong type or shape.
     """
-    rig = plain(rig)
+    with named(where):
+        rig = plain(rig)
     if not isinstance(rig, dict):
         raise RotorstudyError(f"{where}: expected sections {', '.join(SECTIONS)}, found {type(rig).__name__}")
     for key in rig:

@@ -57,8 +57,9 @@ def make_term(
     PluginError
         If the plugin gives something of a wrong type or shape.
     """
-    plugin = registry().get(section, kind_of(item, where), where)
-    given = plain(without_kind(item))
+    with named(where):
+        item = plain(item)
+    plugin, given = registry().get(section, kind_of(item, where), where), without_kind(item)
     label = given.pop("label", "")
     if not isinstance(label, (str, int)):
         raise RotorstudyError(f"label = {label!r} in {where}: must be a text")

@@ -12,11 +12,17 @@ import numpy as np
 from rotorstudy.errors import RotorstudyError
 
 COUPLED_ORDER = 15  # harmonics -15..15 are carried where harmonics are coupled; a caller may ask for more
+HIGHEST = 1000  # of all harmonics
 
 
 def check_speed(speed):
     """Speeds in rad/s as an array (speed,), or an error unless all are positive and finite."""
-    speed = np.atleast_1d(np.asarray(speed, float))
+    try:
+        speed = np.atleast_1d(np.asarray(speed, float))
+    except (TypeError, ValueError, OverflowError):
+        speed = np.empty(0)
+    if not speed.size:
+        raise RotorstudyError("speeds: give at least one number, in rad/s")
     if not np.all(np.isfinite(speed)) or np.any(speed <= 0):
         bad = speed[~(np.isfinite(speed) & (speed > 0))][0]
         raise RotorstudyError(f"speed {bad:g} rad/s: only a rotating shaft has harmonics; give speeds > 0 rad/s")
@@ -27,6 +33,8 @@ def check_harmonics(harmonics, where="harmonics"):
     """Harmonics as an int array (harmonic,), or an error unless they are whole numbers, each once, at least one."""
     given = list(harmonics)
     whole = [n for n in given if isinstance(n, (int, np.integer)) and not isinstance(n, bool)]
+    if any(abs(n) > HIGHEST for n in whole):
+        raise RotorstudyError(f"{where}: give whole numbers from {-HIGHEST} to {HIGHEST}")
     if not given or len(whole) < len(given) or len(set(given)) < len(given):
         raise RotorstudyError(f"{where} {given}: give whole numbers, each once, such as 0, 1, 2, -1")
     return np.array(given, int)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
 from rotorstudy.response.alternating import nonlinear_columns, seen_coordinates, steady_states
 from rotorstudy.response.coupling import COUPLED_ORDER, check_harmonics, check_speed, layout, layout_of_forced
@@ -115,7 +116,12 @@ def _response(model, speed, harmonics, theta, order, jacobian):
 
 def with_its_bearings(response, model, theta):
     """The Linearised response(model, theta) of trials (..., parameter), each of the model with the bearings it has."""
-    theta = np.asarray(model.theta if theta is None else theta, float)
+    try:
+        theta = np.asarray(model.theta if theta is None else theta, float)
+    except (TypeError, ValueError, OverflowError):
+        theta = np.empty(0)
+    if theta.shape[-1:] != (len(model.names),):
+        raise RotorstudyError(f"theta: give the {len(model.names)} amplitudes of `model.names`, real, in its units")
     if not model.bearing_numbers:
         return response(model, theta)
     found = [response(*model.at(one)) for one in theta.reshape(-1, theta.shape[-1])]
@@ -129,7 +135,7 @@ def with_its_bearings(response, model, theta):
 
 def response_inputs(model, speed, harmonics, theta, order):
     """Speeds (speed,), harmonics (harmonic,) and amplitudes (..., parameter) as arrays, and their Layout."""
-    speed, harmonics = check_speed(speed), check_harmonics(harmonics)
+    speed, harmonics, _ = check_speed(speed), check_harmonics(harmonics), check_harmonics([order], "order")
     theta = np.asarray(model.theta if theta is None else theta, float)
     return speed, harmonics, theta, layout(model, harmonics, order)
 
