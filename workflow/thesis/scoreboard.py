@@ -13,12 +13,14 @@ from rotorstudy.presentation.tables import write_csv, write_html
 
 KEYS = ["table", "case", "item", "noise_percent", "quantity", "method"]
 COLUMNS = [*KEYS, "published", "last_digit", "computed", "unit", "origin", "status", "reason"]
+PRINTED = ["table", "case", "quantity", "method"]  # what a printed column of a spectrum is
+PLACE = ["speed_rad_s", "node", "source", "record", "spectrum_method", "phase_reference"]  # ours of such a column
 STATUSES = ("reproduced", "explained", "not reproducible")
 
 
 def published(folder, tables=None):
     """Printed values of some tables (such as "2.3"), or all, as a DataFrame: KEYS, published, last_digit and unit."""
-    spectrum = _printed(folder, "full_spectrum", ["table", "case", "quantity", "method"])
+    spectrum = _printed(folder, "full_spectrum", PRINTED, PLACE)
     spectrum = spectrum.assign(noise_percent=np.nan, unit=np.where(spectrum.quantity == "amplitude", "m", "rad"))
     estimates = _printed(folder, "identified_parameters", ["table", "case", "noise_percent"])
     estimates[["item", "unit"]] = estimates["item"].str.extract(r"(.+) \((.+)\)")
@@ -31,12 +33,12 @@ def published(folder, tables=None):
     return both if tables is None else both[both.table.isin(tables)].reset_index(drop=True)
 
 
-def _printed(folder, name, keys):
+def _printed(folder, name, keys, others=()):
     """The values in a file with a column for each item, as printed: keys, item, published, last_digit, by table."""
     path = Path(folder) / f"{name}.csv"
     if not path.is_file():
         raise RotorstudyError(f"printed values: file '{path}' does not exist")
-    wide = pd.read_csv(path, dtype=str, keep_default_na=False)
+    wide = pd.read_csv(path, dtype=str, keep_default_na=False).drop(columns=[*others])
     found = wide.melt(keys, var_name="item", value_name="text").replace("", np.nan).dropna(subset="text")
     found = found.sort_values("table", key=lambda names: names.map(list(wide.table).index), kind="stable")
     return found.assign(published=found.text.astype(float), last_digit=found.text.map(last_digit))
