@@ -45,3 +45,12 @@ def unrendered(monkeypatch):
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", save_nothing)
     monkeypatch.setattr("rotorstudy.presentation.plots._lay_out", lambda picture, dpi: None)
     monkeypatch.setattr("rotorstudy.presentation.plots._save_png", save_nothing)
+
+
+@pytest.fixture
+def unhidden(monkeypatch):
+    """Sizes of faults that could hide are left out of a command's verdict: they take longer than many a search.
+
+    They are the claims of diagnosis/test_hidden.py; those of a whole command are in test_report.py.
+    """
+    monkeypatch.setattr("rotorstudy.presentation.diagnosis_files.with_hidden", lambda diagnosis: diagnosis)

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import faulty, jeffcott_rig, readings
+from machines import all_but, faulty, jeffcott_rig, readings
 
 from rotorstudy.diagnosis import diagnose
 from rotorstudy.diagnosis.search.explanations import Search
@@ -118,6 +118,36 @@ def test_a_contact_that_only_the_held_out_speed_shows_is_found(is_touched):
     assert verdict.verdict == "nothing" if not is_touched else verdict.verdict != "nothing"
     assert ("held-out speeds" in {finding.name for finding in verdict.findings}) == is_touched
     assert (610.0 in verdict.gain.speeds) != is_touched
+
+
+@pytest.mark.parametrize("is_touched", [True, False])
+def test_of_hundreds_of_speeds_forty_are_fitted_and_the_rest_is_predicted(is_touched):
+    model = build_model(RIG)
+    contact = {"kind": "rub", "label": "hidden", "rub_stiffness_N_per_m": 3e5, "clearance_m": 3e-5}
+    speeds = np.linspace(200.0, 1100.0, 300)
+    measured = spectrum(faulty(model, contact) if is_touched else model, speeds, 3)
+    (fitted, rest), (other, _) = split(measured, None), split(measured, None, others=True)
+    assert (len(fitted.speed), len(rest.speed), len(other.speed)) == (40, 260, 40)
+    assert len({*fitted.speed, *other.speed}) > 70 and np.diff(fitted.speed).max() < 30.0
+    assert len(split(measured, [speeds[7]])[0].speed) == 40
+    settings = {"uncertainty": {"default": 0.02}, "candidates_per_round": 4}
+    verdict = diagnose(measured, model, settings=settings | {"leave_out": all_but("rub", "unbalance", "runout")})
+    assert [cause.effect for cause in verdict.causes] == ["rub"] * is_touched and len(verdict.gain.speeds) == 260
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_the_misfit_of_held_out_speeds_is_that_of_the_whole_covariance(fits, monkeypatch, scale):
+    held = fits(1.0)[2]
+    rows = np.random.default_rng(2).normal(0, [1.0, scale], (held.data_count, 2))
+    known = SimpleNamespace(
+        model=None, names=(), free=None, covariance=np.array([[2.0, 0.5 / scale], [0.5 / scale, scale**-2]])
+    )
+    off = np.random.default_rng(3).normal(0, 3.0, held.data_count)
+    seen = SimpleNamespace(amplitude=0.0, whitened=lambda _: off)
+    monkeypatch.setattr(held_out, "whitened_prediction", lambda *_: (0.0, rows))
+    found, whole = held_out.held_out_misfit(known, seen), np.eye(len(off)) + rows @ known.covariance @ rows.T
+    assert found.misfit == pytest.approx(off @ np.linalg.solve(whole, off), rel=1e-9)
+    assert found.log_likelihood == pytest.approx(-0.5 * (found.misfit + np.linalg.slogdet(whole)[1]), rel=1e-9)
 
 
 @pytest.mark.parametrize("is_steady", [True, False])

@@ -15,7 +15,7 @@ PAGE = (ROOT / "docs" / "a_machine_in_a_plant.md").read_text(encoding="utf-8")
 TRIED = ("bearing_change", "unbalance", "seal")
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "unhidden")
 def test_the_page_finds_the_worn_bearing(tmp_path, monkeypatch):
     """With three effects instead of all, to save time; the page was written with all."""
 

@@ -14,7 +14,7 @@ from rotorstudy.commands.line import main
 PAGE = (Path(__file__).parents[2] / "docs" / "tutorial.md").read_text()
 
 
-@pytest.mark.usefixtures("unrendered")  # its pictures are drawn in tests of each command
+@pytest.mark.usefixtures("unrendered", "unhidden")  # its pictures are drawn in tests of each command
 def test_the_tutorial_finds_and_repairs_what_it_hides(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     said = io.StringIO()

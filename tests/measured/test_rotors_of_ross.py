@@ -164,6 +164,8 @@ REFUSED = [
     (lambda p: [p.pop(name) for name in list(p) if name.startswith("Bearing")], "no bearing"),
     (lambda p: [p.pop(name) for name in list(p) if name.startswith("Shaft")], "no ShaftElement"),
     (lambda p: p.update(PointMass_1={"n": 6, "m": 0.7}), "is not between shaft and ground"),
+    (lambda p: part(p, "BearingElement").update(kxx=None), "'drive end' has no value of kxx"),
+    (lambda p: p.update(BearingElement_1=[part(p, "BearingElement")]), "BearingElement_1 is a list"),
     (lambda p: p.update(MagneticThing_1={"n": 2, "gain": 3.0}), "MagneticThing"),
 ]
 
@@ -172,6 +174,14 @@ REFUSED = [
 def test_what_would_be_another_rotor_is_refused(change, words, tmp_path):
     with pytest.raises(RotorstudyError, match=words):
         read_ross(changed(tmp_path, change))
+
+
+def test_a_coefficient_across_that_is_not_stated_is_that_along_as_ross_has_it(tmp_path):
+    def bearing(change):
+        return read_ross(changed(tmp_path, change)).sections["bearings"][0]
+
+    alike = bearing(lambda p: part(p, "BearingElement").update(kyy=part(p, "BearingElement")["kxx"]))
+    assert bearing(lambda p: part(p, "BearingElement").pop("kyy")) == alike
 
 
 @pytest.mark.parametrize("text", ["", "not = = toml", "a = 1\n"])

@@ -97,6 +97,8 @@ def _parts(path):
         text = path.read_text(encoding="utf-8")
         found = json.loads(text) if text.lstrip().startswith("{") else tomllib.loads(text)  # 2.0 has TOML in both
         found = found if isinstance(found, dict) else {}
+    if lists := [key for key, part in found.items() if isinstance(part, list)]:
+        raise RotorstudyError(f"{path}: {lists[0]} is a list; each part of a rotor has a name of its own")
     parts = [(key.split("_")[0], part) for key, part in found.items() if isinstance(part, dict) and key != "parameters"]
     if not any(name == "ShaftElement" for name, _ in parts):
         raise RotorstudyError(f"{path}: no ShaftElement; give a file written by Rotor.save of ROSS")
@@ -197,7 +199,11 @@ def _coefficients(part, path):
     count = max(len(_speeds(part)), 1)
     values = {}
     for name, letter in COEFFICIENTS.items():
-        values[name] = {o: [sign * v + 0.0 for v in _listed(part.get(letter + i))] for o, (i, sign) in OURS.items()}
+        alike = {"yy": part.get(letter + "xx")}  # if it is not stated
+        stated = {i: alike.get(i) if part.get(letter + i) is None else part[letter + i] for i in OURS}
+        values[name] = {o: [sign * v + 0.0 for v in _listed(stated[i])] for o, (i, sign) in OURS.items()}
+        if letter == "k" and not values[name]["yy"]:
+            raise RotorstudyError(f"{path}: bearing '{part.get('tag')}' has no value of kxx")
         for direction, found in values[name].items():
             if len(found) not in (0, count):
                 raise RotorstudyError(

@@ -40,6 +40,7 @@ ACROSS = 0.5  # of the flexibility across, in the formulas by the angle: they co
 CLOSED = 0.05  # of the static moment, for a difference by a residual stress
 ROUND_OFF = 1e-9  # of a cosine, and of the coefficients of shares, relative to the largest
 KEPT = 2048  # depths: a search tries the same one at many angles, and every search on a shaft begins with the same ones
+_LAST = []  # crack, rotation and angle of the shaft of the last force: the forces of a crack are taken one by one there
 ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left out are less than 1e-3 of the kink
 
 
@@ -66,12 +67,12 @@ class Hinge:
         """1 if the weight stretches the lower side of the shaft there, else -1."""
         return -1 if self.static_moment > 0 else 1
 
-    @property
+    @cached_property
     def row(self) -> np.ndarray:
         """Rotation (dof,) that a unit of each coordinate imposes on the section, rad/m (rad/rad of a tilt)."""
         return self.section.moment / self.section.stiffness
 
-    @property
+    @cached_property
     def open_shares(self) -> np.ndarray:
         """Kink (2,) of an open crack along xi and eta, as a share of the imposed rotation."""
         softer = self.section.stiffness * self._open_compliance
@@ -81,7 +82,7 @@ class Hinge:
     def _open_compliance(self):
         return _open_compliance(self.depth.name, float(self.depth_ratio), self._of_shaft)
 
-    @property
+    @cached_property
     def _of_shaft(self):
         """Options of the depth plugin."""
         section = self.section
@@ -103,13 +104,12 @@ class Hinge:
 
     def force(self, closing_moment: float = 0.0, along: bool = False) -> NonlinearForce:
         """The moment, N m, by which the kink acts along `row` if the moment opens it against a closing one along xi."""
-        kink, stiffness = self._kink_by_rotation(), self.section.stiffness
-        scale = self._along if along else 1.0
-        own_rotation, closing = self.section.own_moment / stiffness, closing_moment / stiffness
+        kink, stiffness = self._kink_by_rotation, self.section.stiffness
+        scale, closing = self._along if along else 1.0, closing_moment / stiffness
 
         def moment(rotation, velocity, deflection, shaft_angle):
-            turned = np.exp(1j * (shaft_angle + self.angle))
-            found = kink(-(rotation + own_rotation) / turned - closing)
+            imposed, _, turned = self._imposed(rotation, shaft_angle)
+            found = kink(imposed - closing)
             return -stiffness * (1j * found.imag * scale if along else found) * turned
 
         return NonlinearForce(self.row[None], moment, takes_angle=True, takes_velocity=False)
@@ -121,8 +121,7 @@ class Hinge:
 
     def force_of_form(self, motion: str, order: int) -> NonlinearForce:
         """A part of a law of breathing by the direction of the instantaneous moment; as `entries_of_form`."""
-        stiffness, share = self.section.stiffness, self.open_shares[0]
-        own_rotation, is_odd = self.section.own_moment / stiffness, motion in ("coupled", "lagging")
+        size, is_odd = -self.section.stiffness * self.open_shares[0], motion in ("coupled", "lagging")
         yields = {  # along xi by the rotation imposed along xi; along eta by that along eta; each by the other
             "across": lambda imposed: imposed.real,
             "along": lambda imposed: 1j * imposed.imag,
@@ -130,14 +129,20 @@ class Hinge:
         }[{"lagging": "across", "skewed": "coupled"}.get(motion, motion)]
 
         def moment(rotation, velocity, deflection, shaft_angle):
-            turned = np.exp(1j * (shaft_angle + self.angle))
-            imposed = -(rotation + own_rotation) / turned
-            size = np.abs(imposed)
-            law = (imposed / np.where(size > 0, size, 1)) ** order if order else 1.0 + 0j
+            imposed, direction, turned = self._imposed(rotation, shaft_angle)
+            law = direction**order if order else 1.0 + 0j
             law = law.imag / 2 if is_odd else (1 - law.real) / 2 if order else 1.0
-            return -stiffness * share * law * yields(imposed) * turned
+            return size * law * yields(imposed) * turned
 
         return NonlinearForce(self.row[None], moment, takes_angle=True, takes_velocity=False)
+
+    def _imposed(self, rotation, shaft_angle):
+        """The imposed rotation (...) in the frame of the crack, its direction, and the turn of that frame."""
+        if not (_LAST and _LAST[0] is self and _LAST[1] is rotation and np.array_equal(_LAST[2], shaft_angle)):
+            turned = np.exp(1j * (shaft_angle + self.angle))
+            found = -(rotation + self.section.own_moment / self.section.stiffness) / turned
+            _LAST[:] = self, rotation, shaft_angle, (found, _direction(found), turned)
+        return _LAST[3]
 
     def entries_by_weight(self, along: bool = False) -> tuple[Entry, ...]:
         """The crack opened by the static moment, which stretches the lower or the upper side of the shaft."""
@@ -198,6 +203,7 @@ class Hinge:
             found += [Entry(turn * share * matrix, on=on, shift=int(shift)) for on, share, matrix in some]
         return tuple(found)
 
+    @cached_property
     def _kink_by_rotation(self):
         """Function from the imposed rotation phi (...) to the kink g (...), rad, both in the frame of the crack."""
         if self.sudden:  # it yields along xi alone, so that phi opens it where mu does
@@ -207,9 +213,8 @@ class Hinge:
         series = _series_of(self.depth.name, *shape)
 
         def kink(imposed):
-            size = np.abs(imposed)
-            direction = imposed / np.where(size > 0, size, 1)
-            return size * np.polyval(series[::-1], direction) * direction.conj() ** ORDER
+            direction = _direction(imposed)
+            return np.abs(imposed) * np.polyval(series[::-1], direction) * direction.conj() ** ORDER
 
         return kink
 
@@ -225,6 +230,12 @@ class Hinge:
         softer = np.moveaxis(softer, -1, 0)
         (rr, rs), (sr, ss) = np.moveaxis(np.linalg.solve(np.eye(2) + softer, softer), 0, -1)
         return _coefficients((rr + ss + 1j * (sr - rs)) / 2), _coefficients((rr - ss + 1j * (sr + rs)) / 2)
+
+
+def _direction(rotation):
+    """Unit complex numbers (...) in the direction of a rotation, zero of none."""
+    size = np.abs(rotation)
+    return rotation / np.where(size > 0, size, 1)
 
 
 def crack_at(

@@ -67,15 +67,17 @@ def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
     """Columns of one unit of some NonlinearForce at harmonics (..., speed, harmonic, dof), m, about a deflection."""
     (angle, basis), deflection = one_revolution(harmonics), np.asarray(deflection)
     rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
-    found, in_time = [], {}
-    for p, force in enumerate(forces):
-        which = force.matrix.tobytes()  # many forces act on the same coordinates
-        if which not in in_time:
-            seen, still = amplitudes @ force.matrix.T, (deflection @ force.matrix.T)[..., None, :]
-            in_time[which] = basis @ seen + still, basis @ (rate * seen), still
-        given = force.at(*in_time[which], angle)
-        row = np.flatnonzero(force.matrix.any(axis=0))
-        found.append((row, np.full(len(row), p), basis.conj().T @ given / len(basis) @ force.matrix[:, row]))
+    found, alike = [], {}
+    for p, force in enumerate(forces):  # many of which act on the same coordinates
+        alike.setdefault(force.matrix.tobytes(), []).append(p)
+    for places in alike.values():
+        matrix = forces[places[0]].matrix
+        seen, still = amplitudes @ matrix.T, (deflection @ matrix.T)[..., None, :]
+        motion, row = (basis @ seen + still, basis @ (rate * seen), still), np.flatnonzero(matrix.any(axis=0))
+        given = np.stack([forces[p].at(*motion, angle) for p in places], axis=-2)  # (..., time, force, coordinate)
+        given = basis.conj().T @ given.reshape(*given.shape[:-2], -1) / len(basis)
+        value = given.reshape(*given.shape[:-1], len(places), -1) @ matrix[:, row]
+        found.append((np.tile(row, len(places)), np.repeat(places, len(row)), value.reshape(*given.shape[:-1], -1)))
     return Columns(*(np.concatenate(part, axis=-1) for part in zip(*found, strict=True)))
 
 

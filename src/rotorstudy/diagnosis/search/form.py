@@ -35,7 +35,6 @@ SCALES = np.append(0.0, 2.0 ** np.arange(-10, 1))  # of the largest standard dev
 SHARES = ((0.9, 0.1, 0.0), (0.7, 0.28, 0.02), (0.4, 0.5, 0.1), (0.1, 0.3, 0.6))
 STEADY, STEADY_LENGTH = (0.5, 0.5, 0.0), 1.0  # of a force that does not depend on the motion: by a power of the speed
 LENGTH = 0.2  # of the slow part, in the logarithm of the speed: resonances are seldom closer
-MOST_FREE = 60  # groups of neighbouring speeds with an independent part: time and memory grow with their number
 SWEEPS = 2  # over the orders, for their most probable scales
 ROUND_OFF = 1e-9  # of a change: what is below it has no direction
 LEAST_MODE = 1e-4  # variance over the speeds, beside 1, of a mode that changes nothing
@@ -196,8 +195,7 @@ def over_speeds(speed: np.ndarray, shares: tuple, length: float = LENGTH) -> np.
     """
     distance = np.subtract.outer(np.log(speed), np.log(speed)) / length
     constant, slow, free = shares
-    group = np.argsort(np.argsort(speed)) * min(len(speed), MOST_FREE) // len(speed)
-    covariance = constant + slow * np.exp(-0.5 * distance**2) + free * np.equal.outer(group, group)
+    covariance = constant + slow * np.exp(-0.5 * distance**2) + free * np.eye(len(speed))
     size, modes = np.linalg.eigh(covariance / 2)
     kept = size > LEAST_MODE
     return (modes[:, kept] * np.sqrt(size[kept])).T

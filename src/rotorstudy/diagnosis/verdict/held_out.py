@@ -20,11 +20,16 @@ from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.units import spin, spins
 
 NEAR = 100.0  # log odds by the fit below the best, from which an explanation is not considered further
+MOST_FITTED = 40  # speeds
 IMPROBABLE = 0.01  # probability by which the error at held-out speeds may rise although the causes are right
 
 
 def split(spectrum, hold_out, others=False):
-    """The spectrum without the speeds held out, and these: by default a quarter of five or more, or the ones below."""
+    """The spectrum without the speeds held out, and these: by default a quarter of five or more, or the ones below.
+
+    Of more than `MOST_FITTED` others the fits have so many, evenly among them, as their time and memory grow with the
+    number; the rest is held out, too, and counts in the odds.
+    """
     count = len(spectrum.speed)
     if hold_out is None:
         held = np.linspace(0, count - 1, count // 4 + 2).round().astype(int)[1:-1] - int(others) if count >= 5 else []
@@ -40,6 +45,10 @@ def split(spectrum, hold_out, others=False):
     mask = np.isin(np.arange(count), held)
     if mask.all():
         raise RotorstudyError("every speed is held out; leave some to fit")
+    if len(rest := np.flatnonzero(~mask)) > MOST_FITTED:
+        shift = int(others) * (len(rest) // MOST_FITTED + 1) // 2
+        kept = np.maximum(np.linspace(0, len(rest) - 1, MOST_FITTED).round().astype(int) - shift, 0)
+        mask = ~np.isin(np.arange(count), rest[kept])
     return spectrum.at_speeds(~mask), spectrum.at_speeds(mask) if mask.any() else None
 
 
@@ -144,6 +153,9 @@ def held_out_misfit(fitted: Fit, held: Spectrum) -> HeldOutMisfit:
     """Misfit of the held-out speeds, given their noise and the posterior covariance of the parameters."""
     shown, columns = whitened_prediction(fitted.model, held, fitted.names, fitted.free)
     off = held.whitened(held.amplitude) - shown
-    spread = np.eye(len(off)) + columns @ fitted.covariance @ columns.T
-    misfit = float(off @ np.linalg.solve(spread, off))
-    return HeldOutMisfit(misfit, chi_square_p_value(misfit, len(off)), -0.5 * (misfit + np.linalg.slogdet(spread)[1]))
+    size = np.sqrt(np.diag(fitted.covariance))
+    size[size == 0] = 1.0
+    columns, covariance = columns * size, fitted.covariance / np.outer(size, size)
+    within, pull = np.eye(len(size)) + covariance @ (columns.T @ columns), columns.T @ off
+    misfit = float(off @ off - pull @ np.linalg.solve(within, covariance @ pull))
+    return HeldOutMisfit(misfit, chi_square_p_value(misfit, len(off)), -0.5 * (misfit + np.linalg.slogdet(within)[1]))
