@@ -292,8 +292,8 @@ def numbers_6(config, folder, variants):
         "printed_phases": {**rig, "effects": effects},
     }
     found = {name: deviations(build_model(own, f"Chapter 6, {name}"), printed) for name, own in read.items()}
-    misprint = (found["thesis"].table == "6.4") & (found["thesis"].item == "-2")
-    worst = {name: table.deviation[~misprint].max() * 100 for name, table in found.items()}
+    misprint = "table == '6.4' and item == '-2'"
+    worst = {name: rows.query(f"not ({misprint})").deviation.max() * 100 for name, rows in found.items()}
     one = published(folder, ["6.8"])
     one = one[one.noise_percent == 0].set_index("item").published
 
@@ -306,7 +306,7 @@ def numbers_6(config, folder, variants):
     true = {name: float(variants.true.sel(parameter=UNBALANCES[name][0])) for name in ("e_1", "e_2")}
     return {
         **{f"reading_{name}_percent": value for name, value in worst.items()},
-        "minus_2X_um": float(found["thesis"][misprint].computed.iloc[0]) * 1e6,
+        "minus_2X_um": float(found["thesis"].query(misprint).computed.iloc[0]) * 1e6,
         "phi_1_deg": one["phi_1"],
         "e_1_off_percent": (one["e_1"] / true["e_1"] - 1) * 100,
         "e_2_off_percent": (one["e_2"] / true["e_2"] - 1) * 100,
