@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-from jobs.report import FIGURES, TABLES, add_replay
+from jobs.report import FIGURES, TABLES, add_printed, add_replay
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import named_plugins
 from rotorstudy.presentation.pages import to_index
@@ -82,6 +82,10 @@ class Plan:
         self.printed = tuple(f"{self.reference}/{name}.csv" for name in ("full_spectrum", "identified_parameters"))
         for name, replay in settings.replays.items():
             add_replay(name, replay)
+        described = read_yaml(f"{self.reference}/tables.yaml")
+        for name in settings.studies.keys() & described.keys():
+            number, title, note = (described[name]["assumed"][key] for key in ("number", "title", "note"))
+            add_printed(name, {number: (title, note), **described[name]["tables"]})
         self.chapters = sorted(name for name in TABLES if name in settings.studies or name in settings.replays)
 
     def jobs(self):

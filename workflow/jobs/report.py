@@ -29,14 +29,20 @@ TABLES, FIGURES = (
 FIGURES |= {"diagnosis": list(DIAGNOSIS_FIGURES), "blind": list(BLIND_FIGURES)}
 
 
+def add_printed(name, tables):
+    """Printed tables of a chapter, before its others; their captions are {number: (title, note)}."""
+    TABLES[name] = list(dict.fromkeys([*map(table_name, tables), *TABLES.get(name, ())]))
+    CAPTIONS.update({f"{name}_{table_name(number)}": f"{title}. {note}" for number, (title, note) in tables.items()})
+
+
 def add_replay(name, replay):
     """The figures and tables of a replay, with the captions of their kinds where none of their own is stated."""
-    tables = ("estimates", "physical_checks", "response")
-    FIGURES[name], TABLES[name] = list(replay.figures), [*map(table_name, replay.sheets), *tables]
+    FIGURES[name], TABLES[name] = list(replay.figures), ["estimates", "physical_checks", "response"]
     kinds = {shown: (item.kind, item.case) for shown, item in replay.figures.items()}
-    for shown, (kind, case) in (kinds | {table: (table, "") for table in tables}).items():
+    for shown, (kind, case) in (kinds | {table: (table, "") for table in TABLES[name]}).items():
         if kind in REPLAYED:
             CAPTIONS.setdefault(f"{name}_{shown}", REPLAYED[kind].format(case=case))
+    add_printed(name, {number: (sheet.title, sheet.note) for number, sheet in replay.sheets.items()})
 
 
 def reported(files, results):

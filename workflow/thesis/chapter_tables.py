@@ -7,7 +7,7 @@ from rotorstudy.response.statics import static_deflection
 from rotorstudy.store import as_complex
 from rotorstudy.studies.config import file_name
 from rotorstudy.yaml_file import read_yaml
-from thesis.scoreboard import KEYS, PLACE, PRINTED, Table, published, scored_against, scored_tables
+from thesis.scoreboard import KEYS, PLACE, PRINTED, Table, published, scored_against, scored_tables, table_name
 
 QUANTITIES = {"amplitude": np.abs, "phase": np.angle, "compensated phase": np.angle}
 BY_METHOD = (["item"], ["case", "method"])  # keys of the rows and of the columns
@@ -115,7 +115,7 @@ def assumed_parameters(config, texts, true):
             rows.append((f"u_x0 at node {node} (µm)", deflection[rotor.index(node)]))
             rows.append((f"phi_y0 at node {node} (µrad)", deflection[rotor.index(node, "tilt")]))
         rows = pd.DataFrame(rows, columns=["parameter", "here"])
-    return Table(rows, about["title"], about["note"])
+    return Table(rows, f"Table {about['number']}: {about['title']}", about["note"])
 
 
 def variant_errors(config, relative_error):
@@ -152,6 +152,6 @@ def tables(config, reference, spectra, reasons, identification=None, monte_carlo
     scored = scored_against(printed, rows, reasons)
     keys = dict.fromkeys(printed[printed.quantity == "estimate"].table, BY_NOISE if by_variants else BY_CASE)
     about = {number: (*text, *keys.get(number, BY_METHOD)) for number, text in texts["tables"].items()}
-    first = {texts["assumed"]["name"]: assumed_parameters(config, texts, found.true)}
+    first = {table_name(texts["assumed"]["number"]): assumed_parameters(config, texts, found.true)}
     last = {"variants": variant_errors(config, variants.relative_error)} if by_variants else {}
     return scored, {**first, **scored_tables(scored, about), **last}
