@@ -137,7 +137,7 @@ def right_places(plant, state):
         "clearance_last": {"node": nodes[-1:], "number": ["radial_clearance_m"]},
         "oil": {"number": ["viscosity_Pa_s"]},
         "frame": {"node": on_first_block},
-        "looseness": {"node": on_first_block, "foundation": on_first_block},
+        "looseness": {"node": on_first_block, "foundation": on_first_block, "foot": [1]},
         "unbalance": {"node": [plant.wheels[0] + 1]},
         "rub": {"node": [plant.wheels[1] + 1]},
         "contact": {"node": [plant.wheels[1] + 1]},

@@ -73,12 +73,14 @@ def is_right(cause, plant, state):
     return is_there(cause.effect, cause.where, plant, state) and not far
 
 
-def judged(plant, state, verdict):
-    """What is said of a verdict."""
+def judged(plant, state, diagnosis):
+    """What is said of a Diagnosis; sigma : what the rig without the fault leaves, in standard deviations."""
+    verdict = diagnosis.verdict
     stated = [*verdict.causes, *verdict.ambiguous_with]
     right = [is_right(cause, plant, state) for cause in stated]
     return {
-        "verdict": verdict.verdict, "alone": verdict.verdict == "cause" and all(right),
+        "verdict": verdict.verdict, "sigma": round(float(np.sqrt(diagnosis.search.base.cost)), 1),
+        "alone": verdict.verdict == "cause" and all(right),
         "in_set": verdict.verdict in ("cause", "ambiguous") and any(right),
         "causes": [[c.effect, c.where, round(c.posterior_probability, 3),
                     {k: float(f"{p.value:.4g}") for k, p in c.parameters.items()}] for c in stated],
@@ -127,7 +129,7 @@ class Study:
             if state == "healthy":
                 (rig.parent / "updated.json").write_text(json.dumps(extended_rig(read_yaml(rig), found)))
             hidden = [[one.effect, one.where, one.size] for one in found.verdict.hidden]
-            return judged(PLANTS[name](), state, found.verdict) | seconds | {"hidden": hidden}
+            return judged(PLANTS[name](), state, found) | seconds | {"hidden": hidden}
 
         return self.row({"way": "diagnosed", "machine": name, "state": state, "size": size}, made)
 
@@ -141,7 +143,7 @@ class Study:
             before, model, _ = measured_spectrum([record], updated)
             after, model, _ = measured_spectrum([self.records(name, state, STATES[state][0], 1)[0]], updated)
             one, seconds = clocked(compare, before, after, model, settings=settings)
-            return judged(PLANTS[name](), state, one.diagnosis.verdict) | seconds
+            return judged(PLANTS[name](), state, one.diagnosis) | seconds
 
         return self.row({"way": "compared", "machine": name, "state": state, "size": STATES[state][0]}, made)
 

@@ -54,3 +54,12 @@ def unhidden(monkeypatch):
     They are the claims of diagnosis/test_hidden.py; those of a whole command are in test_report.py.
     """
     monkeypatch.setattr("rotorstudy.presentation.diagnosis_files.with_hidden", lambda diagnosis: diagnosis)
+
+
+@pytest.fixture
+def usual_form(monkeypatch):
+    """A crack is named in its usual form, a straight front: its intervals over all forms take longer than the search.
+
+    They are the claims of diagnosis/test_one_cause.py.
+    """
+    monkeypatch.setattr("rotorstudy.diagnosis.verdict.investigate.over_its_forms", lambda found: (None, []))

@@ -1,3 +1,5 @@
+from itertools import chain
+
 import numpy as np
 
 from rotorstudy.plugins import Bearing, Entry, Parameter, Positive, RotorstudyError, hookimpl, planar_entries
@@ -22,7 +24,7 @@ def foundation_block(
     node = structure.default_node() if node is None else node
     unit = structure.unit(node)
     if second_node is None:
-        foot = inertia = np.outer(unit, unit)
+        feet, inertia = [unit], np.outer(unit, unit)
     elif second_node == node:
         raise RotorstudyError(f"foundation_block: second_node = {node} is its node; give that of another bearing")
     else:
@@ -34,21 +36,19 @@ def foundation_block(
             """Row (dof,) of the motion of the block at a place, m, by that of the housings."""
             return ((last - place) * unit + (place - first) * other) / span
 
-        centre, feet = at(middle if centre_m is None else centre_m), [first, last] if feet_m is None else feet_m
+        centre, feet = at(middle if centre_m is None else centre_m), list(map(at, feet_m or [first, last]))
         rocking = (other - unit) / span
         gyration = abs(span) / 12**0.5 if radius_of_gyration_m is None else radius_of_gyration_m
         inertia = np.outer(centre, centre) + gyration**2 * np.outer(rocking, rocking)
-        foot = sum(np.outer(at(place), at(place)) for place in feet) / len(feet)
     scales = structure.scales
     parameters = [Parameter("foundation_mass", "kg", (Entry(-inertia, order=2),), 10 * scales.mass)]
     for name, unit, order, typical in (
         ("stiffness", "N/m", 0, 13 * scales.stiffness(node)),
         ("damping", "N s/m", 1, 0.4 * scales.critical_damping(node)),
     ):
-        parameters += [
-            Parameter(f"foundation_{name}_{direction}", unit, planar_entries(direction, -foot, order), typical)
-            for direction in ("xx", "yy")
-        ]
+        for direction in ("xx", "yy"):  # with entries of each foot
+            each = (planar_entries(direction, -np.outer(row, row) / len(feet), order) for row in feet)
+            parameters.append(Parameter(f"foundation_{name}_{direction}", unit, tuple(chain(*each)), typical))
     return parameters
 
 

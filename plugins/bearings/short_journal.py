@@ -1,3 +1,5 @@
+from functools import lru_cache
+
 import numpy as np
 
 from rotorstudy.plugins import Bearing, Parameter, Positive, RotorstudyError, film_entries, hookimpl, weight_carried
@@ -48,6 +50,7 @@ def running(speed, diameter_m, length_m, radial_clearance_m, viscosity_Pa_s, loa
     return e, np.arctan2(np.pi * np.sqrt(1 - e * e), 4 * e) + load_angle_rad
 
 
+@lru_cache(maxsize=4096)  # both states of a machine have the same films, and so do steps of a fit
 def eccentricity_ratio(ocvirk, where="the journal"):
     """Eccentricity over clearance at an Ocvirk number D speed viscosity L^3 / (8 load c^2).
 

@@ -1,39 +1,53 @@
 from dataclasses import replace
 
-from rotorstudy.plugins import CannotAct, Effect, Parameter, hookimpl
+from rotorstudy.plugins import CannotAct, Effect, Parameter, Whole, hookimpl
 
 
-def foundation_change(structure, node: int | None = None):
+def foundation_change(structure, node: int | None = None, foot: Whole | None = None):
     """What a bearing stands on is stiffer or softer than stated, by a share: grout, a foot, or a bolt.
 
     The stiffness k of the foundation at that node becomes (1 + change) k, along each direction that the rig states.
+    foot is the number of one of several feet of a block, from 1, which alone changes; by default all do.
     """
     node = structure.default_node() if node is None else node
-    parts = [(p, value) for term in _at(structure, node) for p, value in zip(term.parameters, term.theta, strict=True)]
     found = [
         Parameter(
             f"change_of_{p.name}",
             "1",
-            tuple(replace(entry, matrix=value * entry.matrix) for entry in p.entries),
+            tuple(replace(entry, matrix=value * entry.matrix) for entry in _of_foot(p.entries, foot, _feet(term))),
             typical=0.3,
         )
-        for p, value in parts
-        if p.unit == "N/m"
+        for term in structure.foundation
+        if term.options["node"] == node
+        for p, value in zip(term.parameters, term.theta, strict=True)
+        if p.unit == "N/m" and (foot or 1) <= _feet(term)
     ]
     if not found:
-        raise CannotAct(f"the rig states no stiffness of a foundation at node {node}")
+        which = f"foot {foot} of " if foot else ""
+        raise CannotAct(f"the rig states no stiffness of {which}a foundation at node {node}")
     return found
 
 
-def _at(structure, node):
-    """Terms of the section `foundation` with their node here."""
-    return [term for term in structure.foundation if term.options["node"] == node]
+def _feet(term):
+    """Number of feet, of which each has entries of its own."""
+    return len(term.options.get("feet_m") or [0, 0]) if term.options.get("second_node") else 1
+
+
+def _of_foot(entries, foot, feet):
+    """Those of one foot."""
+    count = len(entries) // feet
+    return entries if foot is None else entries[(foot - 1) * count : foot * count]
 
 
 def places(structure, sensors):
-    """Nodes of the items of the section `foundation` that have a stiffness."""
-    nodes = [t.options["node"] for t in structure.foundation if any(p.unit == "N/m" for p in t.parameters)]
-    return [{"node": node} for node in dict.fromkeys(nodes)]
+    """Nodes of the items of the section `foundation` that have a stiffness, and the feet of those with several."""
+    found = {}
+    for term in structure.foundation:
+        if any(p.unit == "N/m" for p in term.parameters):
+            node = term.options["node"]
+            found[node] = max(_feet(term), found.get(node, 1))
+    feet = [{"node": node, "foot": foot + 1} for node, count in found.items() if count > 1 for foot in range(count)]
+    return [{"node": node} for node in found] + feet
 
 
 @hookimpl

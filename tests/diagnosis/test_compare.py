@@ -155,6 +155,7 @@ def test_a_speed_before_is_compared_with_one_speed_after():
     assert len(told) == 1 and f"{speed[0]:.4g} rad/s" in told[0]
 
 
+@pytest.mark.usefixtures("unhidden")
 def test_the_command_writes_a_page_that_says_what_changed(tmp_path, capsys):
     rig = {**RIG, "measurement": {"harmonics": [1, -1, 2], "table_noise_m": NOISE},
            "diagnosis": {"nuisance": CHAIN, "hold_out_rad_s": [], "leave_out": SLOW, "most_causes": 1}}  # fmt: skip

@@ -11,7 +11,7 @@ from slow_effects import SLOW
 from rotorstudy.commands.line import main
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "unhidden")
 def test_warnings_go_into_the_verdict(spectrum, tmp_path, capsys):
     """A record with few revolutions is used, and the verdict says so."""
     _, rig = spectrum
@@ -50,15 +50,15 @@ def verdict_on(rig, truth, tmp_path, capsys, settings=QUICK):
     return json.loads((out / "verdict.json").read_text())
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "unhidden")
 def test_records_of_another_machine_are_told(tmp_path, capsys):
-    verdict = verdict_on(RIG, OTHER, tmp_path, capsys, settings={})  # by the whole library
+    verdict = verdict_on(RIG, OTHER, tmp_path, capsys, settings={"diagnosis": {"most_causes": 1}})  # whole library
     assert verdict["verdict"] != "nothing"
     assert "far from the rig" in {finding["name"] for finding in verdict["findings"]}
     assert "far from the rig" in verdict["summary"]
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "unhidden")
 def test_a_hidden_effect_is_not_taken_for_another_machine(tmp_path, capsys):
     asymmetry = {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.02, "shaft_asymmetry_phase_rad": 1.0}
     rig = {**RIG, "measurement": {"harmonics": [0, 1, -1, 2]}}  # without 2X it shows by its square alone, at 0X
@@ -66,7 +66,7 @@ def test_a_hidden_effect_is_not_taken_for_another_machine(tmp_path, capsys):
     assert verdict["findings"] == [] and verdict["verdict"] != "nothing"
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "unhidden")
 def test_the_gap_of_the_probes_is_told_and_can_be_given(tmp_path, capsys):
     """A gap of a millimetre is what most proximity probes show; it must not silently become a preload."""
     gap = {"kind": "sensor_gap", "sensor_gap_m": 1e-3, "sensor_gap_phase_rad": 2.5}
@@ -81,7 +81,7 @@ def test_the_gap_of_the_probes_is_told_and_can_be_given(tmp_path, capsys):
     assert given["verdict"] == "nothing" and given["findings"] == []
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "unhidden")
 def test_mil_declared_as_mm_is_told(spectrum, tmp_path, capsys):
     """A factor of 39 is no gain error of a probe."""
     with xr.open_dataset(tmp_path / "records.nc") as data:
@@ -96,7 +96,7 @@ def test_mil_declared_as_mm_is_told(spectrum, tmp_path, capsys):
     assert {"units", "far from the rig"} <= {finding["name"] for finding in verdict["findings"]}
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "unhidden")
 @pytest.mark.parametrize("share", [4.0, 1.2])
 def test_a_fault_that_the_uncertainty_of_the_rig_takes_over_is_told(tmp_path, capsys, share):
     """Negative control: a value that differs by less than it has."""

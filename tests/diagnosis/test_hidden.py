@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import all_but, spectrum_of
+from machines import all_but, film, spectrum_of
 from test_search import TWO_DISCS, hidden
 
 from rotorstudy.diagnosis.search.search import begin
@@ -43,6 +43,7 @@ def test_every_feared_fault_has_a_size_or_a_measurement(rows):
     assert set(depth) == {1, 2, 3, 4} and depth[2] < depth[1]  # the bending moment is larger between the discs
 
 
+@pytest.mark.usefixtures("usual_form")
 @pytest.mark.parametrize("effect", ["parallel_misalignment", "transverse_crack", "looseness", "rub"])
 def test_a_fault_of_twice_its_limit_is_found_and_a_far_smaller_one_is_not(rows, effect):
     """At the place where it is seen best; a ring at 0.8 of the orbit there, at the median speed."""
@@ -82,3 +83,28 @@ def test_of_records_of_the_mean_alone_it_is_said_too():
     """Without a vibration, the ring of a rub lies by its usual size."""
     mean = spectrum_of(MODEL, SPEEDS, np.array([0, 1]), NOISE, 3).at_harmonics([0])
     assert {row.effect for row in what_could_hide(begin(MODEL, mean, settings("rub", "static_preload")))} == {"rub"}
+
+
+def test_a_clearance_of_twice_its_limit_is_found_and_one_that_other_films_imitate_is_not():
+    """The limit allows for values of the films within their uncertainty; that with known films does not hold then."""
+    films = [film(0.03, 0.012, 4e-5, 0.02, node=node, label=name) for node, name in ((1, "left"), (5, "right"))]
+    model = build_model(TWO_DISCS | {"bearings": films, "sensors": [1, 5]})
+    place = {"node": 1, "number": "radial_clearance_m"}
+
+    def known_to(share):
+        numbers = dict.fromkeys(("bearings[left].radial_clearance_m", "bearings[right].radial_clearance_m"), share)
+        stated = {"default": 0.02, "bearing_scale": 0.0, "bearings.viscosity_Pa_s": share, **numbers}
+        return settings("bearing_change").model_copy(update={"uncertainty": stated, "model_error": 0.01})
+
+    def limit(share):
+        rows = what_could_hide(begin(model, records(model, 1), known_to(share)))
+        return next(row.size for row in rows if row.where == place)
+
+    def verdict(size):
+        faulty = model.plus(hidden(model, "bearing_change", **place, bearing_change=size))
+        return investigate(records(faulty, 5), model, settings=known_to(0.1)).verdict.verdict
+
+    uncertain, known = limit(0.1), limit(0.001)
+    assert 2.5 * known < uncertain
+    assert verdict(2 * uncertain) != "nothing"
+    assert verdict(2 * known) == "nothing"

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import all_but, spectrum_of, unbalance
+from machines import all_but, spectrum_of, springs, unbalance
 
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
@@ -38,12 +38,7 @@ RIG = {
             {"node": 3, "mass_kg": 1.0, "polar_moment_kg_m2": 2e-3, "diametral_moment_kg_m2": 1.1e-3},
         ],
     },
-    "bearings": [
-        {"kind": "linear", "node": node, "label": str(node), "coefficients": "anisotropic"}
-        | {"bearing_stiffness_xx_N_per_m": 1e6, "bearing_stiffness_yy_N_per_m": 1.6e6}
-        | {"bearing_damping_xx_N_s_per_m": 300.0, "bearing_damping_yy_N_s_per_m": 300.0}
-        for node in (1, 4)
-    ],
+    "bearings": springs((1, 4), 1.3e6),
     "effects": [
         unbalance(2, 2e-5, 0.4, label="2"),
         {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.02},

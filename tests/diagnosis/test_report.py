@@ -207,7 +207,7 @@ def test_the_page_of_a_diagnosis_prints_on_one_sheet(asymmetric, tmp_path):
     assert sheets(page.replace("details { display: none; }", "").replace("<details", "<details open"), "open") > 1
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "unhidden")
 def test_the_extended_rig_is_accepted_again_and_lacks_nothing(asymmetric, folder):
     _, out = asymmetric
     extended = out / "extended_rig.yaml"
@@ -223,7 +223,7 @@ def test_the_extended_rig_is_accepted_again_and_lacks_nothing(asymmetric, folder
     assert "swapped_probes" in {row.effect for row in verdict.detection_limit} - said  # they have no size
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "unhidden")
 def test_without_the_true_effect_in_the_library_no_wrong_cause_is_sure(asymmetric, folder):
     """The negative control: unknown, or a confounder that the effect declares."""
     rig = write_rig(folder / "left_out.yaml", diagnosis={"leave_out": ["shaft_asymmetry"]})
@@ -238,7 +238,7 @@ def test_without_the_true_effect_in_the_library_no_wrong_cause_is_sure(asymmetri
     assert verdict["settings"]["leave_out"] == ["shaft_asymmetry"]
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "unhidden")
 @pytest.mark.parametrize(("name", "hidden"), [("preload", PRELOAD), ("skew", SKEW)])
 def test_other_effects_are_found_or_not_ruled_out(name, hidden, tmp_path):
     rig = write_rig(tmp_path / "rig.yaml", diagnosis={"leave_out": SLOW})
@@ -247,7 +247,7 @@ def test_other_effects_are_found_or_not_ruled_out(name, hidden, tmp_path):
     assert verdict["gain"]["ratio"] < 0.3
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "unhidden")
 def test_a_change_of_unbalance_from_an_imported_spectrum(tmp_path):
     """The rig knows its unbalance well; since then it has changed. The spectrum is imported first."""
     uncertainty = {"default": 0.1, "eccentricity": 0.02}
@@ -260,7 +260,7 @@ def test_a_change_of_unbalance_from_an_imported_spectrum(tmp_path):
     assert np.allclose(verdict["gain"]["speeds"], [200, 300], rtol=1e-4) and verdict["gain"]["ratio"] < 0.5
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "unhidden")
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_clean_record_lacks_nothing(seed, tmp_path):
     verdict = diagnose(simulate(tmp_path, seed=seed), write_rig(tmp_path / "rig.yaml"), tmp_path / "out")

@@ -68,7 +68,7 @@ def test_a_second_search_that_is_stopped_is_said(monkeypatch, stopped):
     assert _best_sought(None, None, MODEL, ONE, {}).judged.stopped == stopped
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "unhidden")
 def test_the_status_of_a_stopped_diagnosis_is_that_of_an_interruption(spectrum, tmp_path, monkeypatch, capsys):
     def interrupted(*given, **more):
         raise KeyboardInterrupt
@@ -79,7 +79,7 @@ def test_the_status_of_a_stopped_diagnosis_is_that_of_an_interruption(spectrum, 
     assert "stopped before its end" in capsys.readouterr().out and (tmp_path / "out" / "verdict.json").exists()
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "unhidden")
 def test_a_diagnosis_tells_its_progress_also_to_a_file(spectrum, tmp_path, capsys):
     """Unless it is asked to be quiet."""
     data, rig = spectrum

@@ -129,6 +129,10 @@ REFUSED = {
     "thousands with spaces": {"separator": ";", "thousands": " "},
     "thousands with apostrophes": {"separator": ";", "thousands": "'"},
     "a number with an underscore": {"change": lambda row: ["1_0", *row[1:]]},
+    "a Fortran exponent": {"change": lambda row: ["1.5D-3", *row[1:]]},
+    "a minus of typesetting": {"change": lambda row: ["\N{MINUS SIGN}1.5", *row[1:]]},
+    "a unit in a cell": {"change": lambda row: [f"{row[0]} um", *row[1:]]},
+    "a word for a reading": {"change": lambda row: ["OVR", *row[1:]]},
     "an open quote": {"change": lambda row: row, "open": True},
 }
 

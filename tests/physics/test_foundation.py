@@ -18,7 +18,7 @@ from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.places import places_of
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import CannotAct, RotorstudyError
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.fit import chi_square_p_value, fit
 from rotorstudy.measurement.measurement import measured_spectrum
@@ -224,6 +224,32 @@ def test_a_changed_foundation_is_one_built_otherwise():
     found, true = (measured_response(one, SPEEDS, [1, -1]) for one in (changed, built))
     assert np.abs(found - true).max() < 1e-12 * np.abs(true).max()
     assert np.abs(measured_response(model, SPEEDS, [1, -1]) - true).max() > 0.01 * np.abs(true).max()
+
+
+def test_a_changed_foot_of_a_block_is_one_of_two_blocks():
+    """One of its feet alone at three tenths less: the block on that foot less its share, and no other foot."""
+    block = {"kind": "foundation_block", "node": 1, "second_node": 5, "label": "frame", "feet_m": [0.1, 0.7],
+             "foundation_mass_kg": 60.0, "foundation_stiffness_xx_N_per_m": 8e6,
+             "foundation_stiffness_yy_N_per_m": 5e6, "foundation_damping_xx_N_s_per_m": 1e3,
+             "foundation_damping_yy_N_s_per_m": 2e3}  # fmt: skip
+    model = build_model(RIG | {"foundation": [block]})
+    places = [c.where for c in candidates(model, Settings())[0] if c.effect == "foundation_change"]
+    assert places == [{"node": 1}, {"node": 1, "foot": 1}, {"node": 1, "foot": 2}]
+    change = {"kind": "foundation_change", "node": 1, "change_of_foundation_stiffness_xx": -0.3,
+              "change_of_foundation_stiffness_yy": -0.3}  # fmt: skip
+    lost = {f"foundation_{part}_N_per_m": -0.15 * block[f"foundation_{part}_N_per_m"]
+            for part in ("stiffness_xx", "stiffness_yy")}  # fmt: skip
+    lost |= dict.fromkeys([key for key in block if key.startswith(("foundation_mass", "foundation_damping"))], 0.0)
+    alone = block | lost | {"feet_m": [0.7], "label": "lost"}
+    true = measured_response(build_model(RIG | {"foundation": [block, alone]}), SPEEDS, [1, -1])
+
+    def error(foot):
+        term = make_term("effect", {**change, "foot": foot}, model.structure, model.sensors)
+        return np.abs(measured_response(model.plus(term), SPEEDS, [1, -1]) - true).max() / np.abs(true).max()
+
+    assert error(2) < 1e-12 and error(1) > 0.01 and error(None) > 0.01
+    with pytest.raises(CannotAct, match="foot 3"):
+        error(3)
 
 
 def test_a_rotor_on_a_soft_foundation_has_its_frequencies():

@@ -5,12 +5,13 @@ import pytest
 from machines import disc, spectrum_of, springs, unbalance
 
 from rotorstudy import registry
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.problem import Problem
 from rotorstudy.model.estimated_rig import rig_with_estimate
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rig_numbers import rig_with_changes, with_numbers
+from rotorstudy.model.variation import Matrices, Variation
 from rotorstudy.response.floquet import periodic_growth_rate
 from rotorstudy.response.integration import time_response
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
@@ -202,3 +203,11 @@ def test_estimators_of_the_equations_refuse_the_numbers_of_the_rotor():
     model = with_numbers(build_model(rig), NUMBERS[:1])
     with pytest.raises(RotorstudyError, match="maximum_likelihood"):
         Problem(model, spectrum_of(model, SPEEDS, HARMONICS, 1e-8), NUMBERS[:1]).equations()
+
+
+def test_numbers_that_make_no_rotor_leave_no_steady_state():
+    """A fit may try a modulus below zero: the root in its shear is no number, which is nobody's warning."""
+    rotor = Variation(lambda change: Matrices(*(np.sqrt([1 + change[0]]) for _ in range(4))), 1)
+    assert rotor.at(np.array([3.0])).mass == pytest.approx(2.0)
+    with pytest.raises(NoSteadyState, match="no rotor with these numbers: its matrices are not finite"):
+        rotor.at(np.array([-2.0]))

@@ -82,7 +82,10 @@ class Variation:
         @lru_cache(maxsize=4 + 2 * self.count)
         def built(changes):
             try:
-                found = np.concatenate([part.ravel() for part in self.build(changes)])
+                with np.errstate(invalid="ignore"):
+                    found = np.concatenate([part.ravel() for part in self.build(changes)])
+                if not np.isfinite(found).all():
+                    raise RotorstudyError("its matrices are not finite")
             except RotorstudyError as error:
                 raise NoSteadyState(f"no rotor with these numbers: {error}") from None
             found.setflags(write=False)

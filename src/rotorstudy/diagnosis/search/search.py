@@ -21,6 +21,7 @@ from rotorstudy.diagnosis.search.impossible import grows, is_impossible
 from rotorstudy.diagnosis.search.moves import Proposal, additions, exchanges, other_laws, removals, turns
 from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
+from rotorstudy.diagnosis.search.shape_scan import can_be_scanned
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import fit
@@ -118,7 +119,7 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
             tried.append(current)
             for one in current:
                 log.info("trying moves from %s (log odds %.1f)", " and ".join(one.named) or "the rig", odds_of(one))
-            _fit_best(work, [_moves(work, one) for one in current], possible)
+            _fit_best(work, [group for one in current for group in _moves(work, one)], possible)
     except KeyboardInterrupt as stop:
         if not is_asked_to_stop(stop):
             raise
@@ -139,7 +140,7 @@ def without_impossible(work: Search) -> Search:
 
 def with_one_cause(work: Search) -> list[Explanation]:
     """The best explanations by one cause, of a Search in which nothing was searched yet."""
-    _fit_best(work, [_moves(work, work.nothing)])
+    _fit_best(work, _moves(work, work.nothing))
     return [one for one in work.explanations if one.causes]
 
 
@@ -191,22 +192,29 @@ def _laws(explanation):
 
 
 def _moves(work, current):
-    """The Proposals from an explanation."""
+    """The Proposals from an explanation, in lists whose promises compare.
+
+    Without causes, each free force that explains the records is another motion at which causes are judged; those of
+    many shapes, which take longest, at that of the best one.
+    """
     if not current.causes:
         forces = [one for one in work.free_forces if one.fitted is not None]
-        alone = [one.fitted for one in forces if one.left < EXPLAINS * one.count]
+        alone = [one for one in forces if one.left < EXPLAINS * one.count and one.log_odds > 0]
         if not alone:
-            return additions(work, current, [work.base, *(one.fitted for one in forces[:1])])
+            return [additions(work, current, [work.base, *(one.fitted for one in forces[:1])])]
+        near = [one.fitted for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
         of_readings = [c for c in work.candidates if c.term.acts_on_output]
-        if not of_readings:
-            return additions(work, current, alone[:1])
-        stated = fit(work.model, work.spectrum, work.prior, steps=0)  # which an error of the readings leaves as it is
-        return additions(work, current, alone[:1]) + additions(work, current, [work.base, stated], of_readings)
+        at_first, plain = additions(work, current, near[:1]), [c for c in work.candidates if not can_be_scanned(c)]
+        if of_readings:
+            # which an error of the readings leaves as it is
+            stated = fit(work.model, work.spectrum, work.prior, steps=0)
+            at_first += additions(work, current, [work.base, stated], of_readings)
+        return [at_first, *(additions(work, current, [one], plain) for one in near[1:])]
     found = turns(work, current)
     if len(current.faults) > 1:  # of one alone, all others were judged at the same motion
         found += other_laws(work, current) + removals(current) + exchanges(work, current)
     least = odds_of(current) + WORTH_ADDING
-    return found + [one for one in additions(work, current, [current.fit]) if one.log_odds > least]
+    return [found + [one for one in additions(work, current, [current.fit]) if one.log_odds > least]]
 
 
 def _fit_best(work, groups, possible=None):
