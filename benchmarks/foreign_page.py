@@ -121,7 +121,8 @@ def pages(rows):
     texts = {path: path.read_text(encoding="utf-8") for path in (PAGE, README)}
     for mark, some in rows.items():
         texts[PAGE] = with_numbers(texts[PAGE], f"numbers of {mark}", numbers(some))
-        texts[README] = with_numbers(texts[README], f"records of {mark}", sentence(some))
+        if f"records of {mark}" in texts[README]:
+            texts[README] = with_numbers(texts[README], f"records of {mark}", sentence(some))
     return texts
 
 

@@ -4,6 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 
+from rotorstudy.presentation.diagnosis_figures import some_speeds
 from rotorstudy.presentation.estimate_figures import bias, error_against_noise
 from rotorstudy.presentation.plots import STYLE, phases_near, phases_of
 
@@ -93,3 +94,10 @@ def test_options_of_an_explanation_are_labelled_with_their_units():
         == "transverse crack, position 210 mm, closing moment 3 N m"
     )
     assert in_words("runout, harmonic -1") == "runout, harmonic -1"
+
+
+def test_of_hundreds_of_speeds_a_picture_shows_some():
+    data = xr.Dataset(coords={"speed": np.linspace(50.0, 400.0, 460)})
+    shown = some_speeds(data, 40).speed.values
+    assert len(shown) == 40 and (shown[0], shown[-1]) == (50.0, 400.0) and np.ptp(np.diff(shown)) < 1.0
+    assert some_speeds(data.isel(speed=slice(9)), 40).sizes["speed"] == 9

@@ -27,7 +27,7 @@ class InTime:
         angle = (np.asarray(shaft_angle, float)[:, None],) if self.takes_angle else ()
         found = self.function(displacement, velocity, deflection, *angle)
         shape = np.shape(displacement)
-        if np.shape(found) == np.shape(velocity):
+        if np.shape(found) == np.shape(velocity) != shape:
             found = np.broadcast_to(found, shape)  # whose derivatives by the displacement are taken together
         if np.shape(found) == shape and not (np.isnan(found).any() and np.isfinite(displacement).all()):
             return found

@@ -13,7 +13,9 @@ from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
 from rotorstudy.units import number, percent, quantity, shown_unit, spin
 
-MOST_NODES = 6  # rows of the map
+MOST_NODES = 6  # maps below each other
+MOST_ROWS = 48  # of all of them, one for a speed
+MOST_BARS = 24  # pairs of the gain
 MOST_COMPARED = 3  # nodes of the spectra, and of both states
 REACH = 2.45  # standard deviations of a 95 % circle of a complex number, each of its parts with one
 FEWEST_CAUSES, MOST_CAUSES = 5, 10
@@ -43,12 +45,19 @@ def worst_nodes(data, count):
     return np.sort(np.argsort(-size)[:count])
 
 
+def some_speeds(data, most):
+    """The data at no more than so many of its speeds, evenly among them."""
+    count = data.sizes["speed"]
+    return data.isel(speed=np.linspace(0, count - 1, min(count, most)).round().astype(int))
+
+
 def what_is_wrong(data):
     """Maps over speed and harmonic, one row per node: residual in standard deviations and equivalent residual force."""
     from matplotlib.colors import LogNorm
 
     order = np.argsort(data.harmonic.values)
     nodes = worst_nodes(data, MOST_NODES)
+    count, data = data.sizes["speed"], some_speeds(data, max(MOST_ROWS // len(nodes), 12))
     picture, axes = figure(len(nodes), 4, height=max(2.0, 0.17 * len(data.speed) + 0.8) + 0.9 / len(nodes), width=2.3)
     sigma = {when: data[f"residual_{when}"].values for when in ("before", "after")}
     force = {when: np.abs(as_complex(data[f"equivalent_residual_force_{when}"])) for when in ("before", "after")}
@@ -73,6 +82,7 @@ def what_is_wrong(data):
             scale = {"location": "bottom", "shrink": 0.7, "aspect": 30}
             picture.colorbar(image, ax=axes[:, column - 1 : column + 1], label=label, **scale)
     held = " (* held out)" if data.held_out.values.any() else ""
+    held += f"; {data.sizes['speed']} of {count} speeds" if data.sizes["speed"] < count else ""
     picture.suptitle(f"Speed over harmonic (backward < 0 < forward){held}", fontsize=8)
     return picture
 
@@ -217,11 +227,11 @@ def gain(data):
 
     held = data.held_out.values.astype(bool)
     chosen = data.isel(speed=np.flatnonzero(held)) if held.any() else data
+    count, chosen = chosen.sizes["speed"], some_speeds(chosen, max(MOST_BARS // chosen.sizes["node"], 1))
     picture, axes = figure(1, 2, height=3.1)
     unit, factor = shown_unit("m")
     nodes = [f", node {node}" if chosen.sizes["node"] > 1 else "" for node in chosen.node.values]
     labels = [own_unit(w) + node for w in chosen.speed.values for node in nodes]
-    labels = labels if len(labels) <= 24 else [""] * len(labels)
     measured = as_complex(chosen.measured)
     for k, (when, name, colour) in enumerate((("before", "base", BASE), ("after", "extended", EXTENDED))):
         off = np.abs(measured - as_complex(chosen[name]))
@@ -242,7 +252,8 @@ def gain(data):
         ax.yaxis.set_minor_locator(NullLocator())
     axes[0, 1].axhline(1, color="k", linewidth=0.8, linestyle=":")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    axes[0, 0].set_title("held-out speeds" if held.any() else "fitted speeds (none was held out)")
+    some = f", {chosen.sizes['speed']} of {count}" if chosen.sizes["speed"] < count else ""
+    axes[0, 0].set_title(("held-out speeds" if held.any() else "fitted speeds (none was held out)") + some)
     axes[0, 1].set_title("1: noise and stated model error alone")
     return picture
 
