@@ -13,7 +13,7 @@ from rotorstudy.studies.config import load_study
 from thesis.chapter_tables import described, places
 from thesis.config import Picture, load_replay
 from thesis.figures.replays import KINDS
-from thesis.scoreboard import published, scored_tables, table_name
+from thesis.scoreboard import PLACE, PRINTED, published, scored_tables, table_name
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "workflow" / "reference"
@@ -28,11 +28,9 @@ def test_what_is_printed_has_its_place_here_and_every_place_is_printed(number):
     config, texts = study(number), described(REFERENCE, f"chapter_{number}")
     printed = published(REFERENCE, list(texts["tables"]))
     spectra, estimates = (printed[printed.quantity.eq("estimate") == of] for of in (False, True))
-    columns = places(REFERENCE, "columns_of_spectra", texts["tables"])
-    keys = ["table", "case", "quantity", "method"]
-    assert sorted({*spectra[keys].itertuples(index=False, name=None)}) == sorted(
-        tuple(column[key] for key in keys) for column in columns
-    )
+    columns = places(REFERENCE, "full_spectrum", texts["tables"], [*PRINTED, *PLACE])
+    assert len(columns) == len(spectra.drop_duplicates(PRINTED))
+    assert all({"speed_rad_s", "record", "spectrum_method"} < {*column} for column in columns)
     assert {round(speed, 2) for speed in config.shown_speeds_rad_s} >= {column["speed_rad_s"] for column in columns}
     rows = places(REFERENCE, "rows_of_estimates", texts["tables"])
     assert {*zip(estimates.table, estimates.case, strict=True)} == {(r["table"], r["printed_case"]) for r in rows}

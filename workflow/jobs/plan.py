@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-from jobs.report import FIGURES, TABLES
+from jobs.report import FIGURES, TABLES, add_printed, add_replay
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import named_plugins
 from rotorstudy.presentation.pages import to_index
@@ -81,9 +81,11 @@ class Plan:
         self.index = {"index": f"{self.results}/index.html"}  # which every page links to
         self.printed = tuple(f"{self.reference}/{name}.csv" for name in ("full_spectrum", "identified_parameters"))
         for name, replay in settings.replays.items():
-            FIGURES[name] = list(replay.figures)
-            sheets = [f"table_{sheet}".replace(".", "_") for sheet in replay.sheets]
-            TABLES[name] = [*sheets, "estimates", "physical_checks", "response"]
+            add_replay(name, replay)
+        described = read_yaml(f"{self.reference}/tables.yaml")
+        for name in settings.studies.keys() & described.keys():
+            number, title, note = (described[name]["assumed"][key] for key in ("number", "title", "note"))
+            add_printed(name, {number: (title, note), **described[name]["tables"]})
         self.chapters = sorted(name for name in TABLES if name in settings.studies or name in settings.replays)
 
     def jobs(self):
@@ -200,7 +202,7 @@ class Plan:
         function = f"thesis.{'replay' if replayed else 'chapter'}_tables.tables"
         given |= {"load": load, "function": function, **self.index}
         called = (load, function)
-        printed = ("columns_of_spectra.csv", "rows_of_estimates.csv", "tables.yaml")
+        printed = ("rows_of_estimates.csv", "tables.yaml")
         needs = (*self.printed, *(f"{self.reference}/{file}" for file in printed if not replayed))
         tables = Job(f"tables_{name}", "jobs.shown.write", inputs, outputs, given, needs, calls=called)
         return [figures, tables]

@@ -10,6 +10,7 @@ from rotorstudy.presentation.captions import BLIND_FIGURES, DIAGNOSIS_FIGURES
 from rotorstudy.presentation.index_page import HEADINGS
 from rotorstudy.store import write_text
 from rotorstudy.yaml_file import read_yaml
+from thesis.scoreboard import table_name
 
 STATED = read_yaml(Path(__file__).parents[1] / "report" / "captions.yaml")
 CAPTIONS = {
@@ -17,6 +18,7 @@ CAPTIONS = {
     **{f"blind_{name}": text for name, text in BLIND_FIGURES.items()},
     **STATED.pop("pages"),
 }
+REPLAYED = STATED.pop("replays")
 for _group, _parts in STATED.items():
     _named = {**_parts.get("figures", {}), **_parts.get("tables", {}), **_parts}
     CAPTIONS |= {f"{_group}_{name}": text for name, text in _named.items() if isinstance(text, str)}
@@ -25,6 +27,22 @@ TABLES, FIGURES = (
     {group: list(parts[kind]) for group, parts in STATED.items() if kind in parts} for kind in ("tables", "figures")
 )
 FIGURES |= {"diagnosis": list(DIAGNOSIS_FIGURES), "blind": list(BLIND_FIGURES)}
+
+
+def add_printed(name, tables):
+    """Printed tables of a chapter, before its others; their captions are {number: (title, note)}."""
+    TABLES[name] = list(dict.fromkeys([*map(table_name, tables), *TABLES.get(name, ())]))
+    CAPTIONS.update({f"{name}_{table_name(number)}": f"{title}. {note}" for number, (title, note) in tables.items()})
+
+
+def add_replay(name, replay):
+    """The figures and tables of a replay, with the captions of their kinds where none of their own is stated."""
+    FIGURES[name], TABLES[name] = list(replay.figures), ["estimates", "physical_checks", "response"]
+    kinds = {shown: (item.kind, item.case) for shown, item in replay.figures.items()}
+    for shown, (kind, case) in (kinds | {table: (table, "") for table in TABLES[name]}).items():
+        if kind in REPLAYED:
+            CAPTIONS.setdefault(f"{name}_{shown}", REPLAYED[kind].format(case=case))
+    add_printed(name, {number: (sheet.title, sheet.note) for number, sheet in replay.sheets.items()})
 
 
 def reported(files, results):

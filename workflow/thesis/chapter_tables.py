@@ -7,7 +7,7 @@ from rotorstudy.response.statics import static_deflection
 from rotorstudy.store import as_complex
 from rotorstudy.studies.config import file_name
 from rotorstudy.yaml_file import read_yaml
-from thesis.scoreboard import KEYS, Table, published, scored_against, scored_tables
+from thesis.scoreboard import KEYS, PLACE, PRINTED, Table, published, scored_against, scored_tables, table_name
 
 QUANTITIES = {"amplitude": np.abs, "phase": np.angle, "compensated phase": np.angle}
 BY_METHOD = (["item"], ["case", "method"])  # keys of the rows and of the columns
@@ -19,9 +19,11 @@ def described(reference, chapter):
     return read_yaml(f"{reference}/tables.yaml")[chapter]
 
 
-def places(reference, name, numbers):
-    """Rows of a table of places, as dicts without what is empty, of the tables with some numbers."""
-    rows = pd.read_csv(f"{reference}/{name}.csv", dtype={"table": str}, keep_default_na=False, na_values=[""])
+def places(reference, name, numbers, columns=None):
+    """Rows of a file, as dicts without what is empty, of the tables with some numbers: where ours of them are."""
+    rows = pd.read_csv(
+        f"{reference}/{name}.csv", usecols=columns, dtype={"table": str}, keep_default_na=False, na_values=[""]
+    )
     return [row.dropna().to_dict() for _, row in rows[rows.table.isin(numbers)].iterrows()]
 
 
@@ -30,7 +32,7 @@ def spectrum_rows(spectra, columns):
     rows = []
     for column in columns:
         where = dict(column)
-        table, case, quantity, method = (where.pop(key) for key in ("table", "case", "quantity", "method"))
+        table, case, quantity, method = map(where.pop, PRINTED)
         here = spectra.sel(speed=where.pop("speed_rad_s"), method="nearest")
         here = here.sel(node=int(where.pop("node", spectra.node[0])))
         if quantity == "reference phase":
@@ -113,7 +115,7 @@ def assumed_parameters(config, texts, true):
             rows.append((f"u_x0 at node {node} (µm)", deflection[rotor.index(node)]))
             rows.append((f"phi_y0 at node {node} (µrad)", deflection[rotor.index(node, "tilt")]))
         rows = pd.DataFrame(rows, columns=["parameter", "here"])
-    return Table(rows, about["title"], about["note"])
+    return Table(rows, f"Table {about['number']}: {about['title']}", about["note"])
 
 
 def variant_errors(config, relative_error):
@@ -143,13 +145,13 @@ def tables(config, reference, spectra, reasons, identification=None, monte_carlo
     texts = described(reference, config.name)
     printed, by_variants = published(reference, list(texts["tables"])), variants is not None
     found = variants if by_variants else identification.sel(estimator="least_squares")
-    rows = spectrum_rows(spectra, places(reference, "columns_of_spectra", texts["tables"]))
+    rows = spectrum_rows(spectra, places(reference, "full_spectrum", texts["tables"], [*PRINTED, *PLACE]))
     for where in places(reference, "rows_of_estimates", texts["tables"]):
         some = printed[(printed.table == where["table"]) & (printed.case == where["printed_case"])]
         rows += estimate_rows(some, where, texts, found.estimate, monte_carlo)
     scored = scored_against(printed, rows, reasons)
     keys = dict.fromkeys(printed[printed.quantity == "estimate"].table, BY_NOISE if by_variants else BY_CASE)
     about = {number: (*text, *keys.get(number, BY_METHOD)) for number, text in texts["tables"].items()}
-    first = {texts["assumed"]["name"]: assumed_parameters(config, texts, found.true)}
+    first = {table_name(texts["assumed"]["number"]): assumed_parameters(config, texts, found.true)}
     last = {"variants": variant_errors(config, variants.relative_error)} if by_variants else {}
     return scored, {**first, **scored_tables(scored, about), **last}

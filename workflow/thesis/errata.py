@@ -27,25 +27,23 @@ from rotorstudy.store import as_complex
 from rotorstudy.studies.config import load_study
 from thesis.config import load_replay
 from thesis.replay import DAMPINGS, printed_values, remove_slow_roll, replay_problem, rounding_draws
-from thesis.scoreboard import published
+from thesis.scoreboard import agreeing, published
 
 GRAVITY = 9.81  # m/s^2, as in the thesis
 HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)  # in the order in which the thesis writes its equations
 
 
-def agreeing(model, speeds, printed, theta=None):
+def reproduced(model, speeds, printed, theta=None):
     """Number of printed amplitudes and phases that a model reproduces to the last digit; speeds : case -> rad/s."""
     response = measured_response(model, list(speeds.values()), HARMONICS, theta)[..., 0]
     found = dict(zip(speeds, response, strict=True))
-    count = 0
-    for row in printed.itertuples():
-        value = found[row.case][HARMONICS.index(int(row.item))]
-        if row.quantity == "amplitude":
-            distance = abs(value) - row.published
-        else:
-            distance = np.angle(value * np.exp(-1j * row.published))
-        count += int(abs(distance) <= row.last_digit * (1 + 1e-6))
-    return count
+    values = [found[row.case][HARMONICS.index(int(row.item))] for row in printed.itertuples()]
+    return int(agreeing(printed, _as_printed(printed, values)).sum())
+
+
+def _as_printed(printed, values):
+    """(row,) amplitudes or phases, as the rows have them, of complex values."""
+    return np.where(printed.quantity == "amplitude", np.abs(values), np.angle(values))
 
 
 def estimates_with_misprint(problem, real_from=None, imag_from=None, swap_imag=False):
@@ -100,8 +98,8 @@ def numbers_2(config, folder):
     copied = copied.set_index("item").published
     return {
         "crack_sign_values": len(spectra),
-        "crack_sign_reversed": agreeing(thesis, speeds, spectra),
-        "crack_sign_right": agreeing(thesis, speeds, spectra, right),
+        "crack_sign_reversed": reproduced(thesis, speeds, spectra),
+        "crack_sign_right": reproduced(thesis, speeds, spectra, right),
         "first_reversed_um": first[0] * 1e6,
         "first_right_um": first[1] * 1e6,
         "eq_2_32_c_H": wrong[problem.names.index("internal_damping")],
@@ -159,8 +157,8 @@ def _gyroscopic_sign(config, printed):
     coupled = np.abs(eigenvalues(Model(structure), [1e-3]).imag).min()
     return {
         "gyroscopic_values": len(whole),
-        "gyroscopic_reversed": agreeing(thesis, speeds, whole),
-        "gyroscopic_right": agreeing(right, speeds, whole),
+        "gyroscopic_reversed": reproduced(thesis, speeds, whole),
+        "gyroscopic_right": reproduced(right, speeds, whole),
         "gyroscopic_change_percent": np.max(np.abs(responses[0] / responses[1] - 1)) * 100,
         "critical_reversed_Hz": ", ".join(f"{f:.1f}" for f in critical[0]),
         "critical_right_Hz": ", ".join(f"{f:.1f}" for f in critical[1]),
@@ -179,11 +177,8 @@ def _headings(config, printed, spectra):
     marks = incomplete.sel(speed=config.shown_speeds_rad_s[1], method="nearest")
 
     def met(columns):
-        found = 0
-        for row in headings.itertuples():
-            value = float(marks.sel(spectrum_method=columns[row.method], harmonic=int(row.item)))
-            found += abs(np.angle(np.exp(1j * (value - row.published)))) <= row.last_digit * (1 + 1e-6)
-        return found
+        at = [{"spectrum_method": columns[row.method], "harmonic": int(row.item)} for row in headings.itertuples()]
+        return int(agreeing(headings, np.array([float(marks.sel(one)) for one in at])).sum())
 
     printed_as = {"regression": "regression", "fft": "fft_multiples"}
     swapped = dict(zip(printed_as, reversed(printed_as.values()), strict=True))
@@ -273,17 +268,11 @@ def deviations(model, printed):
     """Deviations (amplitudes relative, phases in rad) of Tables 6.2 to 6.7 above 0.1 µm from a model at 100 rad/s."""
     harmonics = sorted({int(n) for n in printed.item})
     response = measured_response(model, [100.0], harmonics)[0]
-    rows = []
-    for row in printed.itertuples():
-        value = response[harmonics.index(int(row.item)), SENSORS[row.case]]
-        if abs(value) < LEAST:
-            continue
-        if row.quantity == "amplitude":
-            computed, deviation = abs(value), abs(abs(value) / row.published - 1)
-        else:
-            computed, deviation = np.angle(value), abs(np.angle(value * np.exp(-1j * row.published)))
-        rows.append({"table": row.table, "item": row.item, "computed": computed, "deviation": deviation})
-    return pd.DataFrame(rows)
+    values = [response[harmonics.index(int(row.item)), SENSORS[row.case]] for row in printed.itertuples()]
+    found = printed.assign(computed=_as_printed(printed, values))[np.abs(values) >= LEAST]
+    turned = np.angle(np.exp(1j * (found.computed - found.published)))
+    off = np.where(found.quantity == "amplitude", found.computed / found.published - 1, turned)
+    return found.assign(deviation=np.abs(off))
 
 
 def numbers_6(config, folder, variants):
@@ -303,8 +292,8 @@ def numbers_6(config, folder, variants):
         "printed_phases": {**rig, "effects": effects},
     }
     found = {name: deviations(build_model(own, f"Chapter 6, {name}"), printed) for name, own in read.items()}
-    misprint = (found["thesis"].table == "6.4") & (found["thesis"].item == "-2")
-    worst = {name: table.deviation[~misprint].max() * 100 for name, table in found.items()}
+    misprint = "table == '6.4' and item == '-2'"
+    worst = {name: rows.query(f"not ({misprint})").deviation.max() * 100 for name, rows in found.items()}
     one = published(folder, ["6.8"])
     one = one[one.noise_percent == 0].set_index("item").published
 
@@ -317,7 +306,7 @@ def numbers_6(config, folder, variants):
     true = {name: float(variants.true.sel(parameter=UNBALANCES[name][0])) for name in ("e_1", "e_2")}
     return {
         **{f"reading_{name}_percent": value for name, value in worst.items()},
-        "minus_2X_um": float(found["thesis"][misprint].computed.iloc[0]) * 1e6,
+        "minus_2X_um": float(found["thesis"].query(misprint).computed.iloc[0]) * 1e6,
         "phi_1_deg": one["phi_1"],
         "e_1_off_percent": (one["e_1"] / true["e_1"] - 1) * 100,
         "e_2_off_percent": (one["e_2"] / true["e_2"] - 1) * 100,

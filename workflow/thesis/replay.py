@@ -43,19 +43,16 @@ def thesis_estimates(config, folder, group):
 
 def printed_values(config, folder, *, corrected):
     """{quantity: (values, one unit of the last digit)} as printed, each (data_set, case, harmonic), m and rad."""
+    import pandas as pd
+
     table = published(folder, config.tables)
-    shape = (len(config.data_sets), len(config.cases), len(config.harmonics))
-    found = {quantity: (np.zeros(shape), np.zeros(shape)) for quantity in QUANTITIES}
-    table = table.set_index(["case", "item", "quantity", "method"])
-    fixes = {(c.case, str(c.item), c.quantity): c.used for c in config.corrections} if corrected else {}
-    for quantity, (values, digits) in found.items():
-        for d, data_set in enumerate(config.data_sets):
-            for c, case in enumerate(config.cases):
-                for h, n in enumerate(config.harmonics):
-                    row = table.loc[(case, str(n), quantity, data_set)]
-                    values[d, c, h] = fixes.get((case, str(n), quantity), row.published)
-                    digits[d, c, h] = row.last_digit if (case, str(n), quantity) not in fixes else 0.01
-    return found
+    for one in config.corrections if corrected else ():
+        wrong = (table.case == one.case) & (table.item == str(one.item)) & (table.quantity == one.quantity)
+        table.loc[wrong, ["published", "last_digit"]] = one.used, 0.01
+    axes = (QUANTITIES, config.data_sets, list(config.cases), list(map(str, config.harmonics)))
+    table = table.set_index(["quantity", "method", "case", "item"]).loc[pd.MultiIndex.from_product(axes)]
+    values, digits = (table[key].to_numpy().reshape(*map(len, axes)) for key in ("published", "last_digit"))
+    return dict(zip(QUANTITIES, zip(values, digits, strict=True), strict=True))
 
 
 def records(config, reference):

@@ -13,12 +13,14 @@ from rotorstudy.presentation.tables import write_csv, write_html
 
 KEYS = ["table", "case", "item", "noise_percent", "quantity", "method"]
 COLUMNS = [*KEYS, "published", "last_digit", "computed", "unit", "origin", "status", "reason"]
+PRINTED = ["table", "case", "quantity", "method"]  # what a printed column of a spectrum is
+PLACE = ["speed_rad_s", "node", "source", "record", "spectrum_method", "phase_reference"]  # ours of such a column
 STATUSES = ("reproduced", "explained", "not reproducible")
 
 
 def published(folder, tables=None):
     """Printed values of some tables (such as "2.3"), or all, as a DataFrame: KEYS, published, last_digit and unit."""
-    spectrum = _printed(folder, "full_spectrum", ["table", "case", "quantity", "method"])
+    spectrum = _printed(folder, "full_spectrum", PRINTED, PLACE)
     spectrum = spectrum.assign(noise_percent=np.nan, unit=np.where(spectrum.quantity == "amplitude", "m", "rad"))
     estimates = _printed(folder, "identified_parameters", ["table", "case", "noise_percent"])
     estimates[["item", "unit"]] = estimates["item"].str.extract(r"(.+) \((.+)\)")
@@ -31,15 +33,22 @@ def published(folder, tables=None):
     return both if tables is None else both[both.table.isin(tables)].reset_index(drop=True)
 
 
-def _printed(folder, name, keys):
+def _printed(folder, name, keys, others=()):
     """The values in a file with a column for each item, as printed: keys, item, published, last_digit, by table."""
     path = Path(folder) / f"{name}.csv"
     if not path.is_file():
         raise RotorstudyError(f"printed values: file '{path}' does not exist")
-    wide = pd.read_csv(path, dtype=str, keep_default_na=False)
+    wide = pd.read_csv(path, dtype=str, keep_default_na=False).drop(columns=[*others])
     found = wide.melt(keys, var_name="item", value_name="text").replace("", np.nan).dropna(subset="text")
     found = found.sort_values("table", key=lambda names: names.map(list(wide.table).index), kind="stable")
     return found.assign(published=found.text.astype(float), last_digit=found.text.map(last_digit))
+
+
+def agreeing(printed, computed):
+    """(row,) whether values are the printed ones within a unit of the last digit, as print rounds or truncates."""
+    distance = computed - printed.published
+    turned = np.angle(np.exp(1j * distance.fillna(0))) + 0 * distance
+    return distance.where(printed.unit != "rad", turned).abs() <= printed.last_digit * (1 + 1e-6)
 
 
 def score(printed, computed, reasons, measured_again=()):
@@ -51,13 +60,8 @@ def score(printed, computed, reasons, measured_again=()):
     measured_again : tables of measurements, replayed as records; all other values are "computed anew"
     """
     merged = printed.merge(computed, on=KEYS, how="left", validate="one_to_one")
-    distance = merged.computed - merged.published
-    is_angle = merged.unit == "rad"
-    distance = distance.where(~is_angle, np.angle(np.exp(1j * distance.fillna(0))) + 0 * distance)
-    # one unit of the last digit, because the printed digits mix rounding and truncation
-    agrees = distance.abs() <= merged.last_digit * (1 + 1e-6)
     status, text = [], []
-    for row, same in zip(merged.to_dict("records"), agrees, strict=True):
+    for row, same in zip(merged.to_dict("records"), agreeing(merged, merged.computed), strict=True):
         rule = next((r for r in reasons if _matches(r, row)), None)
         if same and not (rule and rule.get("even_if_equal")):
             status.append("reproduced")

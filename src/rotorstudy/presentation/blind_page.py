@@ -6,7 +6,7 @@ from rotorstudy.blind.criteria import LARGE, judge, sentences, statement
 from rotorstudy.presentation.blind_figures import blind_figures
 from rotorstudy.presentation.captions import BLIND_FIGURES
 from rotorstudy.presentation.pages import inline_png, render, to_index
-from rotorstudy.presentation.plots import save_figure
+from rotorstudy.presentation.plots import save_pictures
 from rotorstudy.presentation.tables import cells, write_csv, write_html
 from rotorstudy.store import write_text
 
@@ -32,8 +32,7 @@ def write_pages(data, criteria, rows, folder, others=None, index=None):
 
     folder = Path(folder)
     criteria = pd.concat([*(judge(pd.read_csv(path), name) for name, path in (others or {}).items()), criteria])
-    for name, picture in blind_figures(rows, criteria).items():
-        save_figure(picture, *(folder / "figures" / f"{name}.{kind}" for kind in ("png", "svg")))
+    png = save_pictures(blind_figures(rows, criteria), folder / "figures")
     write_csv(criteria, folder / "criteria.csv")
     write_csv(rows.drop(columns=["seconds"]), folder / "cases.csv")
     source = (
@@ -41,8 +40,7 @@ def write_pages(data, criteria, rows, folder, others=None, index=None):
         "independent simulator, and the truth was sealed before the diagnosis began."
     )
     figures = [
-        (name.replace("_", " ").capitalize(), inline_png(folder / "figures" / f"{name}.png"), caption)
-        for name, caption in BLIND_FIGURES.items()
+        (name.replace("_", " ").capitalize(), inline_png(png[name]), caption) for name, caption in BLIND_FIGURES.items()
     ]
     links = to_index(folder / "criteria.html", index)
     wrong = links | {"Cases with a wrong answer": "cases.html"}

@@ -1,5 +1,7 @@
 """Figures of records and of their full spectra. Each function takes results and returns a matplotlib figure."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from rotorstudy.measurement.records import reference_signal
@@ -39,38 +41,41 @@ def time_and_orbit(config, records, speed, title):
     return picture
 
 
-def full_spectra(harmonics, rows, panels, printed=None):
-    """Amplitudes and phases of several spectra of one record, one panel below the other.
+class Panel(NamedTuple):
+    """Amplitudes, m, or phases of some spectra.
 
-    rows    : label -> (panel -> (harmonic,) complex); panel is a title and "amplitude" or "phase"
-    panels  : [(title, "amplitude" or "phase")]
-    printed : title -> (harmonics, values in m or rad) of the thesis
+    kind : "amplitude" or "phase";  spectra : label -> (harmonic,) complex
+    printed : harmonics and values, m or rad, of the thesis, if there are any
     """
+
+    title: str
+    kind: str
+    spectra: dict
+    printed: tuple | None = None
+
+
+def full_spectra(harmonics, panels):
+    """The Panels of several spectra of one record, one below the other."""
     from matplotlib.legend_handler import HandlerTuple
 
     picture, axes = figure(len(panels), 1, height=2.2 if len(panels) < 5 else 1.7, width=4.8)
-    for panel, (title, kind) in zip(axes[:, 0], panels, strict=True):
-        here = {name: values[title] for name, values in rows.items() if title in values}
-        for i, (name, values) in enumerate(here.items()):
-            index = list(rows).index(name)
+    labels, entries = list(dict.fromkeys(label for one in panels for label in one.spectra)), {}
+    for panel, (title, kind, spectra, printed) in zip(axes[:, 0], panels, strict=True):
+        first, last = (list(spectra.values())[k] for k in (0, -1))
+        for i, (name, values) in enumerate(spectra.items()):
             if kind == "amplitude":
-                plot_full_spectrum(harmonics, values, panel, label=name, index=i, count=len(here))
+                plot_full_spectrum(harmonics, values, panel, label=name, index=i, count=len(spectra))
             else:
-                plot_phase(harmonics, values, panel, label=name, index=index, near=next(iter(here.values())))
-        if printed and title in printed:
-            at, values = printed[title]
-            first, last = (list(here.values())[k] for k in (0, -1))
-            shown = 1e6 * np.asarray(values)
+                plot_phase(harmonics, values, panel, label=name, index=labels.index(name), near=first)
+        if printed:
+            at, shown = printed[0], 1e6 * np.asarray(printed[1])
             if kind == "phase":
-                shown = phases_near(np.rad2deg(values), phases_of(last, first, harmonics, at))
+                shown = phases_near(np.rad2deg(printed[1]), phases_of(last, first, harmonics, at))
             panel.plot(at, shown, "kx", markersize=3, label="printed in the thesis")
         panel.set_title(title)
-        panel.set_xlabel(panel.get_xlabel() if title == panels[-1][0] else "")
-    entries = [panel.get_legend_handles_labels() for panel in axes[:, 0]]
-    shown = {}
-    for handles, texts in entries:
-        for handle, text in zip(handles, texts, strict=True):
-            shown.setdefault(text, {})[type(handle).__name__] = handle  # a bar of the amplitudes, a mark of the phases
-    both = [tuple(kinds.values()) for kinds in shown.values()]
-    picture.legend(both, shown.keys(), loc="outside lower center", ncols=3, handler_map={tuple: HandlerTuple(None)})
+        panel.set_xlabel(panel.get_xlabel() if panel is axes[-1, 0] else "")
+        for handle, text in zip(*panel.get_legend_handles_labels(), strict=True):
+            entries.setdefault(text, {})[type(handle).__name__] = handle  # a bar of amplitudes, a mark of phases
+    both = [tuple(kinds.values()) for kinds in entries.values()]
+    picture.legend(both, entries.keys(), loc="outside lower center", ncols=3, handler_map={tuple: HandlerTuple(None)})
     return picture

@@ -5,7 +5,7 @@ import numpy as np
 from rotorstudy.model.cracks import SERIES_ORDER
 from rotorstudy.model.registry import registry
 from rotorstudy.presentation.plots import figure
-from rotorstudy.presentation.spectrum_figures import full_spectra, time_and_orbit
+from rotorstudy.presentation.spectrum_figures import Panel, full_spectra, time_and_orbit
 from rotorstudy.store import as_complex
 from rotorstudy.studies.config import file_name
 from thesis.figures.common import study_figures
@@ -40,33 +40,23 @@ def breathing_function(crack, speed):
 def spectra_figure(config, spectra, thesis_spectra, speed, printed):
     """Figures 2.8 and 2.9: full spectra, with the printed values if there are any."""
     late = {"source": "from rest", "record": "half a sample late", "spectrum_method": "fft", "speed": speed}
-    amplitude, plain, compensated = panels = (
-        f"Amplitude, {speed:g} rad/s",
-        f"Phase, record half a sample late, {speed:g} rad/s",
-        f"Phase, compensated by the reference, {speed:g} rad/s",
-    )
 
     def seen(data, phase):
         return as_complex(data.displacement.sel(**late, phase_reference=phase).isel(node=0))
 
-    rows = {
-        "physical signs": dict.fromkeys((amplitude, compensated), seen(spectra, "reference")),
-        "the thesis's reading": {
-            **dict.fromkeys((amplitude, compensated), seen(thesis_spectra, "reference")),
-            plain: seen(thesis_spectra, "none"),
-        },
-    }
-    marks = {}
-    if speed == 88.0:
-        for table, method, panel in (
-            ("2.2", "fft", amplitude),
-            ("2.3", "fft, uncompensated", plain),
-            ("2.3", "fft, compensated", compensated),
-        ):
-            values = printed[(printed.table == table) & (printed.method == method)]
-            marks[panel] = (values.item.astype(int), values.published)
-    kinds = ("amplitude", "phase", "phase")
-    return full_spectra(config.harmonics, rows, list(zip(panels, kinds, strict=True)), marks)
+    def marks(table, method):
+        values = printed[(printed.table == table) & (printed.method == method)]
+        return (values.item.astype(int), values.published) if speed == 88.0 else None
+
+    label = "the thesis's reading"
+    plain = {label: seen(thesis_spectra, "none")}
+    both = {"physical signs": seen(spectra, "reference"), label: seen(thesis_spectra, "reference")}
+    panels = [
+        Panel(f"Amplitude, {speed:g} rad/s", "amplitude", both, marks("2.2", "fft")),
+        Panel(f"Phase, record half a sample late, {speed:g} rad/s", "phase", plain, marks("2.3", "fft, uncompensated")),
+        Panel(f"Phase, compensated by the reference, {speed:g} rad/s", "phase", both, marks("2.3", "fft, compensated")),
+    ]
+    return full_spectra(config.harmonics, panels)
 
 
 TITLES = {

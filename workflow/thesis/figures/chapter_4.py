@@ -4,7 +4,7 @@ import numpy as np
 
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
 from rotorstudy.presentation import estimate_figures
-from rotorstudy.presentation.spectrum_figures import full_spectra, time_and_orbit
+from rotorstudy.presentation.spectrum_figures import Panel, full_spectra, time_and_orbit
 from rotorstudy.store import as_complex
 from thesis.figures.common import study_figures
 from thesis.scoreboard import published
@@ -34,46 +34,35 @@ def disturbed_spectrum(config, speed, spectrum):
 
 def spectra_figure(config, spectra, thesis_spectra, speed, text, printed):
     """Figures 4.7 and 4.8: full spectra of complete and incomplete cycles, without and with noise."""
-    incomplete = f"{text}, incomplete cycles"
-    panels = amplitude, plain, reference, compensated = (
-        f"Amplitude, {text}",
-        "Phase of incomplete cycles, uncompensated",
-        "Phase of the reference signal, incomplete cycles",
-        "Phase, compensated",
-    )
 
     def seen(data, record, phase, method="regression"):
         here = data.displacement.sel(source="from rest", record=record, spectrum_method=method, phase_reference=phase)
         return as_complex(here.sel(speed=speed, method="nearest").isel(node=0))
 
+    def marks(table, case, method):
+        values = printed[(printed.table == table) & (printed.case == f"{text}, {case}") & (printed.method == method)]
+        return values.item.astype(int), values.published
+
     mark = thesis_spectra.reference_phase.sel(record="incomplete cycles", spectrum_method="fft_multiples")
     mark = np.exp(1j * mark.sel(speed=speed, method="nearest").values)
-    whole, cut = (seen(thesis_spectra, f"{kind} cycles", "reference") for kind in ("complete", "incomplete"))
-    physical = seen(spectra, "complete cycles", "reference")
-    rows = {
-        "physical sign": dict.fromkeys((amplitude, compensated), physical),
-        "the thesis's sign": dict.fromkeys((amplitude, compensated), whole),
-        "incomplete cycles": {
-            amplitude: cut,
-            plain: seen(thesis_spectra, "incomplete cycles", "none", "fft_multiples"),
-            reference: mark,
-            compensated: cut,
-        },
-        "with 1 % noise": dict.fromkeys((amplitude, compensated), disturbed_spectrum(config, speed, whole)),
+    label, whole, cut = "incomplete cycles", "complete cycles", seen(thesis_spectra, "incomplete cycles", "reference")
+    by_thesis = seen(thesis_spectra, whole, "reference")
+    every = {
+        "physical sign": seen(spectra, whole, "reference"),
+        "the thesis's sign": by_thesis,
+        label: cut,
+        "with 1 % noise": disturbed_spectrum(config, speed, by_thesis),
     }
+    plain = {label: seen(thesis_spectra, label, "none", "fft_multiples")}
     column = "regression" if text == "50 Hz" else "fft"  # the headings of Table 4.7 are swapped
-    marks = {}
-    for panel, table, case, method in zip(
-        panels,
-        TABLES[text],
-        (f"{text}, complete cycles", incomplete, incomplete, f"{text}, complete cycles"),
-        ("regression", "fft", column, "regression"),
-        strict=True,
-    ):
-        values = printed[(printed.table == table) & (printed.case == case) & (printed.method == method)]
-        marks[panel] = (values.item.astype(int), values.published)
-    kinds = ("amplitude", "phase", "phase", "phase")
-    return full_spectra(config.harmonics, rows, list(zip(panels, kinds, strict=True)), marks)
+    amplitude, phase, reference, turned = TABLES[text]
+    panels = [
+        Panel(f"Amplitude, {text}", "amplitude", every, marks(amplitude, whole, "regression")),
+        Panel(f"Phase of {label}, uncompensated", "phase", plain, marks(phase, label, "fft")),
+        Panel(f"Phase of the reference signal, {label}", "phase", {label: mark}, marks(reference, label, column)),
+        Panel("Phase, compensated", "phase", every, marks(turned, whole, "regression")),
+    ]
+    return full_spectra(config.harmonics, panels)
 
 
 TITLES = {

@@ -4,7 +4,7 @@ import numpy as np
 
 from rotorstudy.presentation import estimate_figures
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, plot_orbit
-from rotorstudy.presentation.spectrum_figures import full_spectra
+from rotorstudy.presentation.spectrum_figures import Panel, full_spectra
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.response.whirl import time_invariant, whirl_modes, without_damping
@@ -77,17 +77,17 @@ def orbits_figure(signals, speed):
 def spectra_figure(config, rows, speed, quantity, printed):
     """Figures 6.9 and 6.10: amplitude or phase of the full spectra of every node; rows : label -> spectra Dataset."""
     seen = {"source": "from rest", "record": "complete cycles", "spectrum_method": "regression"}
-    titles = {n: f"node {n}: {place}" for n, place in PLACES.items()}
-
-    def shown(found):
-        here = found.displacement.sel(**seen, phase_reference="reference").sel(speed=speed, method="nearest")
-        return {title: as_complex(here.sel(node=n)) for n, title in titles.items()}
-
-    printed = printed[(printed.quantity == quantity) & (printed.method == "regression")]
-    of_nodes = {title: printed[printed.case == f"100 rad/s, node {n}"] for n, title in titles.items()}
-    marks = {title: (own.item.astype(int), own.published) for title, own in of_nodes.items() if len(own)}
-    panels = [(title, quantity) for title in titles.values()]
-    picture = full_spectra(config.harmonics, {name: shown(found) for name, found in rows.items()}, panels, marks)
+    found = {
+        name: data.displacement.sel(**seen, phase_reference="reference").sel(speed=speed, method="nearest")
+        for name, data in rows.items()
+    }
+    printed, panels = printed[(printed.quantity == quantity) & (printed.method == "regression")], []
+    for n, place in PLACES.items():
+        own = printed[printed.case == f"100 rad/s, node {n}"]
+        marks = (own.item.astype(int), own.published) if len(own) else None
+        spectra = {name: as_complex(data.sel(node=n)) for name, data in found.items()}
+        panels.append(Panel(f"node {n}: {place}", quantity, spectra, marks))
+    picture = full_spectra(config.harmonics, panels)
     picture.suptitle(f"Full spectrum at {speed:g} rad/s, {quantity}")
     return picture
 

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, harmonic_axis, plot_orbit
-from rotorstudy.presentation.spectrum_figures import full_spectra
+from rotorstudy.presentation.spectrum_figures import Panel, full_spectra
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
@@ -77,18 +77,18 @@ def record_figure(replayed, case, group):
 
 def spectra_figure(replayed, case, group):
     """Full spectra of displacement and reference, both columns of the thesis."""
-    harmonics, rows = replayed.config.harmonics, {}
-    panels = amplitude, phase, reference = (
-        f"Amplitude of the displacement, {case}",
-        f"Phase of the displacement, {case}",
-        f"Phase of the reference signal, {case}",
-    )
+    harmonics, both, marks = replayed.config.harmonics, {}, {}
     for data_set in replayed.config.data_sets:
+        label = METHODS.get(data_set, data_set)
         part = replayed.here.sel(data_set=data_set, spectrum_method=data_set, case=case)
-        values = dict.fromkeys((amplitude, phase), as_complex(part.displacement))
-        rows[METHODS.get(data_set, data_set)] = values | {reference: np.exp(1j * part.reference_phase.values)}
-    picture = full_spectra(harmonics, rows, list(zip(panels, ("amplitude", "phase", "phase"), strict=True)))
-    first, *_, last = (values[amplitude] for values in rows.values())
+        both[label], marks[label] = as_complex(part.displacement), np.exp(1j * part.reference_phase.values)
+    panels = [
+        Panel(f"Amplitude of the displacement, {case}", "amplitude", both),
+        Panel(f"Phase of the displacement, {case}", "phase", both),
+        Panel(f"Phase of the reference signal, {case}", "phase", marks),
+    ]
+    picture = full_spectra(harmonics, panels)
+    first, *_, last = both.values()
     apart = np.abs(last - first) / np.abs(first)
     told = f"differ by {percent(apart.max(), 2)} at most, as vectors ({harmonics[apart.argmax()]}X)"
     picture.suptitle(f"{case}: the columns of the thesis {told}", fontsize=8)
@@ -134,8 +134,7 @@ def model_figure(replayed, case, group):
             config.model, [config.cases[case]], config.harmonics, theta
         )[0, :, 0],
     }
-    shown = {label: dict.fromkeys(("Amplitude", "Phase"), values) for label, values in rows.items()}
-    picture = full_spectra(config.harmonics, shown, [("Amplitude", "amplitude"), ("Phase", "phase")])
+    picture = full_spectra(config.harmonics, [Panel(kind.capitalize(), kind, rows) for kind in ("amplitude", "phase")])
     errors = np.abs(rows["least squares"] - rows["measured"]) / np.abs(rows["measured"])
     picture.suptitle(
         f"{case}: least squares fits {np.sum(errors < 0.2)} of {len(errors)} harmonics within 20 % as vectors "

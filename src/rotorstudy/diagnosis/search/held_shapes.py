@@ -10,7 +10,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.screening import Projection, screen_each
-from rotorstudy.diagnosis.search.shape_fit import Work, reshaped
+from rotorstudy.diagnosis.search.shape_fit import Work, as_one, reshaped
 from rotorstudy.errors import CannotAct
 
 CLOSER = 4  # rounds of values halfway between two held, where the misfit changes by much
@@ -166,18 +166,21 @@ class HeldShapes(NamedTuple):
         columns, slopes = [], []
         for first in range(0, len(causes), AT_ONCE):
             part = slice(first, first + AT_ONCE)
-            here, beside, offs = causes[part], [], []
+            here, beside, weights, offs = causes[part], [], [], []
             for i in self.free:
                 there, ends = points[part].copy(), list(self.ranges.values())[i]
                 offs.append(np.array([ends.step(x) for x in there[:, i]]))
                 there[:, i] += offs[-1]
-                beside += self.reshaped(there, f"beside {i}")[0]
+                for one, own in zip(self.reshaped(there, f"beside {i}")[0], amplitudes[part], strict=True):
+                    term, weight = as_one(one.term, own)
+                    beside.append(one._replace(term=term))
+                    weights.append(weight)
             known = self.projection.of([*here, *beside]).columns
-            found = np.array([[known[name] for name in one.names] for one in (*here, *beside)])
-            found = found.reshape(1 + len(offs), len(here), *found.shape[1:])
-            own, *others = np.einsum("ru,oruc->orc", amplitudes[part], found)
-            slopes.append(np.stack([(one - own) / off[:, None] for one, off in zip(others, offs, strict=True)], axis=1))
-            columns.append(found[0])
+            columns.append(np.array([[known[name] for name in one.names] for one in here]))
+            own = np.einsum("ru,ruc->rc", amplitudes[part], columns[-1])
+            moved = [w @ [known[name] for name in one.names] for w, one in zip(weights, beside, strict=True)]
+            moved = np.reshape(moved, (len(offs), *own.shape))
+            slopes.append(np.stack([(one - own) / off[:, None] for one, off in zip(moved, offs, strict=True)], axis=1))
         return np.concatenate(columns), np.concatenate(slopes)
 
 

@@ -201,7 +201,7 @@ def response_with_shape(
         own = [names.index(name) for name in here[number].names]
         for i, (at, off) in enumerate(zip(point + np.diag(offs), offs, strict=True)):
             one = reshaped(work, cause, at, f"beside {number} {i}")
-            beside.append((own, off, *_as_one(one.term, amplitudes[own])))
+            beside.append((own, off, *as_one(one.term, amplitudes[own])))
     model = model.plus(*(term for *_, term, _ in beside)) if beside else model
     more = [unknown.name for *_, term, _ in beside for unknown in term.unknowns]
     theta = model.stated.copy()
@@ -218,7 +218,7 @@ def response_with_shape(
     return shown, np.concatenate(columns)
 
 
-def _as_one(term, amplitudes):
+def as_one(term, amplitudes):
     """The Term of a cause at some amplitudes as a single amplitude, and the weight of that; else the term and them all.
 
     Of the many amplitudes of a crack one column is then found instead of one for each.
