@@ -13,7 +13,7 @@ from rotorstudy.response.measured import at_sensors
 from rotorstudy.response.solving import solver
 from rotorstudy.response.statics import static_deflection
 
-TABLES_KEPT, FACTORS_KEPT = 48, 2_000_000  # tables of unknowns, and numbers of the factors of each of them, 32 MB
+TABLES_KEPT, FACTORS_KEPT = 48, 250_000  # tables of unknowns, and numbers of the factors of each of them, 4 MB
 MOTION_AT_ONCE, COLUMNS_AT_ONCE = 1_000_000, 500_000  # numbers of motions, and of forces, that are taken together
 FORCES_AT_ONCE = 2_000_000  # numbers of the forces whose motions are solved together, several times 32 MB
 
