@@ -180,9 +180,12 @@ class _Scan(NamedTuple):
         return [(self.motions | known)[row.tobytes()] for row in rows]
 
     def first(self):
-        """The best of shapes over the whole range, from which `refined` starts."""
+        """The best of shapes over the whole range, from which `refined` starts; of a crack that turns, itself turned."""
         from scipy.stats import qmc
 
+        if self.away is not None and not self.cause.where:
+            around = np.array([ends.goes_around for ends in self.ranges.values()])
+            return self.judged((self.away + 0.5 * around)[None])
         options = len(self.ranges)
         count = FIRST_SAMPLES[options] * self._more
         found = self.judged(qmc.Sobol(options, scramble=False).random(count), kept=True)
@@ -204,7 +207,9 @@ class _Scan(NamedTuple):
     def refined(self, starts):
         """List of Scanned: the best shape that Gauss-Newton steps from some find, and the best facing another side."""
         shapes = HeldShapes(self.work, self, self.cause, self.ranges, ())
-        begun = self.judged(shapes.searched(np.array([one.point for one in starts])))
+        begun = starts
+        if self.away is None or self.cause.where:  # a turned crack is near its best shape already
+            begun = self.judged(shapes.searched(np.array([one.point for one in starts])))
         sizes = np.array([one.screened.start for one in begun])
         found = self.judged(shapes.fitted(np.array([one.point for one in begun]), sizes, reach=np.inf).points)
         found = sorted([*starts, *begun, *found], key=lambda one: -one.screened.evidence)
