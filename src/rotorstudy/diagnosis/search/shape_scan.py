@@ -180,7 +180,7 @@ class _Scan(NamedTuple):
         return [(self.motions | known)[row.tobytes()] for row in rows]
 
     def first(self):
-        """The best of shapes over the whole range, from which `refined` starts; of a crack that turns, itself turned."""
+        """The best of shapes over the whole range, from which `refined` starts; to turn a crack, itself turned."""
         from scipy.stats import qmc
 
         if self.away is not None and not self.cause.where:
