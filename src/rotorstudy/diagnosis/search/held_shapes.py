@@ -97,14 +97,19 @@ class HeldShapes(NamedTuple):
         return found.part(np.all((found.points[:, free] > 0) & (found.points[:, free] < 1), axis=1))
 
     def searched(self, points):
-        """Points with what is not held and no angle at the best of values over its range, by the usual amplitudes."""
+        """Points with what is not held and no angle at the best of values over its range, or as it is.
+
+        By the usual amplitudes.
+        """
         for i in np.array(self.free)[~self.around]:
-            tried = np.repeat(points, TRIED, axis=0)
-            tried[:, i] = np.tile((np.arange(TRIED) + 0.5) / TRIED, len(points))
+            count = TRIED + 1
+            tried = np.repeat(points, count, axis=0)
+            over = (np.arange(TRIED) + 0.5) / TRIED
+            tried[:, i] = np.concatenate([np.append(over, own) for own in points[:, i]])
             causes, kept = self.reshaped(tried)
             best = {}
             for row, one in zip(kept, screen_each(self.projection.of(causes), causes), strict=True):
-                best.setdefault(row // TRIED, []).append((one.evidence, row))
+                best.setdefault(row // count, []).append((one.evidence, row))
             points = np.array([tried[max(rows)[1]] for rows in best.values()])
         return points
 
