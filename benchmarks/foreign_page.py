@@ -111,9 +111,10 @@ def sentence(rows):
 
 
 def _worst(kinds):
-    """Shares named alone of the worst kinds of single effects with several cases."""
+    """Shares named alone of the worst kinds of single effects with several cases, if not all of them are."""
     single = kinds[~kinds.index.str.contains("healthy|pair|outside") & (kinds.cases >= WORST_OF)]
-    return (single.alone / single.cases).nsmallest(3)
+    shares = single.alone / single.cases
+    return shares[shares < 1].nsmallest(3)
 
 
 def pages(rows):

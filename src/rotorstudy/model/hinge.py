@@ -20,6 +20,7 @@ Where a residual stress closes the crack like a moment n along xi, its faces fee
 phi - n / s instead of phi the equations are the same.
 """
 
+from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -40,7 +41,7 @@ ACROSS = 0.5  # of the flexibility across, in the formulas by the angle: they co
 CLOSED = 0.05  # of the static moment, for a difference by a residual stress
 ROUND_OFF = 1e-9  # of a cosine, and of the coefficients of shares, relative to the largest
 KEPT = 2048  # depths: a search tries the same one at many angles, and every search on a shaft begins with the same ones
-_LAST = []  # crack, rotation and angle of the shaft of the last force: the forces of a crack are taken one by one there
+LAST = ContextVar("last", default=(None,) * 4)  # crack, rotation, angle, and what they impose: its forces share it
 ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left out are less than 1e-3 of the kink
 
 
@@ -138,11 +139,13 @@ class Hinge:
 
     def _imposed(self, rotation, shaft_angle):
         """The imposed rotation (...) in the frame of the crack, its direction, and the turn of that frame."""
-        if not (_LAST and _LAST[0] is self and _LAST[1] is rotation and np.array_equal(_LAST[2], shaft_angle)):
+        crack, last_rotation, last_angle, found = LAST.get()
+        if not (crack is self and last_rotation is rotation and np.array_equal(last_angle, shaft_angle)):
             turned = np.exp(1j * (shaft_angle + self.angle))
-            found = -(rotation + self.section.own_moment / self.section.stiffness) / turned
-            _LAST[:] = self, rotation, shaft_angle, (found, _direction(found), turned)
-        return _LAST[3]
+            imposed = -(rotation + self.section.own_moment / self.section.stiffness) / turned
+            found = imposed, _direction(imposed), turned
+            LAST.set((self, rotation, shaft_angle, found))
+        return found
 
     def entries_by_weight(self, along: bool = False) -> tuple[Entry, ...]:
         """The crack opened by the static moment, which stretches the lower or the upper side of the shaft."""

@@ -97,19 +97,15 @@ class HeldShapes(NamedTuple):
         return found.part(np.all((found.points[:, free] > 0) & (found.points[:, free] < 1), axis=1))
 
     def searched(self, points):
-        """Points with what is not held and no angle at the best of values over its range, or as it is.
-
-        By the usual amplitudes.
-        """
+        """Points with each option that is not held and no angle at the best of values over its range and its own."""
+        over = (np.arange(TRIED) + 0.5) / TRIED
         for i in np.array(self.free)[~self.around]:
-            count = TRIED + 1
-            tried = np.repeat(points, count, axis=0)
-            over = (np.arange(TRIED) + 0.5) / TRIED
-            tried[:, i] = np.concatenate([np.append(over, own) for own in points[:, i]])
+            tried = np.repeat(points, TRIED + 1, axis=0)
+            tried[:, i] = np.concatenate([[*over, own] for own in points[:, i]])
             causes, kept = self.reshaped(tried)
             best = {}
             for row, one in zip(kept, screen_each(self.projection.of(causes), causes), strict=True):
-                best.setdefault(row // count, []).append((one.evidence, row))
+                best.setdefault(row // (TRIED + 1), []).append((one.evidence, row))
             points = np.array([tried[max(rows)[1]] for rows in best.values()])
         return points
 

@@ -79,11 +79,7 @@ class _Judge(NamedTuple):
         first = {(c.cause, tuple(p.name for p in c.term.parameters)): c for c in reversed(every)}
         if not first or (excess <= 0 and not without):
             return []
-        loose = [c._replace(fixed_std=LOOSE) for c in first.values()]
-        for cause, one in scan(self.work, fitted, loose, without=without, plain=plain):
-            cause = with_shape(
-                self.work.rig, cause._replace(fixed_std=FIXED), cause.shape, self.work.settings.prior_width
-            )
+        for cause, one in _in_best_shapes(self.work, fitted, first.values(), without=without, plain=plain):
             found.append(self.proposal((cause,), one.start, one.evidence))
             for law in laws[cause.cause].values():
                 if law.variant != cause.variant:
@@ -91,6 +87,13 @@ class _Judge(NamedTuple):
                     start = [other.prior[name][0] for name in other.names]
                     found.append(self.proposal((other,), start, one.evidence))
         return found
+
+
+def _in_best_shapes(work, fitted, chosen, **given):
+    """(cause, Screened) of causes in the shapes of a scan, where known amplitudes are loose; given : as for `scan`."""
+    loose = [c._replace(fixed_std=LOOSE) for c in chosen]
+    for cause, one in scan(work, fitted, loose, **given):
+        yield with_shape(work.rig, cause._replace(fixed_std=FIXED), cause.shape, work.settings.prior_width), one
 
 
 def additions(
@@ -180,9 +183,8 @@ def turns(work: Search, current: Explanation) -> list[Proposal]:
         if not cause.shape or not any(ends.goes_around for ends in ranges_of(work, cause).values()):
             continue
         wide, fitted = _with_error_of_form(work, whole, _error_of_form(work, current), cause.names)
-        loose, away = cause._replace(fixed_std=LOOSE), point_of(work, cause)
-        for other, one in scan(wide, fitted, [loose], without=cause.names, plain=whole, away=away):
-            other = with_shape(work.rig, other._replace(fixed_std=FIXED), other.shape, work.settings.prior_width)
+        away = point_of(work, cause)
+        for other, one in _in_best_shapes(wide, fitted, [cause], without=cause.names, plain=whole, away=away):
             values = current.fit.values | dict(zip(other.names, one.start, strict=True))
             found.append(Proposal((*current.causes[:i], other, *current.causes[i + 1 :]), values, np.inf))
     return found

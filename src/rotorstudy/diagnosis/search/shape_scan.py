@@ -6,6 +6,7 @@ receptances of the rotor with a free force there. Each shape is then judged by l
 of each part of the ranges are refined by Gauss-Newton steps at that motion.
 """
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -79,22 +80,27 @@ def scan(
               plugin fails, which is recorded as broken
     """
     projection, motions, coarse = Projection(fitted, work.spectrum, without), {}, {}
-    for cause in chosen:
+
+    def tried(cause, step, *given):
+        """What a step returns; nothing without a steady state, or if the plugin fails."""
         try:
-            one = _Scan(work, fitted, projection, cause, motions, bool(without), plain, away)
-            best = one.first()
-            if best:
-                coarse.setdefault(cause.effect, []).append((one, best))
+            return step(*given)
         except NoSteadyState:
-            continue
+            return []
         except Exception as error:
             work.note_broken([cause], error)
+            return []
+
+    for cause in chosen:
+        one = _Scan(work, fitted, projection, cause, motions, bool(without), plain, away)
+        if best := tried(cause, one.first):
+            coarse.setdefault(cause.effect, []).append((one, best))
     found, whole = [], float(projection.residual @ projection.residual)
     for places in coarse.values():
         places.sort(key=lambda place: -place[1][0].screened.evidence)
         for one, best in places[:REFINED]:
             if away is not None or best[0].screened.explained > LEAST_SEEN * whole:
-                found += one.refined(best)
+                found += tried(one.cause, one.refined, best)
     return found
 
 
@@ -136,36 +142,28 @@ class _Scan(NamedTuple):
         kept : whether the shapes and motions are kept, as all scans and alternatives of the cause begin at these
                points; only those are judged that are at a place where a force may explain enough
         """
-        groups = self._over_the_range(points) if kept else self._grouped(points)
-        if not groups:
+        shapes = self._over_the_range(points) if kept else self._shapes(points)
+        if not shapes:
             raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
-        _, points, causes = zip(*groups.values(), strict=True)
-        chosen = [one for some in causes for one in some]
-        judged = screen_each(self._projected([(row, some) for row, _, some in groups.values()], kept), chosen)
-        found = list(map(_Judged, [one for some in points for one in some], chosen, judged))
+        points, causes = zip(*shapes, strict=True)
+        found = list(map(_Judged, points, causes, screen_each(self.of(causes, kept), causes)))
         found = [one for one in found if self.away is None or self._turn(one.point, self.away) > ANOTHER_SIDE]
         return sorted(found, key=lambda one: -one.screened.evidence)
 
     def _over_the_range(self, points):
-        """What `_grouped` returns, formed once for all scans of a search: the shapes first tried are the same."""
+        """What `_shapes` returns, formed once for all scans of a search: the shapes first tried are the same."""
         name = self.cause.cause, *self.cause.variant.items(), self.cause.term.label
         if name not in self.work.shapes:
-            self.work.shapes[name] = self._grouped(points)
+            self.work.shapes[name] = self._shapes(points)
         return self.work.shapes[name]
 
-    def _grouped(self, points):
-        """{coordinate in bytes: (coordinate, points, causes in the shapes there)} of those that can act."""
-        groups, ranges = {}, self.ranges
+    def _shapes(self, points):
+        """[(point, the cause in the shape there)] of the shapes in which it can act."""
+        found, ranges = [], self.ranges
         for i, point in enumerate(points):
-            try:
-                cause = reshaped(self.work, self.cause, point, f"{self.cause.term.label} {i}", ranges)
-            except CannotAct:  # such as a crack in a hollow part of the shaft
-                continue
-            row = acts_on(cause, self.work.rig.structure)
-            groups.setdefault(row.tobytes(), (row, [], []))
-            groups[row.tobytes()][1].append(point)
-            groups[row.tobytes()][2].append(cause)
-        return groups
+            with suppress(CannotAct):  # such as a crack in a hollow part of the shaft
+                found.append((point, reshaped(self.work, self.cause, point, f"{self.cause.term.label} {i}", ranges)))
+        return found
 
     def _motions(self, rows, kept):
         """The Motions with a free force on coordinates; that of a node is kept, as all shapes there share it."""
@@ -221,21 +219,21 @@ class _Scan(NamedTuple):
         """(component,) what is left without the cause, as of a Projection."""
         return self.projection.residual
 
-    def of(self, causes):
-        """The columns of the cause in some shapes, each at the motion where it acts, as of a Projection."""
+    def of(self, causes, kept=False):
+        """The columns of the cause in some shapes, each at the motion where it acts, as of a Projection.
+
+        kept : whether the motions are kept, if they are few
+        """
         groups = {}
         for one in causes:
             row = acts_on(one, self.work.rig.structure)
             groups.setdefault(row.tobytes(), (row, []))[1].append(one)
-        return self._projected(list(groups.values()))
-
-    def _projected(self, groups, kept=False):
-        """Projected of groups (coordinate, causes there), of a few motions at a time."""
-        together, columns = max(1, MOTIONS_AT_ONCE // self.projection.near.motion.amplitude.size), {}
+        groups, columns = list(groups.values()), {}
+        together = max(1, MOTIONS_AT_ONCE // self.projection.near.motion.amplitude.size)
         for first in range(0, len(groups), together):
-            rows, causes = zip(*groups[first : first + together], strict=True)
+            rows, some = zip(*groups[first : first + together], strict=True)
             motions = self._motions(rows, kept and len(groups) <= together)
-            projected = self.projection.of_groups(list(zip(causes, motions, strict=True)))
+            projected = self.projection.of_groups(list(zip(some, motions, strict=True)))
             columns |= projected.columns
         return projected._replace(columns=columns)
 
