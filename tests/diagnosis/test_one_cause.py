@@ -12,7 +12,7 @@ import pytest
 from machines import disc, readings, shaft, springs, unbalance
 
 from rotorstudy import RotorstudyError, build_model, registry
-from rotorstudy.diagnosis.one_cause import identify, shape_starts
+from rotorstudy.diagnosis.one_cause import identify
 from rotorstudy.diagnosis.one_cause.answer import (
     estimates_of,
     far_amplitudes,
@@ -65,17 +65,8 @@ def records(*cracks, sensors=(2, 4)):
     return readings(shown, SPEEDS, HARMONICS, sensors, std, 2)
 
 
-@pytest.fixture
-def few_starts(monkeypatch):
-    """Shapes on a coarser grid, and steps from the best of each law and formula alone."""
-    monkeypatch.setattr(shape_starts, "STARTS", 1)
-    monkeypatch.setattr(shape_starts, "TRIED", {"position": 6, "angle": 8, "other": 5, "form": 2})
-
-
 @pytest.mark.parametrize("breathing", ["gradual", "none"])
-def test_a_crack_is_identified(breathing, request):
-    if breathing == "none":  # by all starts above
-        request.getfixturevalue("few_starts")
+def test_a_crack_is_identified(breathing):
     found = identify_cause(records(crack(breathing)), build_model(rig()), "transverse_crack", SETTINGS)
     assert found.cause.variant == {"breathing": breathing}
     assert found.p_value > 1e-3
@@ -94,7 +85,6 @@ def test_a_crack_is_identified(breathing, request):
     assert rows["depth_m"] == (pytest.approx(0.02 * found.cause.shape["depth_ratio"]), "m")
 
 
-@pytest.mark.usefixtures("few_starts")
 def test_a_crack_by_a_published_formula_is_identified():
     """Which opens by its angle; the laws that open by the moment are tried first, and rejected."""
     found = identify_cause(records(crack("switching")), build_model(rig()), "transverse_crack", SETTINGS)
@@ -106,7 +96,6 @@ def test_a_crack_by_a_published_formula_is_identified():
     assert min(others) > 20
 
 
-@pytest.mark.usefixtures("few_starts")
 def test_formulas_are_not_tried_where_the_physics_explains_the_records():
     """By a formula a shallow crack fits about as well, and with fewer data better by chance."""
     found = identify_cause(records(crack(depth_ratio=0.06)), build_model(rig()), "transverse_crack", SETTINGS)
@@ -114,7 +103,6 @@ def test_formulas_are_not_tried_where_the_physics_explains_the_records():
     assert found.cause.variant == {"breathing": "gradual"}
 
 
-@pytest.mark.usefixtures("few_starts")
 def test_two_cracks_are_identified():
     second = {"position_m": 0.08, "depth_ratio": 0.3, "angle_rad": -0.6}
     both = records(crack(label="a"), crack(label="b", **second))
@@ -218,9 +206,9 @@ def test_places_that_explain_as_well_are_stated():
     assert any(held)
 
 
-@pytest.mark.usefixtures("few_starts")
-def test_what_is_no_crack_is_not_explained_by_one():
-    """By no law and formula: of more starts none comes near either, but for far longer."""
+def test_what_is_no_crack_is_not_explained_by_one(monkeypatch):
+    """By no law and formula; nor elsewhere, where it is not searched again here."""
+    monkeypatch.setattr(identify, "ROUNDS", 1)
     preload = {"kind": "static_preload", "node": 2, "static_preload_N": 30.0, "static_preload_phase_rad": 1.0}
     speeds = SPEEDS[::2]
     shown = measured_response(build_model(rig(preload)), speeds, HARMONICS)

@@ -1,20 +1,19 @@
 """One effect of the library where it is known to be the cause: its shape and amplitudes, beside the rig's parameters.
 
-The shape (the position, depth and angle of a crack) is searched in three steps. Many shapes are judged by their columns
-at the motion that the records imply; the best are fitted by a few Gauss-Newton steps of all parameters together, the
-best of those to convergence. Then shapes elsewhere are judged at the motion that was found, and fitted too: one of them
-may be better, or explain the records as well, which is stated. A further cause of the same kind is searched likewise.
+Its shapes are scanned as in a diagnosis: at the motion that the records imply, then at the motion that was found, as
+one elsewhere may be better, or explain the records as well, which is stated. The best of a scan are fitted by a few
+Gauss-Newton steps of all parameters together, the best of those to convergence. A further cause of the same kind is
+searched likewise.
 """
 
 from contextlib import suppress
 from dataclasses import replace
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 
 from rotorstudy.diagnosis.one_cause.answer import SAME, Identified, identified, is_same
 from rotorstudy.diagnosis.one_cause.over_forms import in_form
-from rotorstudy.diagnosis.one_cause.shape_starts import first_starts, further_starts, starts_of_another
 from rotorstudy.diagnosis.search.candidates import (
     candidate,
     form_ranges,
@@ -22,12 +21,14 @@ from rotorstudy.diagnosis.search.candidates import (
     freedom_of,
     shape_ranges,
     variants_of,
-    with_vibration,
 )
-from rotorstudy.diagnosis.search.search import base_model
+from rotorstudy.diagnosis.search.free_force import FREE_FORCE
+from rotorstudy.diagnosis.search.moves import in_best_shapes
+from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.search.shape_fit import (
     CLOSELY,
-    Work,
+    as_fit,
+    check_together,
     fitted_from,
     point_of,
     ranges_of,
@@ -36,21 +37,18 @@ from rotorstudy.diagnosis.search.shape_fit import (
 )
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState, RotorstudyError
-from rotorstudy.inference.fit import chi_square_p_value, fit
+from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry, using
 
-LOOK = replace(HYPOTHESIS, steps=2, first_damping=1e-2)  # the first steps from a start
-FAR = replace(HYPOTHESIS, steps=4, first_damping=1e-2)  # from the best of these
-PROMISING = (6, 10.0)  # fits that are taken further: at most that many, with less than so many times the least misfit
-NEAR = (3, 3.0)  # fits that are taken further still, likewise
-FURTHER = replace(HYPOTHESIS, steps=12)  # the steps of these
-WITHIN = 20.0  # of the least misfit: fits that are taken to convergence
+STARTS = 3  # shapes of a scan of each law and place that are fitted
+LOOK = replace(HYPOTHESIS, steps=4, first_damping=1e-2)  # the first steps from a start
+FURTHER = (4, 3.0)  # fits that are taken to convergence: at most that many, with less than so many times the least
 ROUNDS = 3  # of searches elsewhere, as long as they find something better
-EXPLAINED = 0.05  # p-value below which it is searched again, at the values of the rig that fit best without the cause
+EXPLAINED = 0.05  # p-value below which it is searched at another motion, and by formulas
 SOMEWHERE = (0.5, 0.37, 0.61, 0.13, 0.89)  # fractions of the ranges: at some of them an effect may be unable to act
 
 
@@ -65,28 +63,69 @@ def identify_cause(
     raises : RotorstudyError for an unknown effect, one without such options, or one that cannot act on this rotor
     """
     with using(registry()):  # which is asked for at every shape
-        return _identified(spectrum, model, effect, settings or Settings(), count)
+        plugin, effects = registry().get("effect", effect, "--cause"), registry().plugins["effect"]
+        if not plugin.shape or plugin.acts_on_output:
+            known = sorted(name for name, p in effects.items() if p.shape and not p.acts_on_output)
+            raise RotorstudyError(f"{effect} has no shape to be searched; known causes with one: {', '.join(known)}")
+        settings = (settings or Settings()).model_copy(update={"leave_out": [*effects]})
+        return _identified(begin(model, with_model_error(spectrum, settings), settings), plugin, count)
 
 
-def _identified(spectrum, model, effect, settings, count):
-    """The Identified of an effect that is known to be the only cause, or of several."""
-    spectrum = with_model_error(spectrum, settings)
-    model = with_vibration(model, spectrum)
-    work = Work(model, *base_model(model, settings), spectrum, settings)
-    form = form_ranges(effect)
-    kinds = _alternatives(work, effect, form if count == 1 else {})
-    stated = fit(work.whole, spectrum, work.prior, steps=0)
-    found = _also_elsewhere(work, kinds, _fitted(work, [s for kind in kinds for s in first_starts(work, stated, kind)]))
+def _identified(work, plugin, count):
+    """The Identified of an effect that is known to be the only cause, or of several; work : Search."""
+    form = form_ranges(plugin.name)
+    laws = _alternatives(work, plugin, variants_of(plugin.alternatives), form if count == 1 else {})
+    if not laws:
+        raise RotorstudyError(f"{plugin.name} cannot act on this rotor at any place")
+    found = _also_elsewhere(work, laws, _fitted(work, _first_starts(work, laws)))
     if count == 1 and not _explains(work, found[0]):
-        found = _searched_further(work, effect, kinds, stated, found)
+        found = _searched_further(work, plugin, laws, found)
     if count == 1:
         found = _sorted([*found, *_tried(work, _across(work, found[0]), CLOSELY)])
-    for _ in range(count - 1):
-        starts = [s for one in found[:1] for kind in kinds for s in starts_of_another(work, one, kind)]
-        found = _also_elsewhere(work, kinds, _fitted(work, starts))
+    for number in range(2, count + 1):
+        beside = _starts(work, as_fit(work, found[0]), _labelled(work, laws, f"cause {number}"), found[0].causes)
+        found = _also_elsewhere(work, laws, _fitted(work, beside))
     if count > 1 and form:  # alone, one of some form imitates several
-        found = _fitted(work, [_with_form(work, one) for one in found[: PROMISING[0]]])
+        found = _fitted(work, [_with_form(work, one) for one in found[: FURTHER[0]]])
     return identified(work, found[0], found)
+
+
+def _searched_further(work, plugin, laws, found):
+    """The fits with more of them, as the best one does not explain the records: at another motion, then by formulas.
+
+    By a formula a crack may explain by chance what a law of the physics explains in another shape.
+    """
+    found = _also_elsewhere(work, laws, _fitted(work, _starts(work, work.base, laws), found))
+    if _explains(work, found[0]):
+        return found
+    formulas = _alternatives(work, plugin, formulas_of(plugin.name))
+    return _fitted(work, _first_starts(work, formulas), found)
+
+
+def _first_starts(work, laws):
+    """Starts at the motion with the most likely free force, at which a cause of any size is exact."""
+    force = next((one.fitted for one in work.free_forces if one.fitted is not None), None)
+    return _starts(work, force, laws, without=(FREE_FORCE,)) if force else _starts(work, work.base, laws)
+
+
+def _starts(work, fitted, laws, others=(), without=()):
+    """(causes, amplitudes) of the best shapes of a cause beside others, by its columns at a fit with these.
+
+    without : amplitudes of the fit that are taken out, at whose motion the cause is judged
+    """
+    kept, found, by_law = [name not in without for name in fitted.names], [], {}
+    for cause in laws:
+        by_law.setdefault(tuple(cause.variant.values()), []).append(cause)
+    scans = [in_best_shapes(work, fitted, alike, without=without, most=STARTS) for alike in by_law.values()]
+    for cause, one in chain.from_iterable(scans):
+        with suppress(CannotAct):
+            check_together(work, (*others, cause))
+            found.append(((*others, cause), np.concatenate([fitted.free[kept], one.start])))
+    return found
+
+
+def _labelled(work, laws, label):
+    return [reshaped(work, cause, point_of(work, cause), label) for cause in laws]
 
 
 def _across(work, one):
@@ -115,57 +154,19 @@ def _explains(work, one):
     return chi_square_p_value(one.cost, 2 * work.spectrum.amplitude.size) >= EXPLAINED
 
 
-def _fitted(work, starts, least=np.inf):
-    """Fits from (causes, amplitudes), the best first: all by a few steps, the best to convergence.
-
-    At the stated values of the rig its parameters do not imitate the cause.
-
-    least : misfit of a fit that is known
-    """
-    looked = _tried(work, starts, LOOK)
-    if not looked and not np.isfinite(least):
+def _fitted(work, starts, known=()):
+    """Fits from (causes, amplitudes), and those known, the best first: all by a few steps, the best to convergence."""
+    found = _tried(work, starts, LOOK)
+    if not found and not known:
         raise RotorstudyError("no shape of the cause gives a steady motion of this rotor")
-    least = min([least, *(one.cost for one in looked)])
-    begun = _tried(work, [_start(one) for one in looked[: PROMISING[0]] if one.cost <= PROMISING[1] * least], FAR)
-    least, found = min([least, *(one.cost for one in begun)]), []
-    for one in begun[: NEAR[0]]:
-        if one.cost <= NEAR[1] * least:
-            found += _tried(work, [_start(one)], FURTHER)
-            least = min([least, *(known.cost for known in found)])
-            if found and found[-1].cost <= least + WITHIN and not found[-1].minimum.converged[0]:
-                found += _tried(work, [_start(found[-1])], CLOSELY)
-    return _sorted([*found, *begun, *looked])
-
-
-def _searched_further(work, effect, kinds, stated, found):
-    """The fits with more of them, as the best one does not explain the records: by formulas, then from other starts.
-
-    A formula may explain by chance what a law of the physics explains in another shape, so it has to be far better.
-    """
-    formulas = _of_variants(work, effect, formulas_of(effect))
-    published = _fitted(work, [s for kind in formulas for s in first_starts(work, stated, kind)], found[0].cost)
-    if published and _explains(work, published[0]) and found[0].cost > NEAR[1] * published[0].cost:
-        return _sorted([*found, *published])
-    alone = fit(work.whole, work.spectrum, work.prior)
-    found = _sorted([*found, *_fitted(work, [s for kind in kinds for s in first_starts(work, alone, kind)])])
-    if not _explains(work, found[0]):
-        found = _sorted([*found, *_fitted(work, _starts_everywhere(work, kinds, found))])
-    return found if _explains(work, found[0]) else _sorted([*found, *published])
-
-
-def _starts_everywhere(work, kinds, found):
-    """Starts at all positions, in the alternatives that come near the best fit."""
-    (gone,), close = found[0].causes, _close(found, NEAR[1] * found[0].cost)
-    return [s for k in kinds if k.variant in close for s in further_starts(work, found[0], gone, k, (), True)]
-
-
-def _close(found, reach):
-    """Alternatives of the fits whose misfit and penalty are within reach."""
-    return [one.causes[-1].variant for one in found if one.cost <= reach]
-
-
-def _start(one):
-    return one.causes, one.amplitudes
+    least, close = min(one.cost for one in [*found, *known]), []
+    for one in found:
+        if len(close) == FURTHER[0] or one.cost > FURTHER[1] * least:
+            break
+        if not any(is_same(work, one, other) for other in [*close, *known]):
+            close += _tried(work, [(one.causes, one.amplitudes)], CLOSELY)
+            least = min([least, *(other.cost for other in close)])
+    return _sorted([*close, *known, *found])
 
 
 def _sorted(found):
@@ -183,48 +184,31 @@ def _tried(work, starts, convergence):
     return _sorted(found)
 
 
-def _also_elsewhere(work, kinds, found):
+def _also_elsewhere(work, laws, found):
     """The fits with those of shapes elsewhere, judged at the motion of the best one, the best first."""
     for _ in range(ROUNDS):
-        best, known = found[0], [one for one in found if one.minimum.converged[0]]
-        close = _close(found, NEAR[1] * best.cost if _explains(work, best) else np.inf)
-        starts = [
-            start
-            for gone in best.causes
-            for kind in kinds
-            if kind.variant in close
-            for start in further_starts(work, best, gone, kind, known)
-        ]
-        found = _sorted([*found, *_fitted(work, starts, best.cost)])
+        best, starts = found[0], []
+        reach = FURTHER[1] * best.cost if _explains(work, best) else np.inf
+        close = [one.causes[-1].variant for one in found if one.cost <= reach]
+        whole, near = as_fit(work, best), [cause for cause in laws if cause.variant in close]
+        for gone in best.causes:
+            others = tuple(one for one in best.causes if one is not gone)
+            starts += _starts(work, whole, _labelled(work, near, gone.term.label), others, gone.names)
+        found = _fitted(work, starts, found)
         if found[0] is best or is_same(work, found[0], best):
             return found
     return found
 
 
-def _alternatives(work, effect, form):
-    """The effect at every place with every alternative, in the middle of its shapes and of a form."""
-    plugin = registry().get("effect", effect, "--cause")
-    if not plugin.shape or plugin.acts_on_output:
-        known = sorted(n for n, p in registry().plugins["effect"].items() if p.shape and not p.acts_on_output)
-        raise RotorstudyError(f"{effect} has no shape to be searched; known causes with one: {', '.join(known)}")
-    found = _of_variants(work, effect, variants_of(plugin.alternatives), form)
-    if not found:
-        raise RotorstudyError(f"{effect} cannot act on this rotor at any place")
-    return found
-
-
-def _of_variants(work, effect, variants, form=None):
+def _alternatives(work, plugin, variants, form=None):
     """The effect at every place in each variant, in the middle of its shapes, with a form or the default one."""
-    plugin, structure, found = registry().get("effect", effect), work.rig.structure, []
-    freedoms = (freedom_of(effect, any_form=False),) if form else ()
+    structure, found, width = work.rig.structure, [], work.settings.prior_width
+    freedoms = (freedom_of(plugin.name, any_form=False),) if form else ()
     for where, variant in product(plugin.places(structure, work.rig.sensors), variants):
-        ranges = shape_ranges(effect, structure, where.get("node")) | (form or {})
+        ranges = shape_ranges(plugin.name, structure, where.get("node")) | (form or {})
         for x in SOMEWHERE:
             shape = {name: ends.value(x) for name, ends in ranges.items()}
-            try:
-                where_and_how = work.rig, effect, where, shape, "cause", work.settings.prior_width, variant
-                found.append(candidate(*where_and_how, freedoms))
-            except CannotAct:
-                continue
-            break
+            with suppress(CannotAct):
+                found.append(candidate(work.rig, plugin.name, where, shape, "cause", width, variant, freedoms))
+                break
     return found

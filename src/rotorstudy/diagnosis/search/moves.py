@@ -79,7 +79,7 @@ class _Judge(NamedTuple):
         first = {(c.cause, tuple(p.name for p in c.term.parameters)): c for c in reversed(every)}
         if not first or (excess <= 0 and not without):
             return []
-        for cause, one in _in_best_shapes(self.work, fitted, first.values(), without=without, plain=plain):
+        for cause, one in in_best_shapes(self.work, fitted, first.values(), without=without, plain=plain):
             found.append(self.proposal((cause,), one.start, one.evidence))
             for law in laws[cause.cause].values():
                 if law.variant != cause.variant:
@@ -89,7 +89,7 @@ class _Judge(NamedTuple):
         return found
 
 
-def _in_best_shapes(work, fitted, chosen, **given):
+def in_best_shapes(work, fitted, chosen, **given):
     """(cause, Screened) of causes in the shapes of a scan, where known amplitudes are loose; given : as for `scan`."""
     loose = [c._replace(fixed_std=LOOSE) for c in chosen]
     for cause, one in scan(work, fitted, loose, **given):
@@ -184,7 +184,7 @@ def turns(work: Search, current: Explanation) -> list[Proposal]:
             continue
         wide, fitted = _with_error_of_form(work, whole, _error_of_form(work, current), cause.names)
         away = point_of(work, cause)
-        for other, one in _in_best_shapes(wide, fitted, [cause], without=cause.names, plain=whole, away=away):
+        for other, one in in_best_shapes(wide, fitted, [cause], without=cause.names, plain=whole, away=away):
             values = current.fit.values | dict(zip(other.names, one.start, strict=True))
             found.append(Proposal((*current.causes[:i], other, *current.causes[i + 1 :]), values, np.inf))
     return found

@@ -68,6 +68,7 @@ def scan(
     without: tuple[str, ...] = (),
     plain: Fit | None = None,
     away: np.ndarray | None = None,
+    most: int | None = None,
 ) -> list[Scanned]:
     """The shapes of causes at which their columns explain most, at the best places of each effect.
 
@@ -76,8 +77,9 @@ def scan(
     without : amplitudes of the fit that are taken out, at whose motion the causes are judged
     plain   : the same fit without errors that the speeds have in common, by which motions are found
     away    : point (option,) of the shape of a cause in the fit; only shapes that face another side are considered
-    returns : the best shape of each place, for a crack also the best that faces the other side; without those whose
-              plugin fails, which is recorded as broken
+    most    : how many shapes of each place are returned, each the best one in its part of the ranges
+    returns : by default the best shape of each place, for a crack also the best that faces the other side; without
+              those whose plugin fails, which is recorded as broken
     """
     projection, motions, coarse = Projection(fitted, work.spectrum, without), {}, {}
 
@@ -99,8 +101,8 @@ def scan(
     for places in coarse.values():
         places.sort(key=lambda place: -place[1][0].screened.evidence)
         for one, best in places[:REFINED]:
-            if away is not None or best[0].screened.explained > LEAST_SEEN * whole:
-                found += tried(one.cause, one.refined, best)
+            if away is not None or most or best[0].screened.explained > LEAST_SEEN * whole:
+                found += tried(one.cause, one.refined, best, most)
     return found
 
 
@@ -202,8 +204,8 @@ class _Scan(NamedTuple):
             best.setdefault(tuple((parts * one.point % parts).astype(int)), one)
         return list(best.values())
 
-    def refined(self, starts):
-        """List of Scanned: the best shape that Gauss-Newton steps from some find, and the best facing another side."""
+    def refined(self, starts, most=None):
+        """List of Scanned: the best shapes that Gauss-Newton steps from some find; see `scan`."""
         shapes = HeldShapes(self.work, self, self.cause, self.ranges, ())
         begun = starts
         if self.away is None or self.cause.where:  # a turned crack is near its best shape already
@@ -211,7 +213,7 @@ class _Scan(NamedTuple):
         sizes = np.array([one.screened.start for one in begun])
         found = self.judged(shapes.fitted(np.array([one.point for one in begun]), sizes, reach=np.inf).points)
         found = sorted([*starts, *begun, *found], key=lambda one: -one.screened.evidence)
-        best = (found[0], *self._facing(found))
+        best = self._distinct(found)[:most] if most else (found[0], *self._facing(found))
         return [Scanned(reshaped(self.work, self.cause, one.point), one.screened) for one in best]
 
     @property
