@@ -19,7 +19,7 @@ def rub(
     """
     if offset_ratio >= 1:
         raise CannotAct(f"rub: offset_ratio = {offset_ratio:g}; must be below 1, or the ring touches the shaft at rest")
-    here = structure.unit(node)[None]
+    here = structure.against_casing(node)[None]
     radial = clearance_m / (1 - offset_ratio)
     centre = -offset_ratio * radial * np.exp(1j * contact_angle_rad)
 
