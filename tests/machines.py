@@ -1,11 +1,13 @@
 """Rigs of the tests, as in a rig file: a finite-element shaft of equal elements with discs, on springs with dampers.
 
-And a model, the rotor with a crack of Chapter 2, and what the probes of a model would show.
+And a model, the rotor with a crack of Chapter 2, what the probes of a model would show, and motions by the simulator
+of rotorstudy.blind.machines.
 """
 
 import numpy as np
 
 from rotorstudy import Spectrum, build_model, make_term, measured_response, measured_response_and_jacobian, registry
+from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.measurement.spectrum import independent_covariance
 
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]  # those of the thesis
@@ -103,6 +105,13 @@ def readings(shown, speeds, harmonics, sensors, std, seed=None):
         shown = shown + real + 1j * imaginary
     covariance = independent_covariance(np.full(shown.shape, std**2))
     return Spectrum(shown, np.array(speeds), np.array(harmonics), tuple(sensors), covariance)
+
+
+def stepped(machine, speeds, harmonics, steps, rest):
+    """Harmonics (speed, harmonic, node) of all nodes by the independent simulator, about the rest (dof,)."""
+    steady, sag = steady_state(machine, speeds, steps), rest[0::4] + 1j * rest[1::4]
+    shown = [[steady.whirl(node, n) - at * (n == 0) for node, at in enumerate(sag)] for n in harmonics]
+    return np.moveaxis(np.array(shown), 2, 0)
 
 
 def errors_of_derivatives(model, speeds, harmonics, steps, change=None):

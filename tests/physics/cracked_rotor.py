@@ -4,11 +4,11 @@ The crack's edge is at `angle` from the phase mark. A crack opens where bending 
 """
 
 import numpy as np
+from machines import stepped
 
 from rotorstudy.blind.machines.beam import X_PLANE, Y_PLANE, Y_SIGNS, Element, plane_matrices
 from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.blind.machines.machine import Bearing, Disc, LocalForce, PointRotor, Rotor, build
-from rotorstudy.blind.machines.stepping import steady_state
 
 OPENINGS = {
     "switching": lambda phase: 1.0 * (np.cos(phase) > 0),
@@ -42,23 +42,16 @@ def softer(selection, planes, lost, angle, opening, bend=None, held=None, across
     return LocalForce(selection, law, "crack")
 
 
-def motion_from_rest(machine, rest, speeds, orders, steps):
-    """Harmonics (speed, order, node) of x + j y about the rest (dof,)."""
-    steady, sag = steady_state(machine, speeds, steps), rest[0::4] + 1j * rest[1::4]
-    shown = [[steady.whirl(node, n) - at * (n == 0) for node, at in enumerate(sag)] for n in orders]
-    return np.moveaxis(np.array(shown), 2, 0)
-
-
 def cracked_jeffcott(speeds, orders, mass, stiffness, damping, unbalance, loss, angle, opening, weight_only=False,
                      across=0.0):  # fmt: skip
     """Harmonics (speed, order) of the disc; weight_only : the crack yields to the deflection by the weight alone."""
     diameter = (stiffness * 64 / (48 * 2.1e11 * np.pi)) ** 0.25  # of a shaft of 1 m
     machine = build(PointRotor(0.5, 0.5, diameter, 2.1e11, Disc(0, mass, 2e-3, 1e-3), damping, 0.0), gravity=9.81)
-    rest = np.linalg.solve(machine.stiffness, machine.harmonic[0, 0].real)
+    rest = machine.sag()
     add_unbalance(machine, 0, abs(unbalance), np.angle(unbalance))
     planes, held = np.eye(2)[..., None], rest[:2] if weight_only else None
     machine.local.append(softer(np.eye(4)[:, :2], planes, np.array([[loss]]), angle, opening, held=held, across=across))
-    return motion_from_rest(machine, rest, speeds, orders, 256)[..., 0]
+    return stepped(machine, speeds, orders, 256, rest)[..., 0]
 
 
 def cracked_shaft(speeds, orders, discs, bearings, unbalances, element, loss, angle, opening):
@@ -68,11 +61,11 @@ def cracked_shaft(speeds, orders, discs, bearings, unbalances, element, loss, an
     """
     ends = tuple(Bearing(n - 1, np.diag([kx, ky]), c * np.eye(2)) for n, (kx, ky, c) in bearings.items())
     machine = build(Rotor((PART,) * 4, tuple(Disc(n - 1, *sizes) for n, sizes in discs.items()), ends), gravity=9.81)
-    rest = np.linalg.solve(machine.stiffness, machine.harmonic[0, 0].real)
+    rest = machine.sag()
     for node, size in unbalances.items():
         add_unbalance(machine, node - 1, abs(size), np.angle(size))
     planes, bend = np.zeros((2, 8, 4)), np.array([0.0, -1.0, 0.0, 1.0])
     planes[0, X_PLANE, range(4)], planes[1, Y_PLANE, range(4)] = 1.0, Y_SIGNS
     selection = np.eye(20)[:, 4 * element - 4 : 4 * element + 4]
     machine.local.append(softer(selection, planes, loss * plane_matrices(PART)[0], angle, opening, bend))
-    return motion_from_rest(machine, rest, speeds, orders, 256)
+    return stepped(machine, speeds, orders, 256, rest)
