@@ -7,6 +7,8 @@ of rotorstudy.blind.machines.
 import numpy as np
 
 from rotorstudy import Spectrum, build_model, make_term, measured_response, measured_response_and_jacobian, registry
+from rotorstudy.blind.machines.effects import add_unbalance
+from rotorstudy.blind.machines.machine import Disc, PointRotor, build
 from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.measurement.spectrum import independent_covariance
 
@@ -105,6 +107,15 @@ def readings(shown, speeds, harmonics, sensors, std, seed=None):
         shown = shown + real + 1j * imaginary
     covariance = independent_covariance(np.full(shown.shape, std**2))
     return Spectrum(shown, np.array(speeds), np.array(harmonics), tuple(sensors), covariance)
+
+
+def point_machine(mass, stiffness, damping, unbalance, internal=0.0):
+    """A rotor with one disc by the independent simulator, and its rest (dof,); damping, N s/m, unbalance, kg m."""
+    diameter = (stiffness * 64 / (48 * 2.1e11 * np.pi)) ** 0.25  # of a shaft of 1 m
+    machine = build(PointRotor(0.5, 0.5, diameter, 2.1e11, Disc(0, mass, 2e-3, 1e-3), damping, internal), gravity=9.81)
+    rest = machine.sag()
+    add_unbalance(machine, 0, abs(unbalance), np.angle(unbalance))
+    return machine, rest
 
 
 def stepped(machine, speeds, harmonics, steps, rest):

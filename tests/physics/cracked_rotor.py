@@ -4,11 +4,11 @@ The crack's edge is at `angle` from the phase mark. A crack opens where bending 
 """
 
 import numpy as np
-from machines import stepped
+from machines import point_machine, stepped
 
 from rotorstudy.blind.machines.beam import X_PLANE, Y_PLANE, Y_SIGNS, Element, plane_matrices
 from rotorstudy.blind.machines.effects import add_unbalance
-from rotorstudy.blind.machines.machine import Bearing, Disc, LocalForce, PointRotor, Rotor, build
+from rotorstudy.blind.machines.machine import Bearing, Disc, LocalForce, Rotor, build
 
 OPENINGS = {
     "switching": lambda phase: 1.0 * (np.cos(phase) > 0),
@@ -45,10 +45,7 @@ def softer(selection, planes, lost, angle, opening, bend=None, held=None, across
 def cracked_jeffcott(speeds, orders, mass, stiffness, damping, unbalance, loss, angle, opening, weight_only=False,
                      across=0.0, internal=0.0, steps=256):  # fmt: skip
     """Harmonics (speed, order) of the disc; weight_only : the crack yields to the deflection by the weight alone."""
-    diameter = (stiffness * 64 / (48 * 2.1e11 * np.pi)) ** 0.25  # of a shaft of 1 m
-    machine = build(PointRotor(0.5, 0.5, diameter, 2.1e11, Disc(0, mass, 2e-3, 1e-3), damping, internal), gravity=9.81)
-    rest = machine.sag()
-    add_unbalance(machine, 0, abs(unbalance), np.angle(unbalance))
+    machine, rest = point_machine(mass, stiffness, damping, unbalance, internal)
     planes, held = np.eye(2)[..., None], rest[:2] if weight_only else None
     machine.local.append(softer(np.eye(4)[:, :2], planes, np.array([[loss]]), angle, opening, held=held, across=across))
     return stepped(machine, speeds, orders, steps, rest)[..., 0]
