@@ -203,7 +203,7 @@ def check_once(probes, where, of_nodes=False):
     """RotorstudyError if two probes read one signal. of_nodes : the file has signals of a name for each node."""
     signals = [(probe.channel, probe.node if of_nodes else None) for probe in probes]
     for channel, _ in (one for one in signals if signals.count(one) > 1):
-        raise RotorstudyError(f"{where}: channel '{channel}' is that of two 'probes:' of the rig; each has its own")
+        raise RotorstudyError(f"{where}: '{channel}' is that of two probes under 'measurement: probes:'")
 
 
 def measured_direction(directions_rad):
