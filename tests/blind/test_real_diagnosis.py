@@ -87,6 +87,7 @@ def test_clean_records_are_not_accused(config, tmp_path):
     assert ((rows.verdict == "nothing") | ~(rows.probability > 0.99)).all(), rows[["machine", "answer", "probability"]]
 
 
+@pytest.mark.usefixtures("usual_form")
 def test_most_large_effects_are_found_or_not_ruled_out(config, tmp_path):
     """Of most, not of all, as even a good diagnosis errs now and then; large is what the base cannot take over."""
     large = quick(config, shares=only("single"), size=(8.0, 100.0))
