@@ -236,6 +236,23 @@ def test_a_changed_foundation_is_one_built_otherwise():
     assert np.abs(measured_response(model, SPEEDS, [1, -1]) - true).max() > 0.01 * np.abs(true).max()
 
 
+@pytest.mark.parametrize("effect", [{"kind": "seal"}, {"kind": "cross_coupling"}, {"kind": "rub", "clearance_m": 1e-6}])
+def test_what_acts_between_rotor_and_casing_does_not_feel_that_both_move_as_one_body(effect, compressor):
+    """The casing stands on the frame, also beyond its bearings; on the ground it feels that motion."""
+    _, rig = compressor
+
+    def felt(foundation):
+        structure = build_model(rig | {"foundation": foundation, "measurement": {}}).structure
+        at = structure.node_positions
+        together = np.array([1e-5 * (1 + at[node]) * (motion != "tilt") for node, motion in structure.dofs])
+        (parameter, *_) = make_term("effect", {**effect, "node": 12}, structure, (4, 10)).parameters
+        matrix = parameter.force.matrix if parameter.force else parameter.entries[0].matrix
+        return np.abs(matrix @ together).max()
+
+    assert felt(rig["foundation"]) < 1e-18
+    assert felt([]) > 1e-6  # negative control
+
+
 def test_a_changed_foot_of_a_block_is_one_of_two_blocks():
     """One of its feet alone at three tenths less: the block on that foot less its share, and no other foot."""
     block = {"kind": "foundation_block", "node": 1, "second_node": 5, "label": "frame", "feet_m": [0.1, 0.7],
