@@ -93,12 +93,13 @@ def add_fault(machine, plant, state, size):
         machine.local.append(LocalForce(selection, law, state))
     if state in ("rub", "contact"):
         selection = plant.against_block(machine, plant.wheels[1])
-        healthy = steady_state(machine, plant.speeds, STEPS, MODES)
-        radius = np.linalg.norm(healthy.displacement @ selection, axis=-1).max(axis=-1)
+        healthy = steady_state(machine, plant.speeds, STEPS, MODES).displacement @ selection
+        centre = healthy.mean(axis=(0, 1))  # of the ring: where the shaft runs, bent by its load
+        radius = np.linalg.norm(healthy - centre, axis=-1).max(axis=-1)
         gap, stiffness = (1 - size) * radius.max(), plant.rotor.mass * float(np.mean(plant.speeds)) ** 2
         if state == "contact":
             gap, stiffness = 0.8 * np.median(radius), size
-        law = RubLaw(stiffness, gap, 0.1, 0.1, (0.0, 0.0), 1e-3)
+        law = RubLaw(stiffness, gap, 0.1, 0.1, centre, 1e-3)
         machine.local.append(LocalForce(selection, law, "rub"))
 
 

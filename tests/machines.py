@@ -1,11 +1,15 @@
 """Rigs of the tests, as in a rig file: a finite-element shaft of equal elements with discs, on springs with dampers.
 
-And a model, the rotor with a crack of Chapter 2, and what the probes of a model would show.
+And a model, the rotor with a crack of Chapter 2, what the probes of a model would show, and motions by the simulator
+of rotorstudy.blind.machines.
 """
 
 import numpy as np
 
 from rotorstudy import Spectrum, build_model, make_term, measured_response, measured_response_and_jacobian, registry
+from rotorstudy.blind.machines.effects import add_unbalance
+from rotorstudy.blind.machines.machine import Disc, PointRotor, build
+from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.measurement.spectrum import independent_covariance
 
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]  # those of the thesis
@@ -103,6 +107,22 @@ def readings(shown, speeds, harmonics, sensors, std, seed=None):
         shown = shown + real + 1j * imaginary
     covariance = independent_covariance(np.full(shown.shape, std**2))
     return Spectrum(shown, np.array(speeds), np.array(harmonics), tuple(sensors), covariance)
+
+
+def point_machine(mass, stiffness, damping, unbalance, internal=0.0):
+    """A rotor with one disc by the independent simulator, and its rest (dof,); damping, N s/m, unbalance, kg m."""
+    diameter = (stiffness * 64 / (48 * 2.1e11 * np.pi)) ** 0.25  # of a shaft of 1 m
+    machine = build(PointRotor(0.5, 0.5, diameter, 2.1e11, Disc(0, mass, 2e-3, 1e-3), damping, internal), gravity=9.81)
+    rest = machine.sag()
+    add_unbalance(machine, 0, abs(unbalance), np.angle(unbalance))
+    return machine, rest
+
+
+def stepped(machine, speeds, harmonics, steps, rest):
+    """Harmonics (speed, harmonic, node) of all nodes by the independent simulator, about the rest (dof,)."""
+    steady, sag = steady_state(machine, speeds, steps), rest[0::4] + 1j * rest[1::4]
+    shown = [[steady.whirl(node, n) - at * (n == 0) for node, at in enumerate(sag)] for n in harmonics]
+    return np.moveaxis(np.array(shown), 2, 0)
 
 
 def errors_of_derivatives(model, speeds, harmonics, steps, change=None):

@@ -42,9 +42,8 @@ def dated_now(folder):
             if os.lstat(path).st_mtime > now + 1 and not os.path.islink(path):
                 os.utime(path, (now, now))
                 count += 1
-    return f"dated in the future, as if the clock had gone back: {count} files; now they have the date of today" * (
-        count > 0
-    )
+    said = f"dated in the future, as if the clock had gone back: {count} files; now they have the date of today"
+    return said * (count > 0)
 
 
 if __name__ == "__main__":

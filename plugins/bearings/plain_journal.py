@@ -50,15 +50,8 @@ def plain_journal(
 
 def sommerfeld_number(speed, diameter_m, length_m, radial_clearance_m, viscosity_Pa_s, load_N):
     """At a speed, rad/s."""
-    return (
-        viscosity_Pa_s
-        * speed
-        / (2 * np.pi)
-        * length_m
-        * diameter_m
-        / load_N
-        * (diameter_m / 2 / radial_clearance_m) ** 2
-    )
+    squeezed = viscosity_Pa_s * speed / (2 * np.pi) * length_m * diameter_m / load_N
+    return squeezed * (diameter_m / 2 / radial_clearance_m) ** 2
 
 
 def position(speed, *, diameter_m, length_m, grooves, load_angle_rad, **film):

@@ -17,9 +17,8 @@ def power_cosine(angle, exponent: Even = 4, eta_share: Share = 0.0):
 def series(order, exponent=4, eta_share=0.0):
     """sigma_k = binomial(exponent, exponent / 2 + k) / 2^exponent"""
     half = min(exponent // 2, order)
-    return {
-        k: comb(exponent, exponent // 2 + k) / 2**exponent * np.array([1, eta_share, 0]) for k in range(-half, half + 1)
-    }
+    orders, losses = range(-half, half + 1), np.array([1, eta_share, 0])
+    return {k: comb(exponent, exponent // 2 + k) / 2**exponent * losses for k in orders}
 
 
 @hookimpl

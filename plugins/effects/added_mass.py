@@ -27,11 +27,8 @@ def added_mass(
         here = structure.unit(node)
         pattern = outer(here)
     else:
-        pattern = sum(
-            p["lever_m"]
-            * np.outer(structure.unit(p["row_node"], p["row_motion"]), structure.unit(p["node"], p["motion"]))
-            for p in places
-        )
+        ends = [((p["row_node"], p["row_motion"]), (p["node"], p["motion"]), p["lever_m"]) for p in places]
+        pattern = sum(lever * np.outer(structure.unit(*row), structure.unit(*column)) for row, column, lever in ends)
     weight = structure.acceleration_of_gravity * pattern @ structure.along
     entries = (Entry(-pattern, order=2), Entry(weight, on="one"))
     if plane == "y":

@@ -22,10 +22,8 @@ def angular_misalignment(
     tilt, scales = across(structure, node, element, "tilt"), structure.scales
     end = node if element is None else element
     usual = 0.05 * scales.force * scales.lever(end)
-    moments = [
-        Parameter(f"misalignment_moment_{n}X", "N m", (Entry(tilt, on="one", shift=n),), usual, is_complex=True)
-        for n in harmonics
-    ]
+    entries = {n: (Entry(tilt, on="one", shift=n),) for n in harmonics}
+    moments = [Parameter(f"misalignment_moment_{n}X", "N m", e, usual, is_complex=True) for n, e in entries.items()]
     if not coupled:
         return moments
     pattern, usual = outer(tilt), 0.05 * scales.stiffness(end, "tilt")

@@ -23,9 +23,7 @@ def bow(structure, node: int | None = None, element: int | None = None, last_ele
     ends += [structure.index(housing, "housing") for housing in structure.housings]  # the shaft alone is bent
     free = np.setdiff1d(np.arange(len(here)), ends)
     if not here[free].any():
-        raise CannotAct(
-            f"bow: node {node} is an end of the shaft, from which a bow is measured; choose a node in between"
-        )
+        raise CannotAct(f"bow: node {node} is an end of the shaft, from which a bow is measured; choose one in between")
     shape[free] = np.linalg.solve(structure.stiffness[np.ix_(free, free)], here[free])
     force = structure.stiffness @ shape / (here @ shape)
     return [Parameter("bow", "m", (Entry(force, on="one", shift=1),), 0.4 * structure.scales.length, is_complex=True)]

@@ -20,9 +20,8 @@ def breathing_crack(
     if crack != "open" and not np.any(structure.static_load):
         raise CannotAct("no weight opens and closes a crack here; only one that stays open can be")
     law = registry().get("crack", crack, "breathing_crack")
-    return crack_parameters(
-        law, structure, False, node=node, element=element, angle_rad=crack_angle_rad, isotropic=isotropic
-    )
+    place = {"node": node, "element": element, "angle_rad": crack_angle_rad}
+    return crack_parameters(law, structure, False, isotropic=isotropic, **place)
 
 
 @hookimpl

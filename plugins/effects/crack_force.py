@@ -22,10 +22,8 @@ def crack_force(
             raise unknown_name("stiffness loss", name, possible, "crack_force")
         pattern, unit, typical = possible[name]
         if participation is None:
-            parameters += [
-                Parameter(f"{name}_p{n}", unit, (Entry(pattern, on="static", shift=n),), typical=0.1 * typical)
-                for n in harmonics
-            ]
+            entries = {n: (Entry(pattern, on="static", shift=n),) for n in harmonics}
+            parameters += [Parameter(f"{name}_p{n}", unit, e, typical=0.1 * typical) for n, e in entries.items()]
         else:
             entries = tuple(Entry(p * pattern, on="static", shift=n) for n, p in participation.items())
             parameters.append(Parameter(name, unit, entries, typical=typical))

@@ -6,7 +6,7 @@ def cross_coupling(structure, node: int | None = None):
 
     Positive k drives forward whirl.
     """
-    here = structure.unit(node)
+    here = structure.against_casing(node)
     usual = 0.007 * structure.scales.stiffness(node)
     return [Parameter("cross_coupling", "N/m", (Entry(1j * outer(here)),), typical=usual)]
 

@@ -22,10 +22,8 @@ def parallel_misalignment(
     here, scales = across(structure, node, element, "translation"), structure.scales
     local = scales.stiffness(node) if element is None else scales.softest
     usual = 0.05 * local * scales.length  # an offset of the usual length, times a share of the stiffness there
-    forces = [
-        Parameter(f"misalignment_force_{n}X", "N", (Entry(here, on="one", shift=n),), usual, is_complex=True)
-        for n in harmonics
-    ]
+    entries = {n: (Entry(here, on="one", shift=n),) for n in harmonics}
+    forces = [Parameter(f"misalignment_force_{n}X", "N", e, usual, is_complex=True) for n, e in entries.items()]
     if not coupled:
         return forces
     pattern, usual = outer(here), 0.05 * local

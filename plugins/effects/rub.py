@@ -15,11 +15,12 @@ def rub(
 
     clearance_m is the least gap to the shaft at rest, that is at its static deflection, on the side contact_angle_rad
     from x. The centre of the ring is away from that side by offset_ratio of its radial clearance R: 0 if concentric,
-    near 1 for a stop on one side. The shaft slips, so that friction acts against its rotation.
+    near 1 for a stop on one side. The shaft slips, so that friction acts against its rotation. The ring moves with the
+    block of the foundation around it.
     """
     if offset_ratio >= 1:
         raise CannotAct(f"rub: offset_ratio = {offset_ratio:g}; must be below 1, or the ring touches the shaft at rest")
-    here = structure.unit(node)[None]
+    here = structure.against_casing(node)[None]
     radial = clearance_m / (1 - offset_ratio)
     centre = -offset_ratio * radial * np.exp(1j * contact_angle_rad)
 

@@ -13,12 +13,8 @@ def runout(sensors, structure, node: int | None = None, harmonic: int = 1):
 
 def usual_harmonics(structure, sensors):
     """1X to 4X forward and backward, of each probe that faces the shaft."""
-    return [
-        {"node": node, "harmonic": n}
-        for node in sensors
-        if node not in structure.casings
-        for n in (1, 2, 3, 4, -1, -2, -3, -4)
-    ]
+    nodes = [node for node in sensors if node not in structure.casings]
+    return [{"node": node, "harmonic": n} for node in nodes for n in (1, 2, 3, 4, -1, -2, -3, -4)]
 
 
 @hookimpl

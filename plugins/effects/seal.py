@@ -8,8 +8,7 @@ def seal(structure, node: int | None = None, swirl_ratio: Share = 0.45):
     stiffness lambda C w, the cross damping 2 lambda M w. Added to these are a cross stiffness and a cross damping that
     do not depend on the speed, of a swirl at the inlet. K is negative where the pressure drop pulls.
     """
-    here = structure.unit(node)
-    here, scales = outer(here), structure.scales
+    here, scales = outer(structure.against_casing(node)), structure.scales
     stiffness, damping = scales.stiffness(node), scales.critical_damping(node)
     film = (Entry(-here, order=1), Entry(1j * swirl_ratio * here, gain=lambda speed: speed))
     fluid = (

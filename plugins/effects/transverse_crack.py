@@ -56,14 +56,11 @@ def transverse_crack(
     if closing_moment_N_m and not by_moment:
         raise CannotAct("closing_moment_N_m needs a crack that opens and closes by the instantaneous moment")
     if not by_moment and breathing != "none" and not np.any(structure.static_load):
-        raise CannotAct(
-            "no weight opens and closes a crack here: breathing must be gradual or sudden by the moment, or none"
-        )
+        raise CannotAct("no weight opens and closes a crack here; breathing: gradual or sudden by the moment, or none")
     if flexibility is None:
         flexibility = "strip_integration" if breathing in ("cosine", "switching") else "elasticity"
-    hinge = crack_at(
-        structure, position_m, depth_ratio, angle_rad, flexibility, breathing == "sudden", front_aspect_ratio
-    )
+    place = position_m, depth_ratio, angle_rad
+    hinge = crack_at(structure, *place, flexibility, breathing == "sudden", front_aspect_ratio)
     jumps = breathing in ("sudden", "switching")
     tables = {
         "turning": hinge.entries_by_turning,
@@ -116,9 +113,8 @@ def two_cracks(structure, one, other):
         )
     ends = sorted(structure.node_positions.values())
     if np.searchsorted(ends, first) == np.searchsorted(ends, second):
-        raise CannotAct(
-            f"cracks at {first:g} and {second:g} m are in the same element; divide it, so that a node is between them"
-        )
+        both = f"cracks at {first:g} and {second:g} m"
+        raise CannotAct(f"{both} are in the same element; divide it, so that a node is between them")
 
 
 @hookimpl

@@ -121,9 +121,7 @@ def finite_element(
         "axial_force_N": axial_force_N,
     }
     if sum(stretch.get("count", 1) for stretch in elements) > MOST_ELEMENTS:
-        raise RotorstudyError(
-            f"finite_element: more than {MOST_ELEMENTS} elements; give a smaller 'count' of each stretch"
-        )
+        raise RotorstudyError(f"finite_element: more than {MOST_ELEMENTS} elements; give stretches a smaller count")
     cut = [element for stretch in elements for element in _cut({**common, **stretch}, theory == "timoshenko")]
     discs = [_disc(disc, density_kg_per_m3) for disc in discs]
     discs_at, masses_at = [disc.node for disc in discs], [mass["node"] for mass in point_masses]
@@ -394,12 +392,8 @@ def _deflection(x, element):
 def _curvature(x, element):
     """Change of the tilt per length (4) at relative positions x, due to z, tilt, z, tilt of the ends, times 1 + phi."""
     length, phi = element["length_m"], element["shear"]
-    return [
-        6 * (2 * x - 1) / length**2,
-        (6 * x - 4 - phi) / length,
-        6 * (1 - 2 * x) / length**2,
-        (6 * x - 2 + phi) / length,
-    ]
+    ends = [(6 * x - 4 - phi) / length, (6 * x - 2 + phi) / length]
+    return [6 * (2 * x - 1) / length**2, ends[0], 6 * (1 - 2 * x) / length**2, ends[1]]
 
 
 def _matrices(element):
@@ -412,18 +406,13 @@ def _matrices(element):
     rigidity = _rigidity(element)
     x, root = (1 + GAUSS[0]) / 2, np.sqrt(GAUSS[1] / 2 * length)
     deflection = _deflection(x, element) * (1 + phi)
-    tilt = [
-        6 * (x**2 - x) / length,
-        1 - 4 * x + 3 * x**2 + phi * (1 - x),
-        6 * (x - x**2) / length,
-        3 * x**2 - 2 * x + phi * x,
-    ]
+    turned = 6 * (x**2 - x) / length
+    tilt = [turned, 1 - 4 * x + 3 * x**2 + phi * (1 - x), -turned, 3 * x**2 - 2 * x + phi * x]
     curvature = _curvature(x, element)
     sliding = np.sqrt(12 * rigidity * phi / length) / (1 + phi) * np.array([1 / length, 1 / 2, -1 / length, 1 / 2])
     slope = np.array(tilt) + np.outer([-phi / length, -phi / 2, phi / length, -phi / 2], np.ones(len(x)))
-    deflection, tilt, curvature, slope = (
-        np.array(part) * root / (1 + phi) for part in (deflection, tilt, curvature, slope)
-    )
+    rows = (np.array(part) * root / (1 + phi) for part in (deflection, tilt, curvature, slope))
+    deflection, tilt, curvature, slope = rows
     return (
         _line_mass(element) * (deflection @ deflection.T),
         _line_inertia(element) * (tilt @ tilt.T),

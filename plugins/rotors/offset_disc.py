@@ -45,9 +45,7 @@ def offset_disc(
     elif None not in given and shaft == (None, None, None):
         k22, k24, k44 = given
     else:
-        raise RotorstudyError(
-            "offset_disc: give a_m, b_m and diameter_m, or k22_N_per_m, k24_N and k44_N_m, not a mixture"
-        )
+        raise RotorstudyError("offset_disc: give a_m, b_m, diameter_m, or k22_N_per_m, k24_N, k44_N_m, not a mixture")
     if k22 * k44 <= k24**2:
         raise RotorstudyError(
             f"offset_disc: k22 k44 = {k22 * k44:g} must exceed k24^2 = {k24**2:g} for a positive definite stiffness"

@@ -24,9 +24,8 @@ def robust_regression(signal, time, speed, harmonics):
     basis = rotating_basis(time - time[0], speed, harmonics)
     flat = np.reshape(signal, (-1, len(time)))
     parts = [_fit(flat[i : i + SIGNALS_AT_ONCE], basis) for i in range(0, len(flat), SIGNALS_AT_ONCE)]
-    amplitude, modified = (
-        np.concatenate(part).reshape(*np.shape(signal)[:-1], -1) for part in zip(*parts, strict=True)
-    )
+    lead = np.shape(signal)[:-1]
+    amplitude, modified = (np.concatenate(part).reshape(*lead, -1) for part in zip(*parts, strict=True))
     inverse = fit_basis(flat[:1], basis)[2]
     return amplitude, white_noise_covariance(modified, inverse, spectral_lines(time, speed, harmonics))
 

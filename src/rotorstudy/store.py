@@ -104,9 +104,8 @@ def dataset(variables, coordinates, **attributes):
             data[name] = complex_variable(dims, values, unit, long_name)
         else:
             data[name] = (dims, values, {"units": unit, "long_name": long_name})
-    coords = {
-        name: (name, values, {"units": unit, "long_name": long}) for name, (values, unit, long) in coordinates.items()
-    }
+    described = ((name, *one) for name, one in coordinates.items())
+    coords = {name: (name, values, {"units": unit, "long_name": long}) for name, values, unit, long in described}
     if any("part" in value[0] for value in data.values()):
         coords["part"] = ("part", list(PART), {"units": "1", "long_name": "real and imaginary part"})
     return xr.Dataset(data, coords, attributes)

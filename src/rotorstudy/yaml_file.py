@@ -38,11 +38,8 @@ def read_yaml(path):
         what = "it is not in UTF-8; save it as such a text" if isinstance(error, UnicodeDecodeError) else what
         raise RotorstudyError(f"{path}{at}: not valid YAML: {what}") from None
     if not isinstance(found, dict):
-        what = (
-            "the file is empty"
-            if found is None
-            else f"found a {KINDS.get(type(found), 'value')}; is it the right file?"
-        )
+        what = f"found a {KINDS.get(type(found), 'value')}; is it the right file?"
+        what = "the file is empty" if found is None else what
         raise RotorstudyError(f"{path}: expected keys and values, {what}")
     return found
 

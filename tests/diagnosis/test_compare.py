@@ -87,6 +87,16 @@ def test_nothing_is_claimed_where_nothing_changed():
     assert said.startswith("Nothing changed") and "Smallest changes" in said and "missing" not in said
 
 
+def test_the_floor_of_the_model_error_cancels():
+    """A rig that states 5 % of the vibration at every harmonic hides no change of 1 %; runs that differ by 10 % do."""
+    rough = SETTINGS.model_copy(update={"model_floor": 0.05})
+    found = compare(state(1), state(2, CHANGE), build_model(RIG), settings=rough).diagnosis.verdict
+    assert "unbalance" in [c.effect for c in (*found.causes, *found.ambiguous_with)]
+    differing = rough.model_copy(update={"repeatability": 0.1})
+    found = compare(state(1), state(2, CHANGE), build_model(RIG), settings=differing).diagnosis.verdict
+    assert found.verdict == "nothing"
+
+
 def test_what_differs_from_run_to_run_does_not_cancel():
     settings = SETTINGS.model_copy(update={"run_to_run": ["eccentricity"], "uncertainty": {"default": 0.1}})
     model = build_model(RIG)

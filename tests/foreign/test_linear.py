@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh
-from scipy.optimize import brentq
 
 from rotorstudy.blind.machines.beam import Element
 from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
@@ -17,13 +15,6 @@ def uniform(count, length, diameter, theory="euler_bernoulli", **more):
     return (Element(length / count, diameter, theory=theory, **STEEL, **more),) * count
 
 
-def frequencies(machine, held):
-    """Natural frequencies (rad/s) with the coordinates `held` fixed."""
-    free = np.setdiff1d(np.arange(machine.size), held)
-    part = np.ix_(free, free)
-    return np.sqrt(eigh(machine.stiffness[part], machine.mass[part], eigvals_only=True))
-
-
 def jeffcott(mass=2.0, damping=0.0, internal=0.0, polar=0.0, count=2):
     """A light shaft on stiff bearings with a disc amid: stiffness 48 E I / L³."""
     shaft = tuple(
@@ -34,31 +25,6 @@ def jeffcott(mass=2.0, damping=0.0, internal=0.0, polar=0.0, count=2):
     external = tuple(damping if node == count // 2 else 0.0 for node in range(count + 1))
     disc = Disc(count // 2, mass, polar + 1e-3, 1e-3)
     return Rotor(shaft, (disc,), ends, external), 48 * shaft[0].bending_stiffness
-
-
-def test_simply_supported_and_cantilever_beams():
-    shaft = uniform(20, 1.0, 0.01)
-    machine = build(Rotor(shaft, (), ()))
-    unit = np.sqrt(shaft[0].bending_stiffness / (STEEL["density"] * shaft[0].area))
-    ends = [0, 1, 80, 81]
-    found = frequencies(machine, ends)[[0, 2, 4]]
-    rotary = 1 + (np.arange(1, 4) * np.pi) ** 2 * shaft[0].second_moment / shaft[0].area  # Rayleigh
-    np.testing.assert_allclose(found, (np.arange(1, 4) * np.pi) ** 2 * unit / np.sqrt(rotary), rtol=1e-4)
-    clamped = frequencies(machine, [0, 1, 2, 3])[[0, 2]]
-    np.testing.assert_allclose(clamped, np.array([1.875104, 4.694091]) ** 2 * unit, rtol=1e-3)
-
-
-def test_timoshenko_beam_simply_supported():
-    """w = sin(n pi z / L): the quadratic in the square of the frequency of Timoshenko's equation."""
-    shaft = uniform(20, 1.0, 0.1, "timoshenko")
-    element = shaft[0]
-    found = frequencies(build(Rotor(shaft, (), ())), [0, 1, 80, 81])[[0, 2]]
-    shear = 12 * element.bending_stiffness / (element.shear_parameter * element.length**2)
-    for n, value in enumerate(found, start=1):
-        k, line, turn = n * np.pi, element.density * element.area, element.density * element.second_moment
-        bending = element.bending_stiffness
-        roots = np.roots([line * turn, -line * (bending * k**2 + shear) - turn * shear * k**2, shear * bending * k**4])
-        assert value == pytest.approx(np.sqrt(roots.min()), rel=1e-3)
 
 
 def test_static_deflection_of_a_beam_by_its_weight():
@@ -76,19 +42,6 @@ def test_static_deflection_of_a_beam_by_its_weight():
         assert sag == pytest.approx(expected, rel=1e-6)
 
 
-def test_unbalance_response_of_a_jeffcott_rotor():
-    rotor, stiffness = jeffcott(damping=40.0, internal=1e-9)  # some damping for the tilting of the disc
-    machine = build(rotor)
-    value = 2.0 * 1e-5 * np.exp(0.7j)
-    machine.add_rotating(1, value, power=2)
-    speeds = np.sqrt(stiffness / 2.0) * np.array([0.4, 0.97, 1.8])
-    steady = steady_state(machine, speeds, steps=64)
-    expected = value * speeds**2 / (stiffness - 2.0 * speeds**2 + 40j * speeds)
-    np.testing.assert_allclose(steady.whirl(1, 1), expected, rtol=5e-6)
-    np.testing.assert_allclose(steady.whirl(1, 0), 2.0 * 9.80665 / stiffness, rtol=1e-6)
-    np.testing.assert_allclose(steady.whirl(1, -1), 0.0, atol=1e-12)
-
-
 def test_reduction_keeps_the_response():
     shaft = uniform(8, 1.0, 0.03, internal_damping=1e-6)
     bearings = tuple(Bearing(n, np.array([[3e6, 2e5], [-1e5, 2e6]]), 300 * np.eye(2)) for n in (0, 8))
@@ -97,27 +50,6 @@ def test_reduction_keeps_the_response():
     full, part = (steady_state(machine, [100.0, 300.0], 32, modes) for modes in (None, 14))
     np.testing.assert_allclose(part.whirl(3, 1), full.whirl(3, 1), rtol=1e-4)
     np.testing.assert_allclose(part.whirl(6, -1), full.whirl(6, -1), rtol=1e-3)
-
-
-def test_gyroscopic_split_of_an_overhung_disc():
-    """A disc at the end of a light cantilever: the quartic of the 2x2 stiffness 12 E I/L³, -6 E I/L², 4 E I/L."""
-    element = Element(0.5, 0.02, 2.1e11, 1e-6, theory="euler_bernoulli")
-    machine = build(Rotor((element,), (Disc(1, 3.0, 0.04, 0.02),), ()))
-    speed, bending = 400.0, element.bending_stiffness
-    k11, k12, k22 = 12 * bending / 0.5**3, -6 * bending / 0.5**2, 4 * bending / 0.5
-    mass, damping, stiffness = machine.linear(speed)
-    mass, damping, stiffness = (matrix[4:, 4:] for matrix in (mass, damping, stiffness))
-    first = np.block([[np.zeros((4, 4)), np.eye(4)], [-np.linalg.solve(mass, np.hstack([stiffness, damping]))]])
-    found = np.sort(np.abs(np.linalg.eigvals(first).imag))[::2]
-
-    def determinant(w):
-        return (k11 - 3.0 * w**2) * (k22 - 0.02 * w**2 + 0.04 * speed * w) - k12**2
-
-    grid = np.linspace(-2000.0, 2000.0, 4001)
-    signs = determinant(grid)
-    roots = [brentq(determinant, *grid[i : i + 2]) for i in np.flatnonzero(signs[:-1] * signs[1:] < 0)]
-    assert len(roots) == 4
-    np.testing.assert_allclose(found, np.sort(np.abs(roots)), rtol=1e-6)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 2.0])

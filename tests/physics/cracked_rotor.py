@@ -1,13 +1,15 @@
-"""Cracked rotors integrated step by step in real x and y, from physics alone; shares no code with the package.
+"""Rotors that lose stiffness along a direction that turns with them, by the independent simulator.
 
-x points down, y 90 degrees on in the sense of rotation. The crack's edge is at the angle `turn + angle` from x, the
-weak direction; its element loses `loss` of its bending stiffness along that direction times the opening. A crack opens
-where bending stretches the shaft.
+The crack's edge is at `angle` from the phase mark. A crack opens where bending stretches the shaft.
 """
 
 import numpy as np
+from machines import point_machine, stepped
 
-STEPS, TURNS = 512, 50  # a period error of 3e-4 at 5X; in 50 turns at low speed the start decays to 1e-3
+from rotorstudy.blind.machines.beam import X_PLANE, Y_PLANE, Y_SIGNS, Element, plane_matrices
+from rotorstudy.blind.machines.effects import add_unbalance
+from rotorstudy.blind.machines.machine import Bearing, Disc, LocalForce, Rotor, build
+
 OPENINGS = {
     "switching": lambda phase: 1.0 * (np.cos(phase) > 0),
     "breathing": lambda phase: (1 + np.cos(phase)) / 2,
@@ -15,129 +17,52 @@ OPENINGS = {
     "none": lambda phase: np.zeros_like(phase),
     "power_cosine": lambda phase: np.cos(phase / 2) ** 4,
 }
+PART = Element(0.15, 0.02, 2.1e11, 7850.0, internal_damping=1e-4)
 
 
-def beam(length, diameter, modulus=2.1e11, density=7850.0):
-    """Stiffness, mass and weight shares of an Euler-Bernoulli element on (u, slope, u, slope)."""
-    bending, area = modulus * np.pi * diameter**4 / 64, np.pi * diameter**2 / 4
-    k = bending / length**3 * np.array([
-        [12, 6 * length, -12, 6 * length], [6 * length, 4 * length**2, -6 * length, 2 * length**2],
-        [-12, -6 * length, 12, -6 * length], [6 * length, 2 * length**2, -6 * length, 4 * length**2],
-    ])  # fmt: skip
-    m = density * area * length / 420 * np.array([
-        [156, 22 * length, 54, -13 * length], [22 * length, 4 * length**2, 13 * length, -3 * length**2],
-        [54, 13 * length, 156, -22 * length], [-13 * length, -3 * length**2, -22 * length, 4 * length**2],
-    ])  # fmt: skip
-    return k, m, 9.81 * density * area * length * np.array([1 / 2, length / 12, 1 / 2, -length / 12])
+def softer(selection, planes, lost, angle, opening, bend=None, held=None, across=0.0):
+    """The force of a crack: stiffness `lost` along the direction of its edge, a share of it across, while it is open.
 
-
-class Shaft:
-    """Equal elements, discs {node: (mass, polar, diametral)}, bearings {node: (kx, ky, c)}; nodes from 1.
-
-    crack : (element, loss, angle, opening), the opening a name of OPENINGS, or "curvature": open where the curvature of
-            the moving shaft in the crack's element stretches the side of the crack
+    planes : (2, coordinate, part) of x and y;  opening : of OPENINGS, or None: by the bending `bend` of the motion;
+    held : motion (coordinate,) in place of the one that the rotor has
     """
 
-    def __init__(self, element_m, count, diameter_m, discs, bearings, unbalance, crack=None, beta=0.0):
-        size = 2 * (count + 1)
-        self.size, self.crack, self.unbalance = size, crack, unbalance
-        k, m, g, self.weight = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size)), np.zeros(size)
-        element, mass, load = beam(element_m, diameter_m)
-        for e in range(count):
-            here = slice(2 * e, 2 * e + 4)
-            k[here, here] += element
-            m[here, here] += mass
-            self.weight[here] += load
-        for node, (disc, polar, diametral) in discs.items():
-            m[2 * node - 2, 2 * node - 2] += disc
-            m[2 * node - 1, 2 * node - 1] += diametral
-            g[2 * node - 1, 2 * node - 1] += polar
-            self.weight[2 * node - 2] += 9.81 * disc
-        zero = np.zeros_like(k)
-        self.mass, self.stiffness = np.block([[m, zero], [zero, m]]), np.block([[k, zero], [zero, k]])
-        self.damping, self.gyroscopic = np.zeros((2, 2 * size, 2 * size))
-        self.gyroscopic[:size, size:], self.gyroscopic[size:, :size] = g, -g
-        self.damping += beta * self.stiffness  # in the shaft, turning with it
-        self.swirl = beta * np.block([[zero, k], [-k, zero]])
-        for node, (kx, ky, c) in bearings.items():
-            for place, spring in ((2 * node - 2, kx), (size + 2 * node - 2, ky)):
-                self.stiffness[place, place] += spring
-                self.damping[place, place] += c
-        if crack:
-            here = slice(2 * crack[0] - 2, 2 * crack[0] + 2)
-            self.lost, self.bend = np.zeros((size, size)), np.zeros(size)
-            self.lost[here, here] = crack[1] * element
-            self.bend[[2 * crack[0] - 1, 2 * crack[0] + 1]] = -1 / element_m, 1 / element_m
+    def law(turn, y, v, speed):
+        along = np.tensordot([np.cos(turn + angle), np.sin(turn + angle)], planes, 1)
+        if opening is None:  # the convex side is opposite to the centre of curvature
+            share = 1.0 * (y @ along @ bend < 0)
+        else:  # before and after, so that a jump at a step counts half
+            share = np.full(len(y), sum(OPENINGS[opening](turn + angle + side) for side in (-1e-9, 1e-9)) / 2)
+        every = planes @ lost @ np.swapaxes(planes, 1, 2)
+        slope = share[:, None, None] * ((1 - across) * along @ lost @ along.T + across * every.sum(axis=0))
+        if held is not None:
+            return slope @ held, 0 * slope, 0 * slope
+        return (slope @ y[..., None])[..., 0], slope, 0 * slope
 
-    def rest(self):
-        return np.linalg.solve(self.stiffness, np.concatenate([self.weight, np.zeros(self.size)]))
+    return LocalForce(selection, law, "crack")
 
-    def loss_at(self, turn, position):
-        """(speed or 1, 2 size, 2 size) stiffness lost at a shaft angle and a position (speed, 2 size, 1)."""
-        _, _, angle, opening = self.crack
-        c, s = np.cos(turn + angle), np.sin(turn + angle)
-        if opening == "curvature":
-            x, y = position[:, : self.size, 0] @ self.bend, position[:, self.size :, 0] @ self.bend
-            share = 1.0 * (c * x + s * y < 0)  # the convex side is opposite to the centre of curvature
-        else:
-            share = OPENINGS[opening](np.array([turn + angle]))
-        return share[:, None, None] * np.block(
-            [[c * c * self.lost, c * s * self.lost], [c * s * self.lost, s * s * self.lost]]
-        )
 
-    def turn(self, w, steps, x, v, forced):
-        """Positions at the end of each step of a turn, and the last velocity, by average acceleration (Newmark).
+def cracked_jeffcott(speeds, orders, mass, stiffness, damping, unbalance, loss, angle, opening, weight_only=False,
+                     across=0.0, internal=0.0, steps=256):  # fmt: skip
+    """Harmonics (speed, order) of the disc; weight_only : the crack yields to the deflection by the weight alone."""
+    machine, rest = point_machine(mass, stiffness, damping, unbalance, internal)
+    planes, held = np.eye(2)[..., None], rest[:2] if weight_only else None
+    machine.local.append(softer(np.eye(4)[:, :2], planes, np.array([[loss]]), angle, opening, held=held, across=across))
+    return stepped(machine, speeds, orders, steps, rest)[..., 0]
 
-        w : (speed, 1, 1);  x, v : (speed, 2 size, column);  forced : (column,) 1 where the load acts, else 0
-        """
-        h, size = 2 * np.pi / steps / w, self.size
-        damping, stiffness = self.damping + w * self.gyroscopic, self.stiffness + w * self.swirl
-        push = np.zeros(2 * size, complex)
-        for node, moment in self.unbalance.items():  # kg m, complex
-            push[2 * node - 2] += moment
-            push[size + 2 * node - 2] += -1j * moment
-        weight = np.concatenate([self.weight, np.zeros(size)])
-        own = 4 / h**2 * self.mass + 2 / h * damping + stiffness
-        inverse = np.linalg.inv(own)
 
-        def load(phase):
-            return (weight + w[:, 0] ** 2 * (push * np.exp(1j * phase)).real)[..., None] * forced
+def cracked_shaft(speeds, orders, discs, bearings, unbalances, element, loss, angle, opening):
+    """Harmonics (speed, order, node) of all nodes, which count from 1; opening : None: by the bending of the motion.
 
-        def lost(phase, x):
-            """Mean of the openings just before and after, so that a jump at a step counts half."""
-            return (self.loss_at(phase - 1e-9, x) + self.loss_at(phase + 1e-9, x)) / 2 if self.crack else 0
-
-        a = np.linalg.solve(self.mass, load(0.0) - damping @ v - (stiffness - lost(0.0, x)) @ x)
-        seen = []
-        for step in range(1, steps + 1):
-            phase = 2 * np.pi * step / steps
-            right = load(phase) + self.mass @ (4 / h**2 * x + 4 / h * v + a) + damping @ (2 / h * x + v)
-            new = np.linalg.solve(own - lost(phase, x), right) if self.crack else inverse @ right
-            x, v, a = new, 2 / h * (new - x) - v, 4 / h**2 * (new - x) - 4 / h * v - a
-            seen.append(x)
-        return np.array(seen), v
-
-    def harmonics(self, speeds, orders, steps=STEPS):
-        """Harmonics (speed, order, node) of x + j y about the position at rest without crack and unbalance.
-
-        The motion that repeats is found from the motions of one turn from every unit start; where the crack opens by
-        the motion itself, by waiting.
-        """
-        w, size = np.asarray(speeds, float)[:, None, None], self.size
-        rest = self.rest()
-        x, v = np.tile(rest[:, None], (len(w), 1, 1)), np.zeros((len(w), 2 * size, 1))
-        if self.crack and self.crack[-1] == "curvature":
-            for _ in range(TURNS):
-                seen, v = self.turn(w, steps, x, v, np.ones(1))
-                x = seen[-1]
-        else:
-            start = np.eye(4 * size, 4 * size + 1)
-            unit = (np.tile(part, (len(w), 1, 1)) for part in (start[: 2 * size], start[2 * size :]))
-            seen, v = self.turn(w, steps, *unit, np.eye(4 * size + 1)[-1])
-            after = np.concatenate([seen[-1], v], axis=1)
-            begin = np.linalg.solve(np.eye(4 * size) - after[..., :-1], after[..., -1:])
-            x, v = np.split(begin, 2, axis=1)
-        seen, _ = self.turn(w, steps, x, v, np.ones(1))
-        moved = seen[:, :, :size:2, 0] + 1j * seen[:, :, size::2, 0] - (rest[:size:2] + 1j * rest[size::2])
-        lines = np.fft.fft(np.roll(moved, 1, axis=0), axis=0) / steps  # the last sample is turn 0
-        return np.moveaxis(lines[list(orders)], 0, 1)
+    discs : {node: (mass, polar, diametral)};  bearings : {node: (kx, ky, c)};  unbalances : {node: kg m, complex}
+    """
+    ends = tuple(Bearing(n - 1, np.diag([kx, ky]), c * np.eye(2)) for n, (kx, ky, c) in bearings.items())
+    machine = build(Rotor((PART,) * 4, tuple(Disc(n - 1, *sizes) for n, sizes in discs.items()), ends), gravity=9.81)
+    rest = machine.sag()
+    for node, size in unbalances.items():
+        add_unbalance(machine, node - 1, abs(size), np.angle(size))
+    planes, bend = np.zeros((2, 8, 4)), np.array([0.0, -1.0, 0.0, 1.0])
+    planes[0, X_PLANE, range(4)], planes[1, Y_PLANE, range(4)] = 1.0, Y_SIGNS
+    selection = np.eye(20)[:, 4 * element - 4 : 4 * element + 4]
+    machine.local.append(softer(selection, planes, loss * plane_matrices(PART)[0], angle, opening, bend))
+    return stepped(machine, speeds, orders, 256, rest)

@@ -1,11 +1,10 @@
-"""Rub, looseness and cubic stiffness: closed forms, equations of motion integrated by scipy, what is known of them."""
+"""Rub, looseness and cubic stiffness: closed forms, motions of the independent simulator, what is known of them."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import disc, errors_of_derivatives, shaft, spectrum_of
-from scipy.integrate import solve_ivp
+from machines import disc, errors_of_derivatives, point_machine, shaft, spectrum_of, stepped
 
 from rotorstudy import (
     Entry,
@@ -20,6 +19,9 @@ from rotorstudy import (
 from rotorstudy.authoring.invariants.base import BrokenInvariant
 from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
 from rotorstudy.authoring.invariants.effect import check_steady_state
+from rotorstudy.blind.machines.contacts import add_cubic_bearing, add_rub, one_sided
+from rotorstudy.blind.machines.effects import add_preload
+from rotorstudy.blind.machines.machine import LocalForce
 from rotorstudy.errors import PluginError
 from rotorstudy.response.alternating import affine_error, nonlinear_columns
 from rotorstudy.response.coupling import COUPLED_ORDER
@@ -42,96 +44,56 @@ def rotor(*effects, gravity=9.81, eccentricity=ECCENTRICITY):
     )
 
 
-def integrated(w, force, gravity=9.81, turns=40):
-    """Harmonics of the equations of motion written out, integrated in real coordinates until the start has gone."""
-    rest = MASS * gravity / STIFFNESS
-
-    def derivative(t, state):
-        x, y, vx, vy = state
-        fx, fy = force(x, y)
-        shake = MASS * ECCENTRICITY * w**2
-        ax = (shake * np.cos(w * t) - DAMPING * vx - STIFFNESS * x + MASS * gravity + fx) / MASS
-        ay = (shake * np.sin(w * t) - DAMPING * vy - STIFFNESS * y + fy) / MASS
-        return [vx, vy, ax, ay]
-
-    time = (turns + np.arange(256) / 256) * 2 * np.pi / w
-    solved = solve_ivp(
-        derivative, (0, time[-1]), [rest, 0, 0, 0], t_eval=time, rtol=1e-8, atol=1e-13, max_step=2 * np.pi / w / 40
-    )
-    z = solved.y[0] - rest + 1j * solved.y[1]
-    return (np.fft.fft(z) / len(z))[EVERY]
-
-
 RUB = {"kind": "rub", "clearance_m": 3e-5, "friction_ratio": 0.1, "rub_stiffness_N_per_m": 2e5}
 LOOSE = {"kind": "looseness", "lift_m": 1e-5, "stiffness_lost_in_lift_N_per_m": 3e5}
 CUBIC = {"kind": "cubic_stiffness", "cubic_stiffness_N_per_m3": 2e13}
-
-
-def rub_force(x, y):
-    """Ring around the shaft at rest."""
-    x = x - MASS * 9.81 / STIFFNESS
-    r = np.hypot(x, y)
-    if r <= 3e-5:
-        return 0.0, 0.0
-    push = 2e5 * (r - 3e-5)
-    return push * (-x + 0.1 * y) / r, push * (-y - 0.1 * x) / r
-
-
 STOP = {**RUB, "clearance_m": 1.5e-5, "offset_ratio": 0.7, "contact_angle_rad": 2.0}
 ASIDE = {**LOOSE, "direction_rad": -1.1}
 BOLTED = {**LOOSE, "direction_rad": 2.0, "lift_m": -3e-6, "play_m": 8e-6}
 
 
-def stop_force(x, y):
-    """Ring of radial clearance R, whose wall is 15 um from the shaft at rest on one side."""
-    radial = 1.5e-5 / 0.3
-    x, y = x - MASS * 9.81 / STIFFNESS + 0.7 * radial * np.cos(2.0), y + 0.7 * radial * np.sin(2.0)
-    r = np.hypot(x, y)
-    push = 2e5 * max(r - radial, 0)
-    return push * (-x + 0.1 * y) / r, push * (-y - 0.1 * x) / r
-
-
-def aside_force(x, y):
-    lift = -((x - MASS * 9.81 / STIFFNESS) * np.cos(-1.1) + y * np.sin(-1.1))
-    lost = -3e5 * max(lift - 1e-5, 0)
-    return lost * np.cos(-1.1), lost * np.sin(-1.1)
-
-
-def bolted_force(x, y):
-    """Lifted by 3 um at rest, held 8 um above the seat."""
-    lift = -((x - MASS * 9.81 / STIFFNESS) * np.cos(2.0) + y * np.sin(2.0)) + 3e-6
-    lost = -3e5 * min(max(lift, 0), 8e-6)
-    return lost * np.cos(2.0), lost * np.sin(2.0)
-
-
-def loose_force(x, y):
-    up = MASS * 9.81 / STIFFNESS - x
-    return (-3e5 * (up - 1e-5) if up > 1e-5 else 0.0), 0.0
-
-
-def cubic_force(x, y):
-    return -2e13 * (x**2 + y**2) * x, -2e13 * (x**2 + y**2) * y
-
-
 PRELOAD = {"kind": "static_preload", "static_preload_N": 12.0}  # off the middle of the ring, so that it rubs in part
 
 
+def lossy(towards, lift, play=np.inf):
+    """Adds a stiffness that is lost from some lift from the rest on, for some way."""
+    n, law = np.array([np.cos(towards), np.sin(towards)]), one_sided(3e5, play, towards)
+
+    def add(machine, rest):
+        force = LocalForce(np.eye(4)[:, :2], lambda turn, y, *more: law(turn, y - rest - lift * n, *more), "loose")
+        machine.local.append(force)
+
+    return add
+
+
+def ring(clearance, away=0.0, preload=0.0):
+    """Adds a ring whose middle lies away from the rest, against 2 rad; its friction is that of fast sliding."""
+
+    def add(machine, rest):
+        add_rub(machine, 0, 2e5, clearance, 0.1, 1.0, rest - away * np.array([np.cos(2.0), np.sin(2.0)]))
+        add_preload(machine, 0, preload, 0.0)
+
+    return add
+
+
 @pytest.mark.parametrize(
-    ("effects", "force", "w", "tolerance"),
+    ("effects", "add", "w", "tolerance"),
     [
-        pytest.param([RUB, PRELOAD], lambda x, y: np.add(rub_force(x, y), (12, 0)), 450.0, 2e-3, id="partial rub"),
-        pytest.param([STOP], stop_force, 480.0, 2e-3, id="stop on one side"),
-        pytest.param([LOOSE], loose_force, 450.0, 2e-3, id="looseness"),
-        pytest.param([ASIDE], aside_force, 450.0, 2e-3, id="looseness aside"),
-        pytest.param([BOLTED], bolted_force, 450.0, 2e-3, id="looseness held by bolts"),
-        pytest.param([LOOSE], loose_force, 480.0, 2e-3, id="more looseness"),
-        pytest.param([CUBIC], cubic_force, 300.0, 1e-6, id="cubic"),
+        pytest.param([RUB, PRELOAD], ring(3e-5, preload=12.0), 450.0, 2e-4, id="partial rub"),
+        pytest.param([STOP], ring(5e-5, 3.5e-5), 480.0, 2e-4, id="stop on one side"),
+        pytest.param([LOOSE], lossy(np.pi, 1e-5), 450.0, 2e-4, id="looseness"),
+        pytest.param([ASIDE], lossy(np.pi - 1.1, 1e-5), 450.0, 2e-4, id="looseness aside"),
+        pytest.param([BOLTED], lossy(np.pi + 2.0, -3e-6, 8e-6), 450.0, 2e-4, id="looseness held by bolts"),
+        pytest.param([CUBIC], lambda machine, rest: add_cubic_bearing(machine, 0, 2e13), 300.0, 1e-5, id="cubic"),
     ],
 )
-def test_steady_state_is_what_integration_settles_to(effects, force, w, tolerance):
+def test_steady_state_is_that_of_the_independent_simulator(effects, add, w, tolerance):
+    """To the error of 1024 steps a turn."""
     found = harmonic_response(rotor(*effects), [w], EVERY)[0, :, 0]
     linear = harmonic_response(rotor(*effects[1:]), [w], EVERY)[0, :, 0]
-    expected = integrated(w, force)
+    machine, rest = point_machine(MASS, STIFFNESS, DAMPING, MASS * ECCENTRICITY)
+    add(machine, rest[:2])
+    expected = stepped(machine, [w], EVERY, 1024, rest)[0, :, 0]
     felt = np.abs(expected - linear).max()
     assert felt > 0.01 * np.abs(linear).max()
     assert np.abs(found - expected).max() < tolerance * felt

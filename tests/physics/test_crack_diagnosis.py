@@ -1,12 +1,12 @@
-"""Cracks of rotors integrated in real x and y are named, with their element, angle and breathing function."""
+"""Cracks of rotors stepped in time in real x and y are named, with their element, angle and breathing function."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from cracked_rotor import Shaft
+from cracked_rotor import cracked_shaft
 from machines import readings
-from test_cracked_rotor import BETWEEN, LOSS, ORDERS, finite_elements, integrated_jeffcott, jeffcott
+from test_cracked_rotor import BETWEEN, LOSS, ORDERS, finite_elements, jeffcott, stepped_jeffcott
 
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.response.measured import measured_response
@@ -29,8 +29,7 @@ def verdict_of(motion, speeds, model, left_out=SLOW):
 
 
 def verdict_of_jeffcott(opening, angle, **more):
-    motion = np.array([integrated_jeffcott(w, opening, angle, **more)[ORDERS] for w in SPEEDS])[..., None]
-    return verdict_of(motion, SPEEDS, jeffcott())
+    return verdict_of(stepped_jeffcott(SPEEDS, opening, angle, **more)[..., None], SPEEDS, jeffcott())
 
 
 def apart(angle, other, period=2 * np.pi):
@@ -69,10 +68,10 @@ def test_an_open_crack_is_found_where_it_yields_most():
 def test_a_crack_in_an_element_is_named():
     element, opening, angle = 3, "switching", float(np.deg2rad(200))
     speeds = np.array([80.0, 130.0, 170.0, 220.0, 260.0, 380.0, 430.0])
-    motion = Shaft(0.15, 4, 0.02, **BETWEEN, crack=(element, 0.15, angle, opening), beta=1e-4)
+    motion = cracked_shaft(speeds, ORDERS, **BETWEEN, element=element, loss=0.15, angle=angle, opening=opening)
     model = finite_elements(BETWEEN)
     other = replace(model.structure, section_at=None, is_solid=False)  # else: transverse crack
-    verdict = verdict_of(motion.harmonics(speeds, ORDERS, steps=1024), speeds, replace(model, structure=other))
+    verdict = verdict_of(motion, speeds, replace(model, structure=other))
     check(verdict, {"element": element}, opening, angle, 0.15)
 
 

@@ -79,11 +79,6 @@ def test_the_residual_moves_with_the_spectrum_as_stated(model, clean, true):
     assert np.abs(found - elsewhere).max() > 1e-4 * np.abs(found).max()  # negative control: it depends on theta
 
 
-def test_without_noise_the_residual_is_nothing(model, clean, true):
-    found, _ = moved_by(model, clean, true)
-    assert np.abs(residual(model, clean, true)).max() < 1e-6 * np.abs(found).max()
-
-
 def test_least_squares_scatters_as_stated_with_hidden_coordinates_and_correlated_noise(problem, true):
     found = registry().get("estimator", "least_squares").function(problem)
     check_scatter(found.theta - true, found.covariance, slack=0.02)  # first order, at the mean of the trials

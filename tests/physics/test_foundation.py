@@ -27,6 +27,7 @@ from rotorstudy.model.rig_items import make_term
 from rotorstudy.presentation.rotor_files import analyse_files
 from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
+from rotorstudy.response.statics import static_deflection
 
 SPEEDS, NODES = np.array([90.0, 160.0, 280.0, 400.0]), (1, 5)
 RIG = {
@@ -44,17 +45,26 @@ def riding(to, node=1):
 
 
 def test_pedestals_are_those_that_another_bearing_eliminates():
-    """Any kind of bearing may be what another one stands on."""
+    """At harmonics of both signs, and under the weight; any kind of bearing may be what another one stands on."""
     series = [
         {"kind": "flexible_pedestal", "node": node, "label": str(node), "bearing_stiffness_N_per_m": {"xx": 2e7},
          "bearing_damping_N_s_per_m": {"xx": 2e3}, "pedestal_stiffness_N_per_m": {"xx": 8e6, "yy": 5e6},
          "pedestal_damping_N_s_per_m": {"xx": 1e3, "yy": 2e3}, "pedestal_mass_kg": {"xx": 30.0}}
         for node in NODES
     ]  # fmt: skip
-    eliminated = harmonic_response(build_model(RIG | {"bearings": series}), SPEEDS, [1, -1])
-    moving = harmonic_response(build_model(RIG | {"foundation": PEDESTALS}), SPEEDS, [1, -1])
-    assert np.abs(moving[..., :10] - eliminated).max() < 1e-12 * np.abs(eliminated).max()
+    push = {f"misalignment_force_{n}X_N": 20.0 for n in (0, 2, -2, 3, -3)}
+    push |= {"kind": "parallel_misalignment", "node": 2, "harmonics": [0, 2, -2, 3, -3]}
+    rig, every = RIG | {"effects": [*RIG["effects"], push]}, [0, 1, -1, 2, -2, 3, -3]
+    eliminated, single = build_model(rig | {"bearings": series}), build_model(rig | {"foundation": PEDESTALS})
+    heavier = build_model(rig | {"foundation": [{**one, "mass_kg": 33.0} for one in PEDESTALS]})
+    expected, moving, other = (harmonic_response(one, SPEEDS, every) for one in (eliminated, single, heavier))
+    size = np.abs(expected).max(axis=(0, 2), keepdims=True)
+    assert (np.abs(moving[..., :10] - expected) / size).max() < 1e-10
+    off = (np.abs(other[..., :10] - expected) / size).max(axis=(0, 2))
+    assert off[1:].min() > 1e-3  # negative control, at every harmonic but the mean
     assert np.abs(moving[..., 10:]).min() > 1e-9  # the housings move
+    at = [static_deflection(one, SPEEDS, one.theta).value[:, :10] for one in (single, eliminated)]
+    assert np.abs(at[0] - at[1]).max() < 1e-10 * np.abs(at[1]).max()
 
 
 def test_probes_on_a_housing_show_the_motion_against_it():
@@ -224,6 +234,23 @@ def test_a_changed_foundation_is_one_built_otherwise():
     found, true = (measured_response(one, SPEEDS, [1, -1]) for one in (changed, built))
     assert np.abs(found - true).max() < 1e-12 * np.abs(true).max()
     assert np.abs(measured_response(model, SPEEDS, [1, -1]) - true).max() > 0.01 * np.abs(true).max()
+
+
+@pytest.mark.parametrize("effect", [{"kind": "seal"}, {"kind": "cross_coupling"}, {"kind": "rub", "clearance_m": 1e-6}])
+def test_what_acts_between_rotor_and_casing_does_not_feel_that_both_move_as_one_body(effect, compressor):
+    """The casing stands on the frame, also beyond its bearings; on the ground it feels that motion."""
+    _, rig = compressor
+
+    def felt(foundation):
+        structure = build_model(rig | {"foundation": foundation, "measurement": {}}).structure
+        at = structure.node_positions
+        together = np.array([1e-5 * (1 + at[node]) * (motion != "tilt") for node, motion in structure.dofs])
+        (parameter, *_) = make_term("effect", {**effect, "node": 12}, structure, (4, 10)).parameters
+        matrix = parameter.force.matrix if parameter.force else parameter.entries[0].matrix
+        return np.abs(matrix @ together).max()
+
+    assert felt(rig["foundation"]) < 1e-18
+    assert felt([]) > 1e-6  # negative control
 
 
 def test_a_changed_foot_of_a_block_is_one_of_two_blocks():

@@ -81,12 +81,6 @@ def test_internal_damping_is_unstable_from_its_closed_form_on(internal, external
     assert found == pytest.approx(NATURAL * (1 + external / internal), rel=1e-9)  # the root finder's 1e-9 rad/s
 
 
-def test_an_uneven_support_gives_two_natural_frequencies():
-    found = eigenvalues(rotor(JEFFCOTT).plus(uneven(1e5)), [100.0])[0]
-    positive = np.unique(np.round(found.imag[found.imag > 0], 6))
-    assert positive == pytest.approx(np.sqrt([(K - 1e5) / M, (K + 1e5) / M]), rel=1e-8)
-
-
 def test_a_model_that_varies_in_time_has_no_eigenvalues():
     with pytest.raises(RotorstudyError, match="'stiffness_loss' makes the model time-varying"):
         eigenvalues(jeffcott(weight_dominance=False), [88.0])

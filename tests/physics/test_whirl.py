@@ -32,12 +32,6 @@ def test_offset_disc_meets_the_closed_form(order, sign):
     assert critical_speeds(model, 3000.0, [order])[0] == pytest.approx(expected[expected < 3000], rel=1e-8)
 
 
-def test_jeffcott_rotor_is_critical_at_its_natural_frequency_and_at_a_half_and_a_third_of_it():
-    model, natural = build_model({"rotor": JEFFCOTT}), np.sqrt(7.6e5 / 2.0)
-    for order in (1, 2, 3):
-        assert critical_speeds(model, 2000.0, [order])[0] == pytest.approx([natural / order], rel=1e-8)
-
-
 def test_a_mode_that_is_damped_out_has_no_critical_speed():
     damping = [{"kind": "external_damping", "external_damping_N_s_per_m": 3e3}]  # over-critical: 2465 N s/m
     assert len(critical_speeds(build_model({"rotor": JEFFCOTT, "effects": damping}), 2000.0)[0]) == 0

@@ -63,12 +63,6 @@ def test_confounders_exist_and_are_told_apart_by_what_one_of_both_says():
     assert len(told) > 100 and all(told[other, name] == text for (name, other), text in told.items())
 
 
-def test_there_are_effects_enough_to_diagnose_with():
-    offered = [effect for effect in ZOO.plugins["effect"].values() if effect.candidate]
-    assert len(offered) >= 30
-    assert {effect.acts_on for effect in offered} == {"rotor", "output"}
-
-
 def test_places_are_the_nodes_the_sensors_or_the_elements():
     rotor = shaft(0.6, 3)
     free = build_model({"rotor": rotor}).structure

@@ -161,8 +161,9 @@ class Plan:
 
         if chunks == 1:
             return [of_cases(stage, "identify.monte_carlo", "{}", {}, rig=rig)]
+        split = {"rig": rig, "chunks": chunks}
         some = [
-            of_cases(f"{stage}_{i}", "identify.monte_carlo", f"chunks/{{}}_{i}", {}, rig=rig, chunk=i, chunks=chunks)
+            of_cases(f"{stage}_{i}", "identify.monte_carlo", f"chunks/{{}}_{i}", {}, chunk=i, **split)
             for i in range(chunks)
         ]
         parts = {"parts": [path for one in some for path in one.files]}
@@ -235,9 +236,8 @@ class Plan:
         if not set(self.chapters) >= THESIS:
             return found
         inputs = {"errata": f"{self.reference}/errata.yaml"}
-        inputs |= {
-            name: path for name, path in {**self.config.studies, **self.config.replays}.items() if name in THESIS
-        }
+        every = {**self.config.studies, **self.config.replays}
+        inputs |= {name: path for name, path in every.items() if name in THESIS}
         inputs["thesis_spectra"], inputs["weight_dominance"], inputs["monte_carlo"] = self.of(
             "chapter_4", "spectra/thesis", "weight_dominance", "monte_carlo/thesis/20_to_50_Hz"
         )
@@ -266,10 +266,8 @@ class Plan:
         if config := self.config.cracks:
             load, (data,) = "rotorstudy.studies.cracks.load_cracks", self.of("cracks", "comparison")
             compared = [plugin for kind, plugin in registry() if kind in ("crack", "depth")]
-            plugins, calls = (
-                plugin_files([self.settings.cracks.base], compared),
-                [("rotorstudy.studies.cracks.compare", {})],
-            )
+            plugins = plugin_files([self.settings.cracks.base], compared)
+            calls = [("rotorstudy.studies.cracks.compare", {})]
             found.append(computed("cracks", load, config, [data], calls, plugins))
             function, pictures = f"{module}.crack_figures.figures", self.pictures("cracks")
             found.append(drawn("figures_cracks", load, config, function, pictures, comparison=data))

@@ -23,9 +23,8 @@ for _group, _parts in STATED.items():
     _named = {**_parts.get("figures", {}), **_parts.get("tables", {}), **_parts}
     CAPTIONS |= {f"{_group}_{name}": text for name, text in _named.items() if isinstance(text, str)}
 # group -> names of its tables and figures, in the order of the captions
-TABLES, FIGURES = (
-    {group: list(parts[kind]) for group, parts in STATED.items() if kind in parts} for kind in ("tables", "figures")
-)
+of_kind = ({group: parts.get(kind) for group, parts in STATED.items()} for kind in ("tables", "figures"))
+TABLES, FIGURES = ({group: list(names) for group, names in of.items() if names is not None} for of in of_kind)
 FIGURES |= {"diagnosis": list(DIAGNOSIS_FIGURES), "blind": list(BLIND_FIGURES)}
 
 

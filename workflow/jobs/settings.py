@@ -122,9 +122,7 @@ def _check_folders(results):
         (os.environ.get("TMPDIR"), "stated by TMPDIR"),
     ):
         if folder and not (os.path.isdir(folder) and os.access(folder, os.W_OK)):
-            raise RotorstudyError(
-                f"{folder}, {use}, is not a folder that can be written to; choose another or change its rights"
-            )
+            raise RotorstudyError(f"{folder}, {use}, is not a folder that can be written to; change its rights")
 
 
 def _check(settings):

@@ -21,9 +21,8 @@ def described(reference, chapter):
 
 def places(reference, name, numbers, columns=None):
     """Rows of a file, as dicts without what is empty, of the tables with some numbers: where ours of them are."""
-    rows = pd.read_csv(
-        f"{reference}/{name}.csv", usecols=columns, dtype={"table": str}, keep_default_na=False, na_values=[""]
-    )
+    as_text = {"dtype": {"table": str}, "keep_default_na": False, "na_values": [""]}
+    rows = pd.read_csv(f"{reference}/{name}.csv", usecols=columns, **as_text)
     return [row.dropna().to_dict() for _, row in rows[rows.table.isin(numbers)].iterrows()]
 
 
@@ -124,10 +123,8 @@ def variant_errors(config, relative_error):
     phase = np.array([config.reported[name] == "rad" for name in error.columns])
     error.loc[:, ~phase] *= 100
     error.loc[:, phase] = np.rad2deg(error.loc[:, phase])
-    error.columns = [
-        f"{name.replace('_', ' ')} ({'°' if is_angle else '%'})"
-        for name, is_angle in zip(error.columns, phase, strict=True)
-    ]
+    names = zip(error.columns, np.where(phase, "°", "%"), strict=True)
+    error.columns = [f"{name.replace('_', ' ')} ({unit})" for name, unit in names]
     error.index = [f"{variant}: {case}" for variant, case in error.index]
     return Table(
         error.T.rename_axis("parameter").reset_index(),

@@ -122,11 +122,8 @@ def numbers_3(replay, folder):
         plain = values["amplitude"] * np.exp(1j * values["phase"])
         remaining[corrected] = np.abs(remove_slow_roll(replay, plain)[list(replay.cases).index("17 Hz"), zero])
     drawn = np.abs(remove_slow_roll(replay, rounding_draws(replay, folder, "fft")))[:, 1, zero]
-    return {
-        "mean_17_printed_um": remaining[False] * 1e6,
-        "mean_17_used_um": remaining[True] * 1e6,
-        "mean_17_highest_um": drawn.max() * 1e6,
-    }
+    sizes = {"printed": remaining[False], "used": remaining[True], "highest": drawn.max()}
+    return {f"mean_17_{name}_um": size * 1e6 for name, size in sizes.items()}
 
 
 def numbers_4(config, folder, spectra, dominance, noisy):
@@ -150,9 +147,8 @@ def _gyroscopic_sign(config, printed):
     corrected = {**config.rigs["thesis"], "rotor": {**config.rigs["thesis"]["rotor"], "gyroscopic_sign": 1}}
     right = build_model(corrected, "the thesis's rig with the right gyroscopic sign")
     responses = [np.abs(measured_response(m, list(speeds.values()), HARMONICS)[..., 0]) for m in (thesis, right)]
-    critical = [
-        critical_speeds(time_invariant(m).without(DAMPINGS), 2 * np.pi * 500)[0] / (2 * np.pi) for m in (thesis, right)
-    ]
+    still = (time_invariant(one).without(DAMPINGS) for one in (thesis, right))
+    critical = [critical_speeds(one, 2 * np.pi * 500)[0] / (2 * np.pi) for one in still]
     structure = right.structure
     coupled = np.abs(eigenvalues(Model(structure), [1e-3]).imag).min()
     return {
@@ -207,9 +203,8 @@ def _stiffness_losses(config, noisy):
     covariance = cramer_rao_bound(replace(problem, spectrum=weighted), theta)
     i, j = (problem.names.index(f"stiffness_loss_{k}") for k in ("22", "44"))
     tilt = float(noisy.true.sel(parameter="stiffness_loss_44"))
-    scatter = noisy.estimate.sel(
-        record="complete cycles", noise_model="white in time", noise=1, estimator="least_squares"
-    ).sel(parameter="stiffness_loss_44")
+    where = {"record": "complete cycles", "noise_model": "white in time", "noise": 1, "estimator": "least_squares"}
+    scatter = noisy.estimate.sel(**where, parameter="stiffness_loss_44")
     return {
         "dk_correlation": covariance[i, j] / np.sqrt(covariance[i, i] * covariance[j, j]),
         "dk_44_bound_percent": np.sqrt(covariance[j, j]) / tilt * 100,

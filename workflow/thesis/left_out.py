@@ -67,10 +67,8 @@ def harmonic_rows(config, data, folder):
     }
     sizes = {"measured": measured, "slow roll": measured[[slow]], **left}
     microns = {f"{name} (µm)": 1e6 * np.sqrt(np.mean(np.abs(v) ** 2, axis=0)) for name, v in sizes.items()}
-    sigma = {
-        f"{name} (σ)": np.sqrt((data[f"residual_{when}"][..., 0] ** 2).mean("speed")).values
-        for name, when in (("base", "before"), ("extended", "after"))
-    }
+    whitened = {"base": data.residual_before, "extended": data.residual_after}
+    sigma = {f"{name} (σ)": np.sqrt((one[..., 0] ** 2).mean("speed")).values for name, one in whitened.items()}
     return [
         {"rig": readable(config.name), "harmonic": f"{n}X", **{k: float(v[i]) for k, v in columns.items()}}
         for columns in [microns | sigma]

@@ -68,12 +68,9 @@ def open_ranges(config, reference):
 def thesis_responses(config, reference, groups):
     """group -> (higher case, harmonic) response with the thesis's own estimates, m."""
     speeds = config.speeds[higher_cases(config)]
-    return {
-        group: measured_response(config.model, speeds, config.harmonics, thesis_estimates(config, reference, group))[
-            ..., 0
-        ]
-        for group in groups
-    }
+    thetas = {group: thesis_estimates(config, reference, group) for group in groups}
+    shown = {group: measured_response(config.model, speeds, config.harmonics, theta) for group, theta in thetas.items()}
+    return {group: one[..., 0] for group, one in shown.items()}
 
 
 def scored_rows(config, reference, spectra, identification, responses, reasons):
@@ -200,10 +197,8 @@ def response_table(config, spectra, identification, thesis_response):
                 "compared (µm)": np.abs(corrected[c, h]) * 1e6,
             }
             for name, values in responses.items():
-                row |= {
-                    f"{name} (µm)": np.abs(values[i, h]) * 1e6,
-                    f"{name}, off (µm)": np.abs(values[i, h] - corrected[c, h]) * 1e6,
-                }
+                off = np.abs(values[i, h] - corrected[c, h]) * 1e6
+                row |= {f"{name} (µm)": np.abs(values[i, h]) * 1e6, f"{name}, off (µm)": off}
             rows.append(row)
     table = pd.DataFrame(rows)
     off = {name: np.sqrt((table[f"{name}, off (µm)"] ** 2).sum()) for name in responses}

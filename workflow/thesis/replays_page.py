@@ -16,11 +16,8 @@ from thesis.config import load_replay
 from thesis.left_out import compared_parameters, harmonic_rows
 
 WORST = 4  # harmonics named in a sentence
-SHEETS = {
-    "harmonics": "Harmonics",
-    "left_out": "Error at each speed left out, rms over the harmonics",
-    "parameters": "The thesis's estimates",
-}
+SHEETS = {"harmonics": "Harmonics", "left_out": "Error at each speed left out, rms over the harmonics"}
+SHEETS["parameters"] = "The thesis's estimates"
 LEGEND = (
     "Thesis: its own estimates from all speeds, with 0X and 1X of the slow roll subtracted as in Eq. (3.1). Base: its "
     "model, with dampings, crack and eccentricity within the limits of its impact tests and of usual machining. "
@@ -60,9 +57,8 @@ def notes_on(config, verdict, harmonics, left_out):
     """Sentences on one rig: residuals by `harmonic_rows`, verdict, and errors at the speeds left out."""
     rig = readable(config.name).capitalize()
     wrong = sorted(harmonics, key=lambda row: -row["base (σ)"])[:WORST]
-    where = ", ".join(
-        f"{row['harmonic']} by {row['base, residual (µm)']:.3g} µm ({row['base (σ)']:.2g} σ)" for row in wrong
-    )
+    said = "{harmonic} by {base, residual (µm):.3g} µm ({base (σ):.2g} σ)"
+    where = ", ".join(said.format_map(row) for row in wrong)
     before, after = (p_value(p) for p in (verdict.residual_p_value.before, verdict.residual_p_value.after))
     gained = "; ".join(
         f"{row['speed'] / (2 * np.pi):.3g} Hz: {1e6 * row['base']:.3g} to {1e6 * row['extended']:.3g} µm "

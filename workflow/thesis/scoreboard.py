@@ -106,9 +106,8 @@ def load_reasons(path):
     reasons = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
     for rule in reasons:
         if rule.get("status") not in STATUSES[1:]:
-            raise RotorstudyError(
-                f"{path}: status {rule.get('status')!r} of table {rule.get('table')} (allowed: {STATUSES[1:]})"
-            )
+            place = f"{path}: status {rule.get('status')!r} of table {rule.get('table')}"
+            raise RotorstudyError(f"{place} (allowed: {STATUSES[1:]})")
     return reasons
 
 

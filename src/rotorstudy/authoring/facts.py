@@ -92,6 +92,5 @@ def tables():
     import pandas as pd
 
     zoo = registry().plugins
-    return {
-        kind: pd.DataFrame([facts(kind, zoo[kind][name]) for name in sorted(zoo[kind])]).fillna("") for kind in KINDS
-    }
+    rows = {kind: [facts(kind, zoo[kind][name]) for name in sorted(zoo[kind])] for kind in KINDS}
+    return {kind: pd.DataFrame(own).fillna("") for kind, own in rows.items()}

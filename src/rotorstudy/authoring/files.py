@@ -21,9 +21,8 @@ def new_plugin(kind, name, folder=None):
     if kind not in KINDS:
         raise unknown_name("kind", kind, KINDS)
     if not name.isidentifier() or not name.isascii() or name != name.lower() or iskeyword(name):
-        raise RotorstudyError(
-            f"name '{name}': use lower-case letters, digits and _, no keyword of Python, such as my_{kind}"
-        )
+        told = "use lower-case letters, digits and _, no keyword of Python"
+        raise RotorstudyError(f"name '{name}': {told}, such as my_{kind}")
     taken = registry().plugins[kind].get(name)
     if taken:
         raise RotorstudyError(f"{kind} '{name}' exists: {taken.file}; choose another name")

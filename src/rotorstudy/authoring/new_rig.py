@@ -43,9 +43,7 @@ def new_path(name, folder):
     """Path of a new rig file; RotorstudyError if it exists or the name is none."""
     name = name.removesuffix(".yaml")
     if not name or name != Path(name).name or name.startswith("."):
-        raise RotorstudyError(
-            f"name '{name}': use a name without folders, such as my_machine; --folder states the folder"
-        )
+        raise RotorstudyError(f"name '{name}': use one without folders, such as my_machine; --folder states the folder")
     path = Path(folder or "") / f"{name}.yaml"
     if path.exists():
         raise RotorstudyError(f"file '{path}' exists; choose another name, or remove it first")

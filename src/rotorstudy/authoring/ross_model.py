@@ -52,10 +52,8 @@ def _rotor(parameters, parts, path, said):
         if part.get("n") in supports and node is None:  # read with the bearing that it carries
             continue
         if node is None or part.get("n_link") in node_of:
-            raise RotorstudyError(
-                f"{path}: {name} '{tag}' is not between shaft and ground, or shaft and support; save the rotor without "
-                "it"
-            )
+            place = "between shaft and ground, or shaft and support"
+            raise RotorstudyError(f"{path}: {name} '{tag}' is not {place}; save the rotor without it")
         if name == "PointMass" and part.get("m") is not None:
             rotor["point_masses"].append({"node": node, "mass_kg": part["m"]})
         elif {"m", "Id", "Ip"} <= set(part):
@@ -167,18 +165,14 @@ def _common(elements):
 
 def _material(part):
     material = part["material"]
-    return {
-        "youngs_modulus_Pa": material["E"],
-        "poissons_ratio": round(material["E"] / (2 * material["G_s"]) - 1, 12),
-        "density_kg_per_m3": material["rho"],
-    }
+    poisson = round(material["E"] / (2 * material["G_s"]) - 1, 12)
+    return {"youngs_modulus_Pa": material["E"], "poissons_ratio": poisson, "density_kg_per_m3": material["rho"]}
 
 
 def _theory(shaft, said):
     """Options of the rotor on shear and inertia of the shaft, which are common to all elements here."""
-    shear, rotary, gyroscopic = (
-        [bool(part.get(key, True)) for part in shaft] for key in ("shear_effects", "rotary_inertia", "gyroscopic")
-    )
+    keys = ("shear_effects", "rotary_inertia", "gyroscopic")
+    shear, rotary, gyroscopic = ([bool(part.get(key, True)) for part in shaft] for key in keys)
     if any(len(set(values)) > 1 for values in (shear, rotary, gyroscopic)):
         said.append("shear, rotary inertia and gyroscopic moments: not the same in all elements; here all have them")
         return {}
@@ -245,9 +239,8 @@ def _pedestal(part, node, support, path):
     """A bearing on a support: its base, a bearing to the ground, and its point masses."""
     bases = [one for one in support if "kxx" in one]
     values = [_coefficients(one, path) for one in (part, *bases)]
-    parts = [
-        found[name][d] for found in values for name in found for d in found[name] if d in ("xy", "yx") or name[0] == "m"
-    ]
+    kept = [(table, d, name) for found in values for name, table in found.items() for d in table]
+    parts = [table[d] for table, d, name in kept if d in ("xy", "yx") or name[0] == "m"]
     if len(bases) != 1 or any(len(_speeds(one)) > 1 for one in (part, *bases)) or any(map(np.any, parts)):
         raise RotorstudyError(
             f"{path}: bearing '{part.get('tag')}' is on a support; a flexible_pedestal has constant coefficients "
@@ -294,9 +287,8 @@ def _unbalance(rotor, parameters, said):
     speed = parameters.get("rated_w") or parameters.get("max_w") or USUAL_SPEED
     heaviest = max(rotor["discs"], key=lambda disc: disc["mass_kg"], default={"node": 1, "mass_kg": 1.0})
     size = float(f"{1e6 * heaviest['mass_kg'] * GRADE / speed:.3g}")
-    said.append(
-        f"unbalance: ROSS saves none; {size:g} g mm at node {heaviest['node']} is grade G 2.5, replace it by yours"
-    )
+    told = f"{size:g} g mm at node {heaviest['node']} is grade G 2.5, replace it by yours"
+    said.append(f"unbalance: ROSS saves none; {told}")
     return {"kind": "unbalance", "node": heaviest["node"], "unbalance_g_mm": size, "eccentricity_phase_deg": 0.0}
 
 

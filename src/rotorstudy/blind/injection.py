@@ -125,11 +125,9 @@ def _drawn(order, attempt, severity):
     family = KINDS_OF_CASES[kind](rng)
     fault, family = (family, "healthy") if family in CHAIN_FAULTS else (None, family)
     anywhere = family == "healthy" or family in FORMS
-    names = [
-        name
-        for name in order.machines
-        if (anywhere or name not in POINT_ROTORS) and ((anywhere and not fault) or name != "films")
-    ]
+    left_out = () if anywhere else POINT_ROTORS
+    left_out = left_out if anywhere and not fault else (*left_out, "films")
+    names = [name for name in order.machines if name not in left_out]
     shares = np.array([order.machines[name] for name in names])
     machine = str(rng.choice(names, p=shares / shares.sum()))
     size = {"machine": machine, "speeds": speeds, "severity": severity * 10 ** rng.uniform(-0.7, 0.5)}
@@ -187,9 +185,7 @@ def truth_of(case, fault):
         if "softened_m" in one:
             one |= {"nodes_m": nodes.tolist(), "length_m": case.rotor.length}
     true += [{"family": fault, "node": case.faulty_node}] if fault else []
-    return [
-        {key: value.item() if isinstance(value, np.generic) else value for key, value in one.items()} for one in true
-    ]
+    return [{key: v.item() if isinstance(v, np.generic) else v for key, v in one.items()} for one in true]
 
 
 def _acting_as(case, one):
@@ -225,9 +221,8 @@ def change_of(case, harmonics):
         return [_seen(case, one, harmonics) - _seen(case, case.healthy, harmonics) for one in case.alone]
     sound = replace(case.chain, swapped=(), phase_offset=0.0, delay=0.0)
     probes = (case.probes, case.chain, case.zero), (_good(case.probes), sound, case.sag)
-    shown, right = (
-        expected_harmonics(case.healthy, case.nodes, pair, chain, harmonics, zero) for pair, chain, zero in probes
-    )
+    ways = ((case.healthy, case.nodes, pair, chain, harmonics, zero) for pair, chain, zero in probes)
+    shown, right = (expected_harmonics(*way) for way in ways)
     return [shown - right]
 
 

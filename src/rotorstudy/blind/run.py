@@ -97,9 +97,8 @@ def diagnosed(spectrum, model, settings, findings):
     held = found.held_out
     if held is None:
         return verdict, None
-    before, after = (
-        measured_response(fit.model, held.speed, held.harmonics, fit.theta) for fit in (found.search.base, found.best)
-    )
+    fits = (found.search.base, found.best)
+    before, after = (measured_response(one.model, held.speed, held.harmonics, one.theta) for one in fits)
     return verdict, {"speed": held.speed.tolist(), "before": before, "after": after}
 
 
@@ -108,9 +107,8 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
     stated = {"cases": cases, "seed": seed}
     config = config.model_copy(update={key: value for key, value in stated.items() if value is not None})
     if config.cases < 1 or config.seed < 0 or cores < 1:
-        raise RotorstudyError(
-            f"blind: cases {config.cases}, seed {config.seed}, cores {cores}: at least 1, 0 and 1 are needed"
-        )
+        said = f"cases {config.cases}, seed {config.seed}, cores {cores}"
+        raise RotorstudyError(f"blind: {said}: at least 1, 0 and 1 are needed")
     seals = Path(out) / "seals.json"
     with TemporaryDirectory() as folder:
         answers = Path(folder) / "answers.json"

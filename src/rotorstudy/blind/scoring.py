@@ -131,9 +131,8 @@ def _held_out_errors(truth, held_out):
     real, imag = np.array(truth["without_noise"])  # (speed, harmonic, node)
     at = [int(np.abs(np.array(truth["speeds_rad_per_s"]) - w).argmin()) for w in held_out["speed"]]
     shown = (real + 1j * imag)[at]
-    return tuple(
-        float(np.sqrt(np.mean(np.abs(shown - np.asarray(held_out[part])) ** 2))) for part in ("before", "after")
-    )
+    errors = (np.abs(shown - np.asarray(held_out[part])) for part in ("before", "after"))
+    return tuple(float(np.sqrt(np.mean(error**2))) for error in errors)
 
 
 def _errors_of(true, causes):
@@ -161,11 +160,8 @@ def _sizes_judged(true, causes):
     """Number of sizes to compare, of 95 % intervals that hold theirs, and whether the angle of a crack is right."""
     errors = _errors_of(true, causes)
     angles = [np.rad2deg(error) for name, error, _ in errors if name in ("angle_rad", "crack_angle_rad")]
-    return {
-        "sizes": len(errors),
-        "covered": sum(holds for *_, holds in errors),
-        "angle_right": all(abs(error) <= CRACK_ANGLE for error in angles),
-    }
+    right = all(abs(error) <= CRACK_ANGLE for error in angles)
+    return {"sizes": len(errors), "covered": sum(holds for *_, holds in errors), "angle_right": right}
 
 
 def _crack_judged(truth, causes):
@@ -197,10 +193,8 @@ def _crack_judged(truth, causes):
         slope = (above - below) / (2 * SLOPE * depth["value"])
         std = np.hypot(slope * (depth.get("std") or 0), (factor.get("std") or 0) / factor["value"])
         error = at + np.log(abs(factor["value"])) - np.log(one["across_rad_per_N_m"])
-        found |= {
-            "flexibility_error": float(np.expm1(error)),
-            "flexibility_held": float(abs(error) <= HALF_INTERVAL * std),
-        }
+        held = float(abs(error) <= HALF_INTERVAL * std)
+        found |= {"flexibility_error": float(np.expm1(error)), "flexibility_held": held}
     return found
 
 

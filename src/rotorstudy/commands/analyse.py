@@ -35,7 +35,6 @@ def run(given):
 def _range(given, rpm, option):
     """A range of speeds in rad/s, or None if it is not given."""
     if given is not None and not LOWEST < given[0] < given[1] < HIGHEST:
-        raise RotorstudyError(
-            f"{option} {given[0]:g} {given[1]:g}: give two speeds from {LOWEST:g} to {HIGHEST:g}, the lower one first"
-        )
+        told = f"give two speeds from {LOWEST:g} to {HIGHEST:g}, the lower one first"
+        raise RotorstudyError(f"{option} {given[0]:g} {given[1]:g}: {told}")
     return in_rad_s(given, rpm)

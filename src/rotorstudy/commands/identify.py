@@ -15,8 +15,7 @@ def add(parser):
     told = """instead of records: YAML file that lists several runs, their records and what is added in each; they are
     fitted together, within the uncertainty that the rig file states"""
     parser.add_argument("--runs", metavar="FILE", help=told)
-    told = """rig file; parameters with a value are known unless named in --unknowns; its section 'measurement:' says
-    how to read the files"""
+    told = "rig file; parameters with a value are known unless in --unknowns; 'measurement:' says how to read the files"
     parser.add_argument("--rig", required=True, help=told)
     told = """parameters to estimate (default: those without a value); 'rotor.youngs_modulus_Pa' is the relative change
     of that number of the rotor"""

@@ -49,9 +49,8 @@ EPILOG = """examples:
 
 def parser():
     """The argparse parser; `command` is a module, whose `run` returns what was found, or (exit status, that)."""
-    top = argparse.ArgumentParser(
-        prog="rotorstudy", description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    raw = argparse.RawDescriptionHelpFormatter
+    top = argparse.ArgumentParser("rotorstudy", description=__doc__, epilog=EPILOG, formatter_class=raw)
     top.add_argument("--quiet", action="store_true", help="do not show progress")
     top.add_argument("--version", action="version", version=f"rotorstudy {__version__}")
     commands = top.add_subparsers(required=True, metavar="COMMAND")

@@ -240,9 +240,8 @@ def condensed_regression(
     rest[..., harmonics == 0, :] -= model.static_residual
     columns = np.stack(np.broadcast_arrays(*(reduced(force(unknown)) for unknown in unknowns)), axis=-1)
     right = reduced(rest)
-    return Regression(
-        columns.reshape(*columns.shape[:-3], -1, columns.shape[-1]), right.reshape(*right.shape[:-2], -1), tuple(names)
-    )
+    columns = columns.reshape(*columns.shape[:-3], -1, columns.shape[-1])
+    return Regression(columns, right.reshape(*right.shape[:-2], -1), tuple(names))
 
 
 def _rotor_unknown(model, name):

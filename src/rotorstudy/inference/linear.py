@@ -47,9 +47,8 @@ def check_identifiable(columns: np.ndarray, names: Sequence[str]) -> None:
         )
     dead = [name for name, size in zip(names, np.linalg.norm(columns, axis=0), strict=True) if size == 0]
     if dead:
-        raise UnidentifiableError(
-            f"the data do not depend on {', '.join(dead)}; fix it, or measure what it acts on", dead
-        )
+        told = f"the data do not depend on {', '.join(dead)}; fix it, or measure what it acts on"
+        raise UnidentifiableError(told, dead)
     traded = undetermined(columns, names)
     if traded:
         raise UnidentifiableError(
@@ -117,9 +116,7 @@ def solve_equations(
         if left <= DEFLECTION_RELATIVE or last <= change <= ROUND_OFF_RELATIVE:
             return theta
         last = change
-    raise NoConvergenceError(
-        "the static deflection and the bearing parameters that determine it did not converge together"
-    )
+    raise NoConvergenceError("static deflection and the bearing parameters that determine it do not converge together")
 
 
 def whitened(weights: np.ndarray, solve: Callable = solve_linear) -> Callable:

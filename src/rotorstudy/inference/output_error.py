@@ -78,9 +78,8 @@ def output_error_fit(
         )
         for part in parts
     ]
-    theta, cost, normal, converged = (
-        np.concatenate([getattr(one, name) for one in found]) for name in ("theta", "cost", "normal", "converged")
-    )
+    names = ("theta", "cost", "normal", "converged")
+    theta, cost, normal, converged = (np.concatenate([getattr(one, name) for one in found]) for name in names)
     if not converged.any():
         raise NoConvergenceError(
             f"the output-error fit did not converge in {iterations} steps; start closer, or fix a weak parameter"
@@ -88,6 +87,5 @@ def output_error_fit(
     covariance = np.full_like(normal, np.nan)
     theta[~converged] = np.nan
     covariance[converged] = invert(normal[converged])
-    return Estimate(
-        problem.names, theta.reshape(*shape, count), covariance.reshape(*shape, count, count), cost.reshape(shape)
-    )
+    theta, covariance = theta.reshape(*shape, count), covariance.reshape(*shape, count, count)
+    return Estimate(problem.names, theta, covariance, cost.reshape(shape))

@@ -56,11 +56,8 @@ class Prior:
         """The joint Prior of two independent ones."""
         from scipy.linalg import block_diag
 
-        return Prior(
-            self.names + other.names,
-            np.concatenate([self.mean, other.mean]),
-            block_diag(self.covariance, other.covariance),
-        )
+        mean = np.concatenate([self.mean, other.mean])
+        return Prior(self.names + other.names, mean, block_diag(self.covariance, other.covariance))
 
 
 def with_usual(uncertainty: dict[str, float], model: Model) -> dict[str, float]:

@@ -37,17 +37,8 @@ SPEED_WORDS = {"rpm", "speed", "drehzahl", "rev", "cpm"}
 PEAK = {"pp", "pk", "p", "rms"}
 LEFT, RIGHT = {"l", "left"}, {"r", "right"}
 LEAST_ANGLE = 15  # degrees; a smaller number beside "left" counts probes
-DIRECTIONS = {
-    "x": -45.0,
-    "y": 45.0,
-    "v": 0.0,
-    "vert": 0.0,
-    "vertical": 0.0,
-    "h": -90.0,
-    "hor": -90.0,
-    "horiz": -90.0,
-    "horizontal": -90.0,
-}
+DIRECTIONS = {"x": -45.0, "y": 45.0} | dict.fromkeys(("v", "vert", "vertical"), 0.0)
+DIRECTIONS |= dict.fromkeys(("h", "hor", "horiz", "horizontal"), -90.0)
 
 
 def words_in(name):

@@ -49,9 +49,7 @@ class Probe(Strict):
                 f"{where}: channel '{self.channel}' has no unit; state 'unit:' in the rig file ({', '.join(METRES)}, V)"
             )
         if self.sensitivity_V_per_m is not None:
-            raise RotorstudyError(
-                f"{where}: channel '{self.channel}' is in {unit}; remove sensitivity_V_per_m, which is for V"
-            )
+            raise RotorstudyError(f"{where}: channel '{self.channel}' is in {unit}; remove sensitivity_V_per_m, of V")
         return self.sign * METRES[unit]
 
 
@@ -118,16 +116,15 @@ class Conventions(Strict):
 
     def reading(self, nodes, directions=()):
         """The Reading of records of some nodes. directions : (node,) rad of their only probes, NaN for orbits."""
-        probes = {
-            node: {p.channel: float(self.direction_rad(p.angle_deg)) for p in self.probes if p.node in (None, node)}
-            for node in nodes
-        }
+        probes = {}
+        for node in nodes:
+            own = (probe for probe in self.probes if probe.node in (None, node))
+            probes[node] = {probe.channel: float(self.direction_rad(probe.angle_deg)) for probe in own}
         every = Reading({node: found for node, found in probes.items() if found})
         for node, only in zip(nodes, directions, strict=False):
             if np.isfinite(only):
-                along = {
-                    name: a for name, a in every.probes_at(node).items() if abs(np.sin(a - only)) < LEAST_ANGLE_RAD
-                }
+                own = every.probes_at(node)
+                along = {name: a for name, a in own.items() if abs(np.sin(a - only)) < LEAST_ANGLE_RAD}
                 probes[node] = along or {"probe": float(only)}
         gravity = self.sense * np.deg2rad(self.gravity_angle_deg)
         return Reading({node: found for node, found in probes.items() if found}, float(gravity), self.mark_rad)
@@ -206,9 +203,7 @@ def check_once(probes, where, of_nodes=False):
     """RotorstudyError if two probes read one signal. of_nodes : the file has signals of a name for each node."""
     signals = [(probe.channel, probe.node if of_nodes else None) for probe in probes]
     for channel, _ in (one for one in signals if signals.count(one) > 1):
-        raise RotorstudyError(
-            f"{where}: channel '{channel}' is that of two probes under 'measurement: probes:'; each has its own"
-        )
+        raise RotorstudyError(f"{where}: '{channel}' is that of two probes under 'measurement: probes:'")
 
 
 def measured_direction(directions_rad):

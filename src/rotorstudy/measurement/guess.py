@@ -224,11 +224,8 @@ def _take(columns, wanted):
 
 def _is_time(column):
     steps = np.diff(column.values)
-    return (
-        len(steps) > 1
-        and (steps > 0).all()
-        and np.ptp(steps) < max(EVEN, 0.5 if TIME.search(column.name) else 0) * np.mean(steps)
-    )
+    uneven = max(EVEN, 0.5 if TIME.search(column.name) else 0)
+    return len(steps) > 1 and (steps > 0).all() and np.ptp(steps) < uneven * np.mean(steps)
 
 
 def _is_count(column):

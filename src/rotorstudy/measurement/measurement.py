@@ -269,9 +269,8 @@ def _of_table(path, conventions, speed, of_node, single):
 
 def _spectrum_of(analysed, harmonics, sensors, directions):
     """The Spectrum of several Analysed."""
-    amplitude, covariance = (
-        np.array([[one.harmonics[node][part] for node in sensors] for one in analysed]) for part in (0, 1)
-    )
+    parts = ([[one.harmonics[node][part] for node in sensors] for one in analysed] for part in (0, 1))
+    amplitude, covariance = map(np.array, parts)
     speed = np.array([one.speed for one in analysed])
     amplitude = np.swapaxes(amplitude, 1, 2)
     return Spectrum(amplitude, speed, np.array(harmonics), tuple(sensors), covariance, directions)
@@ -312,9 +311,8 @@ def wanted_sensors(rig, measured):
     wanted = rig.given.get("sensors") or sorted(measured)
     for node in wanted:
         if node not in measured:
-            raise RotorstudyError(
-                f"{rig.path}: 'sensors' has node {node}, but the records have nodes {sorted(measured)}; leave it out"
-            )
+            known = f"the records have nodes {sorted(measured)}"
+            raise RotorstudyError(f"{rig.path}: 'sensors' has node {node}, but {known}; leave it out")
     return wanted
 
 

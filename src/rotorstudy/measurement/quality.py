@@ -65,17 +65,8 @@ def check_speed_label(label, speed, where):
         return []
     fitting = [why for ratio, why in LIKELY_WRONG if abs(speed / label / ratio - 1) < LABEL_OFF]
     hint, off = (fitting or ["correct the label"])[-1], 100 * (speed / label - 1)
-    return [
-        told(
-            "speed label",
-            where,
-            label=spin(label, 6),
-            speed=spin(speed, 6),
-            off=off,
-            allowed=100 * LABEL_OFF,
-            hint=hint,
-        )
-    ]
+    said = {"label": spin(label, 6), "speed": spin(speed, 6), "off": off, "allowed": 100 * LABEL_OFF, "hint": hint}
+    return [told("speed label", where, **said)]
 
 
 def check_drift(drift, where):

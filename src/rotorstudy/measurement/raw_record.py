@@ -100,10 +100,8 @@ def assemble(readings, conventions, nodes, time, label, keyphasor, marks, refere
     for _, node, _ in readings:
         if node not in nodes:
             raise unknown_name("node", node, nodes, f"{where}; the probes must sit at nodes of the rig")
-    channels = [
-        Channel(probe.channel, node, float(conventions.direction_rad(probe.angle_deg)), values, probe.order)
-        for probe, node, values in readings
-    ]
+    at = [float(conventions.direction_rad(probe.angle_deg)) for probe, _, _ in readings]
+    channels = [Channel(p.channel, node, a, values, p.order) for a, (p, node, values) in zip(at, readings, strict=True)]
     kinds = {(channel.node, channel.order) for channel in channels}
     if len(kinds) > len(dict(kinds)):
         raise RotorstudyError(f"{where}: a node has channels of displacement and of its derivative; number them apart")

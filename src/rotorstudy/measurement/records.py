@@ -92,7 +92,7 @@ def check_record(record, harmonics):
         if not np.isfinite(signal).all():
             bad = int(np.flatnonzero(~np.isfinite(np.atleast_2d(signal)).all(axis=0))[0])
             raise RotorstudyError(
-                f"{where}: {name} has NaN or infinite samples, the first at {time[bad]:g} s; cut or repair"
+                f"{where}: {name} has NaN or infinite samples, first at {time[bad]:g} s; cut or repair"
             )
     step = np.diff(time)
     if len(step) == 0 or not (step > 0).all() or np.ptp(step) > 1e-6 * step.mean():
@@ -112,10 +112,8 @@ def cut_to_whole_revolutions(record):
     step = (record.time[-1] - record.time[0]) / (len(record.time) - 1)
     revolutions = np.floor(record.speed * step * len(record.time) / (2 * np.pi) + 1e-6)
     samples = round(revolutions * 2 * np.pi / (record.speed * step))
-    signals = {
-        name: None if getattr(record, name) is None else getattr(record, name)[:samples]
-        for name in ("reference", "keyphasor")
-    }
+    signals = {name: getattr(record, name) for name in ("reference", "keyphasor")}
+    signals = {name: None if one is None else one[:samples] for name, one in signals.items()}
     return replace(record, time=record.time[:samples], displacement=record.displacement[..., :samples], **signals)
 
 

@@ -39,10 +39,8 @@ class Whitened:
     @cached_property
     def _seen(self):
         """(sensor, component) whether a component is a datum, and (sensor, component, component) rows of the data."""
-        return (
-            np.array([seen_components(self.harmonics, a) for a in self.directions]),
-            np.array([seen_rows(self.harmonics, a) for a in self.directions]),
-        )
+        both = [[one(self.harmonics, a) for a in self.directions] for one in (seen_components, seen_rows)]
+        return tuple(map(np.array, both))
 
     @property
     def data_count(self) -> int:
@@ -83,9 +81,8 @@ class Whitened:
         _, rows = self._seen
         if single.any():
             covariance = np.where(single[:, None, None], rows @ covariance @ np.swapaxes(rows, -1, -2), covariance)
-        parts = [
-            _whitener(one.tobytes(), one.shape, floor) for one in np.moveaxis(np.asarray(covariance, float), -3, 0)
-        ]
+        apart = np.moveaxis(np.asarray(covariance, float), -3, 0)
+        parts = [_whitener(one.tobytes(), one.shape, floor) for one in apart]
         found = np.stack(parts, axis=-3)
         if single.any():
             found[:, single] = found[:, single] @ rows[single]
@@ -231,13 +228,8 @@ class Spectrum(Whitened):
         -------
         Spectrum
         """
-        return replace(
-            self,
-            amplitude=self.amplitude[..., chosen, :, :],
-            speed=self.speed[chosen],
-            covariance=self.covariance[chosen],
-            shared_error=None,
-        )
+        found = replace(self, amplitude=self.amplitude[..., chosen, :, :], speed=self.speed[chosen])
+        return replace(found, covariance=self.covariance[chosen], shared_error=None)
 
     def at_harmonics(self, wanted: Iterable[int]) -> "Spectrum":
         """The spectrum at some of its harmonics.
@@ -255,13 +247,8 @@ class Spectrum(Whitened):
         place = np.array([list(self.harmonics).index(n) for n in wanted])
         both = np.concatenate([place, place + len(self.harmonics)])
         covariance = self.covariance[..., both, :][..., both]
-        return replace(
-            self,
-            amplitude=self.amplitude[..., place, :],
-            harmonics=np.array(wanted),
-            covariance=covariance,
-            shared_error=None,
-        )
+        found = replace(self, amplitude=self.amplitude[..., place, :], covariance=covariance, shared_error=None)
+        return replace(found, harmonics=np.array(wanted))
 
     def with_amplitude(self, amplitude: ArrayLike) -> "Spectrum":
         """The same speeds, harmonics, sensors and covariance with other amplitudes.

@@ -199,9 +199,7 @@ def _readings(rows, values, steps, by_probe, conventions, where):
     """Harmonics (row,) of nodes or probes, complex m, in the project's axes; variances (row,) along and across them."""
     size = next(iter(values))
     if by_probe and (values[size] < 0).any():
-        raise RotorstudyError(
-            f"{where}: column of {size}: a value is negative; state it positive, its phase by 180° more"
-        )
+        raise RotorstudyError(f"{where}: column of {size}: a value is negative; make it positive, its phase 180° more")
     harmonic, lag = rows.harmonic.to_numpy(), conventions.table_phase == "lag"
     if by_probe:  # a harmonic is half the peak; a velocity leads its displacement
         probe = {p.channel: p.sign for p in conventions.probes}
@@ -213,9 +211,8 @@ def _readings(rows, values, steps, by_probe, conventions, where):
     else:  # the mean has a direction, which neither lags nor has a reference
         still = harmonic == 0
         phase = np.where(lag & ~still, -1, 1) * (values["phase"] - values["reference_phase"])
-        phase = (
-            conventions.sense * (phase - np.deg2rad(conventions.gravity_angle_deg)) - harmonic * conventions.mark_rad
-        )
+        phase = conventions.sense * (phase - np.deg2rad(conventions.gravity_angle_deg))
+        phase = phase - harmonic * conventions.mark_rad
         turned = steps["phase"] ** 2 + np.where(still, 0, steps["reference_phase"]) ** 2
         factor, sign, noise = 1.0, 1.0, conventions.table_noise_m**2
     along = (factor * steps[size]) ** 2 / 12 + noise

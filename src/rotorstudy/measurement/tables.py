@@ -140,10 +140,8 @@ def _wide(names, units, where):
             )
     unit = next(iter(speeds.values()))
     sizes = f"{', '.join(LENGTHS)}, mm/s, m/s, in/s with pp, pk or rms, as in 'DE X 1X Amp (mil pp)'"
-    own_units = [
-        _one_unit(texts["amplitude"], _size_unit, sizes, where),
-        _one_unit(texts["phase"], _angle_unit, "deg and rad, with lag or lead", where),
-    ]
+    phase = _one_unit(texts["phase"], _angle_unit, "deg and rad, with lag or lead", where)
+    own_units = [_one_unit(texts["amplitude"], _size_unit, sizes, where), phase]
     others = [name for name in names if not (WIDE.fullmatch(name) or GAP.fullmatch(name) or name in speeds)]
     return _Wide(
         speeds,
@@ -206,10 +204,8 @@ def _in_rows(text, wide, where):
     cells = [text[[own[what] for own in wide.pairs.values()]] for what in ("amplitude", "phase")]
     for name in [*cells[0], *cells[1]]:
         numbers_of(text, name, where, may_lack=True)
-    turning = {
-        name: numbers_of(text, name, where, may_lack=True) * RAD_PER_S[unit.replace("rad_per_s", "rad/s")]
-        for name, unit in wide.speeds.items()
-    }
+    units = {name: RAD_PER_S[unit.replace("rad_per_s", "rad/s")] for name, unit in wide.speeds.items()}
+    turning = {name: numbers_of(text, name, where, may_lack=True) * factor for name, factor in units.items()}
     first, *others = turning
     for name in others:
         if (np.abs(turning[name] - turning[first]) > SAME_SPEED * np.abs(turning[first])).any():

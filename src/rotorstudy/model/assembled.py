@@ -95,9 +95,8 @@ class Assembled:
             if not self.names:
                 raise RotorstudyError("the model has no parameters to estimate; add effects or a crack to the rig")
             if not self.unstated:
-                raise RotorstudyError(
-                    f"the rig gives every parameter a value; name the unknowns (among {', '.join(self.names)})"
-                )
+                known = ", ".join(self.names)
+                raise RotorstudyError(f"the rig gives every parameter a value; name the unknowns (among {known})")
             return self.unstated
         found = []
         for name in wanted:
@@ -275,12 +274,8 @@ class Assembled:
         structure = self.structure
         if self.is_carried or self.held_deflection is not None or structure.is_supported:
             return np.zeros(len(structure.dofs))
-        springs = (
-            e
-            for _, u in self.acting
-            for e in u.entries
-            if e.reads_motion and not (e.is_conjugate or e.order or e.shift)
-        )
+        acting = (e for _, u in self.acting for e in u.entries if e.reads_motion)
+        springs = (e for e in acting if not (e.is_conjugate or e.order or e.shift))
         if structure.static_load.any() and not any(springs):
             raise RigError("nothing carries the weight of the rotor; add bearings or rigid supports")
         return structure.static_load

@@ -51,9 +51,8 @@ def breathing_function(crack, angle, options=None):
         )
     if not np.isfinite(found).all():
         where = np.broadcast_to(angle, found.shape)[~np.isfinite(found)][0]
-        raise PluginError(
-            f"crack '{crack.name}' ({crack.file}) gives NaN or infinity, first at an angle of {where:.4g} rad"
-        )
+        told = f"NaN or infinity, first at an angle of {where:.4g} rad"
+        raise PluginError(f"crack '{crack.name}' ({crack.file}) gives {told}")
     return found if shape != angle.shape else np.stack([found, 0 * found, 0 * found])
 
 
@@ -83,9 +82,8 @@ def _check_series(crack, given):
         raise PluginError(f"{who} is a {type(given).__name__} or empty; it must be {{k: s_k}} or {{k: (3,)}}")
     for k, s in given.items():
         if np.shape(s) not in ((), (3,)) or not np.isfinite(s).all():
-            raise PluginError(
-                f"{who} has for k = {k} the coefficient {s!r}; it must be a finite number, or three for xi, eta, xi-eta"
-            )
+            told = f"for k = {k} the coefficient {s!r}"
+            raise PluginError(f"{who} has {told}; it must be a finite number, or three for xi, eta, xi-eta")
 
 
 def _on_z_and_conj(coefficients):
@@ -213,9 +211,8 @@ def keys_from_depth(item, crack, structure, given, where):
         follows["eta_share"] = loss.eta / loss.xi
     follows = {key: loss.xi, **{k: v for k, v in follows.items() if k in option_names(crack.function)}}
     for clash in (k for k in (key, "depth_ratio") if k in follows and given.get(k, follows[k]) != follows[k]):
-        raise RotorstudyError(
-            f"{clash} = {given[clash]!r} in {where}, but its depth gives {follows[clash]:g}; give only one of the two"
-        )
+        told = f"but its depth gives {follows[clash]:g}; give only one of the two"
+        raise RotorstudyError(f"{clash} = {given[clash]!r} in {where}, {told}")
     return follows
 
 

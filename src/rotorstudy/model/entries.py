@@ -119,9 +119,7 @@ class Evaluated:
         code = getattr(self.gain, "__code__", None)
         who = f"the gain of an entry ({code.co_filename}:{code.co_firstlineno})" if code else f"the gain {self.gain!r}"
         if np.shape(found) != speed.shape:
-            raise PluginError(
-                f"{who} has shape {np.shape(found)} for speeds of shape {speed.shape}; it must be that shape"
-            )
+            raise PluginError(f"{who} has shape {np.shape(found)} for speeds of shape {speed.shape}; give that one")
         at = ", ".join(f"{w:g}" for w in np.unique(speed[~np.isfinite(found)])[:3])
         raise PluginError(f"{who} is not finite at {at} rad/s")
 
@@ -189,9 +187,8 @@ def film_entries(unit, coefficients, angle=0.0):
 
         return at
 
-    return tuple(
-        Entry(-here, on, order, gain=gain(order, sign)) for order in (0, 1) for on, sign in (("z", 1), ("conj", -1))
-    )
+    pairs = ((order, on, sign) for order in (0, 1) for on, sign in (("z", 1), ("conj", -1)))
+    return tuple(Entry(-here, on, order, gain=gain(order, sign)) for order, on, sign in pairs)
 
 
 def apply_entries(entries, amplitudes, speed, harmonics, reference=None):

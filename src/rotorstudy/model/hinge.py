@@ -278,9 +278,8 @@ def _turning_shares(xi, eta, both=0.0):
         series = np.fft.fft(np.broadcast_to(share, DIRECTIONS)) / DIRECTIONS
         for k in range(-ORDER, ORDER + 1):  # in the frame of the crack
             if abs(series[k]) > least:
-                found.setdefault(k + 2 * i, [0.0, 0.0])[i] = (
-                    series[k] if abs(series[k].imag) > least else series[k].real
-                )
+                value = series[k] if abs(series[k].imag) > least else series[k].real
+                found.setdefault(k + 2 * i, [0.0, 0.0])[i] = value
     return found
 
 

@@ -83,9 +83,8 @@ def _options_model(function, given_by_engine):
         if name not in given_by_engine:
             annotation = float if parameter.annotation is parameter.empty else parameter.annotation
             fields[name] = (annotation, ... if parameter.default is parameter.empty else parameter.default)
-    return fields, create_model(
-        "Options", __config__=ConfigDict(extra="forbid", strict=True, allow_inf_nan=False), **fields
-    )
+    config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+    return fields, create_model("Options", __config__=config, **fields)
 
 
 def named_keys(annotation, loc=()):

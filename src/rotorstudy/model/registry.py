@@ -82,9 +82,8 @@ class Registry:
             if same and _is_in(namesake.file, PACKAGED):  # of an installed package, and of the clone it is from
                 continue
             if namesake:
-                raise PluginError(
-                    f"two plugins are called {kind} '{plugin.name}': {namesake.file} and {plugin.file}; rename one"
-                )
+                both = f"{namesake.file} and {plugin.file}"
+                raise PluginError(f"two plugins are called {kind} '{plugin.name}': {both}; rename one")
             self.plugins[kind][plugin.name] = plugin
 
     def get(self, kind, name, where=""):

@@ -157,9 +157,7 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
     terms = []
     for section in ("cracks", "bearings", "foundation", "effects"):
         if not isinstance(rig.get(section) or [], list):
-            raise RotorstudyError(
-                f"section '{section}' in {where} must be a list of items, each starting with '- kind:'"
-            )
+            raise RotorstudyError(f"section '{section}' in {where} must be a list of items that start with '- kind:'")
         for i, item in enumerate(rig.get(section) or []):
             place, is_foundation = f"{where}, {section}[{i}]", section == "foundation"
             kind = SECTIONS[section]
@@ -316,8 +314,7 @@ def named_plugins(rig):
     found = []
     for section, kind in SECTIONS.items():
         items = rig.get(section) or []
-        found += [
-            registry().get(kind, item["kind"], section) for item in ([items] if isinstance(items, dict) else items)
-        ]
+        items = [items] if isinstance(items, dict) else items
+        found += [registry().get(kind, item["kind"], section) for item in items]
     depths = [item["depth"] for item in rig.get("cracks") or [] if "depth" in item]
     return found + [registry().get("depth", depth["kind"], "depth") for depth in depths]

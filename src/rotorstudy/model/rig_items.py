@@ -75,9 +75,8 @@ def make_term(
     for function in functions:
         own = option_names(function, by_engine)
         for name in {*options, "depth", "label"} & {*own} if is_crack else ():
-            raise PluginError(
-                f"plugin '{plugin.name}' ({plugin.file}): option '{name}' is reserved for all cracks; rename it"
-            )
+            told = f"option '{name}' is reserved for all cracks; rename it"
+            raise PluginError(f"plugin '{plugin.name}' ({plugin.file}): {told}")
         options |= check_options(function, {k: v for k, v in given.items() if k in own}, where, by_engine, left)
     if section == "bearing":  # stated, so that it is a number of the bearing like others
         missing = {name: value for name, value in plugin.defaults.items() if options[name] is None}
@@ -229,9 +228,8 @@ def check_structure(structure, plugin, where):
     for name in ("mass", "stiffness", "gyroscopic", "static_load"):
         matrix, needed = getattr(structure, name), (size,) if name == "static_load" else (size, size)
         if np.shape(matrix) != needed:
-            raise PluginError(
-                f"{who} gives {name} of shape {np.shape(matrix)}; it must be {needed} for its {size} coordinates"
-            )
+            told = f"{who} gives {name} of shape {np.shape(matrix)}; it must be {needed} for its {size} coordinates"
+            raise PluginError(told)
         if not np.isfinite(matrix).all():
             raise PluginError(f"{who} gives {name} with NaN or infinite values")
 

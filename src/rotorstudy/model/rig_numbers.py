@@ -246,9 +246,8 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
             slopes[name] += _slopes((_rebuilt(structure, bearing, holder, end, more) for end in ends), theta)
         if carried is not None:
             films.append(_film(structure, bearing, holder, carried, theta, changes, more))
-    return tuple(
-        _with_entries(term, slopes, films) if term.is_bearing_number else built.get(id(term), term) for term in terms
-    )
+    built |= {id(term): _with_entries(term, slopes, films) for term in terms if term.is_bearing_number}
+    return tuple(built.get(id(term), term) for term in terms)
 
 
 class Film(NamedTuple):

@@ -77,9 +77,7 @@ class Shaft:
             return self.stiffness_loss(node, element)
         if element is not None or (node is not None and self.nodes != (node,)):
             place = f"node {node}" if element is None else f"element {element}"
-            raise CannotAct(
-                f"this rotor cannot crack at {place}; it has only one place for a crack, so omit node and element"
-            )
+            raise CannotAct(f"this rotor cannot crack at {place}; it has only one place, so omit node and element")
         return self.stiffness_loss
 
     def crack_places(self) -> list[dict]:
@@ -116,12 +114,8 @@ class Shaft:
         step = max(-(-len(numbers) // STRETCHES), 1)
         starts = numbers[::step]
         ends = [*(start - 1 for start in starts[1:]), *numbers[-1:]]
-        longer = [
-            {"element": first, "last_element": last}
-            for first in starts
-            for last in ends
-            if 1 < last - first + 1 < len(numbers)
-        ]
+        pairs = ((first, last) for first in starts for last in ends if 1 < last - first + 1 < len(numbers))
+        longer = [{"element": first, "last_element": last} for first, last in pairs]
         return [{"element": number} for number in numbers if len(numbers) > 1] + longer
 
     @cached_property

@@ -93,8 +93,5 @@ def uncertainty_section(names: Sequence[str], covariance: np.ndarray) -> dict:
         correlation = vectors * np.maximum(size, REGULAR) @ vectors.T
         correlation /= np.sqrt(np.outer(np.diag(correlation), np.diag(correlation)))
     np.fill_diagonal(correlation, 1.0)
-    return {
-        "parameters": list(names),
-        "standard_deviations": std.tolist(),
-        "correlations": [correlation[i, : i + 1].tolist() for i in range(len(names))],
-    }
+    rows = [correlation[i, : i + 1].tolist() for i in range(len(names))]
+    return {"parameters": list(names), "standard_deviations": std.tolist(), "correlations": rows}

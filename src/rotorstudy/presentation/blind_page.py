@@ -39,9 +39,8 @@ def write_pages(data, criteria, rows, folder, others=None, index=None):
         f"{data.attrs['cases']} cases of seed {data.attrs['seed']}: effects were hidden in records of an "
         "independent simulator, and the truth was sealed before the diagnosis began."
     )
-    figures = [
-        (name.replace("_", " ").capitalize(), inline_png(png[name]), caption) for name, caption in BLIND_FIGURES.items()
-    ]
+    titles = {name: name.replace("_", " ").capitalize() for name in BLIND_FIGURES}
+    figures = [(titles[name], inline_png(png[name]), caption) for name, caption in BLIND_FIGURES.items()]
     links = to_index(folder / "criteria.html", index)
     wrong = links | {"Cases with a wrong answer": "cases.html"}
     write_text(folder / "criteria.html", criteria_page(criteria, source, figures, wrong))

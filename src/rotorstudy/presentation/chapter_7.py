@@ -57,10 +57,8 @@ def smallest_crack(study, limits):
     axes[0, 0].set_ylabel("smallest crack detected (% of diameter)")
     first = limits[f"smallest_depth_{names[0]}"].sel(noise=study.usual_noise_percent, baseline="healthy record")
     best = 100 * float(first.min())
-    picture.suptitle(
-        f"At {study.usual_noise_percent:g} % noise a crack of {best:.1f} % in the best place is detected "
-        f"({percent(study.power)} of the time)"
-    )
+    told = f"a crack of {best:.1f} % in the best place is detected ({percent(study.power)} of the time)"
+    picture.suptitle(f"At {study.usual_noise_percent:g} % noise {told}")
     return picture
 
 
@@ -140,9 +138,8 @@ def noise_and_probes(study, accuracy):
     lines = axes[0, 0].get_legend_handles_labels()
     picture.legend(*lines, loc="outside lower center", ncols=5, fontsize=6, title="probes", title_fontsize=6)
     planes = list(study.main.planes)
-    there = accuracy.bound.sel(shape="depth_ratio", depth_ratio=depth).sel(
-        position=middle, noise=study.usual_noise_percent
-    )
+    there = accuracy.bound.sel(shape="depth_ratio", depth_ratio=depth)
+    there = there.sel(position=middle, noise=study.usual_noise_percent)
     picture.suptitle(
         f"Crack of {100 * depth:g} % at {middle * 1e3:.0f} mm, {study.usual_noise_percent:g} % noise: the depth is "
         f"{float(there[0] / there[-1]):.1f} times more certain by {planes[-1]} than by {planes[0]}",
@@ -168,9 +165,8 @@ def information(study, accuracy):
     axes[0, 0].set_xticks(range(len(names)), names, rotation=45)
     axes[0, 0].legend(fontsize=6)
     axes[0, 1].set(yscale="log", xlabel="speed (rad/s)", title="One speed alone (dots), all up to it (lines)")
-    without = float(
-        accuracy.bound_by_harmonic.sel(harmonic_group="without 1X", shape="depth_ratio") / best.sel(shape="depth_ratio")
-    )
+    alone = accuracy.bound_by_harmonic.sel(harmonic_group="without 1X", shape="depth_ratio")
+    without = float(alone / best.sel(shape="depth_ratio"))
     picture.suptitle(f"The crack shows in all harmonics: without 1X its depth is {without:.1f} times less accurate")
     return picture
 
@@ -223,17 +219,14 @@ def curved_fronts(study, fronts):
         panel.plot(ends, ends, "k-", linewidth=0.7)
         held = float(((one.low <= fronts.depth_ratio) & (fronts.depth_ratio <= one.high)).mean())
         bias[law] = float((one.found / fronts.depth_ratio - 1).median())
-        panel.set(
-            xlabel="true depth (% of diameter)", title=f"{law}: median {100 * bias[law]:+.0f} %,\n{percent(held)} held"
-        )
+        title = f"{law}: median {100 * bias[law]:+.0f} %,\n{percent(held)} held"
+        panel.set(xlabel="true depth (% of diameter)", title=title)
         panel.set_ylim(0, 1.3 * ends[1])
     axes[0, 0].set_ylabel("depth found")
     picture.colorbar(shown, ax=axes[0, -1], label="depth over radius of the front")
     last = str(fronts.law.values[-1])
-    picture.suptitle(
-        f"{fronts.sizes['trial']} cracks by three-dimensional elasticity: with the {last} the median depth is off by "
-        f"{100 * bias[last]:+.1f} %"
-    )
+    told = f"with the {last} the median depth is off by {100 * bias[last]:+.1f} %"
+    picture.suptitle(f"{fronts.sizes['trial']} cracks by three-dimensional elasticity: {told}")
     return picture
 
 

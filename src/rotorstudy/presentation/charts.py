@@ -30,12 +30,8 @@ def curve(label, colour, x, y, **style):
 def bode_charts(name, speed, curves, points=None, lines=(), bands=(), points_speed=None):
     """Bode plots of each node beside the polar plot, of what `bode_figures.bode` takes; name: its place on the page."""
     (unit, factor), (speed_unit, per) = shown_amplitude(), shown_speed()
-    together = {
-        "group": name,
-        "hover": "x",
-        "lines": [{"x": w * per} for w in lines],
-        "bands": [[a * per, b * per] for a, b in bands],
-    }
+    together = {"group": name, "hover": "x", "lines": [{"x": w * per} for w in lines]}
+    together["bands"] = [[a * per, b * per] for a, b in bands]
     views = []
     for node, probes in curves.items():
         size, lag, vector = [], [], []

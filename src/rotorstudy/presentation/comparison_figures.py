@@ -41,9 +41,8 @@ def accuracy(whole, trials):
     order = np.argsort(mean.fillna(np.inf).values)
     drawn, over = drawn.isel(estimator=order), over.isel(estimator=order)
     names = list(map(named, drawn.estimator.values))
-    picture, axes = figure(
-        drawn.sizes["rotor"], 2, height=0.19 * len(names) + 0.25, width=PAGE_WIDTH / 2, sharex="col", sharey=True
-    )
+    height, width = 0.19 * len(names) + 0.25, PAGE_WIDTH / 2
+    picture, axes = figure(drawn.sizes["rotor"], 2, height, width, sharex="col", sharey=True)
     for row, rotor in zip(axes, drawn.rotor.values, strict=True):
         here, worst = drawn.sel(rotor=rotor), []
         for i in range(len(names)):
@@ -100,10 +99,8 @@ def _row(axes, one, i, trials):
 
 def _legend(picture, axis, levels):
     """The noise level of each mark."""
-    handles = [
-        axis.plot([], [], MARKS[n % len(MARKS)], color=SHADES[n % len(SHADES)], markersize=3.5)[0]
-        for n in range(len(levels))
-    ]
+    marks = [(MARKS[n % len(MARKS)], SHADES[n % len(SHADES)]) for n in range(len(levels))]
+    handles = [axis.plot([], [], mark, color=shade, markersize=3.5)[0] for mark, shade in marks]
     texts = [f"{level:g} % noise" for level in levels]
     picture.legend(handles, texts, loc="outside lower center", ncols=len(levels), frameon=False)
 
@@ -128,9 +125,8 @@ def error_of_harmonics(whole, harmonic_errors, level):
     axes.grid(True, axis="x", which="minor")  # lines between the groups
     axes.set_ylabel("error of harmonics / rms of vibration (1)")
     picture.legend(loc="outside lower center", ncols=3, fontsize=6, frameon=False, columnspacing=1, handletextpad=0.2)
-    axes.set_title(
-        f"{_starting(named(best_by_worst(cost)[0]))} has the smallest error\nin its worst fault ({level:g} % noise)"
-    )
+    best = _starting(named(best_by_worst(cost)[0]))
+    axes.set_title(f"{best} has the smallest error\nin its worst fault ({level:g} % noise)")
     return picture
 
 
@@ -170,9 +166,8 @@ def bias_of_known_quantities(biased):
             a.plot(data.percent, error, **_style(i, len(own)), label=named(estimator))
             lost = data.percent[np.isnan(error)]
             place = 0.97 - 0.05 * i  # of the height of the panel, a row an estimator
-            a.plot(
-                lost, np.full(len(lost), place), "x", color=COLOURS[i % len(COLOURS)], transform=a.get_xaxis_transform()
-            )
+            style = {"color": COLOURS[i % len(COLOURS)], "transform": a.get_xaxis_transform()}
+            a.plot(lost, np.full(len(lost), place), "x", **style)
             costs.append(error.where(abs(data.percent) == 1, drop=True))
         a.set_yscale("symlog", linthresh=1)
         a.yaxis.set_major_formatter("{x:g}")
@@ -258,9 +253,8 @@ def _table(values, axes, norm):
     for (i, j), value in np.ndenumerate(values.values):
         bright = norm(value) > 0.5
         axes.text(j, i, _shown(value), ha="center", va="center", fontsize=5.5, color="black" if bright else "white")
-    axes.set_xticks(
-        range(values.sizes["spectrum_method"]), map(named, values.spectrum_method.values), rotation=90, fontsize=6.5
-    )
+    names = [named(method) for method in values.spectrum_method.values]
+    axes.set_xticks(range(len(names)), names, rotation=90, fontsize=6.5)
     axes.set_yticks(range(values.sizes["estimator"]), map(named, values.estimator.values), fontsize=6.5)
     axes.grid(False)
     return image

@@ -47,9 +47,8 @@ def spectra_figure(data):
         for i, crack in enumerate(data.crack.values):
             values = as_complex(data.displacement.sel(crack=crack, speed=speed))
             some = np.abs(values) > LEAST
-            plot_full_spectrum(
-                data.harmonic.values[some], values[some], panel, label=_name(crack), index=i, count=data.sizes["crack"]
-            )
+            style = {"label": _name(crack), "index": i, "count": data.sizes["crack"]}
+            plot_full_spectrum(data.harmonic.values[some], values[some], panel, **style)
         panel.set_xticks(data.harmonic.values, [f"{n}X" for n in data.harmonic.values])
         panel.set(title=f"{speed:.0f} rad/s, {speed / natural:.2f} of the natural frequency", xlabel="")
     axes[-1, 0].set_xlabel("harmonic (backward < 0 < forward)")
@@ -72,9 +71,8 @@ def sweep_figure(data, orders):
         panel.set(ylabel=f"{n}X (µm)")
     axes[0, 0].set_title("Dotted: natural frequency of the uncracked rotor over the order")
     axes[-1, 0].set_xlabel("speed over natural frequency of the uncracked rotor (1)")
-    handles = {
-        text: handle for panel in axes[:, 0] for handle, text in zip(*panel.get_legend_handles_labels(), strict=True)
-    }
+    shown = (zip(*panel.get_legend_handles_labels(), strict=True) for panel in axes[:, 0])
+    handles = {text: handle for pairs in shown for handle, text in pairs}
     picture.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
     picture.suptitle("Subcritical resonances: nX peaks just below 1/n of the natural frequency")
     return picture

@@ -196,9 +196,8 @@ def before_and_after(data):
         size = np.abs(measured[:, node])
         reach = 2 * std[:, node]
         bars = factor * np.array([np.minimum(reach, np.maximum(size - floor, 0)), reach])
-        ax.errorbar(
-            harmonics, factor * size, yerr=bars, fmt="o", color=MEASURED, markersize=3, label="measured, bars of 2 σ"
-        )
+        style = {"fmt": "o", "color": MEASURED, "markersize": 3, "label": "measured, bars of 2 σ"}
+        ax.errorbar(harmonics, factor * size, yerr=bars, **style)
         ax.set_yscale("log")
         ax.set_ylim(bottom=factor * floor)
         ax.set_ylabel(f"node {data.node.values[node]}: amplitude ({unit})")

@@ -128,9 +128,8 @@ def _hides(verdict):
         share = percent(verdict.outside_probability, 2)
         said.append(f"With a probability of {share} the true cause is no effect of the library.")
     if verdict.not_considered:
-        said.append(
-            f"Not considered, although it would look similar: {', '.join(map(readable, verdict.not_considered))}."
-        )
+        others = ", ".join(map(readable, verdict.not_considered))
+        said.append(f"Not considered, although it would look similar: {others}.")
     said += hidden_in_words(verdict)
     if found := smallest_detected(verdict):
         said.append(f"Smallest sizes detected with a probability of 95 %: {'; '.join(found)} (more below).")

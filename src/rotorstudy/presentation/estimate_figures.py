@@ -55,9 +55,8 @@ def weight_dominance(config, dominance, case, shown, units, title):
     speeds = [speed_name(w) for w in config.shown_speeds_rad_s]
     crack = config.rigs[config.main_rig]["cracks"][0]
     model = config.rig(config.main_rig)
-    name, (pattern, _, _) = next(
-        iter(model.structure.stiffness_loss_at(crack.get("node"), crack.get("element")).items())
-    )
+    losses = model.structure.stiffness_loss_at(crack.get("node"), crack.get("element"))
+    name, (pattern, _, _) = next(iter(losses.items()))
     loss = first_crack(config, config.main_rig).values[name] * dominance.crack_scale.values
     percent, unit = loss / np.sum(pattern * model.structure.stiffness) * 100, "%"
     if not model.structure.is_supported:  # a share of the stiffness would depend on the mesh
@@ -73,9 +72,8 @@ def weight_dominance(config, dominance, case, shown, units, title):
     axes[0, 0].set_title("Amplitude ratio")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower left", ncols=3)
     here = dominance.error.sel(case=case) * 100
-    worst = {
-        p: float(np.nanmax(np.abs(here.sel(parameter=p)))) for p in dominance.parameter.values if units[p] != "rad"
-    }
+    sizes = np.abs(here)
+    worst = {p: float(np.nanmax(sizes.sel(parameter=p))) for p in here.parameter.values if units[p] != "rad"}
     ordered = sorted(worst, key=worst.get, reverse=True)
     shown_parameters = [p for p in ordered[:MOST_CURVES] if worst[p] > NO_ERROR]
     for i, parameter in enumerate(shown_parameters):
@@ -194,9 +192,8 @@ def _panels(noisy, columns):
     """A figure, and for each column its panels: a column each, or rows of three if there is only one."""
     count = next(iter(noisy.values())).sizes["parameter"]
     if len(columns) > 1:
-        picture, axes = figure(
-            count, len(columns), height=min(1.7, HIGHEST / count), width=min(2.6, WIDEST / len(columns))
-        )
+        height, width = min(1.7, HIGHEST / count), min(2.6, WIDEST / len(columns))
+        picture, axes = figure(count, len(columns), height, width)
         return picture, list(axes.T)
     picture, axes = figure(-(-count // 3), 3, height=2.0, width=2.4)
     for unused in axes.flat[count:]:
@@ -214,13 +211,8 @@ def _error_over_bound(noisy, columns, title):
         rms = np.sqrt(((data.estimate - data.true) ** 2).mean("trial"))
         over = (rms / data.cramer_rao).transpose("estimator", "parameter", "noise")
         for i, estimator in enumerate(data.estimator.values):
-            _dumbbells(
-                panel,
-                over.isel(estimator=i).values[:, [0, -1]],
-                i,
-                over.sizes["estimator"],
-                str(estimator).replace("_", " "),
-            )
+            ends, count = over.isel(estimator=i).values[:, [0, -1]], over.sizes["estimator"]
+            _dumbbells(panel, ends, i, count, str(estimator).replace("_", " "))
         panel.set_xscale("log")
         panel.xaxis.set_major_formatter("{x:g}")
         panel.axvline(1, color="k", linewidth=0.8, linestyle=":")
@@ -239,9 +231,8 @@ def bias(bias_data, cases, units, title):
     parameters, known = bias_data.parameter.values, bias_data.known.values
     size = np.abs(bias_data.percent)
     ends = [1.0, float(size.max())]
-    picture, axes = figure(
-        1, len(known), height=0.3 * len(parameters) + 1.3, width=max(7.0 / len(known), 2.2), sharey=True
-    )
+    height, width = 0.3 * len(parameters) + 1.3, max(7.0 / len(known), 2.2)
+    picture, axes = figure(1, len(known), height, width, sharey=True)
     rows = [(c, e) for c in range(len(cases)) for e in range(bias_data.sizes["estimator"])]
     for panel, quantity in zip(axes[0], known, strict=True):
         for i, (c, e) in enumerate(rows):

@@ -56,15 +56,8 @@ def _answers(root, files):
             beside = {key: file.parent / name for key, name in (("picture", picture), ("link", link)) if name}
             there = {key: one.as_posix() for key, one in beside.items() if one in files}
             name = file.parent.name.replace("_", " ")
-            found.append(
-                {
-                    "heading": heading.format(name=name),
-                    "said": quote(root / file),
-                    "picture": None,
-                    "link": None,
-                    **there,
-                }
-            )
+            said = {"heading": heading.format(name=name), "said": quote(root / file)}
+            found.append(said | {"picture": None, "link": None} | there)
     return found
 
 

@@ -93,12 +93,8 @@ def _section(panel, conventions, mark):
 
 def _probe(panel, conventions, probe, label_at, colour):
     direction = _on_page(conventions, probe.angle_deg)
-    panel.annotate(
-        "",
-        1.05 * _xy(direction),
-        PROBE * _xy(direction),
-        arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 5},
-    )
+    line = {"arrowstyle": "-", "color": colour, "linewidth": 5}
+    panel.annotate("", 1.05 * _xy(direction), PROBE * _xy(direction), arrowprops=line)
     text = f"{probe.channel}\n{probe.angle_deg:g}°"
     panel.text(*(LABEL * _xy(label_at)), text, ha="center", va="center", fontsize=8, color=colour)
 

@@ -106,12 +106,8 @@ def _bode(spectrum, axes):
     if not is_sweep(spectrum.speed, spectrum.harmonics):
         return None
     order = np.argsort(spectrum.speed)
-    speed, curves = (
-        spectrum.speed[order],
-        along_probes(axes, spectrum.sensors, spectrum.harmonics, spectrum.amplitude[order]),
-    )
-    pictures = {
-        title: inline_png(png_bytes(draw(speed, curves), SHARP))
-        for title, draw in (("Bode plot", bode), ("Polar plot", polar))
-    }
+    speed, sorted_by_speed = spectrum.speed[order], spectrum.amplitude[order]
+    curves = along_probes(axes, spectrum.sensors, spectrum.harmonics, sorted_by_speed)
+    drawn = {"Bode plot": bode(speed, curves), "Polar plot": polar(speed, curves)}
+    pictures = {title: inline_png(png_bytes(picture, SHARP)) for title, picture in drawn.items()}
     return {"charts": bode_charts("bode", speed, curves), "pictures": pictures}

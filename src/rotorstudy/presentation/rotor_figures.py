@@ -19,10 +19,8 @@ TURN = np.linspace(0, 2 * np.pi, 60)
 
 def rotor_figures(rig, analysis, measured=None, operating=None):
     """All figures, {name: figure}; measured : speeds, rad/s, and 1X of the probes (speed, probe), m."""
-    speed, curves = (
-        analysis.data.response_speed.values,
-        by_probe(analysis.data, as_complex(analysis.data.unbalance_response)),
-    )
+    data = analysis.data
+    speed, curves = data.response_speed.values, by_probe(data, as_complex(data.unbalance_response))
     points = by_probe(analysis.data, measured[1]) if measured else None
     marks = [one.speed for one in analysis.resonant], [operating] if operating else []
     found = {
@@ -59,9 +57,8 @@ def rotor(rig):
     for first, last in pairwise(ends):
         section = structure.section_at((first + last) / 2)
         radius[first] = max(section.outer_diameter_m, section.sleeve_diameter_m) / 2
-        panel.add_patch(
-            Rectangle((first, -radius[first]), last - first, 2 * radius[first], facecolor="0.85", edgecolor="0.5")
-        )
+        size, style = (last - first, 2 * radius[first]), {"facecolor": "0.85", "edgecolor": "0.5"}
+        panel.add_patch(Rectangle((first, -radius[first]), *size, **style))
     thickest = max([*radius.values(), *(disc.radius for disc in structure.discs)])
     for disc in structure.discs:
         thick = max(disc.thickness, 0.01 * structure.length)
@@ -162,12 +159,10 @@ def mode_shapes(structure, data, sensors=()):
         panel.plot(at, -largest / largest.max(), ":", color="0.5")
         panel.plot(at, line.real / largest.max(), MARKERS[0] + "-", color=COLOURS[0], markersize=3)
         panel.axhline(0, color="k", linewidth=0.6)
-        panel.plot(
-            [places[n] for n in structure.bearing_nodes], [-1.15] * len(structure.bearing_nodes), "^", color=COLOURS[2]
-        )
-        panel.plot(
-            [places[structure.casings.get(n, n)] for n in sensors], [1.15] * len(sensors), "v", color="k", markersize=3
-        )
+        held = [places[node] for node in structure.bearing_nodes]
+        panel.plot(held, [-1.15] * len(held), "^", color=COLOURS[2])
+        probed = [places[structure.casings.get(node, node)] for node in sensors]
+        panel.plot(probed, [1.15] * len(probed), "v", color="k", markersize=3)
         panel.set_ylim(-1.3, 1.3)
         frequency, ratio = float(data.frequency[mode]) / (2 * np.pi), float(data.damping_ratio[mode])
         panel.set_title(f"{frequency:.3g} Hz, {whirl_name(float(data.direction[mode]))},\ndamping ratio {ratio:.2g}")

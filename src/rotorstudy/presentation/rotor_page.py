@@ -80,9 +80,8 @@ def summary(analysis):
     found = [f"Critical speeds up to {last}: {', '.join(named) or _none(analysis)}."]
     hidden = len(analysis.criticals) - len(analysis.resonant)
     if hidden:
-        text = (
-            "1 more is overdamped and does not show" if hidden == 1 else f"{hidden} more are overdamped and do not show"
-        )
+        text = f"{hidden} more are overdamped and do not show"
+        text = text if hidden > 1 else "1 more is overdamped and does not show"
         found.append(f"{text} (damping ratio above {RESONANT:g}).")
     if analysis.threshold is None:
         found.append(f"The rotor is stable up to {last}{_checked(analysis)}.")
@@ -101,10 +100,8 @@ def summary(analysis):
             "speeds and unbalance response, approximate for whirl at other frequencies and for stability."
         )
     elif analysis.timeless:
-        found.append(
-            f"Whirl and stability leave out what has no time-domain form of {', '.join(analysis.timeless)}; the "
-            "unbalance response includes it."
-        )
+        left_out = f"what has no time-domain form of {', '.join(analysis.timeless)}"
+        found.append(f"Whirl and stability leave out {left_out}; the unbalance response includes it.")
     unbounded = dict.fromkeys(_speed(p.peak.speed) for p in analysis.peaks if np.isinf(p.peak.amplitude))
     if unbounded:
         found.append(f"No damping acts on the resonance at {', '.join(unbounded)}: its response has no bound.")
@@ -195,9 +192,8 @@ def _checked(analysis):
     """Where the stiffness rotates with the shaft, growth is computed at some speeds: narrow ranges may be missed."""
     if analysis.damping or not analysis.left_out:
         return ""
-    return (
-        f", as far as {len(analysis.data.growth_speed)} speeds show, parametric resonances of the lowest modes included"
-    )
+    speeds = f"{len(analysis.data.growth_speed)} speeds show"
+    return f", as far as {speeds}, parametric resonances of the lowest modes included"
 
 
 def criticals(analysis):

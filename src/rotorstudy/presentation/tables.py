@@ -27,10 +27,8 @@ def write_html(path, title, note, tables, digits=6, choose=(), below=None, links
     """
     note = [note] if isinstance(note, str) else note
     tables = {heading: cells(table, digits, below) for heading, table in tables.items()}
-    write_text(
-        path,
-        render("tables.html", title=title, note=note, tables=tables, choose=choose, marks=MARKS, links=links or {}),
-    )
+    shown = {"title": title, "note": note, "tables": tables, "choose": choose, "marks": MARKS, "links": links or {}}
+    write_text(path, render("tables.html", **shown))
 
 
 def cells(table, digits=6, below=None):

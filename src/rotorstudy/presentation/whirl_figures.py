@@ -45,15 +45,8 @@ def campbell(whirl, rigs, title):
                 panel.annotate(f"{order}X", (top, order * top), fontsize=7, ha="right", va="top")
             marks = here.critical_speed.sel(order=order).values / (2 * np.pi)
             marks = marks[(marks < 0.99 * speed[-1]) & (abs(order) * marks < 0.99 * highest)]  # not on the frame
-            panel.plot(
-                marks,
-                abs(order) * marks,
-                MARKERS[i],
-                color="k",
-                fillstyle="none",
-                label=f"meets {order}X",
-                linestyle="",
-            )
+            style = {"color": "k", "fillstyle": "none", "linestyle": "", "label": f"meets {order}X"}
+            panel.plot(marks, abs(order) * marks, MARKERS[i], **style)
         panel.set(xlabel="spin speed (Hz)", title=shown, xlim=(0, speed[-1]), ylim=(0, highest))
     axes[0, 0].set_ylabel("whirl frequency (Hz)")
     named = {}
@@ -72,11 +65,8 @@ def _mode(panel, speed, frequency, mixed):
     else:
         slope = np.gradient(frequency, speed)
         rising, falling = slope > FLAT, slope < -FLAT
-        kinds = [
-            ("rises with speed: mostly forward", rising),
-            ("falls with speed: mostly backward", falling),
-            ("neither", ~rising & ~falling),
-        ]
+        names = ("rises with speed: mostly forward", "falls with speed: mostly backward", "neither")
+        kinds = list(zip(names, (rising, falling, ~rising & ~falling), strict=True))
     for i, (text, chosen) in enumerate(kinds):
         if chosen.any():
             line = np.where(chosen, np.abs(frequency), np.nan)

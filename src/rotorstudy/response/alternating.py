@@ -153,9 +153,8 @@ class _System:
 
     def _in_time(self, z, v, at_rest):
         """Force (..., time, seen), N, at displacements and velocities."""
-        return sum(
-            amplitude * force.at(z @ s.T, v @ s.T, at_rest @ s.T, self.angle) @ s for amplitude, force, s in self.forces
-        )
+        parts = ((size, force, s, (z @ s.T, v @ s.T, at_rest @ s.T)) for size, force, s in self.forces)
+        return sum(size * force.at(*motion, self.angle) @ s for size, force, s, motion in parts)
 
     def _force_and_slope(self, x, at):
         """Force (speed, component), N, and its slope, N/m, at some of the speeds; df = p dz + q conj(dz)."""

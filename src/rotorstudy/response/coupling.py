@@ -65,9 +65,8 @@ def layout(model, harmonics, order=COUPLED_ORDER):
 
 def layout_without_turning(model, blocks):
     """The Layout of the same harmonics if no coefficient turned with the shaft."""
-    rotor = frozenset(
-        (e.is_conjugate, 0) for u in model.rotor_unknowns for e in u.entries if e.reads_motion and not e.shift
-    )
+    turning = (e for u in model.rotor_unknowns for e in u.entries if e.reads_motion and not e.shift)
+    rotor = frozenset((e.is_conjugate, 0) for e in turning)
     return _layout(rotor, frozenset(), False, tuple(blocks.harmonics.tolist()), 0)
 
 

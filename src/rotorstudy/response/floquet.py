@@ -159,9 +159,7 @@ def time_matrices(model, theta, speed, deflection):
     for position, unknown in model.acting:
         for entry in unknown.entries:
             if entry.frequency_only:
-                raise RotorstudyError(
-                    f"{unknown.name!r} is defined in the frequency domain only: it cannot be integrated in time"
-                )
+                raise RotorstudyError(f"{unknown.name!r} exists in the frequency domain only: it has no motion in time")
             amount = theta[position] * entry.gain_at(speed, 0) * np.asarray(entry.matrix)
             if not entry.reads_motion:
                 target = constant

@@ -125,12 +125,8 @@ def with_its_bearings(response, model, theta):
     if not model.bearing_numbers:
         return response(model, theta)
     found = [response(*model.at(one)) for one in theta.reshape(-1, theta.shape[-1])]
-    return Linearised(
-        *(
-            None if parts[0] is None else np.reshape(parts, (*theta.shape[:-1], *parts[0].shape))
-            for parts in zip(*found, strict=True)
-        )
-    )
+    lead, pairs = theta.shape[:-1], zip(*found, strict=True)
+    return Linearised(*(None if one[0] is None else np.reshape(one, (*lead, *one[0].shape)) for one in pairs))
 
 
 def response_inputs(model, speed, harmonics, theta, order):
@@ -179,10 +175,8 @@ def _carried_about(still, model, speed, theta, blocks, jacobian, kept):
     numbers = len(speed) * links * max(trials * len(kept) ** 2, dof**2)
     if numbers > NUMBERS_AT_ONCE and len(speed) > 1:
         half = len(speed) // 2
-        parts = [
-            _carried_about(still.at(here), model, speed[here], theta, blocks, jacobian, kept)
-            for here in (slice(half), slice(half, None))
-        ]
+        halves = (slice(half), slice(half, None))
+        parts = [_carried_about(still.at(s), model, speed[s], theta, blocks, jacobian, kept) for s in halves]
         found, derivatives = zip(*parts, strict=True)
         return np.concatenate(found, axis=-3), np.concatenate(derivatives, axis=-4) if jacobian else None
     rotor = theta[..., : len(model.rotor_unknowns)]
@@ -282,7 +276,6 @@ def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, line
     found, tangents = np.empty_like(linear), np.empty(linear.shape[:-3], object)
     for trial in np.ndindex(tangents.shape):
         forces = [(theta[(*trial, p)], force) for p, force in acting]
-        found[trial], tangents[trial] = steady_states(
-            forces, speed, carried, deflection[trial], linear[trial], reply[trial]
-        )
+        given = deflection[trial], linear[trial], reply[trial]
+        found[trial], tangents[trial] = steady_states(forces, speed, carried, *given)
     return found, tangents

@@ -51,10 +51,8 @@ def _of_entries(patterns, model, theta, speed, blocks, kept, adjoint, band=None)
     at[kept] = np.arange(count)
     places = [(2 * band + 1,) if band is not None else (count, group.shape[1]) for group in blocks.groups]
     lead = (*theta.shape[:-1], len(speed))
-    result = [
-        np.zeros((*lead, *group.shape, *place, count), complex)
-        for group, place in zip(blocks.groups, places, strict=True)
-    ]
+    shapes = ((*lead, *group.shape, *place, count) for group, place in zip(blocks.groups, places, strict=True))
+    result = [np.zeros(shape, complex) for shape in shapes]
     own = theta[..., [p for p, _ in model.acting]]
     for pattern in patterns:
         entry, i, j = pattern.entry, at[pattern.row], at[pattern.column]

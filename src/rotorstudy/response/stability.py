@@ -21,9 +21,8 @@ def state_matrix(model, speed, theta=None, shapes=None):
     speed = check_speed(speed)
     model, theta = model.at(theta)
 
-    mass, stiffness, gyroscopic = (
-        one if shapes is None else shapes.T @ one @ shapes for one in model.matrices(theta)[:3]
-    )
+    matrices = model.matrices(theta)[:3]
+    mass, stiffness, gyroscopic = matrices if shapes is None else (shapes.T @ one @ shapes for one in matrices)
     shape = (len(speed), *mass.shape)
     on_z = {order: np.zeros(shape, complex) for order in range(3)}
     on_conj = {order: np.zeros(shape, complex) for order in range(3)}
@@ -35,16 +34,14 @@ def state_matrix(model, speed, theta=None, shapes=None):
             raise RotorstudyError(f"{unknown.name!r} is nonlinear; the model has no eigenvalues")
         for entry in (e for e in unknown.entries if e.reads_motion):
             if entry.shift or entry.frequency_only:
-                raise RotorstudyError(
-                    f"{unknown.name!r} makes the model time-varying or frequency-dependent; it has no eigenvalues"
-                )
+                wrong = "makes the model time-varying or frequency-dependent"
+                raise RotorstudyError(f"{unknown.name!r} {wrong}; it has no eigenvalues")
             target = on_conj if entry.is_conjugate else on_z
             matrix = entry.matrix if shapes is None else _reduced(entry, shapes)
             target[entry.order] -= theta[position] * entry.gain_at(speed, 0)[:, None, None] * matrix
     if any(np.any(part) for part in on_conj.values()):
-        k, c, m = (
-            np.block([[on_z[order], on_conj[order]], [on_conj[order].conj(), on_z[order].conj()]]) for order in range(3)
-        )
+        pairs = zip(on_z.values(), on_conj.values(), strict=True)
+        k, c, m = (np.block([[a, b], [b.conj(), a.conj()]]) for a, b in pairs)
     else:
         k, c, m = on_z[0], on_z[1], on_z[2]
     identity = np.broadcast_to(np.eye(k.shape[-1]), k.shape)

@@ -1,6 +1,7 @@
 """Whirl over speed: Campbell diagram and critical speeds; peaks of an amplitude and separation margins (API 684)."""
 
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -55,10 +56,8 @@ def _stiffness_and_damping(entry):
     def damping(speed):
         return entry.gain(speed, np.ones_like(speed, int)).imag / speed
 
-    return [
-        replace(entry, gain=stiffness, frequency_only=False),
-        replace(entry, gain=damping, frequency_only=False, order=entry.order + 1),
-    ]
+    still = replace(entry, gain=stiffness, frequency_only=False)
+    return [still, replace(still, gain=damping, order=entry.order + 1)]
 
 
 def without_rotation(model):
@@ -113,11 +112,8 @@ class Modes(NamedTuple):
 def damped_modes(model, speed, count, theta=None):
     """The lowest damped whirl Modes of a time-invariant model over speed (rad/s); overdamped motions are left out."""
     dof, moves = len(model.structure.dofs), model.structure.along > 0
-    found = Modes(
-        np.full((len(speed), count), np.nan * 1j),
-        *np.full((2, len(speed), count, dof), np.nan * 1j),
-        np.full((len(speed), count), np.nan),
-    )
+    unknown, shapes = np.full((2, len(speed), count), np.nan), np.full((2, len(speed), count, dof), np.nan * 1j)
+    found = Modes(unknown[0] * 1j, *shapes, unknown[1])
     for i, w in enumerate(speed):
         values, shapes = whirl_modes(model, w, theta)
         if shapes.shape[1] == dof:  # isotropic: a backward mode has a negative frequency
@@ -167,9 +163,8 @@ def critical_speeds(model, up_to, orders=(1,), theta=None, speeds=None):
     def meeting(order):
         change, found = np.diff(values.imag > order * speeds[:, None], axis=0), []
         for i, mode in np.argwhere(change):
-            at = brentq(
-                lambda w, i=i, mode=mode: value(w, i, mode).imag - order * w, *speeds[i : i + 2], xtol=1e-9 * up_to
-            )
+            off = partial(lambda i, mode, w: value(w, i, mode).imag - order * w, i, mode)
+            at = brentq(off, *speeds[i : i + 2], xtol=1e-9 * up_to)
             there = value(at, i, mode)
             if abs(there.imag) > CREEPING * abs(there) and abs(there.imag - order * at) < JUMP * up_to:
                 found.append(at)

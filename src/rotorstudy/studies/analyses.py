@@ -113,9 +113,8 @@ def weight_dominance(config):
         )
         both = (measured_response(m, config.shown_speeds_rad_s, config.harmonics) for m in (dominant, full))
         shown.append([one[..., one.shape[-1] // 2] for one in both])
-        problems = [
-            config.problem(dominant, config.clean_spectrum(full, case.speeds)) for case in config.cases.values()
-        ]
+        spectra = (config.clean_spectrum(full, case.speeds) for case in config.cases.values())
+        problems = [config.problem(dominant, spectrum) for spectrum in spectra]
         estimates.append([reported(problem, least_squares(problem))[0] for problem in problems])
         true.append([config.true_values(dominant)])
     errors = config.relative_error(np.array(estimates), np.array(true))

@@ -40,10 +40,8 @@ def centrelines(model: Model, speeds: np.ndarray, from_rest: dict) -> list[Centr
         options = {name: value for name, value in term.options.items() if name != "node"}
         node, clearance = term.options["node"], term.options["radial_clearance_m"]
         at, moved = from_rest.get(node, (np.zeros(0), np.zeros(0, complex)))
-        predicted, there = (
-            clearance * np.array([_running(running, w, options) for w in np.asarray(every, float)], complex)
-            for every in (speeds, at)
-        )
+        each = ([_running(running, w, options) for w in np.asarray(every, float)] for every in (speeds, at))
+        predicted, there = (clearance * np.array(places, complex) for places in each)
         found.append(Centreline(node, clearance, predicted, at, clearance + moved, there))
     return found
 

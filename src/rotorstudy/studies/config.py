@@ -123,10 +123,8 @@ class ExtraMeasurement(Strict):
         rows += [structure.unit(node, "tilt") for node in self.tilts]
         for position in self.stations_m:
             if structure.shape_at is None:
-                raise RotorstudyError(
-                    f"no probe can be placed at {position:g} m: this rotor does not define the shaft's shape between "
-                    "nodes"
-                )
+                told = "this rotor does not define the shaft's shape between nodes"
+                raise RotorstudyError(f"no probe can be placed at {position:g} m: {told}")
             rows.append(structure.shape_at(position))
         relative = np.ones(len(rows))
         relative[len(sensors) : len(sensors) + len(self.tilts)] = np.sqrt(2) / self.tilt_arm_m
@@ -242,10 +240,8 @@ class StudyConfig(Strict):
         files = {}
         for case, speeds in self.cases.items():
             if len(speeds.speeds) == 0:
-                raise RotorstudyError(
-                    f"case '{case}' of {where} has no speed between {speeds.first_rad_s:g} and "
-                    f"{speeds.last_rad_s:g} rad/s"
-                )
+                ends = f"{speeds.first_rad_s:g} and {speeds.last_rad_s:g} rad/s"
+                raise RotorstudyError(f"case '{case}' of {where} has no speed between {ends}")
             other = files.setdefault(file_name(case), case)
             if other != case:
                 raise RotorstudyError(f"cases '{other}' and '{case}' of {where} would write the same file; rename one")

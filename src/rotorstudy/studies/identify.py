@@ -93,9 +93,8 @@ def monte_carlo(config, rig, case, chunk=0, chunks=1):
     exact, cells = [], []
     for kind in kinds:
         clean, samples = _spectrum_without_noise(config, model, speeds, kind)
-        weighted = replace(
-            clean, covariance=independent_covariance(noise_std(clean, 0.01, own.models[0], samples) ** 2)
-        )
+        std = noise_std(clean, 0.01, own.models[0], samples)
+        weighted = replace(clean, covariance=independent_covariance(std**2))
         exact.append([_estimate(name, config.problem(model, weighted))[0] for name in estimators])
         for noise_model, level in product(own.models, levels):
             std = noise_std(clean, level / 100, noise_model, samples)
@@ -131,9 +130,8 @@ def _under_noise(problem, trials, estimators, has_bound):
     for name in estimators:
         estimate, std = _estimate(name, noisy_problem)
         std = np.broadcast_to(std, estimate.shape)
-        found.append(
-            (estimate, np.median(std, axis=0), np.mean(np.abs(estimate - true) <= HALF_INTERVAL * std, axis=0))
-        )
+        coverage = np.mean(np.abs(estimate - true) <= HALF_INTERVAL * std, axis=0)
+        found.append((estimate, np.median(std, axis=0), coverage))
     bound = np.sqrt(np.diag(bound)) if has_bound else np.full(len(true), np.nan)
     return *map(np.array, zip(*found, strict=True)), bound
 

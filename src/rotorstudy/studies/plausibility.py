@@ -55,9 +55,8 @@ def _of_number(where, key, value):
     low, high, example = PLAUSIBLE[known]
     if low <= abs(value) <= high:
         return []
-    text = (
-        f"{key} = {value:g} is outside {low:g} to {high:g}, in which machines lie ({example}){_hint(value, low, high)}"
-    )
+    usual = f"{low:g} to {high:g}, in which machines lie ({example})"
+    text = f"{key} = {value:g} is outside {usual}{_hint(value, low, high)}"
     return [Finding("warning", "units", where, text)]
 
 
@@ -74,9 +73,8 @@ def odd_discs(structure):
     """Findings on the discs: moments that no body has, or a mass that does not fit the moments and the shaft."""
     found = []
     for disc in structure.discs:
-        where = f"disc at node {disc.node}" + (
-            f" ({structure.labels[disc.node]})" if disc.node in structure.labels else ""
-        )
+        label = structure.labels.get(disc.node)
+        where = f"disc at node {disc.node}" + (f" ({label})" if label else "")
         if disc.polar_moment > 2 * disc.diametral_moment * (1 + THIN):
             text = (
                 f"polar_moment_kg_m2 = {disc.polar_moment:g} is more than twice diametral_moment_kg_m2 = "
@@ -86,16 +84,13 @@ def odd_discs(structure):
         if disc.polar_moment == 0:
             continue
         shaft = _shaft_diameter(structure, disc.node)
-        fact = (
-            f"a solid disc with this mass ({disc.mass:g} kg) and polar moment has a diameter of {2 * disc.radius:.3g} m"
-        )
+        solid = f"a solid disc with this mass ({disc.mass:g} kg) and polar moment"
+        fact = f"{solid} has a diameter of {2 * disc.radius:.3g} m"
         if shaft and 2 * disc.radius < DIAMETERS * shaft:
             text = f"{fact}, less than the shaft ({shaft:.3g} m): heavier than plausible; check mass and moments"
             found.append(Finding("warning", "disc", where, text))
         elif structure.length and 2 * disc.radius > structure.length:
-            text = (
-                f"{fact}, more than the length of the shaft ({structure.length:.3g} m): is the moment in other units?"
-            )
+            text = f"{fact}, more than the length of the shaft ({structure.length:.3g} m): wrong unit of the moment?"
             found.append(Finding("warning", "disc", where, text))
         elif disc.thickness > THIN * disc.radius:
             density = disc.mass / (np.pi * disc.radius**2 * disc.thickness)
@@ -126,9 +121,8 @@ def odd_films(bearings, loads):
         load = item.get("load_N", loads.get(item.get("node")))
         if load is not None and not PRESSURE[0] < load / (diameter * item["length_m"]) < PRESSURE[1]:
             pressure = load / (diameter * item["length_m"])
-            text = (
-                f"{load:.3g} N on {diameter:g} m x {item['length_m']:g} m are {pressure:.2g} Pa; 1e4 to 3e6 are usual"
-            )
+            size = f"{diameter:g} m x {item['length_m']:g} m"
+            text = f"{load:.3g} N on {size} are {pressure:.2g} Pa; 1e4 to 3e6 are usual"
             found.append(Finding("warning", "film pressure", where, text))
     return found
 

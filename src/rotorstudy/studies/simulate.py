@@ -1,5 +1,7 @@
 """Records of a study, and their full spectra."""
 
+from functools import partial
+
 import numpy as np
 
 from rotorstudy.measurement.full_spectra import PHASES, full_spectra
@@ -14,9 +16,8 @@ def steady_state(config, model, speeds, late_samples=0.0):
     """(speed, node, time) steady state in closed form, m; late_samples : delay of the start of the record."""
     late = late_samples * config.record.step
     angles = late * np.asarray(speeds)
-    found = simulate_records(
-        model, speeds, config.harmonics, config.record.time, start_angle_rad=angles, keyphasor_wanted=False
-    )
+    options = {"start_angle_rad": angles, "keyphasor_wanted": False}
+    found = simulate_records(model, speeds, config.harmonics, config.record.time, **options)
     return np.array([record.displacement for record in found])
 
 
@@ -25,13 +26,9 @@ def from_rest(config, model, speeds, late_samples=0.0):
     record, speeds = config.record, np.asarray(speeds, float)
     time = record.time + late_samples * record.step
     settled = np.ceil(record.settling_s * speeds / (2 * np.pi) - 1e-9) * 2 * np.pi / speeds  # whole revolutions
-    if record.from_rest == "exact":
-        found = [transient_response(model, w, time + start) for w, start in zip(speeds, settled, strict=True)]
-    else:
-        found = [
-            time_response(model, w, time + start, relative_tolerance=1e-8)
-            for w, start in zip(speeds, settled, strict=True)
-        ]
+    integrated = partial(time_response, relative_tolerance=1e-8)
+    move = transient_response if record.from_rest == "exact" else integrated
+    found = (move(model, w, time + start) for w, start in zip(speeds, settled, strict=True))
     return np.array([model.seen(motion).T for motion in found])
 
 

@@ -22,13 +22,8 @@ def with_unbalance(model, highest):
     structure = model.structure
     mass = float(structure.along @ structure.mass @ structure.along)
     node = max(structure.nodes, key=lambda n: structure.mass[structure.index(n), structure.index(n)])
-    item = {
-        "kind": "unbalance",
-        "node": node,
-        "mass_kg": mass,
-        "label": "G 2.5",
-        "eccentricity_m": BALANCE_GRADE / highest,
-    }
+    item = {"kind": "unbalance", "node": node, "label": "G 2.5", "mass_kg": mass}
+    item["eccentricity_m"] = BALANCE_GRADE / highest
     text = (
         f"none is stated in the rig; it has grade G 2.5 (ISO 21940-11) for {60 * highest / (2 * np.pi):.0f} rpm, "
         f"{1e6 * mass * BALANCE_GRADE / highest:.3g} g mm, at node {node}"
@@ -38,11 +33,8 @@ def with_unbalance(model, highest):
 
 def finer_speeds(speeds, criticals):
     """Speeds with more of them about the critical ones, as a lightly damped resonance is narrow."""
-    around = [
-        c.speed * (1 + RESONANCE_WIDTHS * max(c.damping_ratio, NARROWEST) * ABOUT_A_RESONANCE)
-        for c in criticals
-        if abs(c.damping_ratio) > UNDAMPED
-    ]
+    widths = [(c.speed, max(c.damping_ratio, NARROWEST)) for c in criticals if abs(c.damping_ratio) > UNDAMPED]
+    around = [speed * (1 + RESONANCE_WIDTHS * width * ABOUT_A_RESONANCE) for speed, width in widths]
     found = np.unique(np.concatenate([speeds, *around]))
     for one in criticals:
         if abs(one.damping_ratio) < UNDAMPED:

@@ -27,11 +27,8 @@ def breathing_function(crack, speed):
     for order, style in ((7, "--"), (SERIES_ORDER, ":")):
         series = sum(s * np.exp(1j * k * speed * time) for k, s in crack.series(order).items()).real
         axes[0, 0].plot(time * 1e3, series, style, label=f"series to order {order}")
-    axes[0, 0].set(
-        xlabel="time (ms)",
-        ylabel="breathing function (1: open)",
-        title=f"Breathing function over two revolutions at {speed:g} rad/s",
-    )
+    title = f"Breathing function over two revolutions at {speed:g} rad/s"
+    axes[0, 0].set(xlabel="time (ms)", ylabel="breathing function (1: open)", title=title)
     axes[0, 0].set_ylim(-0.15, 1.65)
     axes[0, 0].legend(loc="upper center", ncols=2)
     return picture

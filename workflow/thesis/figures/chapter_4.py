@@ -90,7 +90,6 @@ def figures(config, reference, records, spectra, thesis_spectra, monte_carlo, mo
     title = "The thesis's least squares: crack stiffness 44 scatters twenty times more than necessary"
     found["figure_4_9"] = estimate_figures.error_against_noise(thesis, units, title)
     parameter, title = "stiffness_loss_44", "A second probe resolves crack stiffness 44; higher speeds help, too"
-    found["measurements"] = estimate_figures.measurements(
-        stages["identifiability"], case, parameter, units[parameter], title
-    )
+    known = stages["identifiability"]
+    found["measurements"] = estimate_figures.measurements(known, case, parameter, units[parameter], title)
     return found

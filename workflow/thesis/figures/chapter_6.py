@@ -77,10 +77,8 @@ def orbits_figure(signals, speed):
 def spectra_figure(config, rows, speed, quantity, printed):
     """Figures 6.9 and 6.10: amplitude or phase of the full spectra of every node; rows : label -> spectra Dataset."""
     seen = {"source": "from rest", "record": "complete cycles", "spectrum_method": "regression"}
-    found = {
-        name: data.displacement.sel(**seen, phase_reference="reference").sel(speed=speed, method="nearest")
-        for name, data in rows.items()
-    }
+    seen = {**seen, "phase_reference": "reference"}
+    found = {name: data.displacement.sel(seen).sel(speed=speed, method="nearest") for name, data in rows.items()}
     printed, panels = printed[(printed.quantity == quantity) & (printed.method == "regression")], []
     for n, place in PLACES.items():
         own = printed[printed.case == f"100 rad/s, node {n}"]
@@ -103,12 +101,9 @@ def modes_and_unbalance(model, position, speed):
         both = interpolated @ shapes[mode].reshape(2, -1).T  # forward and backward part; vertical is their sum
         vertical, horizontal = np.abs(both.sum(axis=1)), np.abs(both[:, 0] - both[:, 1])
         main, way = (vertical, "x") if vertical.max() > horizontal.max() else (horizontal, "y")
-        axes[0, 0].plot(
-            position, main / main.max(), color=COLOURS[i], label=f"{values[mode].imag:.0f} rad/s, mostly {way}"
-        )
-    axes[0, 0].set(
-        xlabel="position along the shaft (m)", ylabel="size over its largest (1)", title="Lowest whirl modes"
-    )
+        label = f"{values[mode].imag:.0f} rad/s, mostly {way}"
+        axes[0, 0].plot(position, main / main.max(), color=COLOURS[i], label=label)
+    axes[0, 0].set(xlabel="position along the shaft (m)", ylabel="size over largest (1)", title="Lowest whirl modes")
     axes[0, 0].legend(fontsize=6)
     sweep = np.linspace(20.0, 600.0, 400)
     response = np.abs(measured_response(uncracked, sweep, [1])[:, 0]) * 1e6

@@ -136,11 +136,8 @@ def model_figure(replayed, case, group):
     }
     picture = full_spectra(config.harmonics, [Panel(kind.capitalize(), kind, rows) for kind in ("amplitude", "phase")])
     errors = np.abs(rows["least squares"] - rows["measured"]) / np.abs(rows["measured"])
-    picture.suptitle(
-        f"{case}: least squares fits {np.sum(errors < 0.2)} of {len(errors)} harmonics within 20 % as vectors "
-        "(amplitude and phase)",
-        fontsize=7,
-    )
+    told = f"{np.sum(errors < 0.2)} of {len(errors)} harmonics within 20 % as vectors (amplitude and phase)"
+    picture.suptitle(f"{case}: least squares fits {told}", fontsize=7)
     return picture
 
 
@@ -168,11 +165,8 @@ def crack_force_figure(replayed, case, group):
     axes[0, 0].set_ylabel("crack force (N)")
     axes[0, 0].legend()
     n, theirs, ours = max(differing)[1:]
-    picture.suptitle(
-        f"Crack forces from the estimated stiffness losses differ most at {n}X: {theirs:.1f} N in the thesis, "
-        f"{ours:.1f} N here",
-        fontsize=8,
-    )
+    told = f"differ most at {n}X: {theirs:.1f} N in the thesis, {ours:.1f} N here"
+    picture.suptitle(f"Crack forces from the estimated stiffness losses {told}", fontsize=8)
     return picture
 
 

@@ -63,10 +63,8 @@ def is_claimed(check, plugin):
 def stated(plugin):
     """states in one line what it is, and the source of its equation"""
     require(plugin.summary, "the function has no docstring; its first line is what users see")
-    require(
-        len(plugin.summary) < 120,
-        f"the first line of the docstring has {len(plugin.summary)} characters; at most 120 are allowed",
-    )
+    length = len(plugin.summary)
+    require(length < 120, f"the first line of the docstring has {length} characters; at most 120 are allowed")
     require(plugin.summary.endswith((".", ")")), "the first line of the docstring must end with a full stop")
     require(plugin.source, "no source; state the paper, book or equation")
 

@@ -65,11 +65,5 @@ def bearing_numbers_exist(plugin):
         require(0 < share < 1, f"uncertain: {path} has the relative standard deviation {share!r}; give 0.1 for 10 %")
 
 
-CHECKS = (
-    *TERM_CHECKS,
-    bearing_numbers_exist,
-    bearing_is_finite,
-    bearing_carries,
-    bearing_takes_energy,
-    bearing_is_symmetric,
-)
+OWN = (bearing_numbers_exist, bearing_is_finite, bearing_carries, bearing_takes_energy, bearing_is_symmetric)
+CHECKS = (*TERM_CHECKS, *OWN)

@@ -66,9 +66,8 @@ def bench_terms(structure):
     here = np.diag(np.diag(structure.mass) / structure.mass[0, 0])
     damping = Parameter("damping", "N s/m", (Entry(-here, order=1),), typical=100.0)
     breathing = {k: np.sinc(k / 2) / 2 for k in range(-SERIES_ORDER, SERIES_ORDER + 1)}  # open for half a revolution
-    crack = Crack(
-        "bench", None, source="", series=lambda order: {k: s for k, s in breathing.items() if abs(k) <= order}
-    )
+    shares = breathing.items()
+    crack = Crack("bench", None, source="", series=lambda order: {k: s for k, s in shares if abs(k) <= order})
     loss = crack_parameters(crack, structure)
     return (
         Term("bench_damping", (damping,), {"damping": 90.0}, label="bench"),

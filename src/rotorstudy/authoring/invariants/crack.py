@@ -35,10 +35,8 @@ def crack_is_bounded(plugin):
     require(np.isfinite(values).all(), "the breathing function has NaN or infinite values")
     for name, value in zip(DIRECTIONS[:2], values, strict=False):
         low, high = value.min(), value.max()
-        require(
-            low >= -1e-12 and high <= 1 + 1e-12,
-            f"the breathing function along {name} goes from {low:.3g} to {high:.3g}",
-        )
+        bounded = low >= -1e-12 and high <= 1 + 1e-12
+        require(bounded, f"the breathing function along {name} goes from {low:.3g} to {high:.3g}")
 
 
 def crack_never_stiffens(plugin):
@@ -46,9 +44,7 @@ def crack_never_stiffens(plugin):
     xi, eta, both = breathing_function(plugin, _angles(), plugin.example)
     middle, radius = (xi + eta) / 2, np.hypot((xi - eta) / 2, both)
     low, high = (middle - radius).min(), (middle + radius).max()
-    require(
-        low >= -1e-12, f"in some direction it adds {-low:.3g} of the loss: the loss matrix has a negative eigenvalue"
-    )
+    require(low >= -1e-12, f"in some direction it adds {-low:.3g} of the loss, whose matrix has a negative eigenvalue")
     require(high <= 1 + 1e-12, f"in some direction it removes {high:.3g} times the loss")
 
 
@@ -83,10 +79,8 @@ def crack_series_is_the_function(plugin):
                 abs(one - other) < (2 / FOURIER_GRID if plugin.series else 2 / SAMPLES),
                 f"coefficient {k} of the series along {name} is {one:.4g}, of the function {other:.4g}",
             )
-            require(
-                abs(one - back) < 1e-13,
-                f"coefficients {k} and {-k} along {name} are not conjugate: no real function has them",
-            )
+            told = f"coefficients {k} and {-k} along {name} are not conjugate: no real function has them"
+            require(abs(one - back) < 1e-13, told)
 
 
 def crack_force_is_its_table(plugin):
@@ -145,9 +139,7 @@ def depth_is_monotone(plugin):
     if plugin.valid[0] == 0:
         require(np.abs(found[0]).max() == 0, f"at zero depth the compliance is {found[0].max():.3g} rad/(N m)")
     require((np.diff(found, axis=0) > 0).all(), "the compliance does not increase with the depth")
-    require(
-        (found[1:, 0] >= found[1:, 1]).all(), "the compliance is larger along eta than along xi, the weak direction"
-    )
+    require((found[1:, 0] >= found[1:, 1]).all(), "the compliance is larger along eta than along the weak direction xi")
 
 
 def depth_keeps_to_its_range(plugin):

@@ -22,9 +22,8 @@ def _bench_problem():
     structure = bench_structure()
     here, (damping, crack) = np.eye(1), bench_terms(structure)
     internal = Parameter("inner", "N s/m", (Entry(-here, order=1), Entry(1j * here, gain=lambda w: w)), 20.0)
-    unbalance = Parameter(
-        "eccentricity", "m", (Entry(np.array([2.0]), on="one", shift=1, gain=lambda w: w**2),), 1e-5, is_complex=True
-    )
+    turning = (Entry(np.array([2.0]), on="one", shift=1, gain=lambda w: w**2),)
+    unbalance = Parameter("eccentricity", "m", turning, 1e-5, is_complex=True)
     terms = (damping, crack, Term("bench_inner", (internal,), {"inner": 20.0}))
     model = Model(structure, (*terms, Term("bench_unbalance", (unbalance,), {"eccentricity": 5e-6 * np.exp(0.5j)})))
     shown = measured_response(model, SPEEDS, HARMONICS)
@@ -39,9 +38,8 @@ def estimator_is_exact(plugin):
         found = estimate_by(plugin, replace(problem, spectrum=problem.spectrum.with_amplitude(amplitude)))
         needed = (*amplitude.shape[:-3], len(true))
         require(np.shape(found.theta) == needed, f"theta of shape {np.shape(found.theta)}, not {needed}")
-        require(
-            np.isfinite(found.std).all() and np.isfinite(found.theta).all(), "theta or its covariance is not finite"
-        )
+        finite = np.isfinite(found.std).all() and np.isfinite(found.theta).all()
+        require(finite, "theta or its covariance is not finite")
         off = np.abs(found.theta / true - 1)
         require(off.max() < 1e-8, f"{problem.names[off.argmax() % len(true)]} is off by {off.max():.3g} of its value")
 
@@ -88,10 +86,8 @@ def estimator_uses_covariance(plugin):
     if plugin.uses_covariance:
         require(moved > 1e-3, "the estimate does not change when a harmonic is stated to be ten times noisier")
     else:
-        require(
-            moved < 1e-6,
-            f"the covariance moves the estimate by {moved:.2g} standard deviations: set uses_covariance=True",
-        )
+        told = f"the covariance moves the estimate by {moved:.2g} standard deviations: set uses_covariance=True"
+        require(moved < 1e-6, told)
 
 
 @claimed("fits_output", refused_with=RotorstudyError)

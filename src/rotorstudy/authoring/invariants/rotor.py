@@ -59,9 +59,8 @@ def rotor_numbers_move(plugin):
     moving = [name for name in numbers(model) if _moves(model, name)]
     require(moving, f"none of its numbers {numbers(model)} changes a matrix: pass numbers as float options")
     if plugin.uncertain:
-        require(
-            uncertain_numbers(model, "rotor"), "none of the numbers that are uncertain changes a matrix of its example"
-        )
+        moving = uncertain_numbers(model, "rotor")
+        require(moving, "none of the numbers that are uncertain changes a matrix of its example")
 
 
 def _moves(model, name):

@@ -71,12 +71,7 @@ def shapes(element, s):
         [0, phi, 3, -2],
         [0, -length * phi / 2, length * (phi / 2 - 1), length],
     ]
-    p = [
-        [0, -6 / length, 6 / length],
-        [1 + phi, -4 - phi, 3],
-        [0, 6 / length, -6 / length],
-        [0, -2 + phi, 3],
-    ]
+    p = [[0, -6 / length, 6 / length], [1 + phi, -4 - phi, 3], [0, 6 / length, -6 / length], [0, -2 + phi, 3]]
 
     def values(rows, derivative):
         rows = [np.polynomial.Polynomial(row) for row in rows]

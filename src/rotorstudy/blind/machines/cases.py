@@ -91,10 +91,8 @@ def draw_chain(rng, healthy, nodes, fault=None):
                 more[at]["gain"] *= rng.choice([0.8, 1.25])
             if fault == "angle_error":
                 more[at]["angle_error"] += np.deg2rad(rng.choice([-15, 15]))
-        probes[node] = tuple(
-            Probe(float(angle), runout=profile, **extra)
-            for angle, profile, extra in zip(angles, runout, more, strict=True)
-        )
+        pair = zip(angles, runout, more, strict=True)
+        probes[node] = tuple(Probe(float(angle), runout=profile, **extra) for angle, profile, extra in pair)
     quality = swing * 10 ** rng.uniform(-3.5, -2)
     slowest, fastest = healthy.speed.min(), healthy.speed.max()
     chain = Chain(
@@ -119,13 +117,12 @@ def draw_chain(rng, healthy, nodes, fault=None):
 def visibility(case_steady, healthy, nodes):
     """Change of each harmonic by the effect over the healthy 1X, root mean square over speeds and nodes."""
     base = np.sqrt(np.mean([np.abs(healthy.whirl(node, 1)) ** 2 for node in nodes]))
-    return {
-        str(k): float(
-            np.sqrt(np.mean([np.abs(case_steady.whirl(node, k) - healthy.whirl(node, k)) ** 2 for node in nodes]))
-            / base
-        )
-        for k in range(-3, 4)
-    }
+
+    def change(k):
+        off = [np.abs(case_steady.whirl(node, k) - healthy.whirl(node, k)) ** 2 for node in nodes]
+        return float(np.sqrt(np.mean(off)) / base)
+
+    return {str(k): change(k) for k in range(-3, 4)}
 
 
 def draw_case(
@@ -173,10 +170,8 @@ def draw_case(
     probes, chain, wrong = draw_chain(rng, healthy, nodes, chain_fault)
     sag = sound.sag()
     zero = 0 * sag if chain_fault == "unloaded_zero" else sag
-    picture = {
-        "rotation": str(rng.choice(["with_angles", "against_angles"])),
-        "gravity_angle_deg": float(rng.choice([0, 90, 180, 270])),
-    }
+    picture = {"rotation": str(rng.choice(["with_angles", "against_angles"]))}
+    picture["gravity_angle_deg"] = float(rng.choice([0, 90, 180, 270]))
     records = record(rng, steady, nodes, probes, chain, zero)
     faulty = None if wrong is None else wrong + 1
     return Case(machine, rotor, unbalance, added, changed, steady, healthy, alone or [steady], sag, zero, nodes, probes,

@@ -33,9 +33,8 @@ def draw_shaft(rng, count, mass):
         thick[first:last] = rng.uniform(1.1, 1.5)
     length = (mass / (density * np.pi / 4 / slenderness**2 * np.mean(thick**2))) ** (1 / 3)
     theory = str(rng.choice(["timoshenko", "euler_bernoulli"]))
-    return tuple(
-        Element(length / count, length / slenderness * ratio, modulus, density, theory=theory) for ratio in thick
-    )
+    piece, thin = length / count, length / slenderness
+    return tuple(Element(piece, thin * ratio, modulus, density, theory=theory) for ratio in thick)
 
 
 def draw_discs(rng, shaft, nodes, mass):

@@ -35,10 +35,8 @@ def stretches(elements):
             groups[-1][1] += 1
         else:
             groups.append([element, 1])
-    return [
-        {"length_m": element.length * count, "count": count, "outer_diameter_m": element.outer_diameter}
-        for element, count in groups
-    ]
+    parts = [(element.length, element.outer_diameter, count) for element, count in groups]
+    return [{"length_m": length * n, "count": n, "outer_diameter_m": diameter} for length, diameter, n in parts]
 
 
 def linear_bearing(rng, bearing, error):

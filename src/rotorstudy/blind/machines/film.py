@@ -55,11 +55,10 @@ def bearing(film, speed):
     at, step = running_position(film, speed), STEP * film.clearance
 
     def slopes(function, step):
-        columns = [
-            (8 * (function(d) - function(-d)) - (function(2 * d) - function(-2 * d))) / (12 * step)
-            for d in step * np.eye(2)
-        ]
-        return -np.transpose(columns)
+        def slope(d):
+            return (8 * (function(d) - function(-d)) - (function(2 * d) - function(-2 * d))) / (12 * step)
+
+        return -np.transpose([slope(d) for d in step * np.eye(2)])
 
     stiffness = slopes(lambda moved: force(film, speed, at + moved, (0, 0)), step)
     damping = slopes(lambda moving: force(film, speed, at, moving), step * speed)

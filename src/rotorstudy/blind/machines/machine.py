@@ -200,9 +200,7 @@ class Machine:
         for name in ("mass", "damping", "gyroscopic", "stiffness", "circulatory"):
             setattr(self, name, np.pad(getattr(self, name), (0, count)))
         self.harmonic = {key: np.pad(value, (0, count)) for key, value in self.harmonic.items()}
-        self.local = [
-            LocalForce(np.pad(force.selection, ((0, count), (0, 0))), force.law, force.name) for force in self.local
-        ]
+        self.local = [LocalForce(np.pad(one.selection, ((0, count), (0, 0))), one.law, one.name) for one in self.local]
         return first
 
     def at_node(self, node, matrix, name="stiffness"):

@@ -164,9 +164,8 @@ class Stepper:
         for number in range(self.steps):
             states[number] = state
             if tangent and self.forces:
-                slope = self.propagate @ slope + self.old @ (
-                    by_y @ (self.read_y @ slope) + by_v @ (self.read_v @ slope)
-                )
+                through = by_y @ (self.read_y @ slope) + by_v @ (self.read_v @ slope)
+                slope = self.propagate @ slope + self.old @ through
             state, force, by_y, by_v = self.step(number, state, force)
             if tangent and self.forces:
                 gain = by_y @ self.read_y + by_v @ self.read_v
@@ -206,10 +205,7 @@ def steady_state(machine, speeds, steps=512, modes=None, tolerance=1e-8, most=60
     states, end, _ = stepper.revolution(end)
     change = np.max(np.abs(states - first), axis=(0, 2)) / np.max(np.abs(states), axis=(0, 2))
     if np.any(change > 100 * tolerance):
-        raise NoSteadyState(
-            f"the motion changes from revolution to revolution at {stepper.speed[change > 100 * tolerance]}"
-        )
+        raise NoSteadyState(f"the motion differs from turn to turn at {stepper.speed[change > 100 * tolerance]} rad/s")
     states = np.swapaxes(states, 0, 1)
-    return Steady(
-        stepper.speed, stepper.angle, stepper.displacement(states), stepper.velocity(states), multipliers, change
-    )
+    motion = stepper.displacement(states), stepper.velocity(states)
+    return Steady(stepper.speed, stepper.angle, *motion, multipliers, change)

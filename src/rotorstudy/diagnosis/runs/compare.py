@@ -17,6 +17,7 @@ from scipy.linalg import block_diag
 
 from rotorstudy.diagnosis.runs.turned_mark import without_turn, without_turn_beside_a_change
 from rotorstudy.diagnosis.search.candidates import with_vibration
+from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import Diagnosis, investigate
@@ -36,6 +37,7 @@ from rotorstudy.units import percent, spins
 
 SAME_SPEED = 1e-2  # relative difference up to which two records are of the same speed
 LARGEST_MODEL_ERROR = 0.5  # fraction of each harmonic
+FLOOR = 0.1  # of the repeatability: by how much of the rms vibration each harmonic differs, as by default
 
 
 @dataclass(frozen=True)
@@ -145,10 +147,14 @@ def _difference(before, after, model, settings):
     """The difference of two spectra at the speeds of the first, less what small differences in speed cause."""
     moved = np.subtract(*(one.shown(measured_response(model, one.speed, one.harmonics)) for one in (after, before)))
     amplitude = after.amplitude - before.amplitude - moved
-    share = {"model_error": settings.repeatability, "covariance_error": 0.0}  # of what does not cancel
+    floor = min(settings.model_floor, FLOOR * settings.repeatability)
+    share = {"model_error": settings.repeatability, "model_floor": floor, "covariance_error": 0.0}  # does not cancel
     noise = [with_model_error(one, settings.model_copy(update=share)).covariance for one in (before, after)]
     difference = replace(before, amplitude=amplitude, covariance=noise[0] + noise[1])
-    return difference.with_error((settings.model_error * np.abs(moved)) ** 2 / 2)
+    moving = before.harmonics != 0
+    growth, orbit = (np.linalg.norm(one[:, moving], axis=(1, 2)) for one in (amplitude, before.amplitude))
+    growth = growth / np.maximum(orbit, np.finfo(float).tiny)
+    return with_film_error(difference.with_error((settings.model_error * np.abs(moved)) ** 2 / 2), model, growth)
 
 
 def _with_scatter(model, speed, after, settings):

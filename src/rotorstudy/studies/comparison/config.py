@@ -80,11 +80,10 @@ class CompareConfig(Strict):
                 except RotorstudyError as error:
                     raise RotorstudyError(f"compare, rotor '{name}': {error}") from None
         for name, fault in self.faults.items():
-            own = self.levels_percent if fault.levels_percent is None else fault.levels_percent
-            if not own or {*own} - {*self.levels_percent}:
-                raise RotorstudyError(
-                    f"compare, fault '{name}': levels_percent = {own} must be some of {self.levels_percent}"
-                )
+            known = self.levels_percent
+            own = known if fault.levels_percent is None else fault.levels_percent
+            if not own or {*own} - {*known}:
+                raise RotorstudyError(f"compare, fault '{name}': levels_percent = {own} must be some of {known}")
 
 
 def load_comparison(path):
@@ -111,9 +110,8 @@ def make_rotor(compared, model, unknowns, harmonics, speeds):
 
 def study_rotor(compared, study):
     """The Rotor of the main rig of a study."""
-    return make_rotor(
-        compared, study.rig(study.main_rig), tuple(study.unknowns), study.harmonics, compared.speeds_rad_s
-    )
+    model, unknowns = study.rig(study.main_rig), tuple(study.unknowns)
+    return make_rotor(compared, model, unknowns, study.harmonics, compared.speeds_rad_s)
 
 
 def measured_without_noise(rotor):

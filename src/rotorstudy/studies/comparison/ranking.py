@@ -88,9 +88,8 @@ def advice(ranked):
 
 def with_words(told, use_if):
     """Advice with the column FIRST, its faults in the order of `use_if`."""
-    words = {fault: text for fault, text in use_if.items() if text} | {
-        ANY_FAULT: "you do not know which of these holds"
-    }
+    words = {fault: text for fault, text in use_if.items() if text}
+    words[ANY_FAULT] = "you do not know which of these holds"
     place = {fault: i for i, fault in enumerate(use_if)}
     told = told.sort_values("fault", key=lambda faults: faults.map(place).fillna(len(place)), kind="stable")
     told.insert(0, FIRST, [words.get(fault, f"the record has: {fault}") for fault in told.fault])

@@ -34,9 +34,8 @@ def make_trials(config, rotor_index, rotor, fault_name, place, levels, count):
     rms = np.sqrt(np.mean(np.abs(moving) ** 2, axis=-1, keepdims=True) / 2)
     x, y = np.moveaxis(standard_normal(config.seed, stream, count, (2, *clean.shape)), 1, 0)
     signal = clean + np.array(levels)[:, None, None, None] / 100 * rms * (x + 1j * y)
-    others = [
-        np.random.default_rng(np.random.SeedSequence(config.seed, spawn_key=(stream, 1, t))) for t in range(count)
-    ]
+    seeds = (np.random.SeedSequence(config.seed, spawn_key=(stream, 1, t)) for t in range(count))
+    others = list(map(np.random.default_rng, seeds))
     if fault.outlier_share:
         drawn = np.array([rng.uniform(size=(2, *clean.shape)) for rng in others])
         hit, angle = drawn[:, 0] < fault.outlier_share, 2 * np.pi * drawn[:, 1]
@@ -71,9 +70,8 @@ def trial_spectra(method, trials, harmonics):
             if method.uses_marks:
                 turned.append(spectrum(trials.signal[:, t], keyphasor, "keyphasor"))
             else:
-                record = Record(
-                    trials.time, trials.signal[0, t], trials.label, tuple(range(sensors)), keyphasor=keyphasor
-                )
+                signal, sensor = trials.signal[0, t], tuple(range(sensors))
+                record = Record(trials.time, signal, trials.label, sensor, keyphasor=keyphasor)
                 turned.append(compensate(amplitude[:, t], covariance[:, t], *phase_from_keyphasor(record, harmonics)))
         amplitude, covariance = (np.stack(part, axis=1) for part in zip(*turned, strict=True))
     return np.swapaxes(amplitude, 2, 3), covariance.mean(axis=1)

@@ -30,10 +30,8 @@ def accuracy(study):
         columns = machine.columns(crack)
         for (p, nodes), (n, percent) in product(enumerate(planes.values()), enumerate(study.noise_percent)):
             bound[p, n, i, j] = _bounds(machine, columns, percent, machine.chosen(nodes), crack)
-    variables = {
-        "bound": (("planes", "noise", "position", "depth_ratio", "shape"), bound, "SI", "Cramer-Rao bound"),
-        **_of_the_reference(study, machine),
-    }
+    dims = ("planes", "noise", "position", "depth_ratio", "shape")
+    variables = {"bound": (dims, bound, "SI", "Cramer-Rao bound"), **_of_the_reference(study, machine)}
     coordinates = {
         "planes": (list(planes), "1", "nodes with probes"),
         "noise": (np.array(study.noise_percent), "percent", "white noise on each sample, of the rms vibration"),

@@ -117,26 +117,20 @@ def _independent(rotor):
     for part in given["elements"]:
         count = part.get("count", 1)
         diameter = part.get("outer_diameter_m", given.get("outer_diameter_m"))
-        one = Element(
-            part["length_m"] / count,
-            diameter,
-            given["youngs_modulus_Pa"],
-            given["density_kg_per_m3"],
-            theory=given.get("theory", "timoshenko"),
-        )
+        material = given["youngs_modulus_Pa"], given["density_kg_per_m3"]
+        theory = given.get("theory", "timoshenko")
+        one = Element(part["length_m"] / count, diameter, *material, theory=theory)
         elements += [one] * count
-    discs = [
-        Disc(d["node"] - 1, d["mass_kg"], d["polar_moment_kg_m2"], d["diametral_moment_kg_m2"]) for d in given["discs"]
-    ]
+    keys = ("mass_kg", "polar_moment_kg_m2", "diametral_moment_kg_m2")
+    discs = [Disc(disc["node"] - 1, *map(disc.get, keys)) for disc in given["discs"]]
     bearings = []
     for b in rotor.bearings:
         both = (("stiffness", "N_per_m"), ("damping", "N_s_per_m"))
         matrices = [np.diag([b[f"bearing_{what}_{axes}_{unit}"] for axes in ("xx", "yy")]) for what, unit in both]
         bearings.append(Bearing(b["node"] - 1, *matrices))
-    unbalance = {
-        e["node"] - 1: e["mass_kg"] * e["eccentricity_m"] * np.exp(1j * e["eccentricity_phase_rad"])
-        for e in rotor.effects
-    }
+    unbalance = {}
+    for e in rotor.effects:
+        unbalance[e["node"] - 1] = e["mass_kg"] * e["eccentricity_m"] * np.exp(1j * e["eccentricity_phase_rad"])
     return Rotor(tuple(elements), tuple(discs), tuple(bearings)), unbalance
 
 
