@@ -81,7 +81,7 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
         misfits[one.variant] = min(misfits.get(one.variant, np.inf), one.cost - best.cost)
     least, elsewhere = best.cost + chi2.isf(1 - LIKELY, sum(len(cause.shape) for cause in best.causes)), [best]
     for one in tried:
-        if one.cost <= least and not any(is_same(work, one, known) for known in elsewhere):
+        if one.minimum.converged[0] and one.cost <= least and not any(is_same(work, one, known) for known in elsewhere):
             elsewhere.append(one)
     averaged = _over_forms(work, best) if len(best.causes) == 1 else None
     return Identified(

@@ -8,7 +8,7 @@ searched likewise.
 
 from contextlib import suppress
 from dataclasses import replace
-from itertools import chain, product
+from itertools import chain, product, zip_longest
 
 import numpy as np
 
@@ -83,7 +83,8 @@ def _identified(work, plugin, count):
     if count == 1:
         found = _sorted([*found, *_tried(work, _across(work, found[0]), CLOSELY)])
     for number in range(2, count + 1):
-        beside = _starts(work, as_fit(work, found[0]), _labelled(work, laws, f"cause {number}"), found[0].causes)
+        more, known = _labelled(work, laws, f"cause {number}"), _by_turns(found)[: FURTHER[0]]
+        beside = [start for one in known for start in _starts(work, as_fit(work, one), more, one.causes)]
         found = _also_elsewhere(work, laws, _fitted(work, beside))
     if count > 1 and form:  # alone, one of some form imitates several
         found = _fitted(work, [_with_form(work, one) for one in found[: FURTHER[0]]])
@@ -160,13 +161,20 @@ def _fitted(work, starts, known=()):
     if not found and not known:
         raise RotorstudyError("no shape of the cause gives a steady motion of this rotor")
     least, close = min(one.cost for one in [*found, *known]), []
-    for one in found:
-        if len(close) == FURTHER[0] or one.cost > FURTHER[1] * least:
-            break
-        if not any(is_same(work, one, other) for other in [*close, *known]):
+    for one in _by_turns(found):
+        near = one.cost <= FURTHER[1] * least and len(close) < FURTHER[0]
+        if near and not any(is_same(work, one, other) for other in [*close, *known]):
             close += _tried(work, [(one.causes, one.amplitudes)], CLOSELY)
             least = min([least, *(other.cost for other in close)])
     return _sorted([*close, *known, *found])
+
+
+def _by_turns(found):
+    """The best fit by each set of laws, then the second best of each, and so on, so that none crowds out another."""
+    by_laws = {}
+    for one in found:
+        by_laws.setdefault(one.variant, []).append(one)
+    return [one for some in zip_longest(*by_laws.values()) for one in some if one]
 
 
 def _sorted(found):
