@@ -17,6 +17,7 @@ from scipy.linalg import block_diag
 
 from rotorstudy.diagnosis.runs.turned_mark import without_turn, without_turn_beside_a_change
 from rotorstudy.diagnosis.search.candidates import with_vibration
+from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import Diagnosis, investigate
@@ -150,7 +151,10 @@ def _difference(before, after, model, settings):
     share = {"model_error": settings.repeatability, "model_floor": floor, "covariance_error": 0.0}  # does not cancel
     noise = [with_model_error(one, settings.model_copy(update=share)).covariance for one in (before, after)]
     difference = replace(before, amplitude=amplitude, covariance=noise[0] + noise[1])
-    return difference.with_error((settings.model_error * np.abs(moved)) ** 2 / 2)
+    moving = before.harmonics != 0
+    growth, orbit = (np.linalg.norm(one[:, moving], axis=(1, 2)) for one in (amplitude, before.amplitude))
+    growth = growth / np.maximum(orbit, np.finfo(float).tiny)
+    return with_film_error(difference.with_error((settings.model_error * np.abs(moved)) ** 2 / 2), model, growth)
 
 
 def _with_scatter(model, speed, after, settings):

@@ -21,10 +21,11 @@ GROWTH = 1.0  # half the relative change of the stiffness of a film per eccentri
 LARGEST = 1.0  # orbit over the clearance
 
 
-def with_film_error(spectrum: Spectrum, model: Model) -> Spectrum:
+def with_film_error(spectrum: Spectrum, model: Model, growth: np.ndarray | None = None) -> Spectrum:
     """The spectrum with its covariance enlarged by what linear films leave out; the same without films.
 
-    model : of the rig, with a value for every amplitude
+    model  : of the rig, with a value for every amplitude
+    growth : (speed,) by which orbits have changed, relative to those of the model, of a spectrum that is a change
     """
     films = [term for term in model.structure.bearings if term.options.get("radial_clearance_m")]
     if not films or model.before is not None:
@@ -44,6 +45,8 @@ def with_film_error(spectrum: Spectrum, model: Model) -> Spectrum:
         orbit, size = (np.linalg.norm(one[:, moving], axis=1) for one in (motion[..., place], force))
         ratio = np.minimum(orbit / film.options["radial_clearance_m"], LARGEST)
         more = GROWTH * size[:, None] * ratio[:, None] ** (degree - 1)  # (speed, harmonic), N
+        if growth is not None:  # of a part that grows with that power of the orbit
+            more *= (1 + np.minimum(growth, LARGEST)[:, None]) ** degree - 1
         (shown,) = shown_forces(near, spectrum, [np.eye(motion.shape[-1])[place]])  # real and imaginary parts
         of_unit = np.abs(shown.reshape(2, -1, *shown.shape[1:])) ** 2
         variance += np.einsum("phsnc,sh->snc", of_unit, more**2 / 4)
