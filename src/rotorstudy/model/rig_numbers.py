@@ -251,17 +251,12 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
 
 
 class Film(NamedTuple):
-    """An oil film whose load follows the constant forces on the rotor.
+    """An oil film whose load follows the constant forces on the rotor."""
 
-    load          : N
-    carried       : (dof,) its load by a unit force along each coordinate
-    along, across : derivatives of its entries by a load, N, along gravity and across it
-    """
-
-    load: float
-    carried: np.ndarray
-    along: list[Entry]
-    across: list[Entry]
+    load: float  # N
+    carried: np.ndarray  # (dof,) its load by a unit force along each coordinate
+    along: list[Entry]  # derivatives of its entries by a load, N, along gravity
+    across: list[Entry]  # likewise, across it
 
 
 def films_of(structure: Structure) -> tuple[Film, ...]:

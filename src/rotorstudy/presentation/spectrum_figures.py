@@ -34,16 +34,12 @@ def time_and_orbit(config, records, speed, title):
 
 
 class Panel(NamedTuple):
-    """Amplitudes, m, or phases of some spectra.
-
-    kind : "amplitude" or "phase";  spectra : label -> (harmonic,) complex
-    printed : harmonics and values, m or rad, of the thesis, if there are any
-    """
+    """Amplitudes, m, or phases of some spectra."""
 
     title: str
-    kind: str
-    spectra: dict
-    printed: tuple | None = None
+    kind: str  # "amplitude" or "phase"
+    spectra: dict  # label -> (harmonic,) complex
+    printed: tuple | None = None  # harmonics and values, m or rad, of the thesis, if there are any
 
 
 def full_spectra(harmonics, panels):

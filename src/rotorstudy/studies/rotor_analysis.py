@@ -49,38 +49,23 @@ class ProbePeak(NamedTuple):
 
 
 class RotorAnalysis(NamedTuple):
-    """Results of `analyse_rotor`.
+    """Results of `analyse_rotor`."""
 
-    data      : xarray.Dataset of whirl, response and growth rate over speed, and of the static deflection
-    criticals : list of Critical
-    peaks     : list of ProbePeak, the resonances; with forces that whirl leaves out, every maximum of the response
-    loads     : list of Load, static, of the bearings
-    weight    : of the rotor, N
-    threshold : lowest speed, rad/s, at which a free motion grows; None if there is none in the range
-    damping   : {effect: change of the growth rate of the least stable mode, 1/s} at the threshold, else at the highest
-                speed; empty if the stiffness rotates with the shaft
-    left_out  : kinds of effects that whirl and response leave out: they rotate with the shaft or are nonlinear
-    timeless  : kinds of effects that whirl and stability leave out: they are stated in frequency only
-    at_spin_speed : whether whirl and stability take the timeless ones as they act at the spin speed instead
-    unbalance : how the rotor is unbalanced, in words
-    operating : lowest and highest operating speed, rad/s, if stated;  margin : StabilityMargin at the highest
-    centrelines : list of Centreline, where journals run in their films
-    """
-
-    data: object
-    criticals: list
-    peaks: list
-    loads: list
-    weight: float
-    threshold: float | None
-    damping: dict
-    left_out: list
-    timeless: list
-    at_spin_speed: bool
-    unbalance: str
-    operating: tuple[float, float] | None = None
-    margin: StabilityMargin | None = None
-    centrelines: tuple = ()
+    data: object  # xarray.Dataset of whirl, response and growth rate over speed, and of the static deflection
+    criticals: list  # list of Critical
+    peaks: list  # list of ProbePeak, the resonances; with forces that whirl leaves out, every maximum of the response
+    loads: list  # list of Load, static, of the bearings
+    weight: float  # of the rotor, N
+    threshold: float | None  # lowest speed, rad/s, at which a free motion grows; None if there is none in the range
+    # {effect: change of the growth rate of the least stable mode, 1/s} at the threshold, else at the highest speed
+    damping: dict  # empty if the stiffness rotates with the shaft
+    left_out: list  # kinds of effects that whirl and response leave out: they rotate with the shaft or are nonlinear
+    timeless: list  # kinds of effects that whirl and stability leave out: they are stated in frequency only
+    at_spin_speed: bool  # whether whirl and stability take the timeless ones as they act at the spin speed instead
+    unbalance: str  # how the rotor is unbalanced, in words
+    operating: tuple[float, float] | None = None  # lowest and highest operating speed, rad/s, if stated
+    margin: StabilityMargin | None = None  # StabilityMargin at the highest
+    centrelines: tuple = ()  # list of Centreline, where journals run in their films
 
     @property
     def resonant(self):
