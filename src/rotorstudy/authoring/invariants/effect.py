@@ -63,7 +63,7 @@ def term_is_one_table(plugin):
 def check_steady_state(term, structure, order=bench.SERIES_ORDER):
     """Check that harmonic balance agrees with time integration, within a share of the effect of the force."""
     without_term = Model(structure, bench.bench_terms(structure))
-    model, w = bench.plus(term), SPEEDS[1]
+    model, w = without_term.plus(term), SPEEDS[1]
     harmonics = np.arange(-order, order + 1)
     found, without = (harmonic_response(m, [w], harmonics)[0] for m in (model, without_term))
     # after two revolutions a wrong start has lost 96 % of its error
