@@ -79,15 +79,9 @@ def scored_rows(config, reference, spectra, identification, responses, reasons):
         ours, factor = config.thesis_names[row["item"]]
         group = config.thesis_groups.get(row["case"], row["case"])
         estimate = best.sel(group=group, parameter=ours)
-        rows.append(
-            {
-                **{k: row[k] for k in KEYS},
-                "computed": float(estimate.estimate) * factor,
-                "low": float(estimate.low) * factor,
-                "high": float(estimate.high) * factor,
-                "cases": " and ".join(config.groups[group]),
-            }
-        )
+        own = {"computed": estimate.estimate, "low": estimate.low, "high": estimate.high}
+        own = {name: float(value) * factor for name, value in own.items()}
+        rows.append({**{k: row[k] for k in KEYS}, **own, "cases": " and ".join(config.groups[group])})
     replayed = [table for table, rows in in_tables.groupby("table") if set(rows.method) <= set(config.data_sets)]
     return scored_against(printed, rows, reasons, measured_again=replayed)
 
@@ -119,16 +113,9 @@ def printed_estimates(config, reference, order):
     both = thesis[thesis.parameter.isin(DAMPINGS)].groupby("case", sort=False)[["published", "last_digit"]].sum()
     thesis = pd.concat([thesis, both.reset_index().assign(parameter=BOTH_DAMPINGS)], ignore_index=True)
     thesis = thesis.sort_values("parameter", key=lambda column: column.map(order.index), kind="stable")
-    return pd.DataFrame(
-        {
-            "source": "thesis",
-            "group": thesis.case,
-            "parameter": thesis.parameter,
-            "estimate": thesis.published,
-            "low": thesis.published - thesis.last_digit,
-            "high": thesis.published + thesis.last_digit,
-        }
-    )
+    low, high = (thesis.published + sign * thesis.last_digit for sign in (-1, 1))
+    renamed = thesis.rename(columns={"case": "group", "published": "estimate"}).assign(source="thesis")
+    return renamed[["source", "group", "parameter", "estimate"]].assign(low=low, high=high)
 
 
 def estimate_checks(config, reference, spectra, identification):

@@ -141,14 +141,8 @@ def fit_within(
     steps: int = HYPOTHESIS.steps,
 ) -> Posterior:
     """The Posterior of whitened data (component,) within a prior, whether or not the steps suffice to converge."""
-    found = levenberg_marquardt(
-        predict,
-        measured[None],
-        (prior.mean if start is None else start)[None],
-        prior.names,
-        prior=prior,
-        convergence=replace(HYPOTHESIS, steps=steps),
-    )
+    start, given = prior.mean if start is None else start, {"convergence": replace(HYPOTHESIS, steps=steps)}
+    found = levenberg_marquardt(predict, measured[None], start[None], prior.names, prior=prior, **given)
     rows = found.residual.shape[-1] - len(prior.names)
     residual, jacobian = found.residual[0, :rows], found.jacobian[0, :rows]
     misfit, penalty = float(residual @ residual), float(np.sum(found.residual[0, rows:] ** 2))

@@ -107,17 +107,6 @@ def crack_is_found_again(plugin):
         check_round_trip(Term(plugin.name, parameters, {p.name: p.typical for p in parameters}), structure)
 
 
-CHECKS = (
-    crack_is_bounded,
-    crack_never_stiffens,
-    crack_is_periodic,
-    crack_is_symmetric,
-    crack_series_is_the_function,
-    crack_force_is_its_table,
-    crack_is_found_again,
-)
-
-
 def _depths(plugin):
     return np.linspace(*plugin.valid, 26)
 
@@ -152,6 +141,3 @@ def depth_comes_back(plugin):
         require(0 < loss.eta <= loss.xi < SHAFT["stiffness"], f"depth {depth:.3g} gives {loss} of {SHAFT['stiffness']}")
         found = cracks.depth_ratio_of(plugin, loss.xi, **SHAFT, **plugin.example)
         require(abs(found - depth) < 1e-9, f"depth {depth:.6g} is recovered as {found:.6g}")
-
-
-DEPTH_CHECKS = (depth_is_monotone, depth_keeps_to_its_range, depth_comes_back)

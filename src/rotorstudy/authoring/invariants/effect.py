@@ -107,7 +107,3 @@ def term_is_found_again(plugin):
     """is identified from its own simulated response, from a start 30 % off"""
     structure, place = bench.bench_of(plugin)
     bench.check_round_trip(bench.typical_term(plugin, structure, place), structure)
-
-
-TERM_CHECKS = (term_states_units, term_is_one_table, term_is_found_again)
-CHECKS = (effect_offers_places, effect_shape_is_open, *TERM_CHECKS)
