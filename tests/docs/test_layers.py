@@ -23,7 +23,6 @@ GENERAL = sorted(
 NAMED = {  # words that are the name of a plugin too, and why the package may use them
     "phase_reference": "a dimension of datasets",
     "internal_damping": "a parameter of the rigs",
-    "external_damping": "a parameter of the rigs",
     "regression": "the method that studies without noise are defined by",
     "maximum_likelihood": "a default of the command line",
     "least_squares": "the thesis's method, whose bias two studies measure",
