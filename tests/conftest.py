@@ -7,6 +7,7 @@ import pytest
 
 # files that take longest start first, so that the workers end together
 LONGEST = (
+    "diagnosis/test_one_cause.py",
     "workflow/test_workflow.py",
     "foreign/test_package_against_foreign_verdicts.py",
     "diagnosis/test_measuring_chain.py",

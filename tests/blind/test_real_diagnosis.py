@@ -91,7 +91,7 @@ def test_most_large_effects_are_found_or_not_ruled_out(config, tmp_path):
     """Of most, not of all, as even a good diagnosis errs now and then; large is what the base cannot take over."""
     large = quick(config, shares=only("single"), size=(8.0, 100.0))
     # one effect each, few fits of each round: pairs and unlikely candidates would take most of the time
-    found = run(large, tmp_path, LARGE, FIXED_SEED, most_causes=1, candidates_per_round=3)
+    found = run(large, tmp_path, LARGE, FIXED_SEED, most_causes=1, candidates_per_round=2)
     check_always(*found, f"seed {FIXED_SEED}")
     rows = found[0]
     assert (rows["size"].isna() | (rows["size"] >= 8)).all()

@@ -5,14 +5,13 @@ And over all its forms, as a verdict states them too.
 
 from dataclasses import replace
 from functools import partial
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from machines import disc, readings, shaft, springs, unbalance
 
 from rotorstudy import RotorstudyError, build_model, registry
-from rotorstudy.diagnosis.one_cause import identify, shape_starts
+from rotorstudy.diagnosis.one_cause import shape_starts
 from rotorstudy.diagnosis.one_cause.answer import (
     estimates_of,
     far_amplitudes,
@@ -21,9 +20,9 @@ from rotorstudy.diagnosis.one_cause.answer import (
     intervals_of,
 )
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
-from rotorstudy.diagnosis.one_cause.over_forms import beside_likely, laws_of, over_forms
-from rotorstudy.diagnosis.search.candidates import DIFFERENCE, candidate, freedom_of
-from rotorstudy.diagnosis.search.held_shapes import HeldShapes, Shapes
+from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
+from rotorstudy.diagnosis.search.candidates import candidate, freedom_of
+from rotorstudy.diagnosis.search.held_shapes import HeldShapes
 from rotorstudy.diagnosis.search.screening import Projection
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.search.shape_fit import Work, fitted_from, point_of, ranges_of
@@ -37,7 +36,7 @@ from rotorstudy.model.rig import read_rig
 from rotorstudy.response.measured import measured_response
 from rotorstudy.studies.crack_study.fronts import equivalent_beam
 
-SPEEDS, HARMONICS = np.linspace(60.0, 190.0, 5), np.arange(-2, 3)
+SPEEDS, HARMONICS = np.linspace(60.0, 190.0, 4), np.arange(-2, 3)
 TRUE = {"position_m": 0.37, "depth_ratio": 0.21, "angle_rad": 2.3}
 SETTINGS = Settings(uncertainty={"default": 0.02}, nuisance={})
 
@@ -222,7 +221,7 @@ def test_places_that_explain_as_well_are_stated():
 def test_what_is_no_crack_is_not_explained_by_one():
     """By no law and formula: of more starts none comes near either, but for far longer."""
     preload = {"kind": "static_preload", "node": 2, "static_preload_N": 30.0, "static_preload_phase_rad": 1.0}
-    speeds = SPEEDS[::2]
+    speeds = SPEEDS[1:3]
     shown = measured_response(build_model(rig(preload)), speeds, HARMONICS)
     spectrum = readings(shown, speeds, HARMONICS, (2, 4), 1e-3 * np.abs(shown).max())
     assert identify_cause(spectrum, build_model(rig()), "transverse_crack", SETTINGS).p_value < 1e-6
@@ -297,7 +296,7 @@ def test_the_depth_holds_where_strips_read_it_too_shallow(compliances, depth, wa
 
 
 OTHERS = [name for name in registry().plugins["effect"] if name != "transverse_crack"]
-ALONE = {"uncertainty": {"default": 0.02}, "nuisance": {}, "leave_out": OTHERS, "hold_out_rad_s": []}
+ALONE = {"uncertainty": {"default": 0.02}, "nuisance": {}, "leave_out": OTHERS, "hold_out_rad_s": [], "most_causes": 1}
 
 
 def named(sensors=(2, 4), **shape):
@@ -308,9 +307,15 @@ def named(sensors=(2, 4), **shape):
     return cause, [finding.text for finding in verdict.findings if finding.name == "form of the cause"]
 
 
-def test_the_interval_of_the_depth_holds_whatever_the_front():
+@pytest.fixture(scope="module")
+def curved():
+    """A crack with a curved front, as a verdict names it."""
+    return named(front_aspect_ratio=0.7)
+
+
+def test_the_interval_of_the_depth_holds_whatever_the_front(curved):
     """Negative control: that of a straight front, which the extended rig has, does not hold it."""
-    cause, warnings = named(front_aspect_ratio=0.7)
+    cause, warnings = curved
     assert not warnings
     depth, usual = cause.parameters["depth_ratio"], cause.usual_form["depth_ratio"]
     assert depth.interval_95[0] < TRUE["depth_ratio"] < depth.interval_95[1]
@@ -338,16 +343,6 @@ def test_a_law_near_that_of_the_library_is_allowed_for():
     assert low < TRUE["position_m"] < high
 
 
-def test_another_front_tries_positions_beyond_those_likely_with_the_one_before():
-    """On either side of each stretch of likely ones, on the shaft; beyond what is unlikely none are tried."""
-    at, likely = np.array([0.05, 0.1, 0.5, 0.6, 0.7, 0.75]), np.array([1.0, 0.0, 1e3, 1e3, 2.0, 1.0])
-    points = np.column_stack([at, np.full(6, 0.3)])
-    near = Shapes(points, 0 * points, np.zeros((6, 1)), likely, -likely)
-    tried = np.sort(beside_likely(near, 0)[:, 0])
-    assert tried == pytest.approx([0.025, 0.0375, 0.05, 0.1, 0.1125, 0.125, 0.15,
-                                   0.65, 0.675, 0.6875, 0.7, 0.75, 0.7625, 0.775, 0.8])  # fmt: skip
-
-
 def test_an_open_crack_that_is_not_symmetric_may_face_beside_where_it_yields_most():
     """By 3 degrees here. Negative control: a law whose fronts are symmetric does not say so."""
     work, cause, fitted = as_usual(records(crack("none", any_law=True, skewed_0=0.04)), "none")
@@ -362,9 +357,9 @@ def test_an_open_crack_that_is_not_symmetric_may_face_beside_where_it_yields_mos
     assert off[1][0] > 0.02
 
 
-def test_probes_at_midspan_do_not_tell_on_which_side_a_crack_is():
+def test_probes_at_midspan_do_not_tell_on_which_side_a_crack_is(curved):
     """Of a symmetric rotor. Negative control: probes on both sides do."""
-    there, apart = (named(sensors)[0].parameters["position_m"].interval_95 for sensors in ((3,), (2, 4)))
+    there, apart = (cause.parameters["position_m"].interval_95 for cause, _ in (named((3,)), curved))
     assert there[0] < 0.6 - TRUE["position_m"] < TRUE["position_m"] < there[1]
     assert apart[0] > 0.3
 
@@ -378,15 +373,3 @@ def test_what_a_crack_shows_is_taken_out_at_its_motion(breathing):
     left = without.residual - sum(fitted.values[name] * again[name] for name in cause.names)
     whole = without.left(fitted.residual[:, None])[:, 0]
     assert left == pytest.approx(whole, abs=1e-6 * np.abs(without.residual).max())
-
-
-@pytest.mark.parametrize(
-    ("std_m", "starts"), [(0.15 + 0.6 * DIFFERENCE, 0), (0.1, 1)]
-)  # the disc is 0.15 m from node 4
-def test_a_fit_at_a_node_goes_on_beyond_it_but_at_no_disc(std_m, starts, monkeypatch):
-    model = build_model(rig())
-    work = Work(model, *base_model(model, SETTINGS), records(), SETTINGS)
-    cause = candidate(model, "transverse_crack", {}, TRUE | {"position_m": 0.45}, variant={"breathing": "gradual"})
-    cause = cause._replace(shape_std={"position_m": std_m, "depth_ratio": 0.01, "angle_rad": 0.01})
-    monkeypatch.setattr(identify, "shaped", lambda work, one: (cause,))
-    assert len(identify._across(work, SimpleNamespace(amplitudes=None))) == starts

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import all_but, disc, jeffcott_rig, shaft, spectrum_of, springs, unbalance
+from machines import all_but, disc, film, jeffcott_rig, shaft, spectrum_of, springs, unbalance
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.candidates import candidates
@@ -13,7 +13,7 @@ from rotorstudy.diagnosis.search.moves import exchanges, other_laws, removals
 from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.search.parts import faults_of_several_parts
 from rotorstudy.diagnosis.search.screening import project, screen
-from rotorstudy.diagnosis.search.search import base_model, begin, search
+from rotorstudy.diagnosis.search.search import _moves, base_model, begin, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.words import summary
@@ -238,3 +238,15 @@ def test_a_wrong_cause_is_exchanged_for_the_true_one():
     found = work.explain(best.causes, best.values)
     assert odds_of(found) > odds_of(wrong) + 5
     assert {frozenset(c.cause for c in one.causes) for one in removals(found)} == {frozenset({one}) for one in BOTH}
+
+
+@pytest.mark.parametrize("on_films", [True, False])
+def test_where_a_cause_changes_the_films_others_are_judged_on_these(on_films):
+    """Of one fault on springs, the rest were judged at the same motion (negative control)."""
+    films = [film(0.03, 0.012, 4e-5, 0.02, node=node, label=f"{node}") for node in (1, 5)]
+    model = build_model(TWO_DISCS | ({"bearings": films} if on_films else {}))
+    settings = KNOWN.model_copy(update={"leave_out": all_but("static_preload", "parallel_misalignment")})
+    work = begin(model, with_model_error(measured(model), settings), settings)
+    cause = next(c for c in work.candidates if c.effect == "parallel_misalignment" and c.where == {"node": 3})
+    (proposals,) = _moves(work, work.explain((cause,), dict.fromkeys(cause.names, 0.0)))
+    assert (("static_preload", {"node": 3}) in [names(p.causes)[0] for p in proposals]) == on_films

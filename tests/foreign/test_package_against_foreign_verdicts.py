@@ -73,11 +73,9 @@ def test_what_the_library_has_is_named(seed, family, effect, leave_out, most_cau
     assert names(verdict) == {(effect, case.effects[0]["node"])}
 
 
+@pytest.mark.usefixtures("usual_form")
 @pytest.mark.parametrize("kind", ["switching", "gradual"])
-def test_a_crack_at_sixty_degrees_is_named_whatever_its_law(monkeypatch, tmp_path, kind, request):
-    if kind == "switching":  # the other has its intervals over all forms
-        request.getfixturevalue("usual_form")
-
+def test_a_crack_at_sixty_degrees_is_named_whatever_its_law(monkeypatch, tmp_path, kind):
     def add(draw):
         part = draw.rotor.elements[0]
         add_form(draw.machine, 0.8 * part.length, arc_form(part, 0.4, 0.0, kind), np.deg2rad(60.0))

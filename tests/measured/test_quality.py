@@ -45,22 +45,6 @@ def test_a_recorder_of_twelve_bits_is_not_clipping(tmp_path):
     assert findings(tmp_path, **{"disc 1 left": np.round(left / digit) * digit}) == {}
 
 
-def test_a_few_samples_that_meet_at_the_top_are_not_clipping():
-    """In a long record of fine resolution six of 12,000 samples may have the same greatest value."""
-    values = np.sin(np.linspace(0, 60, 12000))
-    values[100:700:100] = 1.001
-    assert not flat_top(values)
-    assert flat_top(np.minimum(values, 0.9999))
-
-
-def test_samples_that_meet_one_by_one_at_the_top_are_not_clipping():
-    """Of a record of 16 bits, nine samples had the greatest value and two the next, but six one of the next two."""
-    samples = [9, 2, 4, 7, 9, 7, 4, 4, 5, 7, 5, 6, 5, 8, 5, 5, 2, 6, 7, 4, 10000]
-    values = -np.repeat(np.arange(len(samples)), samples).astype(float)
-    assert not flat_top(values)
-    assert flat_top(np.minimum(values, -10))
-
-
 def clipped(part):
     left = original()["disc 1 left"]
     return {"disc 1 left": np.minimum(left, left.mean() + part * (left.max() - left.mean()))}
@@ -244,14 +228,28 @@ def test_nothing_to_take_a_phase_from(tmp_path):
     assert [f.name for f in measurement.errors] == ["no phase reference"] and measurement.spectrum is None
 
 
-def test_flat_tops():
-    turns = np.linspace(0, 50, 20001)
-    wave = np.sin(2 * np.pi * turns)
-    for values in (wave, np.round(wave * 100) / 100, np.round(wave * 1000)):
-        assert not flat_top(values)
-        assert flat_top(np.minimum(values, 0.97 * values.max()))
-    repeated = np.tile(wave[:50] + 0.3 * np.cos(0.6 * np.arange(50)), 40)  # 50 samples a revolution, without noise
-    assert not flat_top(repeated) and flat_top(np.minimum(repeated, 0.7 * repeated.max()))
+def long_record():
+    """Of fine resolution, in which six of 12,000 samples have the same greatest value."""
+    values = np.sin(np.linspace(0, 60, 12000))
+    values[100:700:100] = 1.001
+    return values
+
+
+WAVE = np.sin(2 * np.pi * np.linspace(0, 50, 20001))
+# of 16 bits: nine samples had the greatest value and two the next, but six one of the next two
+ONE_BY_ONE = [9, 2, 4, 7, 9, 7, 4, 4, 5, 7, 5, 6, 5, 8, 5, 5, 2, 6, 7, 4, 10000]
+REPEATED = np.tile(WAVE[:50] + 0.3 * np.cos(0.6 * np.arange(50)), 40)  # 50 samples a revolution, without noise
+TOPS = [  # and what they are cut at
+    (WAVE, 0.97), (np.round(WAVE * 100) / 100, 0.97), (np.round(WAVE * 1000), 970.0), (long_record(), 0.9999),
+    (-np.repeat(np.arange(len(ONE_BY_ONE)), ONE_BY_ONE).astype(float), -10.0),
+    (REPEATED, 0.7 * REPEATED.max()),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("values", "most"), TOPS, ids=range(len(TOPS)))
+def test_samples_that_meet_at_the_top_are_clipping_only_where_it_is_flat(values, most):
+    assert not flat_top(values)
+    assert flat_top(np.minimum(values, most))
 
 
 def test_import_from_the_command_line(tmp_path, capsys):

@@ -211,7 +211,8 @@ def _moves(work, current):
             at_first += additions(work, current, [work.base, stated], of_readings)
         return [at_first, *(additions(work, current, [one], plain) for one in near[1:])]
     found = turns(work, current)
-    if len(current.faults) > 1:  # of one alone, all others were judged at the same motion
+    # of one alone, all others were judged at the same motion, unless it changes the films
+    if len(current.faults) > 1 or any(p.loads_films for c in current.causes for p in c.term.parameters):
         found += other_laws(work, current) + removals(current) + exchanges(work, current)
     least = odds_of(current) + WORTH_ADDING
     return [found + [one for one in additions(work, current, [current.fit]) if one.log_odds > least]]

@@ -50,13 +50,14 @@ def what_could_hide(work: Search) -> list[Hidden]:
 
 
 def _vibration(work):
-    """Vibration (dof,), m, that the fitted rig predicts, of all harmonics but 0X at the median speed."""
-    base, spectrum = work.base, work.spectrum
+    """{node: vibration against the casing, m} of the fitted rig, of all harmonics but 0X at the median speed."""
+    base, spectrum, structure = work.base, work.spectrum, work.base.model.structure
     moving = spectrum.harmonics[spectrum.harmonics != 0]
     if not len(moving):
-        return np.zeros(len(base.model.structure.dofs))
+        return dict.fromkeys(structure.nodes, 0.0)
     motion = harmonic_response(base.model, spectrum.speed, moving, base.theta, order=carried_order(spectrum))
-    return np.median(np.linalg.norm(motion, axis=1), axis=0)
+    size = np.linalg.norm([motion @ structure.against_casing(node) for node in structure.nodes], axis=-1)
+    return dict(zip(structure.nodes, np.median(size, axis=-1).tolist(), strict=True))
 
 
 def with_hidden(diagnosis):
@@ -80,7 +81,7 @@ def _of_fault(work, plugin, vibration, seen):
         found = None
         for worst in (dict(zip(feared.worst, chosen, strict=True)) for chosen in product(*feared.worst.values())):
             try:
-                there = {"vibration": float(vibration[structure.index(where["node"])])} if "node" in where else {}
+                there = {"vibration": vibration[where["node"]]} if "node" in where else {}
                 shape = {
                     name: factor * (there.get(scale) or structure.scales.usual(scale, where.get("node")))
                     for name, (factor, scale) in feared.shape.items()
@@ -129,6 +130,7 @@ def _just_seen(work, plugin, options, seen):
         if known is None or needed <= found <= CLOSE * needed:
             break
         step = (np.sqrt(CLOSE) * needed / found) ** (1 / exponent) if 0 < found < np.inf else 0.5
+        step = max(step, 0.5) if parameter.force else step  # a stiffer contact may be seen less
         other = max(min(size * step, known), SMALLEST * feared.largest)
         if other in (size, known):
             break
