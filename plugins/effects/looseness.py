@@ -19,9 +19,7 @@ def looseness(
     the node of a bearing in place of its own: what it stands on lifts, such as a foot, by the motion of its housing.
     """
     own, motion = (node, "translation") if foundation is None else (foundation, "housing")
-    here = structure.unit(own, motion)
-    if motion == "translation" and node in structure.housings:
-        here = here - structure.unit(node, "housing")
+    here = structure.against_casing(node) if foundation is None else structure.unit(foundation, "housing")
     along = np.exp(1j * direction_rad)
 
     def lifted(displacement, velocity, deflection):

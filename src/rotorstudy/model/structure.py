@@ -213,7 +213,7 @@ class Structure(Shaft):
         return here
 
     def against_casing(self, node: int | None) -> np.ndarray:
-        """Motion of a node against the casing around it, which moves with the block nearest to it under two bearings.
+        """Motion of a node against its housing, or the casing on the block nearest to it that is under two bearings.
 
         Parameters
         ----------
@@ -223,11 +223,13 @@ class Structure(Shaft):
         Returns
         -------
         array (dof,)
-            Of unit 1; as of `unit` where no block carries two bearings, as the casing then stands on the ground.
+            Of unit 1; that of `unit` where there is neither.
         """
         here, at = self.unit(node), self.node_positions
-        blocks = [(one["node"], one["second_node"]) for one in (term.options for term in self.foundation)
-                  if one.get("second_node") is not None]  # fmt: skip
+        if node in self.housings:
+            return here - self.unit(node, "housing")
+        under = (term.options for term in self.foundation)
+        blocks = [(one["node"], one["second_node"]) for one in under if one.get("second_node")]
         if not blocks or node not in at:
             return here
         first, last = min(blocks, key=lambda ends: abs(at[ends[0]] + at[ends[1]] - 2 * at[node]))

@@ -20,9 +20,8 @@ def places_of(structure: Structure) -> Iterator[tuple[tuple[str, int, str], np.n
         if motion in kinds:
             yield ("node", node, kinds[motion]), row[None]
     for node in structure.housings:
-        housing = structure.unit(node, "housing")
-        yield ("bearing", node, "force"), (structure.unit(node) - housing)[None]
-        yield ("foundation", node, "force"), housing[None]
+        yield ("bearing", node, "force"), structure.against_casing(node)[None]
+        yield ("foundation", node, "force"), structure.unit(node, "housing")[None]
     for place in structure.crack_places():
         if "element" in place and structure.curvature_at is not None:
             stiffness = structure.stiffness_of(place["element"])
