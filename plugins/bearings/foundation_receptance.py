@@ -54,16 +54,10 @@ def foundation_receptance(
         )
     stiffness = np.linalg.inv(matrix)
     units, directions = [structure.unit(n) for n in nodes for _ in "xy"], "xy" * len(nodes)
-    entries = [
-        entry
-        for i, k in np.ndindex(stiffness.shape[1:])
-        for entry in planar_entries(
-            directions[i] + directions[k],
-            -np.outer(units[i], units[k]),
-            gain=_interpolated(frequency, stiffness[:, i, k]),
-            frequency_only=True,
-        )
-    ]
+    entries = []
+    for i, k in np.ndindex(stiffness.shape[1:]):
+        pattern, gain = -np.outer(units[i], units[k]), _interpolated(frequency, stiffness[:, i, k])
+        entries += planar_entries(directions[i] + directions[k], pattern, gain=gain, frequency_only=True)
     return [Parameter("foundation_scale", "1", tuple(entries), typical=1.0, default=1.0)]
 
 

@@ -5,9 +5,8 @@ def bearing_change(structure, number: str, node: int | None = None):
     """A number of a bearing is another one than the rig states: a worn or cleaned film, hot or thin oil.
 
     number: such as radial_clearance_m or viscosity_Pa_s. The amplitude is its relative change; bearings are not linear
-    in it, so they are built anew with it.
+    in it, so they are built anew with it. Without a node all bearings change that have it, as with their oil.
     """
-    node = structure.default_node() if node is None else node
     return [Parameter("bearing_change", "1", number_slope(structure, node, number), typical=0.1)]
 
 

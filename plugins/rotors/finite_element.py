@@ -125,14 +125,10 @@ def finite_element(
     cut = [element for stretch in elements for element in _cut({**common, **stretch}, theory == "timoshenko")]
     discs = [_disc(disc, density_kg_per_m3) for disc in discs]
     discs_at, masses_at = [disc.node for disc in discs], [mass["node"] for mass in point_masses]
-    for name, nodes in (
-        ("discs", discs_at),
-        ("point_masses", masses_at),
-        ("static_forces", [force["node"] for force in static_forces]),
-        ("pinned_nodes", pinned_nodes),
-        ("clamped_nodes", clamped_nodes),
-    ):
-        _check_nodes(name, nodes, range(1, len(cut) + 2))
+    forces_at, every = [force["node"] for force in static_forces], range(1, len(cut) + 2)
+    stated = {"discs": discs_at, "point_masses": masses_at, "static_forces": forces_at, "pinned_nodes": pinned_nodes}
+    for name, nodes in {**stated, "clamped_nodes": clamped_nodes}.items():
+        _check_nodes(name, nodes, every)
     fixed = {(n, "translation") for n in [*pinned_nodes, *clamped_nodes]} | {(n, "tilt") for n in clamped_nodes}
     shaft = _Shaft(cut, fixed, discs_at, gravity_m_per_s2)
     mass, stiffness, gyroscopic, weight = _assembled(

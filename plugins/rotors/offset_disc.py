@@ -77,16 +77,8 @@ def section(position, shaft, youngs_modulus_Pa):
     span, s, sign = _located(position, a, b)
     s = max(s, NEXT_TO_BEARING * span)
     rise = 3 * youngs_modulus_Pa * np.pi * diameter**4 / 64 * s / span**2
-    return Section(
-        position=position,
-        outer_diameter_m=diameter,
-        inner_diameter_m=0.0,
-        youngs_modulus_Pa=youngs_modulus_Pa,
-        poissons_ratio=POISSONS_RATIO,
-        moment=rise * np.array([-1 / span, sign]),
-        own_moment=0.0,
-        stiffness=rise * s / span,
-    )
+    solid, moment = (diameter, 0.0, youngs_modulus_Pa, POISSONS_RATIO), rise * np.array([-1 / span, sign])
+    return Section(position, *solid, moment=moment, own_moment=0.0, stiffness=rise * s / span)
 
 
 def _located(position, a, b):

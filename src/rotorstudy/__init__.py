@@ -46,13 +46,17 @@ _HOME = {
 __all__ = sorted(_HOME)
 
 
-def __getattr__(name):
-    if name not in _HOME:
-        raise AttributeError(f"module 'rotorstudy' has no attribute '{name}'")
-    from importlib import import_module
+def lazily(module, home):
+    """`__getattr__` and `__dir__` of a module whose names are imported when first used; home : name -> their module."""
 
-    return getattr(import_module(f"rotorstudy.{_HOME[name]}"), name)
+    def found(name):
+        if name not in home:
+            raise AttributeError(f"module '{module}' has no attribute '{name}'")
+        from importlib import import_module
+
+        return getattr(import_module(f"rotorstudy.{home[name]}"), name)
+
+    return found, lambda: sorted(home)
 
 
-def __dir__():
-    return [*__all__, "__version__"]
+__getattr__, __dir__ = lazily(__name__, _HOME)

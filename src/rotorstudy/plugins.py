@@ -5,6 +5,8 @@
 The names below are imported when first used, so that a plugin costs no more than what it needs.
 """
 
+from rotorstudy import lazily
+
 _HOME = {
     "model.kinds": "Bearing Crack CrackDepth Effect Estimator Feared Rotor SpectrumMethod hookimpl",
     "model.rig_numbers": "changeable_numbers number_slope",
@@ -32,15 +34,4 @@ _HOME = {
 _MODULE = {name: module for module, names in _HOME.items() for name in names.split()}
 
 __all__ = sorted(_MODULE)
-
-
-def __getattr__(name):
-    if name not in _MODULE:
-        raise AttributeError(f"module 'rotorstudy.plugins' has no attribute '{name}'")
-    from importlib import import_module
-
-    return getattr(import_module(f"rotorstudy.{_MODULE[name]}"), name)
-
-
-def __dir__():
-    return __all__
+__getattr__, __dir__ = lazily(__name__, _MODULE)

@@ -12,9 +12,8 @@ from scipy.stats import binom
 from rotorstudy import RotorstudyError, registry
 from rotorstudy.blind.config import KINDS
 from rotorstudy.blind.criteria import AT_A_GLANCE, OWN, judge, printed, sentences, statement
-from rotorstudy.blind.run import answer_case, answer_chunk, check_seal, gather_chunks, run_blind, salt_of, seal
+from rotorstudy.blind.run import answer_case, answer_chunk, check_seal, gather_chunks, run_blind, salt_of, seal, summary
 from rotorstudy.blind.scoring import score, score_case, share_bounds
-from rotorstudy.blind.summary import summary
 from rotorstudy.model.cracks import compliance
 from rotorstudy.presentation.blind_page import criteria_page, write_pages
 from rotorstudy.presentation.captions import BLIND_FIGURES

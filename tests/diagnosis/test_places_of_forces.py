@@ -1,7 +1,6 @@
 """A force of any law at one place is the hypothesis of a fault that the library lacks."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ from test_resultant import RIG
 
 from rotorstudy import RotorstudyError
 from rotorstudy.diagnosis.search import free_force
-from rotorstudy.diagnosis.search import search as searching
 from rotorstudy.diagnosis.search.search import begin, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.prediction import with_model_error
@@ -66,17 +64,3 @@ def test_an_element_whose_forces_take_most_of_the_data_is_no_hypothesis():
     found = begun().free_forces
     assert {one.is_testable for one in found if one.motion == "force"} == {True}
     assert {one.is_testable for one in found if one.motion == "bending"} == {False}
-
-
-def test_causes_are_judged_at_the_motion_of_each_force_that_may_explain_the_records(monkeypatch):
-    """Their promises do not compare; a force that is less likely than no fault, or leaves much, is no such motion."""
-    monkeypatch.setattr(searching, "additions", lambda work, current, fits, among=None: [fits])
-
-    def judged_at(*odds, left=1.0):
-        kinds = ({"fitted": f"force {n}", "log_odds": one} for n, one in enumerate(odds))
-        forces = tuple(SimpleNamespace(**kind, left=left, count=1) for kind in kinds)
-        rig = SimpleNamespace(free_forces=forces, base="rig", candidates=[])
-        return searching._moves(rig, SimpleNamespace(causes=()))
-
-    assert judged_at(50.0, 40.0, 10.0) == [[["force 0"]], [["force 1"]]]
-    assert judged_at(-1.0, -3.0) == judged_at(50.0, left=3.0) == [[["rig", "force 0"]]]

@@ -10,7 +10,7 @@ from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.search import base_model
-from rotorstudy.diagnosis.settings import Settings, check_names
+from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.errors import RotorstudyError
@@ -137,12 +137,6 @@ def test_the_numbers_that_are_uncertain_are_those_stated_or_those_of_the_plugin(
     assert free(default=0.1, rotor=0, **{"rotor.discs[1].mass_kg": 0.02}) == {"rotor.discs[1].mass_kg": 0.02}
     assert free(default=0.1, **{MODULUS: 0}) == {name: std for name, std in usual.items() if name != MODULUS}
     assert free(default=0.1, rotor=0) == free(default=0) == {}
-
-
-def test_a_name_that_is_no_number_of_the_rotor_is_refused():
-    with pytest.raises(RotorstudyError, match=r"diagnosis.uncertainty.*did you mean 'rotor.youngs_modulus_Pa'"):
-        check_names(Settings(uncertainty={"rotor.youngs_modulus": 0.1}), build_model(RIG), "rig.yaml, diagnosis")
-    check_names(Settings(uncertainty={"rotor": 0.1, MODULUS: 0.1}), build_model(RIG), "rig.yaml, diagnosis")
 
 
 def test_a_prior_may_name_numbers_of_the_rotor():

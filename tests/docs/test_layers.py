@@ -21,7 +21,7 @@ GENERAL = sorted(
 )  # blind/ writes the answers that a diagnosis must give, which are names; Chapter 7 is about one model
 
 NAMED = {  # what the package may name: a dimension, parts of rigs, defaults of studies, and parts of rotors of ROSS
-    "phase_reference", "internal_damping", "external_damping", "unbalance", "regression", "maximum_likelihood",
+    "phase_reference", "internal_damping", "unbalance", "regression", "maximum_likelihood",
     "least_squares", "finite_element", "linear", "speed_tabulated", "flexible_pedestal", "seal",
     "stiffness_proportional_damping",
 }  # fmt: skip

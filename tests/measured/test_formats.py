@@ -13,7 +13,6 @@ from rotorstudy.measurement.conventions import Conventions, Keyphasor, Probe
 from rotorstudy.measurement.records import records_dataset
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.measurement.spectrum_file import measurement_dataset
-from rotorstudy.measurement.table_spectra import last_digit
 from rotorstudy.store import save
 from thesis.scoreboard import published
 
@@ -169,10 +168,6 @@ def test_the_examples_of_printed_spectra_are_those_of_the_reference(chapter, req
             if (chapter, i, n) != (3, 0, 0):  # a misprint of the phase
                 angle = value["phase"] - value["reference phase"]
                 assert found.spectrum.amplitude[i, k, 0] == pytest.approx(value["amplitude"] * np.exp(1j * angle))
-
-
-def test_the_digits_of_a_cell():
-    assert [last_digit(cell) for cell in ("2.70", "27", "-3.1e-06", "5E2")] == pytest.approx([0.01, 1, 1e-7, 100])
 
 
 def test_the_spectrum_comes_back_from_its_file(tmp_path):

@@ -132,11 +132,6 @@ def test_what_is_wrong_in_a_table_is_named(change, more, words, tmp_path):
     refused(lambda: read(tmp_path, text.replace(*change) if change else text, "rms, um", **more), *words)
 
 
-def test_a_table_without_rows_is_refused(tmp_path):
-    with pytest.raises(RotorstudyError, match="without rows"):
-        read(tmp_path, table("peak, m, lead, rad").splitlines()[0])
-
-
 def test_amplitudes_of_zero_are_told(tmp_path):
     rows = [f"{rpm},{probe},0,0" for rpm in (1000, 2000) for probe in PROBES]
     [error] = read(tmp_path, "\n".join(["speed_rpm,probe,amplitude_um,phase_deg", *rows])).errors
@@ -400,11 +395,6 @@ def test_velocities_of_a_wide_table(tmp_path):
         rows.append(",".join([f"{speed * 30 / np.pi:.9f}", *cells]))
     found = read(tmp_path, "\n".join(rows)).spectrum
     np.testing.assert_allclose(found.amplitude[:, 0, 0], FORWARD, atol=2e-11)
-
-
-def test_an_empty_file_is_named_as_such(tmp_path):
-    with pytest.raises(RotorstudyError, match=r"run.csv: the file is empty; export it again, or leave it out"):
-        read(tmp_path, " \n")
 
 
 def test_the_kind_of_velocities_may_stand_below_them(tmp_path):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import disc, errors_of_derivatives, point_machine, shaft, spectrum_of, stepped
+from machines import errors_of_derivatives, point_machine, spectrum_of, stepped
 
 from rotorstudy import (
     Entry,
@@ -14,7 +14,6 @@ from rotorstudy import (
     build_model,
     harmonic_response,
     registry,
-    time_response,
 )
 from rotorstudy.authoring.invariants.base import BrokenInvariant
 from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
@@ -203,28 +202,3 @@ def test_a_force_in_time_that_the_engine_would_misread_is_refused(wrong, monkeyp
     monkeypatch.setitem(zoo, "wrong", plugin)
     with pytest.raises(PluginError, match="multiplies a force in time"):
         rotor({"kind": "wrong"})
-
-
-def test_a_rub_of_a_shaft_settles_as_integrated():
-    """Several coordinates, and supports that couple forward with backward harmonics."""
-    stiff = {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 1e5}
-    rig = {
-        "rotor": shaft(0.6, 2, disc(2), pinned_nodes=[1, 3]),
-        "effects": [
-            {"kind": "external_damping", "node": 2, "external_damping_N_s_per_m": 300.0},
-            {"kind": "shaft_damping", "shaft_damping_s": 3e-5},
-            {"kind": "unbalance", "node": 2, "eccentricity_m": 3e-5},
-            {**stiff, "node": 2},
-            {**RUB, "node": 2, "clearance_m": 2e-5, "friction_ratio": 0.05},
-        ],
-    }
-    model, w = build_model(rig), 280.0
-    found = harmonic_response(model, [w], EVERY)[0]
-    plain = harmonic_response(model.without(["rub"]), [w], EVERY)[0]
-    start = (found.sum(axis=0), 1j * w * EVERY @ found)
-    time = (2 + np.arange(128) / 128) * 2 * np.pi / w
-    moved = np.fft.fft(time_response(model, w, time, start=start, relative_tolerance=1e-8), axis=0) / 128
-    at = model.structure.index(2)
-    felt = np.abs(found - plain)[:, at].max()
-    assert felt > 0.01 * np.abs(plain)[:, at].max()
-    assert np.abs(found - moved[EVERY])[:, at].max() < 5e-3 * felt

@@ -1,6 +1,7 @@
 """The forces of many amplitudes at once are those of one amplitude after the other, entry by entry."""
 
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 import pytest
@@ -74,50 +75,38 @@ def test_table_is_equal_to_its_entries_one_after_the_other(unknowns, random, lea
     assert np.abs(moving - summed).max() <= ROUND_OFF * np.abs(slow).max() * len(unknowns)
 
 
-def test_constant_forces_can_be_left_out(unknowns, random):
-    theta, table = random.normal(size=len(unknowns)), EntryTable(unknowns, SIZE)
-    assert not table.static_force(theta, SPEED, HARMONICS, constant=False).any()
-    assert table.static_force(theta, SPEED, HARMONICS).any()
+FACTORS = count(2)
 
 
-def with_other(unknown, change):
-    return replace(unknown, entries=tuple(map(change, unknown.entries)))
+def of_its_own():
+    """A gain that differs from all others."""
+    factor = next(FACTORS)
+    return lambda speed: factor * speed
 
 
-@pytest.mark.parametrize("what", ["gain", "one gain for two", "two gains for one", "matrix", "shift"])
-def test_a_table_with_other_gains_is_the_one_built_with_them(unknowns, random, what):
-    """Also where more than gains differs, and nothing can be kept."""
-    other = {np.sqrt: np.cbrt, np.square: np.abs}
-    if what == "one gain for two":
-        other = {np.sqrt: np.cbrt, np.square: np.cbrt}
-    changes = {
-        "matrix": lambda e: replace(e, matrix=2 * e.matrix),
-        "shift": lambda e: replace(e, shift=e.shift + 1),
-        "two gains for one": lambda e: replace(e, gain=(lambda speed: 2 * speed) if e.gain is np.square else e.gain),
-    }
-    change = changes.get(what, lambda e: replace(e, gain=other.get(e.gain, e.gain)))
-    if what == "one gain for two":
-        more = Unknown("more", "N", (replace(unknowns[0].entries[0], gain=np.square, on="z", order=1, shift=0),), 1.0)
-        unknowns = (*unknowns, replace_gain(more, np.sqrt), more)
-    changed = [with_other(unknown, change) for unknown in unknowns]
-    table, built = (EntryTable(some, SIZE) for some in (unknowns, changed))
-    kept = table.with_gains_of(changed)
-    assert ("_on_motion" in kept.__dict__) == (what == "gain")
+OTHERS = {
+    "gains": lambda e: replace(e, gain={np.sqrt: np.cbrt, np.square: np.abs}.get(e.gain, e.gain)),
+    "one gain for two": lambda e: replace(e, gain=np.cbrt if e.gain in (np.sqrt, np.square) else e.gain),
+    "two gains for one": lambda e: replace(e, gain=of_its_own() if e.gain is np.square else e.gain),
+    "matrix": lambda e: replace(e, matrix=2 * e.matrix),
+    "shift": lambda e: replace(e, shift=e.shift + 1),
+}
+
+
+@pytest.mark.parametrize("what", OTHERS)
+def test_a_table_taken_over_gives_the_forces_of_the_one_built_anew(unknowns, random, what):
+    alike = [replace(unknowns[0].entries[0], gain=gain, on="z", order=1, shift=0) for gain in (np.sqrt, np.square)]
+    unknowns = (*unknowns, *(Unknown(str(entry.gain), "N", (entry,), 1.0) for entry in alike))
+    changed = [replace(u, entries=tuple(map(OTHERS[what], u.entries))) for u in unknowns]
+    kept, built = EntryTable(unknowns, SIZE).with_gains_of(changed), EntryTable(changed, SIZE)
     motion = random.normal(size=(len(SPEED), len(HARMONICS), SIZE, 2)) @ [1, 1j]
-    theta = random.normal(size=len(unknowns))
-    for name, given in (
-        ("dense_columns", (motion, SPEED, HARMONICS, motion[0, 0])),
-        ("force_of_motion", (theta, motion, SPEED, HARMONICS)),
-        ("static_force", (theta, SPEED, HARMONICS, motion[0, 0])),
-    ):
-        np.testing.assert_array_equal(getattr(kept, name)(*given), getattr(built, name)(*given))
+    theta, here = random.normal(size=len(unknowns)), (SPEED, HARMONICS, motion[0, 0])
+    np.testing.assert_array_equal(kept.dense_columns(motion, *here), built.dense_columns(motion, *here))
+    np.testing.assert_array_equal(kept.static_force(theta, *here), built.static_force(theta, *here))
+    np.testing.assert_array_equal(*(t.force_of_motion(theta, motion, SPEED, HARMONICS) for t in (kept, built)))
     for mine, one in zip(kept.patterns + kept.turning_patterns, built.patterns + built.turning_patterns, strict=True):
         assert mine.entry.kind == one.entry.kind
         np.testing.assert_array_equal(mine.values(theta), one.values(theta))
-
-
-def replace_gain(unknown, gain):
-    return with_other(unknown, lambda entry: replace(entry, gain=gain))
 
 
 def test_a_matrix_kept_as_its_elements_is_the_same_array(random):

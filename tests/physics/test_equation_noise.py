@@ -7,9 +7,8 @@ import pytest
 from collocation import four_coordinates
 from test_noise_statistics import check_scatter
 
-from rotorstudy import Problem, RotorstudyError, Spectrum, cramer_rao_bound, measured_response, registry
+from rotorstudy import Problem, Spectrum, cramer_rao_bound, measured_response, registry
 from rotorstudy.inference.equation_error import regression, residual_sensitivity
-from rotorstudy.inference.linear import solve_linear
 from rotorstudy.inference.output_error import output_error_fit
 
 SPEEDS, EVERY = np.array([90.0, 130.0]), np.arange(-7, 8)
@@ -138,13 +137,3 @@ def test_neither_estimate_nor_interval_depends_on_the_order_of_harmonics(problem
         # a fit stops within 1e-4 of a standard deviation; the linear estimate is the same to round-off
         assert (np.abs(found.theta - expected.theta) < 1e-3 * expected.std).all()
         assert found.covariance == pytest.approx(expected.covariance, rel=1e-5, abs=1e-8 * expected.std.min() ** 2)
-
-
-def test_an_unknown_with_a_confounder_is_named(problem, model, clean):
-    """The same push twice, under two labels: four columns of which two are copies."""
-    push = model.terms[[t.kind for t in model.terms].index("push")]
-    doubled = model.plus(replace(push, label="again", values={}))
-    names = ("push_real", "push_imag", "push[again]_real", "push[again]_imag", "swirl")
-    with pytest.raises(RotorstudyError, match="trade off") as caught:
-        solve_linear(*Problem(doubled, clean, names, ORDER).equations(), names)
-    assert set(caught.value.parameters) == set(names[:4])

@@ -11,8 +11,7 @@ from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.studies.analyses import damping_along_x
 from rotorstudy.studies.config import load_study
 from thesis.chapter_tables import described, places
-from thesis.config import Picture, load_replay
-from thesis.figures.replays import KINDS
+from thesis.config import load_replay
 from thesis.scoreboard import PLACE, PRINTED, published, scored_tables, table_name
 
 ROOT = Path(__file__).parents[2]
@@ -58,11 +57,6 @@ def test_a_noise_model_is_its_attributes():
         assert np.allclose(std[:, 0], std[:, 1]) != model.own_size
         drawn = (noisy(amplitude, std, numbers, name) - amplitude)[0] / std
         assert np.allclose(drawn[0], drawn[1]) == model.one_draw
-
-
-def test_every_kind_of_picture_can_be_drawn():
-    kinds = Picture.model_fields["kind"].annotation.__args__
-    assert set(kinds) == set(KINDS)
 
 
 def test_the_stiffness_losses_of_a_replay_are_those_of_its_rig():

@@ -15,7 +15,7 @@ from rotorstudy.inference.prior import prior_of
 from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
 from rotorstudy.model.rig import build_model
-from rotorstudy.model.rig_numbers import numbers, with_numbers
+from rotorstudy.model.rig_numbers import changeable_numbers, numbers, with_numbers
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.integration import time_response
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
@@ -126,6 +126,23 @@ def test_all_roads_see_the_same_bearing():
         assert np.abs(found - true).max() <= 1e-9 * np.abs(true).max()
     trials = measured_response(model, SPEEDS, HARMONICS, np.stack([model.theta, theta]))
     assert np.array_equal(trials[1], measured_response(model, SPEEDS, HARMONICS, theta))
+
+
+def test_a_change_without_a_node_is_that_of_all_bearings_with_the_number():
+    """Of their oil; that of one bearing is another one (negative control)."""
+    two = [{**JOURNAL, "node": node, "label": f"{node}"} for node in (1, 5)]
+    thinner = [{**one, "viscosity_Pa_s": 0.7 * one["viscosity_Pa_s"]} for one in two]
+    true = harmonic_response(build_model(film_rig() | {"bearings": thinner}), SPEEDS, HARMONICS)
+
+    def off(**where):
+        change = {"kind": "bearing_change", "number": "viscosity_Pa_s", "bearing_change": -0.3, **where}
+        found = build_model(film_rig() | {"bearings": two, "effects": [UNBALANCE, change]})
+        return np.abs(harmonic_response(found, SPEEDS, HARMONICS) - true).max() / np.abs(true).max()
+
+    assert off() < 1e-12 and off(node=1) > 1e-3
+    places = changeable_numbers(build_model(film_rig() | {"bearings": two}).structure)
+    assert {"number": "viscosity_Pa_s"} in places and {"number": "viscosity_Pa_s", "node": 5} in places
+    assert {"number": "viscosity_Pa_s"} not in changeable_numbers(build_model(film_rig()).structure)  # of one film
 
 
 def test_a_rig_with_an_estimate_has_the_new_numbers():

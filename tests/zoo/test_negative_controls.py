@@ -237,6 +237,6 @@ def test_a_plugin_that_neither_claims_nor_refuses_is_told_to_refuse():
 
 
 def test_a_depth_that_takes_anything_fails_its_range(monkeypatch):
-    monkeypatch.setattr("rotorstudy.authoring.invariants.crack.compliance", lambda plugin, d, **options: np.ones(2))
+    monkeypatch.setattr("rotorstudy.model.cracks.compliance", lambda plugin, d, **options: np.ones(2))
     with pytest.raises(BrokenInvariant, match="it accepts the depth ratio"):
         depth_keeps_to_its_range(ZOO.get("depth", "strip_integration"))

@@ -19,21 +19,16 @@ TESTED = ("rotor", "crack", "bearing", "effect")  # kinds of plugins that a diag
 
 
 class Job(NamedTuple):
-    """A rule: a function, called with files and further arguments by name.
-
-    function : full name;  inputs, outputs : argument -> path or paths, NetCDF files of inputs are opened
-    given    : further arguments;  needs : further files that it depends on;  makes : further files that it writes
-    calls    : full names of functions that the function calls by name
-    """
+    """A rule: a function, called with files and further arguments by name."""
 
     name: str
-    function: str
-    inputs: dict = {}
-    outputs: dict = {}
-    given: dict = {}
-    needs: tuple = ()
-    makes: tuple = ()
-    calls: tuple = ()
+    function: str  # full name
+    inputs: dict = {}  # argument -> path or paths; NetCDF files are opened
+    outputs: dict = {}  # argument -> path or paths
+    given: dict = {}  # further arguments
+    needs: tuple = ()  # further files that it depends on
+    makes: tuple = ()  # further files that it writes
+    calls: tuple = ()  # full names of functions that the function calls by name
     priority: int = 0
     threads: int = 1
 

@@ -36,11 +36,7 @@ class Chunks(Strict):
 
 
 class WorkflowConfig(Strict):
-    """Folders, and configuration files by name; what is not given is left out.
-
-    diagnoses : measured records and rig files;  independent_records : name -> cases (CSV) beside the blind tests
-    published : folder of rig files, each beside a table of what others printed;  chunks : jobs of long sweeps
-    """
+    """Folders, and configuration files by name; what is not given is left out."""
 
     results: str
     reference: str
@@ -49,12 +45,12 @@ class WorkflowConfig(Strict):
     replays: dict[str, str] = {}
     blind: str = ""
     compare: str = ""
-    diagnoses: dict[str, DiagnosisItem] = {}
+    diagnoses: dict[str, DiagnosisItem] = {}  # measured records and rig files
     cracks: str = ""
     crack_study: str = ""
-    chunks: Chunks = Chunks()
-    independent_records: dict[str, str] = {}
-    published: str = ""
+    chunks: Chunks = Chunks()  # jobs of long sweeps
+    independent_records: dict[str, str] = {}  # name -> cases (CSV) beside the blind tests
+    published: str = ""  # folder of rig files, each beside a table of what others printed
 
 
 class Settings(NamedTuple):

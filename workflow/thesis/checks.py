@@ -18,6 +18,8 @@ from rotorstudy.store import as_complex
 from rotorstudy.units import percent
 from thesis.replay import BOTH_DAMPINGS, DAMPINGS
 
+CHECKED = ["source", "group", "parameter", "estimate", "low", "high", "largest_possible", "unit", "verdict", "reason"]
+
 
 @functools.cache
 def largest_participation(n):
@@ -48,13 +50,9 @@ def limits(config):
     critical = 2 * stiffness / natural
     highest = natural * (1 + config.undamped_frequency_uncertainty)
     ratio = np.sqrt(max(0.0, 1 - (2 * np.pi * (closed - half) / highest) ** 2))
-    return {
-        "critical damping": critical,
-        "damping ratio": ratio,
-        "damping": ratio * critical,
-        "stiffness": stiffness,
-        "stiffness loss": stiffness * (1 - ((opened - half) / (closed + half)) ** 2),
-    }
+    loss = stiffness * (1 - ((opened - half) / (closed + half)) ** 2)
+    found = {"critical damping": critical, "damping ratio": ratio, "damping": ratio * critical}
+    return {**found, "stiffness": stiffness, "stiffness loss": loss}
 
 
 def shown_name(parameter):
@@ -137,21 +135,9 @@ def physical_checks(config, estimates, bow):
         elif low > limit.highest or high < 0:
             verdict = limit.beyond
         unit, scale = ("µm", 1e6) if limit.unit == "m" else (limit.unit, 1.0)
-        rows.append(
-            {
-                "source": row.source,
-                "group": row.group,
-                "parameter": shown_name(row.parameter),
-                "estimate": row.estimate * scale,
-                "low": row.low * scale,
-                "high": row.high * scale,
-                "largest_possible": limit.highest * scale,
-                "unit": unit,
-                "verdict": verdict,
-                "reason": limit.reason,
-            }
-        )
-    return pd.DataFrame(rows)
+        sizes = [scale * size for size in (row.estimate, row.low, row.high, limit.highest)]
+        rows.append((row.source, row.group, shown_name(row.parameter), *sizes, unit, verdict, limit.reason))
+    return pd.DataFrame(rows, columns=CHECKED)
 
 
 def _bow(config):

@@ -58,22 +58,14 @@ class Picture(Strict):
 
 
 class ReplayConfig(Strict):
-    """A replayed experiment.
-
-    tables : numbers of the published spectra;  estimates_table : number of the thesis's estimates
-    cases  : name of each published speed -> rad/s, the slow roll first
-    groups : name of each group of estimates -> published cases used for it here, the one with most speeds last
-    thesis_groups : group as the thesis names it -> the group here; those not listed have the same name
-    thesis_deflection_m : static deflection of the thesis's own simulation, if it contradicts its rig
-    sheets, figures : printed tables and pictures by name
-    """
+    """A replayed experiment."""
 
     name: str
     title: str
-    tables: list[str]
-    estimates_table: str
+    tables: list[str]  # numbers of the published spectra
+    estimates_table: str  # number of the thesis's estimates
     data_sets: list[str]
-    cases: dict[str, float]
+    cases: dict[str, float]  # name of each published speed -> rad/s, the slow roll first
     slow_roll: str
     corrections: list[Correction] = []
     harmonics: list[int]
@@ -82,11 +74,11 @@ class ReplayConfig(Strict):
     rig: dict
     spectra: list[str] = Field(min_length=1)
     estimators: list[str]
-    groups: dict[str, Annotated[list[str], Field(min_length=1)]] = Field(min_length=1)
-    thesis_groups: dict[str, str] = {}
-    thesis_deflection_m: float | None = None
-    sheets: dict[str, Sheet]
-    figures: dict[str, Picture]
+    groups: dict[str, Annotated[list[str], Field(min_length=1)]] = Field(min_length=1)  # -> cases, most speeds last
+    thesis_groups: dict[str, str] = {}  # group as the thesis names it -> the group here; others have the same name
+    thesis_deflection_m: float | None = None  # static deflection of the thesis's simulation, if it contradicts its rig
+    sheets: dict[str, Sheet]  # printed tables by name
+    figures: dict[str, Picture]  # printed pictures by name
     trials: int = Field(ge=2)
     seed: int
     model_error: float = Field(ge=0)  # standard deviation, relative to each harmonic without slow roll

@@ -37,17 +37,10 @@ def leave_one_out(records, rig_path):
         whole, prior = base_model(model, free)
         fitted = fit(whole, with_model_error(spectrum.at_speeds(seen), settings), prior)
         off = spectrum.amplitude[i] - predicted(whole, spectrum.at_speeds([i]), fitted.theta)[0]
-        rows.append(
-            {
-                "speed": float(speed),
-                "verdict": verdict.verdict,
-                "causes": sorted(map(place, verdict.causes)),
-                "base": verdict.gain.before_m,
-                "extended": verdict.gain.after_m,
-                "without_limits": float(np.sqrt(np.mean(np.abs(off) ** 2))),
-                "summary": gain_in_words(verdict),
-            }
-        )
+        row = {"speed": float(speed), "verdict": verdict.verdict, "causes": sorted(map(place, verdict.causes))}
+        row |= {"base": verdict.gain.before_m, "extended": verdict.gain.after_m}
+        rms = float(np.sqrt(np.mean(np.abs(off) ** 2)))
+        rows.append({**row, "without_limits": rms, "summary": gain_in_words(verdict)})
     return rows
 
 

@@ -6,19 +6,7 @@ import pandas as pd
 from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
 from rotorstudy.units import percent
-from thesis.checks import (
-    bow_confounders,
-    bow_text,
-    higher_cases,
-    largest_crack_response,
-    physical_checks,
-    refused_text,
-    shown_estimates,
-    slow_roll_bow,
-    slow_roll_share,
-    slow_roll_text,
-    weight_text,
-)
+from thesis import checks
 from thesis.replay import BOTH_DAMPINGS, COLUMN, DAMPINGS, remove_slow_roll, rounding_draws, thesis_estimates
 from thesis.scoreboard import KEYS, Table, published, scored_against, scored_tables
 
@@ -31,8 +19,8 @@ def shown_compensated(spectra):
 
 def already_there(config, compensated):
     """harmonic -> its share already present at slow roll, in words."""
-    share = slow_roll_share(config, compensated)
-    return {n: slow_roll_text(n, share[:, h]) for h, n in enumerate(config.harmonics)}
+    share = checks.slow_roll_share(config, compensated)
+    return {n: checks.slow_roll_text(n, share[:, h]) for h, n in enumerate(config.harmonics)}
 
 
 def measured_values(config, spectra):
@@ -67,7 +55,7 @@ def open_ranges(config, reference):
 
 def thesis_responses(config, reference, groups):
     """group -> (higher case, harmonic) response with the thesis's own estimates, m."""
-    speeds = config.speeds[higher_cases(config)]
+    speeds = config.speeds[checks.higher_cases(config)]
     thetas = {group: thesis_estimates(config, reference, group) for group in groups}
     shown = {group: measured_response(config.model, speeds, config.harmonics, theta) for group, theta in thetas.items()}
     return {group: one[..., 0] for group, one in shown.items()}
@@ -76,7 +64,7 @@ def thesis_responses(config, reference, groups):
 def scored_rows(config, reference, spectra, identification, responses, reasons):
     """Rows of the scoreboard: measured values, response with the thesis's estimates, and estimates."""
     printed = published(reference, list(config.sheets))
-    found, higher = measured_values(config, spectra), [list(config.cases)[c] for c in higher_cases(config)]
+    found, higher = measured_values(config, spectra), [list(config.cases)[c] for c in checks.higher_cases(config)]
     for case, response in zip(higher, list(responses.values())[-1], strict=True):  # of all speeds
         for n, value in zip(config.harmonics, response, strict=True):
             found[case, str(n), "amplitude", "simulation"] = np.abs(value)
@@ -91,15 +79,9 @@ def scored_rows(config, reference, spectra, identification, responses, reasons):
         ours, factor = config.thesis_names[row["item"]]
         group = config.thesis_groups.get(row["case"], row["case"])
         estimate = best.sel(group=group, parameter=ours)
-        rows.append(
-            {
-                **{k: row[k] for k in KEYS},
-                "computed": float(estimate.estimate) * factor,
-                "low": float(estimate.low) * factor,
-                "high": float(estimate.high) * factor,
-                "cases": " and ".join(config.groups[group]),
-            }
-        )
+        own = {"computed": estimate.estimate, "low": estimate.low, "high": estimate.high}
+        own = {name: float(value) * factor for name, value in own.items()}
+        rows.append({**{k: row[k] for k in KEYS}, **own, "cases": " and ".join(config.groups[group])})
     replayed = [table for table, rows in in_tables.groupby("table") if set(rows.method) <= set(config.data_sets)]
     return scored_against(printed, rows, reasons, measured_again=replayed)
 
@@ -115,7 +97,7 @@ def all_estimates(identification):
 def estimates_table(config, identification):
     """Every estimate with its interval."""
     return Table(
-        shown_estimates(config, all_estimates(identification)),
+        checks.shown_estimates(config, all_estimates(identification)),
         "Estimates of the replay with 95 % intervals",
         f"Two estimators, two published columns, groups {', '.join(config.groups)}. A misfit far above 1 means that "
         "the model does not explain the data, whatever the intervals.",
@@ -131,16 +113,9 @@ def printed_estimates(config, reference, order):
     both = thesis[thesis.parameter.isin(DAMPINGS)].groupby("case", sort=False)[["published", "last_digit"]].sum()
     thesis = pd.concat([thesis, both.reset_index().assign(parameter=BOTH_DAMPINGS)], ignore_index=True)
     thesis = thesis.sort_values("parameter", key=lambda column: column.map(order.index), kind="stable")
-    return pd.DataFrame(
-        {
-            "source": "thesis",
-            "group": thesis.case,
-            "parameter": thesis.parameter,
-            "estimate": thesis.published,
-            "low": thesis.published - thesis.last_digit,
-            "high": thesis.published + thesis.last_digit,
-        }
-    )
+    low, high = (thesis.published + sign * thesis.last_digit for sign in (-1, 1))
+    renamed = thesis.rename(columns={"case": "group", "published": "estimate"}).assign(source="thesis")
+    return renamed[["source", "group", "parameter", "estimate"]].assign(low=low, high=high)
 
 
 def estimate_checks(config, reference, spectra, identification):
@@ -149,29 +124,29 @@ def estimate_checks(config, reference, spectra, identification):
     ours = every[every.data_set == COLUMN].assign(source=lambda e: "here, " + e.estimator)
     ours = ours[["source", "group", "parameter", "estimate", "low", "high"]]
     thesis = printed_estimates(config, reference, list(identification.parameter.values))
-    bow = slow_roll_bow(config, spectra, COLUMN)
-    return physical_checks(config, pd.concat([ours, thesis], ignore_index=True), bow)
+    bow = checks.slow_roll_bow(config, spectra, COLUMN)
+    return checks.physical_checks(config, pd.concat([ours, thesis], ignore_index=True), bow)
 
 
-def checks_table(config, spectra, checks):
-    """The Table of the physical checks; checks : of `estimate_checks`."""
+def checks_table(config, spectra, checked):
+    """The Table of the physical checks; checked : of `estimate_checks`."""
     compensated = shown_compensated(spectra)
     return Table(
-        checks,
+        checked,
         "Which estimates are possible",
         [
-            f"Impossible or implausible: {refused_text(checks)}.",
+            f"Impossible or implausible: {checks.refused_text(checked)}.",
             f"Ours are from the column '{COLUMN}' of the printed spectra. The thesis prints no intervals; ours are "
             "from rounding for least squares, from rounding and model error for maximum likelihood.",
             "The impact tests bound the sum of both dampings. As neither can be negative, each has the same bound.",
-            bow_text(config, compensated),
-            f"A bow and a free crack force at 1X cannot be told apart ({bow_confounders(config)}).",
+            checks.bow_text(config, compensated),
+            f"A bow and a free crack force at 1X cannot be told apart ({checks.bow_confounders(config)}).",
             "Subtracting the slow roll also removes the crack's own 0X and 1X, so dk p_0 and dk p_1 mean little.",
             f"{already_there(config, compensated)[-1]}. Only 0X and 1X of the slow roll are subtracted, so all of -1X "
             "is attributed to the crack.",
             "A phase mark away from the crack would rotate dk p_n by n times its angle and leak into the damping; "
             "dk p_n is therefore judged by size.",
-            weight_text(config, compensated),
+            checks.weight_text(config, compensated),
         ],
         digits=4,
     )
@@ -186,7 +161,7 @@ def response_table(config, spectra, identification, thesis_response):
         here = identification.simulated.sel(estimator=estimator, data_set=COLUMN, group=config.all_speeds)
         responses[estimator.replace("_", " ")] = as_complex(here)
     rows = []
-    for i, c in enumerate(higher_cases(config)):
+    for i, c in enumerate(checks.higher_cases(config)):
         for h, n in enumerate(config.harmonics):
             row = {
                 "case": list(config.cases)[c],
@@ -204,7 +179,7 @@ def response_table(config, spectra, identification, thesis_response):
     off = {name: np.sqrt((table[f"{name}, off (µm)"] ** 2).sum()) for name in responses}
     whole = np.sqrt((table["compared (µm)"] ** 2).sum())
     distances = ", ".join(f"{name} {percent(value / whole)} of the measured" for name, value in off.items())
-    largest = {n: largest_crack_response(config, n) * 1e6 for n in (-1, 2)}
+    largest = {n: checks.largest_crack_response(config, n) * 1e6 for n in (-1, 2)}
     already = already_there(config, compensated)
     return Table(
         table,
@@ -228,11 +203,10 @@ def tables(config, reference, spectra, identification, reasons):
     groups = published(reference, [config.estimates_table]).case.unique()
     responses = thesis_responses(config, reference, groups)
     scored = scored_rows(config, reference, spectra, identification, responses, reasons)
-    checks = estimate_checks(config, reference, spectra, identification)
     sheets = {name: (sheet.title, sheet.note, ["item"], sheet.across) for name, sheet in config.sheets.items()}
     return scored, {
         **scored_tables(scored, sheets),
         "estimates": estimates_table(config, identification),
-        "physical_checks": checks_table(config, spectra, checks),
+        "physical_checks": checks_table(config, spectra, estimate_checks(config, reference, spectra, identification)),
         "response": response_table(config, spectra, identification, responses[groups[-1]]),
     }

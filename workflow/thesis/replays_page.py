@@ -41,16 +41,12 @@ UNDECIDED = (
 
 def left_out_rows(config, rows):
     """Rows of `leave_one_out` as a page shows them, µm."""
-    return [
-        {
-            "rig": readable(config.name),
-            "speed left out (Hz)": row["speed"] / (2 * np.pi),
-            "verdict": row["verdict"],
-            "causes": "; ".join(row["causes"]),
-            **{f"{key.replace('_', ' ')} (µm)": 1e6 * row[key] for key in ("without_limits", "base", "extended")},
-        }
-        for row in rows
-    ]
+    found = []
+    for row in rows:
+        errors = {f"{key.replace('_', ' ')} (µm)": 1e6 * row[key] for key in ("without_limits", "base", "extended")}
+        said = {"verdict": row["verdict"], "causes": "; ".join(row["causes"]), **errors}
+        found.append({"rig": readable(config.name), "speed left out (Hz)": row["speed"] / (2 * np.pi), **said})
+    return found
 
 
 def notes_on(config, verdict, harmonics, left_out):

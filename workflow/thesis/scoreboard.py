@@ -138,15 +138,12 @@ def write(scored, csv, html, index):
 
 
 class Table(NamedTuple):
-    """A table with its title and note.
-
-    note : a text, or a list of a text and bullet points;  digits : significant digits of every number on the page
-    """
+    """A table with its title and note."""
 
     rows: pd.DataFrame
     title: str
-    note: str | list[str]
-    digits: int = 6
+    note: str | list[str]  # a text, or a list of a text and bullet points
+    digits: int = 6  # significant digits of every number on the page
 
 
 def in_table_order(scored):

@@ -261,19 +261,10 @@ def _seal(part, node, values):
     k, c, m = ({d: found or [0.0] for d, found in table.items()} for table in values.values())
     if len(_speeds(part)) > 1 or np.any(list(m.values())) or not (_is_isotropic(k) and _is_isotropic(c)):
         return []
-    return [
-        {
-            "kind": "seal",
-            "node": node,
-            "label": label,
-            "swirl_ratio": 0.0,
-            "seal_damping_N_s_per_m": c["xx"][0],
-            "seal_fluid_mass_kg": 0.0,
-            "seal_stiffness_N_per_m": k["xx"][0],
-            "seal_cross_stiffness_N_per_m": k["xy"][0],
-            "seal_cross_damping_N_s_per_m": c["xy"][0],
-        }
-    ]
+    known = {"swirl_ratio": 0.0, "seal_damping_N_s_per_m": c["xx"][0], "seal_fluid_mass_kg": 0.0}
+    stiffness = {"seal_stiffness_N_per_m": k["xx"][0], "seal_cross_stiffness_N_per_m": k["xy"][0]}
+    cross = {"seal_cross_damping_N_s_per_m": c["xy"][0]}
+    return [{"kind": "seal", "node": node, "label": label, **known, **stiffness, **cross}]
 
 
 def _is_isotropic(of):

@@ -15,25 +15,19 @@ PositiveNumber = Annotated[float, Field(gt=0)]
 
 
 class BlindConfig(Strict):
-    """Settings of the blind tests.
-
-    shares     : of KINDS, summing to 1; `form`: of another form than the library's;  `outside`: left out of the library
-    size       : smallest and largest effect in standard deviations, of what the uncertain rig cannot absorb
-    rig_error  : of the rig file, over the usual (0.5 % of modulus, 2 % of bearings, 5 % of unbalance), which is stated
-    records    : number of cases whose records are kept as NetCDF
-    """
+    """Settings of the blind tests."""
 
     title: str
     cases: int = Field(ge=1)
     seed: int = Field(ge=0)
-    shares: dict[str, Share]
+    shares: dict[str, Share]  # of KINDS, sum 1; `form`: of another form than the library's, `outside`: not in it
     machines: dict[str, Share]
     elements: tuple[int, int]
     speeds: tuple[int, int]
     harmonics: list[int]
-    size: tuple[PositiveNumber, PositiveNumber]
-    rig_error: float = Field(ge=0, le=10)
-    records: int = Field(ge=0)
+    size: tuple[PositiveNumber, PositiveNumber]  # of effects, in standard deviations of what the rig cannot absorb
+    rig_error: float = Field(ge=0, le=10)  # over the usual (modulus 0.5 %, bearings 2 %, unbalance 5 %), as stated
+    records: int = Field(ge=0)  # number of cases whose records are kept as NetCDF
 
     @model_validator(mode="after")
     def _sensible(self):

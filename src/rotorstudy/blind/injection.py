@@ -36,22 +36,18 @@ FEWER, MORE = 0.4, 2.5  # times the severity of the next draw after one too larg
 
 
 class Order(NamedTuple):
-    """What is to be drawn; pairs are fewest and most, or smallest and largest; None: the default of the simulator.
-
-    kind  : see KINDS_OF_CASES;  machines : shares of `machines.draw.MACHINES`;  rig_error : over the usual
-    named : function like `machines.cases.draw_case` without its family, of a kind that is not in KINDS_OF_CASES
-    """
+    """What is to be drawn; pairs are fewest and most, or smallest and largest; None: the default of the simulator."""
 
     number: int
     seed: object
-    kind: str
-    machines: dict = {"any": 1.0}
+    kind: str  # see KINDS_OF_CASES
+    machines: dict = {"any": 1.0}  # shares of `machines.draw.MACHINES`
     elements: tuple | None = None
     speeds: tuple = (8, 8)
     harmonics: tuple | None = None
     sizes: tuple = (0.0, np.inf)
-    rig_error: float = 1.0
-    named: Callable | None = None
+    rig_error: float = 1.0  # over the usual
+    named: Callable | None = None  # like `machines.cases.draw_case` without its family, of a kind not in KINDS_OF_CASES
 
 
 def _one_of(names):

@@ -68,20 +68,14 @@ def _check_absolute(model):
 
 
 class _Group(NamedTuple):
-    """A group of harmonics that are solved together, as in `Layout`.
+    """A group of harmonics that are solved together, as in `Layout`."""
 
-    members  : (block, member) int
-    matrix   : (speed, block, member * dof, member * dof) complex, dynamic stiffness with the known amplitudes
-    measured : (member * dof,) bool;  transfer : (speed, block, measured, hidden) complex, D_ms D_ss^-1
-    direct   : (measured,) bool, an equation of q_n, not of a mirrored harmonic;  kept : (measured,) bool
-    """
-
-    members: np.ndarray
-    matrix: np.ndarray
-    measured: np.ndarray
-    transfer: np.ndarray
-    direct: np.ndarray
-    kept: np.ndarray
+    members: np.ndarray  # (block, member) int
+    matrix: np.ndarray  # (speed, block, member * dof, member * dof) complex, dynamic stiffness of the known amplitudes
+    measured: np.ndarray  # (member * dof,) bool
+    transfer: np.ndarray  # (speed, block, measured, hidden) complex, D_ms D_ss^-1
+    direct: np.ndarray  # (measured,) bool, an equation of q_n, not of a mirrored harmonic
+    kept: np.ndarray  # (measured,) bool
 
     def reduced(self, rows):
         """Rows (..., speed, block, member * dof) at what is measured, the others eliminated: (..., speed, row)."""

@@ -21,24 +21,17 @@ MOST_LEVELS = 12
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A model fitted within a prior.
-
-    theta           : (parameter,) in the order of `model.names`;  prior : of the free ones, in the order of `names`
-    covariance      : (free, free) of the posterior
-    misfit, penalty : weighted sums of squares of the data, and of the distance from the prior mean
-    residual        : (component,) whitened measured minus predicted;  jacobian : (component, free) of the prediction
-    evidence        : logarithm of the marginal likelihood less a constant, by Laplace's approximation
-    """
+    """A model fitted within a prior."""
 
     model: Model
-    theta: np.ndarray
-    prior: Prior
-    covariance: np.ndarray
-    misfit: float
-    penalty: float
-    residual: np.ndarray
-    jacobian: np.ndarray
-    evidence: float
+    theta: np.ndarray  # (parameter,) in the order of `model.names`
+    prior: Prior  # of the free ones, in the order of `names`
+    covariance: np.ndarray  # (free, free) of the posterior
+    misfit: float  # weighted sum of squares of the data
+    penalty: float  # likewise, of the distance from the prior mean
+    residual: np.ndarray  # (component,) whitened measured minus predicted
+    jacobian: np.ndarray  # (component, free) of the prediction
+    evidence: float  # logarithm of the marginal likelihood less a constant, by Laplace's approximation
     converged: bool
 
     @property
@@ -148,14 +141,8 @@ def fit_within(
     steps: int = HYPOTHESIS.steps,
 ) -> Posterior:
     """The Posterior of whitened data (component,) within a prior, whether or not the steps suffice to converge."""
-    found = levenberg_marquardt(
-        predict,
-        measured[None],
-        (prior.mean if start is None else start)[None],
-        prior.names,
-        prior=prior,
-        convergence=replace(HYPOTHESIS, steps=steps),
-    )
+    start, given = prior.mean if start is None else start, {"convergence": replace(HYPOTHESIS, steps=steps)}
+    found = levenberg_marquardt(predict, measured[None], start[None], prior.names, prior=prior, **given)
     rows = found.residual.shape[-1] - len(prior.names)
     residual, jacobian = found.residual[0, :rows], found.jacobian[0, :rows]
     misfit, penalty = float(residual @ residual), float(np.sum(found.residual[0, rows:] ** 2))

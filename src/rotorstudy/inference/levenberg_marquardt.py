@@ -16,19 +16,13 @@ ROUND_OFF = 1e-12  # relative increase of the cost that is accepted as round-off
 
 @dataclass(frozen=True)
 class Convergence:
-    """Convergence tolerances of a fit; the first one that is met ends it.
+    """Convergence tolerances of a fit; the first one that is met ends it."""
 
-    step_in_sigma : length of a step in standard deviations of the fit, scaled by the root of a reduced misfit above one
-    step_relative : step of each amplitude relative to it, for data without noise
-    gain_relative : decrease of the cost relative to the cost;  steps : largest number of steps
-    first_damping : of the normal matrix with a unit diagonal; a large one if the start may be far off
-    """
-
-    step_in_sigma: float
-    step_relative: float
-    gain_relative: float
-    steps: int
-    first_damping: float = FIRST_DAMPING
+    step_in_sigma: float  # of a step, in standard deviations of the fit times the root of a reduced misfit above one
+    step_relative: float  # step of each amplitude relative to it, for data without noise
+    gain_relative: float  # decrease of the cost relative to the cost
+    steps: int  # largest number of steps
+    first_damping: float = FIRST_DAMPING  # of the normal matrix with a unit diagonal; large if the start may be far off
 
 
 # for estimates: at a misfit of a few hundred, a gain of 1e-6 is about a hundredth of a standard deviation
@@ -39,19 +33,13 @@ HYPOTHESIS = Convergence(step_in_sigma=1e-3, step_relative=0.0, gain_relative=1e
 
 @dataclass(frozen=True)
 class Minimum:
-    """End of a fit, for each trial.
-
-    cost      : (trial,) loss of the data plus the squared distance from the prior mean
-    residual  : (trial, row) whitened measured minus predicted; with a prior its rows follow those of the data
-    jacobian  : (trial, row, parameter) derivatives of the prediction
-    normal    : (trial, parameter, parameter) weighted J^T J of the last step
-    """
+    """End of a fit, for each trial."""
 
     theta: np.ndarray
-    cost: np.ndarray
-    residual: np.ndarray
-    jacobian: np.ndarray
-    normal: np.ndarray
+    cost: np.ndarray  # (trial,) loss of the data plus the squared distance from the prior mean
+    residual: np.ndarray  # (trial, row) whitened measured minus predicted; rows of a prior follow those of the data
+    jacobian: np.ndarray  # (trial, row, parameter) derivatives of the prediction
+    normal: np.ndarray  # (trial, parameter, parameter) weighted J^T J of the last step
     converged: np.ndarray
 
 

@@ -1,6 +1,7 @@
 """Output-error estimates: predicted harmonics fitted to measured ones from the data alone, many trials at once."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -67,16 +68,9 @@ def output_error_fit(
     start = np.broadcast_to(start.reshape(-1, count), (len(measured), count))
     together = max(1, FITTED_TOGETHER // (measured.shape[-1] * count))
     parts = [slice(first, first + together) for first in range(0, len(measured), together)]
+    predict, given = partial(predicted_derivatives, problem), {"convergence": replace(ESTIMATE, steps=iterations)}
     found = [
-        levenberg_marquardt(
-            lambda theta: predicted_derivatives(problem, theta),
-            measured[part],
-            start[part],
-            problem.names,
-            clip=clip,
-            convergence=replace(ESTIMATE, steps=iterations),
-        )
-        for part in parts
+        levenberg_marquardt(predict, measured[part], start[part], problem.names, clip=clip, **given) for part in parts
     ]
     names = ("theta", "cost", "normal", "converged")
     theta, cost, normal, converged = (np.concatenate([getattr(one, name) for one in found]) for name in names)

@@ -32,22 +32,16 @@ FAST = (0.1, 0.5)  # rate over the squared half-power bandwidth: beats to be cor
 
 @dataclass(frozen=True)
 class Analysed:
-    """Result of one raw record, or of one speed of a table.
-
-    harmonics : {node: (amplitude (harmonic,) complex m, covariance (component, component) m^2)}, None after an error
-    directions : {node: rad} of the nodes with a single probe
-    dead       : {(node, channel)} of dead probes
-    is_tracked : whether it is of a run-up or coast-down
-    """
+    """Result of one raw record, or of one speed of a table; without harmonics after an error."""
 
     facts: RecordFacts
     findings: list[Finding]
     speed: float = np.nan
-    harmonics: dict | None = None
+    harmonics: dict | None = None  # {node: (amplitude (harmonic,) complex m, covariance (component, component) m^2)}
     record: Record | None = None
-    directions: dict = field(default_factory=dict)
-    dead: frozenset = frozenset()
-    is_tracked: bool = False
+    directions: dict = field(default_factory=dict)  # {node: rad} of the nodes with a single probe
+    dead: frozenset = frozenset()  # {(node, channel)} of dead probes
+    is_tracked: bool = False  # whether it is of a run-up or coast-down
 
 
 def _steady(raw, pulses, marks, with_signals):

@@ -63,22 +63,14 @@ def shared_error_covariance(change, covariance):
 
 @dataclass(frozen=True)
 class Harmonics:
-    """Harmonics of one node at one speed.
+    """Harmonics of one node at one speed."""
 
-    amplitude  : (harmonic,) complex, m
-    covariance : (component, component) m^2, real parts then imaginary parts
-    blocks     : (block, harmonic) complex, m; empty if there were too few revolutions
-    noise_std  : standard deviation of a sample of x or y, m, from the residual
-    shrinkage  : weights (0 to 1) of the common variance, and of zero correlation
-    lines      : Line of each spectral line that is not synchronous; they are in no other quantity
-    """
-
-    amplitude: np.ndarray
-    covariance: np.ndarray
-    blocks: np.ndarray
-    noise_std: float
-    shrinkage: tuple
-    lines: tuple[Line, ...] = ()
+    amplitude: np.ndarray  # (harmonic,) complex, m
+    covariance: np.ndarray  # (component, component) m^2, real parts then imaginary parts
+    blocks: np.ndarray  # (block, harmonic) complex, m; empty if there were too few revolutions
+    noise_std: float  # standard deviation of a sample of x or y, m, from the residual
+    shrinkage: tuple  # weights (0 to 1) of the common variance, and of zero correlation
+    lines: tuple[Line, ...] = ()  # Line of each spectral line that is not synchronous; they are in no other quantity
 
 
 def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None):

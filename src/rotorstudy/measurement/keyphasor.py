@@ -77,20 +77,15 @@ def _crossings(signal, time, after):
 
 @dataclass(frozen=True)
 class Turning:
-    """Angle of the shaft over time.
+    """Angle of the shaft over time."""
 
-    revolutions   : function(time, s, order of the derivative) of the revolutions since the first mark
-    marks, counts : (mark,) s and the revolution each begins;  missing, doubled : missing and extra pulses
-    jitter_rad    : standard deviation of the marks about it;  resolution_s : of a mark, limited by the sampling
-    """
-
-    revolutions: Callable
-    marks: np.ndarray
-    counts: np.ndarray
-    missing: int = 0
-    doubled: int = 0
-    jitter_rad: float = 0.0
-    resolution_s: float = 0.0
+    revolutions: Callable  # function(time, s, order of the derivative) of the revolutions since the first mark
+    marks: np.ndarray  # (mark,) s
+    counts: np.ndarray  # (mark,) revolution that each begins
+    missing: int = 0  # pulses
+    doubled: int = 0  # extra pulses
+    jitter_rad: float = 0.0  # standard deviation of the marks about it
+    resolution_s: float = 0.0  # of a mark, limited by the sampling
 
     def angle(self, time):
         """(time,) rad since the first mark."""

@@ -174,18 +174,9 @@ def _finding(group):
     speeds, hertz, orders = (np.array([getattr(seen, name) for seen in group]) for name in ("speed", "hertz", "order"))
     records = len({seen.where for seen in group})
     across = f" (in {records} records, {np.min(hertz):.5g} to {np.max(hertz):.5g} Hz)" if records > 1 else ""
-    return told(
-        "non-synchronous line",
-        first.where,
-        hertz=first.hertz,
-        order=first.order,
-        across=across,
-        node=first.node,
-        sense=_sense(first),
-        forward=um(first.forward),
-        backward=um(first.backward),
-        kind=likely_kind(speeds, orders, first),
-    )
+    line = {"hertz": first.hertz, "order": first.order, "across": across, "node": first.node, "sense": _sense(first)}
+    line |= {"forward": um(first.forward), "backward": um(first.backward), "kind": likely_kind(speeds, orders, first)}
+    return told("non-synchronous line", first.where, **line)
 
 
 def _sense(seen):

@@ -15,24 +15,16 @@ LARGEST_TIME = 1e12  # s, 30,000 years: the clock of a recorder counts from 1900
 
 @dataclass(frozen=True)
 class RawRecord:
-    """The signals of one speed in a file.
+    """The signals of one speed in a file."""
 
-    time         : (time,) s
-    channels     : list of Channel
-    label        : speed in rad/s that the file or the rig file states, or None
-    keyphasor    : (time,) V; marks (mark,) s when the phase mark passed; reference (time,): each may be None
-    where        : file and, if it holds several speeds, which one
-    conventions  : used to read it: the rig file's, or the project's own for a simulated record
-    """
-
-    time: np.ndarray
-    channels: list = field(repr=False)
-    label: float | None
-    keyphasor: np.ndarray | None
-    marks: np.ndarray | None
-    reference: np.ndarray | None
-    where: str
-    conventions: object = field(repr=False)
+    time: np.ndarray  # (time,) s
+    channels: list = field(repr=False)  # list of Channel
+    label: float | None  # speed in rad/s that the file or the rig file states, or None
+    keyphasor: np.ndarray | None  # (time,) V
+    marks: np.ndarray | None  # (mark,) s when the phase mark passed
+    reference: np.ndarray | None  # (time,)
+    where: str  # file and, if it holds several speeds, which one
+    conventions: object = field(repr=False)  # used to read it: the rig file's, or the project's own if simulated
 
     @property
     def nodes(self):

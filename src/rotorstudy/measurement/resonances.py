@@ -28,15 +28,12 @@ FAST = 0.1  # rate over the squared half-power bandwidth, from which the vectors
 
 @dataclass(frozen=True)
 class Resonances:
-    """Modes fitted to 1X: speed, decay (mode,), rad/s, 1/s; rate of the sweep, rad/s^2; noise : rms of the residual, m.
-
-    covariance : (parameter, parameter) of rate, speed, ln decay (without the rate if that is zero)
-    """
+    """Modes fitted to 1X: speed, decay (mode,), rad/s, 1/s; rate of sweep, rad/s^2; noise: rms of the residual, m."""
 
     speed: np.ndarray
     decay: np.ndarray
     rate: float
-    covariance: np.ndarray
+    covariance: np.ndarray  # (parameter, parameter) of rate, speed, ln decay (without the rate if that is zero)
     noise: float
 
     @property

@@ -241,15 +241,9 @@ def _complete(text, rows, conventions, where):
         return there, findings
     (speed, again), readings = next(iter(lacks.items()))
     node, probe, n = min(readings)
-    said = {
-        "lacking": len(lacks),
-        "count": len(held),
-        "rpm": speed * 30 / np.pi,
-        "n": n,
-        "again": f" (repeat {again + 1})" * bool(again),
-        "place": repr(probe) if probe else f"node {node}",
-        "others": ", and others" if len(lacks) > 1 or len(readings) > 1 else "",
-    }
+    said = {"lacking": len(lacks), "count": len(held), "rpm": speed * 30 / np.pi, "n": n}
+    said |= {"again": f" (repeat {again + 1})" * bool(again), "place": repr(probe) if probe else f"node {node}"}
+    said["others"] = ", and others" if len(lacks) > 1 or len(readings) > 1 else ""
     whole = np.array([record not in lacks for record in records])
     return there & whole, [*findings, told("missing readings", where, **said)]
 

@@ -41,19 +41,13 @@ STATED = {  # key of `measurement:` -> the quantity whose unit says it, and a pa
 
 
 class Table(NamedTuple):
-    """A table of amplitude and phase.
-
-    text : data frame of its cells as text, in long form, by the line of the file
-    by_probe : whether its rows are of probes; otherwise of orbits
-    stated : key of `measurement:` -> the value that its header says
-    unread : names of other columns, which are not read
-    """
+    """A table of amplitude and phase."""
 
     path: Path
-    text: object
-    by_probe: bool
-    stated: dict = {}
-    unread: tuple = ()
+    text: object  # data frame of its cells as text, in long form, by the line of the file
+    by_probe: bool  # whether its rows are of probes; otherwise of orbits
+    stated: dict = {}  # key of `measurement:` -> the value that its header says
+    unread: tuple = ()  # names of other columns, which are not read
 
 
 class _Wide(NamedTuple):

@@ -27,18 +27,14 @@ class Elements(NamedTuple):
 
 
 class Pattern(NamedTuple):
-    """Entries on the motion that differ in their matrix alone, of which `entry` is one.
-
-    row, column : (element,) int, places in the matrix
-    element, unknown, weight : (part,) what one unit of an amplitude adds to an element
-    """
+    """Entries on the motion that differ in their matrix alone, of which `entry` is one."""
 
     entry: Entry
-    row: np.ndarray
-    column: np.ndarray
-    element: np.ndarray
-    unknown: np.ndarray
-    weight: np.ndarray
+    row: np.ndarray  # (element,) int, place in the matrix
+    column: np.ndarray  # (element,) likewise
+    element: np.ndarray  # (part,) element that an amplitude adds to
+    unknown: np.ndarray  # (part,) the amplitude
+    weight: np.ndarray  # (part,) what one unit of it adds
 
     def values(self, theta: np.ndarray) -> np.ndarray:
         """Elements (..., element) of the matrix of all these entries at amplitudes (..., amplitude)."""
@@ -141,24 +137,17 @@ class _Moving(NamedTuple):
 
 
 class _Still(NamedTuple):
-    """Elements that do not act on the motion, at some speeds and harmonics, of those carried.
+    """Elements that do not act on the motion, at some speeds and harmonics, of those carried."""
 
-    unknown, seen : (element,) amplitude, and place in [deflection, its conjugate, 1]
-    value : (speed, element) complex, with the gain
-    harmonic, place, to_place : (target,) harmonic and place in the columns that elements add to, and sparse (target,
-                                element)
-    at, row, to_row : (target,) likewise, harmonic and row of the force of all amplitudes together
-    """
-
-    unknown: np.ndarray
-    seen: np.ndarray
-    value: np.ndarray
-    harmonic: np.ndarray
-    place: np.ndarray
-    to_place: object
-    at: np.ndarray
-    row: np.ndarray
-    to_row: object
+    unknown: np.ndarray  # (element,) amplitude
+    seen: np.ndarray  # (element,) place in [deflection, its conjugate, 1]
+    value: np.ndarray  # (speed, element) complex, with the gain
+    harmonic: np.ndarray  # (target,) of the columns that elements add to
+    place: np.ndarray  # (target,) in these columns
+    to_place: object  # sparse (target, element)
+    at: np.ndarray  # (target,) harmonic of the force of all amplitudes together
+    row: np.ndarray  # (target,) row of that force
+    to_row: object  # sparse (target, element)
 
 
 class EntryTable:

@@ -49,18 +49,15 @@ ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left ou
 class Hinge:
     """A crack in a section of the shaft; its force and its tables of entries are of a flexibility factor of 1.
 
-    angle  : of the middle of the crack edge from the shaft's reference line, rad
-    sudden : whether it opens as a whole while the moment pulls on the middle of its edge, and bends along xi alone
-    static_moment : by the weight, N m; positive where it stretches the upper side of the shaft
     along  : option of its tables and force: only the kink along the front, see `_entries`
     """
 
     section: Section
     depth: CrackDepth
     depth_ratio: float
-    angle: float
-    sudden: bool
-    static_moment: float
+    angle: float  # of the middle of the crack edge from the shaft's reference line, rad
+    sudden: bool  # whether it opens as a whole while the moment pulls on its edge's middle, and bends along xi alone
+    static_moment: float  # by the weight, N m; positive where it stretches the upper side of the shaft
     options: tuple[tuple[str, float], ...] = ()
 
     @property

@@ -1,15 +1,18 @@
-"""A model: base structure, terms on the rotor and on the output, and the values of their amplitudes."""
+"""A model: base structure, terms on the rotor and on the output, values of their amplitudes, and what follows."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import RigError
-from rotorstudy.model.assembled import Assembled
+from rotorstudy.errors import MissingValue, RigError, RotorstudyError, unknown_name
+from rotorstudy.model.entry_table import EntryTable
+from rotorstudy.model.rig_numbers import with_bearings_at
 from rotorstudy.model.structure import Structure
-from rotorstudy.model.terms import Term
+from rotorstudy.model.terms import NonlinearForce, Term, Unknown
+from rotorstudy.model.variation import Matrices, Variation
 
 
 class Uncertainty(NamedTuple):
@@ -17,6 +20,273 @@ class Uncertainty(NamedTuple):
 
     names: tuple[str, ...]
     covariance: np.ndarray
+
+
+class Varied(NamedTuple):
+    """The numbers of the rotor that are parameters: positions (number,) in `rotor_unknowns`, and their Variation."""
+
+    positions: tuple[int, ...]
+    variation: Variation
+
+
+class Assembled:
+    """What a Model tells of its amplitudes, and gives to the response, from its fields."""
+
+    @cached_property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """Real amplitudes of all terms, in the order of `theta`."""
+        return tuple(unknown for term in self.terms for unknown in term.unknowns)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the amplitudes, in the order of `theta`."""
+        return tuple(unknown.name for unknown in self.unknowns)
+
+    @cached_property
+    def units(self) -> tuple[str, ...]:
+        """Units of the amplitudes, in the order of `theta`."""
+        return tuple(unknown.unit for unknown in self.unknowns)
+
+    @cached_property
+    def typical(self) -> np.ndarray:
+        """Usual sizes (parameter,) of the amplitudes, in their units."""
+        return np.array([unknown.typical for unknown in self.unknowns])
+
+    @cached_property
+    def stated(self) -> np.ndarray:
+        """Values (parameter,) of the amplitudes in their units, NaN where the rig states none; read-only."""
+        found = np.concatenate([np.zeros(0), *(term.theta for term in self.terms)])
+        found.setflags(write=False)
+        return found
+
+    @cached_property
+    def nominal(self) -> np.ndarray:
+        """Values (parameter,) of the amplitudes, typical where the rig states none."""
+        return np.where(np.isnan(self.stated), self.typical, self.stated)
+
+    def filled(self, names: Iterable[str], values: np.ndarray) -> np.ndarray:
+        """Values (..., parameter) of all amplitudes as stated, but for those of some names (..., name)."""
+        found = np.broadcast_to(self.stated, (*np.shape(values)[:-1], len(self.stated))).copy()
+        found[..., self.position(names)] = values
+        return found
+
+    @property
+    def unstated(self) -> tuple[str, ...]:
+        """Names of the amplitudes of which the rig states no value."""
+        return tuple(name for name, value in zip(self.names, self.stated, strict=True) if np.isnan(value))
+
+    @cached_property
+    def theta(self) -> np.ndarray:
+        """Values (parameter,) of the amplitudes in their units; a missing value is an error."""
+        self.require_values()
+        return self.stated.copy()
+
+    def require_values(self) -> None:
+        """Raise MissingValue, which names them, if amplitudes have no value."""
+        if self.unstated:
+            raise MissingValue(f"no value for {', '.join(self.unstated)}; give one in the rig file to simulate")
+
+    def position(self, names: Iterable[str]) -> np.ndarray:
+        """Positions (name,) of amplitudes in `theta`, int; RotorstudyError for an unknown name."""
+        for name in names:
+            if name not in self._places:
+                raise unknown_name("parameter", name, self.names, "this model")
+        return np.array([self._places[name] for name in names], int)
+
+    @cached_property
+    def _places(self):
+        return {name: place for place, name in enumerate(self.names)}
+
+    def unknown_names(self, wanted: Iterable[str] | None = None) -> tuple[str, ...]:
+        """Names of the real amplitudes to estimate: those wanted (without a label, of all), or without a value."""
+        if wanted is None:
+            if not self.names:
+                raise RotorstudyError("the model has no parameters to estimate; add effects or a crack to the rig")
+            if not self.unstated:
+                known = ", ".join(self.names)
+                raise RotorstudyError(f"the rig gives every parameter a value; name the unknowns (among {known})")
+            return self.unstated
+        found = []
+        for name in wanted:
+            found += self.amplitudes_of(name) or [name]
+        self.position(found)
+        if len(set(found)) < len(found):
+            raise RotorstudyError(f"unknowns {list(wanted)}: a parameter is named twice")
+        return tuple(found)
+
+    def amplitudes_of(self, parameter: str) -> tuple[str, ...]:
+        """Names of the real amplitudes of a parameter, of all terms if it has no label; empty if there is none."""
+        found = []
+        for term in self.terms:
+            for p in term.parameters:
+                full = term.full_name(p)
+                if parameter in (p.name, full):
+                    found += [f"{full}_real", f"{full}_imag"] if p.is_complex else [full]
+        return tuple(found)
+
+    def reported_units(self, names: Iterable[str]) -> list[str]:
+        """Units of amplitudes as `magnitude_and_phase` names them: a magnitude has its own, a phase rad."""
+        known = dict(zip(self.names, self.units, strict=True))
+        return ["rad" if n.endswith("_phase") else known.get(n, known.get(f"{n}_real")) for n in names]
+
+    @cached_property
+    def rotor_unknowns(self) -> tuple[Unknown, ...]:
+        """Amplitudes of the terms that act on the rotor, first in `theta`."""
+        return tuple(u for term in self.terms if not term.acts_on_output for u in term.unknowns)
+
+    @cached_property
+    def varied(self) -> Varied | None:
+        """The numbers of the rotor that are parameters; None if all are known."""
+        for term in self.terms:
+            if term.variation:
+                first = self.names.index(term.unknowns[0].name)
+                return Varied(tuple(range(first, first + len(term.unknowns))), term.variation)
+        return None
+
+    @cached_property
+    def acting(self) -> tuple[tuple[int, Unknown], ...]:
+        """(position in `rotor_unknowns`, Unknown) of the amplitudes of effects, cracks and bearings."""
+        own = self.varied.positions if self.varied else ()
+        return tuple((p, unknown) for p, unknown in enumerate(self.rotor_unknowns) if p not in own)
+
+    @cached_property
+    def table(self) -> EntryTable:
+        """The EntryTable of the amplitudes in `acting`."""
+        return EntryTable(tuple(unknown for _, unknown in self.acting), len(self.structure.dofs))
+
+    @cached_property
+    def output_table(self) -> tuple[list[int], EntryTable]:
+        """Positions in `theta` and EntryTable of the amplitudes that the measured output is linear in."""
+        first = len(self.rotor_unknowns)
+        linear = [(p, u) for p, u in enumerate(self.output_unknowns, start=first) if not u.exact]
+        return [p for p, _ in linear], EntryTable(tuple(u for _, u in linear), len(self.sensors))
+
+    def matrices(self, theta: np.ndarray) -> Matrices:
+        """Matrices of the rotor at amplitudes (..., parameter); without leading dimensions if no number is one."""
+        if self.varied is None:
+            return self.structure.matrices
+        return self.varied.variation.at(theta[..., self.varied.positions])
+
+    def at(self, theta=None):
+        """The model with the bearings that it has at amplitudes (parameter,), by default its own, and these.
+
+        Bearings are not linear in their numbers: they are built anew, and the numbers are zero, with derivatives.
+        """
+        theta = np.asarray(self.theta if theta is None else theta, float)
+        if not self.bearing_numbers:
+            return self, theta
+        theta = theta.copy()
+        carrying = [p for p, unknown in enumerate(self.rotor_unknowns) if unknown.carries]
+        placed = self._placed(tuple((self.names[p], float(theta[p])) for p in carrying))
+        theta[list(self.bearing_numbers)] = 0.0
+        return placed, theta
+
+    @cached_property
+    def bearing_numbers(self) -> tuple[int, ...]:
+        """Positions (number,) in `theta` of the numbers of bearings that are parameters."""
+        names = {u.name for term in self.terms if term.is_bearing_number for u in term.unknowns if u.carries}
+        return tuple(p for p, name in enumerate(self.names) if name in names)
+
+    @cached_property
+    def _placed(self):
+        """The Model with its bearings at (name, value) of the amplitudes that carry load, kept for the last few."""
+        latest = []
+
+        @lru_cache(maxsize=4)
+        def placed(values):
+            terms = with_bearings_at(self.structure, self.terms, dict(values))
+            settled = (replace(t, is_bearing_number=False) if t.is_bearing_number else t for t in terms)
+            found = replace(self, terms=tuple(settled))
+            loading, given = (u for _, u in self.acting if u.carries), dict(values)
+            forces = (given[u.name] * np.asarray(e.matrix) for u in loading for e in u.entries if e.is_constant)
+            found.__dict__["constant_force"] = sum(forces, self.constant_force)
+            found.__dict__["output_table"] = self.output_table  # bearings do not act on the output
+            if latest:
+                found.__dict__["table"] = latest[0].with_gains_of(unknown for _, unknown in found.acting)
+            latest[:] = [found.table]
+            return found
+
+        return placed
+
+    @cached_property
+    def constant_force(self) -> np.ndarray:
+        """Force (dof,), N, of the constant forces that load films, once the films are those at their load."""
+        return np.zeros(len(self.structure.dofs))
+
+    @cached_property
+    def earlier(self):
+        """The machine in the earlier state from whose displacements the sensors count; None if there is none."""
+        if self.before is None:
+            return None
+        there = tuple(term for term in self.terms if all(unknown.name in self.before for unknown in term.unknowns))
+        return replace(self, terms=there, before=None)
+
+    @cached_property
+    def recent(self) -> dict:
+        """Responses of the machine computed last, keyed by their inputs; an earlier state is asked for often."""
+        return {}
+
+    @cached_property
+    def nonlinear_forces(self) -> tuple[tuple[int, NonlinearForce], ...]:
+        """(position in `rotor_unknowns`, NonlinearForce) of the amplitudes that multiply a force in time."""
+        return tuple((p, u.force) for p, u in enumerate(self.rotor_unknowns) if u.force)
+
+    @cached_property
+    def output_unknowns(self) -> tuple[Unknown, ...]:
+        """Amplitudes of the terms that act on the measured output, last in `theta`."""
+        return tuple(u for term in self.terms if term.acts_on_output for u in term.unknowns)
+
+    @cached_property
+    def measured(self) -> np.ndarray:
+        """Positions (sensor,), int, of the measured translations among the coordinates."""
+        return np.array([self.structure.index(node) for node in self.sensors])
+
+    @cached_property
+    def _riding(self):
+        """Positions (sensor,) among the sensors of those on housings, and of these among the coordinates."""
+        riding, sensors = self.structure.riding, list(self.sensors)
+        here = [node for node in sensors if node in riding]
+        return [sensors.index(node) for node in here], [self.structure.index(riding[n], "housing") for n in here]
+
+    def seen(self, motion: np.ndarray, axis: int = -1) -> np.ndarray:
+        """Motion at the sensors, of those on a housing against it, of motions that have coordinates along an axis."""
+        motion = np.moveaxis(motion, axis, -1)
+        found, (here, housings) = motion[..., self.measured], self._riding
+        if here:
+            found[..., here] -= motion[..., housings]
+        return np.moveaxis(found, -1, axis)
+
+    @cached_property
+    def involved(self) -> np.ndarray:
+        """Positions (coordinate,), int, of the coordinates that are measured, or that a term depends or acts on."""
+        seen = np.zeros(len(self.structure.dofs), bool)
+        seen[self.measured] = True
+        seen[self._riding[1]] = True
+        for entry in (e for _, u in self.acting for e in u.entries):
+            row, column, _ = entry.nonzero
+            seen[row] = True
+            if not entry.is_constant:
+                seen[column] = True
+        for _, force in self.nonlinear_forces:
+            seen |= np.any(force.matrix, axis=0)
+        return np.flatnonzero(seen | (self.static_residual != 0))
+
+    @cached_property
+    def is_carried(self) -> bool:
+        """Whether bearings carry the static load, alone or together with rigid supports."""
+        return any(unknown.carries for unknown in self.rotor_unknowns)
+
+    @cached_property
+    def static_residual(self) -> np.ndarray:
+        """Static load (dof,) that the static deflection does not balance, N; an error if nothing carries it."""
+        structure = self.structure
+        if self.is_carried or self.held_deflection is not None or structure.is_supported:
+            return np.zeros(len(structure.dofs))
+        acting = (e for _, u in self.acting for e in u.entries if e.reads_motion)
+        springs = (e for e in acting if not (e.is_conjugate or e.order or e.shift))
+        if structure.static_load.any() and not any(springs):
+            raise RigError("nothing carries the weight of the rotor; add bearings or rigid supports")
+        return structure.static_load
 
 
 @dataclass(frozen=True, eq=False)  # hashed by identity, so that what follows from a model can be kept

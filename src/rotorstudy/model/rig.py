@@ -147,13 +147,8 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
     structure = replace(structure, bearing_nodes=bearing_nodes)
     structure = replace(structure, casings=_carried("on", rig, structure, (), where))
     sensors = _sensors(rig.get("sensors"), structure, where)
-    structure = replace(
-        structure,
-        labels=_labels(rig),
-        origin=origin,
-        riding=_carried("relative_to", rig, structure, [n for n in sensors if n in structure.nodes], where),
-        reading=reading or Reading(),
-    )
+    riding = _carried("relative_to", rig, structure, [n for n in sensors if n in structure.nodes], where)
+    structure = replace(structure, labels=_labels(rig), origin=origin, riding=riding, reading=reading or Reading())
     terms = []
     for section in ("cracks", "bearings", "foundation", "effects"):
         if not isinstance(rig.get(section) or [], list):

@@ -251,17 +251,12 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
 
 
 class Film(NamedTuple):
-    """An oil film whose load follows the constant forces on the rotor.
+    """An oil film whose load follows the constant forces on the rotor."""
 
-    load          : N
-    carried       : (dof,) its load by a unit force along each coordinate
-    along, across : derivatives of its entries by a load, N, along gravity and across it
-    """
-
-    load: float
-    carried: np.ndarray
-    along: list[Entry]
-    across: list[Entry]
+    load: float  # N
+    carried: np.ndarray  # (dof,) its load by a unit force along each coordinate
+    along: list[Entry]  # derivatives of its entries by a load, N, along gravity
+    across: list[Entry]  # likewise, across it
 
 
 def films_of(structure: Structure) -> tuple[Film, ...]:
@@ -319,27 +314,30 @@ def _film(structure, bearing, holder, carried, theta, changes=None, more=0.0):
     return Film(size, carried, *derivatives)
 
 
-def number_slope(structure: Structure, node: int, number: str) -> tuple[Entry, ...]:
-    """Entries of the force of the bearings at a node per relative change of a number; CannotAct if none has it."""
+def number_slope(structure: Structure, node: int | None, number: str) -> tuple[Entry, ...]:
+    """Entries of the force of the bearings at a node, or of all, per change of a number; CannotAct if none has it."""
     found = []
     for bearing, holder in bearings_of(structure.bearings):
-        if _at_node(bearing, structure) == node and number in holder.paths and not np.isnan(bearing.theta).any():
+        here = node in (None, _at_node(bearing, structure))
+        if here and number in holder.paths and not np.isnan(bearing.theta).any():
             name = holder.name(number)
             ends = (_rebuilt(structure, bearing, holder, {name: step}) for step in (STEP, -STEP))
             found += _slopes(ends, bearing.theta)
     if not found:
-        raise CannotAct(f"no bearing at node {node} has a value of {number}")
+        raise CannotAct(f"no bearing{'' if node is None else f' at node {node}'} has a value of {number}")
     return tuple(found)
 
 
 def changeable_numbers(structure: Structure, sensors: tuple[int, ...] = ()) -> list[dict]:
-    """Places {"node", "number"} of the numbers of the bearings of a rig that wear, dirt or heat may change."""
-    return [
+    """Places {"node", "number"} of what wear, dirt or heat may change of bearings, or of all: they have one oil."""
+    each = [
         {"node": _at_node(bearing, structure), "number": number}
         for bearing in structure.bearings
         for number in registry().get("bearing", bearing.kind).changeable
         if not np.isnan(bearing.theta).any()
     ]
+    numbers = [one["number"] for one in each]
+    return each + [{"number": one} for one in dict.fromkeys(numbers) if numbers.count(one) > 1]
 
 
 def _at_node(bearing, structure):
@@ -352,8 +350,8 @@ def _number_meant(term, name, bearing, holder, structure):
         return name if holder.pattern(name) else None
     if bearing.is_foundation:
         return None
-    number, node = term.options["number"], term.options["node"] or structure.default_node()
-    return holder.name(number) if _at_node(bearing, structure) == node and number in holder.paths else None
+    number, here = term.options["number"], term.options["node"] in (None, _at_node(bearing, structure))
+    return holder.name(number) if here and number in holder.paths else None
 
 
 def _together(changes, meant):

@@ -17,19 +17,15 @@ STILL_LENGTH = 1e-5  # m, of a rotor without weight and records: 10 um, a usual 
 
 @dataclass(frozen=True)
 class Scales:
-    """Usual sizes of a rotor on its supports; without supports, those of the freely accelerating body (inertia relief).
+    """Usual sizes of a rotor on its supports; without, those of the freely accelerating body (inertia relief)."""
 
-    inertia, rigidity : (dof, dof) kg and N/m;  along : (dof,) motion of all nodes;  gravity : m/s^2;  shaft : length, m
-    measured : vibration in the records, m;  coordinate : function(node, motion) -> its position
-    """
-
-    inertia: np.ndarray
-    rigidity: np.ndarray
-    along: np.ndarray
-    gravity: float
-    shaft: float
-    measured: float
-    coordinate: Callable
+    inertia: np.ndarray  # (dof, dof) kg
+    rigidity: np.ndarray  # (dof, dof) N/m
+    along: np.ndarray  # (dof,) motion of all nodes
+    gravity: float  # m/s^2
+    shaft: float  # length, m
+    measured: float  # vibration in the records, m
+    coordinate: Callable  # function(node, motion) -> its position
 
     @cached_property
     def flexibility(self) -> np.ndarray:

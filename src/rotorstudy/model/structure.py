@@ -24,16 +24,11 @@ class Origin(NamedTuple):
 
 @dataclass(frozen=True)
 class Reading:
-    """The axes in which records were read.
+    """The axes in which records were read."""
 
-    probes      : node -> {name: direction, rad from x in the sense of rotation}; others are along x and y
-    gravity_rad : direction of gravity in the user's angles
-    mark_rad    : angle of the shaft's reference line from x when the phase mark passes
-    """
-
-    probes: dict = field(default_factory=dict)
-    gravity_rad: float = 0.0
-    mark_rad: float = 0.0
+    probes: dict = field(default_factory=dict)  # node -> {name: rad from x in the sense of rotation}, else x and y
+    gravity_rad: float = 0.0  # direction of gravity in the user's angles
+    mark_rad: float = 0.0  # angle of the shaft's reference line from x when the phase mark passes
 
     def probes_at(self, node: int) -> dict[str, float]:
         """{name: direction (rad)} of the probes of a node."""

@@ -3,9 +3,12 @@
 import numpy as np
 
 from rotorstudy.blind.criteria import AT_A_GLANCE, LARGE
-from rotorstudy.blind.scoring import calibration, share_bounds
-from rotorstudy.blind.summary import SIZE_EDGES, confounders_of, confusion, share_over_size
+from rotorstudy.blind.meanings import MEANS
+from rotorstudy.blind.scoring import ANSWERS_WITHOUT_CAUSE, calibration, is_chain, share_bounds
+from rotorstudy.model.registry import registry
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
+
+SIZE_EDGES = np.array([0.3, 1.0, 2.0, 3.0, 6.0, 12.0, 30.0, 100.0, 300.0])
 
 
 def blind_figures(rows, criteria):
@@ -123,3 +126,39 @@ def calibration_figure(rows):
     axes.set_title(f"Stated probabilities are off by {error:.2f} on average" if len(stated) else "No cause was stated")
     axes.legend()
     return picture
+
+
+def share_over_size(rows, chosen, right):
+    """Right cases and all cases (bin,) among the chosen rows, by size; chosen, right : (case,) bool."""
+    place = np.digitize(rows["size"], SIZE_EDGES[1:-1])
+    of = np.bincount(place[chosen], minlength=len(SIZE_EDGES) - 1)
+    return np.bincount(place[chosen & right], minlength=len(SIZE_EDGES) - 1), of
+
+
+def confusion(rows):
+    """Truths, answers, and counts (truth, answer), of cases with at most one effect, which the library has."""
+    seen = rows[rows.group.isin(["clean", "single", "chain"])]
+    one = seen.answer.where(~seen.answer.str.contains("+", regex=False), "two causes")
+    families = seen.families.where(seen.families != "", "clean")
+    truths = sorted(families.unique(), key=lambda name: (name != "clean", is_chain(name), name))
+    others = {"nothing", "two causes", *ANSWERS_WITHOUT_CAUSE}
+    usual = [name for family in truths if family != "clean" for name in MEANS[family][0] if name in set(one)]
+    answers = list(dict.fromkeys(usual)) + sorted(set(one) - set(usual) - others)
+    answers = ["nothing", *answers, "two causes", *ANSWERS_WITHOUT_CAUSE[1:]]
+    matrix = np.array([[int(((families == t) & (one == a)).sum()) for a in answers] for t in truths], int)
+    return truths, answers, matrix.reshape(len(truths), len(answers))
+
+
+def confounders_of(truths, answers):
+    """(truth, answer): 1 where the answer is right, 2 where it is a declared confounder, else 0."""
+    zoo = registry().plugins["effect"]
+    found = np.zeros((len(truths), len(answers)), int)
+    for i, t in enumerate(truths):
+        means = MEANS[t][0] if t in MEANS else ()
+        alike = {name for one in means if one in zoo for name in registry().confounders(one)}
+        for j, a in enumerate(answers):
+            if a in means or (t == "clean" and a == "nothing"):
+                found[i, j] = 1
+            elif a in alike:
+                found[i, j] = 2
+    return found

@@ -80,11 +80,6 @@ def _write_cases(cases, source, folder, links):
     by_rig = cases.groupby("machine").seconds.agg(["count", "mean", "max"]).reset_index()
     note = f"{len(shown)} of {len(cases)} cases have a wrong answer, the largest effects first. Size is in "
     note += "standard deviations; an effect below 1 can hardly be detected."
-    write_html(
-        folder / "cases.html",
-        "Blind tests: cases with a wrong answer",
-        [note, source],
-        {"Cases": shown, "Duration of a diagnosis (s)": by_rig},
-        3,
-        links=links,
-    )
+    tables = {"Cases": shown, "Duration of a diagnosis (s)": by_rig}
+    title = "Blind tests: cases with a wrong answer"
+    write_html(folder / "cases.html", title, [note, source], tables, 3, links=links)

@@ -8,17 +8,8 @@ from rotorstudy.presentation.plots import save_figures
 from rotorstudy.presentation.tables import write_csv, write_html
 from rotorstudy.store import gathered, load, provenance, save
 from rotorstudy.studies.comparison import estimates as accuracy
+from rotorstudy.studies.comparison import ranking
 from rotorstudy.studies.comparison.config import load_comparison
-from rotorstudy.studies.comparison.ranking import (
-    AS_GOOD,
-    FIRST,
-    SELDOM,
-    VALID,
-    advice,
-    in_sentences,
-    ranking,
-    with_words,
-)
 from rotorstudy.studies.config import file_name
 
 
@@ -36,7 +27,7 @@ def write_comparison(comparison, pictures, ranking_csv, advice_files, config, sp
 
     whole = accuracy.comparison(loaded(estimates))
     save(whole.assign_attrs(provenance(config.model_dump(), [], config.seed), title=config.title), comparison)
-    ranked = ranking(whole)
+    ranked = ranking.ranking(whole)
     write_csv(ranked, ranking_csv)
     write_advice(ranked, {name: fault.use_if for name, fault in config.faults.items()}, *advice_files, index)
     errors = {key: data.harmonic_error for key, data in loaded(spectra).items()}
@@ -46,9 +37,11 @@ def write_comparison(comparison, pictures, ranking_csv, advice_files, config, sp
 
 def write_advice(ranked, use_if, csv, html, index=None):
     """Write which spectrum method and estimator to use for which fault; use_if : fault -> when to follow it."""
-    told = with_words(advice(ranked), use_if)
+    told = ranking.with_words(ranking.advice(ranked), use_if)
     write_csv(told, csv)
-    choices = in_sentences(told)
+    choices = ranking.in_sentences(told)
+    first = choices.drop_duplicates(ranking.FIRST).drop(columns="equally good")
+    lowest, highest = (f"{100 * share:.0f}" for share in ranking.VALID)
     write_html(
         html,
         "Which spectrum method and estimator for which data",
@@ -57,13 +50,13 @@ def write_advice(ranked, use_if, csv, html, index=None):
             "parameters on all rotors, over the Cramér-Rao bound: the least error that the noise allows.",
             "Choices are the spectrum methods with the smallest error in their worst rotor and noise level, at most "
             "three, each with the estimator to use and those whose error is within "
-            f"{100 * (AS_GOOD - 1):.0f} % of it. Pairs that fail in more than {100 * SELDOM:.0f} % of the trials are "
-            "left out.",
-            f"Intervals are valid if in every cell between {100 * VALID[0]:.0f} and {100 * VALID[1]:.0f} % of the "
-            "stated 95 % intervals hold the truth.",
+            f"{100 * (ranking.AS_GOOD - 1):.0f} % of it. Pairs that fail in more than {100 * ranking.SELDOM:.0f} % of "
+            "the trials are left out.",
+            f"Intervals are valid if in every cell between {lowest} and {highest} % of the stated 95 % intervals "
+            "hold the truth.",
             "advice.csv also has coverage, failures and times, ranking.csv every pair on every rotor.",
         ],
-        {"First choice": choices.drop_duplicates(FIRST).drop(columns="equally good"), "Up to three choices": choices},
+        {"First choice": first, "Up to three choices": choices},
         3,
         links=to_index(html, index),
     )

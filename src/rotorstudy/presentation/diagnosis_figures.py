@@ -294,16 +294,10 @@ def both_states(before, after, axes):
     """Charts of both states side by side; axes : of `charts.axes_of`."""
     amplitude = {name: one.amplitude.transpose(0, 2, 1) for name, one in (("before", before), ("after", after))}
     change = np.abs(amplitude["after"] - amplitude["before"])[..., after.harmonics != 0].sum(axis=2)
-    return speed_view(
-        "states",
-        after.speed,
-        after.sensors,
-        after.harmonics,
-        {"before": ("before", 1, amplitude["before"]), "after": ("after", 0, amplitude["after"])},
-        {"before": deviations(before), "after": deviations(after)},
-        tuple(map(int, np.unravel_index(change.argmax(), change.shape))),
-        axes,
-    )
+    spectra = {"before": ("before", 1, amplitude["before"]), "after": ("after", 0, amplitude["after"])}
+    std = {"before": deviations(before), "after": deviations(after)}
+    start = tuple(map(int, np.unravel_index(change.argmax(), change.shape)))
+    return speed_view("states", after.speed, after.sensors, after.harmonics, spectra, std, start, axes)
 
 
 def _changes(axes, before, difference, first, node, reach):

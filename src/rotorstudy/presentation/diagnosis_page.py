@@ -3,16 +3,8 @@
 import json
 import re
 
+from rotorstudy.diagnosis.verdict import words
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable, sizes
-from rotorstudy.diagnosis.verdict.words import (
-    detection_limits,
-    excluded_in_words,
-    hidden_in_words,
-    known_and_not,
-    next_steps,
-    separated,
-    smallest_detected,
-)
 from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES
 from rotorstudy.presentation.charts import along_probes, bode_charts, is_sweep, speed_view
 from rotorstudy.presentation.diagnosis_figures import shown_speed, worst_nodes
@@ -38,7 +30,7 @@ def diagnosis_page(verdict, data, figures, title, links=None, states=None):
 
     axes = json.loads(data.attrs.get("axes", "{}"))
     labels = dict(zip(data.parameter.values.tolist(), data.label.values.tolist(), strict=True))
-    limits = detection_limits(verdict)
+    limits = words.detection_limits(verdict)
     card, of_change = verdict.identifiability, "two_states" in figures
     tables = {
         "unexplained": (
@@ -73,14 +65,14 @@ def diagnosis_page(verdict, data, figures, title, links=None, states=None):
         verdict=verdict,
         answer=_answer(verdict),
         glance=_glance(verdict, of_change),
-        next_steps=next_steps(verdict, of_change),
+        next_steps=words.next_steps(verdict, of_change),
         hides=_hides(verdict),
         view=_view(data, of_change, axes),
         states=states,
         bode=_bode(data, axes),
         alternatives=[_with_probability(cause_in_words(c), c) for c in verdict.ambiguous_with],
-        excluded=excluded_in_words(verdict) if verdict.verdict in ("cause", "ambiguous") else [],
-        separated=separated(verdict) if verdict.ambiguous_with else {},
+        excluded=words.excluded_in_words(verdict) if verdict.verdict in ("cause", "ambiguous") else [],
+        separated=words.separated(verdict) if verdict.ambiguous_with else {},
         figures=pictures(figures, CHANGE_FIGURES | DIAGNOSIS_FIGURES),
         left=_left(verdict),
         limits_note="The smallest amplitudes that are detected with a probability of 95 %, the lowest "
@@ -113,7 +105,7 @@ def _counted(names):
 def _answer(verdict):
     """The summary without the sentences on what could hide, which the page has below."""
     said = verdict.summary
-    for sentence in hidden_in_words(verdict):
+    for sentence in words.hidden_in_words(verdict):
         said = said.replace(f" {sentence}", "")
     return said
 
@@ -130,8 +122,8 @@ def _hides(verdict):
     if verdict.not_considered:
         others = ", ".join(map(readable, verdict.not_considered))
         said.append(f"Not considered, although it would look similar: {others}.")
-    said += hidden_in_words(verdict)
-    if found := smallest_detected(verdict):
+    said += words.hidden_in_words(verdict)
+    if found := words.smallest_detected(verdict):
         said.append(f"Smallest sizes detected with a probability of 95 %: {'; '.join(found)} (more below).")
     return said
 
@@ -187,7 +179,7 @@ def _glance(verdict, of_change):
     """The verdict as rows (name, text): cause, place, size, posterior probability, gain; of an unknown one less."""
     rows, gain = [], verdict.gain
     if verdict.verdict == "unknown":
-        rows = list(known_and_not(verdict, of_change).items())
+        rows = list(words.known_and_not(verdict, of_change).items())
     else:
         named = "Cause" if verdict.verdict == "cause" else "Most likely"
         for cause in verdict.causes:
@@ -195,7 +187,7 @@ def _glance(verdict, of_change):
             rows += [(f"its {name}", text) for name, text in sizes(cause).items()]
     if verdict.verdict == "nothing":
         rows.append(("Residual under noise alone", p_value(verdict.residual_p_value.before)))
-        detected = "; ".join(smallest_detected(verdict))
+        detected = "; ".join(words.smallest_detected(verdict))
         rows.append(("Detected with 95 % probability", detected or "no effect is detectable"))
     if gain is None:
         rows.append(("Gain", "not known; no speed was held out"))

@@ -9,15 +9,6 @@ from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, plain_log
 from rotorstudy.store import as_complex
 from rotorstudy.studies.analyses import AS_IT_IS, first_crack
 
-LABELS = {
-    "internal_damping": "internal damping",
-    "external_damping": "external damping",
-    "eccentricity": "eccentricity",
-    "eccentricity_phase": "unbalance phase",
-    "stiffness_loss": "crack stiffness",
-    "stiffness_loss_22": "crack stiffness 22",
-    "stiffness_loss_44": "crack stiffness 44",
-}
 STYLES = ("-", "--", ":", "-.")  # of speeds
 MANY = 8  # parameters: figures of more have another layout or fewer labels
 MOST_CURVES = 6  # with a colour of their own
@@ -26,7 +17,8 @@ NO_ERROR = 0.01  # percent, too small for a curve
 
 def label(parameter):
     """A parameter as figures name it."""
-    return LABELS.get(str(parameter), str(parameter).replace("_", " "))
+    named = str(parameter).replace("_", " ").replace("stiffness loss", "crack stiffness")
+    return named.replace("eccentricity phase", "unbalance phase")
 
 
 def error_unit(unit):

@@ -52,16 +52,11 @@ def write_published(html, csv, rigs, index=None):
     found = [beside_printed(rig) for rig in rigs]
     every = pd.concat(found)
     write_csv(every, csv)
-    machines = pd.DataFrame(
-        {
-            "machine": rows.model.iloc[0],
-            "numbers": len(rows),
-            "agree": int(rows.agrees.sum()),
-            "to the last digit printed": int((rows.agrees & (rows.reason == "")).sum()),
-            "largest deviation": rows.deviation.abs().max(),
-        }
-        for rows in found
-    )
+    rows = []
+    for one in found:
+        agree, to_the_digit = (int(which.sum()) for which in (one.agrees, one.agrees & (one.reason == "")))
+        rows.append((one.model.iloc[0], len(one), agree, to_the_digit, one.deviation.abs().max()))
+    columns = ["machine", "numbers", "agree", "to the last digit printed", "largest deviation"]
     write_html(
         html,
         "Numbers that others printed",
@@ -69,7 +64,7 @@ def write_published(html, csv, rigs, index=None):
         "agrees if it is the same when rounded as printed; where another tolerance is used, its reason is stated. x is "
         "downward. Each machine is a rig file and a table in tests/published.",
         {
-            "": machines,
+            "": pd.DataFrame(rows, columns=columns),
             **{rows.model.iloc[0]: rows[PRINTED].replace({"agrees": {True: "yes", False: "no"}}) for rows in found},
         },
         links=to_index(html, index),

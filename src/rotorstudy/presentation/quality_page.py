@@ -5,16 +5,8 @@ import json
 import numpy as np
 
 from rotorstudy.measurement.findings import SEVERITIES, NodeFacts, RecordFacts, facts_of
+from rotorstudy.presentation import charts
 from rotorstudy.presentation.bode_figures import bode, polar
-from rotorstudy.presentation.charts import (
-    along_probes,
-    axes_of,
-    bode_charts,
-    deviations,
-    is_sweep,
-    rounded,
-    speed_view,
-)
 from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.plots import png_bytes
 from rotorstudy.presentation.tables import cells
@@ -41,7 +33,7 @@ def write_page(measurement, path, title):
         counts=counts,
         records=_table(records),
         nodes=_table(nodes),
-        bode=measurement.spectrum and _bode(measurement.spectrum, json.loads(axes_of(measurement.rig, {}))),
+        bode=measurement.spectrum and _bode(measurement.spectrum, json.loads(charts.axes_of(measurement.rig, {}))),
         view=measurement.spectrum and _view(measurement),
     )
     write_text(path, page)
@@ -69,13 +61,13 @@ def _view(measurement):
     amplitude = spectrum.amplitude.transpose(0, 2, 1)
     largest = int(np.abs(amplitude[:, :, spectrum.harmonics != 0]).max(axis=(1, 2)).argmax())
     records = {record.speed: record for record in measurement.records}
-    return speed_view(
+    return charts.speed_view(
         "records",
         spectrum.speed,
         spectrum.sensors,
         spectrum.harmonics,
         {"measured": ("measured, with two standard deviations", 0, amplitude)},
-        {"measured": deviations(spectrum)},
+        {"measured": charts.deviations(spectrum)},
         (largest, 0),
         {"mark_rad": reading.mark_rad},
         [getattr(records.get(w), "where", "").split(", ")[0] for w in spectrum.speed],
@@ -93,6 +85,7 @@ def _signals(record, mark):
     inside = np.flatnonzero((angle >= start) & (angle < start + 2 * np.pi * SHOWN_REVOLUTIONS))
     inside = inside[:: max(1, len(inside) // MOST_SAMPLES)]
     turned = np.rad2deg(angle[inside] - start)
+    rounded = charts.rounded
     passes = [int(np.argmin(np.abs(turned - 360 * turn))) for turn in range(SHOWN_REVOLUTIONS)]
     found = []
     for z in record.displacement:
@@ -103,11 +96,11 @@ def _signals(record, mark):
 
 def _bode(spectrum, axes):
     """Charts and static pictures of 1X over speed along each probe; None with few speeds, or without 1X and -1X."""
-    if not is_sweep(spectrum.speed, spectrum.harmonics):
+    if not charts.is_sweep(spectrum.speed, spectrum.harmonics):
         return None
     order = np.argsort(spectrum.speed)
     speed, sorted_by_speed = spectrum.speed[order], spectrum.amplitude[order]
-    curves = along_probes(axes, spectrum.sensors, spectrum.harmonics, sorted_by_speed)
+    curves = charts.along_probes(axes, spectrum.sensors, spectrum.harmonics, sorted_by_speed)
     drawn = {"Bode plot": bode(speed, curves), "Polar plot": polar(speed, curves)}
     pictures = {title: inline_png(png_bytes(picture, SHARP)) for title, picture in drawn.items()}
-    return {"charts": bode_charts("bode", speed, curves), "pictures": pictures}
+    return {"charts": charts.bode_charts("bode", speed, curves), "pictures": pictures}

@@ -29,15 +29,9 @@ def rotor_page(analysis, figures, title, operating=None, measured=None):
     """The page as HTML, of figures name -> PNG (path or bytes); operating, measured as of `rotor_figures`."""
     import pandas as pd
 
-    found = {
-        "criticals": criticals(analysis),
-        "peaks": resonances(analysis, operating),
-        "loads": loads(analysis),
-        "damping": [
-            {"effect": name, "change of the growth rate (1/s)": value}
-            for name, value in list(analysis.damping.items())[:MOST_EFFECTS]
-        ],
-    }
+    changes, heading = list(analysis.damping.items())[:MOST_EFFECTS], "change of the growth rate (1/s)"
+    found = {"criticals": criticals(analysis), "peaks": resonances(analysis, operating), "loads": loads(analysis)}
+    found["damping"] = [{"effect": name, heading: value} for name, value in changes]
     return render(
         "rotor.html",
         title=f"Rotordynamic analysis of {title}",
@@ -58,18 +52,13 @@ def _speed(speed, unit=True):
 
 def _charts(analysis, operating, measured):
     """The charts of the page by the name of the figure that they stand for."""
-    data, bands = analysis.data, [operating] if operating else []
+    data = analysis.data
     points = {"points": by_probe(data, measured[1]), "points_speed": measured[0]} if measured else {}
+    points |= {"lines": [one.speed for one in analysis.resonant], "bands": [operating] if operating else []}
+    curves = by_probe(data, as_complex(data.unbalance_response))
     return {
         "campbell": campbell_chart(data, whirl_kinds(data), analysis.resonant, operating),
-        "bode": bode_charts(
-            "bode",
-            data.response_speed.values,
-            by_probe(data, as_complex(data.unbalance_response)),
-            lines=[one.speed for one in analysis.resonant],
-            bands=bands,
-            **points,
-        ),
+        "bode": bode_charts("bode", data.response_speed.values, curves, **points),
     }
 
 
@@ -199,16 +188,12 @@ def _checked(analysis):
 def criticals(analysis):
     """A row for each critical speed that shows as a resonance."""
     unit, per = shown_speed()
-    return [
-        {
-            f"speed ({unit})": one.speed * per,
-            "frequency (Hz)": one.speed / (2 * np.pi),
-            "damping ratio (1)": one.damping_ratio,
-            "logarithmic decrement (1)": log_decrement(one.damping_ratio),
-            "whirl": whirl_name(one.direction),
-        }
-        for one in analysis.resonant
-    ]
+    rows = []
+    for one in analysis.resonant:
+        row = {f"speed ({unit})": one.speed * per, "frequency (Hz)": one.speed / (2 * np.pi)}
+        row |= {"damping ratio (1)": one.damping_ratio, "logarithmic decrement (1)": log_decrement(one.damping_ratio)}
+        rows.append({**row, "whirl": whirl_name(one.direction)})
+    return rows
 
 
 def resonances(analysis, operating=None):
@@ -231,14 +216,11 @@ def resonances(analysis, operating=None):
 
 def loads(analysis):
     """A row for each bearing, and one for what rigid supports carry."""
-    rows = [
-        {
-            "bearing": f"node {one.node}" + (f" ({one.label})" if one.label else ""),
-            "downward (N)": one.force.real,
-            "across (N)": one.force.imag if abs(one.force.imag) > ROUND_OFF * analysis.weight else 0.0,
-        }
-        for one in analysis.loads
-    ]
+    rows = []
+    for one in analysis.loads:
+        name, across = f"node {one.node}" + (f" ({one.label})" if one.label else ""), one.force.imag
+        across = across if abs(across) > ROUND_OFF * analysis.weight else 0.0
+        rows.append({"bearing": name, "downward (N)": one.force.real, "across (N)": across})
     rest = analysis.weight - sum(one.force.real for one in analysis.loads)
     if abs(rest) > RIGID * analysis.weight:
         rows.append({"bearing": "rigid supports", "downward (N)": rest, "across (N)": 0.0})

@@ -23,17 +23,12 @@ DIFFERENCE = 1e-6  # step of the central differences relative to the motion: an 
 
 
 class Tangent(NamedTuple):
-    """Linearisation about the steady states at some speeds.
+    """Linearisation about the steady states at some speeds."""
 
-    slope : (speed, component, component) derivative of the force harmonics by the motion, N/m
-    reply : (speed, harmonic, dof, component) motion by a unit force;  seen : (coordinate, dof) what the forces see
-    still : (real or imaginary part, coordinate, speed, harmonic, seen) derivative by the static deflection, N/m
-    """
-
-    slope: np.ndarray
-    reply: np.ndarray
-    seen: np.ndarray
-    still: np.ndarray
+    slope: np.ndarray  # (speed, component, component) derivative of the force harmonics by the motion, N/m
+    reply: np.ndarray  # (speed, harmonic, dof, component) motion by a unit force
+    seen: np.ndarray  # (coordinate, dof) what the forces see
+    still: np.ndarray  # (real/imaginary, coordinate, speed, harmonic, seen) derivative by the static deflection, N/m
 
     def force_by_deflection(self, moved):
         """Change (..., speed, harmonic, dof), N, of the forces if the deflection changes by (..., speed, dof), m."""

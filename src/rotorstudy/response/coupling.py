@@ -42,16 +42,12 @@ def check_harmonics(harmonics, where="harmonics"):
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Which unknowns are solved together: i is q of harmonic i, i + H is w = conj(q_-n) of harmonic i.
-
-    groups : arrays (block, member) of unknowns;  doubled : whether the w are carried
-    mirrors : of each group, whether its w replace the q_-n of conjugate blocks, which are not solved again
-    """
+    """Which unknowns are solved together: i is q of harmonic i, i + H is w = conj(q_-n) of harmonic i."""
 
     harmonics: np.ndarray
-    groups: tuple[np.ndarray, ...]
-    doubled: bool
-    mirrors: tuple[bool, ...]
+    groups: tuple[np.ndarray, ...]  # arrays (block, member) of unknowns
+    doubled: bool  # whether the w are carried
+    mirrors: tuple[bool, ...]  # whether the w of a group replace the q_-n of conjugate blocks, not solved again
 
 
 def layout(model, harmonics, order=COUPLED_ORDER):

@@ -94,16 +94,8 @@ def time_response(
         return np.concatenate([velocity, accelerated(force, turns)])
 
     initial = np.zeros(2 * dof, complex) if start is None else np.concatenate(start).astype(complex)
-    solution = solve_ivp(
-        derivative,
-        (0.0, float(time[-1])),
-        initial,
-        method="DOP853",
-        t_eval=time,
-        rtol=relative_tolerance,
-        atol=absolute_tolerance,
-        max_step=2 * np.pi / speed / 8,
-    )
+    given = {"rtol": relative_tolerance, "atol": absolute_tolerance, "max_step": 2 * np.pi / speed / 8}
+    solution = solve_ivp(derivative, (0.0, float(time[-1])), initial, method="DOP853", t_eval=time, **given)
     if not solution.success:
         raise RotorstudyError(f"time integration at {speed:g} rad/s failed: {solution.message}")
     return solution.y[:dof].T

@@ -141,11 +141,7 @@ class Neighbourhood:
             motions = [motion for _, motion in groups]
             factors = len(speed) * len(carried) * sum(len(unknown.entries) for unknown in unknowns)
             table = _kept_table if factors <= FACTORS_KEPT else EntryTable
-            found = table(unknowns, motions[0].amplitude.shape[-1], at).columns(
-                np.concatenate([motion.amplitude for motion in motions], axis=-1),
-                speed,
-                carried,
-                np.concatenate([motion.deflection for motion in motions], axis=-1),
-            )
+            amplitude, deflection = (np.concatenate(one, axis=-1) for one in zip(*motions, strict=True))
+            found = table(unknowns, motions[0].amplitude.shape[-1], at).columns(amplitude, speed, carried, deflection)
             parts.append(found._replace(unknown=np.array(place)[found.unknown]))
         return Columns(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))

@@ -86,17 +86,12 @@ def without_damping(model):
 
 
 class Modes(NamedTuple):
-    """Damped whirl modes of a rotor, q(t) = forward e^{pt} + backward e^{conj(p) t}, in order of frequency.
+    """Damped whirl modes of a rotor, q(t) = forward e^{pt} + backward e^{conj(p) t}, in order of frequency."""
 
-    eigenvalue : (speed, mode) p, 1/s, imaginary part > 0; NaN where there are fewer modes
-    forward, backward : (speed, mode, dof) complex; the largest component of both is 1
-    direction  : (speed, mode) 1 for forward circles, 0 for straight lines, -1 for backward circles
-    """
-
-    eigenvalue: np.ndarray
-    forward: np.ndarray
-    backward: np.ndarray
-    direction: np.ndarray
+    eigenvalue: np.ndarray  # (speed, mode) p, 1/s, imaginary part > 0; NaN where there are fewer modes
+    forward: np.ndarray  # (speed, mode, dof) complex; the largest component of both is 1
+    backward: np.ndarray  # (speed, mode, dof) complex
+    direction: np.ndarray  # (speed, mode) 1 for forward circles, 0 for straight lines, -1 for backward circles
 
     @property
     def frequency(self):

@@ -104,13 +104,9 @@ def weight_dominance(config):
     least_squares = registry().get("estimator", "least_squares").function
     for scale in scales:
         loss = {loss.key: scale * term.values[loss.name] for loss in term.parameters}
-        dominant, full = (
-            build_model(
-                {**config.rigs[rig], "cracks": [{**crack, **loss, "weight_dominance": dominance}]},
-                where=f"study {config.name}, weight dominance",
-            )
-            for dominance in (True, False)
-        )
+        cracks = ([{**crack, **loss, "weight_dominance": dominance}] for dominance in (True, False))
+        where = f"study {config.name}, weight dominance"
+        dominant, full = (build_model({**config.rigs[rig], "cracks": one}, where=where) for one in cracks)
         both = (measured_response(m, config.shown_speeds_rad_s, config.harmonics) for m in (dominant, full))
         shown.append([one[..., one.shape[-1] // 2] for one in both])
         spectra = (config.clean_spectrum(full, case.speeds) for case in config.cases.values())

@@ -15,19 +15,14 @@ SAME_PLACE = 0.05  # of the clearance: gap voltages drift by that with temperatu
 
 
 class Centreline(NamedTuple):
-    """Positions of a journal, complex, m from the middle of its bearing, real part along gravity.
-
-    predicted          : (speed,) of the rig, NaN where there is no film
-    measured_speed     : (row,), rad/s, empty if nothing was measured
-    measured, expected : (row,) there, and by the rig
-    """
+    """Positions of a journal, complex, m from the middle of its bearing, real part along gravity."""
 
     node: int
     clearance: float
-    predicted: np.ndarray
-    measured_speed: np.ndarray
-    measured: np.ndarray
-    expected: np.ndarray
+    predicted: np.ndarray  # (speed,) of the rig, NaN where there is no film
+    measured_speed: np.ndarray  # (row,), rad/s, empty if nothing was measured
+    measured: np.ndarray  # (row,)
+    expected: np.ndarray  # (row,) there, by the rig
 
 
 def centrelines(model: Model, speeds: np.ndarray, from_rest: dict) -> list[Centreline]:

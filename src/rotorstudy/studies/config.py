@@ -35,36 +35,24 @@ class SpeedRange(Strict):
 
 
 class RecordKind(Strict):
-    """How a record is taken.
+    """How a record is taken."""
 
-    late_samples      : delay of its start, its length unchanged
-    dropped_samples   : samples cut off its start, which shortens it
-    whole_revolutions : the last incomplete revolution is cut off before the harmonics are estimated
-    clock_samples     : spectrum method -> samples from its time origin to the record; needed to follow the thesis,
-                        whose regression and Fourier transform have different time origins
-    """
-
-    late_samples: float = Field(default=0.0, ge=0)
-    dropped_samples: int = Field(default=0, ge=0)
-    whole_revolutions: bool = True
+    late_samples: float = Field(default=0.0, ge=0)  # delay of its start, its length unchanged
+    dropped_samples: int = Field(default=0, ge=0)  # samples cut off its start, which shortens it
+    whole_revolutions: bool = True  # the last incomplete revolution is cut off before the harmonics are estimated
+    # samples from the origin of time of a spectrum method to the record: the thesis has different ones
     clock_samples: dict[str, int] = {}
 
 
 class RecordConfig(Strict):
-    """Simulated records, and how they are taken.
-
-    settling_s : time from rest to the start of a record, rounded up to whole revolutions
-    from_rest  : "integration" (any model) or "exact" (time-invariant models; no integration error)
-    kinds      : name -> RecordKind
-    identified : kinds used for estimates;  identified_from : steady state, start from rest, or both
-    """
+    """Simulated records, and how they are taken."""
 
     duration_s: float = Field(gt=0)
     samples: int = Field(gt=1)
-    settling_s: float = Field(default=1.0, ge=0)
-    from_rest: Literal["integration", "exact"] = "integration"
-    kinds: dict[str, RecordKind] = Field(min_length=1)
-    identified: list[str] = Field(min_length=1)
+    settling_s: float = Field(default=1.0, ge=0)  # from rest to the start of a record, rounded up to whole revolutions
+    from_rest: Literal["integration", "exact"] = "integration"  # exact: of time-invariant models, without its error
+    kinds: dict[str, RecordKind] = Field(min_length=1)  # name -> RecordKind
+    identified: list[str] = Field(min_length=1)  # kinds used for estimates
     identified_from: list[Literal["steady state", "from rest"]] = Field(default=["steady state"], min_length=1)
 
     @property
@@ -104,18 +92,14 @@ class BiasConfig(Strict):
 
 
 class ExtraMeasurement(Strict):
-    """A further or different measurement, to find which would separate the unknowns best.
+    """A further or different measurement, to find which would separate the unknowns best."""
 
-    tilts : nodes where two probes, tilt_arm_m apart, measure the tilt;  stations_m : further probes along the shaft
-    speeds, harmonics : instead of the study's;  times_longer : length of the records relative to the study's
-    """
-
-    tilts: list[int] = []
+    tilts: list[int] = []  # nodes where two probes, tilt_arm_m apart, measure the tilt
     tilt_arm_m: PositiveNumber = 0.04
-    stations_m: list[float] = []
-    speeds: SpeedRange | None = None
-    harmonics: list[int] | None = None
-    times_longer: PositiveNumber = 1.0
+    stations_m: list[float] = []  # further probes along the shaft
+    speeds: SpeedRange | None = None  # instead of the study's
+    harmonics: list[int] | None = None  # instead of the study's
+    times_longer: PositiveNumber = 1.0  # length of the records relative to the study's
 
     def output_rows(self, structure, sensors):
         """Output matrix (output, dof) of sensors, tilts, stations, and the noise of each relative to a probe's."""
@@ -132,35 +116,27 @@ class ExtraMeasurement(Strict):
 
 
 class Variant(Strict):
-    """Equations solved with the model of one rig from exact spectra of another, to find the error by a wrong model.
-
-    condensation : see `inference.problem.Problem`
-    held_with_percent : the static deflection is held at that of bearings too stiff by this; by default it follows them
-    """
+    """Equations solved with the model of one rig from exact spectra of another, to find the error by a wrong model."""
 
     simulated: str
     identified: str
-    condensation: Literal["exact", "without gyroscopic moments"] = "exact"
-    held_with_percent: float | None = None
+    condensation: Literal["exact", "without gyroscopic moments"] = "exact"  # see `inference.problem.Problem`
+    held_with_percent: float | None = None  # deflection held at that of bearings too stiff by this; else follows them
 
 
 class StudyConfig(Strict):
-    """A simulated study.
-
-    rigs : name -> rig (see `rotorstudy.model.rig`);  harmonics, shown speeds, cases (name -> speeds) and unknowns
-    spectra, estimators : the methods this study shows; `studies.comparison` compares all of the library
-    """
+    """A simulated study."""
 
     name: str
     title: str
-    rigs: dict[str, dict]
+    rigs: dict[str, dict]  # name -> rig (see `rotorstudy.model.rig`)
     harmonics: list[int] = Field(min_length=1)
     record: RecordConfig
     shown_speeds_rad_s: list[PositiveNumber] = Field(min_length=1)
-    cases: dict[str, SpeedRange] = Field(min_length=1)
+    cases: dict[str, SpeedRange] = Field(min_length=1)  # name -> speeds
     unknowns: list[str] = Field(min_length=1)
-    spectra: list[str] = Field(min_length=1)
-    estimators: list[str] = Field(min_length=1)
+    spectra: list[str] = Field(min_length=1)  # shown; `studies.comparison` compares all of the library
+    estimators: list[str] = Field(min_length=1)  # likewise
     monte_carlo: MonteCarloConfig
     bias: BiasConfig
     crack_scales: list[PositiveNumber] = []

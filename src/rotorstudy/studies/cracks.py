@@ -34,22 +34,18 @@ class Shaft(Strict):
 
 
 class CracksConfig(Strict):
-    """rotor, effects : as in a rig, one coordinate;  loss_share : relative stiffness loss of the open crack
-
-    options : crack -> options other than those of its example;  angles : samples per revolution
-    shown_speeds_rad_s : of the full spectra;  swept : speeds of the sweep;  shown_orders : harmonics of the sweep
-    """
+    """rotor, effects : as in a rig, one coordinate;  loss_share : relative stiffness loss of the open crack"""
 
     title: str
     rotor: dict[str, Any]
     effects: list[dict[str, Any]]
     loss_share: float = Field(gt=0, lt=1)
-    options: dict[str, dict[str, Any]] = {}
-    angles: int = Field(gt=8)
+    options: dict[str, dict[str, Any]] = {}  # crack -> options other than those of its example
+    angles: int = Field(gt=8)  # samples per revolution
     harmonics: list[int] = Field(min_length=1)
-    shown_speeds_rad_s: list[PositiveNumber] = Field(min_length=1)
-    swept: SpeedRange
-    shown_orders: list[int] = Field(min_length=1)
+    shown_speeds_rad_s: list[PositiveNumber] = Field(min_length=1)  # of the full spectra
+    swept: SpeedRange  # speeds of the sweep
+    shown_orders: list[int] = Field(min_length=1)  # harmonics of the sweep
     shaft: Shaft
 
     @property

@@ -6,24 +6,13 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import RigError, RotorstudyError
+from rotorstudy.response import whirl
 from rotorstudy.response.coupling import check_speed
 from rotorstudy.response.few_shapes import few_shapes
 from rotorstudy.response.floquet import varies_in_time
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.stability import damping_of_effects, eigenvalues
 from rotorstudy.response.statics import static_deflection, static_loads
-from rotorstudy.response.whirl import (
-    OVERDAMPED,
-    Peak,
-    critical_speeds,
-    damped_modes,
-    is_held_in_frequency,
-    is_in_time,
-    peaks,
-    synchronous,
-    time_invariant,
-    without_rotation,
-)
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import SPEED
 from rotorstudy.studies.growth import growth_over_speed
@@ -56,42 +45,27 @@ class ProbePeak(NamedTuple):
 
     node: int
     probe: str
-    peak: Peak
+    peak: whirl.Peak
 
 
 class RotorAnalysis(NamedTuple):
-    """Results of `analyse_rotor`.
+    """Results of `analyse_rotor`."""
 
-    data      : xarray.Dataset of whirl, response and growth rate over speed, and of the static deflection
-    criticals : list of Critical
-    peaks     : list of ProbePeak, the resonances; with forces that whirl leaves out, every maximum of the response
-    loads     : list of Load, static, of the bearings
-    weight    : of the rotor, N
-    threshold : lowest speed, rad/s, at which a free motion grows; None if there is none in the range
-    damping   : {effect: change of the growth rate of the least stable mode, 1/s} at the threshold, else at the highest
-                speed; empty if the stiffness rotates with the shaft
-    left_out  : kinds of effects that whirl and response leave out: they rotate with the shaft or are nonlinear
-    timeless  : kinds of effects that whirl and stability leave out: they are stated in frequency only
-    at_spin_speed : whether whirl and stability take the timeless ones as they act at the spin speed instead
-    unbalance : how the rotor is unbalanced, in words
-    operating : lowest and highest operating speed, rad/s, if stated;  margin : StabilityMargin at the highest
-    centrelines : list of Centreline, where journals run in their films
-    """
-
-    data: object
-    criticals: list
-    peaks: list
-    loads: list
-    weight: float
-    threshold: float | None
-    damping: dict
-    left_out: list
-    timeless: list
-    at_spin_speed: bool
-    unbalance: str
-    operating: tuple[float, float] | None = None
-    margin: StabilityMargin | None = None
-    centrelines: tuple = ()
+    data: object  # xarray.Dataset of whirl, response and growth rate over speed, and of the static deflection
+    criticals: list  # list of Critical
+    peaks: list  # list of ProbePeak, the resonances; with forces that whirl leaves out, every maximum of the response
+    loads: list  # list of Load, static, of the bearings
+    weight: float  # of the rotor, N
+    threshold: float | None  # lowest speed, rad/s, at which a free motion grows; None if there is none in the range
+    # {effect: change of the growth rate of the least stable mode, 1/s} at the threshold, else at the highest speed
+    damping: dict  # empty if the stiffness rotates with the shaft
+    left_out: list  # kinds of effects that whirl and response leave out: they rotate with the shaft or are nonlinear
+    timeless: list  # kinds of effects that whirl and stability leave out: they are stated in frequency only
+    at_spin_speed: bool  # whether whirl and stability take the timeless ones as they act at the spin speed instead
+    unbalance: str  # how the rotor is unbalanced, in words
+    operating: tuple[float, float] | None = None  # lowest and highest operating speed, rad/s, if stated
+    margin: StabilityMargin | None = None  # StabilityMargin at the highest
+    centrelines: tuple = ()  # list of Centreline, where journals run in their films
 
     @property
     def resonant(self):
@@ -106,10 +80,10 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None, covered=0.0):
     reading         : Reading, directions of the probes; along x and y at each sensor by default
     """
     model.require_values()
-    still, steady = time_invariant(model), without_rotation(model)
-    timeless = sorted({term.kind for term in steady.terms if not term.acts_on_output and not is_in_time(term)})
-    at_spin_speed = is_held_in_frequency(steady)
-    at_rest, moving = (steady, synchronous(model)) if at_spin_speed else (still, model)
+    still, steady = whirl.time_invariant(model), whirl.without_rotation(model)
+    timeless = sorted({term.kind for term in steady.terms if not term.acts_on_output and not whirl.is_in_time(term)})
+    at_spin_speed = whirl.is_held_in_frequency(steady)
+    at_rest, moving = (steady, whirl.synchronous(model)) if at_spin_speed else (still, model)
     _check_held(still, highest or lowest or still.structure.scales.frequency)
     highest = max(_default_highest(still, lowest), covered) if highest is None else highest
     lowest = LOWEST_SHARE * highest if lowest is None else lowest
@@ -117,7 +91,7 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None, covered=0.0):
         raise RotorstudyError(f"speeds from {lowest:g} to {highest:g} rad/s: give 0 < lowest < highest")
     speeds = check_speed(np.linspace(lowest, highest, SPEEDS))
     log.info("whirl at %d speeds up to %.0f rad/s", len(speeds), highest)
-    criticals = [_critical(still, w) for w in critical_speeds(still, highest, speeds=speeds)[0]]
+    criticals = [_critical(still, w) for w in whirl.critical_speeds(still, highest, speeds=speeds)[0]]
     unbalanced, unbalance = with_unbalance(steady, highest)
     fine = finer_speeds(np.linspace(lowest, highest, DENSER * SPEEDS) if timeless else speeds, criticals)
     log.info("unbalance response at %d speeds", len(fine))
@@ -126,12 +100,12 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None, covered=0.0):
     probes, read = probe_vectors(of_node, reading or model.structure.reading)
     deflection = static_deflection(at_rest, [highest], at_rest.theta).value.reshape(-1)
     amplitudes = zip(probes, np.abs(read.T), strict=True)
-    found = [ProbePeak(*probe, peak) for probe, one in amplitudes for peak in peaks(fine, one)]
+    found = [ProbePeak(*probe, peak) for probe, one in amplitudes for peak in whirl.peaks(fine, one)]
     log.info("stability")
     growing, growth, threshold = growth_over_speed(moving, still, speeds)
     return RotorAnalysis(
         data=_dataset(
-            model, speeds, fine, damped_modes(still, speeds, MODES), probes, read, (growing, growth), deflection
+            model, speeds, fine, whirl.damped_modes(still, speeds, MODES), probes, read, (growing, growth), deflection
         ),
         criticals=criticals,
         peaks=found if timeless else _resonances(still, found, criticals, fine),
@@ -150,10 +124,10 @@ def _default_highest(still, lowest):
     """A highest speed that shows the first critical ones, rad/s."""
     values = eigenvalues(still, [lowest or still.structure.scales.frequency], shapes=few_shapes(still))[0]
     share = np.abs(values.imag) / np.abs(values)
-    whirl = np.abs(values.imag[share >= min(OSCILLATING, share.max())])
-    if share.max() <= OVERDAMPED:
+    whirling = np.abs(values.imag[share >= min(OSCILLATING, share.max())])
+    if share.max() <= whirl.OVERDAMPED:
         raise RigError("every motion of the rotor is overdamped; state the range of speeds")
-    return NATURAL_FREQUENCIES * float(whirl.min())
+    return NATURAL_FREQUENCIES * float(whirling.min())
 
 
 def _check_held(still, speed):
@@ -164,7 +138,7 @@ def _check_held(still, speed):
 
 
 def _critical(still, speed):
-    modes = damped_modes(still, [speed], 2 * len(still.structure.dofs))
+    modes = whirl.damped_modes(still, [speed], 2 * len(still.structure.dofs))
     near = np.abs(modes.frequency[0] - speed) < np.nanmin(np.abs(modes.frequency[0] - speed)) + SAME * speed
     nearest = int(np.argmax(np.where(near, modes.direction[0], -np.inf)))  # unbalance drives a forward whirl
     return Critical(float(speed), float(modes.damping_ratio[0, nearest]), float(modes.direction[0, nearest]))

@@ -53,15 +53,9 @@ def take(config, kind, signal, speed, sensors):
     """The Record of a RecordKind from a signal (node, time), m, which already starts late if it should."""
     record, cut = config.record, kind.dropped_samples
     angle_time = record.time[cut:] + kind.late_samples * record.step
-    return Record(
-        record.time[cut:] - record.time[cut],
-        signal[..., cut:],
-        float(speed),
-        sensors,
-        reference_signal(speed, config.harmonics, angle_time),
-        keyphasor_signal(speed, angle_time),
-        f"record at {speed:g} rad/s",
-    )
+    marks = reference_signal(speed, config.harmonics, angle_time), keyphasor_signal(speed, angle_time)
+    taken = record.time[cut:] - record.time[cut], signal[..., cut:]
+    return Record(*taken, float(speed), sensors, *marks, f"record at {speed:g} rad/s")
 
 
 def kind_spectra(config, kind, records, name, phases):

@@ -17,19 +17,14 @@ LARGEST = 10.0  # times the local stiffness: cross-coupling up to which the marg
 
 
 class StabilityMargin(NamedTuple):
-    """The first forward mode at a speed (rad/s), see `first_forward`: its frequency (rad/s) and decrement.
-
-    on_films       : whether bearings depend on the speed, as films do
-    node           : of the heaviest disc, where a fluid is most likely to swirl
-    cross_coupling : there, N/m, that takes the decrement to zero; None if none does, 0 if it is unstable already
-    """
+    """The first forward mode at a speed (rad/s), see `first_forward`: its frequency (rad/s) and decrement."""
 
     speed: float
     frequency: float
     log_decrement: float
-    node: int
-    cross_coupling: float | None
-    on_films: bool
+    node: int  # of the heaviest disc, where a fluid is most likely to swirl
+    cross_coupling: float | None  # there, N/m, that takes the decrement to zero; None: none does, 0: unstable already
+    on_films: bool  # whether bearings depend on the speed, as films do
 
 
 def stability_margin(model: Model, speed: float) -> StabilityMargin | None:

@@ -203,16 +203,11 @@ def checks_figure(replayed, case, group):
     for s, source in enumerate(dict.fromkeys(checks.source)):
         for row in checks[checks.source == source].itertuples():
             low, high, at = (v / row.largest_possible for v in (row.low, row.high, row.estimate))
-            axes[0, 0].errorbar(
-                at,
-                names.index(row.parameter) + (s - 1) * 0.27,
-                xerr=[[at - low], [high - at]],
-                fmt=MARKERS[s],
-                color=COLOURS[s],
-                fillstyle="full" if row.verdict in OUTSIDE else "none",
-                capsize=2,
-                label=source if row.parameter == names[0] else None,
-            )
+            style = {"fmt": MARKERS[s], "color": COLOURS[s], "capsize": 2}
+            style |= {"fillstyle": "full" if row.verdict in OUTSIDE else "none"}
+            style |= {"label": source if row.parameter == names[0] else None}
+            place = names.index(row.parameter) + (s - 1) * 0.27
+            axes[0, 0].errorbar(at, place, xerr=[[at - low], [high - at]], **style)
     sides = np.where(np.isin(names, names_of_either_sign(replayed.config)), -1, 0)
     place = np.arange(len(names))
     axes[0, 0].barh(place, sides, 1.0, color=COLOURS[2], alpha=0.12, linewidth=0, label="possible in size")

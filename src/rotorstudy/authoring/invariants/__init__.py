@@ -5,17 +5,21 @@ from typing import NamedTuple
 from rotorstudy.authoring.invariants import bearing, crack, effect, estimator, rotor, spectrum
 from rotorstudy.authoring.invariants.base import BrokenInvariant, is_claimed, kind_of, numbers_checked, stated
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.kinds import KINDS
 from rotorstudy.model.registry import blamed
 
-INVARIANTS = {
-    "rotor": rotor.CHECKS,
-    "crack": crack.CHECKS,
-    "depth": crack.DEPTH_CHECKS,
-    "bearing": bearing.CHECKS,
-    "effect": effect.CHECKS,
-    "spectrum": spectrum.CHECKS,
-    "estimator": estimator.CHECKS,
-}
+MODULES = (rotor, crack, bearing, effect, spectrum, estimator)
+
+
+def _named(kind):
+    """The checks named after a kind, as `crack_is_bounded`, in order."""
+    own = ((name, one) for module in MODULES for name, one in vars(module).items())
+    return tuple(one for name, one in own if name.startswith(f"{kind}_") and one.__module__.startswith(__name__))
+
+
+INVARIANTS = {kind: _named(kind) for kind in KINDS}
+INVARIANTS["bearing"] = (*_named("term"), *INVARIANTS["bearing"])
+INVARIANTS["effect"] += _named("term")
 
 
 class Outcome(NamedTuple):

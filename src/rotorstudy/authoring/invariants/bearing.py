@@ -6,7 +6,6 @@ import numpy as np
 
 from rotorstudy.authoring.invariants.base import ROUND_OFF, SPEEDS, BrokenInvariant, claimed, require
 from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
-from rotorstudy.authoring.invariants.effect import TERM_CHECKS
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.model.model import Model
@@ -14,6 +13,15 @@ from rotorstudy.model.rig_numbers import number_paths, path_pattern
 from rotorstudy.response.statics import static_deflection
 
 BEARING_HARMONICS = [1, 2, 3]
+
+
+def bearing_numbers_exist(plugin):
+    """has the numbers among the options of its example that it states to be uncertain"""
+    known = number_paths(typical_term(plugin, bench_structure()).options)
+    for path, share in plugin.uncertain.items():
+        there = any(map(path_pattern(path).fullmatch, known))
+        require(there, f"uncertain: '{path}' is no number of its example; known: {known}")
+        require(0 < share < 1, f"uncertain: {path} has the relative standard deviation {share!r}; give 0.1 for 10 %")
 
 
 def bearing_is_finite(plugin):
@@ -54,16 +62,3 @@ def bearing_is_symmetric(plugin):
     found = _stiffness(plugin)
     off = np.abs(found - np.swapaxes(found, -1, -2)).max()
     require(off <= ROUND_OFF * np.abs(found).max(), f"xy and yx differ by {off:.3g} N/m: they drive a whirl")
-
-
-def bearing_numbers_exist(plugin):
-    """has the numbers among the options of its example that it states to be uncertain"""
-    known = number_paths(typical_term(plugin, bench_structure()).options)
-    for path, share in plugin.uncertain.items():
-        there = any(map(path_pattern(path).fullmatch, known))
-        require(there, f"uncertain: '{path}' is no number of its example; known: {known}")
-        require(0 < share < 1, f"uncertain: {path} has the relative standard deviation {share!r}; give 0.1 for 10 %")
-
-
-OWN = (bearing_numbers_exist, bearing_is_finite, bearing_carries, bearing_takes_energy, bearing_is_symmetric)
-CHECKS = (*TERM_CHECKS, *OWN)

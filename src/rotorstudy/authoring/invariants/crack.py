@@ -5,16 +5,7 @@ import numpy as np
 from rotorstudy.authoring.invariants.base import HARMONICS, ROUND_OFF, BrokenInvariant, claimed, require
 from rotorstudy.authoring.invariants.bench import SERIES_ORDER, bench_structure, check_round_trip
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.model.cracks import (
-    SAMPLES,
-    breathing_function,
-    compliance,
-    crack_parameters,
-    crack_series,
-    depth_ratio_of,
-    participation_factors,
-    stiffness_loss,
-)
+from rotorstudy.model import cracks
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.terms import Term
 from rotorstudy.response.integration import force_in_time
@@ -31,7 +22,7 @@ def _angles(count=GRID):
 
 def crack_is_bounded(plugin):
     """has a breathing function between 0 (closed) and 1 (open), along xi and eta"""
-    values = breathing_function(plugin, _angles(), plugin.example)
+    values = cracks.breathing_function(plugin, _angles(), plugin.example)
     require(np.isfinite(values).all(), "the breathing function has NaN or infinite values")
     for name, value in zip(DIRECTIONS[:2], values, strict=False):
         low, high = value.min(), value.max()
@@ -41,7 +32,7 @@ def crack_is_bounded(plugin):
 
 def crack_never_stiffens(plugin):
     """reduces the stiffness in every direction at every angle, by at most the whole loss"""
-    xi, eta, both = breathing_function(plugin, _angles(), plugin.example)
+    xi, eta, both = cracks.breathing_function(plugin, _angles(), plugin.example)
     middle, radius = (xi + eta) / 2, np.hypot((xi - eta) / 2, both)
     low, high = (middle - radius).min(), (middle + radius).max()
     require(low >= -1e-12, f"in some direction it adds {-low:.3g} of the loss, whose matrix has a negative eigenvalue")
@@ -51,7 +42,7 @@ def crack_never_stiffens(plugin):
 def crack_is_periodic(plugin):
     """is periodic with the revolution"""
     angle = _angles()
-    one, other = (breathing_function(plugin, a, plugin.example) for a in (angle, angle + 2 * np.pi))
+    one, other = (cracks.breathing_function(plugin, a, plugin.example) for a in (angle, angle + 2 * np.pi))
     off = np.abs(one - other).max()
     require(off < ROUND_OFF, f"a revolution later the breathing function differs by up to {off:.3g}")
 
@@ -60,15 +51,15 @@ def crack_is_periodic(plugin):
 def crack_is_symmetric(plugin):
     """opens as it closes: xi and eta even in the angle, xi-eta odd"""
     angle = _angles()
-    mirrored = breathing_function(plugin, -angle, plugin.example) * np.array([1, 1, -1])[:, None]
-    off = np.abs(breathing_function(plugin, angle, plugin.example) - mirrored).max()
+    mirrored = cracks.breathing_function(plugin, -angle, plugin.example) * np.array([1, 1, -1])[:, None]
+    off = np.abs(cracks.breathing_function(plugin, angle, plugin.example) - mirrored).max()
     require(off < ROUND_OFF, f"opening and closing differ by up to {off:.3g}")
 
 
 def crack_series_is_the_function(plugin):
     """has a Fourier series that agrees with its breathing function, mean included"""
-    angle, series = _angles(FOURIER_GRID), crack_series(plugin, SERIES_ORDER, plugin.example)
-    values = breathing_function(plugin, angle, plugin.example)
+    angle, series = _angles(FOURIER_GRID), cracks.crack_series(plugin, SERIES_ORDER, plugin.example)
+    values = cracks.breathing_function(plugin, angle, plugin.example)
     highest = max(abs(k) for k in series)
     require(highest <= SERIES_ORDER, f"series({SERIES_ORDER}) gives coefficient {highest}")
     for k in range(-SERIES_ORDER, SERIES_ORDER + 1):
@@ -76,7 +67,7 @@ def crack_series_is_the_function(plugin):
         told, mirrored = series.get(k, np.zeros(3)), np.conj(series.get(-k, np.zeros(3)))
         for name, one, other, back in zip(DIRECTIONS, told, numerical, mirrored, strict=True):
             require(
-                abs(one - other) < (2 / FOURIER_GRID if plugin.series else 2 / SAMPLES),
+                abs(one - other) < (2 / FOURIER_GRID if plugin.series else 2 / cracks.SAMPLES),
                 f"coefficient {k} of the series along {name} is {one:.4g}, of the function {other:.4g}",
             )
             told = f"coefficients {k} and {-k} along {name} are not conjugate: no real function has them"
@@ -87,24 +78,24 @@ def crack_force_is_its_table(plugin):
     """has the force of the stiffness lost at each shaft angle, for any angular position"""
     structure, position, w = bench_structure(), 0.8, 88.0
     time = np.arange(256) * 2 * np.pi / w / 256
-    (loss,) = crack_parameters(plugin, structure, False, SERIES_ORDER, angle_rad=position, **plugin.example)
+    (loss,) = cracks.crack_parameters(plugin, structure, False, SERIES_ORDER, angle_rad=position, **plugin.example)
     motion = np.exp(1j * np.outer(w * time, [0, 1, -1])) @ np.array([1.0, 0.5j, 0.3])
     angle = w * time + position
     rotating = motion * np.exp(-1j * angle)
-    series = crack_series(plugin, SERIES_ORDER, plugin.example)
+    series = cracks.crack_series(plugin, SERIES_ORDER, plugin.example)
     xi, eta, both = sum(np.outer(s, np.exp(1j * k * angle)) for k, s in series.items()).real
     expected = (xi * rotating.real + both * rotating.imag) + 1j * (both * rotating.real + eta * rotating.imag)
     force = force_in_time(loss.entries, w, time, motion[:, None])[:, 0]
     off = np.abs(force - expected * np.exp(1j * angle)).max()
     require(off < ROUND_OFF, f"the force of one unit of loss differs by {off:.3g} N from the stiffness lost")
     still = apply_entries(
-        crack_parameters(plugin, structure, True, SERIES_ORDER, **plugin.example)[0].entries,
+        cracks.crack_parameters(plugin, structure, True, SERIES_ORDER, **plugin.example)[0].entries,
         np.zeros((1, len(HARMONICS), 1), complex),
         np.array([w]),
         np.array(HARMONICS),
         np.ones(1),
     )
-    off = np.abs(still[0, :, 0] - participation_factors(plugin, HARMONICS, SERIES_ORDER, plugin.example)).max()
+    off = np.abs(still[0, :, 0] - cracks.participation_factors(plugin, HARMONICS, SERIES_ORDER, plugin.example)).max()
     require(off < ROUND_OFF, f"the participation factors differ by {off:.3g} from the weight-dominant force")
 
 
@@ -112,19 +103,8 @@ def crack_is_found_again(plugin):
     """is identified from its own response, with and without weight dominance, from a start 30 % off"""
     structure = bench_structure()
     for dominance in (True, False):
-        parameters = tuple(crack_parameters(plugin, structure, dominance, **plugin.example))
+        parameters = tuple(cracks.crack_parameters(plugin, structure, dominance, **plugin.example))
         check_round_trip(Term(plugin.name, parameters, {p.name: p.typical for p in parameters}), structure)
-
-
-CHECKS = (
-    crack_is_bounded,
-    crack_never_stiffens,
-    crack_is_periodic,
-    crack_is_symmetric,
-    crack_series_is_the_function,
-    crack_force_is_its_table,
-    crack_is_found_again,
-)
 
 
 def _depths(plugin):
@@ -133,7 +113,7 @@ def _depths(plugin):
 
 def depth_is_monotone(plugin):
     """has a compliance that is zero at zero depth and increases with it, larger along xi than along eta"""
-    found = np.array([compliance(plugin, depth, **plugin.example) for depth in _depths(plugin)])
+    found = np.array([cracks.compliance(plugin, depth, **plugin.example) for depth in _depths(plugin)])
     require(found.shape == (26, 2), f"it gives {found.shape[1:]} compliances, not one for xi and one for eta")
     require(np.isfinite(found).all(), "a compliance within its range is not finite")
     if plugin.valid[0] == 0:
@@ -148,7 +128,7 @@ def depth_keeps_to_its_range(plugin):
     require(0 <= low < high <= 1, f"{low:g} to {high:g} is not a valid range of the depth ratio")
     for outside in (low - 0.01, high + 0.01, float("nan")):
         try:
-            compliance(plugin, outside, **plugin.example)
+            cracks.compliance(plugin, outside, **plugin.example)
         except RotorstudyError:
             continue
         raise BrokenInvariant(f"it accepts the depth ratio {outside:g}")
@@ -157,10 +137,7 @@ def depth_keeps_to_its_range(plugin):
 def depth_comes_back(plugin):
     """is recovered from its stiffness loss, which is less than the whole stiffness"""
     for depth in _depths(plugin)[1:-1:4]:
-        loss = stiffness_loss(plugin, depth, **SHAFT, **plugin.example)
+        loss = cracks.stiffness_loss(plugin, depth, **SHAFT, **plugin.example)
         require(0 < loss.eta <= loss.xi < SHAFT["stiffness"], f"depth {depth:.3g} gives {loss} of {SHAFT['stiffness']}")
-        found = depth_ratio_of(plugin, loss.xi, **SHAFT, **plugin.example)
+        found = cracks.depth_ratio_of(plugin, loss.xi, **SHAFT, **plugin.example)
         require(abs(found - depth) < 1e-9, f"depth {depth:.6g} is recovered as {found:.6g}")
-
-
-DEPTH_CHECKS = (depth_is_monotone, depth_keeps_to_its_range, depth_comes_back)

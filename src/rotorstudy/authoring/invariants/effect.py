@@ -4,17 +4,8 @@ import inspect
 
 import numpy as np
 
+from rotorstudy.authoring.invariants import bench
 from rotorstudy.authoring.invariants.base import SPEEDS, BrokenInvariant, require
-from rotorstudy.authoring.invariants.bench import (
-    SERIES_ORDER,
-    bench_of,
-    bench_structure,
-    bench_terms,
-    check_round_trip,
-    places_of,
-    tilting_bench,
-    typical_term,
-)
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.model import Model
@@ -24,13 +15,13 @@ from rotorstudy.response.integration import force_in_time, time_response
 
 def effect_offers_places(plugin):
     """states places where it can act, each once"""
-    bench_of(plugin)
-    for structure in (bench_structure(), tilting_bench()):
-        found = places_of(plugin, structure, structure.nodes)
+    bench.bench_of(plugin)
+    for structure in (bench.bench_structure(), bench.tilting_bench()):
+        found = bench.places_of(plugin, structure, structure.nodes)
         require(all(found.count(place) == 1 for place in found), f"it states a place twice: {found}")
         for place in found:
             try:
-                typical_term(plugin, structure, place)
+                bench.typical_term(plugin, structure, place)
             except RotorstudyError as error:
                 raise BrokenInvariant(f"it cannot act at its own place {place}: {error}") from None
 
@@ -38,7 +29,7 @@ def effect_offers_places(plugin):
 def effect_shape_is_open(plugin):
     """has shape options with ranges that contain their defaults, or do nothing by default"""
     known = inspect.signature(plugin.function).parameters
-    for name, (low, high) in plugin.ranges(bench_of(plugin)[0]).items():
+    for name, (low, high) in plugin.ranges(bench.bench_of(plugin)[0]).items():
         require(name in known, f"shape '{name}' is not an option of the function")
         require(low < high, f"shape '{name}' has the range {low:g} to {high:g}")
         default = plugin.example[name] if known[name].default is inspect.Parameter.empty else known[name].default
@@ -48,7 +39,7 @@ def effect_shape_is_open(plugin):
 
 def term_states_units(plugin):
     """states the unit and a typical size of every parameter"""
-    parameters = typical_term(plugin, *bench_of(plugin)).parameters
+    parameters = bench.typical_term(plugin, *bench.bench_of(plugin)).parameters
     require(parameters, "it has no parameters")
     for parameter in parameters:
         require(parameter.unit, f"{parameter.name} has no unit; write '1' for a pure number")
@@ -58,23 +49,23 @@ def term_states_units(plugin):
 
 def term_is_one_table(plugin):
     """has the same force in time and in frequency, or states that it has no time-domain form"""
-    structure, place = bench_of(plugin)
-    term = typical_term(plugin, structure, place)
+    structure, place = bench.bench_of(plugin)
+    term = bench.typical_term(plugin, structure, place)
     if any(unknown.force for unknown in term.unknowns):
         check_steady_state(term, structure)
     else:
         check_table(term, len(structure.nodes if term.acts_on_output else structure.dofs))
         entries = [] if term.acts_on_output else [entry for unknown in term.unknowns for entry in unknown.entries]
         if any(e.order == 2 for e in entries) and not any(e.frequency_only for e in entries):
-            check_steady_state(term, structure, 2 * SERIES_ORDER)  # a mass, which may rotate, is no force in time
+            check_steady_state(term, structure, 2 * bench.SERIES_ORDER)  # a mass, which may rotate, is no force in time
 
 
-def check_steady_state(term, structure, order=SERIES_ORDER):
+def check_steady_state(term, structure, order=bench.SERIES_ORDER):
     """Check that harmonic balance agrees with time integration, within a share of the effect of the force."""
-    bench = Model(structure, bench_terms(structure))
-    model, w = bench.plus(term), SPEEDS[1]
+    without_term = Model(structure, bench.bench_terms(structure))
+    model, w = without_term.plus(term), SPEEDS[1]
     harmonics = np.arange(-order, order + 1)
-    found, without = (harmonic_response(m, [w], harmonics)[0] for m in (model, bench))
+    found, without = (harmonic_response(m, [w], harmonics)[0] for m in (model, without_term))
     # after two revolutions a wrong start has lost 96 % of its error
     sampled = (2 + np.arange(128) / 128) * 2 * np.pi / w
     start = (found.sum(axis=0), 1j * w * harmonics @ found)
@@ -114,9 +105,5 @@ def check_table(term, dof):
 
 def term_is_found_again(plugin):
     """is identified from its own simulated response, from a start 30 % off"""
-    structure, place = bench_of(plugin)
-    check_round_trip(typical_term(plugin, structure, place), structure)
-
-
-TERM_CHECKS = (term_states_units, term_is_one_table, term_is_found_again)
-CHECKS = (effect_offers_places, effect_shape_is_open, *TERM_CHECKS)
+    structure, place = bench.bench_of(plugin)
+    bench.check_round_trip(bench.typical_term(plugin, structure, place), structure)

@@ -129,11 +129,3 @@ def estimator_tolerates_outliers(plugin):
 
 
 estimator_uses_covariance.flag = "uses_covariance"
-CHECKS = (
-    estimator_is_exact,
-    estimator_covariance_is_honest,
-    estimator_uses_covariance,
-    estimator_fits_output,
-    estimator_handles_rank_deficiency,
-    estimator_tolerates_outliers,
-)

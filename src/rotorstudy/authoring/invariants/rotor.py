@@ -68,6 +68,3 @@ def _moves(model, name):
         return bool(with_numbers(model, [name]))
     except RotorstudyError:
         return False
-
-
-CHECKS = (rotor_is_mechanical, rotor_weighs, rotor_losses_take_away, rotor_numbers_move)

@@ -112,11 +112,3 @@ def spectrum_follows_the_marks(plugin):
 
 
 spectrum_follows_the_marks.flag = "uses_marks"
-CHECKS = (
-    spectrum_is_exact,
-    spectrum_covariance_is_honest,
-    spectrum_is_exact_at_any_length,
-    spectrum_tolerates_wrong_speed,
-    spectrum_tolerates_outliers,
-    spectrum_follows_the_marks,
-)

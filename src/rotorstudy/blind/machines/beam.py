@@ -17,10 +17,7 @@ Y_SIGNS = np.array([1.0, -1.0, 1.0, -1.0])
 
 @dataclass(frozen=True)
 class Element:
-    """A uniform piece of round shaft: lengths in m, modulus in Pa, density in kg/m³.
-
-    theory : `timoshenko` (with shear) or `euler_bernoulli`;  internal_damping : proportional to stiffness, rotating, s
-    """
+    """A uniform piece of round shaft: lengths in m, modulus in Pa, density in kg/m³."""
 
     length: float
     outer_diameter: float
@@ -28,8 +25,8 @@ class Element:
     density: float
     inner_diameter: float = 0.0
     poissons_ratio: float = 0.3
-    theory: str = "timoshenko"
-    internal_damping: float = 0.0
+    theory: str = "timoshenko"  # `timoshenko` (with shear) or `euler_bernoulli`
+    internal_damping: float = 0.0  # proportional to stiffness, rotating, s
 
     @property
     def area(self):

@@ -23,30 +23,25 @@ RUNOUT = 0.01  # of an ordinary surface over the usual motion
 
 @dataclass(frozen=True)
 class Case:
-    """A machine with one effect, as it is and as it was measured; nodes count from 0, those of `effects` from 1.
-
-    unbalance : node to complex moment, kg m;  steady, healthy, alone : motion with all, without, and with each effect
-    sag, zero : (coordinates,) rest position of the healthy machine, and where the probes read zero
-    changed   : see `visibility`;  records : see `measuring.record`;  picture : sense and gravity of the rig's angles
-    """
+    """A machine with one effect, as it is and as it was measured; nodes count from 0, those of `effects` from 1."""
 
     machine: str
     rotor: Rotor | PointRotor
-    unbalance: dict
+    unbalance: dict  # node to complex moment, kg m
     effects: list
-    changed: dict
-    steady: Steady
-    healthy: Steady
-    alone: list
-    sag: np.ndarray
-    zero: np.ndarray
+    changed: dict  # see `visibility`
+    steady: Steady  # motion with all effects
+    healthy: Steady  # motion without
+    alone: list  # motion with each effect
+    sag: np.ndarray  # (coordinates,) rest position of the healthy machine
+    zero: np.ndarray  # (coordinates,) where the probes read zero
     nodes: list
     probes: dict
     chain: Chain
     fault: str | None
     faulty_node: int | None
-    records: dict
-    picture: dict
+    records: dict  # see `measuring.record`
+    picture: dict  # sense and gravity of the rig's angles
 
 
 def machine_of(rotor, unbalance, speeds):

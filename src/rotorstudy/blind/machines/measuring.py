@@ -7,44 +7,33 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Probe:
-    """A displacement probe at `angle` (rad, meant; really `angle_error` beyond), of a gain over the nominal one.
-
-    runout : complex amplitude (m) of exp(j k angle) of the surface, by k >= 1;  gap : constant reading, m
-    """
+    """A displacement probe at `angle` (rad, meant; really `angle_error` beyond), of a gain over the nominal one."""
 
     angle: float
     gain: float = 1.0
     angle_error: float = 0.0
-    runout: dict = field(default_factory=dict)
+    runout: dict = field(default_factory=dict)  # complex amplitude (m) of exp(j k angle) of the surface, by k >= 1
     reversed: bool = False
-    gap: float = 0.0
+    gap: float = 0.0  # constant reading, m
 
 
 @dataclass(frozen=True)
 class Chain:
-    """What the recorder adds to all channels of a machine.
+    """What the recorder adds to all channels of a machine."""
 
-    rate                             : samples a second;  revolutions : length of the record at the lowest speed
-    noise, coloured_noise            : standard deviations, m: white, and 1/f in power;  quantum : of the converter, m
-    phase_offset                     : the mark's true angle beyond the one of the rig file, rad
-    delay                            : of the displacement channels against the keyphasor, s
-    amplitude_scatter, phase_scatter : run to run, relative and rad;  jitter : of the speed over the mean speed, 1/f
-    sensor_angle, mark_angle         : of the keyphasor's sensor, and of the mark from the shaft's reference line, rad
-    """
-
-    rate: float
-    revolutions: float = 40.0
-    noise: float = 0.0
-    coloured_noise: float = 0.0
-    quantum: float = 0.0
+    rate: float  # samples a second
+    revolutions: float = 40.0  # length of the record at the lowest speed
+    noise: float = 0.0  # standard deviation, m, white
+    coloured_noise: float = 0.0  # likewise, 1/f in power
+    quantum: float = 0.0  # of the converter, m
     swapped: tuple = ()
-    phase_offset: float = 0.0
-    delay: float = 0.0
-    amplitude_scatter: float = 0.0
-    phase_scatter: float = 0.0
-    jitter: float = 0.0
-    sensor_angle: float = np.pi / 2
-    mark_angle: float = 0.0
+    phase_offset: float = 0.0  # the mark's true angle beyond the one of the rig file, rad
+    delay: float = 0.0  # of the displacement channels against the keyphasor, s
+    amplitude_scatter: float = 0.0  # run to run, relative
+    phase_scatter: float = 0.0  # run to run, rad
+    jitter: float = 0.0  # of the speed over the mean speed, 1/f
+    sensor_angle: float = np.pi / 2  # of the keyphasor's sensor, rad
+    mark_angle: float = 0.0  # of the mark from the shaft's reference line, rad
     pulse_width: float = 0.2
 
 

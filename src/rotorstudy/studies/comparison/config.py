@@ -15,22 +15,15 @@ from rotorstudy.yaml_file import read_yaml
 
 
 class Fault(Strict):
-    """A fault of a record; by default none.
+    """A fault of a record; by default none."""
 
-    revolutions : length of the record;  speed_error : of its speed label, relative
-    keyphasor_jitter_rad : standard deviation of each pulse
-    outlier_share : of the samples;  outlier_size : relative to the rms vibration
-    levels_percent : noise levels, by default those of the comparison
-    use_if : when a reader should follow the advice for this fault, in words that end "Use this if ..."
-    """
-
-    revolutions: float = Field(default=12.0, ge=2)
-    speed_error: float = Field(default=0.0, gt=-0.05, lt=0.05)
-    keyphasor_jitter_rad: float = Field(default=0.0, ge=0)
-    outlier_share: float = Field(default=0.0, ge=0, lt=0.5)
-    outlier_size: float = Field(default=0.0, ge=0)
-    levels_percent: list[NonNegative] | None = None
-    use_if: str = ""
+    revolutions: float = Field(default=12.0, ge=2)  # length of the record
+    speed_error: float = Field(default=0.0, gt=-0.05, lt=0.05)  # of its speed label, relative
+    keyphasor_jitter_rad: float = Field(default=0.0, ge=0)  # standard deviation of each pulse
+    outlier_share: float = Field(default=0.0, ge=0, lt=0.5)  # of the samples
+    outlier_size: float = Field(default=0.0, ge=0)  # relative to the rms vibration
+    levels_percent: list[NonNegative] | None = None  # noise levels, by default those of the comparison
+    use_if: str = ""  # when a reader should follow the advice for this fault, in words that end "Use this if ..."
 
 
 class Compared(Strict):

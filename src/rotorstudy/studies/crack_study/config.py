@@ -13,19 +13,15 @@ from rotorstudy.yaml_file import read_study
 
 
 class CrackedRotor(Strict):
-    """rotor, bearings, effects : as in a rig, without a crack;  speeds_rad_s : measured
+    """rotor, bearings, effects : as in a rig, without a crack;  speeds_rad_s : measured"""
 
-    planes : name -> nodes with probes;  source : of the geometry
-    confounders : name -> effect that may be present in the healthy machine, too
-    """
-
-    source: str
+    source: str  # of the geometry
     rotor: dict[str, Any]
     bearings: list[dict[str, Any]]
     effects: list[dict[str, Any]]
     speeds_rad_s: list[PositiveNumber] = Field(min_length=1)
-    planes: dict[str, list[int]] = Field(min_length=1)
-    confounders: dict[str, dict[str, Any]] = {}
+    planes: dict[str, list[int]] = Field(min_length=1)  # name -> nodes with probes
+    confounders: dict[str, dict[str, Any]] = {}  # name -> effect that may be present in the healthy machine, too
 
     @property
     def nodes(self):
@@ -76,22 +72,16 @@ class Trials(Strict):
 
 
 class Fronts(Strict):
-    """count : records of cracks with other fronts than the library's, drawn within `depth_ratios`, `curvatures`,
-    `closing_shares` (of a residual moment, over the static one) and `poissons_ratios`
-
-    positions : over the length, one of which each crack has
-    laws      : name -> options by which the depth is found with a straight front, the last one those of the library
-    straight  : depth plugin of the last one
-    """
+    """Records of cracks with other fronts than the library's, drawn within pairs of limits."""
 
     count: int = Field(ge=2)
     depth_ratios: list[PositiveNumber] = Field(min_length=2, max_length=2)
     curvatures: list[float] = Field(min_length=2, max_length=2)
-    closing_shares: list[float] = Field(min_length=2, max_length=2)
+    closing_shares: list[float] = Field(min_length=2, max_length=2)  # of a residual moment, over the static one
     poissons_ratios: list[PositiveNumber] = Field(min_length=2, max_length=2)
-    positions: list[PositiveNumber] = Field(min_length=1)
-    laws: dict[str, dict[str, Any]] = Field(min_length=1)
-    straight: str
+    positions: list[PositiveNumber] = Field(min_length=1)  # over the length, one of which each crack has
+    laws: dict[str, dict[str, Any]] = Field(min_length=1)  # name -> options by which a straight front has a depth
+    straight: str  # depth plugin of the last law, that of the library
     seed: int
 
 
@@ -105,41 +95,31 @@ class ThesisMethod(Strict):
 
 
 class Passage(Strict):
-    """lowest_rad_s, highest_rad_s, count : speeds of the run-up
-
-    orders : harmonics at `node`;  depth_ratios : of the reference crack
-    """
+    """lowest_rad_s, highest_rad_s, count : speeds of the run-up"""
 
     lowest_rad_s: PositiveNumber
     highest_rad_s: PositiveNumber
     count: int = Field(ge=2)
     node: int
-    orders: list[int] = Field(min_length=1)
-    depth_ratios: list[PositiveNumber] = Field(min_length=1)
+    orders: list[int] = Field(min_length=1)  # harmonics at `node`
+    depth_ratios: list[PositiveNumber] = Field(min_length=1)  # of the reference crack
 
 
 class CrackStudy(Strict):
-    """crack : how it is modelled;  rotors : name -> CrackedRotor, of which the first is studied in detail
-
-    samples           : of a record, all together
-    noise_percent     : white noise on each sample, of the rms vibration;  usual_noise_percent : where not varied
-    probe_noise_m     : white noise on each sample, whatever the vibration
-    diagnosis         : as in a rig: accuracy of its numbers, of the probes and of the model
-    false_alarm, power : of the test by which a crack is detected
-    """
+    """crack : how it is modelled;  rotors : name -> CrackedRotor, of which the first is studied in detail"""
 
     name: str
     title: str
     crack: CrackModel
     rotors: dict[str, CrackedRotor] = Field(min_length=1)
     harmonics: list[int] = Field(min_length=1)
-    samples: int = Field(gt=1)
-    noise_percent: list[PositiveNumber] = Field(min_length=1)
-    usual_noise_percent: PositiveNumber
-    probe_noise_m: float = Field(ge=0)
-    diagnosis: Settings
-    false_alarm: float = Field(gt=0, lt=0.5)
-    power: float = Field(gt=0.5, lt=1)
+    samples: int = Field(gt=1)  # of a record, all together
+    noise_percent: list[PositiveNumber] = Field(min_length=1)  # white noise on each sample, of the rms vibration
+    usual_noise_percent: PositiveNumber  # where not varied
+    probe_noise_m: float = Field(ge=0)  # white noise on each sample, whatever the vibration
+    diagnosis: Settings  # as in a rig: accuracy of its numbers, of the probes and of the model
+    false_alarm: float = Field(gt=0, lt=0.5)  # of the test by which a crack is detected
+    power: float = Field(gt=0.5, lt=1)  # likewise
     map: CrackMap
     accuracy: CrackMap
     reference: Crack
