@@ -48,7 +48,7 @@ STARTS = 3  # shapes of a scan of each law and place that are fitted
 LOOK = replace(HYPOTHESIS, steps=4, first_damping=1e-2)  # the first steps from a start
 FURTHER = (4, 3.0)  # fits that are taken to convergence: at most that many, with less than so many times the least
 ROUNDS = 3  # of searches elsewhere, as long as they find something better
-EXPLAINED = 0.05  # p-value below which it is searched at another motion, and by formulas
+EXPLAINED = 0.05  # p-value below which it is searched by formulas, and at another motion
 SOMEWHERE = (0.5, 0.37, 0.61, 0.13, 0.89)  # fractions of the ranges: at some of them an effect may be unable to act
 
 
@@ -77,9 +77,11 @@ def _identified(work, plugin, count):
     laws = _alternatives(work, plugin, variants_of(plugin.alternatives), form if count == 1 else {})
     if not laws:
         raise RotorstudyError(f"{plugin.name} cannot act on this rotor at any place")
-    found = _also_elsewhere(work, laws, _fitted(work, _first_starts(work, laws)))
+    found = _fitted(work, _first_starts(work, laws))
     if count == 1 and not _explains(work, found[0]):
         found = _searched_further(work, plugin, laws, found)
+    else:
+        found = _also_elsewhere(work, laws, found)
     if count == 1:
         found = _sorted([*found, *_tried(work, _across(work, found[0]), CLOSELY)])
     for number in range(2, count + 1):
@@ -92,15 +94,17 @@ def _identified(work, plugin, count):
 
 
 def _searched_further(work, plugin, laws, found):
-    """The fits with more of them, as the best one does not explain the records: at another motion, then by formulas.
+    """The fits with more of them, as the best one does not explain the records: by formulas, then at another motion.
 
-    By a formula a crack may explain by chance what a law of the physics explains in another shape.
+    By a formula a crack may explain by chance what a law of the physics explains in another shape. So it has to be far
+    better.
     """
-    found = _also_elsewhere(work, laws, _fitted(work, _starts(work, work.base, laws), found))
-    if _explains(work, found[0]):
-        return found
     formulas = _alternatives(work, plugin, formulas_of(plugin.name))
-    return _fitted(work, _first_starts(work, formulas), found)
+    published = _fitted(work, _first_starts(work, formulas), found)
+    if _explains(work, published[0]) and found[0].cost > FURTHER[1] * published[0].cost:
+        return published
+    found = _also_elsewhere(work, laws, _fitted(work, _starts(work, work.base, laws), found))
+    return found if _explains(work, found[0]) else _sorted([*found, *published])
 
 
 def _first_starts(work, laws):
