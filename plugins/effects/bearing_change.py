@@ -18,7 +18,11 @@ def rotorstudy_effect():
         source="of a film: Friswell, Penny, Garvey and Lees 2010, Dynamics of Rotating Machines, 5.5",
         places=changeable_numbers,
         changes_bearing=True,
-        feared=Feared("bearing_change", 10.0),
+        feared=Feared(
+            "bearing_change",
+            10.0,
+            places=lambda structure: [(w,) * 2 for w in changeable_numbers(structure) if "node" in w],
+        ),
         checked="response equal to that of a rotor on a bearing built with the other number to 1e-12",
         confounders={
             "bearing_coefficients": "a film changes with the speed as its number says, free coefficients do not"
