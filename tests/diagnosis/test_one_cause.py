@@ -226,6 +226,24 @@ def test_other_effects_are_refused_in_one_line(effect, words):
     assert "\n" not in str(said.value)
 
 
+def test_of_many_speeds_some_are_scanned_first(monkeypatch):
+    """Free forces at all of them would take memory and time by the square of their number and more."""
+    seen = []
+
+    def begun(model, spectrum, settings):
+        seen.append(spectrum.speed)
+        raise RotorstudyError("begun")
+
+    monkeypatch.setattr(identify, "begin", begun)
+    speeds = np.linspace(60.0, 190.0, 200)
+    for some in (speeds, speeds[:5]):
+        spectrum = readings(np.ones((len(some), 5, 2), complex), some, HARMONICS, (2, 4), 1.0)
+        with pytest.raises(RotorstudyError, match="begun"):
+            identify_cause(spectrum, build_model(rig()), "transverse_crack", SETTINGS)
+    assert len(seen[0]) == identify.MOST_SPEEDS and seen[0][[0, -1]].tolist() == speeds[[0, -1]].tolist()
+    assert seen[1].tolist() == speeds[:5].tolist()
+
+
 @pytest.mark.parametrize(("factor", "away"), [(1.1, 5.0), (0.9, -5.0), (1.03, None)])
 def test_a_flexibility_far_from_that_of_the_depth_is_told(factor, away):
     """In standard deviations of the prior, 0.02; however well it explains the records."""

@@ -44,6 +44,7 @@ from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry, using
 
+MOST_SPEEDS = 40  # of the first scans, as time and memory of free forces grow with their number
 STARTS = 3  # shapes of a scan of each law and place that are fitted
 LOOK = replace(HYPOTHESIS, steps=4, first_damping=1e-2)  # the first steps from a start
 FURTHER = (4, 3.0)  # fits that are taken to convergence: at most that many, with less than so many times the least
@@ -68,18 +69,24 @@ def identify_cause(
             known = sorted(name for name, p in effects.items() if p.shape and not p.acts_on_output)
             raise RotorstudyError(f"{effect} has no shape to be searched; known causes with one: {', '.join(known)}")
         settings = (settings or Settings()).model_copy(update={"leave_out": [*effects]})
-        return _identified(begin(model, with_model_error(spectrum, settings), settings), plugin, count)
+        spectrum = with_model_error(spectrum, settings)
+        few = np.unique(np.linspace(0, len(spectrum.speed) - 1, MOST_SPEEDS).round().astype(int))
+        return _identified(begin(model, spectrum.at_speeds(few), settings), spectrum, plugin, count)
 
 
-def _identified(work, plugin, count):
-    """The Identified of an effect that is known to be the only cause, or of several; work : Search."""
+def _identified(begun, spectrum, plugin, count):
+    """The Identified of an effect that is known to be the only cause, or of several.
+
+    begun : Search of some speeds, at which shapes are first scanned;  spectrum : of all
+    """
+    work = replace(begun, spectrum=spectrum)
     form = form_ranges(plugin.name)
     laws = _alternatives(work, plugin, variants_of(plugin.alternatives), form if count == 1 else {})
     if not laws:
         raise RotorstudyError(f"{plugin.name} cannot act on this rotor at any place")
-    found = _fitted(work, _first_starts(work, laws))
+    found = _fitted(work, _first_starts(begun, laws))
     if count == 1 and not _explains(work, found[0]):
-        found = _searched_further(work, plugin, laws, found)
+        found = _searched_further(work, begun, plugin, laws, found)
     else:
         found = _also_elsewhere(work, laws, found)
     if count == 1:
@@ -93,17 +100,17 @@ def _identified(work, plugin, count):
     return identified(work, found[0], found)
 
 
-def _searched_further(work, plugin, laws, found):
+def _searched_further(work, begun, plugin, laws, found):
     """The fits with more of them, as the best one does not explain the records: by formulas, then at another motion.
 
     By a formula a crack may explain by chance what a law of the physics explains in another shape. So it has to be far
     better.
     """
     formulas = _alternatives(work, plugin, formulas_of(plugin.name))
-    published = _fitted(work, _first_starts(work, formulas), found)
+    published = _fitted(work, _first_starts(begun, formulas), found)
     if _explains(work, published[0]) and found[0].cost > FURTHER[1] * published[0].cost:
         return published
-    found = _also_elsewhere(work, laws, _fitted(work, _starts(work, work.base, laws), found))
+    found = _also_elsewhere(work, laws, _fitted(work, _starts(begun, begun.base, laws), found))
     return found if _explains(work, found[0]) else _sorted([*found, *published])
 
 
