@@ -5,6 +5,7 @@ And over all its forms, as a verdict states them too.
 
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -224,6 +225,14 @@ def test_other_effects_are_refused_in_one_line(effect, words):
     with pytest.raises(RotorstudyError, match=words) as said:
         identify_cause(spectrum, build_model(rig()), effect, SETTINGS)
     assert "\n" not in str(said.value)
+
+
+@pytest.mark.parametrize(
+    ("broken", "words"), [([], "no shape"), (["effect 'mine' (mine.py:7): it failed"], r"\(mine.py:7\)")]
+)
+def test_where_no_shape_can_be_tried_a_plugin_that_failed_is_blamed(broken, words):
+    with pytest.raises(RotorstudyError, match=words):
+        identify._fitted(SimpleNamespace(broken=broken), [])
 
 
 def test_of_many_speeds_some_are_scanned_first(monkeypatch):

@@ -170,7 +170,7 @@ def _fitted(work, starts, known=()):
     """Fits from (causes, amplitudes), and those known, the best first: all by a few steps, the best to convergence."""
     found = _tried(work, starts, LOOK)
     if not found and not known:
-        raise RotorstudyError("no shape of the cause gives a steady motion of this rotor")
+        raise RotorstudyError(next(iter(work.broken), "no shape of the cause gives a steady motion of this rotor"))
     least, close = min(one.cost for one in [*found, *known]), []
     for one in _by_turns(found):
         near = one.cost <= FURTHER[1] * least and len(close) < FURTHER[0]
