@@ -20,27 +20,19 @@ ALIKE = 0.5  # standard deviations of the data: predictions that are closer are 
 
 
 class Identified(NamedTuple):
-    """An effect as identified.
+    """An effect as identified."""
 
-    causes     : (cause,) Candidate with its shape, and the standard deviations of that: over all forms if it has one
-    model      : Model with the effect in the shape that fits best
-    names      : (parameter,) of the free amplitudes of the model, then of the options of the shapes
-    theta      : (parameter,) their values, of options as fractions of their ranges
-    covariance : (parameter, parameter) of the posterior
-    p_value    : probability of a misfit as large by noise alone
-    misfits    : alternatives of the effect (as a text) -> misfit and penalty beyond those of the best
-    elsewhere  : other shapes (with their standard deviations) that explain the records as well, each (cause,)
-    intervals  : option of the shape of a cause over all forms -> ends of its 95 % interval
-    """
-
+    # (cause,) Candidate with its shape, and the standard deviations of that: over all forms if it has one
     causes: tuple[Candidate, ...]
-    model: Model
-    names: tuple[str, ...]
-    theta: np.ndarray
-    covariance: np.ndarray
-    p_value: float
-    misfits: dict[str, float]
+    model: Model  # with the effect in the shape that fits best
+    names: tuple[str, ...]  # (parameter,) of the free amplitudes of the model, then of the options of the shapes
+    theta: np.ndarray  # (parameter,) their values, of options as fractions of their ranges
+    covariance: np.ndarray  # (parameter, parameter) of the posterior
+    p_value: float  # probability of a misfit as large by noise alone
+    misfits: dict[str, float]  # alternatives of the effect (as a text) -> misfit and penalty beyond those of the best
+    # other shapes (with their standard deviations) that explain the records as well, each (cause,)
     elsewhere: tuple[tuple[Candidate, ...], ...] = ()
+    # option of the shape of a cause over all forms -> ends of its 95 % interval
     intervals: dict[str, tuple[float, float]] = {}
 
     @property

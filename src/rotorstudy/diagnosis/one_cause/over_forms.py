@@ -59,30 +59,24 @@ def laws_of(work: Work, cause: Candidate) -> list[Candidate]:
 
 
 class OverForms(NamedTuple):
-    """The cause with medians and standard deviations over all forms, and option -> ends of its 95 % interval.
-
-    cost       : misfit and penalty of the most probable law, where it explains most
-    by_own_law : amplitudes (unknown,) and cost by the law of the cause itself; None if it explains too little
-    """
+    """The cause with medians and standard deviations over all forms, and option -> ends of its 95 % interval."""
 
     cause: Candidate
     intervals: dict[str, tuple[float, float]]
-    cost: float
+    cost: float  # misfit and penalty of the most probable law, where it explains most
+    # amplitudes (unknown,) and cost by the law of the cause itself; None if it explains too little
     by_own_law: tuple[np.ndarray, float] | None
 
 
 class _Weighted(NamedTuple):
-    """A law with its evidence, (row, level) values of each option over all forms, and (row,) weights of these.
-
-    amplitudes, cost : where it explains most
-    """
+    """A law with its evidence, (row, level) values of each option over all forms, and (row,) weights of these."""
 
     law: Candidate
     log_evidence: float
     values: dict[str, np.ndarray]
     weight: np.ndarray
-    amplitudes: np.ndarray
-    cost: float
+    amplitudes: np.ndarray  # where it explains most
+    cost: float  # there
 
 
 def over_forms(

@@ -46,23 +46,15 @@ NEGLIGIBLE = 1e-3  # probability of their sizes, over the largest
 
 
 class Balancing(NamedTuple):
-    """Corrections, and the vibration before and after.
+    """Corrections, and the vibration before and after."""
 
-    corrections  : (plane, part), real and imaginary part from the shaft's reference line, kg m
-    covariance   : (plane * part, plane * part), of the best ones, kg^2 m^2
-    choices      : (plane,) what is put into given holes; None if any correction can be made
-    spectrum     : balanced, at 1X and -1X, without the runout that the rig states
-    before       : (speed, sensor), semi-major axis of the orbit, m
-    after        : (percentile, speed, sensor), its 2.5, 50 and 97.5 % points for the vibration left, m
-    next_reading : (percentile, speed, sensor), those of the next run, without the runout that the rig states, m
-    """
-
-    corrections: np.ndarray
-    covariance: np.ndarray
-    choices: list[Choice] | None
-    spectrum: Spectrum
-    before: np.ndarray
-    after: np.ndarray
+    corrections: np.ndarray  # (plane, part), real and imaginary part from the shaft's reference line, kg m
+    covariance: np.ndarray  # (plane * part, plane * part), of the best ones, kg^2 m^2
+    choices: list[Choice] | None  # (plane,) what is put into given holes; None if any correction can be made
+    spectrum: Spectrum  # balanced, at 1X and -1X, without the runout that the rig states
+    before: np.ndarray  # (speed, sensor), semi-major axis of the orbit, m
+    after: np.ndarray  # (percentile, speed, sensor), its 2.5, 50 and 97.5 % points for the vibration left, m
+    # (percentile, speed, sensor), those of the next run, without the runout that the rig states, m
     next_reading: np.ndarray
 
 
@@ -134,18 +126,13 @@ def balance(
 
 
 class Known(NamedTuple):
-    """What the readings say of all parameters, in a model linearised about a fit, for each size of the other forces.
+    """What the readings say of all parameters, in a model linearised about a fit, for each size of the other forces."""
 
-    names, values : (parameter,) that are free; of every amplitude of the model at the fit
-    weights : (size,) posterior probability;  means : (size, parameter) from the fit
-    roots   : (size, parameter, parameter) R of the covariance R R^T
-    """
-
-    names: tuple[str, ...]
-    values: dict[str, float]
-    weights: np.ndarray
-    means: np.ndarray
-    roots: np.ndarray
+    names: tuple[str, ...]  # (parameter,) that are free
+    values: dict[str, float]  # of every amplitude of the model at the fit
+    weights: np.ndarray  # (size,) posterior probability
+    means: np.ndarray  # (size, parameter) from the fit
+    roots: np.ndarray  # (size, parameter, parameter) R of the covariance R R^T
 
     @property
     def free(self):

@@ -72,15 +72,13 @@ class _Runs(NamedTuple):
 
 
 class IdentifiedRig(NamedTuple):
-    """What the runs say: the JointFit, the rig with its values and covariance, findings, and the Conventions.
-
-    ratio : number of the rotor or its bearings -> that with which the JointFit begins over that of the rig file
-    """
+    """What the runs say: the JointFit, the rig with its values and covariance, findings, and the Conventions."""
 
     joint: JointFit
     rig: dict
     findings: list[Finding]
     conventions: Conventions
+    # number of the rotor or its bearings -> that with which the JointFit begins over that of the rig file
     ratio: dict[str, float]
 
     def of(self, name: str) -> tuple[float, float]:

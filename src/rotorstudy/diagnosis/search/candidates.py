@@ -22,34 +22,24 @@ FIXED = 0.02  # standard deviation of an amplitude that is 0 or 1: what the unce
 
 
 class Candidate(NamedTuple):
-    """An effect at a place: plugin name, options of the place, its term without values.
-
-    prior    : unknown name -> (mean, std) of its amplitude before anything is measured
-    positive : unknown name -> {parameter of the base: factor}: it cannot be negative together with these, which act
-               alike; where there are none, the prior is the upper half of that normal distribution
-    fixed    : its amplitude is known where the effect is present; the width of its prior is not varied
-    options  : other options, the same for all candidates of the effect
-    fixed_std : standard deviation of an amplitude that is fixed
-    freedoms : (options, parameter -> (mean, std)) of each freedom of its form that it has; see `freedom_of`
-    shape    : options that enter nonlinearly (a clearance, an angle), at one of the values tried
-    variant  : the alternatives of the effect that it has (the breathing function of a crack)
-    shape_std : standard deviations of its shape, once that is fitted
-    held     : options of its shape that are held at a value among the `options`
-    """
+    """An effect at a place: plugin name, options of the place, its term without values."""
 
     effect: str
     where: dict
     term: Term
-    prior: dict
+    prior: dict  # unknown name -> (mean, std) of its amplitude before anything is measured
+    # unknown name -> {parameter of the base: factor}: it cannot be negative together with these, which act alike; where
+    # there are none, the prior is the upper half of that normal distribution
     positive: dict = {}
-    fixed: bool = False
-    shape: dict = {}
-    variant: dict = {}
-    shape_std: dict = {}
-    options: dict = {}
+    fixed: bool = False  # its amplitude is known where the effect is present; the width of its prior is not varied
+    shape: dict = {}  # options that enter nonlinearly (a clearance, an angle), at one of the values tried
+    variant: dict = {}  # the alternatives of the effect that it has (the breathing function of a crack)
+    shape_std: dict = {}  # standard deviations of its shape, once that is fitted
+    options: dict = {}  # other options, the same for all candidates of the effect
+    # (options, parameter -> (mean, std)) of each freedom of its form that it has; see `freedom_of`
     freedoms: tuple[tuple[dict, dict], ...] = ()
-    fixed_std: float = FIXED
-    held: tuple[str, ...] = ()
+    fixed_std: float = FIXED  # standard deviation of an amplitude that is fixed
+    held: tuple[str, ...] = ()  # options of its shape that are held at a value among the `options`
 
     @property
     def cause(self):
@@ -150,17 +140,13 @@ def with_shape(model: Model, cause: Candidate, shape: dict, prior_width: float) 
 
 
 class ShapeRange(NamedTuple):
-    """Search range of a shape option, logarithmic if it begins above zero.
-
-    goes_around : whether both ends are alike;  breaks : values, ascending, at which the effect may jump (the nodes)
-    mirrored    : whether fractions beyond an end are mirrored there instead of being at the end
-    """
+    """Search range of a shape option, logarithmic if it begins above zero."""
 
     low: float
     high: float
-    goes_around: bool = False
-    breaks: tuple[float, ...] = ()
-    mirrored: bool = False
+    goes_around: bool = False  # whether both ends are alike
+    breaks: tuple[float, ...] = ()  # values, ascending, at which the effect may jump (the nodes)
+    mirrored: bool = False  # whether fractions beyond an end are mirrored there instead of being at the end
 
     @property
     def ends(self) -> tuple[float, float]:

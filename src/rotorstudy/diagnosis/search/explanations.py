@@ -30,40 +30,31 @@ MODELS_KEPT = 32  # with causes
 
 @dataclass(frozen=True)
 class Search:
-    """A search under way, and its outcome.
+    """A search under way, and its outcome."""
 
-    rig         : Model without the nuisance terms;  model : with them
-    spectrum    : Spectrum with the model error, without an error of causes
-    prior       : Prior of the parameters that are free in every fit;  base : Fit of these alone
-    candidates  : list of Candidate;  screened : Screened of each, at the base fit
-    free_forces : FreeForce at each place, the most likely first: what a fault that the library lacks may do
-    shapes      : cause, alternatives and label -> the shapes with which each scan of it begins
-    found       : `kind_of` the causes -> Explanation, the best one of each kind that was fitted
-    impossible  : the same of those that cannot be true, but may lead to others
-    models      : Model without causes, terms of the causes -> Model with them, the last few
-    failures    : effect -> one line with file and line number, for plugins that failed; the rest was searched
-    unstable    : (speed,) bool, where a free motion of the rig without causes grows; None during the search
-    upheld      : whether the best explanation keeps its odds with the held-out speeds
-    stopped     : whether the search was stopped before its end
-    """
-
-    rig: Model
-    model: Model
-    spectrum: Spectrum
+    rig: Model  # without the nuisance terms
+    model: Model  # with them
+    spectrum: Spectrum  # with the model error, without an error of causes
     settings: Settings
-    prior: Prior
-    base: Fit
-    candidates: list
+    prior: Prior  # of the parameters that are free in every fit
+    base: Fit  # of these alone
+    candidates: list  # of Candidate
+    # FreeForce at each place, the most likely first: what a fault that the library lacks may do
     free_forces: tuple[FreeForce, ...] = ()
-    screened: list = field(default_factory=list)
+    screened: list = field(default_factory=list)  # Screened of each, at the base fit
+    # cause, alternatives and label -> the shapes with which each scan of it begins
     shapes: dict = field(default_factory=dict)
+    # `kind_of` the causes -> Explanation, the best one of each kind that was fitted
     found: dict = field(default_factory=dict)
-    impossible: dict = field(default_factory=dict)
+    impossible: dict = field(default_factory=dict)  # the same of those that cannot be true, but may lead to others
+    # Model without causes, terms of the causes -> Model with them, the last few
     models: dict = field(default_factory=dict)
+    # effect -> one line with file and line number, for plugins that failed; the rest was searched
     failures: dict = field(default_factory=dict)
+    # (speed,) bool, where a free motion of the rig without causes grows; None during the search
     unstable: np.ndarray | None = None
-    upheld: bool = True
-    stopped: bool = False
+    upheld: bool = True  # whether the best explanation keeps its odds with the held-out speeds
+    stopped: bool = False  # whether the search was stopped before its end
 
     @property
     def whole(self):

@@ -42,19 +42,14 @@ LEAST = 1e-2  # standard deviations of the data, below which a column changes no
 
 
 class Change(NamedTuple):
-    """What a fault changes: (speed, harmonic, sensor), m.
-
-    inexactness : largest error of its form, relative to `Settings.form_error`
-    steady : whether its error is by a power of the speed
-    forces : (force, speed, harmonic, sensor) what free forces at its place show; none where it acts at several places
-    forced : (force,) position of the harmonic of each
-    """
+    """What a fault changes: (speed, harmonic, sensor), m."""
 
     change: np.ndarray
-    inexactness: float = 1.0
-    steady: bool = False
+    inexactness: float = 1.0  # largest error of its form, relative to `Settings.form_error`
+    steady: bool = False  # whether its error is by a power of the speed
+    # (force, speed, harmonic, sensor) what free forces at its place show; none where it acts at several places
     forces: np.ndarray | None = None
-    forced: np.ndarray | None = None
+    forced: np.ndarray | None = None  # (force,) position of the harmonic of each
 
 
 def largest_error(effect: str, parameter: str, usual: float) -> float:
@@ -220,21 +215,14 @@ def _columns(spectrum, changes, shares, largest):
 
 
 class FormError(NamedTuple):
-    """An error of the form of the causes of an explanation, the most probable one.
+    """An error of the form of the causes of an explanation, the most probable one."""
 
-    shares  : of `SHARES`;  columns : (component, error) what it changes, whitened
-    std     : (harmonic,) its expected standard deviation, relative to what the causes change
-    mean_std : root mean square of that over what they change
-    more    : logarithm of the mean evidence over all shares and scales, less that of these
-    reached : log evidence with it at the best values of the linearised fit
-    """
-
-    shares: tuple[float, float, float]
-    columns: np.ndarray
-    std: np.ndarray
-    mean_std: float
-    more: float
-    reached: float
+    shares: tuple[float, float, float]  # of `SHARES`
+    columns: np.ndarray  # (component, error) what it changes, whitened
+    std: np.ndarray  # (harmonic,) its expected standard deviation, relative to what the causes change
+    mean_std: float  # root mean square of that over what they change
+    more: float  # logarithm of the mean evidence over all shares and scales, less that of these
+    reached: float  # log evidence with it at the best values of the linearised fit
 
     def evidence(self, off: np.ndarray, jacobian: np.ndarray, known: np.ndarray) -> float:
         """Log evidence of a fit with this error; arguments as for `most_probable_form`."""

@@ -26,18 +26,13 @@ FAILURES = 2  # shapes in which a cause cannot act, or the rotor has no steady m
 
 @dataclass(frozen=True)
 class _Parameters:
-    """The parameters of an explanation: those of the rig, the amplitudes of the causes, and their shapes.
+    """The parameters of an explanation: those of the rig, the amplitudes of the causes, and their shapes."""
 
-    causes   : whose shapes are those of the start;  ranges : option -> ShapeRange, of each cause
-    prior    : Prior without the shapes;  whole : with them, as fractions of their ranges
-    ends     : (cause,) where the amplitudes and the shape of each cause end, to split theta
-    """
-
-    causes: tuple[Candidate, ...]
-    ranges: tuple[dict, ...]
-    prior: Prior
-    whole: Prior
-    ends: np.ndarray
+    causes: tuple[Candidate, ...]  # whose shapes are those of the start
+    ranges: tuple[dict, ...]  # option -> ShapeRange, of each cause
+    prior: Prior  # without the shapes
+    whole: Prior  # with them, as fractions of their ranges
+    ends: np.ndarray  # (cause,) where the amplitudes and the shape of each cause end, to split theta
 
     @classmethod
     def of(cls, work, causes):

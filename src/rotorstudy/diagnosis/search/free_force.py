@@ -35,22 +35,15 @@ FREE_FORCE = "force at one place"  # name of its amplitude in a Fit
 
 
 class FreeForce(NamedTuple):
-    """A force at a place.
+    """A force at a place."""
 
-    where, motion : {kind of place: its number}, and the kind of force
-    log_odds      : that it and nothing else acts, against no fault
-    left, count   : misfit with the most probable force, and number of data
-    is_testable   : whether it takes no more than half of the data; else it explains whatever they are
-    fitted        : Fit of the rig with it, of the amplitude `FREE_FORCE`; None but at the best places
-    """
-
-    where: dict
-    motion: str
-    log_odds: float
-    left: float
-    count: int
-    is_testable: bool
-    fitted: Fit | None = None
+    where: dict  # {kind of place: its number}
+    motion: str  # kind of force
+    log_odds: float  # that it and nothing else acts, against no fault
+    left: float  # misfit with the most probable force
+    count: int  # of data
+    is_testable: bool  # whether it takes no more than half of the data; else it explains whatever they are
+    fitted: Fit | None = None  # of the rig with it, of the amplitude `FREE_FORCE`; None but at the best places
 
 
 class _Posterior(NamedTuple):

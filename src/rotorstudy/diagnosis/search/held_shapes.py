@@ -25,17 +25,13 @@ AT_ONCE = 16  # shapes whose columns are formed at a time, and whose tables are 
 
 
 class Shapes(NamedTuple):
-    """A law of the cause in some shapes (row,), the rest of the shape fitted to the form and the position.
+    """A law of the cause in some shapes (row,), the rest of the shape fitted to the form and the position."""
 
-    points       : (row, option) fractions of the ranges;  variances : (row, option) of them
-    amplitudes   : (row, unknown);  cost : (row,) misfit and penalty
-    log_evidence : (row,) of the form and the position, without the terms that are the same for all shapes and laws
-    """
-
-    points: np.ndarray
-    variances: np.ndarray
-    amplitudes: np.ndarray
-    cost: np.ndarray
+    points: np.ndarray  # (row, option) fractions of the ranges
+    variances: np.ndarray  # (row, option) of them
+    amplitudes: np.ndarray  # (row, unknown)
+    cost: np.ndarray  # (row,) misfit and penalty
+    # (row,) of the form and the position, without the terms that are the same for all shapes and laws
     log_evidence: np.ndarray
 
     def part(self, rows) -> "Shapes":
@@ -62,13 +58,10 @@ def halfway(held, cost):
 
 
 class HeldShapes(NamedTuple):
-    """The fit of a law in many shapes of which some options are `held`, at a motion that is known.
-
-    projection : Projection, or what else has its `residual` and its method `of` of causes
-    """
+    """The fit of a law in many shapes of which some options are `held`, at a motion that is known."""
 
     work: Work
-    projection: Projection
+    projection: Projection  # Projection, or what else has its `residual` and its method `of` of causes
     law: Candidate
     ranges: dict
     held: tuple[int, ...]
@@ -186,18 +179,14 @@ class HeldShapes(NamedTuple):
 
 
 class _Solved(NamedTuple):
-    """Amplitudes (row, unknown) and the next step (row, option) of the shape, with its variances.
-
-    cost : (row,) misfit and penalty at the shape;  least : after the step, to first order
-    log_volume : (row,) of the posterior beside that of the prior
-    """
+    """Amplitudes (row, unknown) and the next step (row, option) of the shape, with its variances."""
 
     amplitudes: np.ndarray
     step: np.ndarray
     variances: np.ndarray
-    cost: np.ndarray
-    least: np.ndarray
-    log_volume: np.ndarray
+    cost: np.ndarray  # (row,) misfit and penalty at the shape
+    least: np.ndarray  # after the step, to first order
+    log_volume: np.ndarray  # (row,) of the posterior beside that of the prior
 
 
 def _solved(residual, columns, slopes, mean, std, off):

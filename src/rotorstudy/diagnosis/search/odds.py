@@ -22,17 +22,13 @@ LEAST_LOG_PROBABILITY = -700.0  # keeps posterior probabilities from underflow t
 
 @dataclass(frozen=True)
 class Explanation:
-    """A set of causes, fitted.
-
-    log_posterior_odds : natural logarithm of its odds against the base model alone
-    form, spectrum     : FormError of the causes, and the Spectrum with it to which they were fitted, if there are any
-    """
+    """A set of causes, fitted."""
 
     causes: tuple[Candidate, ...]
     fit: Fit
-    log_posterior_odds: float
-    form: tuple | None = None
-    spectrum: Spectrum | None = None
+    log_posterior_odds: float  # natural logarithm of its odds against the base model alone
+    form: tuple | None = None  # FormError of the causes, if there are any
+    spectrum: Spectrum | None = None  # with that error, to which they were fitted
 
     @property
     def kind(self):

@@ -26,29 +26,20 @@ TIE = 6  # decimals of evidence that count: round-off must not rank equal candid
 
 
 class Screened(NamedTuple):
-    """A candidate, or some together, judged by linearised columns.
+    """A candidate, or some together, judged by linearised columns."""
 
-    explained : decrease of the cost if it alone is added and the free parameters are fitted again
-    evidence  : logarithm of its Bayes factor against the model without it
-    start     : (unknown,) its amplitudes there
-    detection : (unknown,) standard deviation of each amplitude if it alone is fitted
-    """
-
-    explained: float
-    evidence: float
-    start: np.ndarray
-    detection: np.ndarray
+    explained: float  # decrease of the cost if it alone is added and the free parameters are fitted again
+    evidence: float  # logarithm of its Bayes factor against the model without it
+    start: np.ndarray  # (unknown,) its amplitudes there
+    detection: np.ndarray  # (unknown,) standard deviation of each amplitude if it alone is fitted
 
 
 class Projected(NamedTuple):
-    """Residual (component,) and columns (component, unknown) by name, free of what the base parameters can explain.
-
-    theta : value of every parameter of the fit, without the causes taken out
-    """
+    """Residual (component,) and columns (component, unknown) by name, free of what the base parameters can explain."""
 
     residual: np.ndarray
     columns: dict[str, np.ndarray]
-    theta: dict[str, float]
+    theta: dict[str, float]  # value of every parameter of the fit, without the causes taken out
 
 
 class Projection:

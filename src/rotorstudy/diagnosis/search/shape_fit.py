@@ -27,17 +27,12 @@ FAILURES = 1  # steps of a fit without a steady state, which take long to find o
 
 
 class Work(NamedTuple):
-    """What is known.
+    """What is known."""
 
-    rig      : Model of the rig;  whole : with the nuisance terms
-    prior    : Prior of the parameters of both that are free
-    spectrum : Spectrum with the model error
-    """
-
-    rig: Model
-    whole: Model
-    prior: Prior
-    spectrum: Spectrum
+    rig: Model  # of the rig
+    whole: Model  # with the nuisance terms
+    prior: Prior  # of the parameters of both that are free
+    spectrum: Spectrum  # with the model error
     settings: Settings
 
 

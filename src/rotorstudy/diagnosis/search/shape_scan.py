@@ -115,23 +115,16 @@ class _Judged(NamedTuple):
 
 
 class _Scan(NamedTuple):
-    """The scan of one cause.
-
-    fitted     : Fit without the cause;  projection : of that fit
-    motions    : the Motion with a free force, for each coordinate (as bytes) for which it is known
-    has_motion : whether the motion of the fit is the one on which the cause acts
-    plain      : Fit without errors that the speeds have in common
-    away       : point (option,) that shapes face away from
-    """
+    """The scan of one cause."""
 
     work: Search
-    fitted: Fit
-    projection: Projection
+    fitted: Fit  # without the cause
+    projection: Projection  # of that fit
     cause: Candidate
-    motions: dict[bytes, Motion]
-    has_motion: bool = False
-    plain: Fit | None = None
-    away: np.ndarray | None = None
+    motions: dict[bytes, Motion]  # the Motion with a free force, for each coordinate (as bytes) for which it is known
+    has_motion: bool = False  # whether the motion of the fit is the one on which the cause acts
+    plain: Fit | None = None  # without errors that the speeds have in common
+    away: np.ndarray | None = None  # point (option,) that shapes face away from
 
     @property
     def ranges(self):

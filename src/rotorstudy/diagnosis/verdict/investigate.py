@@ -48,23 +48,16 @@ STATED_SET = 0.99  # posterior probability that the causes named contain the tru
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """A verdict and the data it is based on.
+    """A verdict and the data it is based on."""
 
-    verdict            : Verdict, the content of verdict.json
-    spectrum, held_out : Spectrum fitted (its covariance with the model error); the one held out, or None
-    search             : Search;  best : Fit of the extended model, the base fit if nothing was added
-    alternatives       : names (`Candidate.cause`) of the other causes that cannot be ruled out
-    labels             : readable name of each parameter of the extended model
-    """
-
-    verdict: Verdict
-    spectrum: Spectrum
-    held_out: Spectrum | None
+    verdict: Verdict  # the content of verdict.json
+    spectrum: Spectrum  # fitted, its covariance with the model error
+    held_out: Spectrum | None  # of the speeds held out
     search: Search
-    best: Fit
+    best: Fit  # of the extended model, the base fit if nothing was added
     settings: Settings
-    alternatives: frozenset[str]
-    labels: dict[str, str]
+    alternatives: frozenset[str]  # names (`Candidate.cause`) of the other causes that cannot be ruled out
+    labels: dict[str, str]  # readable name of each parameter of the extended model
 
 
 def diagnose(spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, findings=()) -> Verdict:

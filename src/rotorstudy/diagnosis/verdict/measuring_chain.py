@@ -29,19 +29,16 @@ ANGLES_DEG = (90, 180, -90, 45, -45)
 
 
 class Hypothesis(NamedTuple):
-    """A convention that may be stated wrongly, and the change of the data that corrects it.
+    """A convention that may be stated wrongly, and the change of the data that corrects it."""
 
-    name, remedy : what the records look like, and what to state
-    factors      : (harmonic, sensor) complex, by which the corrected harmonics are direct R_n + mirrored conj(R_-n)
-                   + conjugate conj(R_n) + opposite R_-n;  without any the data stay as they are
-    order        : (sensor,) position of the sensor that each node's data are read from;  None: as they are
-    other_zero   : whether displacements count from the zero that is not stated, which changes the model, not the data
-    """
-
-    name: str
-    remedy: str
+    name: str  # what the records look like
+    remedy: str  # what to state
+    # (harmonic, sensor) complex, by which the corrected harmonics are direct R_n + mirrored conj(R_-n) + conjugate
+    # conj(R_n) + opposite R_-n;  without any the data stay as they are
     factors: dict[str, np.ndarray] = {}
+    # (sensor,) position of the sensor that each node's data are read from; None: as they are
     order: np.ndarray | None = None
+    # whether displacements count from the zero that is not stated, which changes the model, not the data
     other_zero: bool = False
 
     def corrected(self, spectrum: Spectrum) -> tuple[Spectrum, float]:

@@ -23,23 +23,17 @@ log = logging.getLogger(__name__)
 
 
 class Sought(NamedTuple):
-    """A search and what the held-out speeds say of it; held, expected and surprise are None where no speed is held out.
+    """A search and what the held-out speeds say of it; fields of these are None where no speed is held out."""
 
-    found    : Search by the speeds fitted;  tested : conventions that were tested, or None
-    measured : Spectrum fitted, without the model error;  held : held out, with it;  expected : with that of causes too
-    judged   : Search with the held-out speeds in its odds;  chain : what explains the records better, or None
-    surprise : misfit of the held-out speeds, with no larger an error of form than the fit has
-    surprised : Spectrum of the speeds that were held out at first, and surprised the fit; None if there are none
-    """
-
-    found: Search
-    tested: Tested | None
-    measured: Spectrum
-    held: Spectrum | None
-    judged: Search
-    chain: ChainHypothesis | None
-    expected: Spectrum | None
-    surprise: HeldOutMisfit | None
+    found: Search  # by the speeds fitted
+    tested: Tested | None  # conventions that were tested, or None
+    measured: Spectrum  # fitted, without the model error
+    held: Spectrum | None  # of the speeds held out, with the model error
+    judged: Search  # with the held-out speeds in its odds
+    chain: ChainHypothesis | None  # what explains the records better, or None
+    expected: Spectrum | None  # the same with the error of the causes, too
+    surprise: HeldOutMisfit | None  # misfit of the held-out speeds, with no larger an error of form than the fit has
+    # Spectrum of the speeds that were held out at first, and surprised the fit; None if there are none
     surprised: Spectrum | None = None
 
     def is_surprised(self, significance):
