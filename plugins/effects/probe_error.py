@@ -13,8 +13,10 @@ def probe_error(sensors, node: int | None = None, direction_rad: float = 0.0):
     here, turned = np.diag(sensor_unit(sensors, node)) / 2, np.exp(2j * direction_rad)
     along = (Entry(here), Entry(turned * here, on="conj"))
     across = (Entry(-1j * here), Entry(1j * turned * here, on="conj"))
-    both = (("along", along), ("across", across))
-    return [Parameter(f"probe_error_{name}", "1", entries, typical=0.05) for name, entries in both]
+    return [
+        Parameter("probe_error_along", "1", along, typical=0.05),
+        Parameter("probe_error_across", "1", across, typical=0.05),
+    ]
 
 
 @hookimpl

@@ -11,8 +11,10 @@ def probe_gain(sensors, structure, node: int | None = None):
     The static deflection is multiplied only where displacements count from the unloaded line.
     """
     here, mirrored = np.diag(sensor_unit(sensors, node)), probe_axis(structure, sensors, node) ** 2
-    both = {"gain_error": (Entry(here),), "gain_mismatch": (Entry(mirrored * here, on="conj"),)}
-    return [Parameter(name, "1", entries, typical=0.05) for name, entries in both.items()]
+    return [
+        Parameter("gain_error", "1", (Entry(here),), typical=0.05),
+        Parameter("gain_mismatch", "1", (Entry(mirrored * here, on="conj"),), typical=0.05),
+    ]
 
 
 @hookimpl

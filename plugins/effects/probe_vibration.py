@@ -12,7 +12,10 @@ def probe_vibration(sensors, structure, node: int | None = None, probe: Literal[
     cosine = (Entry(here, on="one", shift=1), Entry(here, on="one", shift=-1))
     sine = (Entry(1j * here, on="one", shift=1), Entry(-1j * here, on="one", shift=-1))
     usual = 0.04 * structure.scales.length
-    return [Parameter(f"probe_vibration_{name}", "m", of, usual) for name, of in (("cosine", cosine), ("sine", sine))]
+    return [
+        Parameter("probe_vibration_cosine", "m", cosine, usual),
+        Parameter("probe_vibration_sine", "m", sine, usual),
+    ]
 
 
 @hookimpl
