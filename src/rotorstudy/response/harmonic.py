@@ -15,7 +15,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.response.alternating import nonlinear_columns, seen_coordinates, steady_states
 from rotorstudy.response.coupling import COUPLED_ORDER, check_harmonics, check_speed, layout, layout_of_forced
 from rotorstudy.response.factorised import has_narrow_band
-from rotorstudy.response.solving import solver, uncoupled
+from rotorstudy.response.solving import all_but, solver, uncoupled
 from rotorstudy.response.statics import Deflection, static_deflection
 from rotorstudy.response.turning import replies
 
@@ -219,7 +219,7 @@ def _carried_about(still, model, speed, theta, blocks, jacobian, kept):
 
 def _columns_of_the_rotor(model, theta, speed, carried, found, kept):
     """Derivatives (number, ..., speed, harmonic, dof) of the force by the numbers of the rotor, all on those `kept`."""
-    varied, gone = model.varied, np.setdiff1d(np.arange(found.shape[-1]), kept)
+    varied, gone = model.varied, all_but(kept, found.shape[-1])
     slopes = varied.variation.slopes_at(theta[..., varied.positions])
     if len(gone):
         rows = uncoupled(model.matrices(theta), carried, speed[:, None])[..., gone, :]

@@ -93,7 +93,7 @@ def uncoupled(matrices, n, speed):
 
 def _condensed(matrices, n, speed, kept, stiffness):
     """Dynamic stiffness (..., kept, kept), the others condensed; `stiffness` (dof,) is its static diagonal."""
-    gone = np.setdiff1d(np.arange(len(stiffness)), kept)
+    gone = all_but(kept, len(stiffness))
 
     def part(rows, columns):
         return _each(matrices, lambda one: one[..., rows[:, None], columns])
@@ -106,6 +106,13 @@ def _condensed(matrices, n, speed, kept, stiffness):
     if not np.all(size <= CONDENSED_AT_MOST * stiffness[kept]):  # of a housing both are zero
         raise np.linalg.LinAlgError
     return at(part(kept, kept)) - passed
+
+
+def all_but(kept, count):
+    """Positions below a count that are not kept; np.setdiff1d takes as long as solving a small rotor."""
+    is_gone = np.ones(count, bool)
+    is_gone[kept] = False
+    return np.flatnonzero(is_gone)
 
 
 def _each(matrices, change):
