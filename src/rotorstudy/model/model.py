@@ -331,7 +331,19 @@ class Model(Assembled):
         Returns
         -------
         Model
+
+        Raises
+        ------
+        RigError
+            For a term that was made for a rotor with another number of coordinates.
         """
+        of_rotor = (term for term in terms if not term.acts_on_output)
+        sizes = {np.shape(e.matrix)[0] for term in of_rotor for u in term.unknowns for e in u.entries}
+        if sizes - {len(self.structure.mass)}:
+            raise RigError(
+                f"a term for a rotor of {max(sizes - {len(self.structure.mass)})} coordinates, and this one has "
+                f"{len(self.structure.mass)}; make it for this rotor's structure"
+            )
         found = replace(self, terms=self.terms + terms)
         if self.before is not None and not any(u.name in self.before for term in terms for u in term.unknowns):
             found.__dict__["earlier"] = self.earlier  # the same machine, whose tables are then formed once

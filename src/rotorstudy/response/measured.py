@@ -125,9 +125,10 @@ def _shown(model, speed, harmonics, theta, order, jacobian):
         change, rotor = derivatives.copy(), np.moveaxis(derivatives[..., :first], -1, 0)
     linear, table = model.output_table
     size = theta[..., linear]
-    shown += table.force_of_motion(size, true, speed, blocks.harmonics)
-    shown += table.static_force(size, speed, blocks.harmonics)
-    if jacobian:
+    if linear:
+        shown += table.force_of_motion(size, true, speed, blocks.harmonics)
+        shown += table.static_force(size, speed, blocks.harmonics)
+    if linear and jacobian:
         change[..., linear] += table.dense_columns(true, speed, blocks.harmonics)
         change[..., :first] += np.moveaxis(table.force_of_motion(size, rotor, speed, blocks.harmonics), 0, -1)
     for p, unknown in enumerate(model.output_unknowns, start=first):
