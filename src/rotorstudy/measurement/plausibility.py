@@ -147,9 +147,9 @@ def check_sense(forward, backward, expected_backward, nodes, where):
 def check_probe_angles(probes, where):
     """Whether several probes of a node are too close to each other to be meant so. probes : list of Probe."""
     found = []
-    for node in sorted({probe.node for probe in probes if probe.node is not None}):
+    for node in dict.fromkeys(probe.node for probe in probes):  # None: at every node of a NetCDF file
         angles = np.array([probe.angle_deg for probe in probes if probe.node == node])
         widest = np.abs((angles[:, None] - angles + 180) % 360 - 180).max()
         if len(angles) > 1 and widest < CLOSE_DEG:
-            found.append(told("probe angles", f"{where}, node {node}", apart=widest))
+            found.append(told("probe angles", where if node is None else f"{where}, node {node}", apart=widest))
     return found
