@@ -257,21 +257,6 @@ class Assembled:
         return np.moveaxis(found, -1, axis)
 
     @cached_property
-    def involved(self) -> np.ndarray:
-        """Positions (coordinate,), int, of the coordinates that are measured, or that a term depends or acts on."""
-        seen = np.zeros(len(self.structure.dofs), bool)
-        seen[self.measured] = True
-        seen[self._riding[1]] = True
-        for entry in (e for _, u in self.acting for e in u.entries):
-            row, column, _ = entry.nonzero
-            seen[row] = True
-            if not entry.is_constant:
-                seen[column] = True
-        for _, force in self.nonlinear_forces:
-            seen |= np.any(force.matrix, axis=0)
-        return np.flatnonzero(seen | (self.static_residual != 0))
-
-    @cached_property
     def is_carried(self) -> bool:
         """Whether bearings carry the static load, alone or together with rigid supports."""
         return any(unknown.carries for unknown in self.rotor_unknowns)

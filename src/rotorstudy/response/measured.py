@@ -117,7 +117,7 @@ def _kept_response(earlier, theta, of, state):
 def _shown(model, speed, harmonics, theta, order, jacobian):
     """The Linearised response of one state of the machine."""
     speed, harmonics, theta, blocks = response_inputs(model, speed, harmonics, theta, order)
-    found, derivatives = carried_response(model, speed, theta, blocks, jacobian, model.involved)
+    found, derivatives = carried_response(model, speed, theta, blocks, jacobian)
     first, chosen = len(model.rotor_unknowns), positions(harmonics, blocks)
     true, derivatives = at_sensors(model, speed, theta[..., :first], blocks.harmonics, found, derivatives)
     shown = true.copy()
