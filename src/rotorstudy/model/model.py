@@ -218,11 +218,6 @@ class Assembled:
         return replace(self, terms=there, before=None)
 
     @cached_property
-    def recent(self) -> dict:
-        """Responses of the machine computed last, keyed by their inputs; an earlier state is asked for often."""
-        return {}
-
-    @cached_property
     def nonlinear_forces(self) -> tuple[tuple[int, NonlinearForce], ...]:
         """(position in `rotor_unknowns`, NonlinearForce) of the amplitudes that multiply a force in time."""
         return tuple((p, u.force) for p, u in enumerate(self.rotor_unknowns) if u.force)
