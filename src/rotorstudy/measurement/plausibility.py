@@ -56,19 +56,14 @@ def check_together(spectrum, rig, where):
 
 def _expected(rig, spectrum):
     """Prediction by the rig, m: largest amplitude or None (by its weight alone without values); rms +1X, -1X; 0X."""
+    sag = float(np.abs(rig.structure.static_deflection).max()) or None
     try:
         shown = measured_response(rig, spectrum.speed, [1, -1, 0])
         shown = along_probes(shown, [1, -1, 0], spectrum.directions)
     except RotorstudyError:
-        deflection = rig.structure.static_deflection[list(rig.measured)]
-        return _sag(rig), np.zeros((2, len(rig.sensors))), deflection
+        return sag, np.zeros((2, len(rig.sensors))), rig.structure.static_deflection[list(rig.measured)]
     size = np.abs(shown[:, :2])
-    return float(size.max()) or _sag(rig), np.sqrt(np.mean(size**2, axis=0)), shown[:, 2]
-
-
-def _sag(rig):
-    """The largest static deflection of a rig, m; None without one."""
-    return float(np.abs(rig.structure.static_deflection).max()) or None
+    return float(size.max()) or sag, np.sqrt(np.mean(size**2, axis=0)), shown[:, 2]
 
 
 def check_units(fluctuating, expected, where):
