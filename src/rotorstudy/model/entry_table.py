@@ -77,24 +77,6 @@ def patterns_of(elements: Elements, kinds: list[Entry], size: int, *, turning: b
     return found
 
 
-def same_but_gains(unknowns: Sequence[Unknown], others: Sequence[Unknown]) -> dict | None:
-    """{kind: Entry of the other kind}, one to one, if the entries of two lists differ in gains alone, else None."""
-    if [(u.carries, len(u.entries)) for u in unknowns] != [(u.carries, len(u.entries)) for u in others]:
-        return None
-    found = {}
-    for entry, other in zip(
-        (e for u in unknowns for e in u.entries), (e for u in others for e in u.entries), strict=True
-    ):
-        if entry is not other:
-            on, order, shift, _, frequency_only = entry.kind
-            alike = other.kind == (on, order, shift, other.gain, frequency_only)
-            if not alike or not (entry.matrix is other.matrix or np.array_equal(entry.matrix, other.matrix)):
-                return None
-        if found.setdefault(entry.kind, other).kind != other.kind:
-            return None
-    return found if len({other.kind for other in found.values()}) == len(found) else None
-
-
 def sparse(value, row, column, shape):
     """Sparse matrix of elements (element,), those at one place added up."""
     from scipy.sparse import csr_array
@@ -157,20 +139,6 @@ class EntryTable:
         self.unknowns, self.size = tuple(unknowns), size
         self.motion = [0] * len(self.unknowns) if motion is None else list(motion)
         self.seen = size * (max(self.motion, default=0) + 1)  # coordinates of all motions
-
-    def with_gains_of(self, unknowns: Sequence[Unknown]) -> "EntryTable":
-        """The table of other amplitudes; what is arranged here is kept if their entries differ in gains alone."""
-        other = EntryTable(unknowns, self.size, self.motion)
-        same = same_but_gains(self.unknowns, other.unknowns)
-        if same is not None:
-            for name in ("_places", "_to_rows", "_seen", "turned"):
-                other.__dict__[name] = getattr(self, name)
-            for name in ("_on_motion", "_at_rest"):
-                elements, kinds = getattr(self, name)
-                other.__dict__[name] = elements, [same[entry.kind] for entry in kinds]
-            for name in ("patterns", "turning_patterns"):
-                other.__dict__[name] = [one._replace(entry=same[one.entry.kind]) for one in getattr(self, name)]
-        return other
 
     def columns(self, amplitudes, speed, harmonics, deflection=None) -> Columns:
         """The Columns at harmonics (..., speed, harmonic, motion * coordinate), m, and a static deflection."""
