@@ -16,9 +16,9 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
+from many_cases import rows_of
 from named_machines.balancing import PLANES, PROBES, draw
 
-from rotorstudy.blind.run import rows_of
 from rotorstudy.diagnosis.runs.balance import balance_files
 from rotorstudy.diagnosis.runs.joint import identify_runs
 from rotorstudy.errors import RotorstudyError

@@ -16,13 +16,12 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
 
 import numpy as np
+from many_cases import rows_of, shares
 
 from rotorstudy.blind.machines.cases import draw_case
 from rotorstudy.blind.machines.files import write_case
 from rotorstudy.blind.machines.measuring import record, surface_runout
 from rotorstudy.blind.machines.stepping import NoSteadyState
-from rotorstudy.blind.run import rows_of
-from rotorstudy.blind.scoring import shares
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.settings import read_settings

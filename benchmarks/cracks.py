@@ -23,14 +23,13 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads sl
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
+from many_cases import rows_of, shares
 
 from rotorstudy.blind.machines.cases import RUNOUT, draw_case, swing_of
 from rotorstudy.blind.machines.cracks import CURVATURES, add_form, arc_form, static_moment
 from rotorstudy.blind.machines.files import write_case
 from rotorstudy.blind.machines.measuring import Probe, record, surface_runout
 from rotorstudy.blind.machines.stepping import NoSteadyState
-from rotorstudy.blind.run import rows_of
-from rotorstudy.blind.scoring import shares
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.one_cause.answer import interval_of
 from rotorstudy.diagnosis.one_cause.identify import identify_cause

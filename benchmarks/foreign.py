@@ -23,6 +23,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 from foreign_page import by_kind
+from many_cases import rows_of, run_case
 from named_machines.failures import FAILURES
 
 from rotorstudy.blind.criteria import judge, printed
@@ -30,7 +31,6 @@ from rotorstudy.blind.injection import KINDS_OF_CASES, Order
 from rotorstudy.blind.machines.cases import CHAIN_FAULTS
 from rotorstudy.blind.machines.faults import FAMILIES
 from rotorstudy.blind.machines.forms import FORMS
-from rotorstudy.blind.run import rows_of, run_case
 from rotorstudy.store import write_text
 
 QUICK = (0, 1, -1, 2, -2, 3, -3)  # harmonics of a quick run

@@ -15,11 +15,10 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
 
 import numpy as np
+from many_cases import rows_of, shares
 from rotor_kit import UPDATING, baseline_records, published, updated_rig
 from scipy.stats import chi2
 
-from rotorstudy.blind.run import rows_of
-from rotorstudy.blind.scoring import shares
 from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.measurement.measurement import measured_spectrum

@@ -12,9 +12,13 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from many_cases import rows_of, shares
+
 from rotorstudy import build_model, measured_response
-from rotorstudy.blind.run import answer_case, rows_of
-from rotorstudy.blind.scoring import name_of, shares
+from rotorstudy.blind.run import answer_case
+from rotorstudy.blind.scoring import name_of
 
 # Truth -> names of the package that are this effect
 MEANS = {

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from machine import HARMONICS, TIME, records, write, write_rig
 
+from rotorstudy.measurement import lines
 from rotorstudy.measurement.lines import Seen, _finding, likely_kind, orders_of_lines
 from rotorstudy.measurement.measurement import read_measurement
 
@@ -104,6 +105,17 @@ def test_the_line_is_measured(tmp_path):
         (found,) = one.lines
         assert found.order == pytest.approx(0.47, abs=1e-4)
         assert found.forward == pytest.approx(SIZE, rel=0.02) and found.backward < 0.02 * SIZE
+
+
+@pytest.mark.parametrize(
+    ("longest", "some"), [(lines.LONG, False), (10**9, True)]
+)  # the negative control: as few lines beside
+def test_noise_of_a_long_record_has_no_lines(longest, some, monkeypatch):
+    """Of 30 million lines in sixty such records one is 35 times as strong as the noise that 25 lines beside it show."""
+    monkeypatch.setattr(lines, "LONG", longest)
+    generator = np.random.default_rng(47)
+    noise = generator.normal(size=1 << 19) + 1j * generator.normal(size=1 << 19)
+    assert (len(orders_of_lines(noise, 0.011 * np.arange(1 << 19), [0], residual=noise)) > 0) == some
 
 
 @pytest.mark.parametrize("colour", ["white", "1/f"])

@@ -58,9 +58,9 @@ def table(way, probes=tuple(PROBES)):
     return "\n".join(rows)
 
 
-def rig(folder, way="peak, m, lead, rad", probes=PROBES, **more):
+def rig(folder, way="peak, m, lead, rad", probes=PROBES, measured=None, **more):
     measurement = {
-        "probes": [{"channel": name, "node": 1, "angle_deg": angle} for name, angle in probes.items()],
+        "probes": measured or [{"channel": name, "node": 1, "angle_deg": angle} for name, angle in probes.items()],
         "keyphasor": {"sensor_angle_deg": 70, "mark_angle_deg": 20},
         **WAYS[way][0],
         **more,
@@ -150,7 +150,7 @@ def test_speeds_in_another_unit_are_told(tmp_path, times, told):
 def test_a_negative_amplitude_is_refused(tmp_path):
     head, first, *rest = table("rms, um").splitlines()
     speed, probe, size, phase = first.split(",")
-    with pytest.raises(RotorstudyError, match="column of amplitude: a value is negative"):
+    with pytest.raises(RotorstudyError, match=r"line 2: the amplitude is negative; leave the cell empty"):
         read(tmp_path, "\n".join([head, f"{speed},{probe},-{size},{phase}", *rest]), "rms, um")
 
 
@@ -250,6 +250,38 @@ def test_the_header_of_a_wide_table_may_not_contradict_the_rig(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("texts", "kind"),
+    [
+        ("pp p-p p/p PP pk-pk pkpk peak-to-peak p2p Spp SS DA", "peak_to_peak"),
+        ("rms RMS eff", "rms"),
+        ("pk peak 0-pk 0-p zero-to-peak", "peak"),
+    ],
+)
+def test_a_kind_of_amplitude_in_a_header_may_not_contradict_the_rig(texts, kind, tmp_path):
+    for text in [*texts.split(), *(["pk pk", "p to p"] if kind == "peak_to_peak" else [])]:
+        for unit in (f"um {text}", f"um_{text}", f"µm, {text}"):
+            head = f'Speed (rpm),"left 1X Amp ({unit})",left 1X Phase (deg)'
+            both = "\n".join([head, "900,1,2", "1000,2,3", "1100,3,4"])
+            for stated in ("peak", "rms", "peak_to_peak"):
+                options = {"probes": {"left": 0.0}, "table_amplitude": stated}
+                if stated == kind:
+                    assert read(tmp_path, both, **options).spectrum is not None, unit
+                    continue
+                with pytest.raises(RotorstudyError, match=f"its header says {kind.replace('_', ' ')}"):
+                    read(tmp_path, both, **options)
+
+
+def test_units_and_speeds_of_the_rig_may_not_contradict_a_table(tmp_path):
+    probes = [{"channel": name, "node": 1, "angle_deg": angle, "unit": "um"} for name, angle in PROBES.items()]
+    way, text = "peak-to-peak, mil, lag", table("peak-to-peak, mil, lag")
+    with pytest.raises(RotorstudyError, match="states the unit 'mil' for channel 'left', the rig 'um'"):
+        read(tmp_path, text, way, probes=PROBES, measured=probes)
+    assert read(tmp_path, text, way, measured=[probe | {"unit": "mil"} for probe in probes]).spectrum is not None
+    with pytest.raises(RotorstudyError, match="a table has its own speeds"):
+        read(tmp_path, text, way, speeds_rpm={"run.csv": 900.0})
+
+
+@pytest.mark.parametrize(
     "names",
     [
         ["time", "DE 1X", "DE 1Y", "keyphasor"],
@@ -276,6 +308,13 @@ def test_other_files_are_no_wide_tables(names, tmp_path):
         (("right 1X Amp (mil pp", "right 1X Amp (mil rms"), "'left .*' peak to peak and 'right .*' rms are stated"),
         (("right 1X Phase (deg lag", "right 1X Phase (deg lead"), "'left .*' lag and 'right .*' lead are stated"),
         (("mil pp", "mil pp x10"), "has the unit .*x10"),
+        (("mil pp", "0.1 mil pp"), r"has the unit '\(0.1 mil pp\)'"),
+        (("mil pp", "mil half pp"), r"has the unit '\(mil half pp\)'"),
+        (("deg lag", "0.1 deg lag"), r"has the unit '\(0.1 deg lag\)'"),
+        (("deg lag", "x pi rad"), r"has the unit '\(x pi rad\)'"),
+        (("deg lag", "-deg"), r"has the unit '\(-deg\)'"),
+        (("Speed (", "Speed x1000 ("), "no column of the speed"),
+        (("Speed (", "Speed/1000 ("), "no column of the speed"),
         ((" 1X ", " "), r"such as 'right Phase \(deg lag\)' name no harmonic; call them '1X'"),
         (("right 1X Amp", "up 1X Amp"), r"amplitude of probe 'up' at 1X, and no column is its phase, .*add it"),
         ((f"{SPEEDS[1] * 30 / np.pi:.9f},", "none at all,"), r"line 5, column 'Speed \(rpm\)': 'none at all' is not"),

@@ -16,7 +16,7 @@ from phase_marks import MARKS, SPEED, pulses
 from rotorstudy import RotorstudyError, load_spectrum, read_measurement
 from rotorstudy.commands.line import main
 from rotorstudy.measurement import findings as table
-from rotorstudy.measurement.plausibility import check_sense
+from rotorstudy.measurement.plausibility import check_order, check_sense
 from rotorstudy.measurement.quality import flat_top
 
 
@@ -61,6 +61,7 @@ FAULTS = {
     "clipping at 80 %": (lambda: clipped(0.8), {"clipping": "error"}),
     "constant": (lambda: {"disc 1 left": np.full(len(TIME), 0.3)}, {"dead probe": "warning"}),
     "noise only": (lambda: {"disc 1 left": np.random.default_rng(3).normal(size=len(TIME))}, {"dead probe": "warning"}),
+    "one cable twice": (lambda: {"disc 1 right": -original()["disc 1 left"] / 7.874}, {"one signal": "warning"}),
     "weak": (
         lambda: {"disc 1 left": np.mean(original()["disc 1 left"]) + 2e-3 * original()["disc 1 left"]},
         {"weak probe": "warning"},
@@ -186,6 +187,31 @@ def test_an_undeclared_unit_is_found(unit, tmp_path):
     assert finding.name == "units" and f"{unit} taken as m?" in finding.text
     good = read_measurement(write("csv", tmp_path, record, **meters(record)), tmp_path / "rig.yaml")
     assert good.findings == []
+
+
+def test_a_unit_is_found_by_the_weight_where_the_rig_predicts_no_vibration(tmp_path):
+    """Values in mm taken as µm; the right unit is the negative control."""
+    path = tmp_path / "run.csv"
+    rig = tmp_path / "rig.yaml"
+    rig.write_text(
+        "rotor: {kind: jeffcott, mass_kg: 2.0, stiffness_N_per_m: 7e5}\nmeasurement: {harmonics: [1, -1], "
+        "probes: [{channel: x, node: 1, angle_deg: 0, unit: um}], keyphasor: {channel: key}}\n"
+    )
+    for size, expected in ((20e-3, ["units"]), (20.0, [])):
+        rows = [f"{k / 1000},{size * np.cos(0.3 * k + 1):.7g},{5 * (0.3 * k % (2 * np.pi) < 0.5)}" for k in range(999)]
+        path.write_text("\n".join(["time,x,key", *rows]))
+        found = [one for one in read_measurement(path, rig).findings if one.name == "units"]
+        assert [one.name for one in found] == expected
+
+
+def test_a_mark_that_does_not_pass_once_a_revolution_is_told():
+    amplitude = np.full((2, 4, 2), 1e-9)
+    amplitude[:, 2] = 1e-6  # 2X above 1X at both speeds and nodes
+    (one,) = check_order(amplitude, np.array([1, -1, 2, -2]), "here")
+    assert one.name == "phase mark" and "once in 2 revolutions" in one.text
+    amplitude[1, 0, 0] = 1e-6  # the negative control: not at one node at one speed
+    assert check_order(amplitude, np.array([1, -1, 2, -2]), "here") == []
+    assert check_order(amplitude[:, :2], np.array([1, -1]), "here") == []
 
 
 def meters(record):

@@ -14,8 +14,7 @@ from rotorstudy.inference.linear import invert
 from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.inference.prediction import predicted_derivatives
 from rotorstudy.inference.prior import Prior
-from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
-from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.measurement.noise import standard_normal, with_noise
 
 TRIALS = 400
 
@@ -25,10 +24,8 @@ def problem():
     """One speed, 1 % noise per harmonic, many trials."""
     model = jeffcott()
     spectrum = spectrum_of(model, [88.0], HARMONICS)
-    std = noise_std(spectrum, 0.01, "per harmonic", 65536)
     numbers = standard_normal(11, 0, TRIALS, (2, *spectrum.amplitude.shape))
-    trials = noisy(spectrum.amplitude, std, numbers, "per harmonic")
-    return Problem(model, replace(spectrum, amplitude=trials, covariance=independent_covariance(std**2)), model.names)
+    return Problem(model, with_noise(spectrum, 0.01, "per harmonic", 65536, numbers), model.names)
 
 
 def test_the_fit_is_scipys(problem):

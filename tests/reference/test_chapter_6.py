@@ -8,8 +8,7 @@ import pytest
 
 from rotorstudy import Problem, RotorstudyError, build_model, registry
 from rotorstudy.inference.linear import solve_equations
-from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
-from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.measurement.noise import standard_normal, with_noise
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.studies.analyses import variants
 from rotorstudy.studies.config import changed, load_study
@@ -64,10 +63,9 @@ def test_stated_deviation_of_least_squares_follows_the_deflection(study):
     """The crack's stiffness and the deflection trade off: a covariance with the deflection held is 10 % too large."""
     model, case = study.rig("physical"), study.cases["100 rad/s"]
     clean = study.clean_spectrum(model, case.speeds)
-    std = noise_std(clean, 0.01, "white in time", study.record.samples)
     numbers = standard_normal(3, 0, 2000, (2, *clean.amplitude.shape))
-    spectrum = replace(clean, amplitude=noisy(clean.amplitude, std, numbers, "white in time"))
-    problem = Problem(model, replace(spectrum, covariance=independent_covariance(std**2)), tuple(study.unknowns))
+    spectrum = with_noise(clean, 0.01, "white in time", study.record.samples, numbers)
+    problem = Problem(model, spectrum, tuple(study.unknowns))
     found = registry().get("estimator", "least_squares").function(problem)
     ratio = found.theta.std(axis=0) / found.std
     # 2000 trials know a standard deviation to 1.6 %

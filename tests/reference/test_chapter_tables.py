@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rotorstudy.measurement.noise import MODELS, noise_std, noisy
+from rotorstudy.measurement.noise import MODELS, noise_std, with_noise
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.studies.analyses import damping_along_x
 from rotorstudy.studies.config import load_study
@@ -55,7 +55,7 @@ def test_a_noise_model_is_its_attributes():
     for name, model in MODELS.items():
         std = noise_std(spectrum, 0.01, name, 100)
         assert np.allclose(std[:, 0], std[:, 1]) != model.own_size
-        drawn = (noisy(amplitude, std, numbers, name) - amplitude)[0] / std
+        drawn = (with_noise(spectrum, 0.01, name, 100, numbers).amplitude - amplitude)[0] / std
         assert np.allclose(drawn[0], drawn[1]) == model.one_draw
 
 

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-from jobs.report import FIGURES, TABLES, add_printed, add_replay
+from jobs.report import FIGURES, SHOWN, TABLES, add_printed, add_replay
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import named_plugins
 from rotorstudy.presentation.pages import to_index
@@ -188,10 +188,12 @@ class Plan:
         else:
             shown, tabled = self.of_study(name)
         config, load = {**self.config.studies, **self.config.replays}[name], LOAD_REPLAY if replayed else LOAD_STUDY
-        given, function = {"reference": self.reference}, f"thesis.figures.{'replays' if replayed else name}.figures"
+        given, function = {"reference": self.reference}, f"thesis.figures.{'replays' if replayed else 'study'}.figures"
         priority = 2 * replayed  # the first figures within half a minute
         pictures = self.pictures(name)
-        figures = drawn(f"figures_{name}", load, config, function, pictures, given, self.printed, priority, **shown)
+        own = given if replayed else {**given, "shown": SHOWN[name]}
+        needs = (*self.printed, *([] if replayed else [f"{self.reference}/tables.yaml"]))
+        figures = drawn(f"figures_{name}", load, config, function, pictures, own, needs, priority, **shown)
         inputs = {"config": config, "reasons": f"{self.reference}/reasons.yaml", **tabled}
         sheets = self.tables(*(f"{name}/tables/{table}" for table in TABLES[name]))
         outputs = {"scored": f"{self.results}/{name}/scored.csv", "sheets": sheets}

@@ -19,9 +19,14 @@ CAPTIONS = {
     **STATED.pop("pages"),
 }
 REPLAYED = STATED.pop("replays")
+SHOWN = {}  # chapter -> figure -> its kind and arguments
 for _group, _parts in STATED.items():
-    _named = {**_parts.get("figures", {}), **_parts.get("tables", {}), **_parts}
-    CAPTIONS |= {f"{_group}_{name}": text for name, text in _named.items() if isinstance(text, str)}
+    for _name, _figure in _parts.get("figures", {}).items():
+        SHOWN.setdefault(_group, {})[_name] = _figure if isinstance(_figure, dict) else {"caption": _figure}
+        CAPTIONS[f"{_group}_{_name}"] = SHOWN[_group][_name].pop("caption")
+    CAPTIONS |= {
+        f"{_group}_{name}": text for name, text in _parts.get("tables", _parts).items() if isinstance(text, str)
+    }
 # group -> names of its tables and figures, in the order of the captions
 of_kind = ({group: parts.get(kind) for group, parts in STATED.items()} for kind in ("tables", "figures"))
 TABLES, FIGURES = ({group: list(names) for group, names in of.items() if names is not None} for of in of_kind)

@@ -13,8 +13,7 @@ import yaml
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.linear import solve_linear
-from rotorstudy.measurement.noise import noise_std
-from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.measurement.noise import with_noise
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import build_model
 from rotorstudy.presentation.pages import to_index
@@ -197,8 +196,7 @@ def _equations(config):
 def _stiffness_losses(config, noisy):
     """How well both stiffness losses are separated, by the Cramer-Rao bound and by the trials under noise."""
     problem = case_problem(config, "thesis", next(iter(config.cases)))
-    std = noise_std(problem.spectrum, 0.01, "white in time", config.record.samples)
-    weighted = replace(problem.spectrum, covariance=independent_covariance(std**2))
+    weighted = with_noise(problem.spectrum, 0.01, "white in time", config.record.samples)
     theta = problem.model.theta[problem.model.position(problem.names)]
     covariance = cramer_rao_bound(replace(problem, spectrum=weighted), theta)
     i, j = (problem.names.index(f"stiffness_loss_{k}") for k in ("22", "44"))

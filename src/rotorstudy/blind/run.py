@@ -1,23 +1,22 @@
-"""Cases with a known truth: hide, seal, diagnose, reveal, score; and the loop of everything that has many cases."""
+"""Cases with a known truth: hide, seal, diagnose, reveal, score."""
 
 import hashlib
 import json
 import logging
-import warnings
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from signal import SIG_DFL, SIGINT, SIGTERM, signal
 from tempfile import TemporaryDirectory
-from time import monotonic, process_time
+from time import process_time
 from traceback import extract_tb
 
 import numpy as np
 
 from rotorstudy.blind.criteria import judge
 from rotorstudy.blind.injection import draw, order_of
-from rotorstudy.blind.scoring import score, score_case
+from rotorstudy.blind.scoring import score
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import read_rig
@@ -50,64 +49,6 @@ CRITERION_TEXTS = {
 }
 
 log = logging.getLogger(__name__)
-
-
-def rows_of(run, cases, file=None, *, key="case", processes=1, minutes=np.inf, line=str):
-    """DataFrame of a row for each case; a row is printed, and in the file, CSV, as soon as its case is done.
-
-    run     : function of a case that gives its row, a dict; of several processes one that they can import
-    cases   : {value of the column `key`: case}; those that the file has already are not run again
-    minutes : after which no case is begun;  line : function of a row, for what is printed
-    """
-    import pandas as pd
-
-    rows = pd.read_csv(file).to_dict("records") if file and Path(file).exists() else []
-    known, end = {row[key] for row in rows}, monotonic() + 60 * minutes
-    asked = {name: case for name, case in cases.items() if name not in known}
-    with _pool(processes) as mapped:
-        for name, row in zip(asked, mapped(partial(_until, end, run), asked.values()), strict=True):
-            if row is not None:
-                rows.append({key: name} | row)
-                print(line(rows[-1]), flush=True)
-            if file and rows:
-                write_text(file, pd.DataFrame(rows).to_csv(index=False, float_format="%.6g"))
-    return pd.DataFrame(rows)
-
-
-def _until(end, run, case):
-    """The row of a case, without warnings; None if the clock, which processes share, is beyond the end."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return run(case) if monotonic() < end else None
-
-
-def run_case(order, out, records=None):
-    """Row of an Order: drawn, diagnosed, scored; all but the record stays in OUT/cases, that in `records`, if given."""
-    kept, name = Path(out) / "cases" / f"{order.number:04d}", f"{order.number:04d}"
-    with TemporaryDirectory() as beside:
-        folder = Path(records or beside) / name
-        try:
-            truth = stored(order, folder)
-        except RotorstudyError as problem:
-            row = {"seed": order.seed, "kind": order.kind, "families": "", "machine": "", "known": False}
-            return row | {"verdict": "not drawn", "named": str(problem), "size": np.nan}
-        answer = answer_case(folder, truth["leave_out"])
-        for file in ("rig.yaml", "case.json"):
-            copied(folder / file, kept / file)
-    write_text(kept / "verdict.json", json.dumps(answer["verdict"], indent=1))
-    return score_case(truth, answer)
-
-
-def stored(order, folder):
-    """Truth of an Order; record, rig file and `case.json` with the truth are drawn into a folder if not there."""
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    if not (folder / "case.json").exists():
-        with TemporaryDirectory(dir=folder.parent, prefix=".new") as new:
-            truth = draw(order, Path(new) / "case")
-            (Path(new) / "case" / "case.json").write_text(json.dumps(truth, indent=1), encoding="utf-8")
-            with suppress(OSError):  # another process was faster, with the same content
-                (Path(new) / "case").rename(folder)
-    return _read(folder / "case.json")
 
 
 def diagnosed(spectrum, model, settings, findings):
@@ -143,7 +84,7 @@ def answer_chunk(config, chunk, chunks, seals, answers, out, *, cores=1, answer=
     """Hide and diagnose the cases of a chunk, 0 to chunks - 1; the file `seals` is written before the diagnosis."""
     numbers = chunk_of(range(config.cases), chunk, chunks)
     orders, found = [order_of(config, config.seed, number) for number in numbers], []
-    with TemporaryDirectory() as records, _pool(cores) as mapped:
+    with TemporaryDirectory() as records, pool(cores) as mapped:
         folders = [Path(records) / f"case_{order.number}" for order in orders]
         hidden = list(mapped(draw, orders, folders))
         for order, folder in zip(orders, folders, strict=True):
@@ -241,7 +182,7 @@ def _end_silently():
 
 
 @contextmanager
-def _pool(cores):
+def pool(cores):
     """`map` over processes, in order; in this process for one core."""
     if cores == 1:
         yield map

@@ -21,21 +21,6 @@ def share_bounds(found: int, of: int) -> tuple[float, float]:
     return tuple(map(float, binomtest(found, of).proportion_ci(0.95, "exact"))) if of else (0.0, 1.0)
 
 
-def shares(found):
-    """Table of shares with 95 % bounds, and of medians; found : {what: (case,) whether it is so, or a number}."""
-    import pandas as pd
-
-    rows = []
-    for what, values in found.items():
-        values, bounds, value = np.asarray(values), (np.nan, np.nan), np.nan
-        if values.dtype == bool:
-            bounds = share_bounds(int(values.sum()), len(values))
-        if len(values):
-            value = np.mean(values) if values.dtype == bool else np.median(values)
-        rows.append({"what": what, "value": value, "low": bounds[0], "high": bounds[1], "cases": len(values)})
-    return pd.DataFrame(rows)
-
-
 def is_chain(effect: str) -> bool:
     """Whether an effect, or a family of the simulator, belongs to the measuring chain."""
     plugin = registry().plugins["effect"].get(effect)

@@ -30,8 +30,20 @@ SHORT = {word for word in UNIT_OF if len(word) < 2} | {  # words that mean other
     "in", "ft", "pa", "rad", "rev", "deg", "min", "hour", "hours", "minute", "minutes", "day", "days", "bar", "second",
 }  # fmt: skip
 CLEAR = ("um", "mil", "mm", "ms", "rpm", "m/s", "mm/s", "in/s")  # at the end of a name, too; 100 Hz may be a filter's
-KIND = re.compile(r"(0-)?(?:\b|(?<=[a-zµμ]{2})|(?<=\bv))(pk-?pk|p[-/]?p|pk|peak|rms|dc)\b|\b(lag|lead)(ging)?\b")
+_TOP = r"(?:peak|pk|p)"
+KINDS = {  # what says of which kind an amplitude or a phase is, the first that is found
+    "peak_to_peak": rf"s?{_TOP}[\s/-]*(?:to|2)?[\s-]*{_TOP}|ss|da",
+    "rms": "rms|eff",
+    "peak": rf"(?:0|zero)[\s/-]*(?:to)?[\s-]*{_TOP}|pk|peak",
+    "lag": "lag(?:ging)?|delay",
+    "lead": "lead(?:ing)?",
+}
+_BEFORE = r"(?:\b|(?<=[a-zµμ]{2})|(?<=\bv))"
+KIND = re.compile(rf"{_BEFORE}(?:{'|'.join(KINDS.values())}|dc)\b")
 SCALED = re.compile(r"[\d/*·×^%]|\bper\b|\bx\b")  # makes another unit of one: um/s, mil x 10
+SCALED_NAME = re.compile(
+    r"[*·×/]\s*10+\b|\bx\s*10{2,}\b(?!\s*k?hz)|\b10\s*(\^|\*\*)"
+)  # x/10 (um); x10 is a probe of bearing 10
 AT_THE_END = re.compile(r"[\s_.,:;-]([a-zµμ]+(?:/s)?)$")
 SPEED_WORDS = {"rpm", "speed", "drehzahl", "rev", "cpm"}
 PEAK = {"pp", "pk", "p", "rms"}
@@ -57,7 +69,7 @@ def unit_in(name, stated=""):
 def unit_of(text):
     """The unit that a text such as `mil pp` says, as the text itself if it is in no known form; None without one."""
     if is_unit(text):
-        return UNIT_OF[_bare(text)]
+        return UNIT_OF[bare(text)]
     words = KIND.sub(" ", text.lower().replace("_", " "))
     held = {UNIT_OF[word] for word in words_in(words) if word in UNIT_OF and word not in SHORT}
     return held.pop() if len(held) == 1 and not SCALED.search(words) else text.strip() if held else None
@@ -65,13 +77,19 @@ def unit_of(text):
 
 def is_unit(text):
     """Whether a text is a unit, and nothing else."""
-    return _bare(text) in UNIT_OF
+    return bare(text) in UNIT_OF
 
 
-def _bare(text):
-    """A text without brackets, and without what says of which kind an amplitude is."""
+def kind_in(text, kinds):
+    """The one of some KINDS that a text says, or None."""
+    found = (re.search(rf"{_BEFORE}(?:{KINDS[kind]})\b", text.lower().replace("_", " ")) for kind in kinds)
+    return next((kind for kind, said in zip(kinds, found, strict=True) if said), None)
+
+
+def bare(text):
+    """A text without brackets, and without what says of which kind an amplitude or a phase is."""
     text = re.sub(r"/\s*sec(onds?)?\b", "/s", text.lower().replace("_", " ").replace("²", "2"))
-    return re.sub(r"[\s^\[\]()]", "", KIND.sub(" ", text))
+    return re.sub(r"[\s^\[\](),;]", "", KIND.sub(" ", text))
 
 
 def stated_units(names, below):
@@ -86,6 +104,8 @@ def _stated(name, below, letters):
     found = [unit for text in (below, *bracketed) if (unit := unit_of(text))]
     last = AT_THE_END.search(KIND.sub("", name.lower()).strip())
     found += [UNIT_OF[last[1]]] if last and UNIT_OF.get(last[1]) in CLEAR and last[1] not in SHORT else []
+    if found and SCALED_NAME.search(name.lower()):
+        return name
     return next((unit for unit in found if unit in WORDS), next(iter(found), None))
 
 

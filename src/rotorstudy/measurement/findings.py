@@ -11,7 +11,8 @@ ROUND_OFF = 1e-9  # of the largest harmonic
 TABLE = """
 error: no phase reference: neither keyphasor nor phase mark times; the phase of the harmonics is undetermined. Record
     one of them
-error: dead keyphasor: the keyphasor signal has no pulse above its noise; check the connection and the channel name
+error: dead keyphasor: the keyphasor signal has no pulse above its noise that is shorter than 40 % of a revolution;
+    check the connection and the channel name
 error: too few revolutions (marks): {count} phase marks; at least two are needed. Take a longer record, or check
     threshold_V
 warning: keyphasor polarity: pulses last {duty:.0f} % of the time{asked}; the polarity is reversed, or threshold_V is
@@ -30,8 +31,8 @@ warning: unusual speed: up to {fastest}, {times:.3g} times the lowest natural fr
 warning: speed drift: the speed changes by {drift:+.2g} % over the record (up to {steady:g} % is steady); the
     harmonics are averages over these speeds. Take a shorter record, or cut it into pieces
 warning: gaps: {part:.2g} % of the samples are missing (up to {most:g} % are tolerated); repair the record
-warning: spikes: {count} samples, the first {value} at sample {first}, lie far outside the range of the others, and are
-    taken as missing: a mark of the recorder for missing samples, or dropouts
+warning: spikes: {count} samples, the first {value} at sample {first}, lie far outside the range of the others, or are 0
+    between larger ones, and are taken as missing: a mark of the recorder for missing samples, or dropouts
 warning: time steps: time jumps by {steps:.3g} samples; the shaft angle is not affected. Check the recorder
 error: dead probe (gaps): {missing:.3g} % of the samples are missing: the probe is dead or not connected
 error: dead probe (constant): constant at {value}: the probe is dead or not connected; leave it out or repair it
@@ -86,6 +87,10 @@ error: swapped probes: backward 1X is {ratio:.3g} times forward, but not at the 
     node are swapped, or one has the wrong sign. {remedy}
 warning: probe angles: its probes are only {apart:.2g} degrees apart by 'measurement: probes:', and show one direction
     together. Correct the angles; they must be in degrees
+warning: one signal: +1X and -1X are equal at every speed, so its probes show one signal. Was a cable connected or a
+    column copied twice?
+warning: phase mark: {n:+d}X is more than {times:g} times 1X at every speed and node: does the mark pass once in {turns}
+    revolutions? Check the channel of the keyphasor and its threshold_V, or correct the speeds of a table
 note: single probe: node {nodes} has a single probe: only its motion along the probe is measured, and only the model
     separates forward from backward. A second probe there would measure the orbit
 note: repeats: {records} records at {speeds} speeds; repeats are averaged, and scatter by up to {size}, as expected

@@ -14,8 +14,8 @@ LEAST_POWER = 35.0  # of a line over the noise around it; noise alone exceeds th
 LEAST_SHARE = 1e-4  # of the rms vibration; a smaller line does not matter
 LEAST_CYCLES = 5.0  # in the record; slower motion is drift
 BESIDE_HARMONIC = 3.0  # cycles in the record within which a line may be a modulated harmonic
-NARROW, WIDE = 4, 12  # lines on either side from which the noise at a line follows, of slow and of other lines
-LONG = 100_000  # samples of a record whose number is made one that is quick to transform
+NARROW, WIDE = 4, 12  # lines on either side from which the noise at a line follows, of slow and of other lines;
+LONG = 100_000  # samples of a record of so many lines that it needs twice WIDE, and a number quick to transform
 LINES_AT_ONCE = 4096  # whose noise is computed together
 STEPS = 4
 MAINS_HZ = (50.0, 60.0)
@@ -96,7 +96,8 @@ def _above_noise(power, cycles, lines):
     lines = lines[np.argsort(-power[lines], kind="stable")]
     for first in range(0, len(lines), LINES_AT_ONCE):
         some = lines[first : first + LINES_AT_ONCE]
-        around = [power[(some[:, None] + np.arange(-width, width + 1)) % len(power)] for width in (NARROW, WIDE)]
+        widths = NARROW, WIDE * (2 if len(power) > LONG else 1)
+        around = [power[(some[:, None] + np.arange(-width, width + 1)) % len(power)] for width in widths]
         medians = [np.partition(beside, beside.shape[1] // 2)[:, beside.shape[1] // 2] for beside in around]
         noise = np.where(np.abs(cycles[some]) < 2 * WIDE, *medians) / np.log(2)
         above = np.flatnonzero(power[some] / np.maximum(noise, np.finfo(float).tiny) > LEAST_POWER)
@@ -204,7 +205,9 @@ def likely_kind(speeds, orders, seen):
         off = max(SUBHARMONIC_OFF, 0.2 / seen.revolutions)
         name = next((name for name, order in SUBHARMONICS.items() if abs(seen.order - order) < off), None)
         if name:
-            kinds.append(f"a subharmonic of looseness, rub or another nonlinearity: {name} of the speed to {off:.1g}")
+            marks = f", or the true 1X, if the phase mark passes {name[2:]} times a revolution" if name < "2" else ""
+            known = f"{name} of the speed to {off:.1g}{marks}"
+            kinds.append(f"a subharmonic of looseness, rub or another nonlinearity: {known}")
         if WHIRL[0] < seen.order < WHIRL[1] and _sense(seen) == "forward":
             kinds.append(f"fluid whirl of a bearing or seal: forward, {seen.order:.2f} times the speed")
     if kinds:

@@ -1,8 +1,11 @@
 """Noise for Monte Carlo studies, seeded by trial: results do not depend on chunks and cores."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+
+from rotorstudy.measurement.spectrum import independent_covariance
 
 
 class NoiseModel(NamedTuple):
@@ -43,8 +46,15 @@ def noise_std(spectrum, level, model, samples):
     return np.broadcast_to(level * rms / np.sqrt(samples), size.shape)
 
 
-def noisy(amplitude, std, numbers, model):
-    """Noisy harmonics (trial, speed, harmonic, sensor), m; std (speed, harmonic, sensor), numbers (trial, 2, *std)."""
+def with_noise(spectrum, level, model, samples, numbers=None):
+    """A Spectrum without noise with the covariance of noise, see `noise_std`, and noisy trials of it by some numbers.
+
+    numbers : (trial, 2, speed, harmonic, sensor) standard normal
+    """
+    std = noise_std(spectrum, level, model, samples)
+    known = replace(spectrum, covariance=independent_covariance(std**2))
+    if numbers is None:
+        return known
     if MODELS[model].one_draw:
         numbers = numbers[:, :, :1]
-    return amplitude + std * (numbers[:, 0] + 1j * numbers[:, 1])
+    return known.with_amplitude(spectrum.amplitude + std * (numbers[:, 0] + 1j * numbers[:, 1]))

@@ -23,6 +23,8 @@ REMEDY = (
     "values of its bearings, so that it predicts this"
 )
 SPEED_KEYS = ("speeds_rad_per_s", "speeds_Hz", "speeds_rpm")
+ABOVE_1X = 20.0  # ratio of another harmonic at every speed; at half a critical speed alone 2X of a crack may be larger
+ONE_SIGNAL = 1e-6  # relative difference of +1X and -1X that noise does not leave
 APART = 3.0  # times the sag plus the rms vibration: a mean further from the predicted one is a probe gap
 
 
@@ -35,7 +37,7 @@ def check_together(spectrum, rig, where):
     std = np.sqrt(sum(np.swapaxes(part, 1, 2) for part in np.split(variance, 2, axis=-1)))[:, moving]
     rms = np.sqrt(np.sum(fluctuating**2, axis=1))
     largest, expected, mean = _expected(rig, spectrum)
-    findings = check_units(rms, largest, where)
+    findings = [*check_units(rms, largest, where), *check_order(fluctuating, spectrum.harmonics[moving], where)]
     findings += check_detected(fluctuating, std, expected.max(axis=0), nodes, where)
     if 0 in harmonics:
         findings += check_mean(spectrum.amplitude[:, harmonics.index(0)], mean, rms, nodes, where)
@@ -45,6 +47,8 @@ def check_together(spectrum, rig, where):
         backward = (expected[1] > expected[0])[orbits]
         nodes = [node for node, whole in zip(nodes, orbits, strict=True) if whole]
         findings += check_sense(forward, turned, backward, nodes, where)
+        same = (np.abs(forward - turned) <= ONE_SIGNAL * forward).all(axis=0) & (forward > 0).all(axis=0)
+        findings += [told("one signal", f"{where}, node {node}") for node, one in zip(nodes, same, strict=True) if one]
     if spectrum.single_probes:
         findings.append(told("single probe", where, nodes=", ".join(map(str, sorted(spectrum.single_probes)))))
     return findings
@@ -56,10 +60,15 @@ def _expected(rig, spectrum):
         shown = measured_response(rig, spectrum.speed, [1, -1, 0])
         shown = along_probes(shown, [1, -1, 0], spectrum.directions)
     except RotorstudyError:
-        deflection = rig.structure.static_deflection
-        return float(np.abs(deflection).max()) or None, np.zeros((2, len(rig.sensors))), deflection[list(rig.measured)]
+        deflection = rig.structure.static_deflection[list(rig.measured)]
+        return _sag(rig), np.zeros((2, len(rig.sensors))), deflection
     size = np.abs(shown[:, :2])
-    return float(size.max()) or None, np.sqrt(np.mean(size**2, axis=0)), shown[:, 2]
+    return float(size.max()) or _sag(rig), np.sqrt(np.mean(size**2, axis=0)), shown[:, 2]
+
+
+def _sag(rig):
+    """The largest static deflection of a rig, m; None without one."""
+    return float(np.abs(rig.structure.static_deflection).max()) or None
 
 
 def check_units(fluctuating, expected, where):
@@ -82,6 +91,14 @@ def _fitting(size, expected):
     off = {pair: abs(np.log(size * factor / (expected or 5e-5))) for pair, factor in pairs.items()}
     near = sorted((one, pair) for pair, one in off.items() if one < max(min(off.values()) + 1e-6, np.log(NEAR)))
     return " ".join(f"{a} taken as {b}?" for _, (a, b) in near[:3])
+
+
+def check_order(amplitude, harmonics, where):
+    """Whether another harmonic of amplitudes (speed, harmonic, node), m, is far above 1X at every speed and node."""
+    once = np.abs(harmonics) == 1
+    above = (amplitude > ABOVE_1X * amplitude[:, once].max(axis=1, keepdims=True)).all(axis=(0, 2))
+    n = next(iter(np.abs(harmonics)[above].tolist()), None)
+    return [] if n is None else [told("phase mark", where, n=n, times=ABOVE_1X, turns=n)]
 
 
 def check_detected(amplitude, std, expected, nodes, where):

@@ -15,6 +15,7 @@ DRIFT = (0.005, 0.05)  # relative change of the speed over the record: warning, 
 IRREGULAR = 0.2  # fraction of missing or extra pulses up to which they are repaired
 JITTER_RAD = 0.05  # 3 degrees, 15 at 5X
 GAP = (0.0, 0.05)  # fraction of missing samples: warning, error
+BESIDE_ZERO = 0.1  # of the range of 90 % of the samples, and SPIKE steps: larger than that, beside 0 as a missing one
 SPIKE = 5.0  # times half the range of 90 % of the samples; white noise stays within it but for one in 1e15
 EMPTY = 0.5  # fraction of missing samples above which a probe is not connected
 LOUD = 15.0  # power of a harmonic over its expectation in pure noise; p-value 3e-7
@@ -92,6 +93,20 @@ def spikes(readings, pieces):
         if len(there):
             low, middle, high = np.quantile(readings[there], [GAP[1], 0.5, 1 - GAP[1]])
             found[there] = (high > low) & (np.abs(readings[there] - middle) > SPIKE * (high - low) / 2)
+            steps = np.abs(np.diff(readings[there]))
+            usual = np.median(steps[steps > 0]) if steps.any() else 0.0
+            found[there] |= _zeros(readings[there], max(BESIDE_ZERO * (high - low), SPIKE * usual))
+    return found
+
+
+def _zeros(readings, least):
+    """(time,) whether a sample is exactly 0 between two beyond `least` on one side, as a missing one is written."""
+    zero, found = readings == 0, np.zeros(len(readings), bool)
+    others, held = np.flatnonzero(~zero), np.flatnonzero(zero)
+    after = np.searchsorted(others, held)
+    inside = (after > 0) & (after < len(others))
+    before, after = (readings[others[after[inside] - one]] for one in (1, 0))
+    found[held[inside]] = (before * after > 0) & (np.minimum(np.abs(before), np.abs(after)) > least)
     return found
 
 

@@ -6,12 +6,12 @@ from collections import Counter
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.measurement.conventions import check_once, combine, measured_direction
+from rotorstudy.measurement.conventions import check_once, combine, measured_direction, one_unit
 from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT, left_out
-from rotorstudy.measurement.tables import harmonics_in, numbers_of, whole_numbers
+from rotorstudy.measurement.tables import QUANTITY, harmonics_in, numbers_of, whole_numbers
 from rotorstudy.measurement.text_table import MISSING
-from rotorstudy.units import LISTED, METRES, RAD_PER_S
+from rotorstudy.units import DERIVATIVES, LISTED, METRES, RAD_PER_S
 
 PEAK = {"peak": 1.0, "peak_to_peak": 0.5, "rms": np.sqrt(2)}  # factor to the peak
 SPEEDS = {"speed_rad_per_s": "rad/s", "speed_Hz": "Hz", "speed_rpm": "rpm"}
@@ -57,6 +57,11 @@ def read_table(table, conventions, nodes):
     text, rows = text[kept], rows[kept].reset_index(drop=True)
     units = {size: OF_PROBES[size], "phase": OF_PROBES["phase"]} if by_probe else OF_NODES
     values, steps, inferred = _quantities_of(text, path, units)
+    if by_probe and (values[size] < 0).any():
+        raise RotorstudyError(
+            f"{path}, line {text.index[values[size] < 0][0]}: the {size} is negative; leave the cell empty if the "
+            "reading is missing, else make it positive, and its phase 180° more"
+        )
     findings += _check_radians(values["phase"], text, path)
     rows["reading"], rows["along"], rows["across"] = _readings(rows, values, steps, by_probe, conventions, path)
     findings += _check_zeros(rows, path)
@@ -78,6 +83,13 @@ def read_table(table, conventions, nodes):
 
 def check_stated(table, conventions):
     """Findings on conventions that nothing states; RotorstudyError if a table contradicts the rig file."""
+    if conventions.label_rad_per_s(table.path) is not None:
+        raise RotorstudyError(f"{table.path}: a table has its own speeds; take it out of 'measurement: speeds_...'")
+    for name in table.text if table.by_probe else ():
+        if (unit := QUANTITY.sub("", name).replace("_per_", "/")) in {*METRES, *DERIVATIVES}:
+            for probe in conventions.probes:
+                if probe.unit != "V":
+                    one_unit(probe.channel, unit, probe, "unit", (unit,), table.path)
     for key, own in table.stated.items():
         if own != (stated := getattr(conventions, key)):
             raise RotorstudyError(
@@ -198,8 +210,6 @@ def last_digit(cell):
 def _readings(rows, values, steps, by_probe, conventions, where):
     """Harmonics (row,) of nodes or probes, complex m, in the project's axes; variances (row,) along and across them."""
     size = next(iter(values))
-    if by_probe and (values[size] < 0).any():
-        raise RotorstudyError(f"{where}: column of {size}: a value is negative; make it positive, its phase 180° more")
     harmonic, lag = rows.harmonic.to_numpy(), conventions.table_phase == "lag"
     if by_probe:  # a harmonic is half the peak; a velocity leads its displacement
         probe = {p.channel: p.sign for p in conventions.probes}

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.channel_names import SPEED_WORDS, UNIT_OF, stated_units, unit_of, words_in
+from rotorstudy.measurement.channel_names import SPEED_WORDS, UNIT_OF, bare, kind_in, stated_units, unit_of, words_in
 from rotorstudy.measurement.conventions import SAME_SPEED, Conventions, combine
 from rotorstudy.measurement.files import SUFFIXES
 from rotorstudy.measurement.text_table import MISSING, header_of, number, text_in
@@ -31,13 +31,11 @@ QUANTITY = re.compile(r"^(speed|amplitude|velocity|phase|reference_phase)_")
 GAP = re.compile(r"(?P<probe>.+?)[\s_:,;/-]+(?:dc[\s_:,;/-]*)?gap\b.*", re.IGNORECASE)  # "DE X Gap (V)"
 SPEED_UNITS = {"rpm": "rpm", "Hz": "Hz", "rad/s": "rad_per_s"}  # as in `speed_rpm`
 LENGTHS, VELOCITIES = ("m", "mm", "um", "mil"), {"m/s": "m_per_s", "mm/s": "mm_per_s", "in/s": "in_per_s"}
-DEGREES = {"deg", "degs", "degree", "degrees"}
-STATED = {  # key of `measurement:` -> the quantity whose unit says it, and a pattern of each value
-    "table_amplitude": ("amplitude", {
-        "peak_to_peak": r"\b(pp|p-p|pk-?pk|p2p|peak.to.peak)\b", "rms": r"\brms\b", "peak": r"\b(pk|0-p|0-pk|peak)\b",
-    }),
-    "table_phase": ("phase", {"lag": r"\blag", "lead": r"\blead"}),
-}  # fmt: skip
+DEGREES, RADIANS = {"", "deg", "degs", "degree", "degrees", "°", "º"}, {"rad", "radian", "radians"}
+STATED = {  # key of `measurement:` -> the quantity whose unit says it, and its values
+    "table_amplitude": ("amplitude", ("peak_to_peak", "rms", "peak")),
+    "table_phase": ("phase", ("lag", "lead")),
+}
 
 
 class Table(NamedTuple):
@@ -85,18 +83,15 @@ def _stated_below(names, units, where):
         if own and (told := unit_of(below)) and told != own:
             raise RotorstudyError(f"{where}: column '{name}' has the unit '{below}' below it; correct the wrong one")
     both = list(zip(names, units, strict=True))
-    sizes = {name: below for name, below in both if name.startswith(("amplitude_", "velocity_"))}
-    return _stated({"amplitude": sizes, "phase": {n: u for n, u in both if n.startswith("phase_")}}, where)
+    sizes = {name: [below] for name, below in both if name.startswith(("amplitude_", "velocity_"))}
+    return _stated({"amplitude": sizes, "phase": {n: [u] for n, u in both if n.startswith("phase_")}}, where)
 
 
 def _stated(texts, where):
-    """{key of `measurement:`: value} by texts of units {quantity: {column: text}}; RotorstudyError if they differ."""
+    """{key of `measurement:`: value} by texts of units {quantity: {column: texts}}; RotorstudyError if they differ."""
     found = {}
-    for key, (what, patterns) in STATED.items():
-        by = {}
-        for name, text in texts[what].items():
-            value = next((v for v, pattern in patterns.items() if re.search(pattern, text, re.IGNORECASE)), None)
-            by |= {value: name} if value else {}
+    for key, (what, values) in STATED.items():
+        by = {value: name for name, both in texts[what].items() if (value := kind_in(" ".join(both), values))}
         if len(by) > 1:
             said = " and ".join(f"'{name}' {value.replace('_', ' ')}" for value, name in by.items())
             raise RotorstudyError(f"{where}: of its columns {said} are stated; write all in one way")
@@ -113,7 +108,7 @@ def _wide(names, units, where):
             own = found.setdefault((match["probe"].strip(), int(match["harmonic"])), {})
             if what in own:
                 raise RotorstudyError(f"{where}: columns '{own[what]}' and '{name}' are the same {what}; keep one")
-            own[what], texts[what][name] = name, f"{match['unit']} {below}".strip()
+            own[what], texts[what][name] = name, (match["unit"], below)
     speeds = _speed_columns(names, units)
     if all(len(own) == 1 for own in found.values()):
         of = {match[1][:2].lower(): name for name in names if (match := NO_HARMONIC.match(name))}
@@ -147,12 +142,13 @@ def _wide(names, units, where):
 
 
 def _one_unit(texts, unit_of, known, where):
-    """The one unit of columns {name: text of the unit}; RotorstudyError if there is none that is known, or two."""
+    """The one unit of columns {name: texts of the unit}; RotorstudyError if one is not known, to the letter, or two."""
     units = {}
-    for name, text in texts.items():
-        units.setdefault(unit_of(text), name)
+    for name, both in texts.items():
+        found = {unit_of(text) for text in (bare(one.strip(" .,:;-")) for one in both) if text} or {unit_of("")}
+        units.setdefault(found.pop() if len(found) == 1 else None, name)
     if None in units:
-        text = texts[units[None]]
+        text = " ".join(texts[units[None]]).strip()
         said = f"the unit '{text}'" if text else "no unit"
         raise RotorstudyError(
             f"{where}: column '{units[None]}' has {said}; known are {known}. They may also stand in a row below the "
@@ -168,16 +164,15 @@ def _one_unit(texts, unit_of, known, where):
 
 
 def _size_unit(text):
-    """The quantity and unit that a text says, as in `amplitude_mil`, or None."""
-    unit = unit_of(text)
+    """A unit as in `amplitude_mil`, or None."""
+    unit = UNIT_OF.get(text)
     return f"amplitude_{unit}" if unit in LENGTHS else f"velocity_{VELOCITIES[unit]}" if unit in VELOCITIES else None
 
 
 def _angle_unit(text):
-    """The quantity and unit of a phase; degrees without a unit; None for another one, such as gon."""
-    words = set(words_in(text.replace("º", "°"))) - {"lag", "lagging", "lead", "leading", "angle"}
-    is_degree = not words or DEGREES & words or "°" in text
-    return "phase_rad" if "rad" in words else "phase_deg" if is_degree else None
+    """A unit as in `phase_deg`, of which none is degrees; None for another one, such as gon."""
+    unit = text.removeprefix("angle")
+    return "phase_rad" if unit in RADIANS else "phase_deg" if unit in DEGREES else None
 
 
 def _speed_columns(names, units):

@@ -18,6 +18,8 @@ from rotorstudy.model.terms import Parameter
 def on_housings(function: Callable, nodes: Iterable[int]) -> Callable:
     """A function that builds the Structure of another one with a coordinate more for the housing at each node."""
     nodes = tuple(nodes)
+    if not nodes:
+        return function
 
     def built(**options):
         structure = function(**options)

@@ -35,28 +35,23 @@ def _outline(panel, rotor, title):
 
 def smallest_crack(study, limits):
     """Smallest crack detected over the shaft of each rotor, with and without a record of the healthy machine."""
-    names = list(study.rotors)
-    picture, axes = figure(2, len(names), height=1.9, width=3.6, sharex="col", height_ratios=[3, 1])
-    for column, name in enumerate(names):
-        panel, rotor, called = axes[0, column], study.rotors[name], name.replace("_", " ").capitalize()
+    picture, axes = figure(2, len(study.rotors), height=1.9, width=3.6, sharex="col", height_ratios=[3, 1])
+    for (panel, below), (name, rotor) in zip(axes.T, study.rotors.items(), strict=True):
+        called = name.replace("_", " ").capitalize()
         found = limits[f"smallest_depth_{name}"].sel(noise=study.usual_noise_percent) * 100
-        position = limits[f"position_{name}"]
-        for i, planes in enumerate(rotor.planes):
-            for baseline, line in STYLES.items():
-                values = found.sel({f"planes_{name}": planes, "baseline": baseline})
-                label = planes if baseline == "healthy record" else None
-                panel.plot(position, values, line, color=COLOURS[i], label=label, marker=MARKERS[i], markersize=2.5)
-        panel.set(
-            yscale="log",
-            ylim=(1, 200),  # with room for the legend
-            title=f"{called}: solid {BASELINE_TEXT['healthy record']}, dotted without",
-        )
+        for baseline, line in STYLES.items():
+            panel.set_prop_cycle(color=COLOURS, marker=MARKERS)
+            labels = list(rotor.planes) if baseline == "healthy record" else None
+            values = found.sel(baseline=baseline).transpose(f"position_{name}", f"planes_{name}")
+            panel.plot(limits[f"position_{name}"], values, linestyle=line, label=labels, markersize=2.5)
+        title = f"{called}: solid {BASELINE_TEXT['healthy record']}, dotted without"
+        panel.set(yscale="log", ylim=(1, 200), title=title)  # with room for the legend
         panel.set_yticks([1, 2, 5, 10, 20, 50], ["1", "2", "5", "10", "20", "50"])
         panel.legend(title="probes", fontsize=5.5, title_fontsize=6, ncols=2, loc="upper center")
-        _outline(axes[1, column], rotor, called)
+        _outline(below, rotor, called)
     axes[0, 0].set_ylabel("smallest crack detected (% of diameter)")
-    first = limits[f"smallest_depth_{names[0]}"].sel(noise=study.usual_noise_percent, baseline="healthy record")
-    best = 100 * float(first.min())
+    first = limits[f"smallest_depth_{next(iter(study.rotors))}"].sel(baseline="healthy record")
+    best = 100 * float(first.sel(noise=study.usual_noise_percent).min())
     told = f"a crack of {best:.1f} % in the best place is detected ({percent(study.power)} of the time)"
     picture.suptitle(f"At {study.usual_noise_percent:g} % noise {told}")
     return picture
@@ -74,15 +69,11 @@ def completeness(study, limits):
     share = detected.mean(axis=dims.index(f"position_{name}"))  # (planes, noise, baseline, depth)
     usual = study.noise_percent.index(study.usual_noise_percent)
     picture, axes = figure(1, 2, height=2.6, sharey=True)
-    for i, planes in enumerate(rotor.planes):
+    last, noises = list(rotor.planes)[-1], [f"{level:g} % noise" for level in study.noise_percent]
+    for panel, rows, labels in ((axes[0, 0], share[:, usual], list(rotor.planes)), (axes[0, 1], share[-1], noises)):
         for b, line in enumerate(STYLES.values()):
-            text = planes if line == "-" else None
-            axes[0, 0].plot(depths * 100, share[i, usual, b], line, color=COLOURS[i], label=text)
-    last = list(rotor.planes)[-1]
-    for n, level in enumerate(study.noise_percent):
-        for b, line in enumerate(STYLES.values()):
-            text = f"{level:g} % noise" if line == "-" else None
-            axes[0, 1].plot(depths * 100, share[-1, n, b], line, color=COLOURS[n], label=text)
+            panel.set_prop_cycle(color=COLOURS)
+            panel.plot(depths * 100, rows[:, b].T, line, label=labels if line == "-" else None)
     axes[0, 0].set(ylabel="detected share of places", title=f"By probes, {study.usual_noise_percent:g} % noise")
     axes[0, 1].set(title=f"By noise, probes at {last}")
     for panel in axes[0]:
@@ -104,11 +95,11 @@ def accuracy_over_the_shaft(study, accuracy):
     planes = list(study.main.planes)[2 if len(study.main.planes) > 2 else -1]
     found = accuracy.bound.sel(planes=planes, noise=study.usual_noise_percent)
     picture, axes = figure(1, 3, height=2.5, width=2.6)
+    depths = [f"{100 * depth:g} %" for depth in accuracy.depth_ratio.values]
     for panel, (name, text, factor) in zip(axes[0], QUANTITIES, strict=True):
         scale = factor / length if name == "position_m" else factor
-        for i, depth in enumerate(accuracy.depth_ratio.values):
-            values = found.sel(shape=name, depth_ratio=depth) * scale
-            panel.plot(accuracy.position, values, MARKERS[i] + "-", color=COLOURS[i], label=f"{100 * depth:g} %")
+        panel.set_prop_cycle(color=COLOURS, marker=MARKERS)
+        panel.plot(accuracy.position, found.sel(shape=name) * scale, label=depths)
         panel.set(yscale="log", xlabel="position on the shaft (m)", title=text)
     axes[0, 0].set_ylabel("standard deviation (Cramér-Rao)")
     axes[0, 0].legend(title="depth", fontsize=6, title_fontsize=6)
@@ -129,9 +120,9 @@ def noise_and_probes(study, accuracy):
     picture, axes = figure(1, 2, height=2.5)
     for panel, (name, text, factor) in zip(axes[0], QUANTITIES[:2], strict=True):
         scale = factor / length if name == "position_m" else factor
-        for i, planes in enumerate(accuracy.planes.values):
-            values = accuracy.bound.sel(planes=planes, shape=name, depth_ratio=depth).sel(position=middle) * scale
-            panel.loglog(accuracy.noise, values, MARKERS[i] + "-", color=COLOURS[i], label=str(planes))
+        panel.set_prop_cycle(color=COLOURS, marker=MARKERS)
+        values = accuracy.bound.sel(shape=name, depth_ratio=depth, position=middle).T * scale
+        panel.loglog(accuracy.noise, values, label=list(accuracy.planes.values))
         panel.set(xlabel="noise (% of the rms vibration)", title=text)
         panel.set_xticks(accuracy.noise.values, [f"{x:g}" for x in accuracy.noise.values])
     axes[0, 0].set_ylabel("standard deviation (Cramér-Rao)")
@@ -148,25 +139,27 @@ def noise_and_probes(study, accuracy):
     return picture
 
 
+def _bars(panel, ratio, names, along="x"):
+    """Bars of each quantity beside each other; ratio : (name, shape)"""
+    width, draw = 0.8 / len(QUANTITIES), panel.bar if along == "x" else panel.barh
+    for i, (name, text, _) in enumerate(QUANTITIES):
+        draw(np.arange(len(names)) + (i - 1) * width, ratio.sel(shape=name), width, label=text.split(" (")[0])
+    (panel.set_xticks if along == "x" else panel.set_yticks)(range(len(names)), names)
+    panel.legend(fontsize=6)
+
+
 def information(study, accuracy):
     """What the harmonics and the speeds tell of the reference crack."""
     picture, axes = figure(1, 2, height=2.6)
-    names = [str(name) for name in accuracy.harmonic_group.values]
-    width = 0.8 / len(QUANTITIES)
-    best = accuracy.bound_of_reference
-    for i, (name, text, _) in enumerate(QUANTITIES):
-        ratio = accuracy.bound_by_harmonic.sel(shape=name) / best.sel(shape=name)
-        place = np.arange(len(names)) + (i - 1) * width
-        axes[0, 0].bar(place, ratio, width, color=COLOURS[i], label=text.split(" (")[0])
-        for variable, line in (("bound_by_speed", "o"), ("bound_by_speeds", "-")):
-            over = accuracy[variable].sel(shape=name) / best.sel(shape=name)
-            axes[0, 1].plot(accuracy.speed, over, line, color=COLOURS[i])
+    shapes, best = [name for name, *_ in QUANTITIES], accuracy.bound_of_reference
+    _bars(axes[0, 0], accuracy.bound_by_harmonic / best, [str(name) for name in accuracy.harmonic_group.values])
+    axes[0, 0].tick_params("x", rotation=45)
+    for variable, line in (("bound_by_speed", "o"), ("bound_by_speeds", "-")):
+        axes[0, 1].set_prop_cycle(color=COLOURS)
+        axes[0, 1].plot(accuracy.speed, (accuracy[variable] / best).sel(shape=shapes), line)
     axes[0, 0].set(yscale="log", ylabel="standard deviation over that of all (1)", title="Some harmonics alone")
-    axes[0, 0].set_xticks(range(len(names)), names, rotation=45)
-    axes[0, 0].legend(fontsize=6)
     axes[0, 1].set(yscale="log", xlabel="speed (rad/s)", title="One speed alone (dots), all up to it (lines)")
-    alone = accuracy.bound_by_harmonic.sel(harmonic_group="without 1X", shape="depth_ratio")
-    without = float(alone / best.sel(shape="depth_ratio"))
+    without = float((accuracy.bound_by_harmonic / best).sel(harmonic_group="without 1X", shape="depth_ratio"))
     picture.suptitle(f"The crack shows in all harmonics: without 1X its depth is {without:.1f} times less accurate")
     return picture
 
@@ -175,15 +168,9 @@ def trade_offs(study, accuracy):
     """How much less accurate the reference crack is if another effect may be present."""
     names = [str(name) for name in accuracy.confounder.values]
     picture, axes = figure(1, 1, height=2.6, width=4.5)
-    width = 0.8 / len(QUANTITIES)
-    for i, (name, text, _) in enumerate(QUANTITIES):
-        ratio = accuracy.bound_with.sel(shape=name) / accuracy.bound_of_reference.sel(shape=name)
-        place = np.arange(len(names)) + (i - 1) * width
-        axes[0, 0].barh(place, ratio - 1, width, color=COLOURS[i], label=text.split(" (")[0])
-    axes[0, 0].set_yticks(range(len(names)), names)
+    _bars(axes[0, 0], accuracy.bound_with / accuracy.bound_of_reference - 1, names, along="y")
     axes[0, 0].invert_yaxis()
     axes[0, 0].set(xlabel="increase of the standard deviation (1)")
-    axes[0, 0].legend(fontsize=6)
     worst = int(np.argmax(accuracy.bound_with.sel(shape="depth_ratio").values))
     picture.suptitle(f"The depth trades off most against {names[worst]}")
     return picture
@@ -260,8 +247,7 @@ def passage_figure(study, passage):
         panel.set(xlabel="speed (rad/s)", title=f"{order}X")
     axes[0, 0].set_ylabel(f"major semi-axis at node {study.passage.node} (µm)")
     axes[0, 0].legend(title="crack", fontsize=6, title_fontsize=6)
-    for i, depth in enumerate(depths):
-        axes[0, -1].plot(speed, passage.growth_rate.sel(depth_ratio=depth), color=COLOURS[i])
+    axes[0, -1].plot(speed, passage.growth_rate.transpose("speed", "depth_ratio"))
     axes[0, -1].axhline(0, color="k", linewidth=0.6)
     axes[0, -1].set(xlabel="speed (rad/s)", ylabel="growth rate (1/s)", title="free motion")
     picture.suptitle(_message(passage))

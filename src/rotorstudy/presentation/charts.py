@@ -1,4 +1,4 @@
-"""Charts that a reader zooms and reads values from, as plain data for `templates/charts.js`, in the reader's units.
+"""Charts as plain data, in the reader's units: for zooming (`templates/charts.js`) and for print (`chart_pictures`).
 
 Drawn by uPlot, which adds 53 kB to a page; the smallest bundle of Plotly has 1.1 MB, that of Bokeh 1.3 MB.
 """
@@ -7,12 +7,12 @@ import json
 
 import numpy as np
 
-from rotorstudy.presentation.bode_figures import LABELLED, marked
 from rotorstudy.presentation.plots import phase_lag
 from rotorstudy.units import shown_amplitude, shown_speed, shown_unit, spin
 
 MOST_SPEEDS = 120  # of a run-up, evenly spaced
 FEWEST_SPEEDS, MOST_POINTS = 8, 400  # of a curve
+LABELLED = 6  # speeds written in a polar plot
 DIGITS = 4  # significant ones, as a picture shows no more
 
 
@@ -28,7 +28,11 @@ def curve(label, colour, x, y, **style):
 
 
 def bode_charts(name, speed, curves, points=None, lines=(), bands=(), points_speed=None):
-    """Bode plots of each node beside the polar plot, of what `bode_figures.bode` takes; name: its place on the page."""
+    """Bode plots of each node beside the polar plot, 1X along each probe; name : its place on the page.
+
+    speed : (speed,) rad/s;  curves : node -> {probe: (speed,) complex, m}
+    points : the same, measured, at `points_speed`;  lines, bands : speeds marked, and ranges shaded
+    """
     (unit, factor), (speed_unit, per) = shown_amplitude(), shown_speed()
     together = {"group": name, "hover": "x", "lines": [{"x": w * per} for w in lines]}
     together["bands"] = [[a * per, b * per] for a, b in bands]
@@ -36,44 +40,32 @@ def bode_charts(name, speed, curves, points=None, lines=(), bands=(), points_spe
     for node, probes in curves.items():
         size, lag, vector = [], [], []
         for i, (probe, one) in enumerate(probes.items()):
-            drawn = [(probe, speed, one, {"line": True})]
+            drawn, known = [(probe, speed, one, {"line": True})], phase_lag(one)
             if points:
                 drawn += [(f"{probe} measured", points_speed, points[node][probe], {"mark": "circle", "hollow": True})]
             for label, at, values, style in drawn:
                 kept = _thinned(len(at), MOST_POINTS)
                 x, values, about = per * at[kept], factor * values[kept], (label, i % 6)
+                behind = phase_lag(values)
+                behind += 360 * np.round((np.interp(at[kept], speed, known) - behind) / 360)  # beside the curve
                 size.append(curve(*about, x, np.abs(values), **style))
-                lag.append(curve(*about, x, phase_lag(values), **style))
-                texts = {str(k): f"{x[k]:.0f}" for k in marked(values, LABELLED)} if "line" in style else {}
+                lag.append(curve(*about, x, behind, **style))
+                texts = {str(k): f"{x[k]:.0f}" for k in marked(values, LABELLED)} if "line" in style and not i else {}
                 vector.append(curve(*about, values.real, -values.imag, speed=rounded(x), texts=texts, **style))
         across, where = ("speed", speed_unit), f"node {node}"
         top = plot(f"Amplitude, {where}", across, ("1X", unit), size, **together)
         low = plot(f"Phase, {where}", across, ("lag from the mark", "°"), lag, **together)
         sides = ("in phase with the mark", unit), ("lagging by 90°", unit)
-        polar = plot(f"Polar plot, {where}", *sides, vector, equal=True, speed=speed_unit)
+        title = f"{where}: 1X ({unit}), numbers: {speed_unit}"
+        polar = plot(title, *sides, vector, equal=True, polar=True, speed=speed_unit)
         views.append({"name": where, "charts": [top, low, polar]})
     return {"name": name, "height": 280, "views": views}
 
 
-def campbell_chart(data, kinds, criticals, operating=None):
-    """The Campbell diagram of an analysis; kinds : [(label, (speed, mode) bool)]."""
-    unit, per = shown_speed()
-    speed, frequency = data.speed.values, data.frequency.values / (2 * np.pi)
-    every = np.broadcast_to(speed[:, None], frequency.shape)
-    series = []
-    for i, (label, chosen) in enumerate(kinds):
-        chosen = chosen & (frequency < 2.5 * speed[-1] / (2 * np.pi))
-        if chosen.any():
-            series.append(curve(label, (0, 2, 1)[i], per * every[chosen], frequency[chosen], mark="circle", size=1.6))
-    ends = np.array([speed[0], speed[-1]])
-    series.append(curve("1X", 6, per * ends, ends / (2 * np.pi), line=True, dash=[2, 3]))
-    at = np.array([one.speed for one in criticals])
-    told = [f"{spin(one.speed)}, damping ratio {one.damping_ratio:.3g}" for one in criticals]
-    style = {"mark": "circle", "hollow": True, "size": 5, "text": told}
-    series.append(curve("critical speed", 6, per * at, at / (2 * np.pi), **style))
-    bands = [[w * per for w in operating]] if operating else []
-    chart = plot("Campbell diagram", ("speed", unit), ("whirl frequency", "Hz"), series, bands=bands)
-    return {"name": "campbell", "height": 320, "views": [{"name": "", "charts": [chart]}]}
+def marked(vectors, count):
+    """Positions of some vectors (speed,), evenly spaced along their curve."""
+    length = np.concatenate([[0], np.cumsum(np.abs(np.diff(vectors)))])
+    return np.unique(np.searchsorted(length, np.linspace(0, length[-1], count)).clip(0, len(vectors) - 1))
 
 
 def speed_view(name, speed, node, harmonic, spectra, std, start=(0, 0), axes=None, told=None, sigma=(), signals=None):

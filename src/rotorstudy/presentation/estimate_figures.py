@@ -256,6 +256,32 @@ def _dumbbells(panel, values, i, count, text):
     panel.plot(values[:, 1], place, mark, markersize=3, markerfacecolor="white", **style)
 
 
+def few_sensors(config, few):
+    """Errors and bounds with few sensors, and starts that converge; few : of `studies.sensors.sensors`."""
+    picture, axes = figure(1, len(config.cases), height=3.6, width=4.0, sharey=True)
+    place = range(few.sizes["parameter"])
+    axes[0, 0].set_yticks(place, [label(name) for name in few.parameter.values])
+    for panel, case in zip(axes[0], config.cases, strict=True):
+        for i, (name, nodes) in enumerate(config.sensor_sets.items()):
+            right = [int((few.start_error.sel(sensors=name, case=one) < 1e-6).sum()) for one in config.cases]
+            starts = " and ".join(map(str, dict.fromkeys(right)))
+            text = f"nodes {', '.join(map(str, nodes))} ({starts} of {few.sizes['start']} starts converge)"
+            style = {"color": COLOURS[i], "label": text}
+            bound = few.bound.sel(sensors=name, case=case) * 100
+            panel.plot(bound, place, "|", markersize=9, color=COLOURS[i])
+            scatter = few.scatter.sel(sensors=name, case=case) * 100
+            panel.plot(scatter, place, MARKERS[i], fillstyle="none", **style)
+        panel.set_xscale("log")
+        panel.set(xlabel="error at 1 % noise (%; phases: % of 1 rad)", title=case)
+    axes[0, 0].invert_yaxis()
+    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    smallest = min(config.sensor_sets, key=lambda name: len(config.sensor_sets[name]))
+    times = float((few.bound.sel(sensors=smallest) / few.bound.sel(sensors=next(iter(config.sensor_sets)))).max())
+    nodes = ", ".join(map(str, config.sensor_sets[smallest]))
+    picture.suptitle(f"By node {nodes} alone bounds (dashes) are up to {times:.0f} times those of all sensors")
+    return picture
+
+
 def known_name(key):
     """mass_kg -> mass, youngs_modulus_Pa -> Young's modulus: the unit left out."""
     *inside, name = key.split(".")

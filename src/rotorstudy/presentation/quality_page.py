@@ -6,7 +6,7 @@ import numpy as np
 
 from rotorstudy.measurement.findings import SEVERITIES, NodeFacts, RecordFacts, facts_of
 from rotorstudy.presentation import charts
-from rotorstudy.presentation.bode_figures import bode, polar
+from rotorstudy.presentation.chart_pictures import bode_pictures
 from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.plots import png_bytes
 from rotorstudy.presentation.tables import cells
@@ -100,7 +100,8 @@ def _bode(spectrum, axes):
         return None
     order = np.argsort(spectrum.speed)
     speed, sorted_by_speed = spectrum.speed[order], spectrum.amplitude[order]
-    curves = charts.along_probes(axes, spectrum.sensors, spectrum.harmonics, sorted_by_speed)
-    drawn = {"Bode plot": bode(speed, curves), "Polar plot": polar(speed, curves)}
-    pictures = {title: inline_png(png_bytes(picture, SHARP)) for title, picture in drawn.items()}
-    return {"charts": charts.bode_charts("bode", speed, curves), "pictures": pictures}
+    data = charts.bode_charts(
+        "bode", speed, charts.along_probes(axes, spectrum.sensors, spectrum.harmonics, sorted_by_speed)
+    )
+    drawn = zip(("Bode plot", "Polar plot"), bode_pictures(data).values(), strict=True)
+    return {"charts": data, "pictures": {title: inline_png(png_bytes(picture, SHARP)) for title, picture in drawn}}

@@ -1,36 +1,31 @@
-"""Figures of a rotordynamic analysis. Each function takes results and returns a matplotlib figure."""
+"""Figures of a rotordynamic analysis: its charts as pictures, the rotor to scale, and its mode shapes."""
 
 from itertools import pairwise
 
 import numpy as np
 
 from rotorstudy.measurement.conventions import read_conventions
-from rotorstudy.presentation.bode_figures import bode, polar
+from rotorstudy.presentation.chart_pictures import bode_pictures, drawn
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 from rotorstudy.presentation.probe_figures import probe_picture
+from rotorstudy.presentation.rotor_charts import whirl_name
 from rotorstudy.store import as_complex
-from rotorstudy.studies.stability_margin import LEAST_DECREMENT, first_forward, log_decrement
 from rotorstudy.units import shown_speed
 
-MIXED = 0.5  # of the direction: between the two signs of it, the whirl is called elliptic
 SHAPES = 4  # modes drawn
 TURN = np.linspace(0, 2 * np.pi, 60)
 
 
-def rotor_figures(rig, analysis, measured=None, operating=None):
-    """All figures, {name: figure}; measured : speeds, rad/s, and 1X of the probes (speed, probe), m."""
-    data = analysis.data
-    speed, curves = data.response_speed.values, by_probe(data, as_complex(data.unbalance_response))
-    points = by_probe(analysis.data, measured[1]) if measured else None
-    marks = [one.speed for one in analysis.resonant], [operating] if operating else []
+def rotor_figures(rig, analysis, charts, operating=None):
+    """All figures, {name: figure}; charts : of `rotor_charts`."""
+    first = {name: data["views"][0]["charts"] for name, data in charts.items()}
     found = {
-        "campbell": campbell(analysis, marks[1]),
-        "bode": bode(speed, curves, points, measured and measured[0], *marks),
-        "polar": polar(speed, curves, points),
-        "stability": stability(analysis),
+        "campbell": drawn([first["campbell"]], 3.0, 5.0),
+        **bode_pictures(charts["bode"]),
+        "stability": drawn([[one] for one in first["stability"]], 2.2, 5.0, sharex=True),
     }
-    if analysis.centrelines:
-        found["centreline"] = centreline(analysis.centrelines, rig.model.structure)
+    if "centreline" in first:
+        found["centreline"] = drawn([first["centreline"]], 2.6, 2.6)
     if len(rig.model.structure.node_positions) > 1:  # else nothing is known of the shaft between nodes
         found = {"rotor": rotor(rig), **found}
         highest = operating[1] if operating else analysis.data.speed[-1]
@@ -96,48 +91,6 @@ def crack_positions(rig, places):
     return found + [(places[element] + places[element + 1]) / 2 for element in elements]
 
 
-def whirl_kinds(data):
-    """[(name, (speed, mode) bool)] of the whirl of each mode of the data of an analysis."""
-    direction = data.direction.values
-    return (
-        ("forward whirl", direction > MIXED),
-        ("elliptic whirl", np.abs(direction) <= MIXED),
-        ("backward whirl", direction < -MIXED),
-    )
-
-
-def campbell(analysis, bands=()):
-    """Damped whirl frequency over speed, forward, backward and elliptic told apart, with 1X and the critical speeds."""
-    data, (unit, per) = analysis.data, shown_speed()
-    picture, axes = figure(1, 1, height=3.0, width=5.0)
-    panel, speed = axes[0, 0], data.speed.values
-    frequency = data.frequency.values / (2 * np.pi)
-    speeds = np.broadcast_to(per * speed[:, None], frequency.shape)
-    for i, (label, chosen) in enumerate(whirl_kinds(data)):
-        if chosen.any():
-            panel.plot(speeds[chosen], frequency[chosen], ".", color=COLOURS[(0, 2, 1)[i]], markersize=2.5, label=label)
-    panel.plot(per * speed, speed / (2 * np.pi), ":", color="0.4", label="1X")
-    marks = np.array([one.speed for one in analysis.resonant])
-    if len(marks):
-        style = {"color": "k", "fillstyle": "none", "label": "critical speed", "zorder": 3}
-        panel.plot(per * marks, marks / (2 * np.pi), MARKERS[0], **style)
-    for i, (low, high) in enumerate(bands):
-        label = "operating speeds" if i == 0 else None
-        panel.axvspan(per * low, per * high, color="0.5", alpha=0.15, linewidth=0, label=label)
-    shown = frequency[np.isfinite(frequency)]
-    highest = speed[-1] / (2 * np.pi)
-    top = min(shown.max(), 2.5 * highest) if len(shown) else highest
-    panel.set(xlabel=f"speed ({unit})", ylabel="damped whirl frequency (Hz)")
-    panel.set(xlim=(0, per * speed[-1]), ylim=(0, 1.05 * top))
-    panel.set_title(
-        f"{len(marks)} critical speeds: {', '.join(f'{per * mark:.0f}' for mark in marks)} {unit}"
-        if len(marks)
-        else f"No critical speed up to {per * speed[-1]:.0f} {unit}"
-    )
-    panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-    return picture
-
-
 def mode_shapes(structure, data, sensors=()):
     """The lowest mode shapes at the speed of `data`: the plane of the largest motion, and its envelope."""
     places = structure.node_positions
@@ -172,64 +125,3 @@ def mode_shapes(structure, data, sensors=()):
     unit, per = shown_speed()
     picture.suptitle(f"At {float(data.speed) * per:.0f} {unit}")
     return picture
-
-
-def stability(analysis):
-    """Growth rate of the fastest growing free motion over speed, and the decrement of the first forward mode."""
-    data = analysis.data
-    unit, per = shown_speed()
-    modes = data.frequency.values, data.damping_ratio.values, data.direction.values
-    chosen = [first_forward(*one, w) for *one, w in zip(*modes, data.speed.values, strict=True)]
-    decrement = np.array([np.nan if i is None else log_decrement(modes[1][k, i]) for k, i in enumerate(chosen)])
-    picture, axes = figure(1 + bool(np.isfinite(decrement).any()), 1, height=2.2, width=5.0, sharex=True)
-    panel, speed = axes[0, 0], data.growth_speed.values * per
-    panel.plot(speed, data.growth_rate, color=COLOURS[0])
-    title = f"Stable up to {speed[-1]:.0f} {unit}"
-    if analysis.threshold:
-        title = f"Unstable from {analysis.threshold * per:.0f} {unit}"
-    panel.set(ylabel="growth rate (1/s)", title=title, xlim=(0, speed[-1]))
-    if len(axes) > 1:
-        axes[1, 0].plot(data.speed.values * per, decrement, ".", color=COLOURS[0], markersize=3)
-        axes[1, 0].axhline(LEAST_DECREMENT, color="0.4", linestyle=":", label=f"API 617: {LEAST_DECREMENT:g}")
-        axes[1, 0].set_ylabel("logarithmic decrement,\nfirst forward mode (1)")
-        largest = max([LEAST_DECREMENT, *decrement[decrement < 1]])
-        axes[1, 0].set_ylim(0 if (decrement[np.isfinite(decrement)] > 0).all() else None, 1.1 * largest)
-        axes[1, 0].legend()
-    for panel in axes[:, 0]:
-        panel.axhline(0, color="k", linewidth=0.8)
-        if analysis.threshold:
-            panel.axvline(analysis.threshold * per, color=COLOURS[1], linestyle="--")
-    axes[-1, 0].set_xlabel(f"speed ({unit})")
-    return picture
-
-
-def centreline(lines, structure):
-    """The path of each journal in the circle of its clearance, gravity downward, with the measured positions."""
-    picture, axes = figure(1, len(lines), height=2.6, width=2.6)
-    turn = 1j ** np.linspace(0, 4, 100)
-    for one, panel in zip(lines, axes[0], strict=True):
-        for path, style in (
-            (turn, {"color": "k", "linewidth": 0.8}),
-            (one.predicted / one.clearance, {"color": COLOURS[0]}),
-            (one.predicted[:1] / one.clearance, {"color": COLOURS[0], "marker": "o", "markersize": 4}),
-            (one.measured / one.clearance, {"color": COLOURS[1], "marker": "x", "linestyle": "none", "markersize": 4}),
-        ):
-            panel.plot(path.imag, -path.real, **style)
-        panel.plot(0, 0, "+", color="0.4")
-        panel.set(title=structure.labels.get(one.node, f"node {one.node}"), xlabel="across (clearance)")
-        panel.set_aspect("equal")
-    axes[0, 0].set_ylabel("up (clearance)")
-    return picture
-
-
-def whirl_name(direction):
-    """The whirl of a direction of -1 to 1 in words."""
-    return "elliptic" if abs(direction) <= MIXED else "forward" if direction > 0 else "backward"
-
-
-def by_probe(data, vectors):
-    """{node: {probe: (speed,) complex}} of vectors (speed, probe) of the data of an analysis."""
-    found = {}
-    for i, (node, name) in enumerate(zip(data.probe_node.values, data.probe.values, strict=True)):
-        found.setdefault(int(node), {})[str(name).split(" at ")[0]] = vectors[:, i]
-    return found

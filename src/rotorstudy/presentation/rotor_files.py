@@ -11,7 +11,9 @@ from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.tables import gap_positions
 from rotorstudy.model.rig import read_rig
 from rotorstudy.model.shown_units import shown_for
+from rotorstudy.presentation.captions import MEASURED_FIGURES, ROTOR_FIGURES
 from rotorstudy.presentation.plots import save_pictures
+from rotorstudy.presentation.rotor_charts import rotor_charts
 from rotorstudy.presentation.rotor_figures import rotor_figures
 from rotorstudy.presentation.rotor_page import rotor_page
 from rotorstudy.store import provenance, save, whole_folder, write_text
@@ -49,10 +51,12 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
     analysis = analysis._replace(centrelines=centrelines(model, shown, from_rest))
     with whole_folder(out) as folder, shown_for(rig.given, str(rig_path)):
         log.info("drawing")
-        png = save_pictures(rotor_figures(rig, analysis, measured, operating), folder / "figures")
+        charts = rotor_charts(analysis, model.structure, operating, measured)
+        png = save_pictures(rotor_figures(rig, analysis, charts, operating), folder / "figures")
         attributes = {**provenance(rig.given, rig.plugins), "rig": str(rig_path)}
         save(analysis.data.assign_attrs(attributes), folder / "rotor.nc")
-        write_text(folder / "index.html", rotor_page(analysis, png, rig.path.stem, operating, measured))
+        captions = ROTOR_FIGURES | (MEASURED_FIGURES if measured else {})
+        write_text(folder / "index.html", rotor_page(analysis, png, charts, rig.path.stem, operating, captions))
     return analysis
 
 

@@ -4,13 +4,11 @@ from dataclasses import asdict
 
 import numpy as np
 
-from rotorstudy.presentation.captions import MEASURED_FIGURES, ROTOR_FIGURES
-from rotorstudy.presentation.charts import bode_charts, campbell_chart
+from rotorstudy.presentation.captions import ROTOR_FIGURES
 from rotorstudy.presentation.pages import pictures, render
-from rotorstudy.presentation.rotor_figures import by_probe, whirl_kinds, whirl_name
+from rotorstudy.presentation.rotor_charts import whirl_name
 from rotorstudy.presentation.tables import cells
 from rotorstudy.response.whirl import required_margin, separation_margin
-from rotorstudy.store import as_complex
 from rotorstudy.studies.rig_check import TRIED
 from rotorstudy.studies.rotor_analysis import RESONANT
 from rotorstudy.studies.stability_margin import LEAST_DECREMENT, log_decrement
@@ -25,8 +23,8 @@ FAR = 0.15  # of the clearance: three times what an error of 10 % in clearance o
 SAME_RESONANCE = 0.05  # a peak of a probe within this of a critical speed is that of its mode
 
 
-def rotor_page(analysis, figures, title, operating=None, measured=None):
-    """The page as HTML, of figures name -> PNG (path or bytes); operating, measured as of `rotor_figures`."""
+def rotor_page(analysis, figures, charts, title, operating=None, captions=ROTOR_FIGURES):
+    """The page as HTML, of figures name -> PNG (path or bytes), and charts of `rotor_charts`."""
     import pandas as pd
 
     changes, heading = list(analysis.damping.items())[:MOST_EFFECTS], "change of the growth rate (1/s)"
@@ -38,8 +36,8 @@ def rotor_page(analysis, figures, title, operating=None, measured=None):
         analysis=analysis,
         summary=summary(analysis),
         operating=operating and " to ".join(_speed(w) for w in operating),
-        figures=pictures(figures, ROTOR_FIGURES | MEASURED_FIGURES if measured else ROTOR_FIGURES),
-        charts=_charts(analysis, operating, measured),
+        figures=pictures(figures, captions),
+        charts=charts,
         tables={name: cells(pd.DataFrame(rows), 4) if rows else None for name, rows in found.items()},
     )
 
@@ -48,18 +46,6 @@ def _speed(speed, unit=True):
     """A speed (rad/s) in the reader's unit: 5400 rpm."""
     name, per = shown_speed()
     return f"{number(float(speed) * per, 5)}{f' {name}' if unit else ''}"
-
-
-def _charts(analysis, operating, measured):
-    """The charts of the page by the name of the figure that they stand for."""
-    data = analysis.data
-    points = {"points": by_probe(data, measured[1]), "points_speed": measured[0]} if measured else {}
-    points |= {"lines": [one.speed for one in analysis.resonant], "bands": [operating] if operating else []}
-    curves = by_probe(data, as_complex(data.unbalance_response))
-    return {
-        "campbell": campbell_chart(data, whirl_kinds(data), analysis.resonant, operating),
-        "bode": bode_charts("bode", data.response_speed.values, curves, **points),
-    }
 
 
 def summary(analysis):

@@ -7,8 +7,8 @@ from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 FLAT = 0.01  # change of a whirl frequency with speed, below which it is taken for constant
 
 
-def stability(stable, closed_form=None):
-    """Growth rate over speed, and the threshold of stability; closed_form : (label, function of the damping ratio)."""
+def stability(stable, formula=None):
+    """Growth rate over speed, and the threshold of stability; formula : 1 + the damping ratio, as written."""
     picture, axes = figure(1, 2, height=2.6)
     natural = float(stable.natural_frequency)
     for i, damping in enumerate(stable.damping_ratio.values):
@@ -18,9 +18,8 @@ def stability(stable, closed_form=None):
     axes[0, 0].set(xlabel="speed / natural frequency (1)", ylabel="growth rate (1/s)", title="Unstable above zero")
     axes[0, 0].legend()
     line = np.linspace(0, float(stable.damping_ratio.max()), 50)
-    if closed_form:
-        text, function = closed_form
-        axes[0, 1].plot(line, function(line), "k--", label=text)
+    if formula:
+        axes[0, 1].plot(line, 1 + line, "k--", label=formula)
     axes[0, 1].plot(stable.damping_ratio, stable.threshold / natural, MARKERS[0], color=COLOURS[0], label="eigenvalues")
     axes[0, 1].set(xlabel="external / internal damping (1)", ylabel="threshold / natural frequency (1)")
     axes[0, 1].set_title("Threshold of stability")

@@ -1,5 +1,6 @@
 """Where journals run in their films over speed: the shaft centreline."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -41,9 +42,8 @@ def centrelines(model: Model, speeds: np.ndarray, from_rest: dict) -> list[Centr
     return found
 
 
-def journals_moved(model: Model, before: dict, after: dict) -> list[Finding]:
+def journals_moved(model: Model, before: dict, after: dict) -> Iterator[Finding]:
     """A note on each journal whose mean position is another at the highest speed measured in both states."""
-    found = []
     for one, other in zip(*(centrelines(model, np.zeros(0), state) for state in (before, after)), strict=True):
         apart = np.abs(one.measured_speed[:, None] / other.measured_speed - 1) <= SAME_SPEED
         if not apart.any():
@@ -51,15 +51,13 @@ def journals_moved(model: Model, before: dict, after: dict) -> list[Finding]:
         i, k = np.argwhere(apart)[-1]
         places = (f"{number(abs(z) / one.clearance, 2)} of the clearance at {number(np.rad2deg(np.angle(z)) % 360, 2)}°"
                   for z in (one.measured[i], other.measured[k]))  # fmt: skip
-        moved = abs(other.measured[k] - one.measured[i]) > SAME_PLACE * one.clearance
-        text = f"its mean position at {spin(other.measured_speed[k])} was {' from gravity, and is '.join(places)}: " + (
-            "load (alignment), clearance or oil of this bearing changed, whatever the vibration says"
-            if moved
-            else "load, clearance and oil of this bearing are as before"
-        )
+        name, told = "journal in place", "load, clearance and oil of this bearing are as before"
+        if abs(other.measured[k] - one.measured[i]) > SAME_PLACE * one.clearance:
+            name = "journal moved"
+            told = "load (alignment), clearance or oil of this bearing changed, whatever the vibration says"
         where = model.structure.label_at({"node": one.node}) or f"node {one.node}"
-        found.append(Finding("note", "journal moved" if moved else "journal in place", where, text))
-    return found
+        at = f"its mean position at {spin(other.measured_speed[k])} was {' from gravity, and is '.join(places)}"
+        yield Finding("note", name, where, f"{at}: {told}")
 
 
 def _running(running, speed, options):

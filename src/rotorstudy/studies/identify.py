@@ -9,8 +9,7 @@ from rotorstudy.errors import NoConvergenceError, NoSteadyState
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.estimate import estimate_by, magnitude_and_phase
 from rotorstudy.measurement.full_spectra import PHASES
-from rotorstudy.measurement.noise import MODELS, noise_std, noisy, standard_normal
-from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.measurement.noise import MODELS, standard_normal, with_noise
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.store import chunk_of, dataset, gathered
@@ -93,15 +92,12 @@ def monte_carlo(config, rig, case, chunk=0, chunks=1):
     exact, cells = [], []
     for kind in kinds:
         clean, samples = _spectrum_without_noise(config, model, speeds, kind)
-        std = noise_std(clean, 0.01, own.models[0], samples)
-        weighted = replace(clean, covariance=independent_covariance(std**2))
+        weighted = with_noise(clean, 0.01, own.models[0], samples)
         exact.append([_estimate(name, config.problem(model, weighted))[0] for name in estimators])
         for noise_model, level in product(own.models, levels):
-            std = noise_std(clean, level / 100, noise_model, samples)
-            known = replace(clean, covariance=independent_covariance(std**2))
-            trials = known.with_amplitude(noisy(clean.amplitude, std, numbers, noise_model))
-            has_bound = not MODELS[noise_model].one_draw
-            cells.append(_under_noise(config.problem(model, known), trials, estimators, has_bound))
+            noise, has_bound = (level / 100, noise_model, samples), not MODELS[noise_model].one_draw
+            problem = config.problem(model, with_noise(clean, *noise))
+            cells.append(_under_noise(problem, with_noise(clean, *noise, numbers), estimators, has_bound))
     coordinates = {
         "record": (kinds, "1", "what the noise is added to"),
         "noise_model": (list(own.models), "1", "noise model"),
@@ -150,9 +146,8 @@ def bias(config):
         wrong = {**config.rigs[rig], "rotor": changed(config.rigs[rig]["rotor"], key, percent)}
         held = build_model(wrong, where=f"study {config.name}, {key} {percent:+g} %")
         for case in config.cases.values():
-            spectrum = config.clean_spectrum(model, case.speeds)
-            std = noise_std(spectrum, 0.01, "white in time", config.record.samples)  # as if the model were correct
-            problem = config.problem(held, replace(spectrum, covariance=independent_covariance(std**2)))
+            clean = config.clean_spectrum(model, case.speeds)  # weighted as if the model were correct
+            problem = config.problem(held, with_noise(clean, 0.01, "white in time", config.record.samples))
             for estimator in estimators:
                 try:
                     rows.append(reported(problem, estimate_by(estimator, problem))[0])

@@ -32,32 +32,27 @@ THIN = 1e-3  # relative error of the moments of a thin disc, as printed
 
 def implausible_numbers(given, place=""):
     """Findings on the numbers of a rig dict, by their keys."""
-    if isinstance(given, dict):
-        inside = [(f"{place}, {key}" if place else str(key), key, value) for key, value in given.items()]
-    elif isinstance(given, list):
-        inside = [(f"{place}[{i}]", "", value) for i, value in enumerate(given)]
-    else:
-        return []
-    found = []
-    for where, key, value in inside:
-        found += _of_number(where, key, value) if _is_number(value) else implausible_numbers(value, where)
-    return found
+    for key, value in given.items() if isinstance(given, dict) else enumerate(given):
+        where = f"{place}[{key}]" if isinstance(given, list) else f"{place}, {key}" if place else str(key)
+        if isinstance(value, (dict, list)):
+            yield from implausible_numbers(value, where)
+        elif isinstance(key, str) and (told := _of_number(key, value)):
+            yield Finding("warning", "units", where, f"{key} = {value:g} {told}")
 
 
-def _of_number(where, key, value):
-    """Findings on one number."""
-    if str(key).endswith("_rad") and abs(value) > TURN:
-        text = f"{key} = {value:g} is more than a turn; for degrees write {str(key).removesuffix('_rad')}_deg"
-        return [Finding("warning", "units", where, text)]
-    known = next((name for name in PLAUSIBLE if key == name or str(key).startswith(f"{name}_")), None)
+def _of_number(key, value):
+    """What is wrong with a value, in words; None if nothing is, or if it is no number."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return None
+    if key.endswith("_rad") and abs(value) > TURN:
+        return f"is more than a turn; for degrees write {key.removesuffix('_rad')}_deg"
+    known = next((name for name in PLAUSIBLE if key == name or key.startswith(f"{name}_")), None)
     if known is None or value == 0:
-        return []
+        return None
     low, high, example = PLAUSIBLE[known]
     if low <= abs(value) <= high:
-        return []
-    usual = f"{low:g} to {high:g}, in which machines lie ({example})"
-    text = f"{key} = {value:g} is outside {usual}{_hint(value, low, high)}"
-    return [Finding("warning", "units", where, text)]
+        return None
+    return f"is outside {low:g} to {high:g}, in which machines lie ({example}){_hint(value, low, high)}"
 
 
 def _hint(value, low, high):
@@ -71,41 +66,37 @@ def _hint(value, low, high):
 
 def odd_discs(structure):
     """Findings on the discs: moments that no body has, or a mass that does not fit the moments and the shaft."""
-    found = []
     for disc in structure.discs:
         label = structure.labels.get(disc.node)
         where = f"disc at node {disc.node}" + (f" ({label})" if label else "")
         if disc.polar_moment > 2 * disc.diametral_moment * (1 + THIN):
-            text = (
-                f"polar_moment_kg_m2 = {disc.polar_moment:g} is more than twice diametral_moment_kg_m2 = "
-                f"{disc.diametral_moment:g}, which no rigid body has; a thin disc has exactly twice"
+            yield Finding("warning", "moments of inertia", where, f"polar_moment_kg_m2 = {disc.polar_moment:g} is more "
+                          f"than twice diametral_moment_kg_m2 = {disc.diametral_moment:g}, which no rigid body has; a "
+                          "thin disc has exactly twice")  # fmt: skip
+        if disc.polar_moment and (told := _odd_size(disc, structure)):
+            solid = f"a solid disc with this mass ({disc.mass:g} kg) and polar moment"
+            yield Finding("warning", "disc", where, f"{solid} has a diameter of {2 * disc.radius:.3g} m{told}")
+
+
+def _odd_size(disc, structure):
+    """What is wrong with the solid disc of a mass and moments, in words; None if nothing is."""
+    shaft = _shaft_diameter(structure, disc.node)
+    if shaft and 2 * disc.radius < DIAMETERS * shaft:
+        return f", less than the shaft ({shaft:.3g} m): heavier than plausible; check mass and moments"
+    if structure.length and 2 * disc.radius > structure.length:
+        return f", more than the length of the shaft ({structure.length:.3g} m): wrong unit of the moment?"
+    if disc.thickness > THIN * disc.radius:
+        density = disc.mass / (np.pi * disc.radius**2 * disc.thickness)
+        if not DENSITY[0] < density < DENSITY[1]:
+            return (
+                f" and a thickness of {disc.thickness:.3g} m, so that its density would be {number(density)} kg/m3; "
+                "check mass and moments of inertia"
             )
-            found.append(Finding("warning", "moments of inertia", where, text))
-        if disc.polar_moment == 0:
-            continue
-        shaft = _shaft_diameter(structure, disc.node)
-        solid = f"a solid disc with this mass ({disc.mass:g} kg) and polar moment"
-        fact = f"{solid} has a diameter of {2 * disc.radius:.3g} m"
-        if shaft and 2 * disc.radius < DIAMETERS * shaft:
-            text = f"{fact}, less than the shaft ({shaft:.3g} m): heavier than plausible; check mass and moments"
-            found.append(Finding("warning", "disc", where, text))
-        elif structure.length and 2 * disc.radius > structure.length:
-            text = f"{fact}, more than the length of the shaft ({structure.length:.3g} m): wrong unit of the moment?"
-            found.append(Finding("warning", "disc", where, text))
-        elif disc.thickness > THIN * disc.radius:
-            density = disc.mass / (np.pi * disc.radius**2 * disc.thickness)
-            if not DENSITY[0] < density < DENSITY[1]:
-                text = (
-                    f"{fact} and a thickness of {disc.thickness:.3g} m, so that its density would be {number(density)} "
-                    "kg/m3; check mass and moments of inertia"
-                )
-                found.append(Finding("warning", "disc", where, text))
-    return found
+    return None
 
 
 def odd_films(bearings, loads):
     """Findings on bearings with an oil film. bearings : items of the rig;  loads : {node: N, static}"""
-    found = []
     for item in bearings:
         if not {"radial_clearance_m", "diameter_m", "length_m"} <= set(item):
             continue
@@ -113,37 +104,29 @@ def odd_films(bearings, loads):
         ratio = 2 * item["radial_clearance_m"] / diameter
         if not CLEARANCE[0] < ratio < CLEARANCE[1]:
             side = "larger" if ratio > CLEARANCE[1] else "smaller"
-            text = (
-                f"radial_clearance_m is {ratio:.2g} of the radius, {side} than in any machine (0.0005 to 0.003 are "
-                "usual); is it in other units, or the diametral clearance?"
-            )
-            found.append(Finding("warning", "film clearance", where, text))
+            yield Finding("warning", "film clearance", where, f"radial_clearance_m is {ratio:.2g} of the radius, "
+                          f"{side} than in any machine (0.0005 to 0.003 are usual); is it in other units, or the "
+                          "diametral clearance?")  # fmt: skip
         load = item.get("load_N", loads.get(item.get("node")))
-        if load is not None and not PRESSURE[0] < load / (diameter * item["length_m"]) < PRESSURE[1]:
-            pressure = load / (diameter * item["length_m"])
+        if load is not None and not PRESSURE[0] < (pressure := load / (diameter * item["length_m"])) < PRESSURE[1]:
             size = f"{diameter:g} m x {item['length_m']:g} m"
             text = f"{load:.3g} N on {size} are {pressure:.2g} Pa; 1e4 to 3e6 are usual"
-            found.append(Finding("warning", "film pressure", where, text))
-    return found
+            yield Finding("warning", "film pressure", where, text)
 
 
 def stated_loads(bearings, loads):
     """Findings on `load_N` of bearings beside the static load of the rotor; loads : {node: N}"""
-    found = []
     for item in bearings:
         load = loads.get(item.get("node"))
         if load is None or not ("load_N" in item or "radial_clearance_m" in item):
             continue
         if "load_N" not in item:
             text = f"{load:.4g} N by default, what it carries of the weight"
-            found.append(Finding("note", "load_N", _bearing_name(item), text))
+            yield Finding("note", "load_N", _bearing_name(item), text)
         elif abs(item["load_N"] - load) > 0.1 * abs(load):
-            text = (
-                f"load_N = {item['load_N']:g} N, but the weight of the rotor loads this bearing by {load:.4g} N; leave "
-                "load_N out, unless a belt, a gear or an alignment loads it too"
-            )
-            found.append(Finding("warning", "load_N", _bearing_name(item), text))
-    return found
+            yield Finding("warning", "load_N", _bearing_name(item), f"load_N = {item['load_N']:g} N, but the weight of "
+                          f"the rotor loads this bearing by {load:.4g} N; leave load_N out, unless a belt, a gear or "
+                          "an alignment loads it too")  # fmt: skip
 
 
 def _bearing_name(item):
@@ -158,7 +141,3 @@ def _shaft_diameter(structure, node):
     i = places.index(here)
     beside = (here + places[i + 1]) / 2 if i + 1 < len(places) else (here + places[i - 1]) / 2
     return structure.section_at(beside).outer_diameter_m
-
-
-def _is_number(value):
-    return isinstance(value, (int, float)) and not isinstance(value, bool)

@@ -46,13 +46,11 @@ def check_rig(path):
         rig = read_rig(path)
         model = rig.model
     except RotorstudyError as error:
-        found = [Finding("error", "not valid", str(path), str(error))]
-        return RigCheck(found + (_implausible(rig) if rig else []))
-    findings = [*_sections(rig, model), *_implausible(rig)]
-    findings += odd_discs(model.structure)
+        return RigCheck([Finding("error", "not valid", str(path), str(error)), *(_implausible(rig) if rig else ())])
+    findings = [*_sections(rig, model), *_implausible(rig), *odd_discs(model.structure)]
     bearings = [item for item in rig.given.get("bearings") or [] if isinstance(item, dict)]
     loads = _loads(model.structure)
-    findings += stated_loads(bearings, loads) + odd_films(bearings, loads)
+    findings += [*stated_loads(bearings, loads), *odd_films(bearings, loads)]
     valid = speed_range(model)
     if valid is None:
         findings.append(Finding("error", "speeds", str(path), "there is no speed at which all bearings are defined"))
@@ -122,28 +120,28 @@ def _implausible(rig):
 
 def _sections(rig, model):
     """Findings on the sections that other commands read."""
-    found, path = [], str(rig.path)
+    path = str(rig.path)
     try:
         check_names(read_settings(rig.given, path), model, f"{path}, diagnosis")
     except RotorstudyError as error:
-        found.append(Finding("error", "diagnosis", path, str(error)))
+        yield Finding("error", "diagnosis", path, str(error))
     try:
         conventions = read_conventions(rig.given, path)
         for probe in conventions.probes:
             if probe.node not in (None, *model.structure.nodes):
                 raise unknown_name("node", probe.node, model.structure.nodes, f"probe '{probe.channel}'")
     except RotorstudyError as error:
-        return [*found, Finding("error", "measurement", path, str(error))]
+        yield Finding("error", "measurement", path, str(error))
+        return
     for node in {probe.node for probe in conventions.probes}:
         mine = [probe for probe in conventions.probes if probe.node == node]
         along = measured_direction([float(conventions.direction_rad(probe.angle_deg)) for probe in mine])
         if len(mine) > 1 and np.isfinite(along):
             text = f"probes {', '.join(p.channel for p in mine)} show one direction only; check their angles"
-            found.append(Finding("warning", "probe angles", f"node {node}", text))
+            yield Finding("warning", "probe angles", f"node {node}", text)
     if "measurement" not in rig.given:
         text = "no section `measurement:`, so that only simulated records can be read"
-        found.append(Finding("note", "measurement", path, text))
-    return found
+        yield Finding("note", "measurement", path, text)
 
 
 def _probe_nodes(rig, model):
@@ -168,36 +166,35 @@ def _loads(structure):
 
 def _of_analysis(analysis, path):
     """Findings on deflection, damping and stability."""
-    found, rpm = [], 1 / RAD_PER_S["rpm"]
+    rpm = 1 / RAD_PER_S["rpm"]
     moved = analysis.data.coordinate.str.startswith("translation").values
     sag = float(np.abs(analysis.data.static_deflection.values[moved]).max())
     if sag > SAG:
         text = f"the weight bends the rotor by {1e3 * sag:.3g} mm; are bearings or shaft softer than meant, by a unit?"
-        found.append(Finding("warning", "static deflection", path, text))
+        yield Finding("warning", "static deflection", path, text)
     if analysis.criticals and not analysis.resonant:
         text = "every critical speed is overdamped, so that none shows; is a damping larger than meant, by a unit?"
-        found.append(Finding("note", "damping", path, text))
+        yield Finding("note", "damping", path, text)
     for one in analysis.criticals:
         where = f"critical speed {number(one.speed * rpm, 4)} rpm"
         if 0 <= one.damping_ratio < UNDAMPED:
             text = f"damping ratio {one.damping_ratio:.1e}: almost undamped; state the damping of bearings or shaft"
-            found.append(Finding("warning", "damping", where, text))
+            yield Finding("warning", "damping", where, text)
     lifted = [f"node {load.node}" for load in analysis.loads if load.force.real < 0]
     if lifted:
         text = f"the weight lifts the shaft at {', '.join(lifted)}; film bearings need a load downward"
-        found.append(Finding("note", "loads", path, text))
+        yield Finding("note", "loads", path, text)
     if analysis.threshold is not None:
         cause = next(iter(analysis.damping), "stiffness that rotates with the shaft")
         text = f"unstable from {number(analysis.threshold * rpm, 4)} rpm, most of all by {cause}"
         lowest = float(analysis.data.speed[0])
         severity = "error" if analysis.threshold <= lowest * (1 + 1e-9) else "note"
-        found.append(Finding(severity, "stability", path, text))
-    return found
+        yield Finding(severity, "stability", path, text)
 
 
 def _wide_orbits(model, analysis):
     """Findings on films in which the orbits by unbalance are too wide for linear coefficients."""
-    speeds, found = analysis.data.response_speed.values, []
+    speeds = analysis.data.response_speed.values
     unbalanced, unbalance = with_unbalance(without_rotation(model), float(analysis.data.speed[-1]))
     for bearing in model.structure.bearings:
         clearance = bearing.options.get("radial_clearance_m")
@@ -213,13 +210,12 @@ def _wide_orbits(model, analysis):
                 f"{number(speeds[wide[0]] / RAD_PER_S['rpm'], 4)} rpm; beyond a third stiffness and damping depend on "
                 "it, and predictions at such speeds are not valid"
             )
-            found.append(Finding("warning", "orbit in a film", f"bearing at node {node}", text))
-    return found
+            yield Finding("warning", "orbit in a film", f"bearing at node {node}", text)
 
 
 def _probes_at_nodes(model, analysis, nodes):
     """Findings on probes that do not see a mode at its critical speed."""
-    still, found = time_invariant(model), []
+    still = time_invariant(model)
     moves = [i for i, (_, motion) in enumerate(still.structure.dofs) if motion == "translation"]
     for one in analysis.resonant:
         modes = damped_modes(still, [one.speed], MODES)
@@ -236,5 +232,4 @@ def _probes_at_nodes(model, analysis, nodes):
                     f"the probe at node {node} is at a node of this mode ({percent(part, 2)} of its largest motion, "
                     f"which is at node {best})"
                 )
-                found.append(Finding(severity, "probe at a node", where, text))
-    return found
+                yield Finding(severity, "probe at a node", where, text)

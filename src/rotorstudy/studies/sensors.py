@@ -9,8 +9,7 @@ from rotorstudy.errors import NoConvergenceError, NoSteadyState, UnidentifiableE
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.output_error import output_error_fit
-from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
-from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.measurement.noise import standard_normal, with_noise
 from rotorstudy.model.rig import build_model
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import parameter_coordinates
@@ -53,8 +52,8 @@ def _fits(config, model, clean, s, c):
     theta_true = model.theta[model.position(config.unknowns)]
     true, seed = config.true_values(model), config.monte_carlo.seed
     scale = np.where([unit == "rad" for unit in config.reported.values()], 1, np.abs(true))
-    std = noise_std(clean, NOISE, "white in time", config.record.samples)
-    spectrum = replace(clean, covariance=independent_covariance(std**2))
+    noise = NOISE, "white in time", config.record.samples
+    spectrum = with_noise(clean, *noise)
     problem = config.problem(model, spectrum)
     try:
         covariance = cramer_rao_bound(problem, theta_true)
@@ -72,8 +71,7 @@ def _fits(config, model, clean, s, c):
     converged = np.isfinite(exact.theta).all(axis=-1)
     first = exact.theta[np.where(converged, exact.misfit, np.inf).argmin()]
     numbers = standard_normal(seed, 2000 + 100 * s + c, config.monte_carlo.trials, (2, *clean.amplitude.shape))
-    trials = spectrum.with_amplitude(noisy(clean.amplitude, std, numbers, "white in time"))
-    under_noise = output_error_fit(replace(problem, spectrum=trials), start=first)
+    under_noise = output_error_fit(replace(problem, spectrum=with_noise(clean, *noise, numbers)), start=first)
     _, theta, _ = magnitude_and_phase(config.unknowns, under_noise.theta, np.eye(len(theta_true)))
     return found | {
         "start_error": np.max(np.abs(exact.theta / theta_true - 1), axis=-1),

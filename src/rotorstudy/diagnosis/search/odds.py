@@ -106,28 +106,37 @@ def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) 
     data = (vectors * (1 / narrow - 1)[..., None, :]) @ np.swapaxes(vectors, -1, -2)  # precision that the data give
 
     def value(scales):
-        """Log evidence (..., trial), less a constant, of widths (..., trial, parameter)."""
+        """Log evidence (...), less a constant, of widths (..., parameter)."""
         root = scales[..., parameter]
-        precision = np.eye(len(parameter)) + root[..., :, None] * data[..., None, :, :] * root[..., None, :]
-        drawn = root * pull[..., None, :]
+        precision = np.eye(len(parameter)) + root[..., :, None] * data * root[..., None, :]
+        drawn = root * pull
         solved = np.linalg.solve(precision, drawn[..., None])[..., 0]
         return 0.5 * (np.sum(drawn * solved, axis=-1) - np.linalg.slogdet(precision)[1])
 
+    def varied(scales, i):
+        """Log evidence (..., width) of the widths of one parameter, less that of its absence."""
+        own, others = np.flatnonzero(parameter == i), np.flatnonzero(parameter != i)
+        root = scales[..., parameter[others], None]
+        rest = np.eye(len(others)) + root * data[..., others[:, None], others] * np.swapaxes(root, -1, -2)
+        right = root * np.concatenate([data[..., others[:, None], own], pull[..., others, None]], axis=-1)
+        known = np.swapaxes(right[..., :-1], -1, -2) @ np.linalg.solve(rest, right)  # by the other parameters
+        left, vectors = np.linalg.eigh(data[..., own[:, None], own] - known[..., :-1])
+        drawn = widths[:, None] * ((pull[..., own] - known[..., -1])[..., None, :] @ vectors)
+        precision = 1 + widths[:, None] ** 2 * np.maximum(left, 0)[..., None, :]
+        return 0.5 * np.sum(drawn**2 / precision - np.log(precision), axis=-1)
+
     widths = np.append(0, SCALES)
     log_prior = np.append(0, np.full(len(SCALES), -np.log(len(SCALES)))) - np.log(2)
-    best = np.ones((*mean.shape[:-1], 1, int(parameter[-1]) + 1))
-    widest = value(best)[..., 0]
+    best = np.ones((*mean.shape[:-1], int(parameter[-1]) + 1))
+    widest = value(best)
     for _ in range(SWEEPS):
         factor = 0.0
         for i in range(best.shape[-1]):
-            tried = np.repeat(best, len(widths), axis=-2)
-            tried[..., i] = widths
-            found = value(tried)
-            top = (found + log_prior).argmax(axis=-1)[..., None]
-            best = np.take_along_axis(tried, top[..., None], axis=-2)
-            reached = np.take_along_axis(found, top, axis=-1)[..., 0]
-            factor += np.logaddexp.reduce(found + log_prior, axis=-1) - reached
-    return reached + factor - widest
+            found = varied(best, i) + log_prior
+            top = found.argmax(axis=-1)
+            best[..., i] = widths[top]
+            factor += np.logaddexp.reduce(found, axis=-1) - found.max(axis=-1) + log_prior[top]
+    return value(best) + factor - widest
 
 
 def log_possible(mean: np.ndarray, std: np.ndarray, prior: np.ndarray = 0.0) -> np.ndarray:

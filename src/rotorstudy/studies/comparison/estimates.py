@@ -11,7 +11,7 @@ from rotorstudy.errors import PluginError, RotorstudyError
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.estimate import estimate_by, magnitude_and_phase
 from rotorstudy.inference.problem import Problem
-from rotorstudy.measurement.noise import noise_std
+from rotorstudy.measurement.noise import with_noise
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.store import as_complex, dataset
 from rotorstudy.studies import identify
@@ -109,11 +109,8 @@ def without_values(model, unknowns):
 
 def _bound(config, rotor, theta):
     """(parameter,) Cramer-Rao standard deviations at 1 % white noise, to which they are proportional."""
-    clean = measured_without_noise(rotor)
-    std = noise_std(clean, 0.01, "white in time", config.samples)
-    both = np.concatenate([std, std], axis=1) ** 2
-    covariance = np.moveaxis(both, -1, 1)[..., None] * np.eye(both.shape[1])
-    used = replace(clean, covariance=covariance).at_harmonics(rotor.harmonics)
+    used = with_noise(measured_without_noise(rotor), 0.01, "white in time", config.samples)
+    used = used.at_harmonics(rotor.harmonics)
     bound = cramer_rao_bound(Problem(rotor.model, used, rotor.unknowns), theta)
     return np.sqrt(np.diag(magnitude_and_phase(rotor.unknowns, theta, bound)[2]))
 
