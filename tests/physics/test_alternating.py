@@ -1,4 +1,4 @@
-"""Rub, looseness, clearance and cubic stiffness: closed forms, motions of the independent simulator, what is known of them."""
+"""Rub, looseness, clearance and cubic stiffness: closed forms, the independent simulator, what is known of them."""
 
 from dataclasses import replace
 

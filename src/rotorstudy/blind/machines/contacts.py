@@ -216,8 +216,8 @@ def add_contact_ring(machine, node, stiffness, kind, clearance, scale, centre, f
     machine.local.append(LocalForce(at(machine, 4 * node), by_differences(force, scale, 0.01 * speed_of), "rub"))
 
 
-# How a contact opens over some widths from x = 0 on: function(x) -> max(x, 0) by degrees, and its slope. Logistic tails,
-# gaps spread evenly, or a seat whose stiffness grows with the square root of its depth, as that of a ball does
+# How a contact opens over some widths from x = 0 on: function(x) -> max(x, 0) by degrees, and its slope. With logistic
+# tails, by gaps spread evenly, or with a stiffness that grows by the square root of the depth, as that of a ball does
 DEGREES = {
     "logistic": lambda x: (np.logaddexp(0.0, x), 0.5 + 0.5 * np.tanh(x / 2)),
     "even": lambda x: (np.clip(x + 3, 0, 6) ** 2 / 12 + np.maximum(x - 3, 0), np.clip(x + 3, 0, 6) / 6),
