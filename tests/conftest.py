@@ -59,8 +59,9 @@ def unhidden(monkeypatch):
 
 @pytest.fixture
 def usual_form(monkeypatch):
-    """A crack is named in its usual form, a straight front: its intervals over all forms take longer than the search.
+    """A crack is named or identified in the form of the fit: its intervals over all forms take longer than the search.
 
     They are the claims of diagnosis/test_one_cause.py.
     """
     monkeypatch.setattr("rotorstudy.diagnosis.verdict.investigate.over_its_forms", lambda found: (None, []))
+    monkeypatch.setattr("rotorstudy.diagnosis.one_cause.answer._over_forms", lambda *_: None)

@@ -131,3 +131,12 @@ def problems(paths, folder):
     paths = list(map(Path, paths))
     said = [f"{path}: {one}" for path in paths for one in problems_of_text(path.read_text(encoding="utf-8"))]
     return said + (problems_seen(*seen_in_browser(paths, folder)) if BROWSER else [])
+
+
+def sheets(text, folder):
+    """Number of sheets on which Chromium prints a page."""
+    page, pdf = folder / "printed.html", folder / "printed.pdf"
+    page.write_text(text)
+    options = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder / 'profile'}"]
+    subprocess.run([BROWSER, *options, f"--print-to-pdf={pdf}", page.as_uri()], check=True, capture_output=True)
+    return len(re.findall(rb"/Type\s*/Page[^s]", pdf.read_bytes()))

@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 from rotorstudy import __version__
-from rotorstudy.commands.line import main
+from rotorstudy.commands.line import COMMANDS, main, parser
 from rotorstudy.store import load, save
 
 RIG = str(Path(__file__).parents[1] / "examples" / "jeffcott.yaml")
@@ -96,6 +96,21 @@ def test_the_help_of_every_command_can_be_read(capsys):
     assert {"demo", "new", "import", "diagnose", "blind"} <= set(commands)
     for command in commands:
         assert help_of(command).startswith(f"usage: rotorstudy {command}")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_an_option_given_twice_is_refused_as_its_first_values_would_be_lost(command, capsys):
+    """With each of the options that take values; once each, none is said to be given twice."""
+    commands = next(one for one in parser()._actions if one.choices).choices
+    name = command.__name__.split(".")[-1].removesuffix("_records")
+    taking = [one for one in commands[name]._actions if one.option_strings and one.nargs != 0]
+    assert taking or name == "check"
+    for option in taking:
+        values = [option.option_strings[-1], *(["1"] * (option.nargs if isinstance(option.nargs, int) else 1))]
+        for times in (2, 1):
+            with pytest.raises(SystemExit):
+                commands[name].parse_args([*(values * times), "--no-such-option"])
+            assert (f"{values[0]} is given twice" in capsys.readouterr().err) == (times == 2), (name, values)
 
 
 @pytest.mark.parametrize(

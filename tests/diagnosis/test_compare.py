@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 from machines import disc, faulty, jeffcott_rig, readings, shaft, spectrum_of, write_harmonics
-from page_checks import problems
+from page_checks import BROWSER, problems, sheets
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
@@ -179,6 +179,10 @@ def test_the_command_writes_a_page_that_says_what_changed(tmp_path, capsys):
     assert "What changed in rig" in page and "Both states" in page
     assert problems([tmp_path / "out" / "index.html"], tmp_path) == []
     assert (tmp_path / "out" / "figures" / "two_states.png").is_file()
+    if BROWSER:  # with what is folded open, it takes more
+        assert sheets(page, tmp_path) == 1
+        opened = page.replace("details { display: none; }", "").replace("<details", "<details open")
+        assert sheets(opened, tmp_path) > 1
     build_model(yaml.safe_load((tmp_path / "out" / "extended_rig.yaml").read_text()))
 
 

@@ -2,7 +2,6 @@
 
 import json
 import re
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 import xarray as xr
 import yaml
 from machines import jeffcott_rig
-from page_checks import BROWSER, problems, seen_in_browser
+from page_checks import BROWSER, problems, seen_in_browser, sheets
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
@@ -194,17 +193,9 @@ def test_the_view_of_each_speed_follows_its_controls(asymmetric, tmp_path):
 @pytest.mark.skipif(not BROWSER, reason="no Chromium found: pages are read, not opened")
 def test_the_page_of_a_diagnosis_prints_on_one_sheet(asymmetric, tmp_path):
     """Verdict, picture, what next, what could hide; the evidence is folded. With it open, it takes more."""
-
-    def sheets(text, name):
-        (tmp_path / f"{name}.html").write_text(text)
-        printed = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", f"--print-to-pdf={tmp_path / name}.pdf"]
-        profile = f"--user-data-dir={tmp_path / 'profile'}"
-        subprocess.run([*printed, profile, (tmp_path / f"{name}.html").as_uri()], check=True, capture_output=True)
-        return len(re.findall(rb"/Type\s*/Page[^s]", (tmp_path / f"{name}.pdf").read_bytes()))
-
     page = (asymmetric[1] / "index.html").read_text()
-    assert sheets(page, "folded") == 1
-    assert sheets(page.replace("details { display: none; }", "").replace("<details", "<details open"), "open") > 1
+    assert sheets(page, tmp_path) == 1
+    assert sheets(page.replace("details { display: none; }", "").replace("<details", "<details open"), tmp_path) > 1
 
 
 @pytest.mark.usefixtures("unrendered", "unhidden")

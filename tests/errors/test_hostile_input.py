@@ -3,6 +3,7 @@
 A short run always; `ROTORSTUDY_FUZZ=100000 pytest tests/errors/test_hostile_input.py` tries as many inputs.
 """
 
+import contextlib
 import copy
 import os
 import re
@@ -17,7 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from one_line_errors import refused
 
-from rotorstudy import build_model, eigenvalues, harmonic_response, load_rig, make_term, measured_response
+from rotorstudy import Spectrum, build_model, eigenvalues, harmonic_response, load_rig, make_term, measured_response
 from rotorstudy.commands.line import main
 from rotorstudy.errors import LONGEST, RotorstudyError
 from rotorstudy.store import load
@@ -345,3 +346,34 @@ def test_the_oracle_sees_a_traceback_and_a_second_line():
     for wrong in ("Traceback (most recent call last)\nerror: a", "error: a\nb", "error: " + "x" * 2 * LONGEST):
         with pytest.raises(AssertionError):
             assert_one_line(wrong)
+
+
+def test_a_term_of_another_rotor_is_refused():
+    one, two = (load_rig(Path(__file__).parents[2] / "examples" / f"{name}.yaml") for name in ("jeffcott", "two_discs"))
+    crack = {"kind": "switching", "label": "second", "stiffness_loss_N_per_m": 5e4}
+    term = make_term("crack", crack, one.structure, one.sensors)
+    with pytest.raises(RotorstudyError, match="a term for a rotor of 1 coordinates, and this one has 10"):
+        two.plus(term)
+    assert len(one.plus(term).terms) == len(one.terms) + 1  # the negative control
+
+
+@pytest.mark.parametrize(
+    ("change", "fits"),
+    [
+        ({}, True),
+        ({"amplitude": np.ones((2, 2, 1))}, False),
+        ({"amplitude": np.ones((5, 2, 3, 1))}, True),  # of five trials
+        ({"amplitude": np.ones((3, 2, 1))}, False),
+        ({"covariance": np.tile(np.eye(3), (2, 1, 1, 1))}, False),
+        ({"covariance": None}, False),
+        ({"speed": np.array([80.0])}, False),
+        ({"sensors": (1, 2)}, False),
+    ],
+)
+def test_a_spectrum_of_other_shapes_is_refused(change, fits):
+    given = {"amplitude": np.ones((2, 3, 1)), "speed": np.array([80.0, 90.0]), "harmonics": np.array([1, -1, 2])}
+    given |= {"sensors": (1,), "covariance": np.tile(np.eye(6), (2, 1, 1, 1))}
+    with (
+        contextlib.nullcontext() if fits else pytest.raises(RotorstudyError, match="a spectrum has amplitude of shape")
+    ):
+        assert Spectrum(**given | change).sensors == (1,)

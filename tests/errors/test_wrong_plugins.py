@@ -57,11 +57,12 @@ NO_TUPLE = {
     "bearing": ('    return [Parameter("k", "N/m", (Entry(-here)), typical=1e7)]', "with a comma"),
     "effect": ('    return [Parameter("c", "N/m", (Entry(-np.outer(here, here))), typical=1.0)]', "with a comma"),
 }
+COMPLEX = {"crack": ("    return np.exp(1j * angle)", "gives complex numbers; shares of a loss are real")}
 EXITS = dict.fromkeys(("crack", "effect"), ("    import sys\n\n    sys.exit(0)", "SystemExit: 0"))
 WRONG = [
     pytest.param(kind, *case, id=f"{kind}-{name}")
     for name, cases in (("shape", SHAPE), ("NaN", NOT_A_NUMBER), ("raises", RAISES), ("nothing", NOTHING),
-                        ("unit", WITHOUT_UNIT), ("tuple", NO_TUPLE), ("exits", EXITS))
+                        ("unit", WITHOUT_UNIT), ("tuple", NO_TUPLE), ("exits", EXITS), ("complex", COMPLEX))
     for kind, case in cases.items()
 ]  # fmt: skip
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import disc, spectrum_of, springs, unbalance
+from machines import disc, shaft, spectrum_of, springs, unbalance
 
 from rotorstudy import registry
 from rotorstudy.errors import NoSteadyState, RotorstudyError
@@ -15,7 +15,7 @@ from rotorstudy.model.variation import Matrices, Variation
 from rotorstudy.response.floquet import periodic_growth_rate
 from rotorstudy.response.integration import time_response
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
-from rotorstudy.response.stability import eigenvalues
+from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
 from rotorstudy.response.statics import static_deflection
 
 SPEEDS, HARMONICS = [60.0, 140.0, 260.0], [0, 1, -1, 2, -2]
@@ -211,3 +211,15 @@ def test_numbers_that_make_no_rotor_leave_no_steady_state():
     assert rotor.at(np.array([3.0])).mass == pytest.approx(2.0)
     with pytest.raises(NoSteadyState, match="no rotor with these numbers: its matrices are not finite"):
         rotor.at(np.array([-2.0]))
+
+
+@pytest.mark.parametrize("crack", [[], [{"kind": "transverse_crack", "position_m": 0.6, "flexibility_factor": 1.0}]])
+@pytest.mark.parametrize("count", [20, 40])  # of all coordinates, and of few shapes
+def test_a_motion_grows_where_a_fit_makes_a_mass_negative(count, crack):
+    middle = count // 2 + 1
+    rotor = shaft(1.5, count, disc(middle, 15.0, 0.2, 0.1), outer_diameter_m=0.04)
+    rig = {"rotor": rotor, "bearings": springs([1, count + 1], 2e7, 500.0), "sensors": [middle]}
+    model = with_numbers(build_model({**rig, "effects": [unbalance(middle, 1e-5), *crack]}), ["rotor.discs[0].mass_kg"])
+    theta = np.where(np.array(model.names) == "rotor.discs[0].mass_kg", -10.0, model.theta)
+    assert (growth_of_free_motion(model, [100.0, 200.0], theta) > 0).all()
+    assert (growth_of_free_motion(model, [100.0, 200.0]) < 0).all()  # the negative control

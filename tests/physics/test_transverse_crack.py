@@ -196,7 +196,7 @@ def test_a_crack_is_internal(law):
     place = np.array([LENGTH / 3 * (node - 1) for node, _ in structure.dofs])
     translation, tilt = structure.along, np.where(structure.along == 1, place, 1)
     matrices = [e.matrix for e in unknown.entries if e.reads_motion] or [unknown.force.matrix.T @ unknown.force.matrix]
-    for matrix in matrices:
+    for matrix in map(np.asarray, matrices):
         size = np.abs(matrix).max() * LENGTH
         for rigid in (translation, tilt):
             assert np.abs(rigid @ matrix).max() < 1e-12 * size

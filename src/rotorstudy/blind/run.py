@@ -72,7 +72,7 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
     config = config.model_copy(update={key: value for key, value in stated.items() if value is not None})
     if config.cases < 1 or config.seed < 0 or cores < 1:
         said = f"cases {config.cases}, seed {config.seed}, cores {cores}"
-        raise RotorstudyError(f"blind: {said}: at least 1, 0 and 1 are needed")
+        raise RotorstudyError(f"blind: {said}: at least one case and one core are needed, and a seed of 0 or more")
     seals = Path(out) / "seals.json"
     with TemporaryDirectory() as folder:
         answers = Path(folder) / "answers.json"

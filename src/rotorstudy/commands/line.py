@@ -47,10 +47,28 @@ EPILOG = """examples:
 """
 
 
+class _Once(argparse._StoreAction):
+    """An option that is an error if it is given twice: the first values would be lost."""
+
+    def __call__(self, parser, namespace, values, option_string=None):
+        given = namespace.__dict__.setdefault("given_once", set())
+        if option_string and self.dest in given:
+            parser.error(f"{option_string} is given twice; give it once, with all its values")
+        given.add(self.dest)
+        super().__call__(parser, namespace, values, option_string)
+
+
+class _Parser(argparse.ArgumentParser):
+    def __init__(self, *given, **options):
+        super().__init__(*given, **options)
+        self.register("action", None, _Once)
+        self.register("action", "store", _Once)
+
+
 def parser():
     """The argparse parser; `command` is a module, whose `run` returns what was found, or (exit status, that)."""
     raw = argparse.RawDescriptionHelpFormatter
-    top = argparse.ArgumentParser("rotorstudy", description=__doc__, epilog=EPILOG, formatter_class=raw)
+    top = _Parser("rotorstudy", description=__doc__, epilog=EPILOG, formatter_class=raw)
     top.add_argument("--quiet", action="store_true", help="do not show progress")
     top.add_argument("--version", action="version", version=f"rotorstudy {__version__}")
     commands = top.add_subparsers(required=True, metavar="COMMAND")

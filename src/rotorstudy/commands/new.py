@@ -1,5 +1,7 @@
 """Write a rig file, or a working plugin file, to start from."""
 
+import shlex
+
 from rotorstudy.errors import RotorstudyError
 
 
@@ -39,6 +41,6 @@ def _rig(given):
         if lines:
             print("\n  ".join([f"{title}:", *map(str, lines)]))
     print(f"wrote {path}" + (f" and the picture of its probes, {picture}" if picture else ""))
-    shown = " ".join(map(str, given.records)) or "RECORDS"
-    print(f"next: rotorstudy check {path}; rotorstudy import {shown} --rig {path} --out spectrum.nc")
+    shown, rig = shlex.join(map(str, given.records)) or "RECORDS", shlex.quote(str(path))
+    print(f"next: rotorstudy check {rig}; rotorstudy import {shown} --rig {rig} --out spectrum.nc")
     return {"file": str(path), "probes": picture and str(picture), "guessed": list(guessed), "different": list(changed)}

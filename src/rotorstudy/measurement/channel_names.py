@@ -41,9 +41,7 @@ KINDS = {  # what says of which kind an amplitude or a phase is, the first that 
 _BEFORE = r"(?:\b|(?<=[a-zµμ]{2})|(?<=\bv))"
 KIND = re.compile(rf"{_BEFORE}(?:{'|'.join(KINDS.values())}|dc)\b")
 SCALED = re.compile(r"[\d/*·×^%]|\bper\b|\bx\b")  # makes another unit of one: um/s, mil x 10
-SCALED_NAME = re.compile(
-    r"[*·×/]\s*10+\b|\bx\s*10{2,}\b(?!\s*k?hz)|\b10\s*(\^|\*\*)"
-)  # x/10 (um); x10 is a probe of bearing 10
+SCALED_NAME = re.compile(r"[*·×/]\s*10+\b|\bx\s*10{2,}\b(?!\s*k?hz)|\b10\s*(\^|\*\*)")  # but x10: of bearing 10
 AT_THE_END = re.compile(r"[\s_.,:;-]([a-zµμ]+(?:/s)?)$")
 SPEED_WORDS = {"rpm", "speed", "drehzahl", "rev", "cpm"}
 PEAK = {"pp", "pk", "p", "rms"}
@@ -82,8 +80,8 @@ def is_unit(text):
 
 def kind_in(text, kinds):
     """The one of some KINDS that a text says, or None."""
-    found = (re.search(rf"{_BEFORE}(?:{KINDS[kind]})\b", text.lower().replace("_", " ")) for kind in kinds)
-    return next((kind for kind, said in zip(kinds, found, strict=True) if said), None)
+    text = text.lower().replace("_", " ")
+    return next((kind for kind in kinds if re.search(rf"{_BEFORE}(?:{KINDS[kind]})\b", text)), None)
 
 
 def bare(text):

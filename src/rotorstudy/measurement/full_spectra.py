@@ -46,13 +46,11 @@ def compensate(amplitude, covariance, phase, phase_covariance):
 
 def _no_reference(record, harmonics):
     """What to do without a reference signal, and which error to expect without any phase reference."""
-    step = np.rad2deg(record.speed * (record.time[1] - record.time[0]))
-    highest = max(abs(int(n)) for n in harmonics)
+    step, highest = np.rad2deg(record.speed * (record.time[1] - record.time[0])), max(abs(int(n)) for n in harmonics)
     return (
         f"{record.where}: no reference signal; record one, or use the keyphasor. Without either (phase 'none') the "
         "angle of the first sample is unknown, and its error rotates harmonic n n times as far: each missing sample is "
-        f"{step:.2g} degrees at 1X and {highest * step:.2g} at {highest}X. A fit takes that for damping: in the rotor "
-        "of thesis Table 4.10, 100 missing samples of 65536 change 27 N s/m to 7, and 200 to -22"
+        f"{step:.2g} degrees at 1X and {highest * step:.2g} at {highest}X, which a fit takes for damping"
     )
 
 

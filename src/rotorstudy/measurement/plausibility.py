@@ -56,19 +56,14 @@ def check_together(spectrum, rig, where):
 
 def _expected(rig, spectrum):
     """Prediction by the rig, m: largest amplitude or None (by its weight alone without values); rms +1X, -1X; 0X."""
+    sag = float(np.abs(rig.structure.static_deflection).max()) or None
     try:
         shown = measured_response(rig, spectrum.speed, [1, -1, 0])
         shown = along_probes(shown, [1, -1, 0], spectrum.directions)
     except RotorstudyError:
-        deflection = rig.structure.static_deflection[list(rig.measured)]
-        return _sag(rig), np.zeros((2, len(rig.sensors))), deflection
+        return sag, np.zeros((2, len(rig.sensors))), rig.structure.static_deflection[list(rig.measured)]
     size = np.abs(shown[:, :2])
-    return float(size.max()) or _sag(rig), np.sqrt(np.mean(size**2, axis=0)), shown[:, 2]
-
-
-def _sag(rig):
-    """The largest static deflection of a rig, m; None without one."""
-    return float(np.abs(rig.structure.static_deflection).max()) or None
+    return float(size.max()) or sag, np.sqrt(np.mean(size**2, axis=0)), shown[:, 2]
 
 
 def check_units(fluctuating, expected, where):
@@ -147,9 +142,9 @@ def check_sense(forward, backward, expected_backward, nodes, where):
 def check_probe_angles(probes, where):
     """Whether several probes of a node are too close to each other to be meant so. probes : list of Probe."""
     found = []
-    for node in sorted({probe.node for probe in probes if probe.node is not None}):
+    for node in dict.fromkeys(probe.node for probe in probes):  # None: at every node of a NetCDF file
         angles = np.array([probe.angle_deg for probe in probes if probe.node == node])
         widest = np.abs((angles[:, None] - angles + 180) % 360 - 180).max()
         if len(angles) > 1 and widest < CLOSE_DEG:
-            found.append(told("probe angles", f"{where}, node {node}", apart=widest))
+            found.append(told("probe angles", where if node is None else f"{where}, node {node}", apart=widest))
     return found

@@ -93,20 +93,19 @@ def spikes(readings, pieces):
         if len(there):
             low, middle, high = np.quantile(readings[there], [GAP[1], 0.5, 1 - GAP[1]])
             found[there] = (high > low) & (np.abs(readings[there] - middle) > SPIKE * (high - low) / 2)
-            steps = np.abs(np.diff(readings[there]))
-            usual = np.median(steps[steps > 0]) if steps.any() else 0.0
-            found[there] |= _zeros(readings[there], max(BESIDE_ZERO * (high - low), SPIKE * usual))
+            found[there] |= _zeros(readings[there], BESIDE_ZERO * (high - low))
     return found
 
 
 def _zeros(readings, least):
-    """(time,) whether a sample is exactly 0 between two beyond `least` on one side, as a missing one is written."""
-    zero, found = readings == 0, np.zeros(len(readings), bool)
-    others, held = np.flatnonzero(~zero), np.flatnonzero(zero)
-    after = np.searchsorted(others, held)
-    inside = (after > 0) & (after < len(others))
-    before, after = (readings[others[after[inside] - one]] for one in (1, 0))
-    found[held[inside]] = (before * after > 0) & (np.minimum(np.abs(before), np.abs(after)) > least)
+    """(time,) whether a sample is exactly 0 between two beyond `least` and SPIKE steps, as a missing one is written."""
+    others, found, steps = np.flatnonzero(readings), readings == 0, np.abs(np.diff(readings))
+    if not found.any() or len(others) < 2:
+        return np.zeros(len(readings), bool)
+    after = np.searchsorted(others, np.flatnonzero(found))
+    before, after = (readings[others[np.clip(after - one, 0, len(others) - 1)]] for one in (1, 0))
+    least = max(least, SPIKE * np.median(steps[steps > 0]))
+    found[found] = (before * after > 0) & (np.minimum(np.abs(before), np.abs(after)) > least)
     return found
 
 

@@ -7,6 +7,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.single_probe import (
     along_probe,
     along_probes,
@@ -157,6 +158,13 @@ class Spectrum(Whitened):
     def __post_init__(self):
         if self.directions is None:
             object.__setattr__(self, "directions", np.full(len(self.sensors), np.nan))
+        sizes = (len(self.speed), len(self.harmonics), len(self.sensors))
+        both = (sizes[0], sizes[2], 2 * sizes[1], 2 * sizes[1])
+        if np.shape(self.amplitude)[-3:] != sizes or np.shape(self.covariance) != both:
+            raise RotorstudyError(
+                f"a spectrum has amplitude of shape {np.shape(self.amplitude)} and covariance of shape "
+                f"{np.shape(self.covariance)}; needed are (..., speed, harmonic, sensor), {sizes}, and {both}"
+            )
         check_pairs(self.harmonics, self.single_probes)
 
     @property
@@ -228,8 +236,8 @@ class Spectrum(Whitened):
         -------
         Spectrum
         """
-        found = replace(self, amplitude=self.amplitude[..., chosen, :, :], speed=self.speed[chosen])
-        return replace(found, covariance=self.covariance[chosen], shared_error=None)
+        parts = {"amplitude": self.amplitude[..., chosen, :, :], "covariance": self.covariance[chosen]}
+        return replace(self, speed=self.speed[chosen], shared_error=None, **parts)
 
     def at_harmonics(self, wanted: Iterable[int]) -> "Spectrum":
         """The spectrum at some of its harmonics.
@@ -246,9 +254,8 @@ class Spectrum(Whitened):
         """
         place = np.array([list(self.harmonics).index(n) for n in wanted])
         both = np.concatenate([place, place + len(self.harmonics)])
-        covariance = self.covariance[..., both, :][..., both]
-        found = replace(self, amplitude=self.amplitude[..., place, :], covariance=covariance, shared_error=None)
-        return replace(found, harmonics=np.array(wanted))
+        parts = {"amplitude": self.amplitude[..., place, :], "covariance": self.covariance[..., both, :][..., both]}
+        return replace(self, harmonics=np.array(wanted), shared_error=None, **parts)
 
     def with_amplitude(self, amplitude: ArrayLike) -> "Spectrum":
         """The same speeds, harmonics, sensors and covariance with other amplitudes.

@@ -85,11 +85,10 @@ def check_stated(table, conventions):
     """Findings on conventions that nothing states; RotorstudyError if a table contradicts the rig file."""
     if conventions.label_rad_per_s(table.path) is not None:
         raise RotorstudyError(f"{table.path}: a table has its own speeds; take it out of 'measurement: speeds_...'")
-    for name in table.text if table.by_probe else ():
-        if (unit := QUANTITY.sub("", name).replace("_per_", "/")) in {*METRES, *DERIVATIVES}:
-            for probe in conventions.probes:
-                if probe.unit != "V":
-                    one_unit(probe.channel, unit, probe, "unit", (unit,), table.path)
+    units = {QUANTITY.sub("", name).replace("_per_", "/") for name in table.text if table.by_probe}
+    for unit in units & {*METRES, *DERIVATIVES}:
+        for probe in (one for one in conventions.probes if one.unit != "V"):
+            one_unit(probe.channel, unit, probe, "unit", (unit,), table.path)
     for key, own in table.stated.items():
         if own != (stated := getattr(conventions, key)):
             raise RotorstudyError(

@@ -38,7 +38,9 @@ STIFFER = 1.01  # a simply supported shaft cannot be stiffer than this multiple 
 def breathing_function(crack, angle, options=None):
     """Shares (direction, ...) of the stiffness loss along xi, along eta, and xi-eta at shaft angles (...), rad."""
     angle = np.asarray(angle, float)
-    found = crack.function(angle, **(options or {}))
+    found = crack.function(angle.copy(), **(options or {}))  # which it may change
+    if np.iscomplexobj(found):
+        raise PluginError(f"crack '{crack.name}' ({crack.file}) gives complex numbers; shares of a loss are real")
     try:
         found = np.asarray(found, float)
         shape = found.shape

@@ -46,7 +46,8 @@ class LocalMatrix:
     __rmul__ = __mul__
 
     def __add__(self, other):
-        if isinstance(other, LocalMatrix) and all(map(np.array_equal, self.elements[:2], other.elements[:2])):
+        mine, others = self.elements[:2], getattr(other, "elements", ())[:2]
+        if others and all(a is b or np.array_equal(a, b) for a, b in zip(mine, others, strict=True)):
             return LocalMatrix(self.shape, (*self.elements[:2], self.elements[2] + other.elements[2]))
         return np.asarray(self) + np.asarray(other)
 
@@ -62,8 +63,11 @@ class LocalMatrix:
 
 def outer(row: np.ndarray) -> np.ndarray | LocalMatrix:
     """Matrix (dof, dof) of a force along a row of coordinates (dof,) by the motion along it."""
-    if len(row) < LARGE:
-        return np.outer(row, row)
+    return np.outer(row, row) if len(row) < LARGE else local_outer(row)
+
+
+def local_outer(row: np.ndarray) -> LocalMatrix:
+    """`outer` as its elements, whatever its size."""
     here = np.flatnonzero(row)
     places = np.repeat(here, len(here)), np.tile(here, len(here))
     return LocalMatrix((len(row), len(row)), (*places, np.outer(row[here], row[here]).ravel()))

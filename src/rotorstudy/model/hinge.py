@@ -28,7 +28,7 @@ import numpy as np
 
 from rotorstudy.errors import CannotAct, RotorstudyError
 from rotorstudy.model.cracks import compliance
-from rotorstudy.model.entries import Entry, outer
+from rotorstudy.model.entries import Entry, LocalMatrix, local_outer
 from rotorstudy.model.kinds import CrackDepth
 from rotorstudy.model.options import option_names
 from rotorstudy.model.registry import registry
@@ -69,6 +69,11 @@ class Hinge:
     def row(self) -> np.ndarray:
         """Rotation (dof,) that a unit of each coordinate imposes on the section, rad/m (rad/rad of a tilt)."""
         return self.section.moment / self.section.stiffness
+
+    @cached_property
+    def _pattern(self) -> LocalMatrix:
+        """Matrix (dof, dof) of the force of a kink as large as the imposed rotation."""
+        return self.section.stiffness * local_outer(self.row)
 
     @cached_property
     def open_shares(self) -> np.ndarray:
@@ -193,8 +198,7 @@ class Hinge:
             both = {k: (shares.get(k, none), shares.get(2 - k, none)) for k in sorted(turned)}
             half = self._along / 2
             shares = {k: ((a - d) * half, (b - c) * half) for k, ((a, b), (c, d)) in both.items()}
-        row, found = self.row, []
-        pattern, own = self.section.stiffness * outer(row), self.section.own_moment * row
+        pattern, own, found = self._pattern, self.section.own_moment * self.row, []
         acts = {"z": True, "conj": True, "one": own.any()}
         for shift, (direct, mirrored) in shares.items():
             turn = np.exp(1j * int(shift) * self.angle)

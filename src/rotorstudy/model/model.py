@@ -257,21 +257,6 @@ class Assembled:
         return np.moveaxis(found, -1, axis)
 
     @cached_property
-    def involved(self) -> np.ndarray:
-        """Positions (coordinate,), int, of the coordinates that are measured, or that a term depends or acts on."""
-        seen = np.zeros(len(self.structure.dofs), bool)
-        seen[self.measured] = True
-        seen[self._riding[1]] = True
-        for entry in (e for _, u in self.acting for e in u.entries):
-            row, column, _ = entry.nonzero
-            seen[row] = True
-            if not entry.is_constant:
-                seen[column] = True
-        for _, force in self.nonlinear_forces:
-            seen |= np.any(force.matrix, axis=0)
-        return np.flatnonzero(seen | (self.static_residual != 0))
-
-    @cached_property
     def is_carried(self) -> bool:
         """Whether bearings carry the static load, alone or together with rigid supports."""
         return any(unknown.carries for unknown in self.rotor_unknowns)
@@ -346,7 +331,19 @@ class Model(Assembled):
         Returns
         -------
         Model
+
+        Raises
+        ------
+        RigError
+            For a term that was made for a rotor with another number of coordinates.
         """
+        of_rotor = (term for term in terms if not term.acts_on_output)
+        sizes = {np.shape(e.matrix)[0] for term in of_rotor for u in term.unknowns for e in u.entries}
+        if sizes - {len(self.structure.mass)}:
+            raise RigError(
+                f"a term for a rotor of {max(sizes - {len(self.structure.mass)})} coordinates, and this one has "
+                f"{len(self.structure.mass)}; make it for this rotor's structure"
+            )
         found = replace(self, terms=self.terms + terms)
         if self.before is not None and not any(u.name in self.before for term in terms for u in term.unknowns):
             found.__dict__["earlier"] = self.earlier  # the same machine, whose tables are then formed once

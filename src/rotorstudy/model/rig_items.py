@@ -274,8 +274,10 @@ def _check_shapes(parameters, size, plugin, where):
                     f"{who}: entry {i} of '{parameter.name}' has a matrix of shape {np.shape(entry.matrix)}; on "
                     f"'{entry.on}' it must be {needed} here"
                 )
-            if not np.isfinite(entry.nonzero[-1]).all():
-                raise PluginError(f"{who}: entry {i} of '{parameter.name}' is not finite")
+        values = [entry.nonzero[-1] for entry in parameter.entries]
+        if values and not np.isfinite(np.concatenate(values)).all():
+            i = next(i for i, one in enumerate(values) if not np.isfinite(one).all())
+            raise PluginError(f"{who}: entry {i} of '{parameter.name}' is not finite")
 
 
 def in_si(given, known, where, aliases=None):

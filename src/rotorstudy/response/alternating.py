@@ -158,7 +158,9 @@ class _System:
         largest = np.swapaxes(np.abs(a).max(axis=1), 0, 1)[..., None, None]
         size = DIFFERENCE * (largest + 1e-12)  # (coordinate, speed, 1, 1): of each coordinate, in its own unit
         steps = np.stack([size * self.units, -size * self.units])
-        up, down = self._in_time(z + steps, v, still)
+        moved = z + steps
+        *some, force = self._in_time(np.concatenate([moved.reshape(-1, *z.shape), z[None]]), v, still)
+        up, down = np.reshape(some, moved.shape)
         slopes = [((up - down) / size, np.ones_like(rates))]
         if self.takes_velocity:
             up, down = self._in_time(z + 0 * steps, v + turn * steps, still)  # a force need not depend on a velocity
@@ -171,7 +173,7 @@ class _System:
             mirrored = mirrored + (lines[0] + 1j * lines[1])[:, :, self.total] * factor.conj()
         parts = np.stack([direct + mirrored, 1j * (direct - mirrored)])  # (part, coordinate, speed, m, n, seen)
         flat = parts.transpose(2, 3, 5, 0, 4, 1).reshape(len(x), self.order, len(self.seen), -1)
-        return _real(self.basis.conj().T @ self._in_time(z, v, still) / len(self.basis)), _real(flat)
+        return _real(self.basis.conj().T @ force / len(self.basis)), _real(flat)
 
     def slope_by_deflection(self, x):
         """`still` of Tangent, at the harmonics x (speed, component): a force may read the deflection by itself too."""

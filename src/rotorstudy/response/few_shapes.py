@@ -33,8 +33,8 @@ def shapes(model: Model, theta: np.ndarray) -> np.ndarray:
     mass = own.mass + _mass_of_housings(model, theta)
     if size <= MODES:
         return eigh(stiffness, mass)[1]
+    modes = eigh(stiffness, mass, subset_by_index=(0, MODES - 1))[1]  # LinAlgError if the mass is not positive
     scale = np.sqrt(np.diag(mass))  # translations and tilts have different units
-    modes = eigh(stiffness, mass, subset_by_index=(0, MODES - 1))[1]
     touched = np.zeros(size, bool)
     for entry in (e for _, unknown in model.acting for e in unknown.entries if e.reads_motion):
         row, column, _ = entry.nonzero

@@ -15,7 +15,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.response.alternating import nonlinear_columns, seen_coordinates, steady_states
 from rotorstudy.response.coupling import COUPLED_ORDER, check_harmonics, check_speed, layout, layout_of_forced
 from rotorstudy.response.factorised import has_narrow_band
-from rotorstudy.response.solving import solver, uncoupled
+from rotorstudy.response.solving import solver
 from rotorstudy.response.statics import Deflection, static_deflection
 from rotorstudy.response.turning import replies
 
@@ -150,13 +150,13 @@ def static_force(model, theta, speed, carried, deflection, *, constant=True):
     return found
 
 
-def carried_response(model, speed, theta, blocks, jacobian, kept=None):
-    """Harmonics (..., speed, harmonic, dof) and derivatives (None unless asked for), zero except at those `kept`."""
+def carried_response(model, speed, theta, blocks, jacobian):
+    """Harmonics (..., speed, harmonic, dof) and their derivatives, None unless asked for."""
     still = Deflection(np.zeros(len(model.structure.dofs)), {})  # read by no force, unless it is solved
     if model.nonlinear_forces or model.table.reads_deflection(blocks.harmonics):
         still = static_deflection(model, speed, theta[..., : len(model.rotor_unknowns)], jacobian=jacobian)
     forced = layout_of_forced(model, blocks)
-    found, derivatives = _carried_about(still, model, speed, theta, forced, jacobian, kept)
+    found, derivatives = _carried_about(still, model, speed, theta, forced, jacobian)
     if forced is not blocks:
         at = positions(forced.harmonics, blocks)
         found, part = np.zeros((*found.shape[:-2], len(blocks.harmonics), found.shape[-1]), complex), found
@@ -167,20 +167,19 @@ def carried_response(model, speed, theta, blocks, jacobian, kept=None):
     return found, derivatives
 
 
-def _carried_about(still, model, speed, theta, blocks, jacobian, kept):
+def _carried_about(still, model, speed, theta, blocks, jacobian):
     """The response of `carried_response` about a Deflection; a part of the speeds after another if they are many."""
     dof = len(model.structure.dofs)
-    kept = np.arange(dof) if kept is None or model.nonlinear_forces else kept
     trials, links = np.prod(theta.shape[:-1]), sum(g.size * g.shape[1] for g in blocks.groups)
-    numbers = len(speed) * links * max(trials * len(kept) ** 2, dof**2)
+    numbers = len(speed) * links * max(trials, 1) * dof**2
     if numbers > NUMBERS_AT_ONCE and len(speed) > 1:
         half = len(speed) // 2
         halves = (slice(half), slice(half, None))
-        parts = [_carried_about(still.at(s), model, speed[s], theta, blocks, jacobian, kept) for s in halves]
+        parts = [_carried_about(still.at(s), model, speed[s], theta, blocks, jacobian) for s in halves]
         found, derivatives = zip(*parts, strict=True)
         return np.concatenate(found, axis=-3), np.concatenate(derivatives, axis=-4) if jacobian else None
     rotor = theta[..., : len(model.rotor_unknowns)]
-    solved, kept = solver(model, rotor, speed, blocks, kept)
+    solved = solver(model, rotor, speed, blocks)
     deflection, moved = still
     force = static_force(model, rotor, speed, blocks.harmonics, deflection)
     if model.static_residual.any():
@@ -196,7 +195,7 @@ def _carried_about(still, model, speed, theta, blocks, jacobian, kept):
     acting = [p for p, _ in model.acting]
     columns[..., acting] = model.table.dense_columns(found, speed, blocks.harmonics, deflection)
     if model.varied:
-        own = _columns_of_the_rotor(model, rotor, speed, blocks.harmonics, found, kept)
+        own = _columns_of_the_rotor(model, rotor, speed, blocks.harmonics, found)
         columns[..., model.varied.positions] = np.moveaxis(own, 0, -1)
     if model.nonlinear_forces:
         place, local = zip(*model.nonlinear_forces, strict=True)
@@ -217,25 +216,15 @@ def _carried_about(still, model, speed, theta, blocks, jacobian, kept):
     return found, derivatives
 
 
-def _columns_of_the_rotor(model, theta, speed, carried, found, kept):
-    """Derivatives (number, ..., speed, harmonic, dof) of the force by the numbers of the rotor, all on those `kept`."""
-    varied, gone = model.varied, np.setdiff1d(np.arange(found.shape[-1]), kept)
-    slopes = varied.variation.slopes_at(theta[..., varied.positions])
-    if len(gone):
-        rows = uncoupled(model.matrices(theta), carried, speed[:, None])[..., gone, :]
-        inner, outer = rows[..., gone], rows[..., kept]
-        found = found.copy()
-        found[..., gone] = -np.linalg.solve(inner, outer @ found[..., kept, None])[..., 0]
+def _columns_of_the_rotor(model, theta, speed, carried, found):
+    """Derivatives (number, ..., speed, harmonic, dof) of the force by the numbers of the rotor."""
+    slopes = model.varied.variation.slopes_at(theta[..., model.varied.positions])
     nw = (speed[:, None] * carried)[..., None]
     pairs = ((slopes.stiffness, -1.0), (slopes.mass, nw**2), (slopes.gyroscopic, -nw * speed[:, None, None]))
     band = model.structure.bandwidth if has_narrow_band(model.structure.bandwidth, found.shape[-1]) else None
     columns = sum(_product(slope, factor * found, band) for slope, factor in pairs)
     if model.static_residual.any():
         columns[..., carried == 0, :] += np.moveaxis(slopes.static_load, -2, 0)[..., None, None, :]
-    if len(gone):  # the matrices of a rotor are symmetric
-        passed = np.linalg.solve(inner, np.moveaxis(columns[..., gone], 0, -1))
-        columns[..., kept] -= np.moveaxis(np.swapaxes(outer, -1, -2) @ passed, -1, 0)
-        columns[..., gone] = 0
     return columns
 
 

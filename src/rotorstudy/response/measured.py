@@ -117,7 +117,7 @@ def _kept_response(earlier, theta, of, state):
 def _shown(model, speed, harmonics, theta, order, jacobian):
     """The Linearised response of one state of the machine."""
     speed, harmonics, theta, blocks = response_inputs(model, speed, harmonics, theta, order)
-    found, derivatives = carried_response(model, speed, theta, blocks, jacobian, model.involved)
+    found, derivatives = carried_response(model, speed, theta, blocks, jacobian)
     first, chosen = len(model.rotor_unknowns), positions(harmonics, blocks)
     true, derivatives = at_sensors(model, speed, theta[..., :first], blocks.harmonics, found, derivatives)
     shown = true.copy()
@@ -125,9 +125,10 @@ def _shown(model, speed, harmonics, theta, order, jacobian):
         change, rotor = derivatives.copy(), np.moveaxis(derivatives[..., :first], -1, 0)
     linear, table = model.output_table
     size = theta[..., linear]
-    shown += table.force_of_motion(size, true, speed, blocks.harmonics)
-    shown += table.static_force(size, speed, blocks.harmonics)
-    if jacobian:
+    if linear:
+        shown += table.force_of_motion(size, true, speed, blocks.harmonics)
+        shown += table.static_force(size, speed, blocks.harmonics)
+    if linear and jacobian:
         change[..., linear] += table.dense_columns(true, speed, blocks.harmonics)
         change[..., :first] += np.moveaxis(table.force_of_motion(size, rotor, speed, blocks.harmonics), 0, -1)
     for p, unknown in enumerate(model.output_unknowns, start=first):

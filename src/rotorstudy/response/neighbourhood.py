@@ -53,7 +53,7 @@ class Neighbourhood:
 
     def _solver(self, *, adjoint=False):
         own = self.theta[: len(self.model.rotor_unknowns)]
-        return solver(self.model, own, self.speed, self.blocks, adjoint=adjoint)[0]
+        return solver(self.model, own, self.speed, self.blocks, adjoint=adjoint)
 
     @cached_property
     def _solved(self):

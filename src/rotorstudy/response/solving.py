@@ -12,43 +12,37 @@ from rotorstudy.response.turning import turning
 
 FEWER_BY = 2  # harmonics are coupled on the coordinates that turn if that takes less than a half of the operations
 FACTORS_KEPT = 512  # of kinds of entries at some speeds
-CONDENSED_AT_MOST = 1e4  # ratio of the condensed part to the stiffness; above it four of sixteen digits would be lost
-LARGEST_LOOP = 1e4  # of receptance times stiffness, likewise
+LARGEST_LOOP = 1e4  # of receptance times stiffness; above it four of sixteen digits would be lost
 FEWER_TOUCHED_BY = 3  # times as many coordinates as those touched: with more of these, the whole is solved as fast
 
 
-def operator(model, theta, speed, blocks, kept=None, *, turning=True, adjoint=False):
-    """Dynamic stiffness (..., speed, block, n, n), n = member * dof, of groups, condensed to some coordinates."""
-    kept = np.arange(len(model.structure.dofs)) if kept is None else kept
+def operator(model, theta, speed, blocks, *, turning=True, adjoint=False):
+    """Dynamic stiffness (..., speed, block, n, n), n = member * dof, of groups."""
+    dof = len(model.structure.dofs)
     patterns = [*model.table.patterns, *(model.table.turning_patterns if turning else ())]
-    added = _of_entries(patterns, model, theta, speed, blocks, kept, adjoint)
-    for full, base in zip(added, _of_rotor(model, theta, speed, blocks, kept), strict=True):
+    added = _of_entries(patterns, model, theta, speed, blocks, np.arange(dof), adjoint)
+    for full, base in zip(added, _of_rotor(model, theta, speed, blocks), strict=True):
         for m in range(base.shape[-3]):
-            own = slice(m * len(kept), (m + 1) * len(kept))
+            own = slice(m * dof, (m + 1) * dof)
             full[..., own, own] += base[..., m, :, :]
     return added
 
 
-def _of_rotor(model, theta, speed, blocks, kept, band=None):
-    """Dynamic stiffness (..., speed, block, member, kept, kept), real, symmetric, of the rotor; or its band."""
-    carried, matrices, found = blocks.harmonics, model.matrices(theta), []
+def _of_rotor(model, theta, speed, blocks, band=None):
+    """Dynamic stiffness (..., speed, block, member, dof, dof), real, symmetric, of the rotor; or its band."""
+    matrices, speed = model.matrices(theta), np.asarray(speed, float)[:, None, None]
     if band is not None:
-        matrices = _each(matrices, partial(stored_by_band, band=band))
-    speed = np.asarray(speed, float)[:, None, None]
-    for group in blocks.groups:
-        n = own_harmonic(group, carried)  # of the harmonic that an equation is of: n for q_n, -n for w_n
-        if len(kept) == len(model.structure.dofs):
-            found.append(uncoupled(matrices, n, speed))
-        else:
-            found.append(_condensed(matrices, n, speed, kept, np.diag(model.structure.stiffness)))
-    return found
+        parts = ("mass", "stiffness", "gyroscopic")
+        matrices = matrices._replace(**{name: stored_by_band(getattr(matrices, name), band) for name in parts})
+    # of the harmonic that an equation is of: n for q_n, -n for w_n
+    return [_uncoupled(matrices, own_harmonic(group, blocks.harmonics), speed) for group in blocks.groups]
 
 
-def _of_entries(patterns, model, theta, speed, blocks, kept, adjoint, band=None):
-    """What entries of some patterns, on coordinates `kept`, add to the dynamic stiffness; by its band if given."""
-    count, speed = len(kept), np.asarray(speed, float)
+def _of_entries(patterns, model, theta, speed, blocks, touched, adjoint, band=None):
+    """What entries of some patterns, on coordinates `touched`, add to the dynamic stiffness; by its band if given."""
+    count, speed = len(touched), np.asarray(speed, float)
     at = np.zeros(len(model.structure.dofs), int)
-    at[kept] = np.arange(count)
+    at[touched] = np.arange(count)
     places = [(2 * band + 1,) if band is not None else (count, group.shape[1]) for group in blocks.groups]
     lead = (*theta.shape[:-1], len(speed))
     shapes = ((*lead, *group.shape, *place, count) for group, place in zip(blocks.groups, places, strict=True))
@@ -83,7 +77,7 @@ def _factors(kind, speed, blocks):
     ]
 
 
-def uncoupled(matrices, n, speed):
+def _uncoupled(matrices, n, speed):
     """Dynamic stiffness (..., harmonics and speeds, dof, dof) of the rotor alone; n and speed broadcast together."""
     nw = n * speed
     lead = (..., *[None] * nw.ndim, slice(None), slice(None))
@@ -91,53 +85,20 @@ def uncoupled(matrices, n, speed):
     return base + (nw * speed)[..., None, None] * matrices.gyroscopic[lead]
 
 
-def _condensed(matrices, n, speed, kept, stiffness):
-    """Dynamic stiffness (..., kept, kept), the others condensed; `stiffness` (dof,) is its static diagonal."""
-    gone = np.setdiff1d(np.arange(len(stiffness)), kept)
-
-    def part(rows, columns):
-        return _each(matrices, lambda one: one[..., rows[:, None], columns])
-
-    def at(some):
-        return uncoupled(some, n, speed)
-
-    passed = at(part(kept, gone)) @ np.linalg.solve(at(part(gone, gone)), at(part(gone, kept)))
-    size = np.abs(np.diagonal(passed, axis1=-2, axis2=-1))
-    if not np.all(size <= CONDENSED_AT_MOST * stiffness[kept]):  # of a housing both are zero
-        raise np.linalg.LinAlgError
-    return at(part(kept, kept)) - passed
-
-
-def _each(matrices, change):
-    """Matrices of the rotor, each changed."""
-    return matrices._replace(**{name: change(getattr(matrices, name)) for name in ("mass", "stiffness", "gyroscopic")})
-
-
-def solver(model, theta, speed, blocks, kept=None, *, adjoint=False):
-    """Function from force to motion, (..., speed, harmonic, dof, column), and coordinates where it is nonzero."""
-    dof = len(model.structure.dofs)
-    if kept is None or _band(model) is not None:  # condensing a slender shaft takes longer than solving it
-        kept = np.arange(dof)
-    touched = model.table.turned
-    whole = sum(len(group) * (group.shape[1] * len(kept)) ** 3 for group in blocks.groups)
+def solver(model, theta, speed, blocks, *, adjoint=False):
+    """Function from force to motion, both (..., speed, harmonic, dof, column)."""
+    dof, touched = len(model.structure.dofs), model.table.turned
+    whole = sum(len(group) * (group.shape[1] * dof) ** 3 for group in blocks.groups)
     # complex numbers take four times as long as the real ones of the coordinates touched
     few = len(touched) and FEWER_BY * (2 * len(blocks.harmonics) * len(touched)) ** 3 < 4 * whole
     own = layout_without_turning(model, blocks) if few else blocks
-    try:
-        systems = _systems(model, theta, speed, own, kept, turning=not few, adjoint=adjoint)
-    except np.linalg.LinAlgError:
-        kept = np.arange(dof)
-        systems = _systems(model, theta, speed, own, kept, turning=not few, adjoint=adjoint)
+    systems = _systems(model, theta, speed, own, turning=not few, adjoint=adjoint)
 
     def solved(force):
-        if len(kept) == dof:
-            return _checked_motion(systems(force), speed)
-        found = np.zeros(force.shape, complex)
-        found[..., kept, :] = _checked_motion(systems(force[..., kept, :]), speed)
-        return found
+        return _checked_motion(systems(force), speed)
 
     if not few:
-        return solved, kept
+        return solved
     coupled = turning(model, theta, speed, blocks.harmonics, solved, adjoint)
 
     def solved_with_turning(force):
@@ -147,20 +108,19 @@ def solver(model, theta, speed, blocks, kept=None, *, adjoint=False):
             found = np.array(np.nan)
         return _checked_motion(found, speed)
 
-    return solved_with_turning, kept
+    return solved_with_turning
 
 
-def _systems(model, theta, speed, blocks, kept, *, turning, adjoint):
-    """Function from force to motion, both (..., speed, harmonic, kept, column); NaN where the rotor resonates."""
-    groups = (
-        None if turning and model.table.turning_patterns else _on_bearings(model, theta, speed, blocks, kept, adjoint)
-    )
+def _systems(model, theta, speed, blocks, *, turning, adjoint):
+    """Function from force to motion, both (..., speed, harmonic, dof, column); NaN where the rotor resonates."""
+    turns = turning and model.table.turning_patterns
+    groups = None if turns else _on_bearings(model, theta, speed, blocks, adjoint)
     if groups is None:
-        matrices = operator(model, theta, speed, blocks, kept, turning=turning, adjoint=adjoint)
-        groups = []
+        matrices = operator(model, theta, speed, blocks, turning=turning, adjoint=adjoint)
+        groups, every = [], np.arange(len(model.structure.dofs))
         for matrix, group in zip(matrices, blocks.groups, strict=True):  # a harmonic and its neighbours lie together
             members = np.argsort(group[0] % len(blocks.harmonics), kind="stable")
-            groups.append(_motion_by(matrix, (members[:, None] * len(kept) + np.arange(len(kept))).ravel()))
+            groups.append(_motion_by(matrix, (members[:, None] * len(every) + every).ravel()))
 
     def solved(force):
         try:
@@ -172,29 +132,28 @@ def _systems(model, theta, speed, blocks, kept, *, turning, adjoint):
     return solved
 
 
-def _on_bearings(model, theta, speed, blocks, kept, adjoint):
+def _on_bearings(model, theta, speed, blocks, adjoint):
     """For each group the motion by a force, from the receptances of the rotor; None if that saves or gives nothing."""
-    patterns, support, own = model.table.patterns, model.structure.support, []
+    patterns, support, own, dof = model.table.patterns, model.structure.support, [], len(model.structure.dofs)
     members = max(group.shape[1] for group in blocks.groups)
-    if not are_few(touched_by(patterns), len(kept), members):
+    if not are_few(touched_by(patterns), dof, members):
         own = [pattern for pattern in patterns if not pattern.entry.is_conjugate]
         patterns, support = [pattern for pattern in patterns if pattern.entry.is_conjugate], None
     touched, band = touched_by(patterns), _band(model, own)
     by_band_alone = band is not None and not patterns
-    if not by_band_alone and not are_few(touched, len(kept), members):
+    if not by_band_alone and not are_few(touched, dof, members):
         return None
-    alone = _of_rotor(model, theta, speed, blocks, kept, band)
+    alone = _of_rotor(model, theta, speed, blocks, band)
     if own:
-        more = _of_entries(own, model, theta, speed, blocks, kept, adjoint, band)
-        more = more if band is not None else [diagonal_blocks(one, len(kept)) for one in more]
+        more = _of_entries(own, model, theta, speed, blocks, np.arange(dof), adjoint, band)
+        more = more if band is not None else [diagonal_blocks(one, dof) for one in more]
         alone = [base + one for base, one in zip(alone, more, strict=True)]
     if by_band_alone:
         return [factorised_bands(one) for one in alone]
     springs = np.zeros(len(touched)) if support is None else np.real(np.diag(support))[touched]
     added = _of_entries(patterns, model, theta, speed, blocks, touched, adjoint)
-    place = np.searchsorted(kept, touched)
     try:
-        return [on_bearings(*pair, place, springs, band) for pair in zip(alone, added, strict=True)]
+        return [on_bearings(*pair, touched, springs, band) for pair in zip(alone, added, strict=True)]
     except np.linalg.LinAlgError:
         return None
 

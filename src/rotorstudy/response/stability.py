@@ -165,7 +165,10 @@ def growth_of_free_motion(model, speeds, theta=None):
     """Growth rate (speed,) of the fastest growing free motion, 1/s; -inf if stated in frequency only."""
     if any(e.reads_motion and e.frequency_only for u in model.rotor_unknowns for e in u.entries):
         return np.full(len(speeds), -np.inf)
-    return (periodic_growth_rate if varies_in_time(model) else growth_rate)(model, speeds, theta)
+    try:
+        return (periodic_growth_rate if varies_in_time(model) else growth_rate)(model, speeds, theta)
+    except np.linalg.LinAlgError:  # a mass that is not positive, as a fit may try: a motion grows at every speed
+        return np.full(len(speeds), np.inf)
 
 
 def check_stable(model: Model, speeds: ArrayLike, theta: ArrayLike | None = None) -> None:

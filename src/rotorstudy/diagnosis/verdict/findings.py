@@ -49,8 +49,8 @@ def far_from_the_rig(found, moved, labels):
         return []
     text = (
         f"{'; '.join(said)}. The rig without causes but with other values leaves {percent(left)} of the excess error "
-        "(rms). Are these records of this rig, at these speeds, in these units? If so, check the sizes of the causes "
-        "before relying on them, and the values and the 'uncertainty' in the rig file"
+        "(rms). Are these records of this rig, at these speeds, in these units, with this phase mark? If so, check the "
+        "sizes of the causes before relying on them, and the values and the 'uncertainty' in the rig file"
     )
     return [Finding("warning", "far from the rig", "records and rig", text)]
 
