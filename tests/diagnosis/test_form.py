@@ -193,7 +193,7 @@ def test_parts_of_a_law_of_breathing_sum_to_another_law():
         ("along", True),
     ):
         entries = hinge.entries_of_form(motion, 0 if open_too else 2)
-        turned = sum(np.asarray(e.matrix) * np.exp(-1j * e.shift * 0.4) for e in entries if e.on == "z")
+        turned = sum(np.exp(-1j * e.shift * 0.4) * np.asarray(e.matrix) for e in entries if e.on == "z")
         assert np.abs(turned).max() == pytest.approx(
             share * np.abs(half).max() if open_too else 0.0, abs=1e-9 * share * np.abs(half).max()
         )

@@ -299,6 +299,7 @@ def test_a_label_of_a_node_that_no_rig_lists_is_named(folder):
         ({"records": ["trial.csv"]}, "runs 'baseline' and 'trial' have the same records"),
         ({"name": "trial"}, "two runs are named 'trial'"),
         ({"unbalances": {"node": 3}}, "must be a list"),
+        ({"unbalances": [{"node": 3, "unbalance_g_mm": 30.0}]}, "unbalance_g_mm without angle_deg"),
     ],
 )
 def test_bad_runs_are_told_in_one_line(folder, change, said):

@@ -112,6 +112,21 @@ def test_a_column_with_a_text_is_left_out_with_the_reason(tmp_path):
         new_rig("mine", tmp_path, [path])
 
 
+def test_the_pulses_of_a_second_mark_are_no_probe(signals, tmp_path):
+    probes, pulses = signals
+    given = {
+        "t": TIME,
+        "X": probes[3, "X"],
+        "Y": probes[3, "Y"],
+        "key": pulses,
+        "tacho": pulses,
+        "trigger of 2": probes[9, "X"],
+    }
+    found = guess_measurement(csv(tmp_path / "run.csv", given), PLANES)
+    assert [one["channel"] for one in found.section["probes"]] == ["X", "Y", "trigger of 2"]  # the last is no pulses
+    assert found.section["keyphasor"]["channel"] == "key" and "not used: tacho (constant" in " ".join(found.said)
+
+
 def test_a_shaft_that_turns_the_other_way_is_noticed(signals, tmp_path):
     """Mirrored left and right, the same signals are those of a shaft that turns to the right."""
     probes, pulses = signals

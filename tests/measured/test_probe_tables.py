@@ -315,7 +315,7 @@ def test_other_files_are_no_wide_tables(names, tmp_path):
         (("deg lag", "-deg"), r"has the unit '\(-deg\)'"),
         (("Speed (", "Speed x1000 ("), "no column of the speed"),
         (("Speed (", "Speed/1000 ("), "no column of the speed"),
-        ((" 1X ", " "), r"such as 'right Phase \(deg lag\)' name no harmonic; call them '1X'"),
+        ((" 1X ", " "), r"such as 'right Phase \(deg lag\)' must name probe and harmonic"),
         (("right 1X Amp", "up 1X Amp"), r"amplitude of probe 'up' at 1X, and no column is its phase, .*add it"),
         ((f"{SPEEDS[1] * 30 / np.pi:.9f},", "none at all,"), r"line 5, column 'Speed \(rpm\)': 'none at all' is not"),
     ],
@@ -421,7 +421,7 @@ def test_a_speed_with_an_empty_cell_is_left_out(tmp_path, blank):
 def test_the_number_of_a_channel_is_no_harmonic(tmp_path):
     names = ["Speed (rpm)", *(f"Ch {i} {what}" for i in (1, 2) for what in ("Amp (um)", "Phase (deg)"))]
     (tmp_path / "run.csv").write_text("\n".join([",".join(names), *3 * [",".join("1" * len(names))]]))
-    with pytest.raises(RotorstudyError, match="name no harmonic"):
+    with pytest.raises(RotorstudyError, match="must name probe and harmonic"):
         open_table(tmp_path / "run.csv", CsvLayout())
 
 

@@ -1,6 +1,5 @@
 """The forces of many amplitudes at once are those of one amplitude after the other, entry by entry."""
 
-from dataclasses import replace
 from itertools import count
 
 import numpy as np
@@ -82,31 +81,6 @@ def of_its_own():
     """A gain that differs from all others."""
     factor = next(FACTORS)
     return lambda speed: factor * speed
-
-
-OTHERS = {
-    "gains": lambda e: replace(e, gain={np.sqrt: np.cbrt, np.square: np.abs}.get(e.gain, e.gain)),
-    "one gain for two": lambda e: replace(e, gain=np.cbrt if e.gain in (np.sqrt, np.square) else e.gain),
-    "two gains for one": lambda e: replace(e, gain=of_its_own() if e.gain is np.square else e.gain),
-    "matrix": lambda e: replace(e, matrix=2 * e.matrix),
-    "shift": lambda e: replace(e, shift=e.shift + 1),
-}
-
-
-@pytest.mark.parametrize("what", OTHERS)
-def test_a_table_taken_over_gives_the_forces_of_the_one_built_anew(unknowns, random, what):
-    alike = [replace(unknowns[0].entries[0], gain=gain, on="z", order=1, shift=0) for gain in (np.sqrt, np.square)]
-    unknowns = (*unknowns, *(Unknown(str(entry.gain), "N", (entry,), 1.0) for entry in alike))
-    changed = [replace(u, entries=tuple(map(OTHERS[what], u.entries))) for u in unknowns]
-    kept, built = EntryTable(unknowns, SIZE).with_gains_of(changed), EntryTable(changed, SIZE)
-    motion = random.normal(size=(len(SPEED), len(HARMONICS), SIZE, 2)) @ [1, 1j]
-    theta, here = random.normal(size=len(unknowns)), (SPEED, HARMONICS, motion[0, 0])
-    np.testing.assert_array_equal(kept.dense_columns(motion, *here), built.dense_columns(motion, *here))
-    np.testing.assert_array_equal(kept.static_force(theta, *here), built.static_force(theta, *here))
-    np.testing.assert_array_equal(*(t.force_of_motion(theta, motion, SPEED, HARMONICS) for t in (kept, built)))
-    for mine, one in zip(kept.patterns + kept.turning_patterns, built.patterns + built.turning_patterns, strict=True):
-        assert mine.entry.kind == one.entry.kind
-        np.testing.assert_array_equal(mine.values(theta), one.values(theta))
 
 
 def test_a_matrix_kept_as_its_elements_is_the_same_array(random):

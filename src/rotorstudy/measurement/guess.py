@@ -107,8 +107,9 @@ def _of_signals(columns, section, said, nodes):
     else:
         said.append("phase mark: no column found; without one there is no phase, state keyphasor: channel")
     others = [c for c in left if unit_in(c.name, c.unit) == "other" or _is_time(c) or not np.nanstd(c.values) > 0]
+    others += [c for c in left if c not in others and MARK.search(c.name) and _is_pulses(c)]
     if others:
-        said.append(f"not used: {', '.join(c.name for c in others)} (constant, a ramp, or not a displacement)")
+        said.append(f"not used: {', '.join(c.name for c in others)} (constant, a ramp, pulses, or not a displacement)")
     probes = [c for c in left if c not in others]
     if not probes:
         raise RotorstudyError(f"no column may be a probe (columns: {', '.join(c.name for c in columns)})")

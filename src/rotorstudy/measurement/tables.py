@@ -114,7 +114,7 @@ def _wide(names, units, where):
         of = {match[1][:2].lower(): name for name in names if (match := NO_HARMONIC.match(name))}
         if speeds and "ph" in of and len(of) > 1:
             raise RotorstudyError(
-                f"{where}: columns such as '{of['ph']}' name no harmonic; call them '1X', as in 'DE X 1X Phase (deg)'"
+                f"{where}: columns such as '{of['ph']}' must name probe and harmonic, as 'DE X 1X Phase (deg)' does"
             )
         return None
     if not speeds:

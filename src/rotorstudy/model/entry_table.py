@@ -77,24 +77,6 @@ def patterns_of(elements: Elements, kinds: list[Entry], size: int, *, turning: b
     return found
 
 
-def same_but_gains(unknowns: Sequence[Unknown], others: Sequence[Unknown]) -> dict | None:
-    """{kind: Entry of the other kind}, one to one, if the entries of two lists differ in gains alone, else None."""
-    if [(u.carries, len(u.entries)) for u in unknowns] != [(u.carries, len(u.entries)) for u in others]:
-        return None
-    found = {}
-    for entry, other in zip(
-        (e for u in unknowns for e in u.entries), (e for u in others for e in u.entries), strict=True
-    ):
-        if entry is not other:
-            on, order, shift, _, frequency_only = entry.kind
-            alike = other.kind == (on, order, shift, other.gain, frequency_only)
-            if not alike or not (entry.matrix is other.matrix or np.array_equal(entry.matrix, other.matrix)):
-                return None
-        if found.setdefault(entry.kind, other).kind != other.kind:
-            return None
-    return found if len({other.kind for other in found.values()}) == len(found) else None
-
-
 def sparse(value, row, column, shape):
     """Sparse matrix of elements (element,), those at one place added up."""
     from scipy.sparse import csr_array
@@ -157,20 +139,6 @@ class EntryTable:
         self.unknowns, self.size = tuple(unknowns), size
         self.motion = [0] * len(self.unknowns) if motion is None else list(motion)
         self.seen = size * (max(self.motion, default=0) + 1)  # coordinates of all motions
-
-    def with_gains_of(self, unknowns: Sequence[Unknown]) -> "EntryTable":
-        """The table of other amplitudes; what is arranged here is kept if their entries differ in gains alone."""
-        other = EntryTable(unknowns, self.size, self.motion)
-        same = same_but_gains(self.unknowns, other.unknowns)
-        if same is not None:
-            for name in ("_places", "_to_rows", "_seen", "turned"):
-                other.__dict__[name] = getattr(self, name)
-            for name in ("_on_motion", "_at_rest"):
-                elements, kinds = getattr(self, name)
-                other.__dict__[name] = elements, [same[entry.kind] for entry in kinds]
-            for name in ("patterns", "turning_patterns"):
-                other.__dict__[name] = [one._replace(entry=same[one.entry.kind]) for one in getattr(self, name)]
-        return other
 
     def columns(self, amplitudes, speed, harmonics, deflection=None) -> Columns:
         """The Columns at harmonics (..., speed, harmonic, motion * coordinate), m, and a static deflection."""
@@ -268,28 +236,20 @@ class EntryTable:
         return lru_cache(maxsize=KEPT)(lambda *given: (self._moving(*given), self._still(*given)))
 
     def _moving(self, speed, harmonics):
-        (_, kinds), speed, count = self._on_motion, np.array(speed)[:, None], len(harmonics)
-        factor, source = np.zeros((len(speed), count, len(kinds)), complex), np.zeros((count, len(kinds)), int)
-        alike, every, known = {}, np.arange(count), {}  # many kinds differ in their gain alone
+        (_, kinds), speed, every = self._on_motion, np.array(speed)[:, None], np.arange(len(harmonics))
+        factor = np.zeros((len(speed), len(harmonics), len(kinds)), complex)
+        source = np.zeros((len(harmonics), len(kinds)), int)
         for k, entry in enumerate(kinds):
-            alike.setdefault((entry.shift, entry.is_conjugate, entry.order), []).append(k)
-        for (shift, is_conjugate, order), some in alike.items():
-            here, seen, n = harmonics_seen(shift, is_conjugate, harmonics)
-            some, force = np.array(some), np.broadcast_to(n + shift, (len(speed), len(n)))
-            same = known.setdefault(tuple((n + shift).tolist()), {})
-            gains = _gains([kinds[k] for k in some], speed, force, same)
-            source[np.ix_(every[here], some)] = every[seen][:, None]
-            factor[:, every[here][:, None], some] = gains * ((1j * n * speed) ** order)[..., None]
+            here, seen, n = harmonics_seen(entry.shift, entry.is_conjugate, harmonics)
+            source[here, k] = every[seen]
+            factor[:, here, k] = entry.gain_at(speed, n + entry.shift) * (1j * n * speed) ** entry.order
         return _Moving(factor, source)
 
     def _still(self, speed, harmonics):
         (elements, kinds), speed = self._at_rest, np.array(speed)
         where = {n: i for i, n in enumerate(harmonics)}
         at = np.array([where.get(entry.shift, -1) for entry in kinds], int)
-        gain = np.zeros((len(speed), len(kinds)), complex)
-        for shift in {entry.shift for entry in kinds}:
-            some = [k for k, entry in enumerate(kinds) if entry.shift == shift]
-            gain[:, some] = _gains([kinds[k] for k in some], speed, np.full(len(speed), shift))
+        gain = np.array([entry.gain_at(speed, entry.shift) for entry in kinds], complex).reshape(-1, len(speed)).T
         kept = at[elements.kind] >= 0
         place, elements = self._place_of(elements)[kept], Elements(*(part[kept] for part in elements))
         at, count = at[elements.kind], len(self._places[0])
@@ -307,15 +267,6 @@ class EntryTable:
         deflection = np.broadcast_to(deflection, (*np.shape(deflection)[:-2], len(speed), self.seen))
         one = np.full((*deflection.shape[:-1], 1), float(constant))
         return np.concatenate([deflection, deflection.conj(), one], axis=-1)[..., still.seen] * still.value
-
-
-def _gains(entries, speed, harmonic, known=None):
-    """Gains (..., entry) at speeds and harmonics (...); `known` ones by function are used, and those computed added."""
-    of, known = [(entry.gain, entry.frequency_only) for entry in entries], {} if known is None else known
-    for one, entry in zip(of, entries, strict=True):
-        if one not in known:
-            known[one] = entry.gain_at(speed, harmonic)
-    return np.stack([known[one] for one in of], axis=-1)
 
 
 def _key(speed, harmonics):

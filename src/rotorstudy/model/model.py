@@ -190,7 +190,6 @@ class Assembled:
     @cached_property
     def _placed(self):
         """The Model with its bearings at (name, value) of the amplitudes that carry load, kept for the last few."""
-        latest = []
 
         @lru_cache(maxsize=4)
         def placed(values):
@@ -201,9 +200,6 @@ class Assembled:
             forces = (given[u.name] * np.asarray(e.matrix) for u in loading for e in u.entries if e.is_constant)
             found.__dict__["constant_force"] = sum(forces, self.constant_force)
             found.__dict__["output_table"] = self.output_table  # bearings do not act on the output
-            if latest:
-                found.__dict__["table"] = latest[0].with_gains_of(unknown for _, unknown in found.acting)
-            latest[:] = [found.table]
             return found
 
         return placed
@@ -220,11 +216,6 @@ class Assembled:
             return None
         there = tuple(term for term in self.terms if all(unknown.name in self.before for unknown in term.unknowns))
         return replace(self, terms=there, before=None)
-
-    @cached_property
-    def recent(self) -> dict:
-        """Responses of the machine computed last, keyed by their inputs; an earlier state is asked for often."""
-        return {}
 
     @cached_property
     def nonlinear_forces(self) -> tuple[tuple[int, NonlinearForce], ...]:

@@ -11,7 +11,6 @@ from rotorstudy.response.coupling import COUPLED_ORDER
 from rotorstudy.response.harmonic import Linearised, carried_response, positions, response_inputs, with_its_bearings
 from rotorstudy.response.statics import static_deflection
 
-KEPT, LARGEST = 16, 100_000  # responses of the earlier state of a machine, and numbers in each with its derivatives
 EXACT_STEP = 1e-4  # of a typical amplitude: relative errors of the derivative of 1e-11, by truncation and round-off
 
 
@@ -94,24 +93,10 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
         return shown
     place = model.position(model.earlier.names)
     theta = np.asarray(model.theta if theta is None else theta, float)
-    of = (*(tuple(np.ravel(one).tolist()) for one in (speed, harmonics)), order, jacobian)
-    earlier = _kept_response(model.earlier, theta[..., place], of, state)
+    earlier = with_its_bearings(state, model.earlier, theta[..., place])
     if jacobian:
         shown.jacobian[..., place] -= earlier.jacobian
     return shown._replace(response=shown.response - earlier.response)
-
-
-def _kept_response(earlier, theta, of, state):
-    """The Linearised response state(earlier, theta), not to be changed: explanations of a change share the last few."""
-    key, recent = (theta.shape, theta.tobytes(), *of), earlier.recent
-    if key not in recent:
-        found = with_its_bearings(state, earlier, theta)
-        if found.response.size * theta.shape[-1] > LARGEST:
-            return found
-        if len(recent) == KEPT:
-            del recent[next(iter(recent))]
-        recent[key] = found
-    return recent[key]
 
 
 def _shown(model, speed, harmonics, theta, order, jacobian):

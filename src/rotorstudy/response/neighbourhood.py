@@ -1,6 +1,6 @@
 """The neighbourhood of a model: what forces and output terms that it does not contain add to what the sensors show."""
 
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -13,12 +13,8 @@ from rotorstudy.response.measured import at_sensors
 from rotorstudy.response.solving import solver
 from rotorstudy.response.statics import static_deflection
 
-TABLES_KEPT, FACTORS_KEPT = 48, 250_000  # tables of unknowns, and numbers of the factors of each of them, 4 MB
 MOTION_AT_ONCE, COLUMNS_AT_ONCE = 1_000_000, 500_000  # numbers of motions, and of forces, that are taken together
 FORCES_AT_ONCE = 2_000_000  # numbers of the forces whose motions are solved together, several times 32 MB
-
-
-_kept_table = lru_cache(maxsize=TABLES_KEPT)(EntryTable)  # a search judges the same candidates at many fits
 
 
 class Motion(NamedTuple):
@@ -139,9 +135,8 @@ class Neighbourhood:
         if in_table:
             place, unknowns, at = zip(*in_table, strict=True)
             motions = [motion for _, motion in groups]
-            factors = len(speed) * len(carried) * sum(len(unknown.entries) for unknown in unknowns)
-            table = _kept_table if factors <= FACTORS_KEPT else EntryTable
             amplitude, deflection = (np.concatenate(one, axis=-1) for one in zip(*motions, strict=True))
-            found = table(unknowns, motions[0].amplitude.shape[-1], at).columns(amplitude, speed, carried, deflection)
+            table = EntryTable(unknowns, motions[0].amplitude.shape[-1], at)
+            found = table.columns(amplitude, speed, carried, deflection)
             parts.append(found._replace(unknown=np.array(place)[found.unknown]))
         return Columns(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))

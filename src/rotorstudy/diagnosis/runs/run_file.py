@@ -47,6 +47,8 @@ def read_runs(path: str | Path) -> list[RunItem]:
         if not isinstance(added, list) or not all(isinstance(part, dict) for part in added):
             raise RotorstudyError(f"{where}, unbalances: must be a list, each starting with '- node:'")
         added = [check_config(AddedUnbalance, part, f"{where}, unbalances[{k}]") for k, part in enumerate(added)]
+        if any(part.unbalance_g_mm and "angle_deg" not in part.model_fields_set for part in added):
+            raise RotorstudyError(f"{where}, unbalances: unbalance_g_mm without angle_deg; state where it was added")
         items.append(check_config(RunItem, {**one, "unbalances": added}, where))
     names = [item.name for item in items]
     twice = sorted({name for name in names if names.count(name) > 1})
