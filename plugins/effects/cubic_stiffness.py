@@ -1,17 +1,32 @@
+from functools import partial
+
 import numpy as np
 
 from rotorstudy.plugins import Effect, NonlinearForce, Parameter, hookimpl
 
 
-def cubic_stiffness(structure, node: int | None = None):
-    """Support whose stiffness grows with the square of its deflection: force -k |r|^2 r, r from the bearing line."""
-    here = structure.unit(node)[None]
+def cubic_stiffness(structure, node: int | None = None, quadratic: bool = False):
+    """Support whose stiffness grows with the square of its deflection: force -k |r|^2 r, r from the bearing line.
 
-    def stiffening(displacement, velocity, deflection):
-        return -(np.abs(displacement) ** 2) * displacement
+    quadratic: with an amplitude for a stiffness that grows with the deflection, force -q |r| r.
+    """
+    here, size = structure.unit(node)[None], structure.scales.displacement(node)
+    powers = {"cubic_stiffness": 2} | ({"quadratic_stiffness": 1} if quadratic else {})
 
-    usual = 0.03 * structure.scales.stiffness(node) / structure.scales.displacement(node) ** 2
-    return [Parameter("cubic_stiffness", "N/m3", (), typical=usual, force=NonlinearForce(here, stiffening))]
+    def stiffening(power, displacement, velocity, deflection):
+        return -(np.abs(displacement) ** power) * displacement
+
+    return [
+        Parameter(
+            name,
+            f"N/m{power + 1}",
+            (),
+            typical=0.03 * structure.scales.stiffness(node) / size**power,
+            force=NonlinearForce(here, partial(stiffening, power)),
+            default=0.0 if power == 1 else None,
+        )
+        for name, power in powers.items()
+    ]
 
 
 @hookimpl
@@ -20,6 +35,7 @@ def rotorstudy_effect():
         "cubic_stiffness",
         cubic_stiffness,
         source="Duffing 1918; Yamamoto and Ishida 2001, Linear and Nonlinear Rotordynamics",
+        hypothesis={"quadratic": True},
         positive=True,
         checked="circular whirl without weight: stiffness k r^2 to 1e-10; 2X due to weight; time integration to 1e-6",
         form_error=0.2,  # supports stiffen by other powers, too

@@ -1,6 +1,15 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, Feared, NonlinearForce, Parameter, Positive, at_supports, hookimpl
+from rotorstudy.plugins import (
+    Effect,
+    Feared,
+    NonlinearForce,
+    Parameter,
+    Positive,
+    at_supports,
+    hookimpl,
+    mean_overlap,
+)
 
 
 def looseness(
@@ -10,21 +19,25 @@ def looseness(
     lift_m: float = 5e-6,
     direction_rad: float = 0.0,
     play_m: Positive | None = None,
+    gap_spread_m: Positive | None = None,
 ):
     """Support that lifts off: where the lift s from the static deflection exceeds l, force -k min(s - l, p) d.
 
     d, at direction_rad from x (gravity points along +x), is the direction in which the shaft presses on its support,
     and s = -d . r. k is the part of the modelled stiffness that is lost beyond the lift l, until after a play p the
-    bolts hold; by default they never do. l is negative where the support has lifted off already at rest. foundation is
-    the node of a bearing in place of its own: what it stands on lifts, such as a foot, by the motion of its housing.
+    bolts hold; by default they never do. l is negative where the support has lifted off already at rest. gap_spread_m:
+    standard deviation of the lift and the play over the seat, which lifts, and is held, by degrees; by default at once.
+    foundation is the node of a bearing in place of its own: what it stands on lifts, such as a foot, by the motion of
+    its housing.
     """
     own, motion = (node, "translation") if foundation is None else (foundation, "housing")
     here = structure.against_casing(node) if foundation is None else structure.unit(foundation, "housing")
     along = np.exp(1j * direction_rad)
 
     def lifted(displacement, velocity, deflection):
-        lift = -((displacement - deflection) * along.conj()).real
-        return -np.clip(lift - lift_m, 0, play_m) * along
+        lift = -((displacement - deflection) * along.conj()).real - lift_m
+        held = 0.0 if play_m is None else mean_overlap(lift - play_m, gap_spread_m)
+        return -(mean_overlap(lift, gap_spread_m) - held) * along
 
     usual = 0.13 * structure.scales.stiffness(own, motion)
     return [Parameter("stiffness_lost_in_lift", "N/m", (), typical=usual, force=NonlinearForce(here[None], lifted))]
@@ -40,12 +53,13 @@ def rotorstudy_effect():
     return Effect(
         "looseness",
         looseness,
-        source="bilinear support as in Chu and Tang 2001; Muszynska and Goldman 1995",
+        source="bilinear support as in Chu and Tang 2001; Muszynska and Goldman 1995; Greenwood and Williamson 1966",
         places=places,
         shape={
             "lift_m": (-12.0, 12.0, "vibration"),
             "direction_rad": (-np.pi, np.pi),
-            "play_m": (0.4, 100.0, "vibration"),
+            "play_m": (0.4, 25.0, "vibration"),
+            "gap_spread_m": (0.05, 4.0, "vibration"),
         },
         example={"lift_m": 0.0},
         positive=True,

@@ -15,6 +15,7 @@ _HOME = {
     "model.terms": "NonlinearForce Parameter",
     "model.shaft": "RigidDisc Section",
     "model.structure": "Structure across at_supports couples_a_driver probe_axis sensor_unit spacers",
+    "model.contact": "mean_overlap",
     "model.hinge": "crack_at",
     "model.options": "AtLeastOne DepthRatio Even Fraction NonNegative PoissonsRatio Positive Share TypedDict Whole",
     "model.cracks": "crack_parameters",

@@ -177,7 +177,7 @@ def test_parts_of_a_law_of_breathing_sum_to_another_law():
 
     def across(entries):
         """{shift: matrix} of what acts on z, and on its conjugate."""
-        return {(e.on, e.shift): e.matrix for e in entries if e.on != "one"}
+        return {(e.on, e.shift): np.asarray(e.matrix) for e in entries if e.on != "one"}
 
     first = across(hinge.entries_of_form("across", 1))
     assert np.allclose(first["z", 0], share / 2 * half) and np.allclose(
@@ -193,7 +193,7 @@ def test_parts_of_a_law_of_breathing_sum_to_another_law():
         ("along", True),
     ):
         entries = hinge.entries_of_form(motion, 0 if open_too else 2)
-        turned = sum(e.matrix * np.exp(-1j * e.shift * 0.4) for e in entries if e.on == "z")
+        turned = sum(np.exp(-1j * e.shift * 0.4) * np.asarray(e.matrix) for e in entries if e.on == "z")
         assert np.abs(turned).max() == pytest.approx(
             share * np.abs(half).max() if open_too else 0.0, abs=1e-9 * share * np.abs(half).max()
         )

@@ -214,7 +214,7 @@ def test_what_is_no_crack_is_not_explained_by_one(monkeypatch):
     [("unbalance", "no shape to be searched"), ("crack", "unknown effect 'crack'"), ("runout", "no shape")],
 )
 def test_other_effects_are_refused_in_one_line(effect, words):
-    spectrum = readings(np.zeros((5, 5, 2), complex), SPEEDS, HARMONICS, (2, 4), 1.0)
+    spectrum = readings(np.zeros((4, 5, 2), complex), SPEEDS, HARMONICS, (2, 4), 1.0)
     with pytest.raises(RotorstudyError, match=words) as said:
         identify_cause(spectrum, build_model(rig()), effect, SETTINGS)
     assert "\n" not in str(said.value)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from foreign.small_cases import small, special
-from rotorstudy.blind.machines.contacts import add_cubic_bearing, add_rub
+from rotorstudy.blind.machines.contacts import add_clearance, add_cubic_bearing, add_rub, add_soft_foot
 from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_added_mass, add_seal
 from rotorstudy.blind.machines.files import write_case
@@ -12,6 +12,7 @@ from rotorstudy.blind.machines.measuring import expected_harmonics
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import RigFile, read_rig
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
@@ -158,3 +159,35 @@ def test_a_zero_on_the_unloaded_line_is_no_preload(tmp_path):
 def test_a_modulus_within_its_uncertainty_is_no_fault(tmp_path):
     left = [*CRACKS, *OF_SHAPE]  # the test of the clean case has them
     assert verdict_on(small(1, "healthy"), tmp_path, modulus=1.01, leave_out=left).verdict == "nothing"
+
+
+def soft_foot(draw):
+    """A foot that lifts over as much as half its swing, as on a seat of balls."""
+    node, stiffness = draw.support()
+    swing, along = draw.swing(node), np.array([np.cos(0.7), np.sin(0.7)])
+    start = float(draw.rest(node) @ along) + 0.1 * swing
+    add_soft_foot(draw.machine, node, 0.5 * stiffness, 3 * swing, 0.15 * swing, 0.7, start, "ball")
+    return {"node": node + 1}
+
+
+def oval_clearance(draw):
+    """A support with a clearance that is wider to two sides."""
+    node, stiffness = draw.support()
+    swing = draw.swing(node)
+    centre = draw.rest(node) - 0.5 * swing * np.array([np.cos(0.7), np.sin(0.7)])
+    add_clearance(draw.machine, node, 0.5 * stiffness, 0.8 * swing, 0.05 * swing, centre, (0.1, 0.3), "even")
+    return {"node": node + 1}
+
+
+CONTACTS = {"looseness": soft_foot, "support_clearance": oval_clearance}
+
+
+@pytest.mark.parametrize("effect", CONTACTS)
+def test_a_contact_that_opens_by_degrees_of_another_law_is_named_alone(effect, monkeypatch, tmp_path):
+    """Negative control: without the effect no other contact of the library is named alone in its place."""
+    case, library = special(monkeypatch, 3, CONTACTS[effect]), {*OF_SHAPE, "support_clearance", "support_loss"}
+    others = sorted({name for name, one in registry().plugins["effect"].items() if one.candidate} - library)
+    node = case.effects[0]["node"]
+    assert names(verdict_on(case, tmp_path, leave_out=others, most_causes=2)) == {(effect, node)}
+    without = verdict_on(case, tmp_path, leave_out=[*others, effect])
+    assert without.verdict != "cause" or without.form_error > 0.05

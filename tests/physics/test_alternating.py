@@ -1,4 +1,4 @@
-"""Rub, looseness and cubic stiffness: closed forms, motions of the independent simulator, what is known of them."""
+"""Rub, looseness, clearance and cubic stiffness: closed forms, the independent simulator, what is known of them."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ from rotorstudy import (
 from rotorstudy.authoring.invariants.base import BrokenInvariant
 from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
 from rotorstudy.authoring.invariants.effect import check_steady_state
-from rotorstudy.blind.machines.contacts import add_cubic_bearing, add_rub, one_sided
+from rotorstudy.blind.machines.contacts import add_cubic_bearing, add_rub, by_differences, one_sided
 from rotorstudy.blind.machines.effects import add_preload
 from rotorstudy.blind.machines.machine import LocalForce
 from rotorstudy.errors import PluginError
@@ -49,6 +49,9 @@ CUBIC = {"kind": "cubic_stiffness", "cubic_stiffness_N_per_m3": 2e13}
 STOP = {**RUB, "clearance_m": 1.5e-5, "offset_ratio": 0.7, "contact_angle_rad": 2.0}
 ASIDE = {**LOOSE, "direction_rad": -1.1}
 BOLTED = {**LOOSE, "direction_rad": 2.0, "lift_m": -3e-6, "play_m": 8e-6}
+UNEVEN = {**BOLTED, "gap_spread_m": 4e-6}
+CLEARANCE = {"kind": "support_clearance", "clearance_m": 1e-5, "stiffness_lost_in_clearance_N_per_m": 3e5}
+WORN = {**CLEARANCE, "rest_ratio": 0.8, "rest_angle_rad": 2.0, "spread_ratio": 0.2}
 
 
 PRELOAD = {"kind": "static_preload", "static_preload_N": 12.0}  # off the middle of the ring, so that it rubs in part
@@ -63,6 +66,32 @@ def lossy(towards, lift, play=np.inf):
         machine.local.append(force)
 
     return add
+
+
+def scattered(force, spread, along):
+    """Adds the mean over normal errors e of a gap, of standard deviation `spread`, of force(x, e) along along(y)."""
+    x, points = np.linspace(-1e-4, 1e-4, 4001), np.linspace(-6, 6, 601)
+    mean = np.average(force(x[:, None], spread * points), axis=1, weights=np.exp(-(points**2) / 2))
+
+    def add(machine, rest):
+        def law(turn, y, v, speed):
+            way, direction = along(y - rest)
+            return np.interp(way, x, mean)[:, None] * direction
+
+        machine.local.append(LocalForce(np.eye(4)[:, :2], by_differences(law, 1e-4, 1e-4), "contact"))
+
+    return add
+
+
+def lifting(y):
+    n = np.array([np.cos(np.pi + 2.0), np.sin(np.pi + 2.0)])
+    return y @ n, n
+
+
+def from_the_centre(y):
+    away = y + 0.8e-5 * np.array([np.cos(2.0), np.sin(2.0)])
+    r = np.linalg.norm(away, axis=1)
+    return r, away / r[:, None]
 
 
 def ring(clearance, away=0.0, preload=0.0):
@@ -83,6 +112,18 @@ def ring(clearance, away=0.0, preload=0.0):
         pytest.param([LOOSE], lossy(np.pi, 1e-5), 450.0, 2e-4, id="looseness"),
         pytest.param([ASIDE], lossy(np.pi - 1.1, 1e-5), 450.0, 2e-4, id="looseness aside"),
         pytest.param([BOLTED], lossy(np.pi + 2.0, -3e-6, 8e-6), 450.0, 2e-4, id="looseness held by bolts"),
+        pytest.param(
+            [UNEVEN],
+            scattered(lambda x, e: 3e5 * np.clip(x + 3e-6 + e, 0, 8e-6), 4e-6, lifting),
+            *(450.0, 2e-4),
+            id="looseness of an uneven seat",
+        ),
+        pytest.param(
+            [WORN],
+            scattered(lambda r, e: 3e5 * np.minimum(r, 1e-5 + e), 2e-6, from_the_centre),
+            *(450.0, 2e-4),
+            id="support with clearance",
+        ),
         pytest.param([CUBIC], lambda machine, rest: add_cubic_bearing(machine, 0, 2e13), 300.0, 1e-5, id="cubic"),
     ],
 )
@@ -110,6 +151,16 @@ def test_circular_whirl_on_a_cubic_support_is_that_of_its_stiffness_k_r2():
     assert np.abs(heavy[EVERY == 2][0]) > 1e-3 * r  # weight takes the circle off the middle
 
 
+def test_circular_whirl_beyond_a_clearance_loses_the_support_within_it():
+    """(k - m w^2 + j w c) r e^{ja} - k_s min(r, R) e^{ja} = m e w^2; within the clearance all of k_s is lost."""
+    for w, is_within in ((450.0, False), (100.0, True)):
+        found = harmonic_response(rotor(CLEARANCE, gravity=0.0), [w], EVERY)[0, :, 0]
+        r = np.abs(found[EVERY == 1][0])
+        assert (r < 1e-5) == is_within
+        left = (STIFFNESS - MASS * w**2 + 1j * w * DAMPING) * r - 3e5 * min(r, 1e-5)
+        assert found[EVERY == 1][0] * left / r == pytest.approx(MASS * ECCENTRICITY * w**2, rel=1e-9)
+
+
 def test_full_annular_rub_is_the_closed_form_of_a_circle():
     """(k - m w^2 + j w c) r e^{ja} + k_s (1 + j mu) (r - c) e^{ja} = m e w^2 (Choy and Padovan 1987)."""
     w = 500.0
@@ -128,7 +179,7 @@ def test_inside_the_clearance_and_below_the_lift_nothing_happens():
         assert np.abs(harmonic_response(rotor(effect), [480.0], EVERY) - plain).max() > 0.1 * np.abs(plain).max()
 
 
-@pytest.mark.parametrize("effect", [RUB, LOOSE, CUBIC], ids=lambda e: e["kind"])
+@pytest.mark.parametrize("effect", [RUB, LOOSE, CUBIC, WORN], ids=lambda e: e["kind"])
 def test_derivatives_are_those_of_the_response(effect):
     model = rotor(effect, PRELOAD)
     steps = 1e-4 * np.where(model.theta == 0, ECCENTRICITY, np.abs(model.theta))

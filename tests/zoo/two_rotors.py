@@ -10,7 +10,7 @@ HARMONICS = np.array([0, 1, 2, 3, 5, 7, -1, -3, -5])
 PLAIN = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
 ROTORS = {"plain": build_model({"rotor": PLAIN}).structure, "tilting": build_model({"rotor": OFFSET_DISC}).structure}
 # forces in time: tests/physics/test_alternating.py and test_breathing_by_the_moment.py
-LOCAL = {"rub", "looseness", "cubic_stiffness", "transverse_crack"}
+LOCAL = {"rub", "looseness", "support_clearance", "cubic_stiffness", "transverse_crack"}
 CRACKS = list(registry().plugins["crack"].values())
 
 

@@ -5,6 +5,7 @@ import numpy as np
 from rotorstudy.model.registry import registry
 
 CRACKS = ("transverse_crack", "breathing_crack", "breathing_crack_weight")
+CONTACTS = ("rub", "looseness", "support_clearance", "cubic_stiffness")  # near forms of each other at a support
 NODE, ELEMENT, STRETCH, NEAR, ANY = "node", "element", "stretch", "near", "any"
 PLACE = 0.05  # error of the place of a crack of any form, of the length of the shaft
 
@@ -42,7 +43,7 @@ MEANS = {
     "crack_form": (CRACKS, NEAR, ()),
     "open_crack_form": (CRACKS, NEAR, ()),
     "looseness_form": (("looseness",), NODE, ()),
-    "clearance_form": (("looseness", "cubic_stiffness"), NODE, ()),
+    "clearance_form": (("support_clearance", "looseness", "cubic_stiffness"), NODE, ()),
     "stiffening_form": (("cubic_stiffness",), NODE, ()),
     "rub_form": (("rub",), NODE, ()),
     "coupling_form": (("parallel_misalignment", "angular_misalignment"), NODE, ("static_preload",)),
@@ -69,8 +70,8 @@ ALIKE = {
     "asymmetry": (*CRACKS, "angular_misalignment", "parallel_misalignment"),
     "misalignment": ("static_preload",),  # what a fixed offset of an isotropic coupling is
     # a stiffness lost along one direction, and a stop that gives it back on one side
-    "looseness": ("rub",),
-    "one_sided_loss": ("rub",),
+    "looseness": CONTACTS,
+    "one_sided_loss": CONTACTS,
     # a pedestal far below its resonance is a softer support
     "support_loss": ("support_stiffness", "pedestal_resonance"),
     "pedestal": ("bearing_coefficients", "support_anisotropy", "support_loss", "support_stiffness"),
@@ -87,10 +88,10 @@ ALIKE = {
 ALIKE |= {
     "crack_form": ("shaft_asymmetry",),
     "open_crack_form": ALIKE["open_crack"],
-    "looseness_form": ("rub", "cubic_stiffness", *ALIKE["support_loss"], *MEANS["support_loss"][0]),
-    "clearance_form": ("rub", *ALIKE["support_loss"], *MEANS["support_loss"][0]),
-    "stiffening_form": ("rub", "looseness", *ALIKE["support_loss"], *MEANS["support_loss"][0]),
-    "rub_form": ("looseness", "cubic_stiffness"),
+    "looseness_form": (*CONTACTS, *ALIKE["support_loss"], *MEANS["support_loss"][0]),
+    "clearance_form": (*CONTACTS, *ALIKE["support_loss"], *MEANS["support_loss"][0]),
+    "stiffening_form": (*CONTACTS, *ALIKE["support_loss"], *MEANS["support_loss"][0]),
+    "rub_form": CONTACTS,
     "coupling_form": ALIKE["misalignment"],
     "dry_friction_form": ("external_damping", "bearing_coefficients"),
 }

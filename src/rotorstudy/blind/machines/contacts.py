@@ -216,28 +216,40 @@ def add_contact_ring(machine, node, stiffness, kind, clearance, scale, centre, f
     machine.local.append(LocalForce(at(machine, 4 * node), by_differences(force, scale, 0.01 * speed_of), "rub"))
 
 
-def add_soft_foot(machine, node, loss, gap, width, angle, start):
+# How a contact opens over some widths from x = 0 on: function(x) -> max(x, 0) by degrees, and its slope. With logistic
+# tails, by gaps spread evenly, or with a stiffness that grows by the square root of the depth, as that of a ball does
+DEGREES = {
+    "logistic": lambda x: (np.logaddexp(0.0, x), 0.5 + 0.5 * np.tanh(x / 2)),
+    "even": lambda x: (np.clip(x + 3, 0, 6) ** 2 / 12 + np.maximum(x - 3, 0), np.clip(x + 3, 0, 6) / 6),
+    "ball": lambda x: (np.clip(x, 0, 4) ** 1.5 / 3 + np.maximum(x - 4, 0), np.clip(x, 0, 4) ** 0.5 / 2),
+}
+
+
+def add_soft_foot(machine, node, loss, gap, width, angle, start, degrees="logistic"):
     """Foot that lifts: `loss` N/m less towards `angle` beyond `start` m until `gap` m more, over `width` m."""
-    normal = np.array([np.cos(angle), np.sin(angle)])
+    normal, opened = np.array([np.cos(angle), np.sin(angle)]), DEGREES[degrees]
 
     def law(turn, y, v, speed):
         w = (y @ normal - start) / width
-        force = loss * width * (np.logaddexp(0.0, w) - np.logaddexp(0.0, w - gap / width))
-        slope = loss * (1 / (1 + np.exp(-w)) - 1 / (1 + np.exp(gap / width - w)))
-        by_y = slope[:, None, None] * np.outer(normal, normal)
-        return force[:, None] * normal, by_y, np.zeros_like(by_y)
+        (lifted, lifts), (held, holds) = opened(w), opened(w - gap / width)
+        by_y = (loss * (lifts - holds))[:, None, None] * np.outer(normal, normal)
+        return (loss * width * (lifted - held))[:, None] * normal, by_y, np.zeros_like(by_y)
 
     machine.local.append(LocalForce(at(machine, 4 * node), law, "soft foot"))
 
 
-def add_clearance(machine, node, stiffness, clearance, width, centre=(0.0, 0.0)):
-    """Support without `stiffness` N/m in a circle, smooth over `width` m (Ehrich, J. Vib. Acoust. 110 (1988) 9-16)."""
-    centre = np.asarray(centre)
+def add_clearance(machine, node, stiffness, clearance, width, centre=(0.0, 0.0), oval=(0.0, 0.0), degrees="logistic"):
+    """Support without `stiffness` N/m in a circle, smooth over `width` m (Ehrich, J. Vib. Acoust. 110 (1988) 9-16).
+
+    oval : share by which the clearance is wider along an angle, and narrower across, and that angle
+    """
+    centre, (share, along), opened = np.asarray(centre), oval, DEGREES[degrees]
 
     def force(angle, y, v, speed):
         away = y - centre
         r = np.sqrt(np.sum(away**2, axis=1) + (1e-3 * clearance) ** 2)
-        inside = r - width * np.logaddexp(0.0, (r - clearance) / width)
+        free = clearance * (1 + share * np.cos(2 * (np.arctan2(away[:, 1], away[:, 0]) - along)))
+        inside = r - width * opened((r - free) / width)[0]
         return stiffness * (inside / r)[:, None] * away
 
     machine.local.append(LocalForce(at(machine, 4 * node), by_differences(force, clearance, clearance), "clearance"))

@@ -109,9 +109,10 @@ def looseness_form(draw):
     rest = float(draw.rest(node) @ towards)
     start, width = rest + swing * rng.uniform(-0.8, 0.7), swing * between(rng, 0.05, 0.6)
     gap = swing * between(rng, 0.5, 10.0)
-    contacts.add_soft_foot(draw.machine, node, loss, gap, width, angle, start)
+    degrees = str(rng.spawn(1)[0].choice(list(contacts.DEGREES)))  # so that the rest of a draw stays what it was
+    contacts.add_soft_foot(draw.machine, node, loss, gap, width, angle, start, degrees)
     what = {"node": node + 1, "angle_rad": angle, "loss_N_per_m": loss, "gap_m": gap}
-    return what | {"start_m": start, "width_m": width}
+    return what | {"start_m": start, "width_m": width, "degrees": degrees}
 
 
 def clearance_form(draw):
@@ -121,8 +122,12 @@ def clearance_form(draw):
     loss, swing = min(draw.severity * between(rng, 0.1, 0.6), 0.85) * stiffness, draw.swing(node)
     clearance = swing * between(rng, 0.3, 2.0)
     centre = draw.rest(node) - rng.uniform(0.0, 1.5) * clearance * np.array([np.cos(angle), np.sin(angle)])
-    contacts.add_clearance(draw.machine, node, loss, clearance, 0.1 * clearance, centre)
-    return {"node": node + 1, "loss_N_per_m": loss, "clearance_m": clearance, "centre_m": centre.tolist()}
+    of_form = rng.spawn(1)[0]
+    width, oval = clearance * between(of_form, 0.02, 0.2), of_form.uniform(0.0, (0.2, np.pi)).tolist()
+    degrees = str(of_form.choice(list(contacts.DEGREES)))
+    contacts.add_clearance(draw.machine, node, loss, clearance, width, centre, oval, degrees)
+    what = {"node": node + 1, "loss_N_per_m": loss, "clearance_m": clearance, "centre_m": centre.tolist()}
+    return what | {"width_m": width, "oval": oval, "degrees": degrees}
 
 
 def stiffening_form(draw):
