@@ -197,9 +197,10 @@ def _check_losses(values, losses, structure, where):
         pattern, unit, _ = losses[name]
         share = value if unit == "1" else np.max(value * np.diag(pattern) / np.diag(structure.stiffness))
         if value < 0 or share >= 1:
+            whole = "" if unit == "1" or share <= 0 else f" ({value / share:.3g} {unit})"
             raise RotorstudyError(
                 f"{name} = {value:g} in {where}: a crack loses from nothing up to, but not including, all of the "
-                "stiffness of the shaft there" + ("" if unit == "1" else f" ({value / share:.3g} {unit})")
+                f"stiffness of the shaft there{whole}"
             )
 
 
