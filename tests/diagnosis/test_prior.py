@@ -137,6 +137,17 @@ def test_a_loss_that_was_estimated_no_longer_follows_from_a_depth():
 GOOD = {"parameters": ["external_damping", "internal_damping"], "standard_deviations": [2.0, 1.0]}
 
 
+def test_a_loss_of_a_crack_that_a_fit_ends_below_zero_is_stated_as_none():
+    """Negative control: a rig that states it is refused, in which no share of an infinite stiffness is told."""
+    (name,) = (one for one in MODEL.names if "stiffness_loss" in one)
+    rig = rig_with_estimate(RIG, MODEL, (name,), np.array([-1e4]), np.array([[1e10]]))
+    assert rig["cracks"][0]["stiffness_loss_N_per_m"] == 0 and build_model(rig)
+    wrong = {**RIG, "cracks": [{"kind": "switching", "stiffness_loss_N_per_m": -1e4}]}
+    with pytest.raises(RotorstudyError, match="a crack loses from nothing") as said:
+        build_model(wrong)
+    assert "inf" not in str(said.value)
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -154,17 +165,6 @@ GOOD = {"parameters": ["external_damping", "internal_damping"], "standard_deviat
         ({"correlation": [[1.0], [0.5, 1.0]]}, "did you mean 'correlations'"),
     ],
 )
-def test_a_loss_of_a_crack_that_a_fit_ends_below_zero_is_stated_as_none():
-    """Negative control: a rig that states it is refused, in which no share of an infinite stiffness is told."""
-    (name,) = (one for one in MODEL.names if "stiffness_loss" in one)
-    rig = rig_with_estimate(RIG, MODEL, (name,), np.array([-1e4]), np.array([[1e10]]))
-    assert rig["cracks"][0]["stiffness_loss_N_per_m"] == 0 and build_model(rig)
-    wrong = {**RIG, "cracks": [{"kind": "switching", "stiffness_loss_N_per_m": -1e4}]}
-    with pytest.raises(RotorstudyError, match="a crack loses from nothing") as said:
-        build_model(wrong)
-    assert "inf" not in str(said.value)
-
-
 def test_an_impossible_prior_is_refused(change, words):
     assert build_model({**RIG, "prior": GOOD}).uncertainty.covariance == pytest.approx(np.diag([4.0, 1.0]))
     with pytest.raises(RotorstudyError, match=words):
