@@ -108,6 +108,20 @@ class Shaft:
             raise CannotAct("this rotor states no stiffness of its elements")
         return sum(shares, found)
 
+    @cached_property
+    def soft_elements(self) -> tuple[int, ...]:
+        """Elements that bend at least twice as easily as both neighbours."""
+        tilts = {node: i for i, (node, motion) in enumerate(self.dofs) if motion == "tilt"}
+        rigidity = {}
+        for node in (node for node in tilts if node + 1 in tilts and node + 1 in self.node_positions):
+            try:
+                one, other = self.stiffness_of(node)[tilts[node], [tilts[node], tilts[node + 1]]]
+            except CannotAct:  # a rotor without elements
+                return ()
+            rigidity[node] = (one - other) * (self.node_positions[node + 1] - self.node_positions[node])  # 2 E I
+        beside = {node: [rigidity.get(node - 1, 0.0), rigidity.get(node + 1, 0.0)] for node in rigidity}
+        return tuple(node for node, own in rigidity.items() if 2 * own <= min(beside[node]))
+
     def stretches(self) -> list[dict]:
         """Options of each stretch of elements shorter than the shaft, single ones first; of a fine mesh, of some."""
         numbers = [place["element"] for place in self.crack_places() if place]

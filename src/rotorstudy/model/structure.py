@@ -264,22 +264,13 @@ def across(structure, node, element, motion):
 
 def spacers(structure):
     """Elements {"element": node} that bend at least twice as easily as both neighbours: couplings, quill shafts."""
-    tilts = {node: i for i, (node, motion) in enumerate(structure.dofs) if motion == "tilt"}
-    rigidity = {}
-    for node in (node for node in tilts if node + 1 in tilts and node + 1 in structure.node_positions):
-        try:
-            one, other = structure.stiffness_of(node)[tilts[node], [tilts[node], tilts[node + 1]]]
-        except CannotAct:  # a rotor without elements
-            return []
-        rigidity[node] = (one - other) * (structure.node_positions[node + 1] - structure.node_positions[node])  # 2 E I
-    beside = {node: [rigidity.get(node - 1, 0.0), rigidity.get(node + 1, 0.0)] for node in rigidity}
-    return [{"element": node} for node, own in rigidity.items() if 2 * own <= min(beside[node])]
+    return [{"element": element} for element in structure.soft_elements]
 
 
 def couples_a_driver(structure, node=None, element=None):
     """How often a coupling is at a place, by `Effect.place_rate`: at an end of the shaft, or a softer element of it."""
     nodes = [node for node, _ in structure.dofs]
-    return float(node in (min(nodes), max(nodes)) or {"element": element} in spacers(structure))
+    return float(node in (min(nodes), max(nodes)) or element in structure.soft_elements)
 
 
 def sensor_unit(sensors, node=None):
