@@ -26,7 +26,7 @@ def looseness(
     d, at direction_rad from x (gravity points along +x), is the direction in which the shaft presses on its support,
     and s = -d . r. k is the part of the modelled stiffness that is lost beyond the lift l, until after a play p the
     bolts hold; by default they never do. l is negative where the support has lifted off already at rest. gap_spread_m:
-    standard deviation of the lift and the play over the seat, which lifts, and is held, by degrees; by default at once.
+    standard deviation of the lift and the play over the seat: it lifts, and is held, gradually; without it, suddenly.
     foundation is the node of a bearing in place of its own: what it stands on lifts, such as a foot, by the motion of
     its housing.
     """

@@ -21,16 +21,15 @@ def support_clearance(
     rest_angle_rad: float = 0.0,
     spread_ratio: Share | None = None,
 ):
-    """Support with clearance: force k min(|s|, R) s / |s|, where s is the distance from the centre of the clearance.
+    """Support with clearance: force k min(|s|, R) s / |s|, where s is the way from the centre of its clearance.
 
     R is clearance_m, such as that of a worn rolling bearing or of its seat in the housing, within which the part k of
     the modelled stiffness does not act. At rest, that is at its static deflection, the shaft is rest_ratio R from the
     centre, on the side rest_angle_rad from x: 0 in the middle, 1 where it touches. spread_ratio: standard deviation of
-    the clearance around the seat over R; the shaft meets it by degrees, by default at once.
+    the clearance around the seat over R: contact is gradual; without it, sudden.
     """
     here = structure.against_casing(node)[None]
     rest = rest_ratio * clearance_m * np.exp(1j * rest_angle_rad)
-
     spread = spread_ratio and spread_ratio * clearance_m
 
     def without_support(displacement, velocity, deflection):
@@ -60,7 +59,7 @@ def rotorstudy_effect():
         example={"clearance_m": 2e-6},
         positive=True,
         switches=True,
-        checked="circular whirl within and beyond the clearance in closed form; time integration",
+        checked="circular whirl inside and outside in closed form to 1e-9; time integration to 2e-4 of its effect",
         form_error=0.2,  # seats are not round
         confounders={
             "looseness": "a foot lifts in one direction; a clearance is alike in all directions",

@@ -125,7 +125,7 @@ def test_a_support_pressed_from_the_other_side_is_turned_with_its_lift(loose, pr
     wrong = loose.explain(causes, values)
     assert not wrong.fit.is_rejected(1e-3) and distance(wrong.causes[0].shape) > 1
     (turned,) = turns(loose, wrong)
-    assert distance(turned.causes[0].shape) < 1  # from which the fit finds the true one
+    assert distance(turned.causes[0].shape) < 1  # a scan of four options ends further away; fits go on
     alone = loose.explain(turned.causes[:1], turned.values)
     assert odds_of(alone) > odds_of(wrong)
     while not alone.fit.converged:  # a search fits its best explanation again, too

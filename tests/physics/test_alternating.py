@@ -139,15 +139,22 @@ def test_steady_state_is_that_of_the_independent_simulator(effects, add, w, tole
     assert np.abs(found - expected).max() < tolerance * felt
 
 
-def test_circular_whirl_on_a_cubic_support_is_that_of_its_stiffness_k_r2():
-    w = 450.0
-    found = harmonic_response(rotor(CUBIC, gravity=0.0), [w], EVERY)[0, :, 0]
+@pytest.mark.parametrize(
+    ("power", "size", "more"),
+    [
+        (2, 2e13, {}),
+        (1, 5e8, {"cubic_stiffness_N_per_m3": 0.0, "quadratic": True, "quadratic_stiffness_N_per_m2": 5e8}),
+    ],
+)
+def test_circular_whirl_on_a_stiffening_support_is_that_of_its_stiffness_k_r_to_a_power(power, size, more):
+    w, effect = 450.0, CUBIC | more
+    found = harmonic_response(rotor(effect, gravity=0.0), [w], EVERY)[0, :, 0]
     r = np.abs(found[EVERY == 1][0])
-    stiff = STIFFNESS + 2e13 * r**2 - MASS * w**2 + 1j * w * DAMPING
+    stiff = STIFFNESS + size * r**power - MASS * w**2 + 1j * w * DAMPING
     assert found[EVERY == 1][0] == pytest.approx(MASS * ECCENTRICITY * w**2 / stiff, rel=1e-10)
-    assert 2e13 * r**2 > 0.01 * STIFFNESS
+    assert size * r**power > 0.01 * STIFFNESS
     assert np.abs(found[EVERY != 1]).max() < 1e-10 * r
-    heavy = harmonic_response(rotor(CUBIC), [w], EVERY)[0, :, 0]
+    heavy = harmonic_response(rotor(effect), [w], EVERY)[0, :, 0]
     assert np.abs(heavy[EVERY == 2][0]) > 1e-3 * r  # weight takes the circle off the middle
 
 

@@ -14,8 +14,8 @@ LEAST_POWER = 35.0  # of a line over the noise around it; noise alone exceeds th
 LEAST_SHARE = 1e-4  # of the rms vibration; a smaller line does not matter
 LEAST_CYCLES = 5.0  # in the record; slower motion is drift
 BESIDE_HARMONIC = 3.0  # cycles in the record within which a line may be a modulated harmonic
-NARROW, WIDE = 4, 12  # lines on either side from which the noise at a line follows, of slow and of other lines;
-LONG = 100_000  # samples of a record of so many lines that it needs twice WIDE, and a number quick to transform
+NARROW, WIDE = 4, 12  # lines on either side from which the noise at a line follows, of slow and of other lines
+LONG = 100_000  # samples of a record that is cut to a number quick to transform, and needs twice WIDE lines
 LINES_AT_ONCE = 4096  # whose noise is computed together
 STEPS = 4
 MAINS_HZ = (50.0, 60.0)
@@ -205,7 +205,8 @@ def likely_kind(speeds, orders, seen):
         off = max(SUBHARMONIC_OFF, 0.2 / seen.revolutions)
         name = next((name for name, order in SUBHARMONICS.items() if abs(seen.order - order) < off), None)
         if name:
-            marks = f", or the true 1X, if the phase mark passes {name[2:]} times a revolution" if name < "2" else ""
+            part, whole = name.split("/")
+            marks = f", or the true 1X, if the phase mark passes {whole} times a revolution" if part == "1" else ""
             known = f"{name} of the speed to {off:.1g}{marks}"
             kinds.append(f"a subharmonic of looseness, rub or another nonlinearity: {known}")
         if WHIRL[0] < seen.order < WHIRL[1] and _sense(seen) == "forward":

@@ -6,7 +6,7 @@ import numpy as np
 def mean_overlap(depth: np.ndarray, spread: float | None) -> np.ndarray:
     """Mean of max(depth + e, 0) of a contact whose gap varies by e, normal with a standard deviation `spread`.
 
-    A real contact closes by degrees, as the heights of its surfaces, seats and threads are scattered.
+    A real contact closes gradually, as the heights of its surfaces, seats and threads are scattered.
 
     depth, spread : m, depth (...); None for a contact that closes at once
     returns       : (...) m

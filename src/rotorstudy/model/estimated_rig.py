@@ -56,7 +56,7 @@ def _item(section, item, model, values):
             if f"{name}_real" in values or f"{name}_imag" in values:
                 found |= {parameter.key: abs(value), parameter.phase_key: float(np.angle(value))}
         elif name in values:
-            least = 0.0 if section == "crack" else -np.inf  # a fit may end below what a rig can state, by its error
+            least = 0.0 if section == "crack" else -np.inf  # no rig states a negative loss, where a fit may end
             found[parameter.key] = float(max(values[name], least))
     if found and "depth" in item:
         plugin, rest = registry().get(section, item["kind"]), {k: v for k, v in item.items() if k != "depth"}

@@ -216,18 +216,18 @@ def add_contact_ring(machine, node, stiffness, kind, clearance, scale, centre, f
     machine.local.append(LocalForce(at(machine, 4 * node), by_differences(force, scale, 0.01 * speed_of), "rub"))
 
 
-# How a contact opens over some widths from x = 0 on: function(x) -> max(x, 0) by degrees, and its slope. With logistic
-# tails, by gaps spread evenly, or with a stiffness that grows by the square root of the depth, as that of a ball does
-DEGREES = {
+# Laws by which a contact opens gradually about x = 0, in its widths: function(x) -> rounded max(x, 0), and its slope.
+# With logistic tails, for gaps spread evenly, or with a stiffness that grows as the square root of the depth (a ball)
+OPENINGS = {
     "logistic": lambda x: (np.logaddexp(0.0, x), 0.5 + 0.5 * np.tanh(x / 2)),
     "even": lambda x: (np.clip(x + 3, 0, 6) ** 2 / 12 + np.maximum(x - 3, 0), np.clip(x + 3, 0, 6) / 6),
     "ball": lambda x: (np.clip(x, 0, 4) ** 1.5 / 3 + np.maximum(x - 4, 0), np.clip(x, 0, 4) ** 0.5 / 2),
 }
 
 
-def add_soft_foot(machine, node, loss, gap, width, angle, start, degrees="logistic"):
+def add_soft_foot(machine, node, loss, gap, width, angle, start, opening="logistic"):
     """Foot that lifts: `loss` N/m less towards `angle` beyond `start` m until `gap` m more, over `width` m."""
-    normal, opened = np.array([np.cos(angle), np.sin(angle)]), DEGREES[degrees]
+    normal, opened = np.array([np.cos(angle), np.sin(angle)]), OPENINGS[opening]
 
     def law(turn, y, v, speed):
         w = (y @ normal - start) / width
@@ -238,12 +238,12 @@ def add_soft_foot(machine, node, loss, gap, width, angle, start, degrees="logist
     machine.local.append(LocalForce(at(machine, 4 * node), law, "soft foot"))
 
 
-def add_clearance(machine, node, stiffness, clearance, width, centre=(0.0, 0.0), oval=(0.0, 0.0), degrees="logistic"):
+def add_clearance(machine, node, stiffness, clearance, width, centre=(0.0, 0.0), oval=(0.0, 0.0), opening="logistic"):
     """Support without `stiffness` N/m in a circle, smooth over `width` m (Ehrich, J. Vib. Acoust. 110 (1988) 9-16).
 
     oval : share by which the clearance is wider along an angle, and narrower across, and that angle
     """
-    centre, (share, along), opened = np.asarray(centre), oval, DEGREES[degrees]
+    centre, (share, along), opened = np.asarray(centre), oval, OPENINGS[opening]
 
     def force(angle, y, v, speed):
         away = y - centre

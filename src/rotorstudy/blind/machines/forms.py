@@ -109,10 +109,10 @@ def looseness_form(draw):
     rest = float(draw.rest(node) @ towards)
     start, width = rest + swing * rng.uniform(-0.8, 0.7), swing * between(rng, 0.05, 0.6)
     gap = swing * between(rng, 0.5, 10.0)
-    degrees = str(rng.spawn(1)[0].choice(list(contacts.DEGREES)))  # so that the rest of a draw stays what it was
-    contacts.add_soft_foot(draw.machine, node, loss, gap, width, angle, start, degrees)
+    opening = str(rng.spawn(1)[0].choice(list(contacts.OPENINGS)))  # by numbers of its own: the rest of a draw stays
+    contacts.add_soft_foot(draw.machine, node, loss, gap, width, angle, start, opening)
     what = {"node": node + 1, "angle_rad": angle, "loss_N_per_m": loss, "gap_m": gap}
-    return what | {"start_m": start, "width_m": width, "degrees": degrees}
+    return what | {"start_m": start, "width_m": width, "opening": opening}
 
 
 def clearance_form(draw):
@@ -124,10 +124,10 @@ def clearance_form(draw):
     centre = draw.rest(node) - rng.uniform(0.0, 1.5) * clearance * np.array([np.cos(angle), np.sin(angle)])
     of_form = rng.spawn(1)[0]
     width, oval = clearance * between(of_form, 0.02, 0.2), of_form.uniform(0.0, (0.2, np.pi)).tolist()
-    degrees = str(of_form.choice(list(contacts.DEGREES)))
-    contacts.add_clearance(draw.machine, node, loss, clearance, width, centre, oval, degrees)
+    opening = str(of_form.choice(list(contacts.OPENINGS)))
+    contacts.add_clearance(draw.machine, node, loss, clearance, width, centre, oval, opening)
     what = {"node": node + 1, "loss_N_per_m": loss, "clearance_m": clearance, "centre_m": centre.tolist()}
-    return what | {"width_m": width, "oval": oval, "degrees": degrees}
+    return what | {"width_m": width, "oval": oval, "opening": opening}
 
 
 def stiffening_form(draw):
