@@ -1,4 +1,5 @@
 from functools import lru_cache
+from math import log, sqrt
 
 import numpy as np
 
@@ -58,8 +59,10 @@ def eccentricity_ratio(ocvirk, where="the journal"):
     """
     from scipy.optimize import brentq
 
+    wanted = float(np.log(ocvirk))
+
     def excess(e):
-        return 2 * np.log(1 - e * e) - np.log(e) - 0.5 * np.log(16 * e * e + np.pi**2 * (1 - e * e)) - np.log(ocvirk)
+        return 2 * log(1 - e * e) - log(e) - 0.5 * log(16 * e * e + np.pi**2 * (1 - e * e)) - wanted
 
     low, high = ECCENTRICITY
     if not excess(low) > 0 > excess(high):
@@ -79,7 +82,7 @@ def coefficients(e):
     """
     pi2, e2 = np.pi**2, e * e
     rest = 1 - e2
-    root = np.sqrt(rest)
+    root = sqrt(rest)
     a_uu = 4 * (pi2 * (2 - e2) + 16 * e2)
     a_uv = np.pi * (pi2 * rest**2 - 16 * e2 * e2) / (e * root)
     a_vu = -np.pi * (pi2 * rest * (1 + 2 * e2) + 32 * e2 * (1 + e2)) / (e * root)

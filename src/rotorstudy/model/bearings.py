@@ -59,7 +59,9 @@ def at_housings(structure: Structure, parameters: tuple[Parameter, ...], *, from
 
     def moved(parameter):
         force = parameter.force and replace(parameter.force, matrix=parameter.force.matrix @ seen)
-        entries = tuple(replace(entry, matrix=_moved(np.asarray(entry.matrix), seen)) for entry in parameter.entries)
+        each = {id(entry.matrix): entry.matrix for entry in parameter.entries}  # those of a film share one
+        each = {key: _moved(np.asarray(matrix), seen) for key, matrix in each.items()}
+        entries = tuple(replace(entry, matrix=each[id(entry.matrix)]) for entry in parameter.entries)
         return replace(parameter, entries=entries, force=force)
 
     return tuple(map(moved, parameters)) if structure.housings else tuple(parameters)

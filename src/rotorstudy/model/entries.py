@@ -178,21 +178,23 @@ def film_entries(unit, coefficients, angle=0.0):
     coefficients : function(speed, rad/s) -> (2, 2) stiffness and (2, 2) damping, N/m and N s/m, of a load along x
     angle        : of the load from x, rad
     """
-    here, known, turn = outer(unit), lru_cache(maxsize=4096)(coefficients), {1: 1.0, -1: np.exp(2j * angle)}
+    here, turn = -outer(unit), np.exp(2j * angle)
 
-    def gain(order, sign):
-        """Of the motion (sign 1) or of its conjugate (-1); complex, so that the four directions are one entry."""
+    @lru_cache(maxsize=4096)
+    def gains(speed):
+        """Of the motion and of its conjugate, by order; complex, so that the four directions are one entry."""
+        if not speed > 0:
+            raise RotorstudyError(f"speed {speed:g} rad/s: a journal must rotate to have a film")
+        return [
+            ((xx + yy + 1j * (yx - xy)) / 2, turn * (xx - yy + 1j * (yx + xy)) / 2)
+            for (xx, xy), (yx, yy) in (np.asarray(part).tolist() for part in coefficients(speed))
+        ]
 
-        def at(speed):
-            if not np.min(speed, initial=np.inf) > 0:
-                raise RotorstudyError(f"speed {np.min(speed):g} rad/s: a journal must rotate to have a film")
-            (xx, xy), (yx, yy) = np.moveaxis([known(w)[order] for w in np.ravel(speed).tolist()], 0, -1)
-            return (turn[sign] * (xx + sign * yy + 1j * (yx - sign * xy)) / 2).reshape(np.shape(speed))
+    def gain(order, conjugate):
+        return lambda speed: np.reshape([gains(w)[order][conjugate] for w in np.ravel(speed).tolist()], np.shape(speed))
 
-        return at
-
-    pairs = ((order, on, sign) for order in (0, 1) for on, sign in (("z", 1), ("conj", -1)))
-    return tuple(Entry(-here, on, order, gain=gain(order, sign)) for order, on, sign in pairs)
+    pairs = ((order, conjugate) for order in (0, 1) for conjugate in (False, True))
+    return tuple(Entry(here, "conj" if other else "z", order, gain=gain(order, other)) for order, other in pairs)
 
 
 def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
