@@ -185,7 +185,10 @@ CONTACTS = {"looseness": soft_foot, "support_clearance": oval_clearance}
 @pytest.mark.parametrize("effect", CONTACTS)
 def test_a_contact_that_opens_gradually_by_another_law_is_named_alone(effect, monkeypatch, tmp_path):
     """Negative control: without the effect no other contact explains the records."""
-    case, library = special(monkeypatch, 3, CONTACTS[effect]), {*OF_SHAPE, "support_clearance", "support_loss"}
+    case, library = (
+        special(monkeypatch, 3, CONTACTS[effect], speeds=4),
+        {*OF_SHAPE, "support_clearance", "support_loss"},
+    )
     others = sorted({name for name, one in registry().plugins["effect"].items() if one.candidate} - library)
     node = case.effects[0]["node"]
     assert names(verdict_on(case, tmp_path, leave_out=others, most_causes=2)) == {(effect, node)}

@@ -18,6 +18,7 @@ import xarray as xr
 import yaml
 from page_checks import problems
 
+from jobs.settings import read_settings
 from thesis.scoreboard import published
 
 ROOT = Path(__file__).parents[2]
@@ -36,10 +37,10 @@ def environment(project):
     return {**os.environ, "PYTHONPATH": str(project / "src")}
 
 
-def run(project, folder, *arguments, config, cores=2, **changed):
-    """What Snakemake returns and says; changed : of the environment."""
+def run(project, folder, *arguments, config, cores=2):
+    """What Snakemake returns and says."""
     call = command(project, folder, *arguments, config=config, cores=cores)
-    return subprocess.run(call, capture_output=True, text=True, timeout=1200, env=environment(project) | changed)
+    return subprocess.run(call, capture_output=True, text=True, timeout=1200, env=environment(project))
 
 
 @pytest.fixture(scope="module")
@@ -217,25 +218,27 @@ def test_another_seed_gives_other_numbers(built, project, tmp_path):
         xr.testing.assert_equal(other.without_noise, same.without_noise)
 
 
-@pytest.mark.parametrize(
-    ("wrong", "words"),
-    [
-        ("key", ["unknown key 'crack_scale'", "did you mean 'crack_scales'"]),
-        ("TMPDIR", ["error: {}/missing, stated by TMPDIR, is not a folder"]),
-        ("results", ["error: results, where results are written, is not a folder"]),
-    ],
-)
-def test_a_mistake_stops_before_anything_runs(project, some, tmp_path, wrong, words):
+def test_a_mistake_stops_before_anything_runs(project, some, tmp_path):
     (tmp_path / "study.yaml").write_text(changed_study(project, "crack_scales:", "crack_scale:"))
-    if wrong == "results":
-        (tmp_path / "results").write_text("a file\n")
-    study = ["--config", f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}"] if wrong == "key" else []
-    changed = {"TMPDIR": str(tmp_path / "missing")} if wrong == "TMPDIR" else {}
-    found = run(project, tmp_path, *study, config=some, **changed)
+    study = f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}"
+    found = run(project, tmp_path, "--config", study, config=some)
     said = found.stdout + found.stderr
     assert found.returncode != 0 and "Traceback" not in said
-    assert all(word.format(tmp_path) in said for word in words)
-    assert not (tmp_path / "results").is_dir()
+    assert "unknown key 'crack_scale'" in said and "did you mean 'crack_scales'" in said
+    assert not (tmp_path / "results").exists()
+
+
+@pytest.mark.parametrize("folder", ["results", "TMPDIR"])
+def test_a_folder_that_cannot_be_written_to_is_a_mistake(tmp_path, monkeypatch, folder):
+    monkeypatch.chdir(tmp_path)
+    words = "results, where results are written, is not a folder"
+    if folder == "TMPDIR":
+        monkeypatch.setenv("TMPDIR", str(tmp_path / "missing"))
+        words = f"{tmp_path}/missing, stated by TMPDIR, is not a folder"
+    else:
+        (tmp_path / "results").write_text("a file\n")
+    with pytest.raises(SystemExit, match=f"error: {words}"):
+        read_settings({"results": "results"}, tmp_path)
 
 
 def test_a_changed_value_reruns_its_dependents_alone(built, snakemake, project, whole):
