@@ -244,6 +244,30 @@ def test_files_are_utf_8_in_a_locale_without_it(tmp_path):
     assert "utf-8" in page.decode("utf-8") and any(byte > 127 for byte in page)
 
 
+WRITING = {
+    "simulate examples/jeffcott.yaml --speeds 88 --out {}/a.nc": "--out",
+    "analyse examples/jeffcott.yaml --out {}/a": "--out",
+    "import {}/r.nc --rig examples/jeffcott.yaml --out {}/a.nc": "--out",
+    "identify {}/r.nc --rig examples/jeffcott.yaml --unknowns internal_damping --rig-out {}/a.yaml": "--rig-out",
+    "diagnose {}/r.nc --rig examples/jeffcott.yaml --out {}/a": "--out",
+    "compare --before {}/r.nc --after {}/s.nc --rig examples/jeffcott.yaml --out {}/a": "--out",
+}
+
+
+@pytest.mark.parametrize("line", WRITING)
+def test_a_folder_without_permission_is_told_before_anything_is_read(line, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("os.access", lambda path, mode: False)
+    assert main(line.replace("{}", str(tmp_path)).split()) == 1
+    said = capsys.readouterr().err
+    assert said.startswith(f"error: {WRITING[line]} {tmp_path}/a") and f"to write into the folder '{tmp_path}'" in said
+
+
+def test_a_folder_that_was_removed_while_one_works_in_it_is_told(tmp_path):
+    call = f"cd {tmp_path} && rmdir {tmp_path} && {sys.executable} -m rotorstudy plugins"
+    found = subprocess.run(["bash", "-c", call], capture_output=True, text=True, timeout=100)
+    assert found.returncode == 1 and found.stderr.endswith("does not exist any more; change to another one\n")
+
+
 def test_output_into_a_closed_pipe_is_no_error():
     call = f"{sys.executable} -m rotorstudy plugins | head -1; exit ${{PIPESTATUS[0]}}"
     found = subprocess.run(["bash", "-c", call], capture_output=True, text=True, timeout=100)
