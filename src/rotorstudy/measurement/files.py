@@ -105,7 +105,16 @@ def _times(path, conventions, channels, wanted, length):
     name, rate = conventions.time_channel, conventions.sample_rate_Hz
     unit = one_unit(name, channels.units.get(name), conventions, "time_unit", SECONDS, path)
     if rate is None:
-        return wanted(name, "time") * SECONDS[unit]
+        time = wanted(name, "time") * SECONDS[unit]
+        for channel in (*(probe.channel for probe in conventions.probes), conventions.keyphasor.channel):
+            own = _own_times(channel, name, channels.names)
+            values = channels.values(own) * SECONDS.get(channels.units[own], SECONDS[unit]) if own else time
+            if len(values) == len(time) and np.nanmax(np.abs(values - time)) > TOLERANCE * np.ptp(time):
+                raise RotorstudyError(
+                    f"{path}: channel '{channel}' has times of its own, '{own}', which are not those of '{name}'; "
+                    "export all channels at one rate, or those with other times to another file"
+                )
+        return time
     try:
         time = channels.values(name) * SECONDS[unit] if name in channels.names else np.zeros(2)
     except RotorstudyError:  # a date
@@ -116,6 +125,19 @@ def _times(path, conventions, channels, wanted, length):
             "leave it out or correct it, or 'time_unit:'"
         )
     return np.arange(length) / rate
+
+
+def _own_times(channel, name, names):
+    """The last column before a channel, or the one in its struct, that is called as the times are but for a number."""
+    place, called = channel.rpartition(".")[0], _uncounted(name)
+    before = names[: names.index(channel)] if channel in names and not place else names
+    own = [one for one in before if one.rpartition(".")[0] == place and _uncounted(one) == called]
+    return own[-1] if own and own[-1] != name else None
+
+
+def _uncounted(name):
+    """The name of a channel without struct, unit and number."""
+    return re.sub(r"\(.*?\)|\[.*?\]|[\W\d_]", "", name.rpartition(".")[2].lower())
 
 
 def open_csv(path, conventions):
