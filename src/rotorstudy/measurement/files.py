@@ -5,6 +5,7 @@ import struct
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -106,10 +107,12 @@ def _times(path, conventions, channels, wanted, length):
     unit = one_unit(name, channels.units.get(name), conventions, "time_unit", SECONDS, path)
     if rate is None:
         time = wanted(name, "time") * SECONDS[unit]
-        for channel in (*(probe.channel for probe in conventions.probes), conventions.keyphasor.channel):
-            own = _own_times(channel, name, channels.names)
+        used = [*(probe.channel for probe in conventions.probes), conventions.keyphasor.channel]
+        names = [one for one in channels.names if one not in used and _is_called(one, name)]
+        for channel in used if len(names) > 1 else ():
+            own = _own_times(channel, names, channels)
             values = channels.values(own) * SECONDS.get(channels.units[own], SECONDS[unit]) if own else time
-            if len(values) == len(time) and np.nanmax(np.abs(values - time)) > TOLERANCE * np.ptp(time):
+            if len(values) == len(time) and np.abs(values - time).max() > TOLERANCE * np.ptp(time):
                 raise RotorstudyError(
                     f"{path}: channel '{channel}' has times of its own, '{own}', which are not those of '{name}'; "
                     "export all channels at one rate, or those with other times to another file"
@@ -127,17 +130,22 @@ def _times(path, conventions, channels, wanted, length):
     return np.arange(length) / rate
 
 
-def _own_times(channel, name, names):
-    """The last column before a channel, or the one in its struct, that is called as the times are but for a number."""
-    place, called = channel.rpartition(".")[0], _uncounted(name)
-    before = names[: names.index(channel)] if channel in names and not place else names
-    own = [one for one in before if one.rpartition(".")[0] == place and _uncounted(one) == called]
-    return own[-1] if own and own[-1] != name else None
+def _own_times(channel, names, channels):
+    """The last of some columns before a channel, or in its struct, that increases strictly; None without one."""
+    place, every = channel.rpartition(".")[0], channels.names
+    before = every[: every.index(channel)] if channel in every and not place else every
+    own = [one for one in names if one in before and one.rpartition(".")[0] == place]
+    for one in reversed(own):
+        with suppress(RotorstudyError):  # of a column of texts
+            if (np.diff(channels.values(one)) > 0).all():
+                return one
+    return None
 
 
-def _uncounted(name):
-    """The name of a channel without struct, unit and number."""
-    return re.sub(r"\(.*?\)|\[.*?\]|[\W\d_]", "", name.rpartition(".")[2].lower())
+def _is_called(name, other):
+    """Whether two channels have one name but for struct, unit and number; columns of a matrix have none."""
+    one, two = (re.sub(r"[(\[][^:]*?[)\]]|[^\w(:]|[\d_]", "", n.rpartition(".")[2].lower()) for n in (name, other))
+    return one == two and ":" not in name
 
 
 def open_csv(path, conventions):
