@@ -144,7 +144,7 @@ def _own_times(channel, names, channels):
 
 def _is_called(name, other):
     """Whether two channels have one name but for struct, unit and number; columns of a matrix have none."""
-    one, two = (re.sub(r"[(\[][^:]*?[)\]]|[^\w(:]|[\d_]", "", n.rpartition(".")[2].lower()) for n in (name, other))
+    one, two = (re.sub(r"[(\[][^:()\[\]]*[)\]]|[^\w(:]|[\d_]", "", n.rpartition(".")[2].lower()) for n in (name, other))
     return one == two and ":" not in name
 
 
