@@ -12,7 +12,7 @@ import pytest
 
 from rotorstudy import __version__, registry
 from rotorstudy.presentation.plots import figure, save_figure
-from rotorstudy.store import as_complex, atomic, dataset, load, provenance, save, write_text
+from rotorstudy.store import as_complex, atomic, dataset, load, provenance, save, whole_folder, write_text
 
 VALUES = np.array([[1 + 2j, -3e-9j, 0], [np.pi, 1e-300 + 1e300j, -0.5]])
 
@@ -65,6 +65,16 @@ def test_the_temporary_file_lies_beside_the_target_so_that_the_move_is_one_step(
         temporary.write_text("x")
         assert names(tmp_path / "new") == [temporary.name]
     assert names(tmp_path / "new") == ["a.nc"]
+
+
+@pytest.mark.parametrize("exists", [True, False])
+def test_a_temporary_folder_lies_in_one_that_exists_as_that_may_be_a_disk_of_its_own(exists, tmp_path):
+    if exists:
+        write_text(tmp_path / "out" / "old.txt", "kept")
+    with whole_folder(tmp_path / "out") as temporary:
+        assert temporary.parent == (tmp_path / "out" if exists else tmp_path)
+        write_text(temporary / "figures" / "a.txt", "x")
+    assert names(tmp_path) == ["out"] and names(tmp_path / "out") == ["figures", *["old.txt"] * exists]
 
 
 def test_a_block_that_writes_nothing_is_an_error_and_keeps_the_old_file(tmp_path):

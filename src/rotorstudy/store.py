@@ -32,9 +32,12 @@ def atomic(path):
 
 @contextmanager
 def whole_folder(path):
-    """A temporary folder whose files are moved to the folder `path` when the block ends without an error."""
+    """A temporary folder whose files are moved to the folder `path` when the block ends without an error.
+
+    It is on the same disk, so that they can be moved: inside of a folder that exists, which may be one of its own.
+    """
     path = Path(path)
-    temporary = partial_path(path)
+    temporary = partial_path(path / path.name if path.is_dir() else path)
     temporary.mkdir(parents=True)
     try:
         yield temporary

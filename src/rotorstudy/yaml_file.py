@@ -131,7 +131,9 @@ def _loader():
         def construct_mapping(self, node, deep=False):
             seen = set()
             for key, _ in node.value:
-                if not isinstance(key, yaml.ScalarNode) or key.tag.rsplit(":")[-1] in ("null", "bool", "float"):
+                if key.tag.endswith(":bool"):  # `on:`, a truth to YAML 1.1
+                    key.tag = "tag:yaml.org,2002:str"
+                if not isinstance(key, yaml.ScalarNode) or key.tag.rsplit(":")[-1] in ("null", "float"):
                     raise _refused("a key must be a text or a whole number", key.start_mark)
                 if key.value in seen:
                     raise _refused(f"key '{key.value}' is given twice", key.start_mark)

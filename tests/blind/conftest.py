@@ -9,7 +9,7 @@ from rotorstudy.blind.meanings import MEANS, SIZES
 from rotorstudy.model.registry import registry
 
 CONFIG = "workflow/config/test/blind.yaml"
-COUNT, SEED = 14, 20261121
+COUNT, SEED = 10, 20261121
 
 
 @pytest.fixture(scope="session")

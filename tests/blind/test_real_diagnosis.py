@@ -11,7 +11,7 @@ from rotorstudy.blind.config import KINDS as KINDS_OF_CASES
 from rotorstudy.blind.run import check_seal, diagnosed, run_blind
 from rotorstudy.diagnosis.verdict.result import Cause
 
-FIXED_SEED, CLEAN, LARGE = 4, 2, 3
+FIXED_SEED, CLEAN, LARGE = 4, 2, 2
 KINDS = {
     "verdict": str,
     "causes": list,

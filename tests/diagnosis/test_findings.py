@@ -15,6 +15,7 @@ from rotorstudy.commands.line import main
 def test_warnings_go_into_the_verdict(spectrum, tmp_path, capsys):
     """A record with few revolutions is used, and the verdict says so."""
     _, rig = spectrum
+    rig.write_text(yaml.safe_dump(RIG | ONE_CAUSE))
     short = ["simulate", str(rig), "--speeds", "100", "200", "--noise", "1", "--rate", "2000", "--duration", "0.2"]
     assert main([*short, "--out", str(tmp_path / "short.nc")]) == 0
     capsys.readouterr()

@@ -114,25 +114,26 @@ def test_a_contact_that_only_the_held_out_speed_shows_is_found(is_touched):
     speeds = np.array([200.0, 300.0, 400.0, 610.0, 900.0, 1000.0, 1100.0])
     measured = spectrum(rubbing if is_touched else model, speeds, 3)
     assert split(measured, None)[1].speed == [610.0]
-    verdict = diagnose(measured, model, settings={"uncertainty": {"default": 0.02}, "candidates_per_round": 4})
+    settings = {"uncertainty": {"default": 0.02}, "leave_out": all_but("rub", "unbalance", "runout")}
+    verdict = diagnose(measured, model, settings=settings)
     assert verdict.verdict == "nothing" if not is_touched else verdict.verdict != "nothing"
     assert ("held-out speeds" in {finding.name for finding in verdict.findings}) == is_touched
     assert (610.0 in verdict.gain.speeds) != is_touched
 
 
 @pytest.mark.parametrize("is_touched", [True, False])
-def test_of_hundreds_of_speeds_forty_are_fitted_and_the_rest_is_predicted(is_touched):
+def test_of_many_speeds_forty_are_fitted_and_the_rest_is_predicted(is_touched):
     model = build_model(RIG)
     contact = {"kind": "rub", "label": "hidden", "rub_stiffness_N_per_m": 3e5, "clearance_m": 3e-5}
-    speeds = np.linspace(200.0, 1100.0, 300)
+    speeds = np.linspace(200.0, 1100.0, 160)
     measured = spectrum(faulty(model, contact) if is_touched else model, speeds, 3)
     (fitted, rest), (other, _) = split(measured, None), split(measured, None, others=True)
-    assert (len(fitted.speed), len(rest.speed), len(other.speed)) == (40, 260, 40)
+    assert (len(fitted.speed), len(rest.speed), len(other.speed)) == (40, 120, 40)
     assert len({*fitted.speed, *other.speed}) > 70 and np.diff(fitted.speed).max() < 30.0
     assert len(split(measured, [speeds[7]])[0].speed) == 40
     settings = {"uncertainty": {"default": 0.02}, "candidates_per_round": 4}
     verdict = diagnose(measured, model, settings=settings | {"leave_out": all_but("rub", "unbalance", "runout")})
-    assert [cause.effect for cause in verdict.causes] == ["rub"] * is_touched and len(verdict.gain.speeds) == 260
+    assert [cause.effect for cause in verdict.causes] == ["rub"] * is_touched and len(verdict.gain.speeds) == 120
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])

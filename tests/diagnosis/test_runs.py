@@ -142,8 +142,9 @@ def test_the_command_writes_its_result(folder, found, suffix, monkeypatch):
     assert read.misfit.sizes == {"run": 3} and read.attrs["rotorstudy_version"]
 
 
-def test_the_updated_rig_carries_the_covariance(folder, found, capsys):
+def test_the_updated_rig_carries_the_covariance(folder, found, capsys, monkeypatch):
     """And the command prints unbalances in g mm at an angle."""
+    monkeypatch.setattr("rotorstudy.diagnosis.runs.joint.identify_runs", lambda *_: found)
     arguments = ["identify", "--runs", str(folder / "runs.yaml"), "--rig", str(folder / "rig.yaml")]
     assert main([*arguments, "--rig-out", str(folder / "updated.yaml")]) == 0
     said = capsys.readouterr().out

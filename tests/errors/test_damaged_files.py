@@ -60,6 +60,7 @@ RECORDS = {
     "a dimension more": (lambda d: d.assign(reference=d.reference.expand_dims(more=2, axis=2)), "reference has dimens"),
     "a scalar keyphasor": (lambda d: d.assign(keyphasor=3.0), "keyphasor has dimensions"),
     "text as samples": (with_text("keyphasor"), "needed are numbers"),
+    "times of 1e-300": (lambda d: d.assign_coords(time=d.time * 1e-300), "does not increase strictly"),
     "a unit that is no text": (lambda d: d.assign(time=d.time.assign_attrs(units=[1.0, 2.0])), "needed is a text"),
     "marks at one instant": (with_marks(np.full(16, 0.5)), "phase marks do not increase"),
     "marks far outside": (with_marks(np.arange(16) * 1e307), "phase marks do not increase"),

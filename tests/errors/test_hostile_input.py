@@ -57,7 +57,7 @@ HOSTILE = {
     "a date": ("rotor: {mass_kg: 2020-01-01}\n", "line 1.*timestamp"),
     "a list as key": ("? [a]\n: 1\n", "a key must be"),
     "nothing as key": ("rotor: {null: 1}\n", "a key must be"),
-    "a truth as key": ("yes: 1\n", "a key must be"),
+    "a fraction as key": ("1.5: 1\n", "a key must be"),
     "not UTF-8": (b"rotor: \xff\xfe\n", "not in UTF-8; save it"),
     "octal digits": ("rotor: {node: 010}\n", "'010': write a number in decimal digits"),
     "hexadecimal digits": ("rotor: {mass_kg: 0x10}\n", "'0x10': write"),
@@ -76,6 +76,13 @@ def test_hostile_yaml_is_refused_with_the_name_of_the_file(tmp_path, name):
     path = tmp_path / "rig.yaml"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     assert re.search(message, refused(lambda: read_yaml(path), "rig.yaml"))
+
+
+def test_keys_that_are_truths_to_yaml_are_texts(tmp_path):
+    """`on: bearing DE`, of a probe on a casing."""
+    path = tmp_path / "rig.yaml"
+    path.write_text("probe: {on: bearing DE, no: on}\nyes: 1\n")
+    assert read_yaml(path) == {"probe": {"on": "bearing DE", "no": True}, "yes": 1}
 
 
 def test_aliases_and_merge_keys_of_a_sensible_size_are_read(tmp_path):
@@ -111,6 +118,7 @@ def test_a_message_that_repeats_the_input_is_cut_in_one_line(tmp_path, capsys):
         (lambda rig: rig["cracks"][0].update(terms=10**9), "equal to 1000"),
         (lambda rig: rig["effects"].append({"kind": "shaft_runout", "highest": 10**9}), "equal to 1000"),
         (lambda rig: rig["effects"][2].update(eccentricity_m=1000.0), "more than the size of the rotor"),
+        (lambda rig: rig["effects"][2].update(eccentricity_phase_deg=1e17), "an angle must be within 3600"),
         (lambda rig: rig["effects"][2].update(label={"a": 1}), "must be a text"),
     ],
 )
@@ -234,6 +242,30 @@ def test_files_are_utf_8_in_a_locale_without_it(tmp_path):
     assert found.returncode == 0, found.stderr
     page = (tmp_path / "s_quality.html").read_bytes()
     assert "utf-8" in page.decode("utf-8") and any(byte > 127 for byte in page)
+
+
+WRITING = {
+    "simulate examples/jeffcott.yaml --speeds 88 --out {}/a.nc": "--out",
+    "analyse examples/jeffcott.yaml --out {}/a": "--out",
+    "import {}/r.nc --rig examples/jeffcott.yaml --out {}/a.nc": "--out",
+    "identify {}/r.nc --rig examples/jeffcott.yaml --unknowns internal_damping --rig-out {}/a.yaml": "--rig-out",
+    "diagnose {}/r.nc --rig examples/jeffcott.yaml --out {}/a": "--out",
+    "compare --before {}/r.nc --after {}/s.nc --rig examples/jeffcott.yaml --out {}/a": "--out",
+}
+
+
+@pytest.mark.parametrize("line", WRITING)
+def test_a_folder_without_permission_is_told_before_anything_is_read(line, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("os.access", lambda path, mode: False)
+    assert main(line.replace("{}", str(tmp_path)).split()) == 1
+    said = capsys.readouterr().err
+    assert said.startswith(f"error: {WRITING[line]} {tmp_path}/a") and f"to write into the folder '{tmp_path}'" in said
+
+
+def test_a_folder_that_was_removed_while_one_works_in_it_is_told(tmp_path):
+    call = f"cd {tmp_path} && rmdir {tmp_path} && {sys.executable} -m rotorstudy plugins"
+    found = subprocess.run(["bash", "-c", call], capture_output=True, text=True, timeout=100)
+    assert found.returncode == 1 and found.stderr.endswith("does not exist any more; change to another one\n")
 
 
 def test_output_into_a_closed_pipe_is_no_error():

@@ -57,12 +57,31 @@ NO_TUPLE = {
     "bearing": ('    return [Parameter("k", "N/m", (Entry(-here)), typical=1e7)]', "with a comma"),
     "effect": ('    return [Parameter("c", "N/m", (Entry(-np.outer(here, here))), typical=1.0)]', "with a comma"),
 }
+HERE = "Entry(-np.outer(here, here)"
+NO_ENTRY = {
+    "bearing": (
+        '    return [Parameter("k", "N/m", (Entry(-here, on="conjugate"),), typical=1e7)]',
+        "has on = 'conjugate'",
+    ),
+    "effect": (f'    return [Parameter("c", "N/m", ({HERE}, order=1.5),), typical=1.0)]', "order = 1.5"),
+}
+NO_NUMBERS = {
+    "effect": (f'    return [Parameter("c", "N/m", ({HERE}.astype(object)),), typical=1.0)]', "matrix of numbers"),
+}
+NO_SIZE = {"effect": (f'    return [Parameter("c", "N/m", ({HERE}),), typical=float("nan"))]', "typical = nan")}
+WRITES = {
+    "effect": (
+        f'    structure.stiffness[:] *= 2\n    return [Parameter("c", "N/m", ({HERE}),), typical=1.0)]',
+        "is read-only",
+    ),
+}
 COMPLEX = {"crack": ("    return np.exp(1j * angle)", "gives complex numbers; shares of a loss are real")}
 EXITS = dict.fromkeys(("crack", "effect"), ("    import sys\n\n    sys.exit(0)", "SystemExit: 0"))
 WRONG = [
     pytest.param(kind, *case, id=f"{kind}-{name}")
     for name, cases in (("shape", SHAPE), ("NaN", NOT_A_NUMBER), ("raises", RAISES), ("nothing", NOTHING),
-                        ("unit", WITHOUT_UNIT), ("tuple", NO_TUPLE), ("exits", EXITS), ("complex", COMPLEX))
+                        ("unit", WITHOUT_UNIT), ("tuple", NO_TUPLE), ("exits", EXITS), ("complex", COMPLEX),
+                        ("entry", NO_ENTRY), ("numbers", NO_NUMBERS), ("size", NO_SIZE), ("writes", WRITES))
     for kind, case in cases.items()
 ]  # fmt: skip
 

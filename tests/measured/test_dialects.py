@@ -256,6 +256,65 @@ def test_units_above_the_names_and_in_other_formats_count(tmp_path):
     assert open_uff(tmp_path / "run.uff", None).units["time"] == "ms"
 
 
+@pytest.mark.parametrize(
+    ("names", "factor", "own"),
+    [
+        ("time,x,time,key", 0.5, "time #2"),
+        ("time,x,time2,key", 0.5, "time2"),
+        ("X_Value,x,X_Value,key", 0.5, "X_Value #2"),  # of LabVIEW
+        ("time,x,time,key", 1.0, None),  # the negative controls
+        ("time (s),x,time (ms),key", 1000.0, None),
+        ("time,x,key,time", 0.5, None),
+        ("a1,x,a2,key", None, None),  # no times
+    ],
+)
+def test_a_channel_with_times_of_its_own_is_refused_unless_they_are_those_of_all(names, factor, own, tmp_path):
+    order = [name if name in ("x", "key") else "own" for name in names.split(",")[1:]]
+    rows = []
+    for k in range(900):
+        cells = {
+            "x": np.cos(0.8 * k) + 0.1 * (k % 3),
+            "key": 5 * (k % 10 == 0),
+            "own": factor * k / 100 if factor else k % 7,
+        }
+        rows.append(",".join(f"{value:.6f}" for value in (k / 100, *(cells[name] for name in order))))
+    (tmp_path / "run.csv").write_text("\n".join([names, *rows]))
+    first = names.split(",")[0]
+    first += " #1" * (names.count(first) == 2 and f"{first}2" not in names)
+    (tmp_path / "rig.yaml").write_text(
+        "rotor: {kind: jeffcott, mass_kg: 2.0, stiffness_N_per_m: 7e5}\nmeasurement:\n"
+        "  probes: [{channel: x, node: 1, angle_deg: 0, unit: um}]\n"
+        f"  keyphasor: {{channel: key}}\n  time_channel: '{first}'\n  harmonics: [1, -1]"
+    )
+    if own:
+        with pytest.raises(RotorstudyError, match=f"run.csv: channel 'key' has times of its own, '{own}'"):
+            read_measurement([tmp_path / "run.csv"], tmp_path / "rig.yaml")
+    else:
+        (speed,) = read_measurement([tmp_path / "run.csv"], tmp_path / "rig.yaml").spectrum.speed
+        assert speed == pytest.approx(2 * np.pi * 10, rel=1e-3)
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.5])
+def test_times_of_a_struct_count_for_its_signals_and_columns_of_a_matrix_have_none(factor, tmp_path):
+    k = np.arange(900)
+    time, x, key = k / 100, np.cos(0.8 * k) + 0.1 * (k % 3), 5.0 * (k % 10 == 0)
+    matrix = np.column_stack([time, x, factor * time, key])
+    savemat(tmp_path / "run.mat", {"m": matrix, "x": {"t": time, "v": x}, "k": {"t": factor * time, "v": key}})
+    for channels in (("m(:,1)", "m(:,2)", "m(:,4)"), ("x.t", "x.v", "k.v")):
+        first, probe, mark = channels
+        (tmp_path / "rig.yaml").write_text(
+            "rotor: {kind: jeffcott, mass_kg: 2.0, stiffness_N_per_m: 7e5}\nmeasurement:\n"
+            f"  probes: [{{channel: '{probe}', node: 1, angle_deg: 0, unit: um}}]\n"
+            f"  keyphasor: {{channel: '{mark}'}}\n  time_channel: '{first}'\n  harmonics: [1, -1]"
+        )
+        if factor == 1 or first != "x.t":
+            (speed,) = read_measurement([tmp_path / "run.mat"], tmp_path / "rig.yaml").spectrum.speed
+            assert speed == pytest.approx(2 * np.pi * 10, rel=1e-3)
+        else:
+            with pytest.raises(RotorstudyError, match=r"'k\.v' has times of its own, 'k\.t'"):
+                read_measurement([tmp_path / "run.mat"], tmp_path / "rig.yaml")
+
+
 def test_signals_of_other_lengths_and_times_are_refused(tmp_path):
     """The columns of MATLAB and UFF files, which have no rows."""
     uff = pytest.importorskip("uff_files")

@@ -198,6 +198,14 @@ def test_exports_are_read_as_guessed(name, signals, tmp_path):
     assert found.amplitude == pytest.approx(known.amplitude, abs=1e-8)
 
 
+@pytest.mark.parametrize(("names", "unknown"), [("time,x,y", "time, x, y"), ("time (s),x (um),y (um)", None)])
+def test_a_unit_that_the_file_does_not_state_is_told_to_be_a_guess(names, unknown, signals, tmp_path):
+    probes, _ = signals
+    csv(tmp_path / "run.csv", dict(zip(names.split(","), (TIME, probes[3, "X"], probes[3, "Y"]), strict=True)))
+    said = [line for line in new_rig("mine", tmp_path, [tmp_path / "run.csv"]).guessed if line.startswith("units")]
+    assert said == [f"units: the file states none for {unknown}; those above are guesses (NOT known)"] * bool(unknown)
+
+
 @pytest.mark.parametrize("first", [lambda i: f"2024-03-05 10:11:{12 + i / 2000:09.6f}", str])
 def test_no_sampling_rate_is_made_up(first, signals, tmp_path):
     """Dates, and numbers of samples, are no times in seconds."""

@@ -7,7 +7,7 @@ from machine import TIME, channels, records, section, write, write_rig
 from rotorstudy import RotorstudyError, measured_spectrum, read_measurement
 from rotorstudy.commands.line import main
 from rotorstudy.measurement.conventions import Probe
-from rotorstudy.measurement.plausibility import check_probe_angles
+from rotorstudy.measurement.plausibility import check_probes
 from rotorstudy.measurement.quality import spikes
 
 SPEED = 80.0
@@ -79,7 +79,7 @@ def test_single_samples_that_are_no_motion_are_missing(tmp_path, value):
 @pytest.mark.parametrize(("angles", "count"), [((0.0, 1.6), 1), ((0.0, 90.0), 0)])
 def test_probes_at_one_angle_are_told_where_they_have_no_node(angles, count):
     probes = [Probe(channel=name, angle_deg=angle) for name, angle in zip("xy", angles, strict=True)]
-    assert [one.where for one in check_probe_angles(probes, "rig.yaml")] == count * ["rig.yaml"]
+    assert [one.where for one in check_probes(probes, "rig.yaml")] == count * ["rig.yaml"]
 
 
 def test_noise_impacts_and_drift_are_no_spikes():

@@ -87,6 +87,8 @@ ODD = [
     (["bearings", 0, "bearing_stiffness_N_per_m"], 1e4, "static deflection", "softer"),
     (["bearings", 0, "bearing_stiffness_N_per_m"], 100.0, "units", "100 N/um are 1e8"),
     (["measurement", "probes", 1, "angle_deg"], 225.0, "probe angles", "one direction"),
+    (["measurement", "probes", 1, "sensitivity_V_per_m"], 200.0, "sensitivity", "200 mV/mil or 7.874 V/mm are 7874"),
+    (["diagnosis"], {"uncertainty": {"bearing_stiffness": 10}}, "uncertainty", "10 % are 0.1"),
     (["bearings"], films(radial_clearance_m=4.5e-2), "film clearance", "larger than in any machine"),
     (["bearings"], films(load_N=69.0), "load_N", "the weight of the rotor loads this bearing by"),
     (["bearings"], films(length_m=12e-6), "film pressure", "Pa; 1e4"),

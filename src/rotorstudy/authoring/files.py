@@ -1,5 +1,6 @@
 """Write a new plugin file from a template, and check the invariants of a plugin file."""
 
+import tokenize
 from keyword import iskeyword
 from pathlib import Path
 
@@ -36,7 +37,8 @@ def new_plugin(kind, name, folder=None):
 
 def left_to_write(path):
     """Names of the fields in a plugin file that still have the text of the template."""
-    text = Path(path).read_text(encoding="utf-8")
+    with tokenize.open(path) as file:  # in the encoding that the file declares
+        text = file.read()
     return [name for name, words in PLACEHOLDERS.items() if f'"{words}"' in text]
 
 

@@ -1,5 +1,6 @@
 """What several commands share: options, speeds in rad/s or rpm, checks of output paths, findings."""
 
+import os
 import sys
 from os.path import dirname, realpath
 from pathlib import Path
@@ -35,7 +36,7 @@ def check_file(out, *inputs, option="--out", suffixes=()):
     path = Path(out)
     if path.is_dir():
         raise RotorstudyError(f"{option} {out}: is a folder; give a file in it")
-    _check_parent(out, option)
+    _check_place(out, path.parent, option)
     if any(realpath(path) == realpath(given) for given in inputs):  # of a loop of links, too
         raise RotorstudyError(f"{option} {out}: would overwrite an input; choose another name")
     if suffixes and path.suffix.lower() not in suffixes:
@@ -52,14 +53,17 @@ def check_folder(out, *inputs, option="--out"):
         raise RotorstudyError(f"{option} {out}: is a file; give a folder")
     if path.suffix.lower() in OF_FILES and not path.is_dir():
         raise RotorstudyError(f"{option} {out}: a folder is written, not one file; name it {path.with_suffix('')}")
-    _check_parent(out, option)
+    _check_place(out, path if path.is_dir() else path.parent, option)
     if realpath(path) in [dirname(realpath(given)) for given in inputs]:
         raise RotorstudyError(f"{option} {out}: contains an input; give a separate folder")
 
 
-def _check_parent(out, option):
-    if not Path(out).parent.is_dir():
-        raise RotorstudyError(f"{option} {out}: the folder '{Path(out).parent}' does not exist; create it first")
+def _check_place(out, folder, option):
+    """Raise unless files can be written into a folder; now, and not after minutes of work."""
+    if not folder.is_dir():
+        raise RotorstudyError(f"{option} {out}: the folder '{folder}' does not exist; create it first")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise RotorstudyError(f"{option} {out}: no permission to write into the folder '{folder}'; choose another one")
 
 
 def tell(findings):

@@ -5,6 +5,7 @@ import struct
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -105,7 +106,18 @@ def _times(path, conventions, channels, wanted, length):
     name, rate = conventions.time_channel, conventions.sample_rate_Hz
     unit = one_unit(name, channels.units.get(name), conventions, "time_unit", SECONDS, path)
     if rate is None:
-        return wanted(name, "time") * SECONDS[unit]
+        time = wanted(name, "time") * SECONDS[unit]
+        used = [*(probe.channel for probe in conventions.probes), conventions.keyphasor.channel]
+        names = [one for one in channels.names if one not in used and _is_called(one, name)]
+        for channel in used if len(names) > 1 else ():
+            own = _own_times(channel, names, channels)
+            values = channels.values(own) * SECONDS.get(channels.units[own], SECONDS[unit]) if own else time
+            if len(values) == len(time) and np.abs(values - time).max() > TOLERANCE * np.ptp(time):
+                raise RotorstudyError(
+                    f"{path}: channel '{channel}' has times of its own, '{own}', which are not those of '{name}'; "
+                    "export all channels at one rate, or those with other times to another file"
+                )
+        return time
     try:
         time = channels.values(name) * SECONDS[unit] if name in channels.names else np.zeros(2)
     except RotorstudyError:  # a date
@@ -116,6 +128,24 @@ def _times(path, conventions, channels, wanted, length):
             "leave it out or correct it, or 'time_unit:'"
         )
     return np.arange(length) / rate
+
+
+def _own_times(channel, names, channels):
+    """The last of some columns before a channel, or in its struct, that increases strictly; None without one."""
+    place, every = channel.rpartition(".")[0], channels.names
+    before = every[: every.index(channel)] if channel in every and not place else every
+    own = [one for one in names if one in before and one.rpartition(".")[0] == place]
+    for one in reversed(own):
+        with suppress(RotorstudyError):  # of a column of texts
+            if (np.diff(channels.values(one)) > 0).all():
+                return one
+    return None
+
+
+def _is_called(name, other):
+    """Whether two channels have one name but for struct, unit and number; columns of a matrix have none."""
+    one, two = (re.sub(r"[(\[][^:()\[\]]*[)\]]|[^\w(:]|[\d_]", "", n.rpartition(".")[2].lower()) for n in (name, other))
+    return one == two and ":" not in name
 
 
 def open_csv(path, conventions):

@@ -85,8 +85,10 @@ error: sense of rotation: backward 1X is {ratio:.3g} times forward or more at ev
     other way round. Correct 'rotation:', the probes or 'table_phase:'. {remedy}
 error: swapped probes: backward 1X is {ratio:.3g} times forward, but not at the other nodes: the two probes of this
     node are swapped, or one has the wrong sign. {remedy}
-warning: probe angles: its probes are only {apart:.2g} degrees apart by 'measurement: probes:', and show one direction
-    together. Correct the angles; they must be in degrees
+warning: probe angles: its probes are within {apart:.2g} degrees of one line by 'measurement: probes:', and show one
+    direction together. Correct the angles; they must be in degrees
+warning: sensitivity: sensitivity_V_per_m = {given:g} of '{channel}' is outside {low:g} to {high:g}, in which
+    displacement probes lie. Convert it: 200 mV/mil or 7.874 V/mm are 7874
 warning: one signal: +1X and -1X are equal at every speed, so its probes show one signal. Was a cable connected or a
     column copied twice?
 warning: phase mark: {n:+d}X is more than {times:g} times 1X at every speed and node: does the mark pass once in {turns}

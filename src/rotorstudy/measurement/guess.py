@@ -114,6 +114,9 @@ def _of_signals(columns, section, said, nodes):
     if not probes:
         raise RotorstudyError(f"no column may be a probe (columns: {', '.join(c.name for c in columns)})")
     section["probes"], more = _probes([c.name for c in probes], [_unit(c) for c in probes], nodes)
+    unknown = [c.name for c in (time, speed, *probes) if c and unit_in(c.name, c.unit) is None]
+    if unknown:
+        more.append(f"units: the file states none for {', '.join(unknown)}; those above are guesses (NOT known)")
     return Guess(section, said + more)
 
 

@@ -16,7 +16,7 @@ from rotorstudy.measurement.files import read_file
 from rotorstudy.measurement.findings import Finding, RecordFacts, errors_among, node_facts, worst_first
 from rotorstudy.measurement.full_spectra import full_spectrum
 from rotorstudy.measurement.lines import check_lines
-from rotorstudy.measurement.plausibility import check_labels, check_probe_angles, check_speeds, check_together
+from rotorstudy.measurement.plausibility import check_labels, check_probes, check_speeds, check_together
 from rotorstudy.measurement.raw_record import LARGEST_READING
 from rotorstudy.measurement.records import Record
 from rotorstudy.measurement.resonances import check_resonances
@@ -213,7 +213,7 @@ def read_measurement(
     found, findings = found + analysed, findings + notes
     facts = [one.facts for one in found]
     findings += [finding for one in found for finding in one.findings]
-    findings += [*check_lines(facts), *check_probe_angles(conventions.probes, rig.path.name)]
+    findings += [*check_lines(facts), *check_probes(conventions.probes, rig.path.name)]
     findings += check_labels(in_time, conventions, rig.path.name)
     sensors = wanted_sensors(rig, common_nodes(facts))
     directions = common_directions(found, sensors)

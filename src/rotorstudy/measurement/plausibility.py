@@ -16,6 +16,7 @@ HUGE_M, TINY_M = 5e-3, 1e-9  # more than a shaft can vibrate, less than a probe 
 SCALE = 20.0  # ratio to the predicted vibration, either way; mil taken as µm gives 25
 NEAR = 5.0  # ratio to the predicted vibration at which a confusion of units is named
 CLOSE_DEG = 10.0  # between the probes of a node, which are mounted further apart; 90 taken as radians gives 1.6
+SENSITIVITY = (300.0, 1e6)  # V/m: of displacement probes; numbers per mil, mm or in mV are smaller or larger
 SLOW = 0.005  # times the lowest natural frequency: turning gears are slower; ms taken as s gives 0.001 at it
 FAST = 8.0  # times the lowest natural frequency, beyond which few machines run; rpm taken as rad/s gives 9.5
 REMEDY = (
@@ -139,12 +140,16 @@ def check_sense(forward, backward, expected_backward, nodes, where):
     return [told("swapped probes", f"{where}, node {nodes[i]}", ratio=ratio[i], remedy=REMEDY) for i in swapped]
 
 
-def check_probe_angles(probes, where):
-    """Whether several probes of a node are too close to each other to be meant so. probes : list of Probe."""
+def check_probes(probes, where):
+    """Whether the probes of a node are too close to one line to be meant so, or sensitivities are in other units."""
     found = []
     for node in dict.fromkeys(probe.node for probe in probes):  # None: at every node of a NetCDF file
         angles = np.array([probe.angle_deg for probe in probes if probe.node == node])
-        widest = np.abs((angles[:, None] - angles + 180) % 360 - 180).max()
+        widest = np.abs((angles[:, None] - angles + 90) % 180 - 90).max()
         if len(angles) > 1 and widest < CLOSE_DEG:
             found.append(told("probe angles", where if node is None else f"{where}, node {node}", apart=widest))
+    for probe in probes:
+        given, (low, high) = probe.sensitivity_V_per_m, SENSITIVITY
+        if given is not None and not low <= given <= high:
+            found.append(told("sensitivity", where, channel=probe.channel, given=given, low=low, high=high))
     return found

@@ -10,6 +10,7 @@ from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.measurement.conventions import combine, measured_direction
 
 LARGEST_READING = 1e6  # m or V: beyond it a sample is damaged, and counts as missing
+SHORTEST_STEP = 1e-12  # s, between samples
 LARGEST_TIME = 1e12  # s, 30,000 years: the clock of a recorder counts from 1900 at the earliest
 
 
@@ -76,13 +77,13 @@ def assemble(readings, conventions, nodes, time, label, keyphasor, marks, refere
     if len(time) < 3:
         raise RotorstudyError(f"{where}: {len(time)} samples; the file is empty or incomplete")
     known = np.abs(time) < LARGEST_TIME
-    stops = np.flatnonzero(~(known[:-1] & known[1:] & (np.diff(time) > 0)))
+    stops = np.flatnonzero(~(known[:-1] & known[1:] & (np.diff(time) > SHORTEST_STEP)))
     if len(stops):
         late = int(stops[0]) + 1
         cut = "the file is cut off: remove its last line" if late == len(time) - 1 else "check the time channel"
         raise RotorstudyError(
-            f"{where}: time does not increase strictly, from {time[late - 1]:g} s to {time[late]:g} s at sample "
-            f"{late + 1} of {len(time)}; {cut}"
+            f"{where}: time does not increase strictly (by {SHORTEST_STEP:g} s or more), from {time[late - 1]:g} s to "
+            f"{time[late]:g} s at sample {late + 1} of {len(time)}; {cut}"
         )
     reach = np.array([2 * time[0] - time[-1], 2 * time[-1] - time[0]])  # the length of the record beyond its ends
     if marks is not None and len(marks) and not (np.diff([reach[0], *marks, reach[1]]) > 0).all():

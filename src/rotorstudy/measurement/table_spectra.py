@@ -46,7 +46,7 @@ def read_table(table, conventions, nodes):
     speed = numbers_of(text, column, path) * RAD_PER_S[SPEEDS[column]]
     rows = pd.DataFrame({"speed": speed, "harmonic": harmonics_in(text, path)})
     if by_probe:
-        _check_rows(rows.speed, rows.harmonic, path)
+        _check_rows(rows.speed, rows.harmonic, text.index, path)
         rows["probe"], probes = _probes_in(text, conventions, nodes, path)
         rows["node"] = rows.probe.map({name: probe.node for name, probe in probes.items()})
     else:
@@ -288,13 +288,13 @@ def _dead(rows):
     return {(int(node), name) for node, name in dead.index}
 
 
-def _check_rows(speed, harmonic, where):
+def _check_rows(speed, harmonic, lines, where):
     if (speed <= 0).any():
-        raise RotorstudyError(f"{where}: a speed is not positive")
+        raise RotorstudyError(f"{where}, line {lines[speed <= 0][0]}: a speed is not positive")
     if (harmonic < 1).any():
         raise RotorstudyError(
-            f"{where}: harmonic {int(harmonic.min())}; a probe's signal is real, and its harmonics count from 1 (the "
-            "mean is not in these tables)"
+            f"{where}, line {lines[harmonic < 1][0]}: harmonic {int(harmonic.min())}; a probe's signal is real, and "
+            "its harmonics count from 1 (the mean is not in these tables)"
         )
 
 

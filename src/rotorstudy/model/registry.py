@@ -177,7 +177,11 @@ def _blame(place, error):
 
 def plugin_folders():
     """Paths: the project's plugins/ (or its copy in an installed package), the user's own, then ROTORSTUDY_PLUGINS."""
-    return _plugin_folders(os.environ.get(FOLDERS_VARIABLE, ""), os.getcwd(), os.path.isdir(OWN_FOLDER))
+    try:
+        here = os.getcwd()
+    except FileNotFoundError:
+        raise PluginError("the current folder does not exist any more; change to another one") from None
+    return _plugin_folders(os.environ.get(FOLDERS_VARIABLE, ""), here, os.path.isdir(OWN_FOLDER))
 
 
 @lru_cache

@@ -22,6 +22,7 @@ from rotorstudy.yaml_file import read_yaml
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "foundation": "bearing", "effects": "effect"}
 # `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis, `units` by shown_units
 OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis", "units")
+MOST_DEGREES = 3600.0  # of an angle, which has lost digits beyond
 SMALLEST, LARGEST = 1e-30, 1e30  # sizes of numbers in a rig; their fourth powers, and quotients of those, are numbers
 SPEEDS_TRIED = 12  # halved each time, to find one at which a bearing is defined
 
@@ -182,6 +183,8 @@ def _check_sizes(given, where, key=""):
         _check_sizes(value, where, f"{key}[{name}]" if isinstance(name, int) else f"{key}.{name}".lstrip("."))
     if isinstance(given, (int, float)) and given and not SMALLEST <= abs(given) <= LARGEST and np.isfinite(given):
         raise RotorstudyError(f"{key} = {given!r} in {where}: must be from {SMALLEST:g} to {LARGEST:g} in size, or 0")
+    if key.endswith(("_deg", "_rad")) and isinstance(given, (int, float)) and MOST_DEGREES < abs(given) < np.inf:
+        raise RotorstudyError(f"{key} = {given!r} in {where}: an angle must be within {MOST_DEGREES:g} in size")
 
 
 def _check_together(structure, terms, where):

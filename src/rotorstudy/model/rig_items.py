@@ -2,6 +2,8 @@
 
 from contextlib import contextmanager
 from dataclasses import replace
+from math import isfinite
+from typing import get_args
 
 import numpy as np
 
@@ -105,6 +107,7 @@ def make_term(
     return Term(plugin.name, parameters, values, acts_on, label, options=options, **kind)
 
 
+ACTS_ON = get_args(Entry.__annotations__["on"])
 SUFFIXES = {"_deg": ("_rad", np.pi / 180), "_g_mm": ("_kg_m", 1e-6)}
 
 
@@ -245,6 +248,9 @@ def _checked_parameters(found, plugin, where):
     for parameter in found:
         if not parameter.unit:
             raise PluginError(f"{who}: '{parameter.name}' has no unit; write it as 'N s/m', or '1' for a pure number")
+        if not isfinite(parameter.typical) or not isfinite(parameter.default or 0.0):
+            numbers = f"typical = {parameter.typical}, default = {parameter.default}"
+            raise PluginError(f"{who}: '{parameter.name}' has {numbers}; they must be finite")
         if not isinstance(parameter.entries, (list, tuple)) or not all(isinstance(e, Entry) for e in parameter.entries):
             raise PluginError(
                 f"{who}: the entries of '{parameter.name}' are {type(parameter.entries).__name__}; they must be a "
@@ -274,6 +280,13 @@ def _check_shapes(parameters, size, plugin, where):
                 raise PluginError(
                     f"{who}: entry {i} of '{parameter.name}' has a matrix of shape {np.shape(entry.matrix)}; on "
                     f"'{entry.on}' it must be {needed} here"
+                )
+            whole = all(isinstance(n, (int, np.integer)) for n in (entry.order, entry.shift)) and entry.order >= 0
+            if entry.on not in ACTS_ON or not whole or entry.nonzero[-1].dtype.kind not in "biufc":
+                raise PluginError(
+                    f"{who}: entry {i} of '{parameter.name}' has on = {entry.on!r}, order = {entry.order!r}, shift = "
+                    f"{entry.shift!r}; `on` must be one of {', '.join(ACTS_ON)}, `order` a whole number from 0, "
+                    "`shift` a whole number, and the matrix of numbers"
                 )
         values = [entry.nonzero[-1] for entry in parameter.entries]
         if values and not np.isfinite(np.concatenate(values)).all():

@@ -98,6 +98,11 @@ class Structure(Shaft):
     films: tuple = ()
     reading: Reading = field(default_factory=Reading)
 
+    def __post_init__(self):
+        for matrix in (self.mass, self.stiffness, self.gyroscopic, self.static_load):
+            if isinstance(matrix, np.ndarray):  # a plugin that writes into one would change every rig of the rotor
+                matrix.setflags(write=False)
+
     @cached_property
     def along(self) -> np.ndarray:
         """Motion (dof,) of all nodes by one in the same direction, of unit 1."""

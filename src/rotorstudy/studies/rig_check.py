@@ -6,8 +6,9 @@ import numpy as np
 
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.errors import CannotAct, RotorstudyError, unknown_name
-from rotorstudy.measurement.conventions import measured_direction, read_conventions
+from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.findings import Finding, errors_among, worst_first
+from rotorstudy.measurement.plausibility import check_probes
 from rotorstudy.model.rig import read_rig
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.whirl import damped_modes, time_invariant, without_rotation
@@ -22,6 +23,7 @@ BLIND = 0.05  # of the largest motion in a mode: a probe that sees less is at a 
 UNDAMPED = 1e-4  # damping ratio below which a resonance is sharper than in any machine
 NO_SIZES = ("measurement", "diagnosis", "prior")  # sections
 FILM_ORBIT = 1 / 3  # semi-major axis over the clearance of a film, up to which it is nearly linear
+UNCERTAIN = 2.0  # standard deviation of a parameter relative to its value, as which a percentage is no share
 SAG = 1e-3  # m, static deflection of a shaft in its bearings beyond which they are too soft
 
 
@@ -122,7 +124,12 @@ def _sections(rig, model):
     """Findings on the sections that other commands read."""
     path = str(rig.path)
     try:
-        check_names(read_settings(rig.given, path), model, f"{path}, diagnosis")
+        settings = read_settings(rig.given, path)
+        check_names(settings, model, f"{path}, diagnosis")
+        for name, share in settings.uncertainty.items():
+            if share > UNCERTAIN:
+                text = f"uncertainty of {name} = {share:g}, which is {percent(share)} of its value; 10 % are 0.1"
+                yield Finding("warning", "uncertainty", f"{path}, diagnosis", text)
     except RotorstudyError as error:
         yield Finding("error", "diagnosis", path, str(error))
     try:
@@ -133,12 +140,7 @@ def _sections(rig, model):
     except RotorstudyError as error:
         yield Finding("error", "measurement", path, str(error))
         return
-    for node in {probe.node for probe in conventions.probes}:
-        mine = [probe for probe in conventions.probes if probe.node == node]
-        along = measured_direction([float(conventions.direction_rad(probe.angle_deg)) for probe in mine])
-        if len(mine) > 1 and np.isfinite(along):
-            text = f"probes {', '.join(p.channel for p in mine)} show one direction only; check their angles"
-            yield Finding("warning", "probe angles", f"node {node}", text)
+    yield from check_probes(conventions.probes, path)
     if "measurement" not in rig.given:
         text = "no section `measurement:`, so that only simulated records can be read"
         yield Finding("note", "measurement", path, text)
