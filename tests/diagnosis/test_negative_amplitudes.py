@@ -43,6 +43,20 @@ def test_a_coupling_has_no_negative_stiffness(effect):
     assert limited.startswith("coupling_stiffness")
 
 
+@pytest.mark.parametrize(("share", "expected"), [(0.5, False), (2.0, True)])
+def test_powers_of_one_law_are_positive_together(share, expected):
+    """A support that stiffens ever more slowly has a negative cube; with one of twice its square it would soften."""
+    cause = candidate(MODEL, "cubic_stiffness", {"node": 1})
+    size = {name: std for name, (_, std) in cause.prior.items()}
+    values = [1e-3 * size[name] * (1.0 if "quadratic" in name else -share) for name in cause.names]
+    extended = MODEL.plus(cause.term)
+    theta = np.append(MODEL.theta, values)
+    measured = spectrum_of(extended, SPEEDS, HARMONICS, 1e-12, theta=theta)
+    found = fit(extended, measured, Prior.independent(cause.prior), start=theta)
+    assert found.free == pytest.approx(values, rel=0.01)
+    assert is_negative(Explanation((cause,), found, 0.0), SIGNIFICANCE) == expected
+
+
 @pytest.mark.parametrize(("sigma", "expected"), [(-2.0, False), (-4.0, True), (40.0, False)])
 def test_an_amplitude_is_negative_only_beyond_its_standard_deviation(sigma, expected):
     _, std = explained("parallel_misalignment", 0.0, 1e-6)

@@ -28,8 +28,8 @@ class Candidate(NamedTuple):
     where: dict
     term: Term
     prior: dict  # unknown name -> (mean, std) of its amplitude before anything is measured
-    # unknown name -> {parameter of the base: factor}: it cannot be negative together with these, which act alike; where
-    # there are none, the prior is the upper half of that normal distribution
+    # unknown name -> {parameter of the base or other power of its law: factor}: it cannot be negative together with
+    # these; where there are none, the prior is the upper half of that normal distribution
     positive: dict = {}
     fixed: bool = False  # its amplitude is known where the effect is present; the width of its prior is not varied
     shape: dict = {}  # options that enter nonlinearly (a clearance, an angle), at one of the values tried
@@ -111,7 +111,8 @@ def _with_prior(model, cause, width):
         mean, std = known[p.name]
         prior[term.full_name(p)] = mean * p.typical, std * p.typical
     limited = {term.full_name(p) for p in term.parameters if plugin.is_positive(p.name)}
-    positive = {unknown.name: _same(unknown, term, model) for unknown in term.unknowns if unknown.name in limited}
+    limited = [unknown for unknown in term.unknowns if unknown.name in limited]
+    positive = {unknown.name: _same(unknown, term, model) | _powers(unknown, limited) for unknown in limited}
     return cause._replace(prior=prior, positive=positive)
 
 
@@ -131,6 +132,11 @@ def _same(unknown, term, model):
     there = model.output_unknowns if term.acts_on_output else model.rotor_unknowns
     shares = {known.name: share_of(unknown, known) for known in there if unknown.kinds <= known.kinds}
     return {name: share for name, share in shares.items() if share > 0}
+
+
+def _powers(unknown, limited):
+    """{other amplitude: factor} of the nonlinear forces of a term, powers of one law that is positive as a whole."""
+    return {one.name: unknown.typical / one.typical for one in limited if unknown.force and one is not unknown}
 
 
 def with_shape(model: Model, cause: Candidate, shape: dict, prior_width: float) -> Candidate:

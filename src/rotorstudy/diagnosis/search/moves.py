@@ -1,7 +1,8 @@
 """Moves from one explanation to others, with the log odds that each promises to first order.
 
 All are judged at the motion of the explanation, by the columns of the candidates there: a cause more, another one in
-the place of one of its own, or one less. A cause of many shapes comes in the best ones that a scan finds.
+the place of one of its own, two in the place of one, or one less. A cause of many shapes comes in the best ones that a
+scan finds.
 """
 
 from collections.abc import Sequence
@@ -55,11 +56,11 @@ class _Judge(NamedTuple):
         odds = self.base + evidence + self.work.prior_odds.log_odds(causes)
         return Proposal(causes, self.values | dict(zip(names, start, strict=True)), odds)
 
-    def alone(self, projected, usable):
-        """Proposals of each candidate that has no shape to scan."""
+    def alone(self, projected, usable, beside=()):
+        """Proposals of each candidate that has no shape to scan, together with those beside it."""
         chosen = [c for c in usable if not can_be_scanned(c)]
-        screened = screen_each(projected, chosen)
-        return [self.proposal((c,), one.start, one.evidence) for c, one in zip(chosen, screened, strict=True)]
+        screened = screen_each(projected, chosen, beside)
+        return [self.proposal((*beside, c), one.start, one.evidence) for c, one in zip(chosen, screened, strict=True)]
 
     def together(self, projected, usable):
         """Proposals of faults of several parts."""
@@ -169,6 +170,30 @@ def exchanges(work: Search, current: Explanation) -> list[Proposal]:
         others = [c for c in usable if not any(c is one for one in gone)]
         found += judge.alone(projected, others) + judge.together(projected, others)
         found += judge.scanned(fitted, others, whole, own)
+    return found
+
+
+def splits(work: Search, current: Explanation) -> list[Proposal]:
+    """Two other faults in the place of one whose error of form takes up much, judged at the motion with it.
+
+    Two that act near each other are explained by one in another form, and neither of them alone.
+    """
+    whole = work.held(current.causes, current.fit.values) if len(current.faults) == 1 else None
+    if whole is None or whole.cost < current.fit.cost + 2 * HIDES:
+        return []
+    own = tuple(n for c in current.causes for n in c.names)
+    gone = {c.fault for c in current.causes}
+    chosen = [c for c in work.candidates if not can_be_scanned(c) and c.fault not in gone]
+    wide, fitted = _with_error_of_form(work, whole, _error_of_form(work, work.nothing), own)
+    projected, usable = wide.project(fitted, [*chosen, *current.causes], own)
+    base = odds_of(current) - screen(projected, *current.causes).evidence - work.prior_odds.log_odds(current.causes)
+    judge, best, found = _Judge(wide, (), current.fit.values, base), {}, []
+    usable = [c for c in usable if c.fault not in gone]
+    for one in sorted(judge.alone(projected, usable), key=lambda one: -one.log_odds):
+        best.setdefault(one.causes[0].effect, one.causes)
+    for first in best.values():
+        others = [c for c in usable if c.fault != first[0].fault and is_allowed(work, (*first, c))]
+        found += judge.alone(projected, others, first)
     return found
 
 

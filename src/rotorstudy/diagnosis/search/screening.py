@@ -147,13 +147,15 @@ def screen(projected: Projected, *causes: Candidate) -> Screened:
     return _screen_alike(projected, [causes])[0]
 
 
-def screen_each(projected: Projected, causes: Sequence[Candidate]) -> list[Screened]:
-    """Judge candidates by their columns, each alone."""
+def screen_each(
+    projected: Projected, causes: Sequence[Candidate], beside: tuple[Candidate, ...] = ()
+) -> list[Screened]:
+    """Judge candidates by their columns, each alone or together with some others, whose amplitudes come first."""
     alike, found = {}, {}
     for i, cause in enumerate(causes):
         alike.setdefault((cause.fixed, *cause.parameter.tolist()), []).append(i)
     for chosen in alike.values():
-        found |= zip(chosen, _screen_alike(projected, [[causes[i]] for i in chosen]), strict=True)
+        found |= zip(chosen, _screen_alike(projected, [[*beside, causes[i]] for i in chosen]), strict=True)
     return [found[i] for i in range(len(causes))]
 
 
@@ -171,6 +173,11 @@ def _inverted(precision):
     values, vectors = np.linalg.eigh(precision)
     values = np.maximum(values, 1)
     return (vectors / values[..., None, :]) @ np.swapaxes(vectors, -1, -2), np.log(values).sum(axis=-1)
+
+
+def _elsewhere(projected, same):
+    """What the fit has of an amplitude; same : as of `Candidate.positive`."""
+    return sum(factor * projected.theta.get(name, 0.0) for name, factor in same.items())
 
 
 def _screen_alike(projected, sets):
@@ -192,16 +199,16 @@ def _screen_alike(projected, sets):
     evidence = 0.5 * (explained - narrowed)
     start, detection = mean + std * off, std / np.sqrt(1 + np.sum(scaled**2, axis=-1))
     limited = [
-        (s, own.index(name), sum(factor * projected.theta[n] for n, factor in same.items()))
+        (s, own.index(name), [same.get(n, float(n == name)) for n in own], _elsewhere(projected, same))
         for s, (causes, own) in enumerate(zip(sets, names, strict=True))
         for cause in causes
         for name, same in cause.positive.items()
     ]
     if limited:
-        s, i, there = (np.array(part) for part in zip(*limited, strict=True))
-        spread = std * np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
-        possible = log_possible(start[s, i] + there, spread[s, i], (mean[s, i] + there) / std[s, i])
-        np.add.at(evidence, s, possible)
+        s, i, weight, there = (np.array(part) for part in zip(*limited, strict=True))
+        spread = np.sqrt(np.einsum("li,lij,lj->l", weight * std[s], covariance[s], weight * std[s]))
+        stated, found = (np.sum(weight * sizes[s], axis=-1) + there for sizes in (mean, start))
+        np.add.at(evidence, s, log_possible(found, spread, stated / std[s, i]))
     first = 0
     for cause in sets[0]:
         part = slice(first, first + len(cause.names))

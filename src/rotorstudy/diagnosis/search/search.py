@@ -1,4 +1,4 @@
-"""The search for causes: from the best explanations so far to others, by one cause more, another one, or one less.
+"""The search for causes: from the best explanations so far to others, by one cause more, another, two for one, or less.
 
 Every explanation is fitted with an error of the form of its causes (`form.py`) and judged by its posterior odds, which
 are all that counts. The search keeps the best explanation of each set of effects, so that the many places and shapes of
@@ -18,7 +18,7 @@ from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form_fit import WITHIN
 from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.impossible import grows, is_impossible
-from rotorstudy.diagnosis.search.moves import Proposal, additions, exchanges, other_laws, removals, turns
+from rotorstudy.diagnosis.search.moves import Proposal, additions, exchanges, other_laws, removals, splits, turns
 from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned
@@ -215,7 +215,8 @@ def _moves(work, current):
     if len(current.faults) > 1 or any(p.loads_films for c in current.causes for p in c.term.parameters):
         found += other_laws(work, current) + removals(current) + exchanges(work, current)
     least = odds_of(current) + WORTH_ADDING
-    return [found + [one for one in additions(work, current, [current.fit]) if one.log_odds > least]]
+    found += [one for one in additions(work, current, [current.fit]) if one.log_odds > least]
+    return list(filter(None, [found, splits(work, current)]))
 
 
 def _fit_best(work, groups, possible=None):
