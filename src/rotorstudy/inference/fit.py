@@ -19,7 +19,8 @@ IMPLAUSIBLE = 1e-6  # the same of the parameters alone
 LESS = 0.99  # of the cost that the best fit has at most where another one is found
 MOST_LEVELS = 12
 CERTAIN = 0.999  # p-value of the cost above which nothing is left that another fit could explain
-DRAWS, DRAW_STEPS, REFINED = 16, 2, 4  # of plants one in 2 to 16 leads to the best fit: of the best 3 after two steps
+# of machines on films one draw in 2 to 16 leads to the best fit, and is among the best three after two steps
+DRAWS, DRAW_STEPS, REFINED = 16, 2, 4
 SEED = 0  # of the draws, so that a fit is always the same
 
 

@@ -182,13 +182,14 @@ def splits(work: Search, current: Explanation) -> list[Proposal]:
     if whole is None or whole.cost < current.fit.cost + 2 * HIDES:
         return []
     own = tuple(n for c in current.causes for n in c.names)
-    gone = {c.fault for c in current.causes}
-    chosen = [c for c in work.candidates if not can_be_scanned(c) and c.fault not in gone]
+    chosen = [c for c in work.candidates if not can_be_scanned(c) and c.fault != current.causes[0].fault]
     wide, fitted = _with_error_of_form(work, whole, _error_of_form(work, work.nothing), own)
     projected, usable = wide.project(fitted, [*chosen, *current.causes], own)
+    if not {c.label for c in current.causes} <= {c.label for c in usable}:
+        return []
     base = odds_of(current) - screen(projected, *current.causes).evidence - work.prior_odds.log_odds(current.causes)
     judge, best, found = _Judge(wide, (), current.fit.values, base), {}, []
-    usable = [c for c in usable if c.fault not in gone]
+    usable = [c for c in usable if not any(c is one for one in current.causes)]
     for one in sorted(judge.alone(projected, usable), key=lambda one: -one.log_odds):
         best.setdefault(one.causes[0].effect, one.causes)
     for first in best.values():
