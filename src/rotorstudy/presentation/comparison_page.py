@@ -122,7 +122,10 @@ def accuracy(whole, trials):
         axis.xaxis.set_major_formatter("{x:g}")
         axis.axvline(1, color="0.4", linewidth=0.8, linestyle=":")
     axes[0, 1].set_xlim(left=LEAST)
-    _legend(picture, axes[0, 0], drawn.noise.values)
+    marks = [(MARKS[n % len(MARKS)], SHADES[n % len(SHADES)]) for n in range(drawn.sizes["noise"])]
+    handles = [axes[0, 0].plot([], [], mark, color=shade, markersize=3.5)[0] for mark, shade in marks]
+    texts = [f"{level:g} % noise" for level in drawn.noise.values]
+    picture.legend(handles, texts, loc="outside lower center", ncols=len(texts), frameon=False)
     least = float(mean.min())
     picture.suptitle(
         f"{names[0].capitalize()} comes closest to the Cramér-Rao bound: within {least:.2g} times it on all rotors and "
@@ -150,14 +153,6 @@ def _row(axes, one, i, trials):
         ends = np.maximum([bias[n] - reach[n], bias[n] + reach[n]], LEAST)
         axes[1].plot(ends, [place[n]] * 2, color=style["color"], linewidth=style["linewidth"])
         axes[1].plot(max(bias[n], LEAST), place[n], **style)
-
-
-def _legend(picture, axis, levels):
-    """The noise level of each mark."""
-    marks = [(MARKS[n % len(MARKS)], SHADES[n % len(SHADES)]) for n in range(len(levels))]
-    handles = [axis.plot([], [], mark, color=shade, markersize=3.5)[0] for mark, shade in marks]
-    texts = [f"{level:g} % noise" for level in levels]
-    picture.legend(handles, texts, loc="outside lower center", ncols=len(levels), frameon=False)
 
 
 def error_of_harmonics(whole, harmonic_errors, level):
