@@ -19,7 +19,7 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.single_probe import along_probes
+from rotorstudy.measurement.spectrum import along_probes
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 from rotorstudy.store import provenance

@@ -9,8 +9,8 @@ from jobs import run
 from jobs.plan import Job
 from jobs.run import code_digest, imported_files, opened, run_job
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.presentation.pages import write_tables
 from rotorstudy.presentation.plots import figure, save_figures
-from rotorstudy.presentation.tables import write_tables
 from rotorstudy.store import dataset, save
 from thesis.scoreboard import Table
 
