@@ -39,7 +39,7 @@ HOSTILE = {
     "alias bomb": (f"a: &a [x, x, x]\n{NESTED}", f"more than {MOST_VALUES} values"),
     "merge bomb": (f"a: &a {{x: 1}}\n{MERGED}", f"more than {MOST_VALUES} values"),
     "an alias in itself": ("rotor: &r {kind: jeffcott, x: *r}\n", "contains itself"),
-    "1000 brackets": (f"rotor: {'[' * 1000}{']' * 1000}\n", "within each other"),
+    "1000 brackets": (f"rotor: {'[' * 1000}{']' * 1000}\n", "within each other|nesting depth"),  # of libyaml
     "5000 digits": (f"rotor: {{mass_kg: {'9' * 5000}}}\n", "whole number"),
     "impossible date": ("rotor: {mass_kg: 2020-13-45}\n", "timestamp"),
     "tagged bytes": ("rotor: {mass_kg: !!binary aGVsbG8=}\n", "binary"),
