@@ -86,15 +86,18 @@ lock: .venv-uv/ready
 	  pyproject.toml --extra uff --group dev --output-file .venv-uv/lock.txt
 	{ head -2 environment.txt; cat .venv-uv/lock.txt; } > .venv-uv/environment.txt && mv .venv-uv/environment.txt environment.txt
 
-# interpreters: of the system, of pyenv, else those that uv can download
+# interpreters: of the system, of pyenv, else those that uv can download; that the versions are those of environment.txt is not tested
 newest: .venv-uv/ready
 	@PATH="$$PATH:$$(echo $$HOME/.pyenv/versions/*/bin | tr ' ' :)"; for version in 3.11 3.12 3.13 3.14; do \
 	  python=.venv-uv/$$version; \
-	  .venv-uv/bin/uv venv --quiet --clear --python $$version $$python || { echo "Python $$version: not to be had"; continue; }; \
+	  .venv-uv/bin/uv venv --quiet --clear --seed --python $$version $$python 2>/dev/null || { missing="$$missing $$version"; continue; }; \
 	  .venv-uv/bin/uv pip install --quiet --upgrade --python $$python/bin/python --editable '.[uff]' --group dev && \
-	  PATH="$$PWD/$$python/bin:$$PATH" OPENBLAS_NUM_THREADS=1 $$python/bin/pytest -q -n 2 --dist loadfile $(TESTS) || \
+	  PATH="$$PWD/$$python/bin:$$PATH" OPENBLAS_NUM_THREADS=1 $$python/bin/pytest -q -n 2 --dist loadfile $(TESTS) \
+	    --deselect tests/workflow/test_environment.py::test_every_installed_package_is_pinned_with_hashes || \
 	  failed="$$failed $$version"; \
-	done; test -z "$$failed" || { echo "error: the tests fail with the newest versions on Python$$failed"; exit 1; }
+	  tried="$$tried $$version"; \
+	done; echo "newest: tried on Python$${tried:- none}, no interpreter for$${missing:- none}"; \
+	test -z "$$failed" || { echo "error: the tests fail with the newest versions on Python$$failed"; exit 1; }
 
 clean:
 	rm -rf results/* .snakemake

@@ -6,8 +6,7 @@ import pytest
 import xarray as xr
 
 from rotorstudy import load_rig, registry
-from rotorstudy.presentation.comparison_figures import best_by_worst, comparison_figures
-from rotorstudy.presentation.comparison_page import write_advice
+from rotorstudy.presentation.comparison_page import best_by_worst, comparison_figures, write_advice
 from rotorstudy.studies.comparison.config import Fault, Rotor, load_comparison
 from rotorstudy.studies.comparison.estimates import without_values
 from rotorstudy.studies.comparison.ranking import ANY_FAULT, advice, ranking

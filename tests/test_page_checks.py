@@ -4,8 +4,7 @@ import pandas as pd
 import pytest
 from page_checks import BROWSER, problems_of_text, problems_seen, seen_in_browser
 
-from rotorstudy.presentation.pages import render
-from rotorstudy.presentation.tables import cells
+from rotorstudy.presentation.pages import cells, render
 
 BAD = """<!doctype html><html><head><title>a</title><link rel="stylesheet" href="https://example.org/a.css"></head>
 <body><table><tr><th>wide</th></tr></table><img src="nowhere.png"><p style="width: 1000px">wide</p>

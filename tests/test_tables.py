@@ -3,8 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from rotorstudy.presentation.pages import to_index
-from rotorstudy.presentation.tables import cells, write_html
+from rotorstudy.presentation.pages import cells, to_index, write_html
 from thesis.scoreboard import in_table_order, side_by_side
 
 

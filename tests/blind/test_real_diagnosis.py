@@ -4,9 +4,9 @@ import json
 import secrets
 
 import numpy as np
-from one_line_errors import refused
+import pytest
 
-from rotorstudy import registry
+from rotorstudy import RotorstudyError, registry
 from rotorstudy.blind.config import KINDS as KINDS_OF_CASES
 from rotorstudy.blind.run import check_seal, diagnosed, run_blind
 from rotorstudy.diagnosis.verdict.result import Cause
@@ -68,7 +68,8 @@ def check_always(rows, verdicts, truths, seals, where):
         assert (verdict["verdict"] in ("cause", "ambiguous")) <= bool(verdict["causes"]), where
         assert all(0 <= share <= 1 for share in verdict["residual_p_value"].values()), where
         assert verdict["gain"] is None or verdict["gain"]["before_m"] > 0 < verdict["gain"]["after_m"], where
-        refused(lambda: check_seal({**opened["truth"], "kind": "another"}, opened["salt"], sealed, where), "altered")
+        with pytest.raises(RotorstudyError, match="altered"):
+            check_seal({**opened["truth"], "kind": "another"}, opened["salt"], sealed, where)
         assert all(row[key] == row[key] and row[key] is not None for key in ALWAYS), (where, row)
         assert row["families"] == "+".join(one["family"] for one in opened["truth"]["true"]), where
         assert np.isnan(row["probability"]) == (not row["causes"]), where

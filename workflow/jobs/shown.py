@@ -1,8 +1,8 @@
 """Jobs that draw figures and write tables of a chapter."""
 
 from jobs.run import named_function
+from rotorstudy.presentation.pages import write_csv, write_tables
 from rotorstudy.presentation.plots import save_figures
-from rotorstudy.presentation.tables import write_csv, write_tables
 
 
 def draw(pictures, function, load, config, **results):

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from rotorstudy.model.rig_items import make_term
-from rotorstudy.presentation.tables import write_tables
+from rotorstudy.presentation.pages import write_tables
 from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
 from thesis.config import load_replay

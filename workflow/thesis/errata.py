@@ -16,8 +16,7 @@ from rotorstudy.inference.linear import solve_linear
 from rotorstudy.measurement.noise import with_noise
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import build_model
-from rotorstudy.presentation.pages import to_index
-from rotorstudy.presentation.tables import write_csv, write_html
+from rotorstudy.presentation.pages import to_index, write_csv, write_html
 from rotorstudy.response.coupling import forced_harmonics
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.stability import eigenvalues

@@ -8,8 +8,7 @@ import pandas as pd
 
 from rotorstudy.diagnosis.verdict.cause_words import place, readable
 from rotorstudy.diagnosis.verdict.result import Verdict
-from rotorstudy.presentation.pages import to_index
-from rotorstudy.presentation.tables import write_csv, write_html
+from rotorstudy.presentation.pages import to_index, write_csv, write_html
 from rotorstudy.store import load
 from rotorstudy.units import number, p_value
 from thesis.config import load_replay

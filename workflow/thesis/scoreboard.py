@@ -8,8 +8,7 @@ import pandas as pd
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.measurement.table_spectra import last_digit
-from rotorstudy.presentation.pages import to_index
-from rotorstudy.presentation.tables import write_csv, write_html
+from rotorstudy.presentation.pages import to_index, write_csv, write_html
 
 KEYS = ["table", "case", "item", "noise_percent", "quantity", "method"]
 COLUMNS = [*KEYS, "published", "last_digit", "computed", "unit", "origin", "status", "reason"]

@@ -3,13 +3,13 @@
 import inspect
 from dataclasses import fields
 from itertools import product
-from typing import Literal, get_args, get_origin
+from typing import get_args
 
 from typing_extensions import is_typeddict
 
 from rotorstudy.authoring.invariants.bench import bench_of, bench_structure, typical_term
 from rotorstudy.model.kinds import KINDS
-from rotorstudy.model.options import option_names
+from rotorstudy.model.options import annotations, choices, option_names
 from rotorstudy.model.registry import registry
 from rotorstudy.units import percent
 
@@ -58,8 +58,8 @@ def _options(kind, plugin):
 def _inside(function):
     """Choices of options, and the keys of the items of options that are lists or mappings; ? marks an optional key."""
     found = []
-    for name, annotation in _annotations(function).items():
-        if get_origin(annotation) is Literal:
+    for name, annotation in annotations(function).items():
+        if name in choices(function):
             found.append(f"{name}: {' or '.join(map(str, get_args(annotation)))}")
         for inner in [annotation, *get_args(annotation), *(b for a in get_args(annotation) for b in get_args(a))]:
             if is_typeddict(inner):
@@ -68,17 +68,13 @@ def _inside(function):
     return found
 
 
-def _annotations(function):
-    return {name: p.annotation for name, p in inspect.signature(function).parameters.items()}
-
-
 def _parameters(kind, plugin):
     """'key (typically size)' of every amplitude, at the first possible place on a bench rotor; of every choice."""
     if kind == "effect":
         parameters = typical_term(plugin, *bench_of(plugin)).parameters
     else:
-        choices = {name: get_args(a) for name, a in _annotations(plugin.function).items() if get_origin(a) is Literal}
-        options = (plugin.example | dict(zip(choices, chosen, strict=True)) for chosen in product(*choices.values()))
+        known = choices(plugin.function)
+        options = (plugin.example | dict(zip(known, chosen, strict=True)) for chosen in product(*known.values()))
         parameters = [p for chosen in options for p in plugin.function(bench_structure(), **chosen)]
     found = {}
     for p in parameters:

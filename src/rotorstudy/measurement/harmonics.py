@@ -7,7 +7,7 @@ import numpy as np
 
 from rotorstudy.measurement.angle_fit import fit_amplitude, fit_harmonics
 from rotorstudy.measurement.lines import Line, line_basis, orders_of_lines
-from rotorstudy.measurement.single_probe import along_probe, seen_components, seen_rows
+from rotorstudy.measurement.spectrum import along_probe, seen_components, seen_rows
 from rotorstudy.response.series import rotating_basis
 
 MOST_BLOCKS = 32

@@ -7,7 +7,7 @@ import numpy as np
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT
-from rotorstudy.measurement.single_probe import along_probes
+from rotorstudy.measurement.spectrum import along_probes
 from rotorstudy.response.measured import measured_response
 from rotorstudy.units import METRES, spin, um
 

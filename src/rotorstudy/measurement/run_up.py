@@ -24,7 +24,7 @@ import numpy as np
 
 from rotorstudy.measurement.harmonics import circular_covariance, fit_basis, noise_power, with_phase_noise
 from rotorstudy.measurement.keyphasor import PIECE_REVOLUTIONS, Turning, follow_marks
-from rotorstudy.measurement.single_probe import along_probe
+from rotorstudy.measurement.spectrum import along_probe
 from rotorstudy.response.series import rotating_basis
 
 LEAST_REVOLUTIONS = 4.0  # in a window, so that neighbouring harmonics are separated

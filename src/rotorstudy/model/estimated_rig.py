@@ -9,7 +9,7 @@ from rotorstudy.model.cracks import keys_from_depth
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import SECTIONS, SMALLEST
-from rotorstudy.model.rig_items import aliases_of, make_term, without_aliases
+from rotorstudy.model.rig_items import make_term, spellings
 from rotorstudy.model.rig_numbers import is_number, rig_with_changes
 from rotorstudy.model.uncertainty import uncertainty_section
 from rotorstudy.store import write_text
@@ -62,7 +62,8 @@ def _item(section, item, model, values):
         plugin, rest = registry().get(section, item["kind"]), {k: v for k, v in item.items() if k != "depth"}
         options = {k: v for k, v in rest.items() if k not in ("kind", "label")}
         item = {**rest, **keys_from_depth(item["depth"], plugin, model.structure, options, section)}
-    return {**without_aliases(item, found, aliases_of(term.parameters)), **found}
+    replaced = spellings(found, term.parameters)
+    return {**{key: value for key, value in item.items() if key not in replaced}, **found}
 
 
 def write_rig(rig: dict, path: str | Path, comment: str) -> None:

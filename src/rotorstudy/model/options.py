@@ -39,52 +39,56 @@ def option_names(function, given_by_engine=()):
 
 
 @lru_cache(maxsize=1024)
+def _arguments(function):
+    """{name: inspect.Parameter} of a function."""
+    import inspect
+
+    return dict(inspect.signature(function).parameters)
+
+
+def annotations(function):
+    """{name: type} of the arguments of a plugin function."""
+    return {name: argument.annotation for name, argument in _arguments(function).items()}
+
+
 def choices(function):
     """{option: its possible values} of the options of a plugin function that take one of several."""
-    import inspect
-
-    annotations = {name: p.annotation for name, p in inspect.signature(function).parameters.items()}
-    return {name: get_args(one) for name, one in annotations.items() if get_origin(one) is Literal}
-
-
-@lru_cache(maxsize=1024)
-def _arguments(function):
-    import inspect
-
-    return tuple(inspect.signature(function).parameters)
+    return {name: get_args(one) for name, one in annotations(function).items() if get_origin(one) is Literal}
 
 
 def check_options(function, given, where, given_by_engine=(), left=()):
     """Validated options of a function; an error may name one of the keys `left` as a missing option misspelt."""
+    return dict(check_config(_options_model(function, tuple(given_by_engine)), given, where, left))
+
+
+def check_config(model, given, where, left=()):
+    """An instance of a pydantic model from a dict; unknown or missing keys and invalid values are one-line errors."""
     from pydantic import ValidationError
 
-    fields, model = _options_model(function, tuple(given_by_engine))
     for key in given:
-        if key not in fields:
-            raise unknown_name("key", key, fields, where)
+        if key not in model.model_fields:
+            raise unknown_name("key", key, model.model_fields, where)
     try:
-        return dict(model(**given))
+        return model(**given)
     except ValidationError as error:
         message = validation_message(error, where, lambda loc: named_keys(model, loc))
-        near = [get_close_matches(name, left, n=1) for name in fields if name not in given and name in message]
-        hint = "".join(f"; '{one}' is none of its keys" for found in near for one in found)
-        raise RotorstudyError(message + hint) from None
+        lacks = [name for name in model.model_fields if name not in given and name in message]
+        hint = [f"; '{one}' is none of its keys" for name in lacks for one in get_close_matches(name, left, n=1)]
+        raise RotorstudyError(message + "".join(hint)) from None
 
 
 @lru_cache(maxsize=1024)
 def _options_model(function, given_by_engine):
-    """Fields (annotation, default) of a plugin's options, and the pydantic model that checks them."""
-    import inspect
-
+    """The pydantic model of a plugin's options, which checks them."""
     from pydantic import ConfigDict, create_model
 
     fields = {}
-    for name, parameter in inspect.signature(function).parameters.items():
+    for name, argument in _arguments(function).items():
         if name not in given_by_engine:
-            annotation = float if parameter.annotation is parameter.empty else parameter.annotation
-            fields[name] = (annotation, ... if parameter.default is parameter.empty else parameter.default)
+            annotation = float if argument.annotation is argument.empty else argument.annotation
+            fields[name] = (annotation, ... if argument.default is argument.empty else argument.default)
     config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
-    return fields, create_model("Options", __config__=config, **fields)
+    return create_model("Options", __config__=config, **fields)
 
 
 def named_keys(annotation, loc=()):

@@ -13,6 +13,7 @@ from contextvars import ContextVar
 from functools import lru_cache, partial
 from hashlib import sha256
 from pathlib import Path
+from traceback import walk_tb
 
 import pluggy
 
@@ -156,22 +157,19 @@ def effects_failed(error):
 
 def _passed(error):
     """(kind, plugin, line number) of the plugin files that an exception passed, the one that called first."""
-    files, trace, found = {plugin.file: (kind, plugin) for kind, plugin in registry()}, error.__traceback__, []
-    while trace:
-        file = trace.tb_frame.f_code.co_filename
-        found += [(*files[file], trace.tb_lineno)] if file in files else []
-        trace = trace.tb_next
-    return found
+    files = {plugin.file: (kind, plugin) for kind, plugin in registry()}
+    return [(*files[file], line) for file, line in _frames(error) if file in files]
+
+
+def _frames(error):
+    """(file, line number) of the frames that an exception passed, the one that called first."""
+    return [(frame.f_code.co_filename, line) for frame, line in walk_tb(error.__traceback__)]
 
 
 def _blame(place, error):
     """'file:line' of the deepest frame inside the plugin itself."""
-    line = getattr(error, "lineno", None)
-    trace = error.__traceback__
-    while trace:
-        if trace.tb_frame.f_code.co_filename == str(place):
-            line = trace.tb_lineno
-        trace = trace.tb_next
+    lines = [getattr(error, "lineno", None), *(line for file, line in _frames(error) if file == str(place))]
+    line = lines[-1]
     return f"{place}:{line}" if line else str(place)
 
 

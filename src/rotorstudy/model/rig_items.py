@@ -72,7 +72,7 @@ def make_term(
         depth = given.pop("depth")
         given = {**keys_from_depth(depth, plugin, structure, given, where), **given}
     names = {name for function in functions for name in option_names(function, by_engine)}
-    given, options = in_si(given, names, where), {}
+    given, options = in_si(given, spellings(names), where), {}
     left = [key for key in given if key not in names]
     for function in functions:
         own = option_names(function, by_engine)
@@ -92,11 +92,10 @@ def make_term(
         others = _parameters(plugin, function, fixed, changed, where, is_foundation)
         if {*given} <= {*_keys(others), *changed}:
             parameters, options = others, changed
-    keys = _keys(parameters)
-    aliases = aliases_of(parameters)
-    given = in_si(given, [*keys, *options], where, aliases)
+    known = spellings([*_keys(parameters), *options], parameters)
+    given = in_si(given, known, where)
     values = {key: value for key, value in given.items() if key not in options}
-    values = _read_values(parameters, values, spellings([*keys, *options, *aliases]), where)
+    values = _read_values(parameters, values, known, where)
     if is_crack:
         losses = structure.stiffness_loss_at(options["node"], options["element"])
         _check_losses(values, losses, structure, where)
@@ -294,14 +293,14 @@ def _check_shapes(parameters, size, plugin, where):
             raise PluginError(f"{who}: entry {i} of '{parameter.name}' is not finite")
 
 
-def in_si(given, known, where, aliases=None):
-    """Options or values, keys that stand for known ones in SI replaced by these; a quantity given twice is an error.
+def in_si(given, known, where):
+    """Options or values, keys that stand for known ones in SI (`spellings`) replaced by these; others stay as they are.
 
-    aliases : other key in SI -> (known key, factor);  keys that stand for nothing known stay as they are
+    A quantity given twice is an error.
     """
-    known, aliases, found, source = set(known), aliases or {}, {}, {}
+    found, source = {}, {}
     for key, value in given.items():
-        target, factor = _standing_for(key, known, aliases)
+        target, factor = known.get(key, (key, 1.0))
         if target in source:
             raise RotorstudyError(f"{source[target]} and {key} in {where} are the same quantity; give one of them")
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
@@ -312,36 +311,14 @@ def in_si(given, known, where, aliases=None):
     return found
 
 
-def aliases_of(parameters):
-    """{other key: (key, factor)} of the values of some parameters."""
-    found = {}
+def spellings(keys, parameters=()):
+    """{key: (key in SI, factor to it)} of keys in SI, and of what stands for them in other units and by other names."""
+    found = {key: (key, 1.0) for key in keys}
     for parameter in parameters:
         for name, (unit, factor) in parameter.also.items():
-            found[f"{name}_{unit_suffix(unit)}"] = (parameter.key, factor)
-            found[f"{name}_phase_rad"] = (parameter.phase_key, 1.0)
-    return found
-
-
-def spellings(keys):
-    """Some keys in SI, and those in other units that stand for them."""
-    others = [key.removesuffix(si) + own for key in keys for own, (si, _) in SUFFIXES.items() if key.endswith(si)]
-    return [*keys, *others]
-
-
-def without_aliases(item, keys, aliases):
-    """An item of a rig without its keys that stand for some keys in SI."""
-    return {key: value for key, value in item.items() if _standing_for(key, set(keys), aliases)[0] not in keys}
-
-
-def _standing_for(key, known, aliases):
-    """The key in SI that a key stands for, and the factor to it; the key itself if it stands for none."""
-    if key in known:
-        return key, 1.0
-    factor = 1.0
-    for suffix, (si, to_si) in SUFFIXES.items():
-        if key.endswith(suffix) and (key.removesuffix(suffix) + si) in known | set(aliases):
-            key, factor = key.removesuffix(suffix) + si, to_si
-    if key in aliases and aliases[key][0] in known:
-        target, more = aliases[key]
-        return target, factor * more
-    return key, factor
+            found.setdefault(f"{name}_{unit_suffix(unit)}", (parameter.key, factor))
+            found.setdefault(f"{name}_phase_rad", (parameter.phase_key, 1.0))
+    for own, (si, factor) in SUFFIXES.items():
+        for key, (target, more) in [one for one in found.items() if one[0].endswith(si)]:
+            found.setdefault(key.removesuffix(si) + own, (target, factor * more))
+    return {key: meant for key, meant in found.items() if meant[0] in keys}

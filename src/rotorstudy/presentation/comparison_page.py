@@ -1,16 +1,26 @@
 """Results of the comparison of spectrum methods and estimators: figures, ranking and recommendation."""
 
+import textwrap
 from pathlib import Path
 
-from rotorstudy.presentation.comparison_figures import comparison_figures
-from rotorstudy.presentation.pages import to_index
-from rotorstudy.presentation.plots import save_figures
-from rotorstudy.presentation.tables import write_csv, write_html
+import numpy as np
+
+from rotorstudy.presentation.estimate_figures import label
+from rotorstudy.presentation.pages import to_index, write_csv, write_html
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, save_figures
 from rotorstudy.store import gathered, load, provenance, save
-from rotorstudy.studies.comparison import estimates as accuracy
 from rotorstudy.studies.comparison import ranking
 from rotorstudy.studies.comparison.config import load_comparison
+from rotorstudy.studies.comparison.estimates import comparison as compared
+from rotorstudy.studies.comparison.ranking import VALID, named
 from rotorstudy.studies.config import file_name
+
+ROW = 3  # panels side by side
+PAGE_WIDTH = 7.0  # inches, two columns of a journal; text keeps its size in print
+PLAIN = "regression"  # the spectrum method that estimators are compared with
+LEAST = 0.02  # of the bound: smaller biases are drawn there, as the trials do not determine them
+SHADES = ("#9ecae1", "#4a98c9", "#1764ab", "#08306b")  # light to dark with the noise
+MARKS = ("o", "s", "^", "D")
 
 
 def write_comparison(comparison, pictures, ranking_csv, advice_files, config, spectra, estimates, bias, index):
@@ -25,7 +35,7 @@ def write_comparison(comparison, pictures, ranking_csv, advice_files, config, sp
             found.setdefault((names[path.parent.name], path.stem), []).append(load(path))
         return {key: gathered(parts, "fault") if len(parts) > 1 else parts[0] for key, parts in found.items()}
 
-    whole = accuracy.comparison(loaded(estimates))
+    whole = compared(loaded(estimates))
     save(whole.assign_attrs(provenance(config.model_dump(), [], config.seed), title=config.title), comparison)
     ranked = ranking.ranking(whole)
     write_csv(ranked, ranking_csv)
@@ -60,3 +70,259 @@ def write_advice(ranked, use_if, csv, html, index=None):
         3,
         links=to_index(html, index),
     )
+
+
+def comparison_figures(whole, harmonic_errors, biased, trials):
+    """The figures of a comparison.
+
+    whole           : of `studies.comparison.estimates.comparison`;  trials : behind each value with noise
+    harmonic_errors : (rotor, spectrum method) -> DataArray (fault, noise), error over the rms of the vibration
+    biased          : list of (rotor, estimator, Dataset of `studies.comparison.estimates.bias`)
+    """
+    level = 1.0 if 1.0 in whole.noise else float(whole.noise.max())
+    return {
+        "estimators": accuracy(whole, trials),
+        "spectra": error_of_harmonics(whole, harmonic_errors, level),
+        "faults": error_with_faults(whole, level),
+        "coverage": coverage_with_faults(whole, level),
+        "bias": bias_of_known_quantities(biased),
+    }
+
+
+def accuracy(whole, trials):
+    """Scatter and bias of the parameter of an estimator farthest from its bound: a row of panels for each rotor."""
+    drawn = whole.sel(spectrum_method=PLAIN, fault=whole.fault[0], noise=whole.noise > 0)
+    over = drawn.efficiency**-0.5
+    mean = np.exp(np.log(over).mean("parameter")).max(["rotor", "noise"])
+    order = np.argsort(mean.fillna(np.inf).values)
+    drawn, over = drawn.isel(estimator=order), over.isel(estimator=order)
+    names = list(map(named, drawn.estimator.values))
+    height, width = 0.19 * len(names) + 0.25, PAGE_WIDTH / 2
+    picture, axes = figure(drawn.sizes["rotor"], 2, height, width, sharex="col", sharey=True)
+    for row, rotor in zip(axes, drawn.rotor.values, strict=True):
+        here, worst = drawn.sel(rotor=rotor), []
+        for i in range(len(names)):
+            one, error = here.isel(estimator=i), over.sel(rotor=rotor).isel(estimator=i)
+            if not np.isfinite(error).any():
+                worst.append("fails")
+                continue
+            parameter = error.parameter[int(np.argmax(error.max("noise").fillna(0).values))]
+            worst.append(label(parameter.values))
+            _row(row, one.sel(parameter=parameter), i, trials)
+        row[0].set_yticks(range(len(names)), names, fontsize=6.5)
+        row[0].set_title(str(rotor), loc="left")
+        right = row[1].secondary_yaxis("right")
+        right.set_yticks(range(len(names)), worst, fontsize=6.5)
+        right.tick_params(length=0)
+        row[0].set_ylim(len(names) - 0.5, -0.5)
+    for axis, text in zip(axes[-1], ("scatter / bound, 95 % interval", "|bias| / bound, 95 % interval"), strict=True):
+        axis.set_xlabel(text)
+    axes[0, 1].set_title("worst parameter", loc="right", fontsize=6.5, x=1.25)
+    for axis in axes.flat:
+        axis.set_xscale("log")
+        axis.xaxis.set_major_formatter("{x:g}")
+        axis.axvline(1, color="0.4", linewidth=0.8, linestyle=":")
+    axes[0, 1].set_xlim(left=LEAST)
+    _legend(picture, axes[0, 0], drawn.noise.values)
+    least = float(mean.min())
+    picture.suptitle(
+        f"{names[0].capitalize()} comes closest to the Cramér-Rao bound: within {least:.2g} times it on all rotors and "
+        "noise levels\n(geometric mean of the parameters); shown is the worst parameter of each estimator "
+        f"(whole revolutions, plain {PLAIN})",
+        fontsize=8,
+    )
+    return picture
+
+
+def _row(axes, one, i, trials):
+    """Scatter and bias of one parameter at every noise level, in row i; one : Dataset (noise,)."""
+    from scipy.stats import chi2
+
+    bound = (one.rmse * one.efficiency**0.5).values
+    count = np.maximum(trials * (1 - one.failed.values), 2)
+    scatter, bias = one.scatter.values / bound, np.abs(one.bias.values) / bound
+    low, high = (np.sqrt((count - 1) / chi2.ppf(share, count - 1)) * scatter for share in (0.975, 0.025))
+    reach = 1.96 * scatter / np.sqrt(count)
+    place = i + np.linspace(-0.3, 0.3, len(bound))
+    for n in range(len(bound)):
+        style = {"marker": MARKS[n % len(MARKS)], "color": SHADES[n % len(SHADES)], "markersize": 2.5, "linewidth": 0.8}
+        axes[0].plot([low[n], high[n]], [place[n]] * 2, color=style["color"], linewidth=style["linewidth"])
+        axes[0].plot(scatter[n], place[n], **style)
+        ends = np.maximum([bias[n] - reach[n], bias[n] + reach[n]], LEAST)
+        axes[1].plot(ends, [place[n]] * 2, color=style["color"], linewidth=style["linewidth"])
+        axes[1].plot(max(bias[n], LEAST), place[n], **style)
+
+
+def _legend(picture, axis, levels):
+    """The noise level of each mark."""
+    marks = [(MARKS[n % len(MARKS)], SHADES[n % len(SHADES)]) for n in range(len(levels))]
+    handles = [axis.plot([], [], mark, color=shade, markersize=3.5)[0] for mark, shade in marks]
+    texts = [f"{level:g} % noise" for level in levels]
+    picture.legend(handles, texts, loc="outside lower center", ncols=len(levels), frameon=False)
+
+
+def error_of_harmonics(whole, harmonic_errors, level):
+    """Error of the harmonics: a group for each fault, a point for each spectrum method."""
+    methods = whole.spectrum_method.values
+    errors = [[harmonic_errors[rotor, m].sel(noise=level) for m in methods] for rotor in whole.rotor.values]
+    cost = _geometric_mean(_stacked(errors, rotor=whole.rotor.values, spectrum_method=methods), "rotor")
+    cost = cost.transpose("fault", "spectrum_method")
+    picture, axes = figure(1, 1, height=3.4)
+    axes = axes[0, 0]
+    groups = np.arange(cost.sizes["fault"])
+    for i, method in enumerate(methods):
+        place = groups + 0.7 * (i / (len(methods) - 1 or 1) - 0.5)
+        values = cost.sel(spectrum_method=method)
+        axes.semilogy(place, values, MARKERS[i % len(MARKERS)], color=COLOURS[i % len(COLOURS)], label=named(method))
+    axes.set_xticks(groups, [textwrap.fill(str(f), 11) for f in cost.fault.values], fontsize=6)
+    axes.set_xticks(groups[1:] - 0.5, minor=True)
+    axes.tick_params(axis="x", which="both", length=0)
+    axes.grid(False, axis="x")
+    axes.grid(True, axis="x", which="minor")  # lines between the groups
+    axes.set_ylabel("error of harmonics / rms of vibration (1)")
+    picture.legend(loc="outside lower center", ncols=3, fontsize=6, frameon=False, columnspacing=1, handletextpad=0.2)
+    best = _starting(named(best_by_worst(cost)[0]))
+    axes.set_title(f"{best} has the smallest error\nin its worst fault ({level:g} % noise)")
+    return picture
+
+
+def error_with_faults(whole, level):
+    """Error over the Cramer-Rao bound of every pair of spectrum method and estimator, a panel for each fault."""
+    from matplotlib.colors import LogNorm
+
+    over = _geometric_mean(whole.sel(noise=level).efficiency ** -0.5, ["parameter", "rotor"])
+    over = over.transpose("fault", "spectrum_method", "estimator")
+    best = _starting(" with ".join(map(named, best_by_worst(over))))
+    told = f"{best} has the smallest error in its worst fault ({level:g} % noise); dark: small"
+    return _by_fault(over, LogNorm(1, 100, clip=True), "error / Cramér-Rao bound\n(mean of all rotors)", told)
+
+
+def coverage_with_faults(whole, level):
+    """Share of the stated 95 % intervals that hold the truth, of every pair, a panel for each fault."""
+    from matplotlib.colors import Normalize
+
+    covered = whole.sel(noise=level).coverage.mean(["parameter", "rotor"])
+    covered = covered.transpose("fault", "spectrum_method", "estimator")
+    valid = ((covered >= VALID[0]) & (covered <= VALID[1])).all("fault")
+    told = f"{int(valid.sum())} of {valid.size} pairs state valid 95 % intervals with every fault ({level:g} % noise)"
+    return _by_fault(covered, Normalize(0, 1), "share of intervals that hold\nthe truth; 0.95 is nominal", told)
+
+
+def bias_of_known_quantities(biased):
+    """Median error of the parameters against the error of a quantity held known, a panel for each rotor."""
+    rotors = list(dict.fromkeys(rotor for rotor, *_ in biased))
+    picture, axes = figure(1, len(rotors), height=3.0, width=PAGE_WIDTH / max(2, len(rotors)), sharey=True)
+    costs = []
+    for a, rotor in zip(axes[0], rotors, strict=True):
+        own = [part for part in biased if part[0] == rotor]
+        for i, (_, estimator, data) in enumerate(own):
+            # NaN where the estimator failed for one of the known quantities: a gap, not the error of the others
+            error = abs(data.relative_error).isel(case=-1, estimator=0).max("known", skipna=False)
+            error = 100 * error.median("parameter", skipna=False)
+            a.plot(data.percent, error, **_style(i, len(own)), label=named(estimator))
+            lost = data.percent[np.isnan(error)]
+            place = 0.97 - 0.05 * i  # of the height of the panel, a row an estimator
+            style = {"color": COLOURS[i % len(COLOURS)], "transform": a.get_xaxis_transform()}
+            a.plot(lost, np.full(len(lost), place), "x", **style)
+            costs.append(error.where(abs(data.percent) == 1, drop=True))
+        a.set_yscale("symlog", linthresh=1)
+        a.yaxis.set_major_formatter("{x:g}")
+        a.set_title(rotor)
+        a.set_xlabel("error of the known quantity (%)")
+    axes[0, 0].set_ylim(0, 300)
+    axes[0, 0].set_ylabel("median error of the parameters (%)")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    handles.append(axes[0, 0].plot([], [], "x", color="0.4")[0])
+    picture.legend(handles, [*labels, "no estimate"], loc="outside lower center", ncols=4, fontsize=7, frameon=False)
+    costs = np.concatenate([c.values.ravel() for c in costs])
+    wrong = "A mass or stiffness held wrong"
+    if np.isfinite(costs).any():
+        wrong += f" by 1 % moves the parameters by {np.nanmin(costs):.1g} to {np.nanmax(costs):.1g} %"
+    picture.suptitle(f"{wrong} (worst known quantity, no noise)", fontsize=8)
+    return picture
+
+
+def best_by_worst(values):
+    """Labels, of each dimension, of the smallest maximum over the faults; what fails with any is never the best."""
+    worst = values.max("fault", skipna=False).fillna(np.inf)
+    place = worst.argmin(...)
+    return [str(worst[dim][int(index)].values) for dim, index in place.items()]
+
+
+def _geometric_mean(values, dims="parameter"):
+    return np.exp(np.log(values).mean(dims))
+
+
+def _stacked(arrays, **labels):
+    """Nested lists of DataArrays as one array with the labels of each level of nesting as dimensions."""
+    import xarray as xr
+
+    (dim, values), *inner = labels.items()
+    arrays = [_stacked(part, **dict(inner)) for part in arrays] if inner else arrays
+    return xr.concat(arrays, xr.Variable(dim, values))
+
+
+def _panels(count, height, **options):
+    """A page-wide figure of `count` panels and a spare one for the legend: figure, axes (count,), spare."""
+    columns = min(ROW, count + 1)
+    rows = -(-(count + 1) // columns)
+    picture, axes = figure(rows, columns, height=height, width=PAGE_WIDTH / columns, **options)
+    axes = axes.flatten()
+    for unused in axes[count:]:
+        unused.axis("off")
+    return picture, axes[:count], axes[count]
+
+
+def _style(i, count):
+    """Colour, line and marker of curve i; later markers are smaller, so that coinciding curves remain visible."""
+    return {
+        "color": COLOURS[i % len(COLOURS)],
+        "marker": MARKERS[i % len(MARKERS)],
+        "linestyle": ("-", "--", ":")[i // len(COLOURS) % 3],
+        "markersize": 7 - 4 * i / max(count - 1, 1),
+        "fillstyle": "none",
+        "linewidth": 0.9,
+    }
+
+
+def _by_fault(values, norm, label, told):
+    """A panel of numbers and colours for each fault; values (fault, spectrum_method, estimator)."""
+    picture, axes, spare = _panels(values.sizes["fault"], 2.0)
+    for i, (a, fault) in enumerate(zip(axes, values.fault.values, strict=True)):
+        image = _table(values.sel(fault=fault).transpose("estimator", "spectrum_method"), a, norm)
+        a.set_title(fault)
+        a.tick_params(labelbottom=i + ROW > len(axes), labelleft=i % ROW == 0)
+    spare.set_xlim(axes[0].get_xlim())
+    low = {"rotation": 90, "ha": "center", "va": "top", "fontsize": 6.5, "transform": spare.get_xaxis_transform()}
+    for j, method in enumerate(values.spectrum_method.values):  # the columns of the panel above the spare one
+        spare.text(j, 1.0, named(method), **low)
+    scale = spare.inset_axes([0.0, 0.1, 1.0, 0.08])
+    picture.colorbar(image, cax=scale, label=label, orientation="horizontal", format="{x:g}")
+    scale.minorticks_off()
+    picture.suptitle(told, fontsize=8)
+    return picture
+
+
+def _table(values, axes, norm):
+    """Numbers and colours over estimator and spectrum method; values (estimator, spectrum_method)."""
+    image = axes.imshow(values, cmap="cividis", norm=norm, aspect="auto")
+    for (i, j), value in np.ndenumerate(values.values):
+        bright = norm(value) > 0.5
+        axes.text(j, i, _shown(value), ha="center", va="center", fontsize=5.5, color="black" if bright else "white")
+    names = [named(method) for method in values.spectrum_method.values]
+    axes.set_xticks(range(len(names)), names, rotation=90, fontsize=6.5)
+    axes.set_yticks(range(values.sizes["estimator"]), map(named, values.estimator.values), fontsize=6.5)
+    axes.grid(False)
+    return image
+
+
+def _starting(text):
+    """The text as the start of a sentence."""
+    return text[:1].upper() + text[1:]
+
+
+def _shown(value):
+    """A number of a table: two digits, or one and a power of ten; "fails" for nan."""
+    if np.isnan(value):
+        return "fails"
+    return f"{value:.2g}" if value < 99.5 else f"{value:.0f}" if value < 999.5 else f"{value:.0e}".replace("e+0", "e")

@@ -8,8 +8,7 @@ from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, read
 from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES
 from rotorstudy.presentation.charts import along_probes, bode_charts, is_sweep, speed_view
 from rotorstudy.presentation.diagnosis_figures import shown_speed, worst_nodes
-from rotorstudy.presentation.pages import pictures, render
-from rotorstudy.presentation.tables import cells
+from rotorstudy.presentation.pages import cells, pictures, render
 from rotorstudy.store import as_complex
 from rotorstudy.units import p_value, percent, probability, quantity, spins
 

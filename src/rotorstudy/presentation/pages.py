@@ -1,9 +1,16 @@
-"""HTML pages from templates; every page is a single self-contained file."""
+"""HTML pages from templates, each a single self-contained file; and tables, as CSV for programs and as such pages."""
 
 import base64
 import os
+import re
 from functools import cache
+from itertools import groupby
 from pathlib import Path
+
+from rotorstudy.store import atomic, files_by_name, write_text
+
+LONG, SHORT = 80, 24  # characters: a longer column is widened, a shorter one is not wrapped
+MARKS = {"explained": "doubtful", "not reproducible": "bad"}  # cells that a reader looks for
 
 
 @cache
@@ -52,3 +59,83 @@ def inline_png(picture: bytes | str | Path) -> str:
     """A PNG, as bytes or the path of a file, as a data URI for `<img src>`."""
     content = picture if isinstance(picture, bytes) else Path(picture).read_bytes()
     return f"data:image/png;base64,{base64.b64encode(content).decode()}"
+
+
+def write_csv(table, path):
+    """Write a DataFrame as CSV, atomically; numbers with all digits."""
+    with atomic(path) as temporary:
+        table.to_csv(temporary, index=False)
+
+
+def write_html(path, title, note, tables, digits=6, choose=(), below=None, links=None):
+    """Write a page with a title, a note and DataFrames by heading ({heading: table}).
+
+    note   : a text, or a text and bullet points;  digits : significant digits of every number
+    choose : columns by whose values, and by any text, a reader may select the rows of a table that has them all
+    below  : column of long texts, each shown below its row instead of beside it (optional)
+    links  : text -> address, relative to the page, of pages to go to from its top (optional)
+    """
+    note = [note] if isinstance(note, str) else note
+    tables = {heading: cells(table, digits, below) for heading, table in tables.items()}
+    shown = {"title": title, "note": note, "tables": tables, "choose": choose, "marks": MARKS, "links": links or {}}
+    write_text(path, render("tables.html", **shown))
+
+
+def cells(table, digits=6, below=None):
+    """A DataFrame as the macro `show.table` takes it; below : a column of texts shown below their rows, or none."""
+    texts = [_cell(value, digits) for value in table.get(below, [])]
+    table = table.drop(columns=below, errors="ignore") if below else table
+    groups, columns = _grouped([_heading(str(name)) for name in table.columns])
+    kinds = [_kind(column) for _, column in table.items()]
+    rows = [
+        [(kind, _cell(value, digits)) for kind, value in zip(kinds, row, strict=True)]
+        for row in zip(*(column for _, column in table.items()), strict=True)
+    ]
+    return {"columns": columns, "groups": groups, "rows": rows, "below": texts}
+
+
+def _grouped(names):
+    """Columns "amplitude: thesis", "amplitude: here" as (group, number of columns), and the names within the groups."""
+    parts = [name.rpartition(": ") for name in names]
+    groups = [(group, len(list(run))) for group, run in groupby(group for group, _, _ in parts)]
+    if max((count for group, count in groups if group), default=1) < 2:
+        return [], names
+    return groups, [name for _, _, name in parts]
+
+
+def _heading(name):
+    """noise_percent -> noise (%), last_digit -> last digit; a symbol such as c_H stays."""
+    return re.sub(r"(?<=\w{3})_", " ", re.sub(r"_percent$", " (%)", name))
+
+
+def _kind(column):
+    if column.dtype.kind in "iuf":
+        return "number"
+    longest = column.astype(str).str.len().max()
+    return "long" if longest > LONG else "short" if longest <= SHORT else "text"
+
+
+def _cell(value, digits):
+    if isinstance(value, float):
+        return "" if value != value else f"{float(f'{value:.{digits}g}'):.12g}"  # 63640, not 6.364e+04
+    return "" if value is None else str(value)
+
+
+def write_tables(tables, paths, index=None):
+    """Write every table to the files of its name: .csv for programs, .html for people."""
+    for name, files in files_by_name("table", tables, paths).items():
+        table = tables[name]
+        for path in files:
+            if path.suffix == ".csv":
+                write_csv(table.rows, path)
+            else:
+                links = _links(path, table.rows, index)
+                write_html(path, table.title, table.note, {"": table.rows}, table.digits, links=links)
+
+
+def _links(path, rows, index):
+    """To the page of all results and, from printed values beside ours, to the reasons why they differ."""
+    links = to_index(path, index)
+    if links and any(name.endswith(": status") for name in map(str, rows.columns)):
+        links["Reasons for what differs"] = address(path, Path(index).with_name("scoreboard.html"))
+    return links

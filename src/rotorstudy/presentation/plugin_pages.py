@@ -5,8 +5,7 @@ import re
 import pandas as pd
 
 from rotorstudy.authoring.facts import tables
-from rotorstudy.presentation.pages import to_index
-from rotorstudy.presentation.tables import write_csv, write_html
+from rotorstudy.presentation.pages import to_index, write_csv, write_html
 from rotorstudy.studies.published import beside_printed
 
 PRINTED = ["quantity", "at", "speed", "change", "value", "computed", "unit", "deviation", "agrees", "reason", "source"]

@@ -6,10 +6,9 @@ import numpy as np
 
 from rotorstudy.measurement.findings import SEVERITIES, NodeFacts, RecordFacts, facts_of
 from rotorstudy.presentation import charts
-from rotorstudy.presentation.chart_pictures import bode_pictures
-from rotorstudy.presentation.pages import inline_png, render
+from rotorstudy.presentation.charts import bode_pictures
+from rotorstudy.presentation.pages import cells, inline_png, render
 from rotorstudy.presentation.plots import png_bytes
-from rotorstudy.presentation.tables import cells
 from rotorstudy.store import write_text
 from rotorstudy.units import shown_unit
 

@@ -13,8 +13,7 @@ from rotorstudy.model.rig import read_rig
 from rotorstudy.model.shown_units import shown_for
 from rotorstudy.presentation.captions import MEASURED_FIGURES, ROTOR_FIGURES
 from rotorstudy.presentation.plots import save_pictures
-from rotorstudy.presentation.rotor_charts import rotor_charts
-from rotorstudy.presentation.rotor_figures import rotor_figures
+from rotorstudy.presentation.rotor_figures import rotor_charts, rotor_figures
 from rotorstudy.presentation.rotor_page import rotor_page
 from rotorstudy.store import provenance, save, whole_folder, write_text
 from rotorstudy.studies.centreline import centrelines

@@ -5,9 +5,8 @@ from dataclasses import asdict
 import numpy as np
 
 from rotorstudy.presentation.captions import ROTOR_FIGURES
-from rotorstudy.presentation.pages import pictures, render
-from rotorstudy.presentation.rotor_charts import whirl_name
-from rotorstudy.presentation.tables import cells
+from rotorstudy.presentation.pages import cells, pictures, render
+from rotorstudy.presentation.rotor_figures import whirl_name
 from rotorstudy.response.whirl import required_margin, separation_margin
 from rotorstudy.studies.rig_check import TRIED
 from rotorstudy.studies.rotor_analysis import RESONANT
