@@ -23,15 +23,23 @@ OFFSET_DISC = {
 }  # of Chapter 4
 
 
-def jeffcott_rig(eccentricity_m=5e-6, phase_rad=None, *effects, internal=None, **sections):
-    """A rotor with one disc, damped from outside, with an unbalance; internal : damping, N s/m."""
-    damping = {} if internal is None else {"internal": internal}
-    damping["external"] = 100.0
-    known = [{"kind": f"{name}_damping", f"{name}_damping_N_s_per_m": size} for name, size in damping.items()]
+def point(mass_kg=2.0, stiffness_N_per_m=7.6e5, **options):
+    """A rotor with one disc amid a massless shaft, and further options."""
+    return {"kind": "jeffcott", "mass_kg": mass_kg, "stiffness_N_per_m": stiffness_N_per_m, **options}
+
+
+def jeffcott_rig(eccentricity_m=5e-6, phase_rad=None, *effects, internal=None, external=100.0, **sections):
+    """A rotor with one disc, with an unbalance, damped from outside and, unless None, from inside (N s/m)."""
+    damping = {"internal": internal, "external": external}
+    known = [
+        {"kind": f"{name}_damping", f"{name}_damping_N_s_per_m": size}
+        for name, size in damping.items()
+        if size is not None
+    ]
     phase = {} if phase_rad is None else {"eccentricity_phase_rad": phase_rad}
-    known.append({"kind": "unbalance", "eccentricity_m": eccentricity_m, **phase})
-    rotor = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
-    return {"rotor": rotor, **sections, "effects": [*known, *effects]}
+    if eccentricity_m is not None:
+        known.append({"kind": "unbalance", "eccentricity_m": eccentricity_m, **phase})
+    return {"rotor": point(), **sections, "effects": [*known, *effects]}
 
 
 def jeffcott(*, weight_dominance=True, stiffness_loss=2.5e5, order=15, effects=()):
