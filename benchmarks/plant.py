@@ -15,10 +15,11 @@ from pathlib import Path
 import numpy as np
 from named_machines.plant import PLANTS
 
+from rotorstudy.blind.machines import rig_items
 from rotorstudy.blind.machines.contacts import RubLaw, add_elliptic_forces, coupling, one_sided
 from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_preload, add_thermal_bow
-from rotorstudy.blind.machines.files import page, stretches
+from rotorstudy.blind.machines.files import discs_section, page, stretches
 from rotorstudy.blind.machines.film import running_position
 from rotorstudy.blind.machines.machine import LocalForce
 from rotorstudy.blind.machines.measuring import Chain, Probe, record, surface_runout
@@ -240,13 +241,11 @@ def rig(plant, error):
     rotor, upright, draws = plant.rotor, plant.thrust or {}, iter(error)
     own, films = dict(zip((film.node for film in rotor.films), labels(plant), strict=True)), []
     modulus, viscosity = 1 + 0.005 * next(draws), 1 + 0.08 * next(draws)
-    for film in rotor.films:
-        films.append(
-            {"kind": "short_journal", "node": film.node + 1, "label": own[film.node], "diameter_m": film.diameter,
-             "length_m": film.length, "radial_clearance_m": film.clearance * (1 + 0.05 * next(draws)),
-             "viscosity_Pa_s": film.viscosity * viscosity}
-            | ({"load_N": film.load * (1 + 0.05 * next(draws))} if upright else {})
-        )  # fmt: skip
+    for one in rotor.films:
+        clearance = one.clearance * (1 + 0.05 * next(draws))
+        place = {"node": one.node + 1, "label": own[one.node]}
+        place |= {"load_N": one.load * (1 + 0.05 * next(draws))} if upright else {}
+        films.append(rig_items.film(one.diameter, one.length, clearance, one.viscosity * viscosity, **place))
     blocks = []
     for number, block in enumerate(plant.blocks):
         nodes = [film.node + 1 for film in rotor.films if plant.block_at(film.node) == number]
@@ -265,20 +264,14 @@ def rig(plant, error):
             "youngs_modulus_Pa": 2.1e11 * modulus,
             "gravity_m_per_s2": 0.0 if upright else 9.81,
             "elements": stretches(rotor.elements),
-            "discs": [
-                {"node": disc.node + 1, "mass_kg": disc.mass, "polar_moment_kg_m2": disc.polar_moment,
-                 "diametral_moment_kg_m2": disc.diametral_moment} for disc in rotor.discs
-            ],
+            "discs": discs_section(rotor),
             "static_forces": [{"node": node + 1, "force_N": value} for node, value in upright.items()],
         },
         "bearings": films,
         "foundation": blocks,
         "effects": [
             {"kind": "shaft_damping", "shaft_damping_s": 1e-6},
-            *(
-                {"kind": "unbalance", "node": node + 1, "label": f"at {node + 1}", "mass_kg": rotor.mass,
-                 "eccentricity_m": 1e-6, "eccentricity_phase_rad": 0.0} for node in plant.unbalance
-            ),
+            *(rig_items.unbalance(n + 1, 1e-6, label=f"at {n + 1}", mass_kg=rotor.mass) for n in plant.unbalance),
         ],
         "sensors": [film.node + 1 for film in rotor.films],
         "measurement": {

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from rotorstudy.commands.line import main
+
 # files that take longest start first, so that the workers end together
 LONGEST = (
     "diagnosis/test_one_cause.py",
@@ -33,6 +35,17 @@ def pytest_collection_finish():
     """What is loaded stays to the end: the garbage collector, which takes a tenth of the time, need not look at it."""
     gc.freeze()
     gc.set_threshold(50_000, 20, 20)
+
+
+@pytest.fixture
+def command(capsys):
+    """Run a command of rotorstudy, that has to end with a status: what it prints, `out` and `err`."""
+
+    def run(*arguments, status=0):
+        assert main([str(one) for one in arguments]) == status
+        return capsys.readouterr()
+
+    return run
 
 
 @pytest.fixture

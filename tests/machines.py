@@ -1,57 +1,15 @@
-"""Rigs of the tests, as in a rig file: a finite-element shaft of equal elements with discs, on springs with dampers.
-
-And a model, the rotor with a crack of Chapter 2, what the probes of a model would show, and motions by the simulator
-of rotorstudy.blind.machines.
-"""
+"""Rigs of the tests, as in a rig file, what the probes of a model would show, and motions by the simulator."""
 
 import numpy as np
 
 from rotorstudy import Spectrum, build_model, make_term, measured_response, measured_response_and_jacobian, registry
 from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.blind.machines.machine import Disc, PointRotor, build
+from rotorstudy.blind.machines.rig_items import disc, film, shaft, springs, unbalance
 from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.measurement.spectrum import independent_covariance
 
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]  # those of the thesis
-
-
-def shaft(length_m, count, *discs, outer_diameter_m=0.02, **options):
-    """A rotor of a length, of equal elements, with discs, of `disc`, and further options."""
-    elements = [{"length_m": length_m, "count": count}]
-    rotor = {"kind": "finite_element", "elements": elements, "outer_diameter_m": outer_diameter_m}
-    return {**rotor, **({"discs": list(discs)} if discs else {}), **options}
-
-
-def disc(node, mass_kg=2.0, polar=0.0048, diametral=0.0024, **more):
-    """A disc with its moments of inertia, kg m2."""
-    return {"node": node, "mass_kg": mass_kg, "polar_moment_kg_m2": polar, "diametral_moment_kg_m2": diametral, **more}
-
-
-def springs(nodes, stiffness=1e6, damping=300.0):
-    """Equal bearings at some nodes, N/m and N s/m, of two numbers along x and y; labelled by node unless it is given.
-
-    nodes : numbers, or {number: label}
-    """
-    labels = nodes if isinstance(nodes, dict) else {node: str(node) for node in nodes}
-    if isinstance(stiffness, tuple):
-        keys = {f"bearing_stiffness_{d}{d}_N_per_m": value for d, value in zip("xy", stiffness, strict=True)}
-        keys |= {f"bearing_damping_{d}{d}_N_s_per_m": value for d, value in zip("xy", damping, strict=True)}
-        keys["coefficients"] = "anisotropic"
-    else:
-        keys = {"bearing_stiffness_N_per_m": stiffness, "bearing_damping_N_s_per_m": damping}
-    return [{"kind": "linear", "node": node, "label": label, **keys} for node, label in labels.items()]
-
-
-def film(diameter_m, length_m, radial_clearance_m, viscosity_Pa_s, **more):
-    """A short journal bearing, without a node unless it is given."""
-    size = {"diameter_m": diameter_m, "length_m": length_m, "radial_clearance_m": radial_clearance_m}
-    return {"kind": "short_journal", **size, "viscosity_Pa_s": viscosity_Pa_s, **more}
-
-
-def unbalance(node, eccentricity_m, phase_rad=0.0, **more):
-    """An unbalance at a node, of its disc unless a mass is given."""
-    size = {"eccentricity_m": eccentricity_m, "eccentricity_phase_rad": phase_rad}
-    return {"kind": "unbalance", "node": node, **size, **more}
 
 
 OFFSET_DISC = {
@@ -65,15 +23,23 @@ OFFSET_DISC = {
 }  # of Chapter 4
 
 
-def jeffcott_rig(eccentricity_m=5e-6, phase_rad=None, *effects, internal=None, **sections):
-    """A rotor with one disc, damped from outside, with an unbalance; internal : damping, N s/m."""
-    damping = {} if internal is None else {"internal": internal}
-    damping["external"] = 100.0
-    known = [{"kind": f"{name}_damping", f"{name}_damping_N_s_per_m": size} for name, size in damping.items()]
+def point(mass_kg=2.0, stiffness_N_per_m=7.6e5, **options):
+    """A rotor with one disc amid a massless shaft, and further options."""
+    return {"kind": "jeffcott", "mass_kg": mass_kg, "stiffness_N_per_m": stiffness_N_per_m, **options}
+
+
+def jeffcott_rig(eccentricity_m=5e-6, phase_rad=None, *effects, internal=None, external=100.0, **sections):
+    """A rotor with one disc, with an unbalance, damped from outside and, unless None, from inside (N s/m)."""
+    damping = {"internal": internal, "external": external}
+    known = [
+        {"kind": f"{name}_damping", f"{name}_damping_N_s_per_m": size}
+        for name, size in damping.items()
+        if size is not None
+    ]
     phase = {} if phase_rad is None else {"eccentricity_phase_rad": phase_rad}
-    known.append({"kind": "unbalance", "eccentricity_m": eccentricity_m, **phase})
-    rotor = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
-    return {"rotor": rotor, **sections, "effects": [*known, *effects]}
+    if eccentricity_m is not None:
+        known.append({"kind": "unbalance", "eccentricity_m": eccentricity_m, **phase})
+    return {"rotor": point(), **sections, "effects": [*known, *effects]}
 
 
 def jeffcott(*, weight_dominance=True, stiffness_loss=2.5e5, order=15, effects=()):
@@ -109,12 +75,12 @@ def readings(shown, speeds, harmonics, sensors, std, seed=None):
     return Spectrum(shown, np.array(speeds), np.array(harmonics), tuple(sensors), covariance)
 
 
-def point_machine(mass, stiffness, damping, unbalance, internal=0.0):
-    """A rotor with one disc by the independent simulator, and its rest (dof,); damping, N s/m, unbalance, kg m."""
+def point_machine(mass, stiffness, damping, moment, internal=0.0):
+    """A rotor with one disc by the independent simulator, and its rest (dof,); damping N s/m, moment kg m."""
     diameter = (stiffness * 64 / (48 * 2.1e11 * np.pi)) ** 0.25  # of a shaft of 1 m
     machine = build(PointRotor(0.5, 0.5, diameter, 2.1e11, Disc(0, mass, 2e-3, 1e-3), damping, internal), gravity=9.81)
     rest = machine.sag()
-    add_unbalance(machine, 0, abs(unbalance), np.angle(unbalance))
+    add_unbalance(machine, 0, abs(moment), np.angle(moment))
     return machine, rest
 
 

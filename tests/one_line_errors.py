@@ -9,9 +9,9 @@ from rotorstudy.errors import RotorstudyError
 DROP = object()
 
 
-def refused(function, *words):
-    """The message of the error that a function raises; each of some words has to be in it."""
-    with pytest.raises(RotorstudyError) as caught:
+def refused(function, *words, match=None):
+    """The message of the error that a function raises; some words have to be in it, or a pattern."""
+    with pytest.raises(RotorstudyError, match=match) as caught:
         function()
     message = str(caught.value)
     assert "\n" not in message

@@ -19,12 +19,6 @@ from rotorstudy.store import load, save
 RIG = str(Path(__file__).parents[1] / "examples" / "jeffcott.yaml")
 
 
-def run(capsys, *arguments):
-    status = main([str(a) for a in arguments])
-    printed = capsys.readouterr()
-    return status, printed.out, printed.err
-
-
 @pytest.fixture(scope="module")
 def records(tmp_path_factory):
     path = tmp_path_factory.mktemp("cli") / "records.nc"
@@ -33,26 +27,22 @@ def records(tmp_path_factory):
     return path
 
 
-def refused(result, *words):
-    status, out, err = result
-    assert status == 1 and out == ""
-    assert err.startswith("error: ") and err.count("\n") == 1
+def refused(printed, *words):
+    out, err = printed
+    assert out == "" and err.startswith("error: ") and err.count("\n") == 1
     for word in words:
         assert word in err, err
 
 
-def test_plugins_lists_kind_name_source_and_one_line(capsys):
-    status, out, _ = run(capsys, "plugins")
-    assert status == 0
-    line = next(line for line in out.splitlines() if " switching " in line)
+def test_plugins_lists_kind_name_source_and_one_line(command):
+    line = next(line for line in command("plugins").out.splitlines() if " switching " in line)
     assert line.startswith("crack") and "Gasch" in line
 
 
-def test_identify_finds_what_was_simulated_within_its_intervals(records, tmp_path, capsys):
+def test_identify_finds_what_was_simulated_within_its_intervals(records, tmp_path, command):
     out = tmp_path / "estimates.nc"
     names = ["internal_damping", "external_damping", "eccentricity", "stiffness_loss"]
-    status, _, _ = run(capsys, "identify", records, "--rig", RIG, "--unknowns", *names, "--out", out)
-    assert status == 0
+    command("identify", records, "--rig", RIG, "--unknowns", *names, "--out", out)
     with xr.open_dataset(out) as found:
         true = xr.DataArray(
             [20.0, 100.0, 5e-6, np.pi / 6, 2.5e5],
@@ -64,24 +54,24 @@ def test_identify_finds_what_was_simulated_within_its_intervals(records, tmp_pat
         assert list(found.unit.values) == ["N s/m", "N s/m", "m", "rad", "N/m"]
 
 
-def test_identify_warns_when_the_model_does_not_explain_the_records(records, tmp_path, capsys):
+def test_identify_warns_when_the_model_does_not_explain_the_records(records, tmp_path, command):
     names = ["--unknowns", "internal_damping", "external_damping"]
-    status, out, err = run(capsys, "identify", records, "--rig", RIG, *names)
-    assert status == 0 and "misfit" in out and err == ""
+    out, err = command("identify", records, "--rig", RIG, *names)
+    assert "misfit" in out and err == ""
     wrong = tmp_path / "wrong.yaml"
     wrong.write_text(Path(RIG).read_text().replace("mass_kg: 2.0", "mass_kg: 2.4"))
-    status, out, err = run(capsys, "identify", records, "--rig", wrong, *names)
-    assert status == 0 and "misfit" in out
+    out, err = command("identify", records, "--rig", wrong, *names)
+    assert "misfit" in out
     assert err == "warning: the model does not explain the records; the stated intervals are not valid\n"
 
 
-def test_identify_notes_a_fit_better_than_usual(records, tmp_path, capsys):
+def test_identify_notes_a_fit_better_than_usual(records, tmp_path, command):
     """As of a covariance that is stated four times too large."""
     given = ["--rig", RIG, "--unknowns", "external_damping"]
-    assert run(capsys, "import", records, *given[:2], "--out", tmp_path / "right.nc")[0] == 0
+    command("import", records, *given[:2], "--out", tmp_path / "right.nc")
     data = load(tmp_path / "right.nc")
     save(data.assign(covariance=data.covariance.copy(data=4 * data.covariance.values)), tmp_path / "wide.nc")
-    told = [run(capsys, "identify", tmp_path / f"{name}.nc", *given)[2] for name in ("right", "wide")]
+    told = [command("identify", tmp_path / f"{name}.nc", *given).err for name in ("right", "wide")]
     assert told == ["", "note: the misfit is below the expected range\n"]
 
 
@@ -127,10 +117,10 @@ def test_an_option_given_twice_is_refused_as_its_first_values_would_be_lost(comm
         (["--speeds", "88", "4500", "--rate", "20000"], ["no steady state at 42970 rpm (4500 rad/s)", "threshold"]),
     ],
 )
-def test_simulate_refuses_and_writes_nothing(tmp_path, capsys, arguments, words):
+def test_simulate_refuses_and_writes_nothing(tmp_path, command, arguments, words):
     out = tmp_path / "x.nc"
     out.write_text("precious")
-    refused(run(capsys, "simulate", RIG, *arguments, "--out", out), *words)
+    refused(command("simulate", RIG, *arguments, "--out", out, status=1), *words)
     assert out.read_text() == "precious"
 
 
@@ -143,8 +133,8 @@ def test_simulate_refuses_and_writes_nothing(tmp_path, capsys, arguments, words)
         ([], ["name the unknowns"]),
     ],
 )
-def test_identify_refuses_unknown_names_with_the_near_miss(records, capsys, more, words):
-    refused(run(capsys, "identify", records, "--rig", RIG, *more), *words)
+def test_identify_refuses_unknown_names_with_the_near_miss(records, command, more, words):
+    refused(command("identify", records, "--rig", RIG, *more, status=1), *words)
 
 
 def in_unit(unit):
@@ -167,50 +157,48 @@ def with_a_hole(data):
         ("no netcdf", ["not a readable NetCDF"]),
     ],
 )
-def test_identify_refuses_files_it_cannot_trust(records, tmp_path, capsys, change, words):
+def test_identify_refuses_files_it_cannot_trust(records, tmp_path, command, change, words):
     path = tmp_path / "changed.nc"
     if callable(change):
         with xr.open_dataset(records) as data:
             change(data.load()).to_netcdf(path)
     elif change:
         path.write_text(change)
-    refused(run(capsys, "identify", path, "--rig", RIG, "--unknowns", "external_damping"), *words)
+    refused(command("identify", path, "--rig", RIG, "--unknowns", "external_damping", status=1), *words)
 
 
-def test_identify_says_what_it_repaired(records, tmp_path, capsys):
+def test_identify_says_what_it_repaired(records, tmp_path, command):
     """A missing sample is left out with a warning; a record without keyphasor has its phase from the reference."""
     names = ["--rig", RIG, "--unknowns", "internal_damping", "external_damping"]
-    status, clean, err = run(capsys, "identify", records, *names)
-    assert status == 0 and err == ""
+    clean, err = command("identify", records, *names)
+    assert err == ""
     with xr.open_dataset(records) as data:
         data = data.load()
     data.drop_vars("keyphasor").to_netcdf(tmp_path / "reference.nc")
     data.displacement[0, 0, 0, 7] = np.nan
     data.to_netcdf(tmp_path / "hole.nc")
-    status, out, err = run(capsys, "identify", tmp_path / "hole.nc", *names)
-    assert status == 0 and err.startswith("warning: ") and "gaps" in err and out != clean
-    refused(run(capsys, "identify", tmp_path / "reference.nc", *names), "reference signal has no harmonic [4, -4]")
+    out, err = command("identify", tmp_path / "hole.nc", *names)
+    assert err.startswith("warning: ") and "gaps" in err and out != clean
+    said = command("identify", tmp_path / "reference.nc", *names, status=1)
+    refused(said, "reference signal has no harmonic [4, -4]")
     rig = tmp_path / "rig.yaml"
     rig.write_text(Path(RIG).read_text() + "measurement: {harmonics: [0, 1, -1, 2, 3, -3]}\n")
-    status, out, err = run(capsys, "identify", tmp_path / "reference.nc", "--rig", rig, *names[2:])
-    assert status == 0 and err == "" and out.startswith("internal_damping")
+    out, err = command("identify", tmp_path / "reference.nc", "--rig", rig, *names[2:])
+    assert err == "" and out.startswith("internal_damping")
 
 
-def test_identify_takes_some_of_the_measured_harmonics(records, capsys):
+def test_identify_takes_some_of_the_measured_harmonics(records, command):
     base = ["identify", records, "--rig", RIG, "--unknowns", "external_damping"]
-    status, out, _ = run(capsys, *base)
-    assert status == 0 and "external_damping" in out
-    status, fewer, _ = run(capsys, *base, "--harmonics", 1, -1, 2)
-    assert status == 0 and fewer != out
-    refused(run(capsys, *base, "--harmonics", 1, 9), "unknown harmonic '9'", "measurement: harmonics:")
+    out, fewer = command(*base).out, command(*base, "--harmonics", 1, -1, 2).out
+    assert "external_damping" in out and fewer != out
+    refused(command(*base, "--harmonics", 1, 9, status=1), "unknown harmonic '9'", "measurement: harmonics:")
 
 
-def test_a_new_plugin_is_written_where_one_stands(tmp_path, capsys, monkeypatch):
+def test_a_new_plugin_is_written_where_one_stands(tmp_path, command, monkeypatch):
     from rotorstudy.authoring.files import _folder_of
 
     monkeypatch.chdir(tmp_path)
-    status, out, _ = run(capsys, "new", "crack", "brand_new")
-    assert status == 0 and out.startswith("wrote rotorstudy_plugins/brand_new.py;")
+    assert command("new", "crack", "brand_new").out.startswith("wrote rotorstudy_plugins/brand_new.py;")
     assert (tmp_path / "rotorstudy_plugins/brand_new.py").is_file()
     monkeypatch.chdir(Path(__file__).parents[1])
     assert _folder_of("crack").parts[-2:] == ("plugins", "cracks")
@@ -230,7 +218,7 @@ def test_the_files_that_commands_read_are_in_the_wheel():
         assert packaged[demo.EXAMPLES / name] == f"rotorstudy/examples/{name}"
 
 
-def test_a_shell_that_completes_is_answered(tmp_path, monkeypatch, capsys):
+def test_a_shell_that_completes_is_answered(tmp_path, monkeypatch, command):
     """The package argcomplete is asked if the shell does; without it, or without a shell that asks, nothing happens."""
     import types
 
@@ -241,41 +229,37 @@ def test_a_shell_that_completes_is_answered(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("_ARGCOMPLETE", "1")
     assert main(["plugins", "--kind", "depth"]) == 0 and asked == ["rotorstudy"]
     monkeypatch.setitem(sys.modules, "argcomplete", None)  # not installed
-    assert main(["plugins", "--kind", "depth"]) == 0
-    capsys.readouterr()
+    command("plugins", "--kind", "depth")
 
 
-def test_every_command_prints_json_alone_on_stdout(records, tmp_path, capsys):
+def test_every_command_prints_json_alone_on_stdout(records, tmp_path, command):
     names = ["--unknowns", "internal_damping", "external_damping"]
-    status, out, err = run(capsys, "identify", records, "--rig", RIG, *names, "--json", "--quiet")
-    assert status == 0 and [one["name"] for one in json.loads(out)["estimates"]] == names[1:]
+    out, err = command("identify", records, "--rig", RIG, *names, "--json", "--quiet")
+    assert [one["name"] for one in json.loads(out)["estimates"]] == names[1:]
     assert "internal_damping" in err  # what is said without --json
-    status, out, _ = run(capsys, "check", RIG, "--json")
-    assert status == 0 and json.loads(out)["errors"] == 0
-    status, out, err = run(capsys, "identify", tmp_path / "none.nc", "--rig", RIG, "--json")
-    assert status == 1 and "none.nc" in json.loads(out)["error"] and err.startswith("error: ")
+    assert json.loads(command("check", RIG, "--json").out)["errors"] == 0
+    out, err = command("identify", tmp_path / "none.nc", "--rig", RIG, "--json", status=1)
+    assert "none.nc" in json.loads(out)["error"] and err.startswith("error: ")
     with pytest.raises(SystemExit) as stop:
-        run(capsys, "check", RIG, "--wrong")
+        command("check", RIG, "--wrong")
     assert stop.value.code == 2
 
 
 @pytest.mark.usefixtures("unrendered")
-def test_units_of_a_rig_and_of_the_command_line(tmp_path, capsys):
+def test_units_of_a_rig_and_of_the_command_line(tmp_path, command):
     rig = tmp_path / "rig.yaml"
     rig.write_text(Path(RIG).read_text() + "units: [mil, oz in, rad/s]\n")
     analyse = ["analyse", rig, "--out", tmp_path / "analysis", "--speeds", 400, 800, "--json"]
 
-    def shown(*more):
-        status, out, _ = run(capsys, *analyse, *more)
-        return status, " ".join(json.loads(out)["resonances"][0]) if status == 0 else json.loads(out)["error"]
+    def shown(*more, status=0):
+        return json.loads(command(*analyse, *more, status=status).out)
 
-    assert "1X (mil pp)" in shown()[1]
-    assert "1X (µm peak)" in shown("--units", "um", "peak")[1]
-    status, error = shown("--units", "inch")
-    assert status == 1 and "unknown unit 'inch' in --units" in error and "oz in" in error
+    assert "1X (mil pp)" in " ".join(shown()["resonances"][0])
+    assert "1X (µm peak)" in " ".join(shown("--units", "um", "peak")["resonances"][0])
+    error = shown("--units", "inch", status=1)["error"]
+    assert "unknown unit 'inch' in --units" in error and "oz in" in error
     rig.write_text(Path(RIG).read_text() + "units: [mil, um]\n")
-    status, error = shown()
-    assert status == 1 and "both units of length" in error
+    assert "both units of length" in shown(status=1)["error"]
 
 
 def test_the_version_is_told(capsys):
@@ -296,14 +280,14 @@ def test_linear_algebra_uses_one_thread_unless_more_are_stated_to_a_command(stat
     assert asked.stdout.split() == [used] * 3 + ["1"] * 3
 
 
-def test_a_result_goes_to_a_file_in_a_folder_that_exists_and_never_over_an_input(tmp_path, capsys):
+def test_a_result_goes_to_a_file_in_a_folder_that_exists_and_never_over_an_input(tmp_path, command):
     rig = tmp_path / "rig.yaml"
     rig.write_text(Path(RIG).read_text())
     base = ["simulate", rig, "--speeds", "88", "--out"]
-    refused(run(capsys, *base, rig), "would overwrite an input")
-    refused(run(capsys, *base, tmp_path), "is a folder")
-    refused(run(capsys, *base, tmp_path / "none" / "x.nc"), "does not exist")
-    refused(run(capsys, *base, tmp_path / "a.csv"), "a.csv: the file is written as NetCDF; give it a name")
+    refused(command(*base, rig, status=1), "would overwrite an input")
+    refused(command(*base, tmp_path, status=1), "is a folder")
+    refused(command(*base, tmp_path / "none" / "x.nc", status=1), "does not exist")
+    refused(command(*base, tmp_path / "a.csv", status=1), "a.csv: the file is written as NetCDF; give it a name")
     assert rig.read_text() == Path(RIG).read_text()
 
 

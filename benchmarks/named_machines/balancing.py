@@ -12,7 +12,9 @@ from scipy.linalg import eigh
 
 from rotorstudy.blind.machines.beam import Element
 from rotorstudy.blind.machines.effects import add_bow, add_unbalance
+from rotorstudy.blind.machines.files import discs_section
 from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
+from rotorstudy.blind.machines.rig_items import springs
 
 ELEMENTS, DISCS, PROBES = 12, (2, 6, 9), (1, 11)  # of the shaft, and nodes
 PLANES = (2, 9)  # nodes of the correction planes
@@ -40,9 +42,8 @@ class Balanced:
         found = []
         for speed in self.speeds:
             mass, damping, stiffness = self.machine.linear(speed)
-            force = sum(vector * speed**power for (k, power), vector in self.machine.harmonic.items() if k == 1).astype(
-                complex
-            )
+            forces = (vector * speed**power for (k, power), vector in self.machine.harmonic.items() if k == 1)
+            force = sum(forces).astype(complex)
             for node, value in extra:
                 force[4 * node : 4 * node + 2] += value * speed**2 * np.array([1, -1j])
             shape = np.linalg.solve(stiffness + 1j * speed * damping - speed**2 * mass, force)
@@ -99,15 +100,13 @@ def draw(seed):
             "kind": "finite_element",
             "elements": [{"length_m": length, "count": ELEMENTS}],
             "outer_diameter_m": diameter,
-            "discs": [{"node": d.node + 1, "mass_kg": d.mass, "polar_moment_kg_m2": d.polar_moment,
-                       "diametral_moment_kg_m2": d.diametral_moment} for d in discs],
+            "discs": discs_section(found.machine.rotor),
         },
         "bearings": [
-            {"kind": "linear", "node": n + 1, "label": label, "coefficients": "anisotropic",
-             "bearing_stiffness_xx_N_per_m": k[0] / off[2 * i], "bearing_stiffness_yy_N_per_m": k[1] / off[2 * i + 1],
-             "bearing_damping_xx_N_s_per_m": c[0] / off[4 + 2 * i],
-             "bearing_damping_yy_N_s_per_m": c[1] / off[5 + 2 * i]}
-            for i, (n, label, k, c) in enumerate(zip(ends, ("left", "right"), stiffness, damping, strict=True))
+            item
+            for *values, n, label in zip(stiffness / off[:4].reshape(2, 2), damping / off[4:].reshape(2, 2), ends,
+                                         ("left", "right"), strict=True)
+            for item in springs({n + 1: label}, *map(tuple, values))
         ],
         "effects": [
             {"kind": "unbalance", "node": node + 1, "label": f"{name} {node + 1}", "mass_kg": 1e-3,

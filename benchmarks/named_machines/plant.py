@@ -12,9 +12,8 @@ import numpy as np
 from scipy.linalg import eigh
 
 from rotorstudy.blind.machines.beam import Element
-from rotorstudy.blind.machines.contacts import by_differences
 from rotorstudy.blind.machines.effects import add_preload, add_unbalance
-from rotorstudy.blind.machines.film import FEWER, Film, bearing, force, running_position
+from rotorstudy.blind.machines.film import Film, about_running, bearing
 from rotorstudy.blind.machines.machine import Disc, LocalForce, Rotor, build
 
 
@@ -104,9 +103,7 @@ class Plant:
             selection, linear = self.against_block(machine, film.node), bearing(film, float(np.mean(speeds)))
             machine.stiffness += selection @ linear.stiffness @ selection.T
             machine.damping += selection @ linear.damping @ selection.T
-            sizes = film.clearance, film.clearance * float(np.mean(speeds))
-            law = by_differences(film_law(film, linear, speeds), *sizes)
-            machine.local.append(LocalForce(selection, law, "film"))
+            machine.local.append(LocalForce(selection, about_running(film, linear, speeds), "film"))
             # the blocks count from where they rest under the rotor
             machine.harmonic[0, 0][-4 * len(self.blocks) :] += film.load * selection[-4 * len(self.blocks) :, 0]
         for node, value in self.unbalance.items():
@@ -120,19 +117,6 @@ class Plant:
             seen = steady.displacement @ self.against_block(machine, film.node)
             motion[:, :, 4 * film.node : 4 * film.node + 2] = seen
         return replace(steady, displacement=motion)
-
-
-def film_law(film, linear, speeds):
-    """The force of a film about where it runs at each of the speeds, less what the linear bearing does."""
-    running = {speed: running_position(film, speed) for speed in np.atleast_1d(speeds)}
-
-    def law(angle, y, v, speed):
-        moved = np.array([running[one] for one in np.atleast_1d(speed)]) + y
-        far = np.linalg.norm(moved, axis=1, keepdims=True) / film.clearance
-        moved = moved * np.minimum(1.0, 0.97 / far)  # within an iteration only
-        return force(film, speed, moved, v, FEWER) + y @ linear.stiffness.T + v @ linear.damping.T
-
-    return law
 
 
 def loaded(rotor, thrust=None):

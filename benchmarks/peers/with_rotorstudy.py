@@ -8,52 +8,30 @@ import sys
 import machine
 import numpy as np
 
+from rotorstudy.blind.machines.rig_items import disc, shaft, springs, unbalance
+
 QUARTER = np.pi / 2
 
 
 def rig(elements, weight=True):
     """Rig file of the machine."""
+
+    def place(one):
+        return 1 + machine.node(one["place"], elements)
+
+    discs = (disc(place(one), one["m"], one["Ip"], one["Id"]) for one in machine.DISCS)
+    options = {"outer_diameter_m": machine.DIAMETER, "youngs_modulus_Pa": machine.STEEL["E"]}
+    options |= {"density_kg_per_m3": machine.STEEL["rho"], "theory": "euler_bernoulli"}
+    options["gravity_m_per_s2"] = machine.GRAVITY if weight else 0.0
     return {
-        "rotor": {
-            "kind": "finite_element",
-            "elements": [{"length_m": machine.LENGTH, "count": elements}],
-            "outer_diameter_m": machine.DIAMETER,
-            "youngs_modulus_Pa": machine.STEEL["E"],
-            "density_kg_per_m3": machine.STEEL["rho"],
-            "theory": "euler_bernoulli",
-            "gravity_m_per_s2": machine.GRAVITY if weight else 0.0,
-            "discs": [
-                {
-                    "node": 1 + machine.node(disc["place"], elements),
-                    "mass_kg": disc["m"],
-                    "diametral_moment_kg_m2": disc["Id"],
-                    "polar_moment_kg_m2": disc["Ip"],
-                }
-                for disc in machine.DISCS
-            ],
-        },
+        "rotor": shaft(machine.LENGTH, elements, *discs, **options),
         "bearings": [
-            {
-                "kind": "linear",
-                "node": 1 + machine.node(bearing["place"], elements),
-                "label": str(i),
-                "coefficients": "anisotropic",
-                "bearing_stiffness_xx_N_per_m": bearing["kyy"],
-                "bearing_stiffness_yy_N_per_m": bearing["kxx"],
-                "bearing_damping_xx_N_s_per_m": bearing["cyy"],
-                "bearing_damping_yy_N_s_per_m": bearing["cxx"],
-            }
-            for i, bearing in enumerate(machine.BEARINGS)
+            part
+            for i, one in enumerate(machine.BEARINGS)
+            for part in springs({place(one): str(i)}, (one["kyy"], one["kxx"]), (one["cyy"], one["cxx"]))
         ],
         "effects": [
-            {
-                "kind": "unbalance",
-                "node": 1 + machine.node(one["place"], elements),
-                "label": str(i),
-                "mass_kg": 1.0,
-                "eccentricity_m": one["magnitude"],
-                "eccentricity_phase_rad": one["phase"] + QUARTER,
-            }
+            unbalance(place(one), one["magnitude"], one["phase"] + QUARTER, label=str(i), mass_kg=1.0)
             for i, one in enumerate(machine.UNBALANCE)
         ],
     }

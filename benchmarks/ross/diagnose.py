@@ -17,6 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from many_cases import rows_of, shares
 
 from rotorstudy import build_model, measured_response
+from rotorstudy.blind.machines.rig_items import disc, shaft, springs, unbalance
 from rotorstudy.blind.run import answer_case
 from rotorstudy.blind.scoring import name_of
 
@@ -36,50 +37,18 @@ X, Y = "yy", "xx"  # coefficients of ROSS along and across the weight, which act
 
 def rig_of(machine, weight):
     """Rig file of the healthy machine; ROSS counts the weight only where a crack needs it."""
-    shaft, discs = machine["shaft"], {disc["n"]: disc for disc in machine["discs"]}
-    unbalance = zip(*machine["unbalance"].values(), strict=True)
+    one, steel, discs = machine["shaft"], machine["steel"], {disc["n"]: disc for disc in machine["discs"]}
+    on_it = (disc(n + 1, own["m"], own["Ip"], own["Id"]) for n, own in discs.items())
+    options = {"outer_diameter_m": one["diameter"], "youngs_modulus_Pa": steel["E"], "poissons_ratio": steel["Poisson"]}
+    options |= {"density_kg_per_m3": steel["rho"], "gravity_m_per_s2": machine["gravity"] if weight else 0.0}
+    bearings = {b["n"] + 1: [(b[f"{part}{X}"], b[f"{part}{Y}"]) for part in "kc"] for b in machine["bearings"]}
+    effects = zip(*machine["unbalance"].values(), strict=True)
     return {
-        "rotor": {
-            "kind": "finite_element",
-            "elements": [{"length_m": shaft["length"] * shaft["count"], "count": shaft["count"]}],
-            "outer_diameter_m": shaft["diameter"],
-            "youngs_modulus_Pa": machine["steel"]["E"],
-            "poissons_ratio": machine["steel"]["Poisson"],
-            "density_kg_per_m3": machine["steel"]["rho"],
-            "gravity_m_per_s2": machine["gravity"] if weight else 0.0,
-            "discs": [
-                {
-                    "node": n + 1,
-                    "mass_kg": disc["m"],
-                    "polar_moment_kg_m2": disc["Ip"],
-                    "diametral_moment_kg_m2": disc["Id"],
-                }
-                for n, disc in discs.items()
-            ],
-        },
-        "bearings": [
-            {
-                "kind": "linear",
-                "node": bearing["n"] + 1,
-                "label": f"node {bearing['n'] + 1}",
-                "coefficients": "anisotropic",
-                "bearing_stiffness_xx_N_per_m": bearing[f"k{X}"],
-                "bearing_stiffness_yy_N_per_m": bearing[f"k{Y}"],
-                "bearing_damping_xx_N_s_per_m": bearing[f"c{X}"],
-                "bearing_damping_yy_N_s_per_m": bearing[f"c{Y}"],
-            }
-            for bearing in machine["bearings"]
-        ],
+        "rotor": shaft(one["length"] * one["count"], one["count"], *on_it, **options),
+        "bearings": [part for n, values in bearings.items() for part in springs({n: f"node {n}"}, *values)],
         "effects": [
-            {
-                "kind": "unbalance",
-                "node": n + 1,
-                "label": f"disc {n + 1}",
-                "mass_kg": discs[n]["m"],
-                "eccentricity_m": magnitude / discs[n]["m"],
-                "eccentricity_phase_rad": phase,
-            }
-            for n, magnitude, phase in unbalance
+            unbalance(n + 1, magnitude / discs[n]["m"], phase, label=f"disc {n + 1}", mass_kg=discs[n]["m"])
+            for n, magnitude, phase in effects
         ],
         "sensors": [n + 1 for n in machine["probes"]],
         "measurement": {

@@ -5,7 +5,7 @@ from machines import jeffcott_rig
 from rotorstudy.commands.line import main
 
 
-def refused(capsys, folder, rig, path, *words):
+def undiagnosed(capsys, folder, rig, path, *words):
     status = main(["diagnose", str(path), "--rig", str(rig), "--out", str(folder / "out")])
     printed = capsys.readouterr()
     assert status == 1 and printed.out == ""

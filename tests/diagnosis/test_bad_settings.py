@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from refusals import RIG, refused
+from refusals import RIG, undiagnosed
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.settings import check_names, read_settings
@@ -22,10 +22,10 @@ def test_a_spectrum_that_cannot_be_trusted_is_refused(spectrum, tmp_path, capsys
     for name, changed, word in (("nan", broken, "NaN"), ("zero", silent, "all zero"), ("twice", twice, "twice")):
         changed.to_netcdf(tmp_path / f"{name}.nc")
         capsys.readouterr()
-        refused(capsys, tmp_path, rig, tmp_path / f"{name}.nc", f"{name}.nc", word)
+        undiagnosed(capsys, tmp_path, rig, tmp_path / f"{name}.nc", f"{name}.nc", word)
 
 
-def test_what_the_command_line_refuses(spectrum, tmp_path, capsys):
+def test_what_the_command_line_refuses(spectrum, tmp_path, capsys, command):
     path, rig = spectrum
     base = ["diagnose", str(path), "--rig", str(rig)]
     (tmp_path / "file").write_text("precious")
@@ -37,8 +37,7 @@ def test_what_the_command_line_refuses(spectrum, tmp_path, capsys):
         (["--out", str(tmp_path / "out"), "--hold-out", "150"], ["150", "not measured", "100 and 200"]),
         (["--out", str(tmp_path / "out"), "--hold-out", "100", "200"], ["every speed"]),
     ):
-        assert main([*base, *options]) == 1
-        error = capsys.readouterr().err
+        error = command(*base, *options, status=1).err
         assert error.startswith("error: ") and all(word in error for word in words), error
     assert main(["diagnose", str(path), str(tmp_path / "records.nc"), *base[2:], "--out", str(tmp_path / "out")]) == 1
     assert "give it alone" in capsys.readouterr().err
@@ -79,4 +78,4 @@ def test_a_rig_without_values_is_refused(spectrum, tmp_path, capsys):
     effects = [{"kind": "external_damping"}, RIG["effects"][1]]
     rig.write_text(yaml.safe_dump({**RIG, "effects": effects}))
     capsys.readouterr()
-    refused(capsys, tmp_path, rig, path, "external_damping", "no value")
+    undiagnosed(capsys, tmp_path, rig, path, "external_damping", "no value")

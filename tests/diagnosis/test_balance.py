@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 import yaml
 from machines import faulty, readings, unbalance
+from one_line_errors import refused
 from scipy.stats import norm, rayleigh
 from test_runs import RIG, machine, write_table
 from test_runs import SPEEDS as RUN_SPEEDS
@@ -15,7 +16,6 @@ from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.runs.balance import balance, balance_files
 from rotorstudy.diagnosis.runs.balance_holes import _choices, chosen, equal_holes
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.measured import measured_response
@@ -124,10 +124,9 @@ def test_two_planes_of_an_updated_rig_are_balanced_as_predicted(folder):
     assert np.all(np.abs(balanced(one.corrections, [3]) - one.after[1]) < 0.5 * (one.after[2] - one.after[0]) + 5e-8)
 
 
-def test_the_command_prints_masses_and_the_vibration_left(folder, capsys):
+def test_the_command_prints_masses_and_the_vibration_left(folder, capsys, command):
     arguments = ["balance", str(folder / "baseline.csv"), "--rig", str(folder / "updated.yaml"), "--planes"]
-    assert main([*arguments, "disc 1", "7"]) == 0
-    text = capsys.readouterr().out
+    text = command(*arguments, "disc 1", "7").out
     assert "plane disc 1: " in text and "g mm at 237" in text and "763.9 rpm (80 rad/s), node 2: " in text
     found, _, _ = balance_files([folder / "baseline.csv"], folder / "updated.yaml", ["disc 1", 7])
     (said,) = re.findall(r"µm pp: before.*\n  763.9 rpm \(80 rad/s\), node 2: ([\d.]+),", text)
@@ -148,8 +147,7 @@ def test_a_plane_may_be_named_by_the_label_of_its_disc(folder, tmp_path):
 def test_records_without_1x_cannot_be_balanced():
     model = build_model(RIG)
     spectrum = readings(np.zeros((1, 1, 2), complex), RUN_SPEEDS[:1], [2], (2, 8), 1.0)
-    with pytest.raises(RotorstudyError, match="no harmonic 1"):
-        balance(spectrum, model, [3], Settings(), Conventions())
+    refused(lambda: balance(spectrum, model, [3], Settings(), Conventions()), "no harmonic 1")
 
 
 def test_holes_and_weights_leave_least_of_all_that_they_allow(folder):
@@ -187,15 +185,12 @@ def test_the_choice_of_holes_is_the_best_of_all():
     assert [choice.placed for choice in chosen(holes, best, normal)] == [every[i].placed, every[j].placed]
 
 
-def test_the_command_takes_holes_and_writes_a_file(folder, capsys):
+def test_the_command_takes_holes_and_writes_a_file(folder, command):
     arguments = ["balance", str(folder / "baseline.csv"), "--rig", str(folder / "updated.yaml"), "--planes", "disc 1"]
     out = folder / "balance.nc"
-    assert main([*arguments, "--holes", "8", "--weights", "10", "20", "--out", str(out)]) == 0
-    assert "0 g mm at" in capsys.readouterr().out
+    assert "0 g mm at" in command(*arguments, "--holes", "8", "--weights", "10", "20", "--out", out).out
     with xr.open_dataset(out) as data:
         assert data.correction.dims == ("plane", "part") and data.after.dims == ("percentile", "speed", "node")
         assert data.next_reading.dims == data.after.dims
-    assert main([*arguments, "--holes", "8"]) == 1
-    assert "belong together" in capsys.readouterr().err
-    assert main([*arguments, "--holes", "100", "--weights", "1", "2"]) == 1
-    assert "at most" in capsys.readouterr().err
+    assert "belong together" in command(*arguments, "--holes", "8", status=1).err
+    assert "at most" in command(*arguments, "--holes", "100", "--weights", "1", "2", status=1).err

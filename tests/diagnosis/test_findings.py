@@ -12,15 +12,13 @@ from rotorstudy.commands.line import main
 
 
 @pytest.mark.usefixtures("unrendered", "unhidden")
-def test_warnings_go_into_the_verdict(spectrum, tmp_path, capsys):
+def test_warnings_go_into_the_verdict(spectrum, tmp_path, command):
     """A record with few revolutions is used, and the verdict says so."""
     _, rig = spectrum
     rig.write_text(yaml.safe_dump(RIG | ONE_CAUSE))
     short = ["simulate", str(rig), "--speeds", "100", "200", "--noise", "1", "--rate", "2000", "--duration", "0.2"]
-    assert main([*short, "--out", str(tmp_path / "short.nc")]) == 0
-    capsys.readouterr()
-    assert main(["diagnose", str(tmp_path / "short.nc"), "--rig", str(rig), "--out", str(tmp_path / "out")]) == 0
-    assert "few revolutions" in capsys.readouterr().err
+    command(*short, "--out", tmp_path / "short.nc")
+    assert "few revolutions" in command("diagnose", tmp_path / "short.nc", "--rig", rig, "--out", tmp_path / "out").err
     verdict = json.loads((tmp_path / "out" / "verdict.json").read_text())
     assert verdict["summary"].endswith("Check the records first: few revolutions.")
     assert "few revolutions" in {finding["name"] for finding in verdict["findings"]}
@@ -39,51 +37,50 @@ OTHER = {
 }
 
 
-def verdict_on(rig, truth, tmp_path, capsys, settings=QUICK):
+def verdict_on(rig, truth, tmp_path, command, settings=QUICK):
     """The verdict on records simulated with `truth`."""
     (tmp_path / "truth.yaml").write_text(yaml.safe_dump(truth))
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig | settings))
     simulated = ["simulate", str(tmp_path / "truth.yaml"), "--speeds", "100", "200", "300", "--noise", "1"]
     assert main([*simulated, "--rate", "2000", "--out", str(tmp_path / "records.nc")]) == 0
     out = tmp_path / "verdict"
-    assert main(["diagnose", str(tmp_path / "records.nc"), "--rig", str(tmp_path / "rig.yaml"), "--out", str(out)]) == 0
-    capsys.readouterr()
+    command("diagnose", tmp_path / "records.nc", "--rig", tmp_path / "rig.yaml", "--out", out)
     return json.loads((out / "verdict.json").read_text())
 
 
 @pytest.mark.usefixtures("unrendered", "unhidden")
-def test_records_of_another_machine_are_told(tmp_path, capsys):
-    verdict = verdict_on(RIG, OTHER, tmp_path, capsys, settings={"diagnosis": {"most_causes": 1}})  # whole library
+def test_records_of_another_machine_are_told(tmp_path, command):
+    verdict = verdict_on(RIG, OTHER, tmp_path, command, settings={"diagnosis": {"most_causes": 1}})  # whole library
     assert verdict["verdict"] != "nothing"
     assert "far from the rig" in {finding["name"] for finding in verdict["findings"]}
     assert "far from the rig" in verdict["summary"]
 
 
 @pytest.mark.usefixtures("unrendered", "unhidden")
-def test_a_hidden_effect_is_not_taken_for_another_machine(tmp_path, capsys):
+def test_a_hidden_effect_is_not_taken_for_another_machine(tmp_path, command):
     asymmetry = {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.02, "shaft_asymmetry_phase_rad": 1.0}
     rig = {**RIG, "measurement": {"harmonics": [0, 1, -1, 2]}}  # without 2X it shows by its square alone, at 0X
-    verdict = verdict_on(rig, {**rig, "effects": [*rig["effects"], asymmetry]}, tmp_path, capsys)
+    verdict = verdict_on(rig, {**rig, "effects": [*rig["effects"], asymmetry]}, tmp_path, command)
     assert verdict["findings"] == [] and verdict["verdict"] != "nothing"
 
 
 @pytest.mark.usefixtures("unrendered", "unhidden")
-def test_the_gap_of_the_probes_is_told_and_can_be_given(tmp_path, capsys):
+def test_the_gap_of_the_probes_is_told_and_can_be_given(tmp_path, command):
     """A gap of a millimetre is what most proximity probes show; it must not silently become a preload."""
     gap = {"kind": "sensor_gap", "sensor_gap_m": 1e-3, "sensor_gap_phase_rad": 2.5}
     behind = {**RIG, "effects": [*RIG["effects"], gap]}
-    silent = verdict_on(RIG, behind, tmp_path, capsys, settings=ONE_CAUSE)
+    silent = verdict_on(RIG, behind, tmp_path, command, settings=ONE_CAUSE)
     assert "probe gap" in {finding["name"] for finding in silent["findings"]} and "probe gap" in silent["summary"]
     named = {cause["effect"] for cause in silent["causes"]}
     assert ("sensor_gap" in silent["not_considered"]) == ("static_preload" in named)
     given = verdict_on(
-        {**RIG, "effects": [*RIG["effects"], {**gap, "sensor_gap_m": 1.05e-3}]}, behind, tmp_path, capsys
+        {**RIG, "effects": [*RIG["effects"], {**gap, "sensor_gap_m": 1.05e-3}]}, behind, tmp_path, command
     )
     assert given["verdict"] == "nothing" and given["findings"] == []
 
 
 @pytest.mark.usefixtures("unrendered", "unhidden")
-def test_mil_declared_as_mm_is_told(spectrum, tmp_path, capsys):
+def test_mil_declared_as_mm_is_told(spectrum, tmp_path, command):
     """A factor of 39 is no gain error of a probe."""
     with xr.open_dataset(tmp_path / "records.nc") as data:
         data = data.load()
@@ -91,21 +88,20 @@ def test_mil_declared_as_mm_is_told(spectrum, tmp_path, capsys):
     data.to_netcdf(tmp_path / "mil.nc")
     (tmp_path / "ac.yaml").write_text(yaml.safe_dump({**RIG, "measurement": {"harmonics": [1, -1]}} | QUICK))
     given = ["diagnose", str(tmp_path / "mil.nc"), "--rig", str(tmp_path / "ac.yaml"), "--out", str(tmp_path / "o")]
-    assert main(given) == 0
-    assert "mil taken as mm" in capsys.readouterr().err
+    assert "mil taken as mm" in command(*given).err
     verdict = json.loads((tmp_path / "o" / "verdict.json").read_text())
     assert {"units", "far from the rig"} <= {finding["name"] for finding in verdict["findings"]}
 
 
 @pytest.mark.usefixtures("unrendered", "unhidden")
 @pytest.mark.parametrize("share", [4.0, 1.2])
-def test_a_fault_that_the_uncertainty_of_the_rig_takes_over_is_told(tmp_path, capsys, share):
+def test_a_fault_that_the_uncertainty_of_the_rig_takes_over_is_told(tmp_path, command, share):
     """Negative control: a value that differs by less than it has."""
     unbalance = next(effect for effect in RIG["effects"] if effect["kind"] == "unbalance")
     rest = [effect for effect in RIG["effects"] if effect is not unbalance]
     truth = {**RIG, "effects": [*rest, {**unbalance, "eccentricity_m": share * unbalance["eccentricity_m"]}]}
     wide = {"diagnosis": {**ONE_CAUSE["diagnosis"], "uncertainty": {"eccentricity": 5.0}}}
-    verdict = verdict_on(RIG, truth, tmp_path, capsys, settings=wide)
+    verdict = verdict_on(RIG, truth, tmp_path, command, settings=wide)
     assert verdict["verdict"] == "nothing"
     told = [finding["text"] for finding in verdict["findings"] if finding["name"] == "explained by the rig"]
     assert len(told) == (share > 2) and all("instead of" in text for text in told)

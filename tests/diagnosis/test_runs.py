@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 import yaml
 from machines import disc, faulty, shaft, spectrum_of, springs, write_harmonics
+from one_line_errors import refused
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.runs import contradicting
@@ -142,12 +143,11 @@ def test_the_command_writes_its_result(folder, found, suffix, monkeypatch):
     assert read.misfit.sizes == {"run": 3} and read.attrs["rotorstudy_version"]
 
 
-def test_the_updated_rig_carries_the_covariance(folder, found, capsys, monkeypatch):
+def test_the_updated_rig_carries_the_covariance(folder, found, command, monkeypatch):
     """And the command prints unbalances in g mm at an angle."""
     monkeypatch.setattr("rotorstudy.diagnosis.runs.joint.identify_runs", lambda *_: found)
     arguments = ["identify", "--runs", str(folder / "runs.yaml"), "--rig", str(folder / "rig.yaml")]
-    assert main([*arguments, "--rig-out", str(folder / "updated.yaml")]) == 0
-    said = capsys.readouterr().out
+    said = command(*arguments, "--rig-out", folder / "updated.yaml").out
     assert "run 'trial'" in said and "eccentricity" not in said
     (line,) = [one for one in said.splitlines() if "added 1" in one]  # 25 g mm at -40 degrees
     size, angle = float(line.split("unknown")[1].split()[0]), float(line.split(" at ")[1].split()[0])
@@ -286,8 +286,7 @@ def test_a_label_of_a_node_that_no_rig_lists_is_named(folder):
     rig = yaml.safe_load((folder / "rig.yaml").read_text())
     del rig["measurement"]["node_of_label"]
     (folder / "unlabelled.yaml").write_text(yaml.safe_dump(rig))
-    with pytest.raises(RotorstudyError, match="unknown node label 'disc 1'"):
-        identify_runs(folder / "runs.yaml", folder / "unlabelled.yaml")
+    refused(lambda: identify_runs(folder / "runs.yaml", folder / "unlabelled.yaml"), "unknown node label 'disc 1'")
 
 
 @pytest.mark.parametrize(

@@ -80,15 +80,14 @@ def test_the_status_of_a_stopped_diagnosis_is_that_of_an_interruption(spectrum, 
 
 
 @pytest.mark.usefixtures("unrendered", "unhidden")
-def test_a_diagnosis_tells_its_progress_also_to_a_file(spectrum, tmp_path, capsys):
+def test_a_diagnosis_tells_its_progress_also_to_a_file(spectrum, tmp_path, capsys, command):
     """Unless it is asked to be quiet."""
     data, rig = spectrum
     arguments = ["diagnose", str(data), "--rig", str(rig), "--out", str(tmp_path / "out")]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("rotorstudy.diagnosis.verdict.sought.search", lambda begun, known: unsearched(begun))
         capsys.readouterr()
-        assert main(arguments) == 0
-        told = capsys.readouterr().err
+        told = command(*arguments).err
         assert main([*arguments, "--quiet"]) == 0
     assert " s  first answer: " in told and " s  testing whether" in told
     assert "first answer" not in capsys.readouterr().err

@@ -108,12 +108,11 @@ def test_damaged_spectra_are_refused_in_one_line(name, files, tmp_path, capsys):
         ("1e30,1,0,1e-5,0.1\n", "at most 1e+06"),
     ],
 )
-def test_damaged_tables_are_refused_in_one_line(text, word, tmp_path, capsys):
+def test_damaged_tables_are_refused_in_one_line(text, word, tmp_path, command):
     table = tmp_path / "table.csv"
     rest = "".join(text.replace(",0,", f",{n},", 1) for n in (1, -1, 2, -2, 3, -3, 4, -4, 5, -5))
     table.write_text(f"speed_rad_per_s,node,harmonic,amplitude_m,phase_rad\n{text}{rest}")
-    assert main(["import", str(table), "--rig", RIG, "--out", str(tmp_path / "o.nc")]) == 1
-    err = capsys.readouterr().err
+    err = command("import", table, "--rig", RIG, "--out", tmp_path / "o.nc", status=1).err
     assert word in err and err.count("error: ") == 1
     assert [one.name for one in tmp_path.iterdir()] == ["table.csv"]
 

@@ -122,10 +122,9 @@ def wrong_plugin(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(("kind", "body", "words"), WRONG)
-def test_a_wrong_plugin_fails_its_check_with_file_and_shapes(wrong_plugin, capsys, kind, body, words):
+def test_a_wrong_plugin_fails_its_check_with_file_and_shapes(wrong_plugin, command, kind, body, words):
     path = wrong_plugin(kind, body)
-    assert main(["check", str(path)]) == 1
-    said = capsys.readouterr().out
+    said = command("check", path, status=1).out
     assert words in said and "Traceback" not in said
     assert all(str(path) in line for line in said.splitlines() if words in line)
 
@@ -178,7 +177,7 @@ def test_a_plugin_without_source_or_that_does_not_parse_is_named(wrong_plugin, t
     ("force", "words"),
     [("np.ones(3)", "has shape (3,); it must be that of the displacement"), ("np.nan * z", "is NaN for a finite")],
 )
-def test_a_wrong_force_in_time_is_named_with_file_and_shapes(wrong_plugin, tmp_path, capsys, force, words):
+def test_a_wrong_force_in_time_is_named_with_file_and_shapes(wrong_plugin, tmp_path, capsys, command, force, words):
     body = f"""    from rotorstudy.model.terms import NonlinearForce
     return [Parameter("c", "N s/m", (), 50.0, force=NonlinearForce(here[None], lambda z, v, still: {force}))]"""
     path = wrong_plugin("effect", body)
@@ -186,5 +185,4 @@ def test_a_wrong_force_in_time_is_named_with_file_and_shapes(wrong_plugin, tmp_p
     assert main(["simulate", str(tmp_path / "rig.yaml"), "--speeds", "88", "--out", str(tmp_path / "r.nc")]) == 1
     said = capsys.readouterr().err.splitlines()
     assert len(said) == 1 and words in said[0] and str(path) in said[0]
-    assert main(["check", str(path)]) == 1
-    assert words in capsys.readouterr().out
+    assert words in command("check", path, status=1).out

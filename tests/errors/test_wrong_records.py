@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import yaml
-from machines import jeffcott_rig
+from machines import jeffcott_rig, point
 from one_line_errors import refused
 
 from rotorstudy import (
@@ -42,10 +42,7 @@ def test_harmonics_that_are_not_distinct_whole_numbers_are_refused_by_a_simulati
 
 
 def test_resonance_without_damping_is_refused():
-    undamped = {
-        "rotor": {"kind": "jeffcott", "mass_kg": 1.0, "stiffness_N_per_m": 1e4},
-        "effects": [{"kind": "unbalance", "eccentricity_m": 1e-6}],
-    }
+    undamped = jeffcott_rig(1e-6, external=None, rotor=point(1.0, 1e4))
     assert np.isfinite(measured_response(build_model(undamped), [99.0], [1])).all()
     with np.errstate(all="ignore"):
         refused(lambda: measured_response(build_model(undamped), [100.0], [1]), "100 rad/s")

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 import yaml
+from one_line_errors import refused
 
 from rotorstudy import RotorstudyError, load_rig, read_measurement, simulate_records
 from rotorstudy.authoring.new_rig import PLANES, new_rig
@@ -41,14 +42,13 @@ def csv(path, columns, separator=",", decimal=".", above=(), units=None):
     return path
 
 
-def test_a_semicolon_table_with_a_row_of_units_is_read_as_guessed(signals, tmp_path, capsys):
+def test_a_semicolon_table_with_a_row_of_units_is_read_as_guessed(signals, tmp_path, command):
     """The guess reads the file: orbits and phase are those of the machine; the picture and the sentences are there."""
     probes, pulses = signals
     mils = {f"Brg {node} {name}": values / 25.4 for (node, name), values in probes.items()}
     path = csv(tmp_path / "run.csv", {"Time": TIME * 1e3, **mils, "Trigger": pulses}, ";", ",", ["Recorder 7", ""],
                ["ms", *["mil"] * 4, "V"])  # fmt: skip
-    assert main(["new", "rig", "mine", "--records", str(path), "--folder", str(tmp_path)]) == 0
-    printed = capsys.readouterr().out
+    printed = command("new", "rig", "mine", "--records", path, "--folder", tmp_path).out
     for words in (
         "semicolons, decimal ','",
         "header in line 3",
@@ -99,8 +99,7 @@ def test_the_rig_of_any_record_reads_it_or_says_what_is_wrong_with_its_time(chan
         assert read_measurement([path], rig).spectrum.speed == pytest.approx([SPEED], rel=1e-3)
         return
     assert any("'time' does not increase in even steps" in line for line in said)
-    with pytest.raises(RotorstudyError, match="time does not increase strictly"):
-        read_measurement([path], rig)
+    refused(lambda: read_measurement([path], rig), "time does not increase strictly")
 
 
 def test_a_column_with_a_text_is_left_out_with_the_reason(tmp_path):
@@ -155,7 +154,7 @@ def test_a_table_of_a_balancing_instrument(tmp_path):
 
 
 @pytest.mark.parametrize("bearings", ["linear", "film"])
-def test_every_command_accepts_a_new_rig(bearings, tmp_path, capsys):
+def test_every_command_accepts_a_new_rig(bearings, tmp_path, command):
     """As written, and with the oil films that its comment offers."""
     path = new_rig("mine", tmp_path).path
     if bearings == "film":
@@ -169,8 +168,7 @@ def test_every_command_accepts_a_new_rig(bearings, tmp_path, capsys):
     assert main(["import", records, "--rig", str(path), "--out", str(tmp_path / "s.nc")]) == 0
     unknown = "bearing_stiffness[left]" if bearings == "linear" else "bearing_scale[left]"
     assert main(["identify", records, "--rig", str(path), "--unknowns", unknown]) == 0
-    assert main(["balance", records, "--rig", str(path), "--planes", "5"]) == 0
-    capsys.readouterr()
+    command("balance", records, "--rig", path, "--planes", "5")
 
 
 HEADS = {  # of exporters: lines above the numbers, their separator, factors of time and displacements, first column
@@ -224,8 +222,7 @@ def test_a_file_without_a_table_below_names_is_refused(text, tmp_path):
     path.write_text(text)
     with pytest.raises(RotorstudyError, match=r"no table of numbers below a row of names|the file is empty"):
         guess_measurement(path, PLANES)
-    with pytest.raises(RotorstudyError):
-        new_rig("mine", tmp_path, [path])
+    refused(lambda: new_rig("mine", tmp_path, [path]))
     assert not (tmp_path / "mine.yaml").exists()
 
 
@@ -250,8 +247,7 @@ def test_what_the_name_of_a_channel_says(name, plane, angle, unit):
 def test_names_that_cannot_be_written(tmp_path, capsys):
     new_rig("mine", tmp_path)
     for name, words in (("mine", "exists"), ("a/b", "without folders"), (".yaml", "without folders")):
-        with pytest.raises(RotorstudyError, match=words):
-            new_rig(name, tmp_path)
+        refused(lambda: new_rig(name, tmp_path), words)
     assert main(["new", "crack", "my_crack", "--records", "x.csv", "--folder", str(tmp_path)]) == 1
     assert "are for `new rig`" in capsys.readouterr().err
 

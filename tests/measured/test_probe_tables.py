@@ -168,8 +168,7 @@ def test_a_row_that_is_missing_or_doubled_is_named(tmp_path):
 
 def test_a_reading_that_is_missing_everywhere_is_an_error(tmp_path):
     lines = [line for line in table("rms, um").splitlines() if "859" in line or "right" not in line]
-    with pytest.raises(RotorstudyError, match="need the same probes"):
-        read(tmp_path, "\n".join(lines), "rms, um")
+    refused(lambda: read(tmp_path, "\n".join(lines), "rms, um"), "need the same probes")
 
 
 @pytest.mark.parametrize(("share", "dead"), [(0.0, True), (0.2, False)])
@@ -196,7 +195,7 @@ def test_a_speed_written_again_is_a_repeat(tmp_path):
     assert np.array_equal(blocks.amplitude[1::2], once[1].amplitude)
 
 
-def test_a_table_of_a_probe_is_identified(tmp_path, capsys):
+def test_a_table_of_a_probe_is_identified(tmp_path, command):
     """Of a rotor's own response: the commands read it as any record."""
     speeds = np.linspace(120, 280, 15)
     exact = 2.0 * 1.5e-5 * speeds**2 / (8e4 - 2.0 * speeds**2 + 20j * speeds) * np.exp(-1j * (np.deg2rad(-45) - MARK))
@@ -205,8 +204,7 @@ def test_a_table_of_a_probe_is_identified(tmp_path, capsys):
     (tmp_path / "run.csv").write_text("\n".join(rows))
     path = rig(tmp_path, probes={"left": -45.0})
     arguments = ["identify", str(tmp_path / "run.csv"), "--rig", str(path), "--unknowns", "eccentricity"]
-    assert main([*arguments, "external_damping"]) == 0
-    printed = capsys.readouterr().out.splitlines()
+    printed = command(*arguments, "external_damping").out.splitlines()
     assert float(printed[0].split()[1]) == pytest.approx(15.0, rel=1e-3)  # µm
     assert float(printed[2].split()[1]) == pytest.approx(20.0, rel=2e-3)
 
@@ -267,8 +265,7 @@ def test_a_kind_of_amplitude_in_a_header_may_not_contradict_the_rig(texts, kind,
                 if stated == kind:
                     assert read(tmp_path, both, **options).spectrum is not None, unit
                     continue
-                with pytest.raises(RotorstudyError, match=f"its header says {kind.replace('_', ' ')}"):
-                    read(tmp_path, both, **options)
+                refused(lambda: read(tmp_path, both, **options), match=f"its header says {kind.replace('_', ' ')}")
 
 
 def test_units_and_speeds_of_the_rig_may_not_contradict_a_table(tmp_path):
@@ -277,8 +274,7 @@ def test_units_and_speeds_of_the_rig_may_not_contradict_a_table(tmp_path):
     with pytest.raises(RotorstudyError, match="states the unit 'mil' for channel 'left', the rig 'um'"):
         read(tmp_path, text, way, probes=PROBES, measured=probes)
     assert read(tmp_path, text, way, measured=[probe | {"unit": "mil"} for probe in probes]).spectrum is not None
-    with pytest.raises(RotorstudyError, match="a table has its own speeds"):
-        read(tmp_path, text, way, speeds_rpm={"run.csv": 900.0})
+    refused(lambda: read(tmp_path, text, way, speeds_rpm={"run.csv": 900.0}), "a table has its own speeds")
 
 
 @pytest.mark.parametrize(
@@ -321,8 +317,7 @@ def test_other_files_are_no_wide_tables(names, tmp_path):
     ],
 )
 def test_a_wide_table_that_cannot_be_read_says_which_column(tmp_path, changed, said):
-    with pytest.raises(RotorstudyError, match=said):
-        read_wide(tmp_path, wide().replace(*changed))
+    refused(lambda: read_wide(tmp_path, wide().replace(*changed)), match=said)
 
 
 def test_a_wide_table_of_two_speeds_that_differ_is_refused(tmp_path):
@@ -355,8 +350,7 @@ def test_the_units_below_the_names_of_a_long_table_may_not_contradict(tmp_path, 
     if said is None:
         assert read(tmp_path, "\n".join([head, below, *rows]), "rms, um", **way).spectrum
         return
-    with pytest.raises(RotorstudyError, match=said):
-        read(tmp_path, "\n".join([head, below, *rows]), "rms, um", **way)
+    refused(lambda: read(tmp_path, "\n".join([head, below, *rows]), "rms, um", **way), match=said)
 
 
 READINGS = [(rpm, 40.5 + k, 20.25 + k) for k, rpm in enumerate((804, 904, 1104, 1204, 1404))]
@@ -421,8 +415,7 @@ def test_a_speed_with_an_empty_cell_is_left_out(tmp_path, blank):
 def test_the_number_of_a_channel_is_no_harmonic(tmp_path):
     names = ["Speed (rpm)", *(f"Ch {i} {what}" for i in (1, 2) for what in ("Amp (um)", "Phase (deg)"))]
     (tmp_path / "run.csv").write_text("\n".join([",".join(names), *3 * [",".join("1" * len(names))]]))
-    with pytest.raises(RotorstudyError, match="must name probe and harmonic"):
-        open_table(tmp_path / "run.csv", CsvLayout())
+    refused(lambda: open_table(tmp_path / "run.csv", CsvLayout()), "must name probe and harmonic")
 
 
 def test_velocities_of_a_wide_table(tmp_path):

@@ -10,11 +10,11 @@ import pytest
 import xarray as xr
 import yaml
 from machine import HARMONICS, TIME, channels, model, records, section, write, write_rig
+from one_line_errors import refused
 from page_checks import problems
 from phase_marks import MARKS, SPEED, pulses
 
 from rotorstudy import RotorstudyError, load_spectrum, read_measurement
-from rotorstudy.commands.line import main
 from rotorstudy.measurement import findings as table
 from rotorstudy.measurement.plausibility import check_order, check_sense
 from rotorstudy.measurement.quality import flat_top
@@ -278,12 +278,11 @@ def test_samples_that_meet_at_the_top_are_clipping_only_where_it_is_flat(values,
     assert flat_top(np.minimum(values, most))
 
 
-def test_import_from_the_command_line(tmp_path, capsys):
+def test_import_from_the_command_line(tmp_path, command):
     rig = write_rig(tmp_path / "rig.yaml")
     paths = [str(write("csv", tmp_path, record)) for record in records()]
     out = tmp_path / "spectrum.nc"
-    assert main(["import", *paths, "--rig", str(rig), "--out", str(out)]) == 0
-    printed = capsys.readouterr()
+    printed = command("import", *paths, "--rig", rig, "--out", out)
     assert "3 speed(s)" in printed.out and printed.err == ""
     assert load_spectrum(out).amplitude.shape == (3, len(HARMONICS), 2)
     page = (tmp_path / "spectrum_quality.html").read_text()
@@ -293,23 +292,19 @@ def test_import_from_the_command_line(tmp_path, capsys):
 
     bad = str(write("csv", tmp_path, records(speeds=[SPEED])[0], name="bad", **clipped(0.8)))
     arguments = ["import", paths[0], bad, "--rig", str(rig), "--out", str(out), "--quality", str(tmp_path / "q.html")]
-    assert main(arguments) == 1
-    printed = capsys.readouterr()
+    printed = command(*arguments, status=1)
     assert not out.exists() and "clipping" in printed.err and "no spectrum was written" in printed.err
     assert "clipped by the probe" in (tmp_path / "q.html").read_text()
-    assert main(["import", bad, "--rig", str(rig), "--out", bad]) == 1
-    assert "would overwrite an input" in capsys.readouterr().err
+    assert "would overwrite an input" in command("import", bad, "--rig", rig, "--out", bad, status=1).err
 
 
 def test_a_spectrum_file_that_is_none_is_named(tmp_path):
-    with pytest.raises(RotorstudyError, match="does not exist"):
-        load_spectrum(tmp_path / "none.nc")
+    refused(lambda: load_spectrum(tmp_path / "none.nc"), "does not exist")
     from rotorstudy.measurement.records import records_dataset
     from rotorstudy.store import save
 
     save(records_dataset(records(speeds=[SPEED])), tmp_path / "records.nc")
-    with pytest.raises(RotorstudyError, match="rotorstudy import"):
-        load_spectrum(tmp_path / "records.nc")
+    refused(lambda: load_spectrum(tmp_path / "records.nc"), "rotorstudy import")
     made = {name: ("speed", np.ones(2)) for name in ("amplitude", "covariance")}
     xr.Dataset(made).to_netcdf(tmp_path / "other.nc")
     with pytest.raises(

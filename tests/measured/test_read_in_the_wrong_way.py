@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from machine import TIME, channels, records, section, write, write_rig
+from one_line_errors import refused
 
-from rotorstudy import RotorstudyError, measured_spectrum, read_measurement
+from rotorstudy import measured_spectrum, read_measurement
 from rotorstudy.commands.line import main
 from rotorstudy.measurement.conventions import Probe
 from rotorstudy.measurement.plausibility import check_probes
@@ -41,8 +42,7 @@ IN_RADIANS = [{**probe, "angle_deg": float(np.deg2rad(probe["angle_deg"]))} for 
 def test_a_file_read_in_the_wrong_way_is_told_with_the_remedy(tmp_path, alter, stated, said):
     path = write("csv", tmp_path, records(speeds=[SPEED], time=TIME[:4000])[0])
     path.write_text(alter(path.read_text()))
-    with pytest.raises(RotorstudyError, match=said):
-        measured_spectrum(path, write_rig(tmp_path / "rig.yaml", **stated))
+    refused(lambda: measured_spectrum(path, write_rig(tmp_path / "rig.yaml", **stated)), match=said)
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,8 @@
 """Repeats at one speed are averaged; what they differ by from run to run is in the covariance."""
 
 import numpy as np
-import pytest
+from one_line_errors import refused
 
-from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.corrections import averaged
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 
@@ -55,5 +54,4 @@ def test_a_speed_measured_once_scatters_too():
 
 def test_the_same_record_twice_is_an_error():
     spectrum = repeats(1, SCATTER)
-    with pytest.raises(RotorstudyError, match="occurs twice"):
-        averaged(spectrum.at_speeds([0, 0, 3]), "x.csv")
+    refused(lambda: averaged(spectrum.at_speeds([0, 0, 3]), "x.csv"), "occurs twice")

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from one_line_errors import refused
 
-from rotorstudy import RotorstudyError, build_model, harmonic_response, load_rig
+from rotorstudy import build_model, harmonic_response, load_rig
 from rotorstudy.authoring.ross_model import read_ross
-from rotorstudy.commands.line import main
 from rotorstudy.response.whirl import critical_speeds, damped_modes, time_invariant
 
 FILES = Path(__file__).parent / "ross"
@@ -59,9 +59,8 @@ def test_a_cone_is_close(tmp_path):
     assert distance(damped_modes(still, [100.0], 5).frequency[0], RESULTS["machine"]["whirl_rad_s"]["100"]) > CONE
 
 
-def test_a_user_of_ross_brings_a_machine_in_one_line(tmp_path, capsys):
-    assert main(["new", "rig", "pump", "--ross", str(FILES / "ross_2_3_0.toml"), "--folder", str(tmp_path)]) == 0
-    said = capsys.readouterr().out
+def test_a_user_of_ross_brings_a_machine_in_one_line(tmp_path, command):
+    said = command("new", "rig", "pump", "--ross", FILES / "ross_2_3_0.toml", "--folder", tmp_path).out
     assert "spline" in said and "ROSS saves none" in said and "pump_probes.png" in said
     rig = yaml.safe_load((tmp_path / "pump.yaml").read_text())
     assert [disc["label"] for disc in rig["rotor"]["discs"]] == ["impeller", "wheel"]
@@ -172,8 +171,7 @@ REFUSED = [
 
 @pytest.mark.parametrize(("change", "words"), REFUSED, ids=range(len(REFUSED)))
 def test_what_would_be_another_rotor_is_refused(change, words, tmp_path):
-    with pytest.raises(RotorstudyError, match=words):
-        read_ross(changed(tmp_path, change))
+    refused(lambda: read_ross(changed(tmp_path, change)), words)
 
 
 def test_a_coefficient_across_that_is_not_stated_is_that_along_as_ross_has_it(tmp_path):
@@ -188,7 +186,5 @@ def test_a_coefficient_across_that_is_not_stated_is_that_along_as_ross_has_it(tm
 def test_another_file_is_refused(text, tmp_path):
     path = tmp_path / "x.toml"
     path.write_text(text)
-    with pytest.raises(RotorstudyError):
-        read_ross(path)
-    with pytest.raises(RotorstudyError, match="does not exist"):
-        read_ross(tmp_path / "none.toml")
+    refused(lambda: read_ross(path))
+    refused(lambda: read_ross(tmp_path / "none.toml"), "does not exist")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from machines import jeffcott_rig, point
 from scipy.integrate import solve_ivp
 
 from rotorstudy import Problem, Spectrum, measured_spectrum, read_measurement
@@ -96,14 +97,10 @@ def record(folder, time, z, marks, directions=("x", "y")):
 
 
 def rig(folder, **measurement):
-    effects = [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 20.0},
-        {"kind": "unbalance", "eccentricity_m": 1e-5},
-    ]
-    rotor = {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": 0.9 * STIFFNESS}
     path = folder / "rig.yaml"
     measurement = {"harmonics": [0, 1, -1, 2, -2], **measurement}
-    path.write_text(yaml.safe_dump({"rotor": rotor, "effects": effects, "measurement": measurement}))
+    known = {"external": 20.0, "rotor": point(MASS, 0.9 * STIFFNESS), "measurement": measurement}
+    path.write_text(yaml.safe_dump(jeffcott_rig(1e-5, **known)))
     return path
 
 

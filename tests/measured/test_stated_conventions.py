@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import yaml
 from machines import jeffcott_rig
+from one_line_errors import refused
 
 from rotorstudy import RotorstudyError, load_rig, measured_response, measured_spectrum, read_measurement
 from rotorstudy.measurement.records import records_dataset
@@ -54,8 +55,7 @@ def test_node_labels_that_count_from_zero(tmp_path):
     path, true = foreign_file(tmp_path / "a", label=0)
     found = read_measurement(path, rig_file(tmp_path, node_of_label={0: 1}))
     assert found.spectrum.sensors == (1,) and found.spectrum.amplitude[0, :, 0] == pytest.approx(true, abs=1e-11)
-    with pytest.raises(RotorstudyError, match="unknown node '0'"):
-        read_measurement(path, rig_file(tmp_path))
+    refused(lambda: read_measurement(path, rig_file(tmp_path)), "unknown node '0'")
     with pytest.raises(RotorstudyError, match=r"node label '0'.*node_of_label"):
         read_measurement(path, rig_file(tmp_path, node_of_label={7: 1}))
 
@@ -113,8 +113,7 @@ def test_two_probes_have_two_signals_and_two_directions(angles, channels, answer
     ]
     rig = rig_file(tmp_path, probes=probes)
     if channels == "xx":
-        with pytest.raises(RotorstudyError, match=answer):
-            read_measurement(tmp_path / "run.csv", rig)
+        refused(lambda: read_measurement(tmp_path / "run.csv", rig), answer)
         return
     names = {finding.name for finding in read_measurement(tmp_path / "run.csv", rig).findings}
     assert ("probe angles" in names) == (answer is not None)

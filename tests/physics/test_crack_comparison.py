@@ -4,8 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from one_line_errors import refused
 
-from rotorstudy import RotorstudyError, registry
+from rotorstudy import registry
 from rotorstudy.model.kinds import Crack
 from rotorstudy.response.floquet import periodic_growth_rate
 from rotorstudy.store import as_complex
@@ -95,5 +96,4 @@ def test_a_crack_of_the_user_appears_by_itself(config, monkeypatch):
 )
 def test_a_wrong_configuration_is_told(tmp_path, change, words):
     (tmp_path / "cracks.yaml").write_text(CONFIG.read_text().replace(*change))
-    with pytest.raises(RotorstudyError, match=words):
-        load_cracks(tmp_path / "cracks.yaml")
+    refused(lambda: load_cracks(tmp_path / "cracks.yaml"), words)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cracked_rotor import cracked_jeffcott, cracked_shaft
-from machines import disc, shaft, springs, unbalance
+from machines import disc, jeffcott_rig, point, shaft, springs, unbalance
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.response.statics import static_deflection
@@ -18,14 +18,8 @@ def jeffcott(**effect):
     """A Jeffcott rotor; effect : of the crack, without its stiffness loss, or of something else."""
     if effect.get("kind", "").startswith("breathing_crack"):
         effect = {"stiffness_loss_N_per_m": LOSS, **effect}
-    return build_model({
-        "rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS},
-        "effects": [
-            {"kind": "external_damping", "external_damping_N_s_per_m": DAMPING},
-            {"kind": "unbalance", "eccentricity_m": abs(PUSH) / MASS, "eccentricity_phase_rad": np.angle(PUSH)},
-            *([effect] if effect else []),
-        ],
-    })  # fmt: skip
+    known = {"rotor": point(MASS, STIFFNESS), "external": DAMPING}
+    return build_model(jeffcott_rig(abs(PUSH) / MASS, np.angle(PUSH), *([effect] if effect else []), **known))
 
 
 def stepped_jeffcott(speeds, opening, angle, **more):

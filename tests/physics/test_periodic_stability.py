@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from cracked_rotor import OPENINGS
-from machines import disc, shaft, springs
+from machines import disc, jeffcott_rig, point, shaft, springs
 from scipy.integrate import solve_ivp
 
 from rotorstudy.errors import NoSteadyState
@@ -18,10 +18,7 @@ STEP_ERROR = 5e-4  # of the largest growth, of 256 midpoints a revolution at abo
 
 
 def jeffcott(*effects, damping=0.0):
-    return build_model({
-        "rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS},
-        "effects": [{"kind": "external_damping", "external_damping_N_s_per_m": damping}, *effects],
-    })  # fmt: skip
+    return build_model(jeffcott_rig(None, None, *effects, external=damping, rotor=point(MASS, STIFFNESS)))
 
 
 def asymmetric(share, damping=0.0):

@@ -61,7 +61,7 @@ def check(rig, folder):
     return path, check_rig(path)
 
 
-def test_a_sound_rig_has_no_findings_and_the_right_numbers(tmp_path, capsys):
+def test_a_sound_rig_has_no_findings_and_the_right_numbers(tmp_path, command):
     """Half of the weight on each bearing, to round-off. The first critical speed is that of the disc and 17/35 of the
     shaft on the shaft, 48 E I / L^3, and the bearings in series, within 3 %: damping, shear and the half mass at the
     bearings are left out."""
@@ -72,8 +72,7 @@ def test_a_sound_rig_has_no_findings_and_the_right_numbers(tmp_path, capsys):
     closed = np.sqrt(1 / (1 / stiffness + 1 / 2e7) / (3.1 + 17 / 35 * shaft))
     assert min(one.speed for one in found.analysis.criticals) == pytest.approx(closed, rel=0.03)
     assert [load.force.real for load in found.analysis.loads] == pytest.approx([9.81 / 2 * (3.1 + shaft)] * 2, rel=1e-9)
-    assert main(["check", str(path)]) == 0
-    assert capsys.readouterr().out.endswith("0 errors, 0 warnings, 0 notes\n")
+    assert command("check", path).out.endswith("0 errors, 0 warnings, 0 notes\n")
 
 
 ODD = [

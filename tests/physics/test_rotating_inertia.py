@@ -11,9 +11,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from machines import spectrum_of
+from one_line_errors import refused
 from scipy.linalg import expm
 
-from rotorstudy import Model, RotorstudyError, harmonic_response, make_term, time_response
+from rotorstudy import Model, harmonic_response, make_term, time_response
 from rotorstudy.authoring.invariants import broken_invariants
 from rotorstudy.authoring.invariants.bench import tilting_bench
 from rotorstudy.diagnosis.verdict.investigate import investigate
@@ -111,8 +112,7 @@ def test_the_rotor_is_unstable_between_two_speeds(zoo):
         model = Model(structure, (disc(structure),))
         found = periodic_growth_rate(model, speeds)
         check_stable(model, speeds[:2])
-        with pytest.raises(RotorstudyError, match="a free motion grows"):
-            check_stable(model, speeds[2:3])
+        refused(lambda: check_stable(model, speeds[2:3]), "a free motion grows")
     grows = (speeds > EDGES[0]) & (speeds < EDGES[1])
     assert ((found > 1) == grows).all()
     assert found[grows] == pytest.approx(np.array(expected)[grows], rel=1e-3)  # 256 steps a revolution

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from machines import film, shaft
+from machines import film, jeffcott_rig, point, shaft
 
 from rotorstudy import build_model
 from rotorstudy.presentation.rotor_page import summary
@@ -12,10 +12,7 @@ from rotorstudy.studies.rotor_analysis import analyse_rotor
 from rotorstudy.studies.stability_margin import first_forward, stability_margin
 
 MASS, STIFFNESS, DAMPING = 2.0, 7.6e5, 60.0
-JEFFCOTT = {
-    "rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS},
-    "effects": [{"kind": "external_damping", "external_damping_N_s_per_m": DAMPING}],
-}
+JEFFCOTT = jeffcott_rig(None, external=DAMPING, rotor=point(MASS, STIFFNESS))
 FREQUENCY = (STIFFNESS / MASS) ** 0.5
 
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from machines import OFFSET_DISC, springs
+from one_line_errors import refused
 
-from rotorstudy import RotorstudyError, build_model, harmonic_response, time_response
+from rotorstudy import build_model, harmonic_response, time_response
 from rotorstudy.response.integration import transient_response
 from rotorstudy.response.series import synthesize
 
@@ -43,5 +44,4 @@ def test_the_transient_is_more_than_the_steady_state():
 
 def test_a_crack_that_moves_with_the_shaft_has_no_exact_solution():
     rig = {**RIGS["gyroscopic"], "cracks": [{"kind": "switching", "weight_dominance": False, **LOSS}]}
-    with pytest.raises(RotorstudyError, match="time-varying"):
-        transient_response(build_model(rig), 300.0, np.linspace(0, 1, 10))
+    refused(lambda: transient_response(build_model(rig), 300.0, np.linspace(0, 1, 10)), "time-varying")

@@ -4,10 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from machines import point
 from one_line_errors import refused
 from shaft_with_a_crack import DIAMETER, LENGTH, POISSON, YOUNG, at_disc, crack, rotor
 
-from rotorstudy import RotorstudyError, build_model, harmonic_response, registry
+from rotorstudy import build_model, harmonic_response, registry
 from rotorstudy.model.cracks import depth_ratio_of
 from rotorstudy.model.hinge import crack_at
 from rotorstudy.studies.crack_study.fronts import equivalent_beam
@@ -77,8 +78,7 @@ def test_the_table_is_interpolated_within_one_per_cent(depth, aspect, xi, eta):
 def test_a_curved_front_makes_a_crack_stiffer():
     xi, eta = np.transpose([elastic(0.25, front_aspect_ratio=aspect) for aspect in (0.0, 0.5, 1.0)])
     assert (np.diff(xi) < 0).all() and (np.diff(eta / xi) < 0).all()
-    with pytest.raises(RotorstudyError, match="only straight fronts"):
-        rotor(4, crack(flexibility="strip_integration", front_aspect_ratio=0.5))
+    refused(lambda: rotor(4, crack(flexibility="strip_integration", front_aspect_ratio=0.5)), "only straight fronts")
 
 
 @pytest.mark.parametrize(
@@ -258,8 +258,5 @@ def test_two_cracks_are_apart_and_in_elements_of_their_own(second, words):
 
 
 def test_a_hollow_shaft_and_a_rotor_without_sections_are_refused():
-    with pytest.raises(RotorstudyError, match="hollow"):
-        rotor(4, crack(), inner_diameter_m=0.01)
-    jeffcott = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
-    with pytest.raises(RotorstudyError, match="cross sections"):
-        build_model({"rotor": jeffcott, "effects": [crack()]})
+    refused(lambda: rotor(4, crack(), inner_diameter_m=0.01), "hollow")
+    refused(lambda: build_model({"rotor": point(), "effects": [crack()]}), "cross sections")

@@ -6,8 +6,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 import yaml
+from one_line_errors import refused
 
-from rotorstudy import RotorstudyError
 from rotorstudy.model.rig_numbers import scaled
 from rotorstudy.studies.published import COLUMNS, beside_printed
 
@@ -66,5 +66,4 @@ def test_the_last_digit_printed_is_the_tolerance(tmp_path):
     ],
 )
 def test_a_wrong_row_is_refused(row, words, tmp_path):
-    with pytest.raises(RotorstudyError, match=words):
-        told(tmp_path, **row)
+    refused(lambda: told(tmp_path, **row), match=words)

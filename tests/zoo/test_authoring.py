@@ -5,10 +5,10 @@ import subprocess
 import sys
 
 import pytest
+from one_line_errors import refused
 
 from rotorstudy.authoring.files import PLACEHOLDERS, TEMPLATES, check_file, left_to_write, new_plugin
-from rotorstudy.commands.line import main
-from rotorstudy.errors import PluginError, RotorstudyError
+from rotorstudy.errors import PluginError
 from rotorstudy.model.kinds import KINDS
 from rotorstudy.model.registry import registry
 
@@ -22,10 +22,9 @@ def test_a_new_file_works_and_holds_every_invariant(kind, tmp_path):
     assert "brand_new" not in registry().plugins[kind]  # it was looked at, not added to the zoo of this process
 
 
-def test_a_file_that_still_says_what_the_template_says_is_reminded(tmp_path, capsys):
+def test_a_file_that_still_says_what_the_template_says_is_reminded(tmp_path, command):
     path = new_plugin("crack", "brand_new", tmp_path)
-    assert main(["check", str(path)]) == 0
-    assert "note: source and checked in" in capsys.readouterr().out
+    assert "note: source and checked in" in command("check", path).out
     path.write_text(path.read_text().replace(PLACEHOLDERS["source"], "a paper"))
     assert left_to_write(path) == ["checked"]
 
@@ -51,14 +50,13 @@ WRONG = {  # a change of each template, and the claim that then breaks
 
 
 @pytest.mark.parametrize("kind", WRONG)
-def test_a_wrong_file_of_each_kind_is_found_out_by_the_right_claim(kind, tmp_path, capsys):
+def test_a_wrong_file_of_each_kind_is_found_out_by_the_right_claim(kind, tmp_path, command):
     old, new, claim = WRONG[kind]
     path = new_plugin(kind, "brand_new", tmp_path)
     text = path.read_text()
     assert old in text
     path.write_text(text.replace(old, new))
-    assert main(["check", str(path)]) == 1
-    failing = [line for line in capsys.readouterr().out.splitlines() if line.startswith("fails")]
+    failing = [line for line in command("check", path, status=1).out.splitlines() if line.startswith("fails")]
     assert any(claim in line for line in failing)
 
 
@@ -84,17 +82,14 @@ def test_a_file_that_is_no_plugin_is_told_so(text, words, tmp_path):
     ],
 )
 def test_what_cannot_be_written_is_told(arguments, words, tmp_path):
-    with pytest.raises(RotorstudyError, match=words):
-        new_plugin(*arguments, tmp_path)
+    refused(lambda: new_plugin(*arguments, tmp_path), words)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_file_is_never_overwritten(tmp_path):
     new_plugin("crack", "brand_new", tmp_path)
-    with pytest.raises(RotorstudyError, match="choose another name"):
-        new_plugin("crack", "brand_new", tmp_path)
-    with pytest.raises(RotorstudyError, match="does not exist"):
-        check_file(tmp_path / "nothing.py")
+    refused(lambda: new_plugin("crack", "brand_new", tmp_path), "choose another name")
+    refused(lambda: check_file(tmp_path / "nothing.py"), "does not exist")
 
 
 def test_a_distribution_installed_with_pip_joins_the_zoo(tmp_path):

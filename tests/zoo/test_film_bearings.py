@@ -157,12 +157,9 @@ def test_a_heavily_loaded_journal_never_whirls():
 def test_a_journal_at_a_crawl_and_at_rest():
     model = rigid(JOURNAL)
     assert (eigenvalues(model, [0.005, 0.1])[..., :].real < 0).all()
-    with pytest.raises(RotorstudyError, match=r"at 1e-12 rad/s the journal at node 1 .* above 0\.9"):
-        eigenvalues(model, [1e-12])
-    with pytest.raises(RotorstudyError, match=r"at 1e\+09 rad/s .* below 0\.00.*load_N"):
-        eigenvalues(model, [1e9])
-    with pytest.raises(RotorstudyError, match="lowest"):
-        stability_threshold(model, 5000.0, lowest=6000.0)
+    refused(lambda: eigenvalues(model, [1e-12]), match=r"at 1e-12 rad/s the journal at node 1 .* above 0\.9")
+    refused(lambda: eigenvalues(model, [1e9]), match=r"at 1e\+09 rad/s .* below 0\.00.*load_N")
+    refused(lambda: stability_threshold(model, 5000.0, lowest=6000.0), "lowest")
 
 
 PLAIN = {**JOURNAL, "kind": "plain_journal"}
@@ -340,5 +337,4 @@ def test_a_damper_carries_by_its_spring_alone_and_the_whole_film_exists_in_time(
     shown = time_response(whole, 88.0, time)[:, 0]
     expected = harmonic_response(whole, [88.0], [1])[0, 0, 0] * np.exp(88j * time)
     assert np.abs(shown - expected).max() < 1e-7 * np.abs(expected).max()
-    with pytest.raises(RotorstudyError, match="frequency"):
-        eigenvalues(half, [88.0])
+    refused(lambda: eigenvalues(half, [88.0]), "frequency")

@@ -8,6 +8,7 @@ import yaml
 
 from rotorstudy.blind.machines.cases import RUNOUT, swing_of
 from rotorstudy.blind.machines.machine import GRAVITY
+from rotorstudy.blind.machines.rig_items import disc, unbalance
 
 FILM = 2.5  # error of clearance and viscosity over that of the coefficients of a bearing: 5 %
 
@@ -68,13 +69,13 @@ def bearings_section(rng, rotor, error):
 
 def point_rotor_section(rng, rotor, error):
     """The nominal rotor of one disc on a massless shaft."""
-    stiffer, disc = 1 + error * rng.normal(), rotor.disc
+    stiffer, own = 1 + error * rng.normal(), rotor.disc
     if rotor.first == rotor.second:
         stiffness = rotor.plane_stiffness[0, 0] * stiffer
-        kind = {"kind": "jeffcott", "mass_kg": disc.mass, "stiffness_N_per_m": stiffness}
+        kind = {"kind": "jeffcott", "mass_kg": own.mass, "stiffness_N_per_m": stiffness}
     else:
-        kind = {"kind": "offset_disc", "mass_kg": disc.mass, "polar_moment_kg_m2": disc.polar_moment}
-        kind |= {"diametral_moment_kg_m2": disc.diametral_moment, "a_m": rotor.first, "b_m": rotor.second}
+        kind = {"kind": "offset_disc", "mass_kg": own.mass, "polar_moment_kg_m2": own.polar_moment}
+        kind |= {"diametral_moment_kg_m2": own.diametral_moment, "a_m": rotor.first, "b_m": rotor.second}
         kind |= {"diameter_m": rotor.diameter, "youngs_modulus_Pa": rotor.youngs_modulus * stiffer}
     return kind | {"gravity_m_per_s2": GRAVITY}
 
@@ -94,16 +95,12 @@ def rotor_section(rng, rotor, error):
     }
     if first.theory == "euler_bernoulli":
         section["theory"] = "euler_bernoulli"
-    section["discs"] = [
-        {
-            "node": disc.node + 1,
-            "mass_kg": disc.mass,
-            "polar_moment_kg_m2": disc.polar_moment,
-            "diametral_moment_kg_m2": disc.diametral_moment,
-        }
-        for disc in rotor.discs
-    ]
-    return section
+    return section | {"discs": discs_section(rotor)}
+
+
+def discs_section(rotor):
+    """Its discs."""
+    return [disc(one.node + 1, one.mass, one.polar_moment, one.diametral_moment) for one in rotor.discs]
 
 
 def effects_section(rng, case, error):
@@ -113,15 +110,13 @@ def effects_section(rng, case, error):
         listed = [{"kind": "internal_damping", "internal_damping_N_s_per_m": rotor.internal}]
     else:
         listed = [{"kind": "shaft_damping", "shaft_damping_s": rotor.elements[0].internal_damping}]
-    for disc in rotor.discs:
-        label = {"label": f"disc {disc.node + 1}"}
-        damping = rotor.external if point else rotor.external_damping[disc.node]
-        damped = {"kind": "external_damping", "node": disc.node + 1} | label
+    for one in rotor.discs:
+        node, label = one.node + 1, f"disc {one.node + 1}"
+        damping = rotor.external if point else rotor.external_damping[one.node]
+        damped = {"kind": "external_damping", "node": node, "label": label}
         listed.append(damped | {"external_damping_N_s_per_m": damping})
-        value = case.unbalance[disc.node] * (1 + error * (rng.normal() + 1j * rng.normal()))
-        entry = {"kind": "unbalance", "node": disc.node + 1} | label | {"mass_kg": disc.mass}
-        entry["eccentricity_m"], entry["eccentricity_phase_rad"] = abs(value) / disc.mass, float(np.angle(value))
-        listed.append(entry)
+        value = case.unbalance[one.node] * (1 + error * (rng.normal() + 1j * rng.normal()))
+        listed.append(unbalance(node, abs(value) / one.mass, float(np.angle(value)), label=label, mass_kg=one.mass))
     return listed
 
 

@@ -65,16 +65,19 @@ def bearing(film, speed):
     return Bearing(film.node, stiffness, damping)
 
 
-def add_film(machine, film, linear, speeds):
-    """The force of a film less weight and that of its bearing `linear`; displacements count from where it runs."""
+def about_running(film, linear, speeds):
+    """Law of a film about where it runs at each of the speeds, less what the Bearing `linear` and the load do."""
     running = {speed: running_position(film, speed) for speed in np.atleast_1d(speeds)}
 
     def law(angle, y, v, speed):
-        place = np.array([running[one] for one in np.atleast_1d(speed)])
-        moved = place + y
+        moved = np.array([running[one] for one in np.atleast_1d(speed)]) + y
         far = np.linalg.norm(moved, axis=1, keepdims=True) / film.clearance
         moved = moved * np.minimum(1.0, 0.97 / far)  # within an iteration only; NoSteadyState if it stays there
         return force(film, speed, moved, v, FEWER) + y @ linear.stiffness.T + v @ linear.damping.T
 
-    sizes = film.clearance, film.clearance * float(np.mean(speeds))
-    machine.local.append(LocalForce(at(machine, 4 * film.node), by_differences(law, *sizes), "film"))
+    return by_differences(law, film.clearance, film.clearance * float(np.mean(speeds)))
+
+
+def add_film(machine, film, linear, speeds):
+    """The force of a film less weight and that of its bearing `linear`; displacements count from where it runs."""
+    machine.local.append(LocalForce(at(machine, 4 * film.node), about_running(film, linear, speeds), "film"))
