@@ -5,8 +5,9 @@ import numpy as np
 import xarray as xr
 
 from rotorstudy.presentation.diagnosis_figures import some_speeds
-from rotorstudy.presentation.estimate_figures import bias, error_against_noise
-from rotorstudy.presentation.plots import STYLE, phases_near, phases_of
+from rotorstudy.presentation.plots import STYLE
+from thesis.figures.estimates import bias, error_against_noise
+from thesis.figures.responses import phases_near, phases_of
 
 TALLEST = 1800  # pixels; shown at half its size a figure then fits in a window of 900
 

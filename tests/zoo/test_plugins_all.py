@@ -12,7 +12,7 @@ from machines import shaft
 from rotorstudy import build_model, registry
 from rotorstudy.authoring.invariants import invariants_of
 from rotorstudy.authoring.invariants.bench import bench_structure
-from rotorstudy.model.kinds import KINDS, Hooks
+from rotorstudy.model.kinds import KINDS
 
 ZOO = registry()
 STRUCTURE = bench_structure()
@@ -30,8 +30,7 @@ def test_the_whole_zoo_loads():
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_of_hook_is_documented(kind):
-    assert getattr(Hooks, f"rotorstudy_{kind}").__doc__
+def test_every_kind_is_documented(kind):
     assert KINDS[kind].__doc__
 
 
@@ -129,5 +128,5 @@ def test_importing_the_package_imports_nothing_heavy():
 
 def test_loading_the_zoo_imports_nothing_heavy():
     found = loaded_modules("import rotorstudy; rotorstudy.registry()")
-    assert {"numpy", "pluggy"} <= found
+    assert "numpy" in found
     assert not found & {"scipy", "xarray", "matplotlib", "pandas", "pydantic", "netCDF4"}

@@ -10,7 +10,7 @@ from rotorstudy.measurement.channel_names import angle_in, numbered_angles, plan
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.files import kind_of, open_channels
 from rotorstudy.measurement.netcdf_files import existing, netcdf
-from rotorstudy.measurement.tables import open_table, whole_numbers
+from rotorstudy.measurement.tables import USUAL_V_PER_M, open_table, whole_numbers
 from rotorstudy.measurement.text_table import guess_layout
 from rotorstudy.units import METRES, um
 
@@ -19,7 +19,6 @@ PAIR = (-45.0, 45.0)  # X and Y of a node, right and left of the top
 TIME = re.compile(r"^\W*(t|time|zeit|seconds?)\b|^time|zeit", re.IGNORECASE)
 SPEED = re.compile(r"rpm|speed|drehzahl", re.IGNORECASE)
 MARK = re.compile(r"key|kph|tach|trig|mark|once|phase", re.IGNORECASE)
-SENSITIVITY_V_PER_M = 7874.0  # 200 mV/mil, of most eddy-current probes
 INSTRUMENT_NOISE = 2e-7  # m, standard deviation of real and imaginary part: about 0.01 mil peak to peak
 EVEN = 1e-3  # relative scatter of the time steps of a time column
 PULSES = 0.25  # share of the range between the median and the middle of it, of a signal of pulses
@@ -82,7 +81,7 @@ def _of_signals(columns, section, said, nodes):
     """Guess of a record in time."""
     left = list(columns)
     time = _take(left, lambda c: TIME.search(c.name) and _is_time(c))
-    time = time or _take(left, lambda c: _is_time(c) and not _is_count(c))
+    time = time or _take(left, lambda c: _is_time(c) and (np.diff(c.values) != 1).any())  # no number of the sample
     uneven = None if time else _take(left, lambda c: TIME.search(c.name))
     if uneven:
         section["time_channel"] = uneven.name
@@ -213,7 +212,7 @@ def _unit(column):
         return {"unit": unit}
     is_gap_voltage = -24 < np.nanmedian(column.values) < -1  # of an eddy-current probe
     if unit == "V" or (unit is None and is_gap_voltage):
-        return {"unit": "V", "sensitivity_V_per_m": SENSITIVITY_V_PER_M}
+        return {"unit": "V", "sensitivity_V_per_m": USUAL_V_PER_M}
     return {"unit": "um" if np.nanstd(column.values) > 1e-3 else "m"}
 
 
@@ -230,11 +229,6 @@ def _is_time(column):
     steps = np.diff(column.values)
     uneven = max(EVEN, 0.5 if TIME.search(column.name) else 0)
     return len(steps) > 1 and (steps > 0).all() and np.ptp(steps) < uneven * np.mean(steps)
-
-
-def _is_count(column):
-    """Whether a column numbers its samples."""
-    return bool((np.diff(column.values) == 1).all())
 
 
 def _is_pulses(column):

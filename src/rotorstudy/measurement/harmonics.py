@@ -50,9 +50,9 @@ def circular_covariance(hermitian):
     return np.block([[real, -imag], [imag, real]]) / 2
 
 
-def white_noise_covariance(residual, inverse_normal, lines, window=1.0):
+def white_noise_covariance(residual, inverse_normal, lines):
     """(..., component, component) m^2 of harmonics fitted to a record, for white circular noise; see `noise_power`."""
-    return noise_power(residual, lines, window)[..., None, None] * circular_covariance(inverse_normal)
+    return noise_power(residual, lines)[..., None, None] * circular_covariance(inverse_normal)
 
 
 def shared_error_covariance(change, covariance):

@@ -12,10 +12,13 @@ from rotorstudy.measurement.conventions import Conventions, Probe, check_once
 from rotorstudy.measurement.raw_record import assemble
 from rotorstudy.units import RAD_PER_S, SECONDS, spin
 
-NETCDF_DIMENSIONS = {  # of the variables beside the displacement
-    "keyphasor": {"speed", "time"},
-    "reference": {"speed", "time"},
-    "phase_mark_time": {"speed", "revolution"},
+DIMENSIONS = {  # that variables of a record need, all but the speed
+    "displacement": ("node", "direction", "time"),
+    "time": ("time",),
+    "keyphasor": ("time",),
+    "reference": ("time",),
+    "phase_mark_time": ("revolution",),
+    "speed": (),
 }
 
 
@@ -72,20 +75,22 @@ def _check_netcdf(path, data):
         raise RotorstudyError(f"{path}: a spectrum, not a record; it is imported already, the other commands take it")
     if "displacement" not in data:
         raise RotorstudyError(f"{path}: no variable 'displacement' (found: {', '.join(map(str, data.data_vars))})")
-    wanted, held = ("speed", "node", "direction", "time"), set(data.displacement.dims)
-    if held | {"speed"} != set(wanted) or not set(wanted[1:]) <= set(data.coords):
-        raise RotorstudyError(
-            f"{path}: displacement has dimensions {data.displacement.dims} and coordinates {list(data.coords)}; "
-            f"needed are the dimensions {wanted}, with coordinates for all but speed"
-        )
-    for name, dims in NETCDF_DIMENSIONS.items():
-        if name in data and set(data[name].dims) | {"speed"} != dims:
-            raise RotorstudyError(f"{path}: {name} has dimensions {data[name].dims}; needed are {tuple(sorted(dims))}")
-    for name in {"displacement", "time", "speed", *NETCDF_DIMENSIONS} & set(data.variables):
-        if data[name].dtype.kind not in "iuf":
-            raise RotorstudyError(f"{path}: the values of {name} are of type {data[name].dtype}; needed are numbers")
-        if not isinstance(unit := data[name].attrs.get("units", ""), str):
-            raise RotorstudyError(f"{path}: the unit of {name} is {unit}; needed is a text")
+    for name in (name for name in DIMENSIONS["displacement"] if name not in data.coords):
+        raise RotorstudyError(f"{path}: no coordinate '{name}'; displacement needs one for each dimension but speed")
+    for name, dims in DIMENSIONS.items():
+        if name in data.variables:
+            if wrong := wrong_variable(data, name, ("speed", *dims), {"speed"}):
+                raise RotorstudyError(f"{path}: {wrong}")
+            if not isinstance(unit := data[name].attrs.get("units", ""), str):
+                raise RotorstudyError(f"{path}: the unit of {name} is {unit}; needed is a text")
+
+
+def wrong_variable(data, name, dims, optional=frozenset()):
+    """What is wrong with a variable that should be numbers along some dimensions, of which it may lack some; or ""."""
+    found = data[name]
+    if set(found.dims) | optional != set(dims) | optional:
+        return f"{name} has dimensions {found.dims} and coordinates {list(data.coords)}; needed are {dims}"
+    return "" if found.dtype.kind in "iuf" else f"the values of {name} are of type {found.dtype}; needed are numbers"
 
 
 def _probes_of_netcdf(data, conventions):

@@ -18,6 +18,7 @@ from rotorstudy.store import dataset
 
 log = logging.getLogger(__name__)
 SPEEDS_AT_ONCE = 100  # whose simulated responses are in memory together
+PULSE_RAD = 0.1  # width of a pulse of the keyphasor
 
 
 @dataclass(frozen=True)
@@ -49,10 +50,10 @@ def reference_signal(speed, harmonics, time):
     return synthesize(np.ones(len(harmonics)), speed, harmonics, time).real
 
 
-def keyphasor_signal(speed, time, width_rad=0.1):
+def keyphasor_signal(speed, time):
     """(time,) V, one smooth pulse a revolution, centred where the phase mark is at angle zero; time in s."""
     angle = np.angle(np.exp(1j * speed * time))
-    return np.exp(-0.5 * (angle / width_rad) ** 2)
+    return np.exp(-0.5 * (angle / PULSE_RAD) ** 2)
 
 
 def records_dataset(records):
@@ -123,7 +124,6 @@ def simulate_records(
     harmonics: Iterable[int],
     time: ArrayLike,
     *,
-    theta: ArrayLike | None = None,
     start_angle_rad: ArrayLike = 0.0,
     keyphasor_wanted: bool = True,
 ) -> list[Record]:
@@ -139,8 +139,6 @@ def simulate_records(
         Of the reference signal; the displacement has all harmonics of the model.
     time : array (time,)
         In s.
-    theta : array (parameter,), optional
-        Amplitudes in the units of `model.units`; the model's own by default.
     start_angle_rad : array (speed,) or float, optional
         Angle of the phase mark at the first sample, rad; above zero for a record that starts late.
     keyphasor_wanted : bool, optional
@@ -156,21 +154,19 @@ def simulate_records(
     NoSteadyState
         If a whirl mode grows at a speed.
     """
-    options = {"theta": theta, "start_angle_rad": start_angle_rad, "keyphasor_wanted": keyphasor_wanted}
-    return list(each_record(model, speeds, harmonics, time, **options))
+    return list(each_record(model, speeds, harmonics, time, start_angle_rad, keyphasor_wanted))
 
 
-def each_record(model, speeds, harmonics, time, *, theta=None, start_angle_rad=0.0, keyphasor_wanted=True):
+def each_record(model, speeds, harmonics, time, start_angle_rad=0.0, keyphasor_wanted=True):
     """The records of `simulate_records`, one after another, so that only some need be in memory."""
-    if theta is None:
-        log.info("stability and response at %d speeds", len(speeds))
-        check_stable(model, speeds)
+    log.info("stability and response at %d speeds", len(speeds))
+    check_stable(model, speeds)
     vibrating = forced_harmonics(model)
     every = np.union1d(vibrating, harmonics)
     angles = np.broadcast_to(start_angle_rad, np.shape(speeds))
     for first in range(0, len(speeds), SPEEDS_AT_ONCE):
         here = slice(first, first + SPEEDS_AT_ONCE)
-        shown = measured_response(model, speeds[here], vibrating, theta)
+        shown = measured_response(model, speeds[here], vibrating)
         amplitude = np.zeros((len(shown), len(model.sensors) + 1, len(every)), complex)
         amplitude[:, :-1, np.isin(every, vibrating)] = np.swapaxes(shown, 1, 2)
         amplitude[:, -1, np.isin(every, harmonics)] = 1

@@ -75,7 +75,7 @@ class Whitened:
         The symmetric root of the correlation is taken, so that a whitened component belongs to its harmonic.
         """
         floor = (RELATIVE_FLOOR * np.abs(self.amplitude).max()) ** 2
-        single, covariance = ~is_orbit(self.directions), self.covariance
+        single, covariance = ~np.isnan(self.directions), self.covariance
         _, rows = self._seen
         if single.any():
             covariance = np.where(single[:, None, None], rows @ covariance @ np.swapaxes(rows, -1, -2), covariance)
@@ -123,7 +123,7 @@ class Whitened:
         parts[:, seen] = np.reshape(whitened, (len(self.speed), -1))
         parts, count = parts.reshape(len(self.speed), len(self.sensors), 2, -1), seen.reshape(len(seen), 2, -1)
         found = np.sqrt(np.sum(parts**2, axis=2) / np.maximum(count.sum(axis=1), 1)).transpose(0, 2, 1)
-        for s in np.flatnonzero(~is_orbit(self.directions)):
+        for s in np.flatnonzero(~np.isnan(self.directions)):
             found[..., s] = found[:, [order.index(abs(n)) if abs(n) in order else i for i, n in enumerate(order)], s]
         return found
 
@@ -167,7 +167,7 @@ class Spectrum(Whitened):
     @property
     def single_probes(self) -> list[int]:
         """Nodes with a single probe."""
-        return [node for node, whole in zip(self.sensors, is_orbit(self.directions), strict=True) if not whole]
+        return [node for node, whole in zip(self.sensors, np.isnan(self.directions), strict=True) if not whole]
 
     def shown(self, amplitude: ArrayLike) -> np.ndarray:
         """What the probes show of harmonics: at a node with a single probe the motion along it.
@@ -196,12 +196,12 @@ class Spectrum(Whitened):
         -------
         Spectrum
         """
-        single = np.where(is_orbit(self.directions), directions, np.nan)
+        single = np.where(np.isnan(self.directions), directions, np.nan)
         covariance = np.array(self.covariance)
-        for sensor in np.flatnonzero(~is_orbit(single)):
+        for sensor in np.flatnonzero(~np.isnan(single)):
             covariance[:, sensor] = along_probe(covariance[:, sensor], self.harmonics, single[sensor])
         amplitude = along_probes(self.amplitude, self.harmonics, single)
-        both = np.where(is_orbit(single), self.directions, single)
+        both = np.where(np.isnan(single), self.directions, single)
         return replace(self, amplitude=amplitude, covariance=covariance, directions=both, shared_error=None)
 
     def with_error(self, variance: ArrayLike) -> "Spectrum":
@@ -218,7 +218,7 @@ class Spectrum(Whitened):
         -------
         Spectrum
         """
-        variance = variance * np.where(is_orbit(self.directions), 1.0, 2.0)
+        variance = variance * np.where(np.isnan(self.directions), 1.0, 2.0)
         return replace(self, covariance=self.covariance + independent_covariance(variance))
 
     def at_speeds(self, chosen: ArrayLike) -> "Spectrum":
@@ -287,11 +287,6 @@ def independent_covariance(variance):
     return np.moveaxis(both, -1, 1)[..., None] * np.eye(both.shape[1])
 
 
-def is_orbit(directions):
-    """(sensor,) whether both directions of a node are measured. directions : (sensor,) rad, NaN for orbits."""
-    return np.isnan(directions)
-
-
 def check_pairs(harmonics, nodes):
     """Raise RotorstudyError if no harmonic has its opposite, which a single probe shows together with it."""
     if len(nodes) and not any(n > 0 and -n in harmonics for n in harmonics):
@@ -303,7 +298,7 @@ def check_pairs(harmonics, nodes):
 
 def along_probes(amplitude, harmonics, directions):
     """The part (..., harmonic, sensor) that probes show: (R_n + e^{2ja} conj(R_-n)) / 2; of orbits (NaN) all."""
-    single = np.flatnonzero(~is_orbit(directions))
+    single = np.flatnonzero(~np.isnan(directions))
     if not len(single):
         return amplitude
     order = list(harmonics)

@@ -6,7 +6,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.findings import Finding, NodeFacts, RecordFacts, facts_of
-from rotorstudy.measurement.netcdf_files import netcdf
+from rotorstudy.measurement.netcdf_files import netcdf, wrong_variable
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.response.coupling import check_harmonics
 from rotorstudy.store import as_complex, dataset
@@ -72,11 +72,8 @@ def _check_imported(path, data):
             if name == "probe_direction":
                 continue
             raise refused(f"no coordinate '{name}'")
-        found = data[name]
-        if set(found.dims) != set(dims):
-            raise refused(f"{name} has dimensions {found.dims} and coordinates {list(data.coords)}; needed are {dims}")
-        if found.dtype.kind not in "iuf":
-            raise refused(f"the values of {name} are of type {found.dtype}; needed are numbers")
+        if wrong := wrong_variable(data, name, dims):
+            raise refused(wrong)
     check_harmonics(data.harmonic.values.tolist())
     if (np.abs(data.node) > LARGEST_NODE).any() or (data.node % 1 != 0).any():
         raise refused(f"node = {data.node.values.tolist()}; needed are whole numbers")

@@ -9,14 +9,13 @@ from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.measurement.conventions import check_once, combine, measured_direction, one_unit
 from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT, left_out
-from rotorstudy.measurement.tables import QUANTITY, harmonics_in, numbers_of, whole_numbers
+from rotorstudy.measurement.tables import QUANTITY, VELOCITIES, harmonics_in, numbers_of, whole_numbers
 from rotorstudy.measurement.text_table import MISSING
 from rotorstudy.units import DERIVATIVES, LISTED, METRES, RAD_PER_S
 
 PEAK = {"peak": 1.0, "peak_to_peak": 0.5, "rms": np.sqrt(2)}  # factor to the peak
 SPEEDS = {"speed_rad_per_s": "rad/s", "speed_Hz": "Hz", "speed_rpm": "rpm"}
 ANGLES = {"rad": 1.0, "deg": np.pi / 180}
-VELOCITIES = {"m_per_s": 1.0, "mm_per_s": 1e-3, "in_per_s": 25.4e-3}
 OF_NODES = {"amplitude": METRES, "phase": ANGLES, "reference_phase": ANGLES}  # quantity -> {unit: factor to SI}
 OF_PROBES = {"amplitude": METRES, "velocity": VELOCITIES, "phase": ANGLES}
 IN_GROUPS, BELOW_1000 = re.compile(r"[1-9]\d{0,2}(\.\d{3})+"), re.compile(r"[1-9]\d{0,2}")  # of digits
@@ -327,13 +326,11 @@ def _of_node(rows, angles, wanted, where):
     return amplitude, covariance
 
 
-def _some(names):
-    """The first of some names, and how many more there are."""
-    return ", ".join(names[:LISTED]) + f" and {len(names) - LISTED} more" * (len(names) > LISTED)
-
-
 def _notes(table, noise, inferred):
     """Notes on columns that are not read, and on the covariance of a table."""
-    found = [told("columns not read", table.path, columns=_some(table.unread))] if table.unread else []
+    found, names = [], table.unread
+    if names:
+        more = f" and {len(names) - LISTED} more" * (len(names) > LISTED)
+        found.append(told("columns not read", table.path, columns=", ".join(names[:LISTED]) + more))
     found += [] if noise else [told("rounding only", table.path)]
     return found + ([told("last digits", table.path)] if inferred else [])

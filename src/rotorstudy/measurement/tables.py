@@ -17,11 +17,11 @@ from rotorstudy.measurement.channel_names import SPEED_WORDS, UNIT_OF, bare, kin
 from rotorstudy.measurement.conventions import SAME_SPEED, Conventions, combine
 from rotorstudy.measurement.files import SUFFIXES
 from rotorstudy.measurement.text_table import MISSING, header_of, number, text_in
-from rotorstudy.units import RAD_PER_S
+from rotorstudy.units import DERIVATIVES, METRES, RAD_PER_S
 
 LARGEST_VALUE = 1e100  # its square is a number
 LARGEST_WHOLE = 10**9  # of a node or a harmonic
-USUAL_V_PER_M = 7874.0  # 200 mV/mil, API 670
+USUAL_V_PER_M = 7874.0  # 200 mV/mil, of most eddy-current probes (API 670)
 WIDE = re.compile(
     r"(?P<probe>.+?)[\s_:,;/-]+(?P<harmonic>\d{1,3})x[\s_:,;/-]*(?P<what>amp|mag|pha?s)[a-z]*\b(?P<unit>.*)",
     re.IGNORECASE,
@@ -29,9 +29,14 @@ WIDE = re.compile(
 NO_HARMONIC = re.compile(r".+?[\s_:,;/-]+(amp|mag|pha?s)[a-z]*\b", re.IGNORECASE)
 QUANTITY = re.compile(r"^(speed|amplitude|velocity|phase|reference_phase)_")
 GAP = re.compile(r"(?P<probe>.+?)[\s_:,;/-]+(?:dc[\s_:,;/-]*)?gap\b.*", re.IGNORECASE)  # "DE X Gap (V)"
-SPEED_UNITS = {"rpm": "rpm", "Hz": "Hz", "rad/s": "rad_per_s"}  # as in `speed_rpm`
-LENGTHS, VELOCITIES = ("m", "mm", "um", "mil"), {"m/s": "m_per_s", "mm/s": "mm_per_s", "in/s": "in_per_s"}
-DEGREES, RADIANS = {"", "deg", "degs", "degree", "degrees", "°", "º"}, {"rad", "radian", "radians"}
+SPEED_UNITS = {unit: unit.replace("/", "_per_") for unit in RAD_PER_S}  # as in `speed_rpm`
+VELOCITIES = {unit.replace("/", "_per_"): factor for unit, (order, factor) in DERIVATIVES.items() if order == 1}
+SIZES = {unit: f"amplitude_{unit}" for unit in METRES} | {u.replace("_per_", "/"): f"velocity_{u}" for u in VELOCITIES}
+SIZES = {word: SIZES[unit] for word, unit in UNIT_OF.items() if unit in SIZES}
+ANGLES = dict.fromkeys(
+    ("", "deg", "degs", "degree", "degrees", "°", "º"), "phase_deg"
+)  # of none is degrees; gon is none
+ANGLES |= dict.fromkeys(("rad", "radian", "radians"), "phase_rad")
 STATED = {  # key of `measurement:` -> the quantity whose unit says it, and its values
     "table_amplitude": ("amplitude", ("peak_to_peak", "rms", "peak")),
     "table_phase": ("phase", ("lag", "lead")),
@@ -128,9 +133,11 @@ def _wide(names, units, where):
                 f"{lack}, such as '{probe} {harmonic}X {word}'; add it, or take the {have} out"
             )
     unit = next(iter(speeds.values()))
-    sizes = f"{', '.join(LENGTHS)}, mm/s, m/s, in/s with pp, pk or rms, as in 'DE X 1X Amp (mil pp)'"
-    phase = _one_unit(texts["phase"], _angle_unit, "deg and rad, with lag or lead", where)
-    own_units = [_one_unit(texts["amplitude"], _size_unit, sizes, where), phase]
+    sizes = f"{', '.join(METRES)}, mm/s, m/s, in/s with pp, pk or rms, as in 'DE X 1X Amp (mil pp)'"
+    phase = _one_unit(
+        texts["phase"], lambda unit: ANGLES.get(unit.removeprefix("angle")), "deg and rad, with lag or lead", where
+    )
+    own_units = [_one_unit(texts["amplitude"], SIZES.get, sizes, where), phase]
     others = [name for name in names if not (WIDE.fullmatch(name) or GAP.fullmatch(name) or name in speeds)]
     return _Wide(
         speeds,
@@ -161,18 +168,6 @@ def _one_unit(texts, unit_of, known, where):
             "needs one unit of all amplitudes, and one of all phases"
         )
     return next(iter(units))
-
-
-def _size_unit(text):
-    """A unit as in `amplitude_mil`, or None."""
-    unit = UNIT_OF.get(text)
-    return f"amplitude_{unit}" if unit in LENGTHS else f"velocity_{VELOCITIES[unit]}" if unit in VELOCITIES else None
-
-
-def _angle_unit(text):
-    """A unit as in `phase_deg`, of which none is degrees; None for another one, such as gon."""
-    unit = text.removeprefix("angle")
-    return "phase_rad" if unit in RADIANS else "phase_deg" if unit in DEGREES else None
 
 
 def _speed_columns(names, units):

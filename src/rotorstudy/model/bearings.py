@@ -60,15 +60,12 @@ def at_housings(structure: Structure, parameters: tuple[Parameter, ...], *, from
     def moved(parameter):
         force = parameter.force and replace(parameter.force, matrix=parameter.force.matrix @ seen)
         each = {id(entry.matrix): entry.matrix for entry in parameter.entries}  # those of a film share one
-        each = {key: _moved(np.asarray(matrix), seen) for key, matrix in each.items()}
+        each = {key: seen.T @ np.asarray(one) for key, one in each.items()}
+        each = {key: one if one.ndim == 1 else one @ seen for key, one in each.items()}
         entries = tuple(replace(entry, matrix=each[id(entry.matrix)]) for entry in parameter.entries)
         return replace(parameter, entries=entries, force=force)
 
     return tuple(map(moved, parameters)) if structure.housings else tuple(parameters)
-
-
-def _moved(matrix, seen):
-    return seen.T @ matrix if matrix.ndim == 1 else seen.T @ matrix @ seen
 
 
 def weight_carried(structure, node=None):

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
+from rotorstudy.errors import PluginError, RotorstudyError
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.options import Positive, check_options, option_names
 from rotorstudy.model.registry import registry
@@ -191,13 +191,8 @@ def keys_from_depth(item, crack, structure, given, where):
         """Options of every depth."""
 
     item = {key: value for key, value in item.items() if key != "kind"}
-    every, known = option_names(measures), option_names(plugin.function)
-    for key in item:
-        if key not in {*every, *known}:
-            raise unknown_name("key", key, {*every, *known}, place)
-    general = check_options(measures, {key: value for key, value in item.items() if key in every}, place)
-    own = {key: value for key, value in item.items() if key not in every}
-    options = check_options(plugin.function, own, place, ("depth_ratio",))
+    options = check_options((measures, plugin.function), item, place)
+    depth_ratio, span_m = options.pop("depth_ratio"), options.pop("span_m")
     losses = structure.stiffness_loss_at(given.get("node"), given.get("element"))
     if len(structure.dofs) > 1 or [unit for _, unit, _ in losses.values()] != ["N/m"]:
         raise RotorstudyError(
@@ -205,10 +200,10 @@ def keys_from_depth(item, crack, structure, given, where):
             f"coordinate; this one has {len(structure.dofs)}: give the loss itself ({', '.join(losses)})"
         )
     stiffness = float(structure.stiffness[0, 0])
-    _check_span(stiffness, general["span_m"], options["diameter_m"], options["youngs_modulus_Pa"], place)
-    loss = stiffness_loss(plugin, general["depth_ratio"], stiffness, general["span_m"], place, **options)
+    _check_span(stiffness, span_m, options["diameter_m"], options["youngs_modulus_Pa"], place)
+    loss = stiffness_loss(plugin, depth_ratio, stiffness, span_m, place, **options)
     ((name, (_, unit, typical)),) = losses.items()
-    key, follows = Parameter(name, unit, (), typical).key, {"depth_ratio": general["depth_ratio"]}
+    key, follows = Parameter(name, unit, (), typical).key, {"depth_ratio": depth_ratio}
     if loss.xi:
         follows["eta_share"] = loss.eta / loss.xi
     follows = {key: loss.xi, **{k: v for k, v in follows.items() if k in option_names(crack.function)}}

@@ -5,13 +5,14 @@ those that `apply_entries` gives for one amplitude after the other.
 """
 
 from collections.abc import Callable, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.model.entries import Entry, harmonics_seen
 from rotorstudy.model.terms import Unknown
+from rotorstudy.model.variation import kept
 
 KEPT = 4  # sets of speeds and harmonics for which the factors of a table are kept
 
@@ -230,10 +231,10 @@ class EntryTable:
         weights = sparse(elements.value, self._place_of(elements), index, (len(self._places[0]), len(pair)))
         return *np.divmod(pair, 2 * self.seen), weights
 
-    @cached_property
-    def _factors(self):
-        """The _Moving and the _Still at speeds and harmonics, both tuples; kept for the last few."""
-        return lru_cache(maxsize=KEPT)(lambda *given: (self._moving(*given), self._still(*given)))
+    @kept(KEPT)
+    def _factors(self, speed, harmonics):
+        """The _Moving and the _Still at speeds and harmonics, both tuples."""
+        return self._moving(speed, harmonics), self._still(speed, harmonics)
 
     def _moving(self, speed, harmonics):
         (_, kinds), speed, every = self._on_motion, np.array(speed)[:, None], np.arange(len(harmonics))

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.rig_numbers import with_bearings_at
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import NonlinearForce, Term, Unknown
-from rotorstudy.model.variation import Matrices, Variation
+from rotorstudy.model.variation import Matrices, Variation, kept
 
 
 class Uncertainty(NamedTuple):
@@ -187,22 +187,17 @@ class Assembled:
         names = {u.name for term in self.terms if term.is_bearing_number for u in term.unknowns if u.carries}
         return tuple(p for p, name in enumerate(self.names) if name in names)
 
-    @cached_property
-    def _placed(self):
-        """The Model with its bearings at (name, value) of the amplitudes that carry load, kept for the last few."""
-
-        @lru_cache(maxsize=4)
-        def placed(values):
-            terms = with_bearings_at(self.structure, self.terms, dict(values))
-            settled = (replace(t, is_bearing_number=False) if t.is_bearing_number else t for t in terms)
-            found = replace(self, terms=tuple(settled))
-            loading, given = (u for _, u in self.acting if u.carries), dict(values)
-            forces = (given[u.name] * np.asarray(e.matrix) for u in loading for e in u.entries if e.is_constant)
-            found.__dict__["constant_force"] = sum(forces, self.constant_force)
-            found.__dict__["output_table"] = self.output_table  # bearings do not act on the output
-            return found
-
-        return placed
+    @kept(4)
+    def _placed(self, values):
+        """The Model with its bearings at (name, value) of the amplitudes that carry load."""
+        terms = with_bearings_at(self.structure, self.terms, dict(values))
+        settled = (replace(t, is_bearing_number=False) if t.is_bearing_number else t for t in terms)
+        found = replace(self, terms=tuple(settled))
+        loading, given = (u for _, u in self.acting if u.carries), dict(values)
+        forces = (given[u.name] * np.asarray(e.matrix) for u in loading for e in u.entries if e.is_constant)
+        found.__dict__["constant_force"] = sum(forces, self.constant_force)
+        found.__dict__["output_table"] = self.output_table  # bearings do not act on the output
+        return found
 
     @cached_property
     def constant_force(self) -> np.ndarray:

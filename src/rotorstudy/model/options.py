@@ -56,9 +56,10 @@ def choices(function):
     return {name: get_args(one) for name, one in annotations(function).items() if get_origin(one) is Literal}
 
 
-def check_options(function, given, where, given_by_engine=(), left=()):
-    """Validated options of a function; an error may name one of the keys `left` as a missing option misspelt."""
-    return dict(check_config(_options_model(function, tuple(given_by_engine)), given, where, left))
+def check_options(functions, given, where, given_by_engine=(), left=()):
+    """Validated options of one function or several; an error may name a key of `left` as a missing option misspelt."""
+    functions = functions if isinstance(functions, tuple) else (functions,)
+    return dict(check_config(_options_model(functions, tuple(given_by_engine)), given, where, left))
 
 
 def check_config(model, given, where, left=()):
@@ -78,12 +79,12 @@ def check_config(model, given, where, left=()):
 
 
 @lru_cache(maxsize=1024)
-def _options_model(function, given_by_engine):
-    """The pydantic model of a plugin's options, which checks them."""
+def _options_model(functions, given_by_engine):
+    """The pydantic model of the options of functions, which checks them."""
     from pydantic import ConfigDict, create_model
 
     fields = {}
-    for name, argument in _arguments(function).items():
+    for name, argument in (one for function in functions for one in _arguments(function).items()):
         if name not in given_by_engine:
             annotation = float if argument.annotation is argument.empty else argument.annotation
             fields[name] = (annotation, ... if argument.default is argument.empty else argument.default)

@@ -72,14 +72,12 @@ def make_term(
         depth = given.pop("depth")
         given = {**keys_from_depth(depth, plugin, structure, given, where), **given}
     names = {name for function in functions for name in option_names(function, by_engine)}
-    given, options = in_si(given, spellings(names), where), {}
-    left = [key for key in given if key not in names]
-    for function in functions:
-        own = option_names(function, by_engine)
-        for name in {*options, "depth", "label"} & {*own} if is_crack else ():
-            told = f"option '{name}' is reserved for all cracks; rename it"
-            raise PluginError(f"plugin '{plugin.name}' ({plugin.file}): {told}")
-        options |= check_options(function, {k: v for k, v in given.items() if k in own}, where, by_engine, left)
+    given = in_si(given, spellings(names), where)
+    for name in {*option_names(_every_crack), "depth", "label"} & {*option_names(plugin.function)} if is_crack else ():
+        told = f"option '{name}' is reserved for all cracks; rename it"
+        raise PluginError(f"plugin '{plugin.name}' ({plugin.file}): {told}")
+    own, left = {k: v for k, v in given.items() if k in names}, [key for key in given if key not in names]
+    options = check_options(functions, own, where, by_engine, left)
     if section == "bearing":  # stated, so that it is a number of the bearing like others
         missing = {name: value for name, value in plugin.defaults.items() if options[name] is None}
         with named(where):

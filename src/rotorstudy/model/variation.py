@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +12,18 @@ from rotorstudy.errors import NoSteadyState, RotorstudyError
 STEP = 1e-7  # relative, of forward differences: errors of a few 1e-7 (d^4) by truncation, 1e-9 by round-off
 FAR = 0.5  # relative change at which it is tried whether the matrices are linear
 LINEAR = 1e-8  # relative difference up to which they are, by round-off of the slopes
+
+
+def kept(most):
+    """Decorate a method whose last results are kept by its arguments; most : a number, or a function of the object."""
+
+    def of(method):
+        def bound(self):
+            return lru_cache(maxsize=most(self) if callable(most) else most)(partial(method, self))
+
+        return cached_property(bound)
+
+    return of
 
 
 class Matrices(NamedTuple):
@@ -63,50 +75,35 @@ class Variation:
             return _unpacked(np.broadcast_to(self.slopes, (*change.shape[:-1], *self.slopes.shape)))
         return _unpacked(_of_each(self._differences, change))
 
-    @cached_property
-    def _linear(self):
-        """The Matrices of a linear rotor, not to be changed, kept for the last changes, as a response asks often."""
+    @kept(2)  # as a response asks often
+    def _linear(self, shape, changes):
+        """The Matrices of a linear rotor, not to be changed."""
+        found = self.base + np.frombuffer(changes).reshape(shape) @ self.slopes
+        found.setflags(write=False)
+        return _unpacked(found)
 
-        @lru_cache(maxsize=2)
-        def matrices(shape, changes):
-            found = self.base + np.frombuffer(changes).reshape(shape) @ self.slopes
-            found.setflags(write=False)
-            return _unpacked(found)
+    @kept(lambda self: 4 + 2 * self.count)
+    def _built(self, changes):
+        """The components (component,) of a rotor."""
+        try:
+            with np.errstate(invalid="ignore"):
+                found = np.concatenate([part.ravel() for part in self.build(changes)])
+            if not np.isfinite(found).all():
+                raise RotorstudyError("its matrices are not finite")
+        except RotorstudyError as error:
+            raise NoSteadyState(f"no rotor with these numbers: {error}") from None
+        found.setflags(write=False)
+        return found
 
-        return matrices
-
-    @cached_property
-    def _built(self):
-        """The components (component,) of a rotor, kept for the changes of the last few calls."""
-
-        @lru_cache(maxsize=4 + 2 * self.count)
-        def built(changes):
-            try:
-                with np.errstate(invalid="ignore"):
-                    found = np.concatenate([part.ravel() for part in self.build(changes)])
-                if not np.isfinite(found).all():
-                    raise RotorstudyError("its matrices are not finite")
-            except RotorstudyError as error:
-                raise NoSteadyState(f"no rotor with these numbers: {error}") from None
-            found.setflags(write=False)
-            return found
-
-        return built
-
-    @cached_property
-    def _differences(self):
-        """The derivatives (number, component) at some changes, kept for the last ones, as a response asks twice."""
-
-        @lru_cache(maxsize=1)
-        def differences(changes):
-            moved = [(*changes[:i], changes[i] + STEP, *changes[i + 1 :]) for i in range(self.count)]
-            found = np.array([self._built(one) for one in moved])
-            found -= self._built(changes)
-            found /= STEP
-            found.setflags(write=False)
-            return found
-
-        return differences
+    @kept(1)  # as a response asks twice
+    def _differences(self, changes):
+        """The derivatives (number, component) at some changes."""
+        moved = [(*changes[:i], changes[i] + STEP, *changes[i + 1 :]) for i in range(self.count)]
+        found = np.array([self._built(one) for one in moved])
+        found -= self._built(changes)
+        found /= STEP
+        found.setflags(write=False)
+        return found
 
 
 def _of_each(function, changes):

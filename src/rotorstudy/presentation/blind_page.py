@@ -134,10 +134,11 @@ def curves(rows, in_set):
     picture, axes = figure(1, 1, height=2.8, width=4.2)
     axes = axes[0, 0]
     right, middle = rows.in_set.to_numpy(bool), np.sqrt(SIZE_EDGES[1:] * SIZE_EDGES[:-1])
+    size = np.digitize(rows["size"], SIZE_EDGES[1:-1])
     single = rows.group.isin(["single", "chain"]).to_numpy(bool)
     naming = ((rows.causes > 0) & (rows.group != "two")).to_numpy(bool)
     for i, (name, chosen) in enumerate((("completeness", single), ("reliability", naming))):
-        found, of = share_over_size(rows, chosen, right)
+        found, of = (np.bincount(size[some], minlength=len(middle)) for some in (chosen & right, chosen))
         there = of > 0
         share, reach = _shares(found[there], of[there])
         place = middle[there] * (1.03 if i else 0.97)
@@ -204,13 +205,6 @@ def calibration_figure(rows):
     axes.set_title(f"Stated probabilities are off by {error:.2f} on average" if len(stated) else "No cause was stated")
     axes.legend()
     return picture
-
-
-def share_over_size(rows, chosen, right):
-    """Right cases and all cases (bin,) among the chosen rows, by size; chosen, right : (case,) bool."""
-    place = np.digitize(rows["size"], SIZE_EDGES[1:-1])
-    of = np.bincount(place[chosen], minlength=len(SIZE_EDGES) - 1)
-    return np.bincount(place[chosen & right], minlength=len(SIZE_EDGES) - 1), of
 
 
 def confusion(rows):

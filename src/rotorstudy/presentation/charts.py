@@ -4,6 +4,7 @@ In a page they are drawn by uPlot, which adds 53 kB; the smallest bundle of Plot
 """
 
 import json
+from math import isfinite
 
 import numpy as np
 
@@ -91,7 +92,10 @@ def speed_view(name, speed, node, harmonic, spectra, std, start=(0, 0), axes=Non
         "mark": float(axes.get("mark_rad", 0.0)),
         "clearance": {key: factor * radius for key, radius in axes.get("clearance_m", {}).items()},
         "names": [[key, label, colour] for key, (label, colour, _) in spectra.items()],
-        "values": {key: parts(factor * values[kept]) for key, (_, _, values) in spectra.items()},
+        "values": {
+            key: {part: rounded(factor * getattr(values[kept], part)) for part in ("real", "imag")}
+            for key, (_, _, values) in spectra.items()
+        },
         "std": {key: rounded(factor * values[kept]) for key, values in std.items()},
     }
     if sigma:
@@ -132,24 +136,12 @@ def deviations(spectrum):
     return np.sqrt(variance.reshape(*variance.shape[:-1], 2, -1).sum(axis=-2))
 
 
-def parts(values):
-    """Real and imaginary parts of an array, for JSON."""
-    return {"real": rounded(values.real), "imag": rounded(values.imag)}
-
-
-def rounded(values, digits=DIGITS):
-    """Nested lists with `digits` significant digits; JSON has no NaN: what is not known is null."""
-    values = np.asarray(values, float)
-    known = np.isfinite(values) & (values != 0)
-    power = 10.0 ** (digits - 1 - np.floor(np.log10(np.abs(np.where(known, values, 1.0)))))
-    found = np.round(np.where(known, values, 0.0) * power) / power
-    return _without_nan(np.where(np.isfinite(values), found, np.nan).tolist())
-
-
-def _without_nan(values):
+def rounded(values):
+    """Nested lists of numbers with few significant digits; JSON has no NaN: what is not known is null."""
+    values = values if isinstance(values, (list, float)) else np.asarray(values, float).tolist()
     if isinstance(values, list):
-        return [_without_nan(one) for one in values]
-    return None if values != values else float(f"{values:.12g}")
+        return [rounded(one) for one in values]
+    return float(f"{values:.{DIGITS}g}") if isfinite(values) else None
 
 
 def _thinned(count, most):

@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorstudy.presentation.estimate_figures import label
 from rotorstudy.presentation.pages import to_index, write_csv, write_html
-from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, save_figures
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, label, save_figures
 from rotorstudy.store import gathered, load, provenance, save
 from rotorstudy.studies.comparison import ranking
 from rotorstudy.studies.comparison.config import load_comparison
@@ -123,7 +122,10 @@ def accuracy(whole, trials):
         axis.xaxis.set_major_formatter("{x:g}")
         axis.axvline(1, color="0.4", linewidth=0.8, linestyle=":")
     axes[0, 1].set_xlim(left=LEAST)
-    _legend(picture, axes[0, 0], drawn.noise.values)
+    marks = [(MARKS[n % len(MARKS)], SHADES[n % len(SHADES)]) for n in range(drawn.sizes["noise"])]
+    handles = [axes[0, 0].plot([], [], mark, color=shade, markersize=3.5)[0] for mark, shade in marks]
+    texts = [f"{level:g} % noise" for level in drawn.noise.values]
+    picture.legend(handles, texts, loc="outside lower center", ncols=len(texts), frameon=False)
     least = float(mean.min())
     picture.suptitle(
         f"{names[0].capitalize()} comes closest to the Cramér-Rao bound: within {least:.2g} times it on all rotors and "
@@ -153,19 +155,14 @@ def _row(axes, one, i, trials):
         axes[1].plot(max(bias[n], LEAST), place[n], **style)
 
 
-def _legend(picture, axis, levels):
-    """The noise level of each mark."""
-    marks = [(MARKS[n % len(MARKS)], SHADES[n % len(SHADES)]) for n in range(len(levels))]
-    handles = [axis.plot([], [], mark, color=shade, markersize=3.5)[0] for mark, shade in marks]
-    texts = [f"{level:g} % noise" for level in levels]
-    picture.legend(handles, texts, loc="outside lower center", ncols=len(levels), frameon=False)
-
-
 def error_of_harmonics(whole, harmonic_errors, level):
     """Error of the harmonics: a group for each fault, a point for each spectrum method."""
+    import xarray as xr
+
     methods = whole.spectrum_method.values
-    errors = [[harmonic_errors[rotor, m].sel(noise=level) for m in methods] for rotor in whole.rotor.values]
-    cost = _geometric_mean(_stacked(errors, rotor=whole.rotor.values, spectrum_method=methods), "rotor")
+    rotors, by_method = whole.rotor.values, xr.Variable("spectrum_method", methods)
+    errors = [xr.concat([harmonic_errors[one, m].sel(noise=level) for m in methods], by_method) for one in rotors]
+    cost = _geometric_mean(xr.concat(errors, xr.Variable("rotor", rotors)), "rotor")
     cost = cost.transpose("fault", "spectrum_method")
     picture, axes = figure(1, 1, height=3.4)
     axes = axes[0, 0]
@@ -249,28 +246,8 @@ def best_by_worst(values):
     return [str(worst[dim][int(index)].values) for dim, index in place.items()]
 
 
-def _geometric_mean(values, dims="parameter"):
+def _geometric_mean(values, dims):
     return np.exp(np.log(values).mean(dims))
-
-
-def _stacked(arrays, **labels):
-    """Nested lists of DataArrays as one array with the labels of each level of nesting as dimensions."""
-    import xarray as xr
-
-    (dim, values), *inner = labels.items()
-    arrays = [_stacked(part, **dict(inner)) for part in arrays] if inner else arrays
-    return xr.concat(arrays, xr.Variable(dim, values))
-
-
-def _panels(count, height, **options):
-    """A page-wide figure of `count` panels and a spare one for the legend: figure, axes (count,), spare."""
-    columns = min(ROW, count + 1)
-    rows = -(-(count + 1) // columns)
-    picture, axes = figure(rows, columns, height=height, width=PAGE_WIDTH / columns, **options)
-    axes = axes.flatten()
-    for unused in axes[count:]:
-        unused.axis("off")
-    return picture, axes[:count], axes[count]
 
 
 def _style(i, count):
@@ -286,8 +263,13 @@ def _style(i, count):
 
 
 def _by_fault(values, norm, label, told):
-    """A panel of numbers and colours for each fault; values (fault, spectrum_method, estimator)."""
-    picture, axes, spare = _panels(values.sizes["fault"], 2.0)
+    """A panel of numbers and colours for each fault, and a spare one; values (fault, spectrum_method, estimator)."""
+    count = values.sizes["fault"]
+    columns = min(ROW, count + 1)
+    picture, axes = figure(-(-(count + 1) // columns), columns, height=2.0, width=PAGE_WIDTH / columns)
+    for unused in axes.flat[count:]:
+        unused.axis("off")
+    axes, spare = axes.flat[:count], axes.flat[count]
     for i, (a, fault) in enumerate(zip(axes, values.fault.values, strict=True)):
         image = _table(values.sel(fault=fault).transpose("estimator", "spectrum_method"), a, norm)
         a.set_title(fault)

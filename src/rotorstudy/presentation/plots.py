@@ -16,7 +16,6 @@ from rotorstudy.units import shown_unit
 # Okabe and Ito: distinguishable for colour-blind readers and in grey print
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-MOST_DEGREES = 225  # of the axis of phases, so that those about 180 need not be split
 COLUMN_WIDTH = 3.5  # inches, one column of a journal
 STYLE = {
     "font.size": 8,
@@ -128,23 +127,17 @@ def save_figures(figures, paths):
         save_figure(figures[name], *files)
 
 
+def label(parameter):
+    """A parameter as figures name it."""
+    named = str(parameter).replace("_", " ").replace("stiffness loss", "crack stiffness")
+    return named.replace("eccentricity phase", "unbalance phase")
+
+
 def harmonic_axis(axes, harmonics):
     """Label an axis of harmonics -5X ... 7X."""
     shown = np.sort(np.asarray(harmonics))
     axes.set_xticks(shown, [f"{int(n)}X" for n in shown], rotation=90)
     axes.set_xlabel("harmonic (backward < 0 < forward)")
-
-
-def plain_log(axes, ticks):
-    """Logarithmic axes with the given ticks along x and powers of ten along y."""
-    from matplotlib.ticker import NullLocator
-
-    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_major_formatter("{x:g}")
-    low, high = axes.get_ylim()
-    axes.set_ylim(10 ** np.floor(np.log10(low)), 10 ** np.ceil(np.log10(high)))
-    axes.yaxis.set_minor_locator(NullLocator())
 
 
 def plot_full_spectrum(
@@ -155,9 +148,8 @@ def plot_full_spectrum(
     label: str | None = None,
     index: int = 0,
     count: int = 1,
-    logarithmic: bool = True,
 ) -> "Axes":
-    """Bars of |R_n| over the harmonics, in the reader's unit.
+    """Bars of |R_n| over the harmonics, in the reader's unit, on a logarithmic scale.
 
     Parameters
     ----------
@@ -173,8 +165,6 @@ def plot_full_spectrum(
         Which of `count` spectra side by side.
     count : int, optional
         How many stand side by side.
-    logarithmic : bool, optional
-        Scale of the amplitude.
 
     Returns
     -------
@@ -185,34 +175,8 @@ def plot_full_spectrum(
     width, (unit, factor) = 0.8 / count, shown_unit("m")
     place = np.asarray(harmonics) + (index - (count - 1) / 2) * width
     axes.bar(place, np.abs(amplitude) * factor, width=width, color=COLOURS[index % len(COLOURS)], label=label)
-    if logarithmic:
-        axes.set_yscale("log")
+    axes.set_yscale("log")
     axes.set_ylabel(f"amplitude ({unit})")
-    harmonic_axis(axes, harmonics)
-    return axes
-
-
-def phases_near(phases, near):
-    """Phases (...) in degrees, moved by a revolution where that brings them beside those of `near` (...), degrees."""
-    beside = near + (np.asarray(phases) - near + 180) % 360 - 180
-    return np.where(np.abs(beside) > MOST_DEGREES, phases, beside)
-
-
-def phases_of(amplitude, near, harmonics, at):
-    """Phases in degrees, as `plot_phase` draws them, of some harmonics `at` of amplitude (harmonic,)."""
-    drawn = phases_near(np.angle(amplitude, deg=True), np.angle(near, deg=True))
-    return drawn[[list(harmonics).index(n) for n in at]]
-
-
-def plot_phase(harmonics, amplitude, axes, *, label=None, index=0, near=None):
-    """Phase of R_n in degrees over the harmonics, as points; near : drawn before, -179 stands beside its 180."""
-    phase = np.angle(amplitude, deg=True)
-    phase = phase if near is None else phases_near(phase, np.angle(near, deg=True))
-    style = {"color": COLOURS[index], "fillstyle": "none", "markersize": max(8 - 2 * index, 3), "clip_on": False}
-    axes.plot(np.asarray(harmonics), phase, MARKERS[index], label=label, **style)
-    axes.set_ylim(-MOST_DEGREES - 15, MOST_DEGREES + 15)  # with room for a mark
-    axes.set_yticks(range(-180, 181, 90))
-    axes.set_ylabel("phase (°)")
     harmonic_axis(axes, harmonics)
     return axes
 

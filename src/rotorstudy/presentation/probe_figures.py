@@ -37,7 +37,11 @@ def probe_picture(conventions, nodes, labels=None):
         mark, *labels_at = spread(_on_page(conventions, angle) for angle in angles)
         _section(panel, conventions, mark)
         for i, (probe, label_at) in enumerate(zip(at[node], labels_at, strict=True)):
-            _probe(panel, conventions, probe, label_at, COLOURS[i % len(COLOURS)])
+            direction, colour = _on_page(conventions, probe.angle_deg), COLOURS[i % len(COLOURS)]
+            line = {"arrowstyle": "-", "color": colour, "linewidth": 5}
+            panel.annotate("", 1.05 * _xy(direction), PROBE * _xy(direction), arrowprops=line)
+            text = {"ha": "center", "va": "center", "fontsize": 8, "color": colour}
+            panel.text(*(LABEL * _xy(label_at)), f"{probe.channel}\n{probe.angle_deg:g}°", **text)
         label = (labels or {}).get(node)
         panel.set_title(f"node {node}" + (f" ({label})" if label else ""))
     sense = "counter-clockwise" if conventions.sense > 0 else "clockwise"
@@ -89,14 +93,6 @@ def _section(panel, conventions, mark):
     panel.set(xlim=(-2.5, 2.5), ylim=(min(-1.4, 2.4 * lowest), 2.4))
     panel.set_aspect("equal")
     panel.axis("off")
-
-
-def _probe(panel, conventions, probe, label_at, colour):
-    direction = _on_page(conventions, probe.angle_deg)
-    line = {"arrowstyle": "-", "color": colour, "linewidth": 5}
-    panel.annotate("", 1.05 * _xy(direction), PROBE * _xy(direction), arrowprops=line)
-    text = f"{probe.channel}\n{probe.angle_deg:g}°"
-    panel.text(*(LABEL * _xy(label_at)), text, ha="center", va="center", fontsize=8, color=colour)
 
 
 def _on_page(conventions, angle_deg):

@@ -57,10 +57,15 @@ def summary(analysis):
         text = f"{hidden} more are overdamped and do not show"
         text = text if hidden > 1 else "1 more is overdamped and does not show"
         found.append(f"{text} (damping ratio above {RESONANT:g}).")
+    speed, growth = analysis.data.growth_speed.values, analysis.data.growth_rate.values
     if analysis.threshold is None:
-        found.append(f"The rotor is stable up to {last}{_checked(analysis)}.")
+        shown = f", as far as {len(speed)} speeds show, parametric resonances of the lowest modes included"
+        shown = shown if analysis.left_out and not analysis.damping else ""  # only where the stiffness rotates
+        found.append(f"The rotor is stable up to {last}{shown}.")
     else:
-        found.append(f"The rotor is unstable from {_speed(analysis.threshold, False)}{_until(analysis)}.")
+        stable = speed[(speed > analysis.threshold) & (growth < 0)]
+        until = f" to {_speed(stable[0])}" if len(stable) else f" {shown_speed()[0]}"
+        found.append(f"The rotor is unstable from {_speed(analysis.threshold, False)}{until}.")
     found += [*_stability(analysis), *_margins(analysis), *_positions(analysis)]
     found.append(f"Unbalance: {analysis.unbalance}.")
     if analysis.left_out:
@@ -153,21 +158,6 @@ def _none(analysis):
     if not len(above):
         return "none"
     return f"none in this range; the lowest whirl frequency above it is {_speed(above.min())} there (see --speeds)"
-
-
-def _until(analysis):
-    """' to 5810 rpm', where the first range of unstable speeds ends; the unit alone if none does in the range."""
-    speed, growth = analysis.data.growth_speed.values, analysis.data.growth_rate.values
-    stable = speed[(speed > analysis.threshold) & (growth < 0)]
-    return f" to {_speed(stable[0])}" if len(stable) else f" {shown_speed()[0]}"
-
-
-def _checked(analysis):
-    """Where the stiffness rotates with the shaft, growth is computed at some speeds: narrow ranges may be missed."""
-    if analysis.damping or not analysis.left_out:
-        return ""
-    speeds = f"{len(analysis.data.growth_speed)} speeds show"
-    return f", as far as {speeds}, parametric resonances of the lowest modes included"
 
 
 def criticals(analysis):

@@ -7,13 +7,13 @@ import numpy as np
 import xarray as xr
 
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, harmonic_axis, plot_orbit
-from rotorstudy.presentation.spectrum_figures import Panel, full_spectra
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
 from rotorstudy.units import percent
 from thesis.checks import bow_magnification, higher_cases, names_of_either_sign
 from thesis.config import ReplayConfig
+from thesis.figures.responses import Panel, full_spectra
 from thesis.replay import COLUMN, thesis_estimates
 from thesis.replay_tables import estimate_checks
 

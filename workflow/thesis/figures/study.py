@@ -8,9 +8,7 @@ import pandas as pd
 from rotorstudy.measurement.noise import standard_normal, with_noise
 from rotorstudy.model.cracks import SERIES_ORDER
 from rotorstudy.model.registry import registry
-from rotorstudy.presentation import estimate_figures, whirl_figures
 from rotorstudy.presentation.plots import figure, plot_orbit
-from rotorstudy.presentation.spectrum_figures import Panel, full_spectra, time_and_orbit
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.response.whirl import time_invariant, whirl_modes, without_damping
@@ -18,6 +16,8 @@ from rotorstudy.store import as_complex
 from rotorstudy.studies.config import StudyConfig, file_name
 from rotorstudy.units import percent
 from thesis.chapter_tables import described, places
+from thesis.figures import estimates, responses
+from thesis.figures.responses import Panel, full_spectra, time_and_orbit
 from thesis.scoreboard import PLACE, PRINTED, published
 
 PLACES = {1: "left bearing", 2: "disc 1", 3: "crack", 4: "disc 2", 5: "right bearing"}  # nodes of Chapter 6
@@ -195,7 +195,7 @@ def error_against_noise(study, title, cases=None, by_record=False, trials="monte
         data = {kind: data.sel(record=kind) for kind in study.config.record.kinds}
     else:
         data = {name: one.sel(record="steady state") for name, one in data.items()}
-    return estimate_figures.error_against_noise(data, study.config.reported, title)
+    return estimates.error_against_noise(data, study.config.reported, title)
 
 
 def named_cases(study, cases):
@@ -205,25 +205,25 @@ def named_cases(study, cases):
 
 def bias(study, title, cases=None):
     """Errors by known quantities that are wrong."""
-    return estimate_figures.bias(study.results["bias"], named_cases(study, cases), study.config.reported, title)
+    return estimates.bias(study.results["bias"], named_cases(study, cases), study.config.reported, title)
 
 
 def weight_dominance(study, title, cases=None):
     """Errors of a crack that acts on the static deflection alone, in the first of the cases."""
     case, shown = next(iter(named_cases(study, cases).items()))
     config, data = study.config, study.results["weight_dominance"]
-    return estimate_figures.weight_dominance(config, data, case, shown, config.reported, title)
+    return estimates.weight_dominance(config, data, case, shown, config.reported, title)
 
 
 def collinearity(study, title):
     """Correlation of estimates in the first case."""
-    return estimate_figures.collinearity(study.results["identifiability"], next(iter(study.config.cases)), title)
+    return estimates.collinearity(study.results["identifiability"], next(iter(study.config.cases)), title)
 
 
 def measurements(study, title, parameter):
     """What further measurements add to one parameter, in the first case."""
     case, unit = next(iter(study.config.cases)), study.config.reported[parameter]
-    return estimate_figures.measurements(study.results["identifiability"], case, parameter, unit, title)
+    return estimates.measurements(study.results["identifiability"], case, parameter, unit, title)
 
 
 KINDS = {  # a figure is of the kind of its name where it states none
@@ -240,9 +240,9 @@ KINDS = {  # a figure is of the kind of its name where it states none
     "weight_dominance": weight_dominance,
     "collinearity": collinearity,
     "measurements": measurements,
-    "sensors": lambda study: estimate_figures.few_sensors(study.config, study.results["sensors"]),
-    "stability": lambda study, formula=None: whirl_figures.stability(study.results["stability"], formula),
-    "campbell": lambda study, rigs, title: whirl_figures.campbell(study.results["whirl"], rigs, title),
+    "sensors": lambda study: estimates.few_sensors(study.config, study.results["sensors"]),
+    "stability": lambda study, formula=None: responses.stability(study.results["stability"], formula),
+    "campbell": lambda study, rigs, title: responses.campbell(study.results["whirl"], rigs, title),
 }
 
 

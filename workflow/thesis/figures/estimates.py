@@ -5,7 +5,7 @@ units : reported name of a parameter -> its unit; phases are shown in degrees, a
 
 import numpy as np
 
-from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, plain_log
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, label
 from rotorstudy.store import as_complex
 from rotorstudy.studies.analyses import AS_IT_IS, first_crack
 
@@ -13,12 +13,6 @@ STYLES = ("-", "--", ":", "-.")  # of speeds
 MANY = 8  # parameters: figures of more have another layout or fewer labels
 MOST_CURVES = 6  # with a colour of their own
 NO_ERROR = 0.01  # percent, too small for a curve
-
-
-def label(parameter):
-    """A parameter as figures name it."""
-    named = str(parameter).replace("_", " ").replace("stiffness loss", "crack stiffness")
-    return named.replace("eccentricity phase", "unbalance phase")
 
 
 def error_unit(unit):
@@ -288,3 +282,15 @@ def known_name(key):
     name = name.split("_per_")[0]
     name = name.rsplit("_", 2 if name.endswith("kg_m2") else 1)[0].replace("_", " ").replace("youngs", "Young's")
     return f"{name} of {inside[0].removesuffix('s')} {int(inside[1]) + 1}" if inside else name
+
+
+def plain_log(axes, ticks):
+    """Logarithmic axes with the given ticks along x and powers of ten along y."""
+    from matplotlib.ticker import NullLocator
+
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter("{x:g}")
+    low, high = axes.get_ylim()
+    axes.set_ylim(10 ** np.floor(np.log10(low)), 10 ** np.ceil(np.log10(high)))
+    axes.yaxis.set_minor_locator(NullLocator())
