@@ -32,7 +32,7 @@ _HOME = {
     "full_spectrum": "measurement.full_spectra",
     "simulate_records": "measurement.records",
     "read_measurement": "measurement.measurement",
-    "load_spectrum": "measurement.spectrum_file",
+    "load_spectrum": "measurement.netcdf_files",
     "measured_spectrum": "measurement.measurement",
     "Spectrum": "measurement.spectrum",
     "Problem": "inference.problem",

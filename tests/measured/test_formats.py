@@ -10,9 +10,9 @@ from scipy.stats import chi2
 
 from rotorstudy import load_spectrum, measured_response, read_measurement
 from rotorstudy.measurement.conventions import Conventions, Keyphasor, Probe
+from rotorstudy.measurement.netcdf_files import measurement_dataset
 from rotorstudy.measurement.records import records_dataset
 from rotorstudy.measurement.spectrum import components
-from rotorstudy.measurement.spectrum_file import measurement_dataset
 from rotorstudy.store import save
 from thesis.scoreboard import published
 

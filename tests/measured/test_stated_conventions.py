@@ -9,8 +9,8 @@ from machines import jeffcott_rig
 from one_line_errors import refused
 
 from rotorstudy import RotorstudyError, load_rig, measured_response, measured_spectrum, read_measurement
+from rotorstudy.measurement.netcdf_files import measurement_dataset
 from rotorstudy.measurement.records import records_dataset
-from rotorstudy.measurement.spectrum_file import measurement_dataset
 from rotorstudy.store import save
 
 HARMONICS = [0, 1, -1]

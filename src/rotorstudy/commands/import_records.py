@@ -20,7 +20,7 @@ def run(given):
     from rotorstudy.measurement.corrections import averaged
     from rotorstudy.measurement.findings import worst_first
     from rotorstudy.measurement.measurement import read_measurement
-    from rotorstudy.measurement.spectrum_file import measurement_dataset
+    from rotorstudy.measurement.netcdf_files import measurement_dataset
     from rotorstudy.model.rig import read_rig
     from rotorstudy.presentation.quality_page import write_page
     from rotorstudy.store import provenance, save

@@ -16,12 +16,12 @@ from rotorstudy.measurement.files import read_file
 from rotorstudy.measurement.findings import Finding, RecordFacts, errors_among, node_facts, worst_first
 from rotorstudy.measurement.full_spectra import full_spectrum
 from rotorstudy.measurement.lines import check_lines
+from rotorstudy.measurement.netcdf_files import is_spectrum, load_imported
 from rotorstudy.measurement.plausibility import check_labels, check_probes, check_speeds, check_together
 from rotorstudy.measurement.raw_record import LARGEST_READING
 from rotorstudy.measurement.records import Record
 from rotorstudy.measurement.resonances import check_resonances
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.measurement.spectrum_file import is_spectrum, load_imported
 from rotorstudy.measurement.table_spectra import check_stated, read_table
 from rotorstudy.measurement.tables import open_table, with_harmonics_of_tables
 from rotorstudy.model.kinds import SpectrumMethod

@@ -237,22 +237,19 @@ def _complete(text, rows, conventions, where):
     if not wanted.all() and "harmonics" not in conventions.model_fields_set:
         others = ", ".join(f"{n:+d}" for n in sorted(set(rows.harmonic[~wanted].tolist())))
         findings.append(told("harmonics not read", where, others=others))
-    there, held = there & wanted, {}
-    records = list(zip(rows.speed, rows.repeat, strict=True))
-    readings = zip(rows.node, rows.probe, rows.harmonic, strict=True)
-    for ok, record, reading in zip(there, records, readings, strict=True):
-        held.setdefault(record, set()).update({reading} if ok else ())
-    count = Counter(reading for readings in held.values() for reading in readings)
-    usual = {reading for reading, times in count.items() if 2 * times > len(held)}
-    lacks = {record: usual - readings for record, readings in held.items() if not usual <= readings}
-    if not lacks or len(lacks) == len(held):
+    there, record = there & wanted, ["speed", "repeat"]
+    held = rows.assign(there=there).groupby([*record, "node", "probe", "harmonic"], sort=False).there.any()
+    held = held.unstack(["node", "probe", "harmonic"], fill_value=False, sort=False)  # (record, reading)
+    usual = held.loc[:, 2 * held.sum() > len(held)]
+    lacks = usual[~usual.all(axis=1)]
+    if not len(lacks) or len(lacks) == len(held):
         return there, findings
-    (speed, again), readings = next(iter(lacks.items()))
+    (speed, again), readings = lacks.index[0], lacks.columns[~lacks.iloc[0]]
     node, probe, n = min(readings)
     said = {"lacking": len(lacks), "count": len(held), "rpm": speed * 30 / np.pi, "n": n}
     said |= {"again": f" (repeat {again + 1})" * bool(again), "place": repr(probe) if probe else f"node {node}"}
     said["others"] = ", and others" if len(lacks) > 1 or len(readings) > 1 else ""
-    whole = np.array([record not in lacks for record in records])
+    whole = ~rows.set_index(record).index.isin(lacks.index)
     return there & whole, [*findings, told("missing readings", where, **said)]
 
 
