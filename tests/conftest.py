@@ -71,6 +71,15 @@ def unhidden(monkeypatch):
 
 
 @pytest.fixture
+def undrawn(monkeypatch):
+    """A fit that the data reject does not begin again from draws of the prior, which take as long as all else.
+
+    They are the claims of test_runs.py (parameters that run away) and physics/test_foundation.py.
+    """
+    monkeypatch.setattr("rotorstudy.inference.fit.DRAWS", 0)
+
+
+@pytest.fixture
 def usual_form(monkeypatch):
     """A crack is named or identified in the form of the fit: its intervals over all forms take longer than the search.
 

@@ -12,6 +12,18 @@ from rotorstudy.measurement.spectrum import independent_covariance
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]  # those of the thesis
 
 
+def by_axes(key, matrix):
+    """{key with "xx", "xy" ... in its braces: coefficient} of a matrix (2, 2)."""
+    return {key.format("xy"[i] + "xy"[j]): float(value) for (i, j), value in np.ndenumerate(matrix)}
+
+
+def pedestal_resonance(natural, damping_ratio, bearing_time_s, loss):
+    """A pedestal at node 1, of natural frequencies (2,) rad/s, by the stiffness (2, 2) that is lost at rest."""
+    shape = {"natural_frequency_rad_per_s": float(natural[0]), "frequency_ratio": float(natural[1] / natural[0])}
+    shape |= {"damping_ratio": float(damping_ratio), "bearing_time_s": float(bearing_time_s)}
+    return {"kind": "pedestal_resonance", "node": 1, **shape, **by_axes("stiffness_loss_at_rest_{}_N_per_m", loss)}
+
+
 OFFSET_DISC = {
     "kind": "offset_disc",
     "mass_kg": 2.0,

@@ -9,7 +9,7 @@ import yaml
 from machines import faulty, readings, unbalance
 from one_line_errors import refused
 from scipy.stats import norm, rayleigh
-from test_runs import RIG, machine, write_table
+from test_runs import RIG, machine, write_runs
 from test_runs import SPEEDS as RUN_SPEEDS
 
 from rotorstudy.commands.line import main
@@ -88,16 +88,7 @@ def test_an_uncertain_stiffness_leaves_vibration_within_the_stated_interval(spee
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A rig updated by a baseline and a trial run, whose unbalances remain unknown to it, and the baseline."""
-    path = tmp_path_factory.mktemp("balance")
-    (path / "rig.yaml").write_text(yaml.safe_dump(RIG))
-    for seed, (name, trial) in enumerate((("baseline", (0.0, 0)), ("trial", (60.0, 90)))):
-        write_table(path / f"{name}.csv", machine(trial), seed)
-    runs = [
-        {"name": "baseline", "records": ["baseline.csv"]},
-        {"name": "trial", "records": ["trial.csv"],
-         "unbalances": [{"node": "disc 1", "unbalance_g_mm": 60.0, "angle_deg": 90.0}]},
-    ]  # fmt: skip
-    (path / "runs.yaml").write_text(yaml.safe_dump({"runs": runs}))
+    path = write_runs(tmp_path_factory.mktemp("balance"), "baseline", "trial")
     options = ["--rig", str(path / "rig.yaml"), "--rig-out", str(path / "updated.yaml")]
     assert main(["identify", "--runs", str(path / "runs.yaml"), *options]) == 0
     return path

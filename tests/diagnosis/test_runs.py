@@ -17,7 +17,6 @@ from rotorstudy.diagnosis.runs.contradicting import _moved_far, check_slow_roll
 from rotorstudy.diagnosis.runs.joint import identify_runs, shared_names
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import read_settings
-from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.joint import fit_runs
 from rotorstudy.inference.prediction import with_model_error
@@ -63,21 +62,41 @@ def write_table(path, model, seed):
     write_harmonics(path, spectrum_of(model, SPEEDS, [1, -1], 2e-8, seed))
 
 
+RUNS = {  # trial mass, and what is stated of it
+    "baseline": ((0.0, 0), {}),
+    "trial": ((60.0, 90), {"unbalances": [{"node": "disc 1", "unbalance_g_mm": 60.0, "angle_deg": 90.0}]}),
+    "unknown": ((25.0, -40), {"unbalances": [{"node": "disc 1"}]}),
+}
+
+
+def write_runs(path, *names):
+    """Write the rig, the records of some of RUNS, and their list, into a folder."""
+    (path / "rig.yaml").write_text(yaml.safe_dump(RIG))
+    for seed, name in enumerate(names):
+        write_table(path / f"{name}.csv", machine(RUNS[name][0]), seed)
+    runs = [{"name": name, "records": [f"{name}.csv"], **RUNS[name][1]} for name in names]
+    (path / "runs.yaml").write_text(yaml.safe_dump({"runs": runs}))
+    return path
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """Rig, records of a baseline, a trial run and a run with an unknown mass, and the list of these runs."""
-    path = tmp_path_factory.mktemp("runs")
-    (path / "rig.yaml").write_text(yaml.safe_dump(RIG))
-    for seed, (name, trial) in enumerate((("baseline", (0.0, 0)), ("trial", (60.0, 90)), ("unknown", (25.0, -40)))):
-        write_table(path / f"{name}.csv", machine(trial), seed)
-    runs = [
-        {"name": "baseline", "records": ["baseline.csv"]},
-        {"name": "trial", "records": ["trial.csv"],
-         "unbalances": [{"node": "disc 1", "unbalance_g_mm": 60.0, "angle_deg": 90.0}]},
-        {"name": "unknown", "records": ["unknown.csv"], "unbalances": [{"node": "disc 1"}]},
-    ]  # fmt: skip
-    (path / "runs.yaml").write_text(yaml.safe_dump({"runs": runs}))
-    return path
+    return write_runs(tmp_path_factory.mktemp("runs"), *RUNS)
+
+
+def first_runs(folder, count=2):
+    return yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:count]
+
+
+def identified(folder, name, runs=None, rig=None):
+    """What is found of other runs than those of the folder, or by another rig; name : of their files."""
+    paths = [folder / "runs.yaml", folder / "rig.yaml"]
+    for i, given in enumerate((runs and {"runs": runs}, rig)):
+        if given:
+            paths[i] = folder / f"{name}_{i}.yaml"
+            paths[i].write_text(yaml.safe_dump(given))
+    return identify_runs(*paths)
 
 
 @pytest.fixture(scope="module")
@@ -103,23 +122,18 @@ def test_a_trial_mass_gives_the_machine_and_the_unknown_mass_of_another_run(foun
 
 def test_without_the_trial_mass_the_size_is_not_known(folder, found):
     """The negative control: residual unbalance and stiffness trade off unless something known is added."""
-    runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"]
-    del runs[1]
-    (folder / "two.yaml").write_text(yaml.safe_dump({"runs": runs}))
-    name, without = "eccentricity[added 1]_real @ unknown", identify_runs(folder / "two.yaml", folder / "rig.yaml")
+    baseline, _, unknown = first_runs(folder, 3)
+    name, without = "eccentricity[added 1]_real @ unknown", identified(folder, "two", [baseline, unknown])
     narrow, wide = (one.joint.of([name])[1][0, 0] ** 0.5 for one in (found, without))
     assert wide > 1.5 * narrow
 
 
 def test_one_run_is_the_fit_of_its_spectrum(folder):
-    runs = {"runs": [{"name": "baseline", "records": ["baseline.csv"]}]}
-    (folder / "one.yaml").write_text(yaml.safe_dump(runs))
     rig = yaml.safe_load(yaml.safe_dump(RIG))
     rig["diagnosis"]["uncertainty"]["rotor.youngs_modulus_Pa"] = 0
     rig["diagnosis"]["model_error"] = 0.1  # that of the modulus, so that none is added
-    (folder / "held.yaml").write_text(yaml.safe_dump(rig))
-    found = identify_runs(folder / "one.yaml", folder / "held.yaml").joint
-    settings, held = read_settings(rig, "held"), read_rig(folder / "held.yaml")
+    found = identified(folder, "one", first_runs(folder, 1), rig).joint
+    settings, held = read_settings(rig, "held"), read_rig(folder / "one_1.yaml")
     spectrum, model, _ = measured_spectrum([folder / "baseline.csv"], held)
     whole, prior = base_model(model, settings)
     alone = fit(whole, with_model_error(spectrum, settings), prior)
@@ -162,26 +176,22 @@ def test_the_updated_rig_carries_the_covariance(folder, found, command, monkeypa
 
 
 def test_a_parameter_of_its_own_differs_between_runs(folder):
-    runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:2]
-    for one in runs:
-        one["own"] = ["bearing_damping"]
-    (folder / "own.yaml").write_text(yaml.safe_dump({"runs": runs}))
-    found = identify_runs(folder / "own.yaml", folder / "rig.yaml")
+    found = identified(folder, "own", [one | {"own": ["bearing_damping"]} for one in first_runs(folder)])
     assert "bearing_damping[left]" not in shared_names(found.joint)
     assert "bearing_damping[left] @ trial" in found.joint.prior.names
     assert found.rig["bearings"][0]["bearing_damping_N_s_per_m"] == 50.0  # the next run has its own again
 
 
-def findings_of(folder, name, runs):
-    (folder / f"{name}.yaml").write_text(yaml.safe_dump({"runs": runs}))
-    return identify_runs(folder / f"{name}.yaml", folder / "rig.yaml").findings
+def findings_of(*given):
+    return identified(*given).findings
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("scale", [{}, {"std_g_mm": 0.5}])
 def test_a_mass_on_the_wrong_side_of_the_disc_is_told(folder, found, scale):
     """With what the records show instead; as it was, nothing is told. A mass that was weighed may be wrong too."""
     assert not {"known mass contradicted", "not explained"} & {one.name for one in found.findings}
-    runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:2]
+    runs = first_runs(folder)
     runs[1]["unbalances"][0] |= {"angle_deg": 270.0} | scale
     (told,) = [one for one in findings_of(folder, "contradicting", runs) if one.name == "known mass contradicted"]
     assert told.where == "run 'trial'" and "60 g mm at 270 ° is stated" in told.text
@@ -193,30 +203,28 @@ def test_parameters_that_run_away_are_fitted_again_and_named(folder, found, monk
     """A trial mass stated in the wrong unit, and an unbalance that is said to be known."""
     rig = yaml.safe_load(yaml.safe_dump(RIG))
     rig["diagnosis"]["uncertainty"]["eccentricity"] = 0.1
-    (folder / "narrow.yaml").write_text(yaml.safe_dump(rig))
-    runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:2]
+    runs = first_runs(folder)
     runs[1]["unbalances"][0]["unbalance_g_mm"] = 6e4
-    (folder / "wrong_unit.yaml").write_text(yaml.safe_dump({"runs": runs}))
     assert _moved_far(found.joint) == []  # negative control
-    found = identify_runs(folder / "wrong_unit.yaml", folder / "narrow.yaml")
+    found = identified(folder, "wrong_unit", runs, rig)
     for least in ("DOUBTFUL", "IMPLAUSIBLE", "DRAWS"):  # negative control: the fit that runs away
         monkeypatch.setattr(f"rotorstudy.inference.fit.{least}", 0)
-    direct = identify_runs(folder / "wrong_unit.yaml", folder / "narrow.yaml")
+    direct = identified(folder, "wrong_unit", runs, rig)
     gentle, rough = (one.joint.posterior.misfit + one.joint.posterior.penalty for one in (found, direct))
     assert gentle < 0.99 * rough
     (told,) = _moved_far(found.joint)
     assert told.name == "far from the rig" and "eccentricity[disc" in told.text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_rig_with_a_larger_error_than_stated_says_so_and_widens_the_intervals(folder, found, monkeypatch):
     """The modulus is 8 % too high and held. Negative controls: the rig without that error, and no larger one."""
     rig = yaml.safe_load(yaml.safe_dump(RIG))
     rig["diagnosis"]["uncertainty"] |= {"default": 0.02, "rotor.youngs_modulus_Pa": 0}
-    (folder / "stiff.yaml").write_text(yaml.safe_dump(rig))
 
     def of_the_stiff_rig():
         """Names of the findings, and how far the unknown mass is off in standard deviations."""
-        result = identify_runs(folder / "runs.yaml", folder / "stiff.yaml")
+        result = identified(folder, "stiff", rig=rig)
         theta, covariance = result.joint.of([f"eccentricity[added 1]_{part} @ unknown" for part in ("real", "imag")])
         off = theta - 0.025 * np.array([np.cos(np.deg2rad(-40)), np.sin(np.deg2rad(-40))])
         return {one.name for one in result.findings}, np.sqrt(off @ np.linalg.solve(covariance, off))
@@ -246,7 +254,7 @@ def test_a_number_of_the_rotor_keeps_its_sign_while_it_is_fitted(folder, monkeyp
 
 def test_a_slow_roll_above_the_first_critical_speed_is_told(folder):
     """The runs are below it; with supports a thousand times softer their speeds are above."""
-    runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:1]
+    runs = first_runs(folder, 1)
     runs[0]["slow_roll"] = True
     name = "slow roll above a critical speed"
     assert name not in [one.name for one in findings_of(folder, "slow", runs)]
@@ -257,6 +265,7 @@ def test_a_slow_roll_above_the_first_critical_speed_is_told(folder):
     assert [one.name for one in found] == [name] and "150 rad/s" in found[0].text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_run_of_another_machine_is_told(folder):
     """A support half as stiff in one of three runs; two runs alone cannot tell which of them it is."""
     rig = yaml.safe_load(yaml.safe_dump(RIG))
@@ -285,8 +294,7 @@ def test_runs_of_which_any_may_be_of_another_machine_are_all_named(agree, where,
 def test_a_label_of_a_node_that_no_rig_lists_is_named(folder):
     rig = yaml.safe_load((folder / "rig.yaml").read_text())
     del rig["measurement"]["node_of_label"]
-    (folder / "unlabelled.yaml").write_text(yaml.safe_dump(rig))
-    refused(lambda: identify_runs(folder / "runs.yaml", folder / "unlabelled.yaml"), "unknown node label 'disc 1'")
+    refused(lambda: identified(folder, "unlabelled", rig=rig), "unknown node label 'disc 1'")
 
 
 @pytest.mark.parametrize(
@@ -303,27 +311,24 @@ def test_a_label_of_a_node_that_no_rig_lists_is_named(folder):
     ],
 )
 def test_bad_runs_are_told_in_one_line(folder, change, said):
-    runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:2]
+    runs = first_runs(folder)
     runs[0] |= change
-    (folder / "bad.yaml").write_text(yaml.safe_dump({"runs": runs}))
-    with pytest.raises(RotorstudyError, match=said) as error:
-        identify_runs(folder / "bad.yaml", folder / "rig.yaml")
-    assert "\n" not in str(error.value)
+    refused(lambda: identified(folder, "bad", runs), said)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_bow_that_the_rig_does_not_state_does_not_move_the_bearings(folder, monkeypatch):
     """Nor does an unstated unbalance. Negative control: the fit without such forces."""
     item = {"kind": "unbalance", "node": 5, "mass_kg": 1e-3, "label": "unstated", "eccentricity_m": 0.02}
     bow = {"kind": "bow", "node": 5, "bow_m": 1e-5, "bow_phase_rad": 0.5}
     for seed, (name, trial) in enumerate((("bent", (0.0, 0)), ("bent_trial", (60.0, 90)))):
         write_table(folder / f"{name}.csv", faulty(machine(trial), item, bow), seed)
-    runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:2]
+    runs = first_runs(folder)
     for run, name in zip(runs, ("bent", "bent_trial"), strict=True):
         run["records"] = [f"{name}.csv"]
-    (folder / "bent.yaml").write_text(yaml.safe_dump({"runs": runs}))
 
     def off():
-        found = identify_runs(folder / "bent.yaml", folder / "rig.yaml")
+        found = identified(folder, "bent", runs)
         theta, covariance = found.joint.of([name for name in TRUE if not name.startswith("rotor")])
         away = theta - [TRUE["bearing_stiffness[left]"], TRUE["bearing_stiffness[right]"]]
         return away, covariance, found

@@ -1,15 +1,16 @@
 """Wrong speeds, records, spectra and unknowns: none escapes as another error, or passes with a wrong number."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import yaml
-from machines import jeffcott_rig, point
+from machines import jeffcott_rig, point, spectrum_of
 from one_line_errors import refused
 
 from rotorstudy import (
     Problem,
     Record,
-    Spectrum,
     build_model,
     full_spectrum,
     measured_response,
@@ -17,7 +18,6 @@ from rotorstudy import (
     registry,
 )
 from rotorstudy.measurement.records import keyphasor_signal, records_dataset, reference_signal
-from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import save
 
@@ -180,10 +180,7 @@ def test_a_keyphasor_whose_pulses_are_not_one_a_turn_is_refused(pulses):
 
 
 def spectrum(**changes):
-    amplitude = measured_response(MODEL, [88.0, 308.0], H)
-    covariance = independent_covariance(np.full(amplitude.shape, 1e-18))
-    parts = {"amplitude": amplitude, "speed": np.array([88.0, 308.0]), "harmonics": np.array(H), "sensors": (1,)}
-    return Spectrum(**{**parts, "covariance": covariance, **changes})
+    return replace(spectrum_of(MODEL, [88.0, 308.0], H, 1e-9), **changes)
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS, ids=lambda e: e.name)

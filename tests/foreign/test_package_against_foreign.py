@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import pedestal_resonance
 
 from foreign.small_cases import distance, exact_model, special
 from rotorstudy.blind.machines.cases import draw_case
@@ -180,16 +181,7 @@ def test_a_pedestal_with_a_resonance_along_each_direction_is_predicted(monkeypat
     case = special(monkeypatch, 8, add, speeds=3, steps=256, modes=None)
     assert abs(case.rotor.bearings[0].stiffness[0, 1]) > 0.03 * case.rotor.bearings[0].stiffness[0, 0]
     truth = case.effects[0]
-    effect = {
-        "kind": "pedestal_resonance",
-        "node": 1,
-        "natural_frequency_rad_per_s": float(truth["natural"][0]),
-        "frequency_ratio": float(truth["natural"][1] / truth["natural"][0]),
-        "damping_ratio": ratio,
-        "bearing_time_s": float(truth["bearing_time_s"]),
-    }
-    for i, j in np.ndindex(2, 2):
-        effect[f"stiffness_loss_at_rest_{'xy'[i]}{'xy'[j]}_N_per_m"] = float(truth["loss"][i, j])
+    effect = pedestal_resonance(truth["natural"], ratio, truth["bearing_time_s"], truth["loss"])
 
     def off(**other):
         return distance(case, [1, -1], exact_model(case, *([effect | other] if other else [])))

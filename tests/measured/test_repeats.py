@@ -1,10 +1,10 @@
 """Repeats at one speed are averaged; what they differ by from run to run is in the covariance."""
 
 import numpy as np
+from machines import readings
 from one_line_errors import refused
 
 from rotorstudy.measurement.corrections import averaged
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 
 NOISE, SCATTER = 1e-8, 2e-7  # m, of each part
 
@@ -16,8 +16,7 @@ def repeats(seed, scatter, speeds=(100.0, 150.0, 200.0), count=3):
     shape = (len(speed), 2, 2)
     size = np.hypot(NOISE, scatter)
     amplitude = 1e-5 + size * (rng.normal(size=shape) + 1j * rng.normal(size=shape))
-    covariance = independent_covariance(np.full(shape, NOISE**2))
-    return Spectrum(amplitude, speed, np.array([1, -1]), (2, 4), covariance)
+    return readings(amplitude, speed, [1, -1], (2, 4), NOISE)
 
 
 def test_the_mean_of_repeats_has_the_covariance_of_their_scatter():

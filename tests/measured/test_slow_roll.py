@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 import yaml
-from machines import film, shaft
+from machines import film, readings, shaft
 from one_line_errors import refused
 
-from rotorstudy import Spectrum, build_model, measured_spectrum
+from rotorstudy import build_model, measured_spectrum
 from rotorstudy.measurement.corrections import without_missing_mean, without_slow_roll
-from rotorstudy.measurement.spectrum import independent_covariance
 
 SPEEDS, HARMONICS, NODES = np.array([30.0, 40.0, 200.0, 300.0]), np.array([0, 1, -1, 2]), (1, 3)
 RUNOUT = np.array([[1e-6, 2e-6], [3e-6j, 1e-6], [1e-6, -1e-6j], [2e-7, 0]])  # (harmonic, node)
@@ -26,8 +25,7 @@ def rig(bearing):
 
 
 def spectrum(amplitude, variance=1e-16):
-    covariance = independent_covariance(np.full(amplitude.shape, variance))
-    return Spectrum(amplitude, SPEEDS, HARMONICS, NODES, covariance)
+    return readings(amplitude, SPEEDS, HARMONICS, NODES, variance**0.5)
 
 
 def test_the_vectors_are_the_mean_at_slow_roll_and_their_noise_is_counted():

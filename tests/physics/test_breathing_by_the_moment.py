@@ -7,33 +7,21 @@ from shaft_with_a_crack import DIAMETER, HARMONICS, LENGTH, MASS, POISSON, YOUNG
 
 from rotorstudy import registry
 from rotorstudy.blind.machines.beam import Element
-from rotorstudy.blind.machines.cracks import add_form, arc_form
+from rotorstudy.blind.machines.cracks import add_form, arc_form, crack_face
 from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.blind.machines.machine import Disc, PointRotor, build
 from rotorstudy.model.hinge import crack_at
 
 
-def by_strips(depth, count=400):
+def by_strips(depth):
     """Rotation of a breathing crack by a unit moment at any angle, as a function, E and R = 1, nu = 0.
 
-    Papadopoulos and Dimarogonas 1987, Eqs. of K_I by both moments with F1 and F2 of Tada, summed over small cells.
+    Papadopoulos and Dimarogonas 1987, K_I by both moments summed over the cells of the independent simulator.
     """
-    deep = 2 * depth
-    x = np.linspace(-1, 1, count + 1)[:-1] + 1 / count  # across the crack
-    x = x * np.sqrt(1 - (1 - deep) ** 2)
-    cell = x[1] - x[0]
-    half = np.sqrt(1 - x**2)
-    tip = half - (1 - deep)
-    y = (np.arange(count) + 0.5)[:, None] / count * tip
-    ratio = np.pi * y / (2 * half) / 2
-    common = np.sqrt(np.tan(ratio) / ratio) / np.cos(ratio)
-    f1 = common * (0.752 + 2.02 * y / (2 * half) + 0.37 * (1 - np.sin(ratio)) ** 3)
-    f2 = common * (0.923 + 0.199 * (1 - np.sin(ratio)) ** 4)
-    k_xi, k_eta = (4 / np.pi * side * np.sqrt(np.pi * y) * f for side, f in ((half, f2), (x, f1)))
-    weight = 2 * cell * tip / count
+    area, xi, eta = crack_face(2 * depth)
     angle = np.linspace(-np.pi, np.pi, 361)
-    opening = [np.maximum(np.cos(a) * k_xi + np.sin(a) * k_eta, 0) * weight for a in angle]
-    kink = np.array([np.sum(o * k_xi) + 1j * np.sum(o * k_eta) for o in opening])
+    opening = [32 / np.pi * area * np.maximum(np.cos(a) * xi + np.sin(a) * eta, 0) for a in angle]
+    kink = np.array([np.sum(one * xi) + 1j * np.sum(one * eta) for one in opening])
     return lambda a: np.interp(a, angle, kink.real) + 1j * np.interp(a, angle, kink.imag)
 
 

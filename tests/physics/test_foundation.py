@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 import pyuff
 import yaml
-from machines import disc, errors_of_derivatives, shaft, spectrum_of, springs
+from machines import disc, errors_of_derivatives, film, shaft, spectrum_of, springs, unbalance
 from named_machines import plant
 from one_line_errors import refused
 
 from rotorstudy import build_model, harmonic_response, load_rig, measured_response
 from rotorstudy.blind.machines.contacts import one_sided
 from rotorstudy.blind.machines.effects import add_unbalance
+from rotorstudy.blind.machines.files import discs_section, stretches
 from rotorstudy.blind.machines.machine import LocalForce
 from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.diagnosis.search.candidates import candidates
@@ -279,12 +280,8 @@ def test_a_changed_foot_of_a_block_is_one_of_two_blocks():
 
 def test_a_rotor_on_a_soft_foundation_has_its_frequencies():
     """A nearly rigid rotor on stiff bearings bounces with both pedestals: w^2 = (k1 + k2) / (m + m1 + m2)."""
-    pedestals = [
-        {"kind": "linear", "node": node, "label": f"pedestal {node}", "mass_kg": 30.0, "bearing_stiffness_N_per_m": 1e4,
-         "bearing_damping_N_s_per_m": 0.0}
-        for node in NODES
-    ]  # fmt: skip
-    model = build_model(RIG | {"foundation": pedestals})
+    soft = springs({node: f"pedestal {node}" for node in NODES}, 1e4, 0.0)
+    model = build_model(RIG | {"foundation": [{**pedestal, "mass_kg": 30.0} for pedestal in soft]})
     whole = 60.0 + model.structure.along @ model.structure.mass @ model.structure.along
     found = eigenvalues(model, [1e-3])[0].imag
     assert np.min(np.abs(found - np.sqrt(2e4 / whole))) < 2e-3 * np.sqrt(2e4 / whole)
@@ -311,17 +308,9 @@ def compressor():
     machine = plant.compressor()
     rotor, (foundation,) = machine.rotor, machine.blocks
     rig = {
-        "rotor": {
-            "kind": "finite_element",
-            "elements": [{"length_m": e.length, "outer_diameter_m": e.outer_diameter} for e in rotor.elements],
-            "discs": [
-                {"node": d.node + 1, "mass_kg": d.mass, "polar_moment_kg_m2": d.polar_moment,
-                 "diametral_moment_kg_m2": d.diametral_moment} for d in rotor.discs
-            ],
-        },
+        "rotor": {"kind": "finite_element", "elements": stretches(rotor.elements), "discs": discs_section(rotor)},
         "bearings": [
-            {"kind": "short_journal", "node": f.node + 1, "label": label, "diameter_m": f.diameter,
-             "length_m": f.length, "radial_clearance_m": f.clearance, "viscosity_Pa_s": f.viscosity, "load_N": f.load}
+            film(f.diameter, f.length, f.clearance, f.viscosity, node=f.node + 1, label=label, load_N=f.load)
             for f, label in zip(rotor.films, ("DE", "NDE"), strict=True)
         ],
         "foundation": [
@@ -436,10 +425,8 @@ def test_a_fit_that_runs_away_finds_the_foundation(
 ):
     """Numbers of a rig that are off by up to 35 %, and unbalances that are not known."""
     speeds, harmonics, noise = np.linspace(125.0, 420.0, 8), np.array([1, -1]), 2e-8
-    unbalances = [
-        {"kind": "unbalance", "node": node, "label": str(node), "mass_kg": 1.0, "eccentricity_m": size,
-         "eccentricity_phase_rad": phase} for node, size, phase in ((1, 6e-4, 1.0), (12, 8e-4, 0.0), (14, 1e-3, 2.0))
-    ]  # fmt: skip
+    sizes = ((1, 6e-4, 1.0), (12, 8e-4, 0.0), (14, 1e-3, 2.0))
+    unbalances = [unbalance(*one, label=str(one[0]), mass_kg=1.0) for one in sizes]
     true = compressor[1] | {"effects": [compressor[1]["effects"][0], *unbalances], "sensors": [4, 10]}
     stated = true | {
         "foundation": [

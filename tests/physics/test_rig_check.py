@@ -1,6 +1,5 @@
 """`rotorstudy check` of a rig: its numbers are right, each oddity is found, and a sound rig has none."""
 
-import copy
 import json
 import re
 
@@ -8,6 +7,7 @@ import numpy as np
 import pytest
 import yaml
 from machines import disc, film, shaft, springs
+from one_line_errors import changed
 
 from rotorstudy import harmonic_response
 from rotorstudy.commands.line import main
@@ -43,16 +43,6 @@ def table(highest):
     return {"kind": "speed_tabulated", "speeds_rad_per_s": [10.0, highest],
             "stiffness_N_per_m": {"xx": [1e7, 1e7], "yy": [1e7, 1e7]},
             "damping_N_s_per_m": {"xx": [2e3, 2e3], "yy": [2e3, 2e3]}}  # fmt: skip
-
-
-def changed(path, value):
-    rig = copy.deepcopy(SOUND)
-    *way, last = path
-    place = rig
-    for key in way:
-        place = place[key]
-    place[last] = value
-    return rig
 
 
 def check(rig, folder):
@@ -96,7 +86,7 @@ ODD = [
 
 @pytest.mark.parametrize(("path", "value", "name", "words"), ODD, ids=[f"{o[0][-1]}-{o[2]}" for o in ODD])
 def test_each_oddity_is_found(path, value, name, words, tmp_path):
-    found = check(changed(path, value), tmp_path)[1].findings
+    found = check(changed(SOUND, path, value), tmp_path)[1].findings
     assert any(f.name == name and words in f.text and f.severity == "warning" for f in found), found
 
 
@@ -111,20 +101,20 @@ def test_each_oddity_is_found(path, value, name, words, tmp_path):
     ],
 )
 def test_a_mistake_is_one_error_in_the_words_of_the_file(path, value, words, tmp_path):
-    rig, found = check(changed(path, value), tmp_path)
+    rig, found = check(changed(SOUND, path, value), tmp_path)
     assert main(["check", str(rig)]) == 1
     (error,) = found.errors
     assert words in error.text
 
 
 def test_a_rig_that_is_not_valid_is_told_its_implausible_numbers_too(tmp_path):
-    broken = changed(["bearings", 1, "node"], 21)
+    broken = changed(SOUND, ["bearings", 1, "node"], 21)
     broken["rotor"]["outer_diameter_m"] = 30.0
     assert {one.name for one in check(broken, tmp_path)[1].findings} == {"not valid", "units"}
 
 
 def test_a_film_in_order_is_only_told_its_load(tmp_path):
-    found = check(changed(["bearings"], films()), tmp_path)[1].findings
+    found = check(changed(SOUND, ["bearings"], films()), tmp_path)[1].findings
     assert {(f.severity, f.name) for f in found} <= {("note", "load_N"), ("note", "stability")}
     assert sum("by default" in f.text for f in found) == 2
 
@@ -138,7 +128,7 @@ def test_an_orbit_of_a_third_of_a_film_is_told(kind, tmp_path):
     """The orbit is proportional to the unbalance; the negative control is one just below the third."""
 
     def checked(unbalance):
-        rig = changed(["bearings"], [{**kind, "node": 1, "label": "a"}, {**kind, "node": 5, "label": "b"}])
+        rig = changed(SOUND, ["bearings"], [{**kind, "node": 1, "label": "a"}, {**kind, "node": 5, "label": "b"}])
         rig["effects"][0]["unbalance_g_mm"] = unbalance
         return check(rig, tmp_path)[1]
 
@@ -152,7 +142,7 @@ def test_an_orbit_of_a_third_of_a_film_is_told(kind, tmp_path):
 
 def test_a_probe_at_a_node_of_a_mode_is_told(tmp_path):
     """On soft bearings a symmetrical rotor rocks about its middle in its second mode."""
-    rig = changed(["sensors"], [3])
+    rig = changed(SOUND, ["sensors"], [3])
     rig["measurement"]["probes"] = [{"channel": "x", "node": 3, "angle_deg": 0.0}]
     for bearing in rig["bearings"]:
         bearing |= {"bearing_stiffness_N_per_m": 3e5, "bearing_damping_N_s_per_m": 100.0}
@@ -162,8 +152,8 @@ def test_a_probe_at_a_node_of_a_mode_is_told(tmp_path):
 
 def test_speeds_end_where_a_table_does(tmp_path):
     """The ends of a table to the 1e-9 that 30 halvings leave; whirl is then computed up to there."""
-    rig = changed(["bearings"], [{**table(500.0), "node": 1, "label": "a"}, {**table(400.0), "node": 5, "label": "b"}])
-    found = check(rig, tmp_path)[1]
+    bearings = [{**table(500.0), "node": 1, "label": "a"}, {**table(400.0), "node": 5, "label": "b"}]
+    found = check(changed(SOUND, ["bearings"], bearings), tmp_path)[1]
     assert found.valid == pytest.approx((10.0, 400.0), rel=1e-6) and found.findings == []
     assert float(found.analysis.data.speed[-1]) <= 400.0
 
@@ -181,14 +171,14 @@ def test_speeds_end_where_a_table_does(tmp_path):
     ],
 )  # fmt: skip
 def test_an_error_is_a_finding_and_the_status(path, value, words, tmp_path, capsys):
-    path, found = check(changed(path, value), tmp_path)
+    path, found = check(changed(SOUND, path, value), tmp_path)
     assert found.errors and main(["check", str(path), "--json"]) == 1
     printed = json.loads(capsys.readouterr().out)
     assert printed["errors"] == len(found.errors) and words in " ".join(f["text"] for f in printed["findings"])
 
 
 def test_a_rig_with_unknowns_is_checked_as_far_as_it_goes(tmp_path):
-    found = check(changed(["effects", 0], {"kind": "unbalance", "node": 3}), tmp_path)[1]
+    found = check(changed(SOUND, ["effects", 0], {"kind": "unbalance", "node": 3}), tmp_path)[1]
     assert [f.name for f in found.findings] == ["unknown"] and found.analysis is None
 
 

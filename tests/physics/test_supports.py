@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import disc, shaft, unbalance
+from machines import by_axes, disc, pedestal_resonance, shaft, unbalance
 
 from rotorstudy import build_model, harmonic_response
 from rotorstudy.errors import CannotAct
@@ -27,17 +27,9 @@ def isotropic(node):
 
 def response(bearing, *effects):
     """Harmonics of a shaft on a bearing at node 1 and a usual one at node 4."""
-    return harmonic_response(
-        build_model(
-            {
-                "rotor": shaft(0.6, 3, disc(2, 2.0, 0.004, 0.002)),
-                "bearings": [bearing, isotropic(4)],
-                "effects": [*PUSHED, *effects],
-            }
-        ),
-        SPEEDS,
-        HARMONICS,
-    )
+    rotor = shaft(0.6, 3, disc(2, 2.0, 0.004, 0.002))
+    rig = {"rotor": rotor, "bearings": [bearing, isotropic(4)], "effects": [*PUSHED, *effects]}
+    return harmonic_response(build_model(rig), SPEEDS, HARMONICS)
 
 
 def same(found, expected, tolerance):
@@ -46,13 +38,7 @@ def same(found, expected, tolerance):
 
 def full(stiffness, damping):
     """A bearing with all coefficients, (2, 2) each."""
-    units = (("stiffness", "N_per_m", stiffness), ("damping", "N_s_per_m", damping))
-    given = {
-        f"bearing_{name}_{a}{b}_{unit}": float(values[i][j])
-        for name, unit, values in units
-        for i, a in enumerate("xy")
-        for j, b in enumerate("xy")
-    }
+    given = by_axes("bearing_stiffness_{}_N_per_m", stiffness) | by_axes("bearing_damping_{}_N_s_per_m", damping)
     return linear(1, coefficients="full", **given)
 
 
@@ -68,13 +54,8 @@ def test_support_loss_is_a_softer_spring_along_one_direction(angle):
 def test_bearing_coefficients_add_to_those_of_the_bearing():
     random = np.random.default_rng(2)
     stiffness, damping = 2e5 * random.standard_normal((2, 2)), 100 * random.standard_normal((2, 2))
-    units = (("stiffness", "N_per_m", stiffness), ("damping", "N_s_per_m", damping))
-    errors = {
-        f"bearing_{name}_error_{a}{b}_{unit}": float(values[i][j])
-        for name, unit, values in units
-        for i, a in enumerate("xy")
-        for j, b in enumerate("xy")
-    }
+    errors = by_axes("bearing_stiffness_error_{}_N_per_m", stiffness)
+    errors |= by_axes("bearing_damping_error_{}_N_s_per_m", damping)
     built = full(STIFF * np.eye(2) + stiffness, DAMPED * np.eye(2) + damping)
     assert same(response(isotropic(1), {"kind": "bearing_coefficients", "node": 1, **errors}), response(built), 1e-11)
 
@@ -86,16 +67,7 @@ def on_pedestal(bearing, spring, damper, mass):
     ratio = (bearing + np.asarray(damper)) / (2 * np.asarray(mass) * natural)
     assert ratio[0] == pytest.approx(ratio[1])  # the effect has one for both directions
     loss = STIFF**2 / total
-    return {
-        "kind": "pedestal_resonance",
-        "node": 1,
-        "natural_frequency_rad_per_s": float(natural[0]),
-        "frequency_ratio": float(natural[1] / natural[0]),
-        "damping_ratio": float(ratio[0]),
-        "bearing_time_s": bearing / STIFF,
-        "stiffness_loss_at_rest_xx_N_per_m": float(loss[0]),
-        "stiffness_loss_at_rest_yy_N_per_m": float(loss[1]),
-    }
+    return pedestal_resonance(natural, ratio[0], bearing / STIFF, np.diag(loss))
 
 
 @pytest.mark.parametrize("bearing", [0.0, 600.0])

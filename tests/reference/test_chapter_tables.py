@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from machines import readings
 
 from rotorstudy.measurement.noise import MODELS, noise_std, with_noise
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.studies.analyses import damping_along_x
 from rotorstudy.studies.config import load_study
 from thesis.chapter_tables import described, places
@@ -49,8 +49,7 @@ def test_phases_and_dampings_are_told_by_unit_and_table():
 
 def test_a_noise_model_is_its_attributes():
     amplitude = np.array([[[1.0], [3.0]], [[2.0], [4.0]]]) + 0j  # (speed, harmonic, sensor)
-    covariance = independent_covariance(np.zeros(amplitude.shape))
-    spectrum = Spectrum(amplitude, np.array([50.0, 60.0]), np.array([1, 2]), (1,), covariance)
+    spectrum = readings(amplitude, [50.0, 60.0], [1, 2], (1,), 0.0)
     numbers = np.random.default_rng(1).standard_normal((1, 2, *amplitude.shape))
     for name, model in MODELS.items():
         std = noise_std(spectrum, 0.01, name, 100)

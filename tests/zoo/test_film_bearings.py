@@ -21,6 +21,7 @@ from rotorstudy import (
     time_response,
 )
 from rotorstudy.authoring.invariants.bench import bench_structure
+from rotorstudy.blind.machines import film as independent
 from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.response.statics import static_deflection
 
@@ -42,53 +43,19 @@ def eccentricity(item, speed):
     return MODULE.eccentricity_ratio(d * speed * item["viscosity_Pa_s"] * length**3 / (8 * item["load_N"] * c * c))
 
 
-def film_force(item, speed, position, velocity, whole=False):
-    """Force (x, y) of the short film on a journal, x down, spin from x to y; the negative pressure cut off.
-
-    The film pressure summed over the length is -L^3/(12 h^3) (6 mu speed dh/dphi + 12 mu dh/dt), with
-    h = c - x cos(phi) - y sin(phi); what decides its sign is a pure sinusoid of phi, so its half circle is known.
-    """
-    (x, y), (vx, vy) = position, velocity
-    mu = item["viscosity_Pa_s"]
-    a, b = 6 * mu * speed * y + 12 * mu * vx, -6 * mu * speed * x + 12 * mu * vy  # source a cos + b sin, > 0 presses
-    middle, width = np.arctan2(b, a), np.pi if whole else np.pi / 2
-    node, weight = np.polynomial.legendre.leggauss(400)
-    phi = middle + width * node
-    h = item["radial_clearance_m"] - x * np.cos(phi) - y * np.sin(phi)
-    pressure = item["length_m"] ** 3 / (12 * h**3) * (a * np.cos(phi) + b * np.sin(phi))
-    return -width * item["diameter_m"] / 2 * np.array([weight @ (pressure * f(phi)) for f in (np.cos, np.sin)])
-
-
-def running_position(item, speed):
-    """Where the film carries the load, from the integrated film alone."""
-    from scipy.optimize import fsolve
-
-    c, load = item["radial_clearance_m"], item["load_N"]
-    start = eccentricity(item, speed) * np.array([0.5, 0.8])
-    found, _, status, _ = fsolve(
-        lambda r: film_force(item, speed, c * r, (0, 0)) / load + [1, 0], start, xtol=1e-13, full_output=True
-    )
-    assert status == 1
-    return c * found
-
-
-def differences(function, step):
-    """(2, 2) minus the derivative of a force by its argument about zero, to fourth order."""
-    columns = []
-    for direction in np.eye(2) * step:
-        near, far = function(direction) - function(-direction), function(2 * direction) - function(-2 * direction)
-        columns.append(-(8 * near - far) / (12 * step))
-    return np.transpose(columns)
+def simulated(item):
+    """The film of the independent simulator, which integrates the pressure where it is positive."""
+    keys = ("diameter_m", "length_m", "radial_clearance_m", "viscosity_Pa_s", "load_N")
+    return independent.Film(0, *map(item.get, keys))
 
 
 @pytest.mark.parametrize("speed", [2.0, 20.0, 157.1, 900.0])
 def test_journal_coefficients_are_the_derivatives_of_the_film_force(speed):
-    at = running_position(JOURNAL, speed)
-    c = JOURNAL["radial_clearance_m"]
-    assert np.hypot(*at) / c == pytest.approx(eccentricity(JOURNAL, speed), rel=1e-9)
+    at = independent.running_position(simulated(JOURNAL), speed)
+    assert np.hypot(*at) / JOURNAL["radial_clearance_m"] == pytest.approx(eccentricity(JOURNAL, speed), rel=1e-9)
     assert at[0] > 0 and at[1] > 0  # down, and carried along with the spin
-    stiffness = differences(lambda r: film_force(JOURNAL, speed, at + r, (0, 0)), 1e-4 * c)
-    damping = differences(lambda v: film_force(JOURNAL, speed, at, v), 1e-4 * c * speed)
+    linear = independent.bearing(simulated(JOURNAL), speed)
+    stiffness, damping = linear.stiffness, linear.damping
     found = dynamic_stiffness(bearing(JOURNAL), [speed], [1])[0, 0]
     assert np.abs(found.real - stiffness).max() < 1e-8 * np.abs(stiffness).max()
     assert np.abs(found.imag / speed - damping).max() < 1e-8 * np.abs(damping).max()
@@ -313,10 +280,14 @@ def test_a_film_of_an_upright_rotor_carries_by_default_its_part_of_the_static_fo
 @pytest.mark.parametrize("film", ["pi", "2pi"])
 @pytest.mark.parametrize("ratio", [0.05, 0.4, 0.8])
 def test_damper_coefficients_are_those_of_the_film_on_its_orbit(film, ratio):
-    """On the orbit e (cos wt, sin wt) the film pushes back along the radius by K e and along the path by C w e."""
+    """On the orbit e (cos wt, sin wt) the film pushes back along the radius by K e and along the path by C w e.
+
+    Where the pressure of a whole film is negative, it is that of the reversed motion with the other sign.
+    """
     item, speed = {**DAMPER, "film": film, "eccentricity_ratio": ratio}, 88.0
     e = ratio * item["radial_clearance_m"]
-    radial, tangential = film_force(item, 0.0, (e, 0.0), (0.0, e * speed), whole=film == "2pi")
+    ahead, back = (independent.force(simulated(item), 0.0, (e, 0.0), (0.0, w * e)) for w in (speed, -speed))
+    radial, tangential = ahead - back * (film == "2pi")
     found = dynamic_stiffness(bearing(item), [speed], [1])[0, 0]
     assert np.diag(found.real) == pytest.approx([-radial / e] * 2, rel=1e-9, abs=1e-9 * abs(tangential / e))
     assert np.diag(found.imag) == pytest.approx([-tangential / e] * 2, rel=1e-9)
