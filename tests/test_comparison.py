@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from jobs.comparison_page import best_by_worst, comparison_figures, write_advice
 from rotorstudy import load_rig, registry
-from rotorstudy.presentation.comparison_page import best_by_worst, comparison_figures, write_advice
 from rotorstudy.studies.comparison.config import Fault, Rotor, load_comparison
 from rotorstudy.studies.comparison.estimates import without_values
 from rotorstudy.studies.comparison.ranking import ANY_FAULT, advice, ranking

@@ -3,7 +3,7 @@
 import json
 import re
 
-from rotorstudy.presentation.index_page import write_index
+from jobs.index_page import write_index
 
 SUMMARY = "Something <is> missing."
 

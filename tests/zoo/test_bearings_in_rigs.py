@@ -6,9 +6,9 @@ import xarray as xr
 import yaml
 from machines import disc, shaft
 
+from jobs.bearing_figures import bearing_coefficients, plot_bearing_coefficients
 from rotorstudy import build_model, eigenvalues, harmonic_response, make_term, registry, stability_threshold
 from rotorstudy.commands.line import main
-from rotorstudy.presentation.bearing_figures import bearing_coefficients, plot_bearing_coefficients
 from rotorstudy.response.statics import static_deflection
 
 SHAFT = shaft(1.0, 4, disc(3, 80.0, 0.9, 0.5), outer_diameter_m=0.06)

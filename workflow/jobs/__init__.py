@@ -1,1 +1,1 @@
-"""The jobs of the workflow: what each reads, which function it calls, what it writes."""
+"""The jobs of the workflow, what each reads, calls and writes; figures and pages of results that no command shows."""

@@ -93,7 +93,7 @@ class Plan:
             found += jobs() if getattr(self.config, key) else []
         files = [path for job in found for path in job.files if "{" not in path]
         pages = {"path": self.index["index"], "report": f"{self.results}/report.rst"}
-        return [*found, Job("index", "rotorstudy.presentation.index_page.write_index", {"files": files}, pages)]
+        return [*found, Job("index", "jobs.index_page.write_index", {"files": files}, pages)]
 
     def of(self, name, *stages):
         """Paths of the results of a study or replay."""
@@ -249,16 +249,15 @@ class Plan:
 
     def plugin_library(self):
         """The plugins, crack models and bearings side by side, and what others printed beside ours."""
-        module = "rotorstudy.presentation"
-        zoo = self.page("zoo", f"{module}.plugin_pages.write_plugin_library", {}, needs=files_of_kinds())
+        zoo = self.page("zoo", "jobs.plugin_pages.write_plugin_library", {}, needs=files_of_kinds())
         outputs = {"data": f"{self.results}/bearings/coefficients.nc"}
         outputs["pictures"] = [f"{self.results}/bearings/coefficients.{kind}" for kind in ("png", "svg")]
-        function, needs = f"{module}.bearing_figures.write_bearings", files_of_kinds("bearing")
+        function, needs = "jobs.bearing_figures.write_bearings", files_of_kinds("bearing")
         found = [zoo, Job("bearings", function, {}, outputs, needs=needs)]
         if self.config.published:
             rigs = sorted(map(str, Path(self.config.published).glob("*.yaml")))
             needs = (*(path.removesuffix(".yaml") + ".csv" for path in rigs), *plugin_files(map(read_yaml, rigs)))
-            function = f"{module}.plugin_pages.write_published"
+            function = "jobs.plugin_pages.write_published"
             found.append(self.page("published", function, {"rigs": rigs}, needs=needs))
         if config := self.config.cracks:
             load, (data,) = "rotorstudy.studies.cracks.load_cracks", self.of("cracks", "comparison")
@@ -266,7 +265,7 @@ class Plan:
             plugins = plugin_files([self.settings.cracks.base], compared)
             calls = [("rotorstudy.studies.cracks.compare", {})]
             found.append(computed("cracks", load, config, [data], calls, plugins))
-            function, pictures = f"{module}.crack_figures.figures", self.pictures("cracks")
+            function, pictures = "jobs.crack_figures.figures", self.pictures("cracks")
             found.append(drawn("figures_cracks", load, config, function, pictures, comparison=data))
         return found
 
@@ -278,7 +277,7 @@ class Plan:
         used = [registry().get("effect", study.crack.kind), *registry().plugins["depth"].values()]
         calls = [(f"rotorstudy.studies.crack_study.{stage}.{stage}", {}) for stage in CRACK_STAGES]
         data, pictures = self.of(study.name, *CRACK_STAGES), self.pictures("chapter_7", f"{self.results}/{study.name}")
-        shown, function = dict(zip(CRACK_STAGES, data, strict=True)), "rotorstudy.presentation.chapter_7.figures"
+        shown, function = dict(zip(CRACK_STAGES, data, strict=True)), "jobs.crack_study_figures.figures"
         return [
             computed("crack_study", load, config, data, calls, plugin_files(rigs, used)),
             drawn("figures_crack_study", load, config, function, pictures, **shown),
@@ -326,7 +325,7 @@ class Plan:
                 job("estimator", "estimates", name, chunk, (*needs, *spectra), files, spectra=spectra)
         outputs = {"comparison": f"{base}/comparison.nc", "pictures": self.pictures("compare")}
         outputs |= {"ranking_csv": f"{base}/ranking.csv", "advice_files": self.tables("compare/advice")}
-        function = "rotorstudy.presentation.comparison_page.write_comparison"
+        function = "jobs.comparison_page.write_comparison"
         needs = tuple(path for files in every.values() for path in files)
         return [*found, Job("compare", function, inputs, outputs, {**every, **self.index}, needs)]
 

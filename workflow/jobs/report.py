@@ -5,9 +5,9 @@ from pathlib import Path
 
 from snakemake.io import report
 
+from jobs.index_page import HEADINGS
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.presentation.captions import BLIND_FIGURES, DIAGNOSIS_FIGURES
-from rotorstudy.presentation.index_page import HEADINGS
 from rotorstudy.store import write_text
 from rotorstudy.yaml_file import read_yaml
 from thesis.scoreboard import table_name

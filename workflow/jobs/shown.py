@@ -1,8 +1,11 @@
 """Jobs that draw figures and write tables of a chapter."""
 
+from pathlib import Path
+
 from jobs.run import named_function
-from rotorstudy.presentation.pages import write_csv, write_tables
+from rotorstudy.presentation.pages import address, to_index, write_csv, write_html
 from rotorstudy.presentation.plots import save_figures
+from rotorstudy.store import files_by_name
 
 
 def draw(pictures, function, load, config, **results):
@@ -15,3 +18,23 @@ def write(scored, sheets, function, load, config, index, **results):
     rows, tables = named_function(function)(named_function(load)(config), **results)
     write_csv(rows, scored)
     write_tables(tables, sheets, index)
+
+
+def write_tables(tables, paths, index=None):
+    """Write every table to the files of its name: .csv for programs, .html for people."""
+    for name, files in files_by_name("table", tables, paths).items():
+        table = tables[name]
+        for path in files:
+            if path.suffix == ".csv":
+                write_csv(table.rows, path)
+            else:
+                links = _links(path, table.rows, index)
+                write_html(path, table.title, table.note, {"": table.rows}, table.digits, links=links)
+
+
+def _links(path, rows, index):
+    """To the page of all results and, from printed values beside ours, to the reasons why they differ."""
+    links = to_index(path, index)
+    if links and any(name.endswith(": status") for name in map(str, rows.columns)):
+        links["Reasons for what differs"] = address(path, Path(index).with_name("scoreboard.html"))
+    return links

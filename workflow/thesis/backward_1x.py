@@ -8,8 +8,8 @@ to R_-1 of each rig. A backward force independent of the speed, as of a misalign
 import numpy as np
 import pandas as pd
 
+from jobs.shown import write_tables
 from rotorstudy.model.rig_items import make_term
-from rotorstudy.presentation.pages import write_tables
 from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
 from thesis.config import load_replay

@@ -7,7 +7,7 @@ from functools import cache
 from itertools import groupby
 from pathlib import Path
 
-from rotorstudy.store import atomic, files_by_name, write_text
+from rotorstudy.store import atomic, write_text
 
 LONG, SHORT = 80, 24  # characters: a longer column is widened, a shorter one is not wrapped
 MARKS = {"explained": "doubtful", "not reproducible": "bad"}  # cells that a reader looks for
@@ -119,23 +119,3 @@ def _cell(value, digits):
     if isinstance(value, float):
         return "" if value != value else f"{float(f'{value:.{digits}g}'):.12g}"  # 63640, not 6.364e+04
     return "" if value is None else str(value)
-
-
-def write_tables(tables, paths, index=None):
-    """Write every table to the files of its name: .csv for programs, .html for people."""
-    for name, files in files_by_name("table", tables, paths).items():
-        table = tables[name]
-        for path in files:
-            if path.suffix == ".csv":
-                write_csv(table.rows, path)
-            else:
-                links = _links(path, table.rows, index)
-                write_html(path, table.title, table.note, {"": table.rows}, table.digits, links=links)
-
-
-def _links(path, rows, index):
-    """To the page of all results and, from printed values beside ours, to the reasons why they differ."""
-    links = to_index(path, index)
-    if links and any(name.endswith(": status") for name in map(str, rows.columns)):
-        links["Reasons for what differs"] = address(path, Path(index).with_name("scoreboard.html"))
-    return links
