@@ -1,12 +1,15 @@
-"""What every error has to be: one line that says what is wrong."""
+"""What every error has to be: one line that says what is wrong; and a small rig whose records are accepted."""
 
 import copy
 
 import pytest
+from machines import jeffcott_rig
 
+from rotorstudy.commands.line import main
 from rotorstudy.errors import RotorstudyError
 
 DROP = object()
+RIG = jeffcott_rig(measurement={"harmonics": [0, 1, -1]})
 
 
 def refused(function, *words, match=None):
@@ -32,3 +35,15 @@ def changed(part, path, to):
     else:
         inner[last] = to
     return part
+
+
+def undiagnosed(capsys, folder, rig, path, *words):
+    """Records that `diagnose` refuses by a rig file, with some words, and leaves nothing behind."""
+    status = main(["diagnose", str(path), "--rig", str(rig), "--out", str(folder / "out")])
+    printed = capsys.readouterr()
+    assert status == 1 and printed.out == ""
+    error = printed.err.strip().splitlines()[-1]
+    assert error.startswith("error: ")
+    for word in words:
+        assert word in error, error
+    assert not (folder / "out").exists() and not list(folder.glob(".*partial"))

@@ -2,7 +2,7 @@
 
 import pytest
 import yaml
-from refusals import RIG
+from one_line_errors import RIG
 
 from rotorstudy.commands.line import main
 

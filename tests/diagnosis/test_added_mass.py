@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import disc, readings, shaft
-from slow_effects import SLOW
+from machines import SLOW, disc, readings, shaft
 
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.odds import FURTHER_FAULT, PriorOdds, faults_of

@@ -6,22 +6,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from one_line_errors import refused
+from one_line_errors import refused, undiagnosed
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.records import records_dataset
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "measured"))
-from machine import TIME, channels, records, section, write, write_rig
-from phase_marks import MARKS, SPEED, pulses
-from refusals import undiagnosed
+from machine import MARKS, STEADY, TIME, channels, pulses, records, section, write, write_rig
 from test_quality import clipped, original, with_gap
 
 
 @pytest.fixture(scope="module")
 def record():
-    (found,) = records(speeds=[SPEED])
+    (found,) = records(speeds=[STEADY])
     return found, channels(found)
 
 
@@ -71,7 +69,7 @@ def test_the_same_record_without_a_fault_is_accepted(record, tmp_path):
     found, _ = record
     rig = write_rig(tmp_path / "rig.yaml", keyphasor=section()["keyphasor"] | {"polarity": "positive"})
     spectrum, _, findings = measured_spectrum([write("csv", tmp_path, found, name="run")], rig)
-    assert findings == [] and np.allclose(spectrum.speed, SPEED, rtol=1e-3)
+    assert findings == [] and np.allclose(spectrum.speed, STEADY, rtol=1e-3)
 
 
 def test_a_shaft_that_turns_the_other_way_is_refused(record, tmp_path, capsys):

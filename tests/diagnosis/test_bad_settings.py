@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from refusals import RIG, undiagnosed
+from one_line_errors import RIG, undiagnosed
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.settings import check_names, read_settings

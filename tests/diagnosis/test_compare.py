@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import disc, faulty, jeffcott_rig, readings, shaft, spectrum_of, write_harmonics
+from machines import SLOW, disc, faulty, jeffcott_rig, readings, shaft, spectrum_of, write_harmonics
 from one_line_errors import refused
 from page_checks import BROWSER, problems, sheets
-from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.runs import compare as runs_compare

@@ -1,18 +1,13 @@
 """Which causes are special cases of others, and that both are not named together."""
 
 import pytest
-from machines import disc, shaft, springs
+from test_deep_crack import RIG
 
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.contained import is_contained
 from rotorstudy.model.rig import build_model
 
-MODEL = build_model(
-    {
-        "rotor": shaft(0.6, 3, disc(2)),
-        "bearings": springs({1: "left", 4: "right"}),
-    }
-)
+MODEL = build_model(RIG)
 
 
 def cause(effect, node=1, **shape):

@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import disc, faulty, jeffcott_rig, readings, shaft, spectrum_of, springs
+from machines import SLOW, disc, faulty, jeffcott_rig, readings, shaft, spectrum_of, springs
 from scipy.stats import multivariate_normal, norm
-from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.candidates import candidate, candidates
 from rotorstudy.diagnosis.search.free_forces import motions_by_free_forces

@@ -5,8 +5,8 @@ import json
 import pytest
 import xarray as xr
 import yaml
-from refusals import RIG
-from slow_effects import SLOW
+from machines import SLOW
+from one_line_errors import RIG
 
 from rotorstudy.commands.line import main
 

@@ -1,8 +1,8 @@
-"""A damping or a stiffness that is built in cannot be negative, together with what the rig has of the same."""
+"""What is built in cannot be negative, together with what the rig has of it; a support loses no more than it has."""
 
 import numpy as np
 import pytest
-from machines import jeffcott_rig, spectrum_of
+from machines import disc, jeffcott_rig, shaft, spectrum_of, unbalance
 from scipy.stats import norm
 
 from rotorstudy.diagnosis import investigate
@@ -10,6 +10,7 @@ from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.impossible import is_negative
 from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.search.screening import Projected, screen
+from rotorstudy.diagnosis.search.supports import loses_more_than_all
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior
@@ -21,17 +22,19 @@ MODEL = build_model(jeffcott_rig(2e-5))
 SIGNIFICANCE = Settings().significance
 
 
+def fitted(model, cause, values, noise, speeds=SPEEDS, harmonics=HARMONICS):
+    """A cause fitted to the records of a model with it, of amplitudes with these values."""
+    extended, theta = model.plus(cause.term), np.append(model.theta, values)
+    measured = spectrum_of(extended, speeds, harmonics, noise, theta=theta)
+    return Explanation((cause,), fit(extended, measured, Prior.independent(cause.prior), start=theta), 0.0)
+
+
 def explained(effect, value, noise):
     """An effect whose first amplitude is a given one, fitted to its records, and the standard deviation of that."""
     cause = candidate(MODEL, effect, {"node": 1})
-    extended, place = MODEL.plus(cause.term), len(MODEL.names)
-    (position,) = (place + i for i, name in enumerate(cause.names) if name in cause.positive)
-    theta = np.concatenate([MODEL.theta, np.zeros(len(cause.names))])
-    theta[position] = value
-    measured = spectrum_of(extended, SPEEDS, HARMONICS, noise, theta=theta)
-    found = fit(extended, measured, Prior.independent(cause.prior), start=theta)
-    std = np.sqrt(found.covariance[position - place, position - place])
-    return Explanation((cause,), found, 0.0), std
+    (place,) = (i for i, name in enumerate(cause.names) if name in cause.positive)
+    found = fitted(MODEL, cause, value * np.eye(len(cause.names))[place], noise)
+    return found, np.sqrt(found.fit.covariance[place, place])
 
 
 @pytest.mark.parametrize("effect", ["parallel_misalignment", "angular_misalignment"])
@@ -49,12 +52,9 @@ def test_powers_of_one_law_are_positive_together(share, expected):
     cause = candidate(MODEL, "cubic_stiffness", {"node": 1})
     size = {name: std for name, (_, std) in cause.prior.items()}
     values = [1e-3 * size[name] * (1.0 if "quadratic" in name else -share) for name in cause.names]
-    extended = MODEL.plus(cause.term)
-    theta = np.append(MODEL.theta, values)
-    measured = spectrum_of(extended, SPEEDS, HARMONICS, 1e-12, theta=theta)
-    found = fit(extended, measured, Prior.independent(cause.prior), start=theta)
-    assert found.free == pytest.approx(values, rel=0.01)
-    assert is_negative(Explanation((cause,), found, 0.0), SIGNIFICANCE) == expected
+    found = fitted(MODEL, cause, values, 1e-12)
+    assert found.fit.free == pytest.approx(values, rel=0.01)
+    assert is_negative(found, SIGNIFICANCE) == expected
 
 
 @pytest.mark.parametrize(("sigma", "expected"), [(-2.0, False), (-4.0, True), (40.0, False)])
@@ -107,3 +107,33 @@ def test_a_coupling_of_negative_stiffness_is_not_named(stiffness, named):
     found = investigate(measured, MODEL, settings=settings).verdict
     assert ({c.effect for c in found.causes} == {cause.effect}) == named
     assert (found.verdict == "cause") == named
+
+
+BEARING = {"kind": "linear", "coefficients": "anisotropic", "bearing_damping_xx_N_s_per_m": 300.0}
+BEARING |= {"bearing_stiffness_xx_N_per_m": 1e6, "bearing_stiffness_yy_N_per_m": 1.6e6}
+BEARING |= {"bearing_damping_yy_N_s_per_m": 300.0}
+RIG = {  # three bearings, so that the rotor does not fall where one of them gives way
+    "rotor": shaft(0.8, 4, disc(2, 2.0, 4e-3, 2.1e-3), youngs_modulus_Pa=2.1e11, density_kg_per_m3=7800.0),
+    "bearings": [{**BEARING, "node": node, "label": str(node)} for node in (1, 3, 5)],
+    "effects": [unbalance(2, 2e-5, 0.4)],
+    "sensors": [2, 4],
+}
+HELD, SLOWER = build_model(RIG), np.array([60.0, 100.0, 140.0])
+
+
+def loss(lost, node, along):
+    """A loss along a direction, fitted to records of the same loss with little noise."""
+    cause = candidate(HELD, "support_loss", {"node": node}, {"direction_rad": along})
+    return fitted(HELD, cause, [lost], 1e-9, SLOWER, HARMONICS[:3])
+
+
+@pytest.mark.parametrize(("along", "all_of_it"), [(0.0, 1e6), (np.pi / 2, 1.6e6)])
+@pytest.mark.parametrize(("share", "expected"), [(0.9, False), (1.1, True)])
+def test_a_bearing_loses_at_most_its_stiffness_along_a_direction(along, all_of_it, share, expected):
+    found = loss(share * all_of_it, 3, along)
+    assert found.fit.theta[-1] == pytest.approx(share * all_of_it, rel=1e-2)
+    assert loses_more_than_all(found, HELD.structure, SLOWER) == expected
+
+
+def test_where_there_is_no_bearing_there_is_nothing_to_lose():
+    assert loses_more_than_all(loss(3e4, 2, 0.3), HELD.structure, SLOWER)

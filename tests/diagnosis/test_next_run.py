@@ -5,9 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import faulty, jeffcott_rig, shaft, spectrum_of
+from machines import SLOW, faulty, jeffcott_rig, shaft, spectrum_of
 from scipy.stats import binom
-from slow_effects import SLOW
 
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import STATED_SET, investigate

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import faulty, spectrum_of
-from slow_effects import SLOW
+from machines import SLOW, faulty, spectrum_of
 from test_resultant import RIG
 
 from rotorstudy import RotorstudyError

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import jeffcott_rig, spectrum_of
+from machines import SLOW, jeffcott_rig, spectrum_of
 from one_line_errors import refused
-from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.search import base_model

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from machines import jeffcott_rig
+from machines import SLOW, jeffcott_rig
 from page_checks import BROWSER, problems, seen_in_browser, sheets
-from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.candidates import Candidate

@@ -5,8 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from machines import disc, readings, shaft
-from slow_effects import SLOW
+from machines import SLOW, disc, readings, shaft
 
 from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
 from rotorstudy.diagnosis.search.search import base_model

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import disc, readings, shaft, springs, stepped
-from slow_effects import SLOW
+from machines import SLOW, disc, readings, shaft, springs, stepped
 
 from rotorstudy.blind.machines.beam import Element
 from rotorstudy.blind.machines.effects import add_seal, add_unbalance

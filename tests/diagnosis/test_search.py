@@ -5,8 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import all_but, disc, film, jeffcott_rig, shaft, spectrum_of, springs, unbalance
-from slow_effects import SLOW
+from machines import SLOW, all_but, disc, film, jeffcott_rig, shaft, spectrum_of, springs, unbalance
 
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.moves import exchanges, other_laws, removals, splits

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import disc, shaft, spectrum_of, unbalance
-from slow_effects import SLOW
+from machines import SLOW, disc, shaft, spectrum_of, unbalance
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.search import base_model

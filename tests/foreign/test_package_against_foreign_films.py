@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import disc, readings, shaft, unbalance
+from machines import SLOW, disc, readings, shaft, unbalance
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.blind.machines.beam import Element
@@ -31,7 +31,6 @@ FILMS = (LEFT, replace(LEFT, node=6, load=350.0))
 UNBALANCE = {2: 20 * 1e-5 * np.exp(0.4j), 4: 30 * 8e-6 * np.exp(-2j)}  # kg m
 CLEARANCE = "bearings[left].radial_clearance_m"
 ML = registry().get("estimator", "maximum_likelihood")
-SLOW = ["breathing_crack", "cubic_stiffness", "looseness", "pedestal_resonance", "rub", "transverse_crack"]
 KNOWN = {"default": 0.01, "rotor": 0.0, "eccentricity": 0.05, "bearing_scale": 0.0}
 STRICT = {"model_error": 1e-3, "model_floor": 1e-4, "nuisance": {}, "leave_out": SLOW, "candidates_per_round": 4}
 

@@ -104,3 +104,13 @@ def write(kind, folder, record, name=None, **changes):
         names = [name for name in found if name != "time"]
         write_sets(path, [signal_set(name, i, record.time, found[name], binary=1) for i, name in enumerate(names)])
     return path
+
+
+STEADY = 80.0  # rad/s
+MARKS = np.arange(1, 31) * 2 * np.pi / STEADY  # of the phase mark at that speed, s
+
+
+def pulses(marks, sign=1, base=0.0, noise=0.0):
+    """The channel of the keyphasor with pulses at some times."""
+    signal = base + sign * 5 * np.exp(-0.5 * ((TIME[:, None] - marks) * STEADY / 0.1) ** 2).sum(axis=1)
+    return {"key": signal + noise * np.random.default_rng(1).normal(size=len(TIME))}

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from machine import TIME
-from phase_marks import MARKS, SPEED
+from machine import MARKS, STEADY, TIME
 
 from rotorstudy.measurement.conventions import Keyphasor
 from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses
@@ -15,19 +14,19 @@ def test_the_angle_survives_missing_and_doubled_pulses():
     spoilt = count_revolutions(np.sort([*np.delete(MARKS, [3, 9, 10, 25]), MARKS[7] + 0.03, MARKS[18] + 0.02]))
     assert (spoilt.missing, spoilt.doubled) == (4, 2) and (clean.missing, clean.doubled) == (0, 0)
     assert spoilt.angle(TIME) == pytest.approx(clean.angle(TIME), abs=1e-9)
-    assert clean.speed(1.0) == pytest.approx(SPEED)
+    assert clean.speed(1.0) == pytest.approx(STEADY)
 
 
 @pytest.mark.parametrize(("edge", "offset"), [("center", 0.0), ("rising", -0.1), ("falling", 0.1)])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_edges_of_a_pulse(edge, offset, sign):
     """A trapezium 0.3 rad wide at its foot and 0.1 at its top has its half height 0.1 rad either side."""
-    away = np.abs((SPEED * TIME + np.pi) % (2 * np.pi) - np.pi)
+    away = np.abs((STEADY * TIME + np.pi) % (2 * np.pi) - np.pi)
     signal = sign * np.clip((0.15 - away) / 0.1, 0, 1)
     found = find_pulses(signal, TIME, Keyphasor(edge=edge)).time
-    expected = (offset * (1 if edge == "center" else sign)) / SPEED
-    late = (found * SPEED + np.pi) % (2 * np.pi) - np.pi
-    assert late[1:-1] == pytest.approx(expected * SPEED, abs=2e-3)
+    expected = (offset * (1 if edge == "center" else sign)) / STEADY
+    late = (found * STEADY + np.pi) % (2 * np.pi) - np.pi
+    assert late[1:-1] == pytest.approx(expected * STEADY, abs=2e-3)
 
 
 @pytest.mark.parametrize("shape", ["sharp", "round"])

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from machine import HARMONICS, TIME, channels, model, records, section, write, write_rig
+from machine import HARMONICS, MARKS, STEADY, TIME, channels, model, pulses, records, section, write, write_rig
 from one_line_errors import refused
 from page_checks import problems
-from phase_marks import MARKS, SPEED, pulses
 
 from rotorstudy import RotorstudyError, load_spectrum, read_measurement
 from rotorstudy.measurement import findings as table
@@ -22,14 +21,14 @@ from rotorstudy.measurement.quality import flat_top
 
 def findings(tmp_path, record=None, rig_changes=None, **changes):
     """Findings of one record, channels of which are replaced, as {name: severity}."""
-    path = write("csv", tmp_path, record or records(speeds=[SPEED])[0], name="run", **changes)
+    path = write("csv", tmp_path, record or records(speeds=[STEADY])[0], name="run", **changes)
     measurement = read_measurement(path, write_rig(tmp_path / "rig.yaml", **(rig_changes or {})))
     assert all(len(finding.text) > 20 and "run.csv" in finding.where for finding in measurement.findings)
     return {finding.name: finding.severity for finding in measurement.findings}
 
 
 def original():
-    return channels(records(speeds=[SPEED])[0])
+    return channels(records(speeds=[STEADY])[0])
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -80,10 +79,10 @@ FAULTS = {
         {"doubled pulses": "warning"},
     ),
     "jitter": (
-        lambda: pulses(MARKS + 0.1 / SPEED * np.random.default_rng(4).normal(size=30)),
+        lambda: pulses(MARKS + 0.1 / STEADY * np.random.default_rng(4).normal(size=30)),
         {"keyphasor jitter": "warning"},
     ),
-    "two marks a turn": (lambda: pulses(np.sort([*MARKS, *(MARKS - np.pi / SPEED)])), {"speed label": "error"}),
+    "two marks a turn": (lambda: pulses(np.sort([*MARKS, *(MARKS - np.pi / STEADY)])), {"speed label": "error"}),
 }
 
 
@@ -139,12 +138,12 @@ def test_reversed_polarity_is_an_error_where_the_rig_states_one(tmp_path):
     stated = {"keyphasor": section()["keyphasor"] | {"polarity": "positive"}}
     assert findings(tmp_path, rig_changes=stated, **pulses(MARKS)) == {}
     assert findings(tmp_path, rig_changes=stated, **pulses(MARKS, -1))["keyphasor polarity"] == "error"
-    square = {"key": np.sign(np.sin(SPEED * TIME))}
+    square = {"key": np.sign(np.sin(STEADY * TIME))}
     assert findings(tmp_path, **square)["keyphasor polarity"] == "warning"
 
 
 def test_hints_of_the_speed_label(tmp_path):
-    path = write("csv", tmp_path, records(speeds=[SPEED])[0], speed=np.full(len(TIME), SPEED))
+    path = write("csv", tmp_path, records(speeds=[STEADY])[0], speed=np.full(len(TIME), STEADY))
     for unit, hint in (("Hz", "label"), ("rpm", "label is in"), ("rad/s", None)):
         measurement = read_measurement(path, write_rig(tmp_path / "rig.yaml", speed_unit=unit))
         assert [f.name for f in measurement.findings] == ([] if hint is None else ["speed label"])
@@ -152,7 +151,7 @@ def test_hints_of_the_speed_label(tmp_path):
 
 def test_short_and_coarse_records(tmp_path):
     def at(samples, step=1):
-        (one,) = records(speeds=[SPEED], time=TIME[:samples])
+        (one,) = records(speeds=[STEADY], time=TIME[:samples])
         thin = {"displacement": one.displacement[:, ::step], "reference": one.reference[::step]}
         return replace(one, time=one.time[::step], **thin)
 
@@ -165,7 +164,7 @@ def test_a_changing_speed(tmp_path):
     """Angle w t (1 + d t / 2 T): the speed changes by d over the record."""
     for drift, expected in ((0.002, {}), (0.02, "warning"), (0.1, "error")):
         length = TIME[-1]
-        marks = np.interp(2 * np.pi * np.arange(1, 32), SPEED * (TIME + drift * TIME**2 / 2 / length), TIME)
+        marks = np.interp(2 * np.pi * np.arange(1, 32), STEADY * (TIME + drift * TIME**2 / 2 / length), TIME)
         found = findings(tmp_path, **pulses(marks[marks < length - 0.01]))
         assert found.get("speed drift", {}) == expected
 
@@ -178,7 +177,7 @@ def test_a_vibration_that_grows_is_not_steady(tmp_path):
 @pytest.mark.parametrize("unit", ["mm", "um"])
 def test_an_undeclared_unit_is_found(unit, tmp_path):
     factor = {"mm": 1e3, "um": 1e6}[unit]
-    record = records(speeds=[SPEED])[0]
+    record = records(speeds=[STEADY])[0]
     values = {name: value * factor for name, value in meters(record).items()}
     probes = [{key: p[key] for key in ("channel", "node", "angle_deg")} | {"unit": "m"} for p in section()["probes"]]
     path = write("csv", tmp_path, record, **values)
@@ -249,7 +248,7 @@ def test_nothing_to_take_a_phase_from(tmp_path):
     given = yaml.safe_load(rig.read_text())
     del given["measurement"]["keyphasor"]  # then a file may have none
     rig.write_text(yaml.safe_dump(given))
-    path = write("csv", tmp_path, records(speeds=[SPEED])[0])
+    path = write("csv", tmp_path, records(speeds=[STEADY])[0])
     measurement = read_measurement(path, rig)
     assert [f.name for f in measurement.errors] == ["no phase reference"] and measurement.spectrum is None
 
@@ -290,7 +289,7 @@ def test_import_from_the_command_line(tmp_path, command):
     assert page.count("data-charts=") == 1 and ".csv: no problem was found</h1>" in page and len(page) < 500_000
     out.unlink()
 
-    bad = str(write("csv", tmp_path, records(speeds=[SPEED])[0], name="bad", **clipped(0.8)))
+    bad = str(write("csv", tmp_path, records(speeds=[STEADY])[0], name="bad", **clipped(0.8)))
     arguments = ["import", paths[0], bad, "--rig", str(rig), "--out", str(out), "--quality", str(tmp_path / "q.html")]
     printed = command(*arguments, status=1)
     assert not out.exists() and "clipping" in printed.err and "no spectrum was written" in printed.err
@@ -303,7 +302,7 @@ def test_a_spectrum_file_that_is_none_is_named(tmp_path):
     from rotorstudy.measurement.records import records_dataset
     from rotorstudy.store import save
 
-    save(records_dataset(records(speeds=[SPEED])), tmp_path / "records.nc")
+    save(records_dataset(records(speeds=[STEADY])), tmp_path / "records.nc")
     refused(lambda: load_spectrum(tmp_path / "records.nc"), "rotorstudy import")
     made = {name: ("speed", np.ones(2)) for name in ("amplitude", "covariance")}
     xr.Dataset(made).to_netcdf(tmp_path / "other.nc")

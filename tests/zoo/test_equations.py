@@ -2,14 +2,28 @@
 
 import numpy as np
 import pytest
+from machines import OFFSET_DISC, point
 from scipy.linalg import sqrtm
-from two_rotors import CRACKS, HARMONICS, LOCAL, ROTORS, SPEEDS, at_disc, parameters_of
 
-from rotorstudy import registry
+from rotorstudy import build_model, make_term, registry
 from rotorstudy.model.cracks import crack_parameters, crack_series, participation_factors
 from rotorstudy.model.entries import apply_entries
 
 ROUND_OFF = 1e-12  # relative: 1e-16 a product, some hundred products and sums
+SPEEDS = np.array([90.0, 200.0, 310.0, 450.0])  # below the critical speeds of both rotors
+HARMONICS = np.array([0, 1, 2, 3, 5, 7, -1, -3, -5])
+ROTORS = {name: build_model({"rotor": one}).structure for name, one in (("plain", point()), ("tilting", OFFSET_DISC))}
+# forces in time: tests/physics/test_alternating.py and test_breathing_by_the_moment.py
+LOCAL = {"rub", "looseness", "support_clearance", "cubic_stiffness", "transverse_crack"}
+CRACKS = list(registry().plugins["crack"].values())
+
+
+def at_disc(structure):
+    return np.outer(structure.unit(1), structure.unit(1))
+
+
+def parameters_of(name, structure, **options):
+    return make_term("effect", {"kind": name, **options}, structure, structure.nodes).parameters
 
 
 @pytest.fixture(params=ROTORS)
