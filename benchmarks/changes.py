@@ -22,12 +22,10 @@ from rotorstudy.blind.machines.cases import draw_case
 from rotorstudy.blind.machines.files import write_case
 from rotorstudy.blind.machines.measuring import record, surface_runout
 from rotorstudy.blind.machines.stepping import NoSteadyState
+from rotorstudy.blind.run import read_case
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.runs.compare import compare
-from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.measurement import measured_spectrum
-from rotorstudy.model.rig import read_rig
 
 RUNOUT, GAIN, ANGLE = 20e-6, 0.05, np.deg2rad(5)  # m, 1, rad
 SHARE = 0.1  # of the unbalance in the second state, of that given to a single run
@@ -57,21 +55,15 @@ def drawn(seed, family):
 
 
 def measured(case, seed, share, folder):
-    """Spectrum, model, rig and findings of a state with a share of the effect of the case, which is linear in it."""
+    """Spectrum, model, and settings and findings, of a state with a share of the effect, which is linear in it."""
     moved = case.healthy.displacement + share * (case.steady.displacement - case.healthy.displacement)
     steady = replace(case.healthy, displacement=moved)
     records = record(np.random.default_rng([seed, 3]), steady, case.nodes, case.probes, case.chain, case.zero)
     folder.mkdir()
     write_case(replace(case, records=records), folder, harmonics=HARMONICS)
-    rig = read_rig(folder / "rig.yaml")
-    return *measured_spectrum([folder / "record.nc"], rig), rig
-
-
-def settings_of(rig):
-    """Those of the rig, with the errors of the probes stated."""
-    settings = read_settings(rig.given, "rig.yaml")
+    spectrum, model, settings, findings = read_case(folder)
     chain = settings.nuisance | {"probe_gain": GAIN, "probe_angle": ANGLE}
-    return settings.model_copy(update={"nuisance": chain})
+    return spectrum, model, {"settings": settings.model_copy(update={"nuisance": chain}), "findings": findings}
 
 
 def run_case(work):
@@ -86,10 +78,10 @@ def run_case(work):
 def _row(case, seed, changed, single):
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
-        before, model, findings, rig = measured(case, 2 * seed, 0.0, folder / "before")
+        before, model, known = measured(case, 2 * seed, 0.0, folder / "before")
         after, *_ = measured(case, 2 * seed + 1, SHARE * changed, folder / "after")
         start = time.process_time()
-        found = compare(before, after, model, settings=settings_of(rig), findings=tuple(findings)).diagnosis.verdict
+        found = compare(before, after, model, **known).diagnosis.verdict
         stated = names(found)
         row = {"verdict": found.verdict, "seconds": time.process_time() - start, "stated": str(stated[:4])}
         if not changed:
@@ -102,8 +94,8 @@ def _row(case, seed, changed, single):
             if (cause.effect, cause.where.get("node")) == true:
                 row["size_error"] = abs(cause.parameters["unbalance"].value / (SHARE * effect["moment_kg_m"]) - 1)
         if single:
-            spectrum, model, findings, rig = measured(case, 2 * seed + 1, 1.0, folder / "alone")
-            alone = investigate(spectrum, model, settings=settings_of(rig), findings=tuple(findings)).verdict
+            spectrum, model, known = measured(case, 2 * seed + 1, 1.0, folder / "alone")
+            alone = investigate(spectrum, model, **known).verdict
             row["in_set_of_one_state"] = true in names(alone)
     return row
 

@@ -30,13 +30,11 @@ from rotorstudy.blind.machines.cracks import CURVATURES, add_form, arc_form, sta
 from rotorstudy.blind.machines.files import write_case
 from rotorstudy.blind.machines.measuring import Probe, record, surface_runout
 from rotorstudy.blind.machines.stepping import NoSteadyState
+from rotorstudy.blind.run import read_case
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.one_cause.answer import interval_of
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
-from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.measurement import measured_spectrum
-from rotorstudy.model.rig import read_rig
 from rotorstudy.units import HALF_INTERVAL
 
 SLOTS = 5  # every fifth seed is a slot
@@ -109,9 +107,7 @@ def run_case(work):
     with tempfile.TemporaryDirectory() as files:
         write_case(case, files, seed=seed, harmonics=HARMONICS)
         try:
-            rig = read_rig(Path(files) / "rig.yaml")
-            spectrum, model, findings = measured_spectrum([Path(files) / "record.nc"], rig)
-            settings = read_settings(rig.given, "rig.yaml")
+            spectrum, model, settings, findings = read_case(Path(files))
             row |= _identified(spectrum, model, settings, true)
             row |= _diagnosed(spectrum, model, settings, findings, true) if diagnose else {}
         except (RotorstudyError, np.linalg.LinAlgError) as problem:

@@ -19,7 +19,7 @@ from rotorstudy.blind.machines import rig_items
 from rotorstudy.blind.machines.contacts import RubLaw, add_elliptic_forces, coupling, one_sided
 from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_preload, add_thermal_bow
-from rotorstudy.blind.machines.files import discs_section, page, stretches
+from rotorstudy.blind.machines.files import discs_section, page, stretches, write_records
 from rotorstudy.blind.machines.film import running_position
 from rotorstudy.blind.machines.machine import LocalForce
 from rotorstudy.blind.machines.measuring import Chain, Probe, record, surface_runout
@@ -155,8 +155,6 @@ def right_places(plant, state):
 
 def write(folder, name, state, draw, steady, again=0):
     """Write record.nc (zero mean at every speed, as by AC coupling) and rig.yaml; returns their paths."""
-    import xarray as xr
-
     folder, plant = Path(folder), PLANTS[name]()
     folder.mkdir(parents=True, exist_ok=True)
     rng, nodes = np.random.default_rng([draw, 31]), [film.node for film in plant.rotor.films]
@@ -174,22 +172,8 @@ def write(folder, name, state, draw, steady, again=0):
     chain = Chain(rate=128 * plant.speeds.max() / (2 * np.pi), revolutions=32, noise=1e-7, coloured_noise=5e-8,
                   quantum=2e-8, amplitude_scatter=2e-3, phase_scatter=2e-3, jitter=1e-4, pulse_width=0.35)  # fmt: skip
     taken = record(shots, steady, nodes, probes, chain)
-    shown = taken["displacement"]
-    shown -= shown.mean(axis=-1, keepdims=True)
-    names = ("speed", "node", "direction", "time")
-    xr.Dataset(
-        {
-            "displacement": (names, shown, {"units": "m"}),
-            "keyphasor": (("speed", "time"), taken["keyphasor"], {"units": "V"}),
-        },
-        {
-            "speed": ("speed", taken["speed"], {"units": "rad/s"}),
-            "node": ("node", np.array(nodes) + 1, {"units": "1"}),
-            "direction": ("direction", ["a", "b"]),
-            "time": ("time", taken["time"], {"units": "s"}),
-        },
-        {"title": "Simulated vibration record"},
-    ).to_netcdf(folder / "record.nc", encoding={"displacement": {"dtype": "float32"}})
+    taken["displacement"] -= taken["displacement"].mean(axis=-1, keepdims=True)
+    write_records(folder / "record.nc", taken, nodes)
     (folder / "rig.yaml").write_text(page(rig(plant, error)), encoding="utf-8")
     return folder / "record.nc", folder / "rig.yaml"
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import SLOW, disc, readings, shaft, unbalance
+from machines import SLOW, all_but, disc, readings, shaft, unbalance
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.blind.machines.beam import Element
@@ -121,8 +121,7 @@ ALIKE = {
 
 
 def verdict_on(spectrum):
-    left_out = sorted(set(registry().plugins["effect"]) - ALIKE)
-    settings = Settings(**{**STRICT, "leave_out": left_out}, uncertainty=KNOWN)
+    settings = Settings(**{**STRICT, "leave_out": all_but(*ALIKE)}, uncertainty=KNOWN)
     return investigate(spectrum, build_model(rig()), settings=settings)
 
 

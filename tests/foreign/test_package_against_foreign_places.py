@@ -1,16 +1,14 @@
 """Where one force explains the records of machines that share nothing with the package, and what follows from it."""
 
 import pytest
+from machines import all_but
 
 from foreign.small_cases import small
 from rotorstudy.blind.machines.files import write_case
+from rotorstudy.blind.run import read_case
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.search import begin
-from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.inference.prediction import with_model_error
-from rotorstudy.measurement.measurement import measured_spectrum
-from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import read_rig
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
 
@@ -21,10 +19,8 @@ SIZE = {"count": 4, "speeds": 5, "steps": 128, "visible": 0.05}
 def read(case, folder, library=()):
     """Spectrum, model and settings of a case, with a rig file as wrong as good ones are and some effects alone."""
     write_case(case, folder, 0.005, 0.02, 0.05, harmonics=HARMONICS)
-    rig = read_rig(folder / "rig.yaml")
-    spectrum, model, _ = measured_spectrum([folder / "record.nc"], rig)
-    others = sorted(set(registry().plugins["effect"]) - set(library))
-    return spectrum, model, read_settings(rig.given, "rig.yaml").model_copy(update={"leave_out": others})
+    spectrum, model, settings, _ = read_case(folder)
+    return spectrum, model, settings.model_copy(update={"leave_out": all_but(*library)})
 
 
 def places(case, folder):

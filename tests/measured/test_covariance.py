@@ -20,6 +20,7 @@ from scipy.signal import lfilter
 from scipy.stats import chi2
 
 from rotorstudy import measured_response, read_measurement
+from rotorstudy.measurement.angle_fit import fit_harmonics
 from rotorstudy.measurement.harmonics import estimate, shrunk_covariance, with_phase_noise
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.response.series import rotating_basis
@@ -69,6 +70,29 @@ def test_the_stated_variances_are_the_scatter(kind, turns, blocks):
     assert np.all(ratio[mean] < (high if blocks == 0 else 8)), ratio
     squares = np.einsum("ti,tij,tj->t", errors, np.linalg.inv(stated), errors) / errors.shape[1]
     assert 0.6 < squares.mean() < 1.08 * (1 + (2 / (blocks - 3) if blocks else 0)), squares.mean()
+
+
+@pytest.mark.parametrize(("line", "gap"), [(0.0, False), (0.0, True), (2.0, False)])
+def test_a_drift_of_the_mean_leaks_into_no_harmonic(line, gap):
+    """Half the amplitude of 1X over 60 turns. Its leak into harmonic n, its slope over n, is what the fit alone has."""
+    generator = np.random.default_rng(3)
+    angle = 2 * np.pi * np.arange(60 * PER_TURN) / PER_TURN
+    drift = 5e-3 * (1 + 2j) * (angle - angle.mean())
+    signal = SIZE @ np.exp(1j * np.multiply.outer(LISTED, angle)) + line * np.exp(0.437j * angle) + drift
+    signal += 0.02 * noise("white", generator, len(angle))
+    signal[900 : 900 + 90 * gap] = np.nan
+    for wanted in (LISTED, LISTED[1:]):  # with and without 0X, whose covariance shows the drift
+        own = np.isin(LISTED, wanted)
+        held = signal - (0 if own[0] else np.nanmean(signal))
+        found = estimate(held, angle, 60, wanted)
+        moving = wanted != 0
+        off = np.abs(found.amplitude - SIZE[own])[moving]
+        std = np.sqrt(np.diag(found.covariance).reshape(2, -1).sum(axis=0))[moving]
+        assert (off < 4 * std).all() and (std < 2e-3).all()
+        there = np.isfinite(held)
+        alone = fit_harmonics(held[there], angle[there], wanted).amplitude
+        assert np.abs(alone - SIZE[own])[wanted == 1] > 5 * std[wanted[moving] == 1]  # the negative control
+        assert len(found.lines) == (line > 0)
 
 
 def test_few_blocks_give_neither_a_singular_nor_a_wild_covariance():

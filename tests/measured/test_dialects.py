@@ -213,6 +213,7 @@ def test_a_row_of_numbers_is_not_taken_for_units(table, tmp_path):
         ("time,x (mil x 10)", "is in 'mil x 10', which is not read"),
         ("time,x/10 (um)", "is in 'x/10 (um)', which is not read"),
         ("time,DE 10^-2 mm", "is in 'DE 10^-2 mm', which is not read"),
+        ("time,x um/10", "is in 'x um/10', which is not read"),
         ("time,x10 (um)", 1.0),  # a probe of bearing 10
         ("time,x (milli-inch)", "is in 'inch', which is not read"),
         ("time,x (umpp)", 1.0),

@@ -311,6 +311,9 @@ def test_other_files_are_no_wide_tables(names, tmp_path):
         (("deg lag", "-deg"), r"has the unit '\(-deg\)'"),
         (("Speed (", "Speed x1000 ("), "no column of the speed"),
         (("Speed (", "Speed/1000 ("), "no column of the speed"),
+        (("Speed (rpm)", "Speed rpm/10"), "no column of the speed"),
+        (("Speed (rpm)", "rpm x100"), "no column of the speed"),
+        ((" 1X ", " -1X "), "must name probe and harmonic"),  # of a full spectrum: backward
         ((" 1X ", " "), r"such as 'right Phase \(deg lag\)' must name probe and harmonic"),
         (("right 1X Amp", "up 1X Amp"), r"amplitude of probe 'up' at 1X, and no column is its phase, .*add it"),
         ((f"{SPEEDS[1] * 30 / np.pi:.9f},", "none at all,"), r"line 5, column 'Speed \(rpm\)': 'none at all' is not"),

@@ -9,6 +9,7 @@ from machines import jeffcott_rig
 from one_line_errors import refused
 
 from rotorstudy import RotorstudyError, load_rig, measured_response, measured_spectrum, read_measurement
+from rotorstudy.commands.line import main
 from rotorstudy.measurement.netcdf_files import measurement_dataset
 from rotorstudy.measurement.records import records_dataset
 from rotorstudy.store import save
@@ -49,6 +50,21 @@ def test_displacements_from_the_unloaded_line(tmp_path):
         save(measurement_dataset(found), tmp_path / "spectrum.nc")
         _, again, _ = measured_spectrum([tmp_path / "spectrum.nc"], rig_file(tmp_path))
         assert measured_response(again, [100.0], HARMONICS)[0, :, 0] == pytest.approx(expected, abs=1e-15)
+
+
+def test_a_spectrum_is_of_the_conventions_it_was_imported_by(tmp_path):
+    """A section that was corrected since changes the records: the spectrum has to be imported again."""
+    path, _ = foreign_file(tmp_path / "a")
+    spectrum = tmp_path / "spectrum.nc"
+    assert main(["import", str(path), "--rig", str(rig_file(tmp_path)), "--out", str(spectrum)]) == 0
+    for changes in ({"rotation": "against_angles"}, {"gravity_angle_deg": 90.0}, {"harmonics": [1, -1]}):
+        with pytest.raises(RotorstudyError, match=r"another section 'measurement:'.*import the records"):
+            measured_spectrum(spectrum, rig_file(tmp_path, **changes))
+    measured_spectrum(spectrum, rig_file(tmp_path))
+    with pytest.raises(RotorstudyError, match="no speed is below it"):  # slow roll is taken off a spectrum too
+        measured_spectrum(spectrum, rig_file(tmp_path, slow_roll_below_rpm=10.0))
+    (tmp_path / "bare.yaml").write_text(yaml.safe_dump(RIG))  # in axes of the project, whatever was said of the files
+    measured_spectrum(spectrum, tmp_path / "bare.yaml")
 
 
 def test_node_labels_that_count_from_zero(tmp_path):

@@ -154,20 +154,26 @@ def _plain(value):
     return [value.real.tolist(), value.imag.tolist()] if isinstance(value, np.ndarray) else float(value)
 
 
-def answer_case(folder, leave_out=(), answer=diagnosed, records=("record.nc",)):
-    """Verdict (or "refused", "failed"), held-out predictions and seconds of one core, by records and rig file alone."""
+def read_case(folder, records=("record.nc",)):
+    """Spectrum, model, settings and findings of a case, by its records and rig file alone."""
     from rotorstudy.diagnosis.settings import read_settings
 
+    rig = read_rig(folder / "rig.yaml")
+    spectrum, model, findings = measured_spectrum([folder / name for name in records], rig)
+    return spectrum, model, read_settings(rig.given, "rig.yaml"), tuple(findings)
+
+
+def answer_case(folder, leave_out=(), answer=diagnosed, records=("record.nc",)):
+    """Verdict (or "refused", "failed"), held-out predictions and seconds of one core, of what `read_case` reads."""
     start, held_out = process_time(), None
     try:
-        rig = read_rig(folder / "rig.yaml")
-        spectrum, model, findings = measured_spectrum([folder / name for name in records], rig)
-        settings = read_settings(rig.given, "rig.yaml").model_copy(update={"leave_out": list(leave_out)})
+        spectrum, model, settings, findings = read_case(folder, records)
+        settings = settings.model_copy(update={"leave_out": list(leave_out)})
     except RotorstudyError as error:
         verdict = {"verdict": "refused", "error": str(error).replace(f"{folder}/", "")}  # rows are alike anywhere
     else:
         try:
-            verdict, held_out = answer(spectrum, model, settings, tuple(findings))
+            verdict, held_out = answer(spectrum, model, settings, findings)
         except (RotorstudyError, ArithmeticError, LookupError, ValueError) as error:  # a diagnosis ends in a verdict
             where = extract_tb(error.__traceback__)[-1]
             said = f"{type(error).__name__}: {error} ({Path(where.filename).name}:{where.lineno})"

@@ -17,6 +17,7 @@ def add(parser):
 
 def run(given):
     """Write the quality page, and the spectrum unless a finding is an error."""
+    from rotorstudy.measurement.conventions import read_conventions
     from rotorstudy.measurement.corrections import averaged
     from rotorstudy.measurement.findings import worst_first
     from rotorstudy.measurement.measurement import read_measurement
@@ -40,6 +41,7 @@ def run(given):
             f"records (see {page})"
         )
     attributes = {**provenance(rig.given, rig.plugins), "records": ", ".join(map(str, given.records))}
+    attributes["measurement"] = read_conventions(rig.given, str(rig.path)).as_text()
     save(measurement_dataset(measurement).assign_attrs(attributes), given.out)
     count = len(measurement.spectrum.speed)
     print(f"wrote the spectrum at {count} speed(s) to {given.out} and its quality page to {page}")

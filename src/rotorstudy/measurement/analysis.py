@@ -132,9 +132,9 @@ def _turning(raw, pulses, marks):
 def _harmonics_of_nodes(raw, facts, signals, angle, psi, mark_variance):
     """{node: (amplitude, covariance)} of a record, and findings; psi : as `_reference_phase` gives, None with marks."""
     harmonics, of_node, findings = np.array(raw.conventions.harmonics), {}, []
-    fits = fit_each(signals, angle, harmonics)
+    *fits, drift = fit_each(np.array([*signals, angle - angle.mean()]), angle, harmonics)
     for node, signal, direction, fit, order in zip(raw.nodes, signals, raw.directions, fits, raw.orders, strict=True):
-        found = estimate(signal, angle, int(facts.revolutions), harmonics, direction, fit)
+        found = estimate(signal, angle, int(facts.revolutions), harmonics, direction, fit, drift)
         amplitude, covariance = found.amplitude, found.covariance
         if psi is None:
             covariance = with_phase_noise(amplitude, covariance, harmonics, mark_variance)

@@ -102,7 +102,8 @@ def _stated(name, below, letters):
     found = [unit for text in (below, *bracketed) if (unit := unit_of(text))]
     last = AT_THE_END.search(KIND.sub("", name.lower()).strip())
     found += [UNIT_OF[last[1]]] if last and UNIT_OF.get(last[1]) in CLEAR and last[1] not in SHORT else []
-    if found and SCALED_NAME.search(name.lower()):
+    held = {word for word in words_in(name) if word in UNIT_OF and word not in SHORT}
+    if (found or held) and SCALED_NAME.search(name.lower()):
         return name
     return next((unit for unit in found if unit in WORDS), next(iter(found), None))
 

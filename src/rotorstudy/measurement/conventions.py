@@ -99,6 +99,10 @@ class Conventions(Strict):
     slow_roll_below_rpm: Annotated[float, Gt(0)] | None = None
     node_of_label: dict[int | str, int] = {}
 
+    def as_text(self):
+        """What a spectrum depends on, as JSON, without defaults; slow roll is taken off afterwards."""
+        return self.model_dump_json(exclude_defaults=True, exclude={"slow_roll_below_rpm"})
+
     @property
     def sense(self):
         """1 if the shaft rotates in the direction of the user's angles, else -1."""

@@ -17,6 +17,8 @@ error: too few revolutions (marks): {count} phase marks; at least two are needed
     threshold_V
 warning: keyphasor polarity: pulses last {duty:.0f} % of the time{asked}; the polarity is reversed, or threshold_V is
     wrong. Correct 'keyphasor: polarity' or 'threshold_V': the phase is off by up to half a revolution
+warning: keyphasor polarity (both): it also has pulses of the other sign, {share:.0f} % as high; the {sign} ones are
+    taken. State which is the mark by 'keyphasor: polarity'; an AC-coupled keyphasor has both
 warning: missing pulses: {count} of {every}; counted without them
 warning: doubled pulses: {count} extra pulses beside {marks} marks; left out
 error: missing pulses (many): {count} for {marks} regular pulses, too many to identify the marks. Check threshold_V

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from rotorstudy.measurement.angle_fit import fit_amplitude, fit_harmonics
+from rotorstudy.measurement.angle_fit import Fit, fit_amplitude, fit_harmonics
 from rotorstudy.measurement.lines import Line, line_basis, orders_of_lines
 from rotorstudy.measurement.spectrum import along_probe, seen_components, seen_rows
 from rotorstudy.response.series import rotating_basis
@@ -73,25 +73,32 @@ class Harmonics:
     lines: tuple[Line, ...] = ()  # Line of each spectral line that is not synchronous; they are in no other quantity
 
 
-def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None):
+def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None, drift=None):
     """Harmonics of a record of whole revolutions.
 
-    The mean is harmonic 0. Lines that are not synchronous are fitted together with the harmonics. The covariance is
+    The mean is harmonic 0. Its drift, a straight line in the angle, which would leak into the others, and lines that
+    are not synchronous are fitted together with the harmonics. The covariance is
     that of the blocks of whole revolutions without these lines, shrunk (`shrunk_covariance`), divided by the number of
     blocks in the record, with noise that is slower than a block (`with_slow_noise`).
 
     signal : (time,) complex, m; NaN where missing;  angle : (time,) rad, increasing;  harmonics : (harmonic,)
     direction : rad, of the only probe of the node, along which the signal is; NaN for an orbit
-    fit       : Fit of the signal to the harmonics alone, if it is known
+    fit, drift : Fit of the signal, and of the angle from its mean, to the harmonics alone, if they are known
     """
     harmonics, channels = np.asarray(harmonics), 2 if np.isnan(direction) else 1
     usable = np.isfinite(signal)
     fit = fit_harmonics(signal[usable], angle[usable], harmonics) if fit is None else fit
-    orders = orders_of_lines(signal[usable], angle[usable], harmonics, fit.residual)
+    turned = angle - angle[usable].mean()
+    if drift is None or not usable.all():
+        drift = fit_harmonics(turned[usable], angle[usable], harmonics)
+    slope, fit = _without_drift(fit, drift)
+    orders = orders_of_lines(signal[usable] - slope * turned[usable], angle[usable], harmonics, fit.residual)
     widened, lines = 1.0, ()
     if len(orders):
-        signal, widened, lines = _without_lines(signal, angle, usable, harmonics, orders)
-        fit = fit_harmonics(signal[usable], angle[usable], harmonics)
+        lines_of_signal, slope, widened, lines = _lines(signal, angle, usable, harmonics, orders)
+        signal = signal - lines_of_signal
+        fit = fit_harmonics(signal[usable] - slope * turned[usable], angle[usable], harmonics)
+    signal = signal - slope * turned
     amplitude, residual, inverse = fit
     freedom = max(1, usable.sum() - len(harmonics))
     noise_std = float(np.sqrt(np.sum(np.abs(residual) ** 2) / freedom / channels))
@@ -108,6 +115,7 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None):
         covariance = covariance if channels == 2 else along_probe(2 * covariance, harmonics, direction)
         return Harmonics(amplitude, covariance, np.zeros((0, len(harmonics))), noise_std, (1, 1), lines)
     blocks = np.array([fit_amplitude(signal[c], angle[c], harmonics)[0] for c in (pieces[b] for b in full)])
+    blocks[:, harmonics == 0] += [[slope * turned[pieces[b]].mean()] for b in full]
     parts = np.concatenate([blocks.real, blocks.imag], axis=1)
     if channels == 2:
         covariance, shrinkage = shrunk_covariance(parts)
@@ -126,17 +134,25 @@ def _covariance_of_probe(parts, harmonics, direction):
     return rows.T @ with_slow_noise(covariance, own, harmonics, seen) @ rows, shrinkage
 
 
-def _without_lines(signal, angle, usable, harmonics, orders):
-    """A signal without lines of some orders (line,); what the covariance is multiplied by; the lines."""
+def _without_drift(fit, drift):
+    """The slope of a straight line in the angle that is fitted with the harmonics, and the Fit without it."""
+    power = np.vdot(drift.residual, drift.residual).real
+    slope = np.vdot(drift.residual, fit.residual) / power
+    inverse = fit.inverse + np.outer(drift.amplitude, drift.amplitude.conj()) / power
+    return slope, Fit(fit.amplitude - slope * drift.amplitude, fit.residual - slope * drift.residual, inverse)
+
+
+def _lines(signal, angle, usable, harmonics, orders):
+    """The lines of some orders (line,) in a signal; slope of its drift; factor of the covariance; the Lines."""
     basis = rotating_basis(angle, 1.0, harmonics)
-    both = np.concatenate([basis, line_basis(angle, orders)])
+    both = np.concatenate([basis, line_basis(angle, orders), [angle - angle[usable].mean()]])
     amplitude, _, inverse = fit_basis(signal[usable], both[:, usable])
     alone = np.linalg.inv(basis[:, usable].conj() @ basis[:, usable].T)
     count = len(basis)
     wider = np.tile(np.sqrt((np.diag(inverse)[:count] / np.diag(alone)).real), 2)
-    forward, backward = np.split(np.abs(amplitude[count:]), 2)
+    forward, backward = np.split(np.abs(amplitude[count:-1]), 2)
     lines = tuple(map(Line, orders.tolist(), forward.tolist(), backward.tolist()))
-    return signal - amplitude[count:] @ both[count:], np.outer(wider, wider), lines
+    return amplitude[count:-1] @ both[count:-1], amplitude[-1], np.outer(wider, wider), lines
 
 
 def with_slow_noise(covariance, draws, harmonics, seen=None):

@@ -21,12 +21,16 @@ PIECE_REVOLUTIONS = 10  # between knots of the spline: slower drift is followed,
 
 @dataclass(frozen=True)
 class Pulses:
-    """Pulses at time (pulse,), s, a share `duty` of all; resolution : of an instant, s, by the sampling."""
+    """Pulses at time (pulse,), s, a share `duty` of all; resolution : of an instant, s, by the sampling.
+
+    opposite : height of pulses of the other sign over that of these
+    """
 
     time: np.ndarray
     polarity: int
     duty: float
     resolution: float
+    opposite: float
 
 
 def find_pulses(signal, time, settings):
@@ -36,9 +40,9 @@ def find_pulses(signal, time, settings):
     if len(signal) < 3:
         return None
     base = np.median(signal)
-    up, down = signal.max() - base, base - signal.min()
-    towards = 1 if up >= down else -1
-    height = max(up, down)
+    up_to, down_to = signal.max() - base, base - signal.min()
+    towards = 1 if up_to >= down_to else -1
+    height = max(up_to, down_to)
     noise = 1.4826 * np.median(np.abs(signal - base))
     if height <= PULSE_OVER_NOISE * noise or height == 0:
         return None
@@ -57,14 +61,15 @@ def find_pulses(signal, time, settings):
     # an edge within one sample has a uniform error; one over several samples is interpolated the better
     part = min(1.0, float(np.median(steps))) if len(steps) else 1.0
     resolution = float(part**3 * np.median(np.diff(time)) / np.sqrt(12))
+    opposite = max(0.0, float(min(up_to, down_to) - PULSE_OVER_NOISE * noise) / height)
     if settings.edge == "rising":  # of the voltage, whatever the polarity
-        return Pulses(begins if polarity > 0 else ends, polarity, duty, resolution)
+        return Pulses(begins if polarity > 0 else ends, polarity, duty, resolution, opposite)
     if settings.edge == "falling":
-        return Pulses(ends if polarity > 0 else begins, polarity, duty, resolution)
+        return Pulses(ends if polarity > 0 else begins, polarity, duty, resolution, opposite)
     if len(begins) and len(ends):
         ends = ends[ends > begins[0]]
     pairs = min(len(begins), len(ends))
-    return Pulses((begins[:pairs] + ends[:pairs]) / 2, polarity, duty, resolution / np.sqrt(2))
+    return Pulses((begins[:pairs] + ends[:pairs]) / 2, polarity, duty, resolution / np.sqrt(2), opposite)
 
 
 def _crossings(signal, time, after):

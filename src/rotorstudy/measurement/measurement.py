@@ -89,8 +89,14 @@ def measured_spectrum(
             raise RotorstudyError(f"{imported[0]} is a spectrum over all speeds; give it alone, or give the records")
         if method is not None:
             raise _no_record_for(method, imported[0], "is a spectrum")
-        spectrum, findings, zero = load_imported(imported[0])
-        conventions = read_conventions(rig.given, str(rig.path)).model_copy(update={"displacement_zero": zero})
+        spectrum, findings, zero, read = load_imported(imported[0])
+        conventions = read_conventions(rig.given, str(rig.path))
+        if rig.given.get("measurement") and read not in (None, conventions.as_text()):
+            raise RotorstudyError(
+                f"{imported[0]}: it was imported by another section 'measurement:' than that of {rig.path}, {read}; "
+                "import the records again, or give this rig file the same section"
+            )
+        conventions = conventions.model_copy(update={"displacement_zero": zero})
         model = measured_model(rig, spectrum.sensors, [conventions], spectrum.directions)
     else:
         measurement = read_measurement(paths, rig, with_signals=method is not None)

@@ -242,7 +242,7 @@ def load_spectrum(path: str | Path) -> Spectrum:
 
 
 def load_imported(path):
-    """The Spectrum in a file that `rotorstudy import` wrote, its Findings, and the zero of its displacements."""
+    """The Spectrum in a file that `rotorstudy import` wrote, its Findings, its zero, and its conventions as text."""
     with netcdf(path) as opened:
         data = opened.load()
     _check_imported(path, data)
@@ -254,8 +254,8 @@ def load_imported(path):
         data.covariance.transpose(*OF_SPECTRUM["covariance"]).values,
         data.probe_direction.values if "probe_direction" in data else None,
     )
-    zero = data.attrs.get("displacement_zero", "at_rest")
+    read = data.attrs.get("displacement_zero", "at_rest"), data.attrs.get("measurement")
     if "finding_name" not in data:
-        return spectrum, [], zero
+        return spectrum, [], *read
     columns = [data[f"finding_{key}"].values.astype(str) for key in OF_FINDING]
-    return spectrum, [Finding(*map(str, row)) for row in zip(*columns, strict=True)], zero
+    return spectrum, [Finding(*map(str, row)) for row in zip(*columns, strict=True)], *read

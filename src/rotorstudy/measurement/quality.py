@@ -14,6 +14,7 @@ LABEL_OFF = 0.02  # relative error of a stated speed
 DRIFT = (0.005, 0.05)  # relative change of the speed over the record: warning, error
 IRREGULAR = 0.2  # fraction of missing or extra pulses up to which they are repaired
 JITTER_RAD = 0.05  # 3 degrees, 15 at 5X
+OPPOSITE = 0.4  # height of the other pulses; undershoot of a filter, or another groove, is taken for the mark
 GAP = (0.0, 0.05)  # fraction of missing samples: warning, error
 BESIDE_ZERO = 0.1  # of the range of 90 % of the samples, and SPIKE steps: larger than that, beside 0 as a missing one
 SPIKE = 5.0  # times half the range of 90 % of the samples; white noise stays within it but for one in 1e15
@@ -49,6 +50,9 @@ def check_pulses(pulses, turning, asked, where):
         if asked != "auto":
             severity, said = "error", f" if they are {asked}, as in the rig file"
         found.append(told("keyphasor polarity", where, severity, duty=100 * pulses.duty, asked=said))
+    elif pulses is not None and asked == "auto" and pulses.opposite > OPPOSITE:
+        sign, share = ("positive", "negative")[pulses.polarity < 0], 100 * pulses.opposite
+        found.append(told("keyphasor polarity (both)", where, share=share, sign=sign))
     marks = len(turning.marks)
     for count, name in ((turning.missing, "missing pulses"), (turning.doubled, "doubled pulses")):
         if count:

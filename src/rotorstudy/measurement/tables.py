@@ -23,7 +23,7 @@ LARGEST_VALUE = 1e100  # its square is a number
 LARGEST_WHOLE = 10**9  # of a node or a harmonic
 USUAL_V_PER_M = 7874.0  # 200 mV/mil, of most eddy-current probes (API 670)
 WIDE = re.compile(
-    r"(?P<probe>.+?)[\s_:,;/-]+(?P<harmonic>\d{1,3})x[\s_:,;/-]*(?P<what>amp|mag|pha?s)[a-z]*\b(?P<unit>.*)",
+    r"(?P<probe>.+?)[\s_:,;/-]+(?<!\s-)(?P<harmonic>\d{1,3})x[\s_:,;/-]*(?P<what>amp|mag|pha?s)[a-z]*\b(?P<unit>.*)",
     re.IGNORECASE,
 )
 NO_HARMONIC = re.compile(r".+?[\s_:,;/-]+(amp|mag|pha?s)[a-z]*\b", re.IGNORECASE)

@@ -181,23 +181,23 @@ def diagnosis_section(case, modulus_error, bearing_error, unbalance_error):
     }
 
 
-def dataset(case):
-    """The records: displacement (speed, node, direction, time) in m, keyphasor (speed, time) in V."""
+def write_records(path, records, nodes):
+    """Write records of some nodes: displacement (speed, node, direction, time) in m, keyphasor (speed, time) in V."""
     names = ("speed", "node", "direction", "time")
     data = xr.Dataset(
         {
-            "displacement": (names, case.records["displacement"], {"units": "m"}),
-            "keyphasor": (("speed", "time"), case.records["keyphasor"], {"units": "V"}),
+            "displacement": (names, records["displacement"], {"units": "m"}),
+            "keyphasor": (("speed", "time"), records["keyphasor"], {"units": "V"}),
         },
         {
-            "speed": ("speed", case.records["speed"], {"units": "rad/s"}),
-            "node": ("node", np.array(case.nodes) + 1, {"units": "1"}),
+            "speed": ("speed", records["speed"], {"units": "rad/s"}),
+            "node": ("node", np.array(nodes) + 1, {"units": "1"}),
             "direction": ("direction", ["a", "b"]),
-            "time": ("time", case.records["time"], {"units": "s"}),
+            "time": ("time", records["time"], {"units": "s"}),
         },
+        {"title": "Simulated vibration record"},
     )
-    data.attrs["title"] = "Simulated vibration record"
-    return data
+    data.to_netcdf(path, encoding={"displacement": {"dtype": "float32"}})
 
 
 def rig_of(case, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0, harmonics=None):
@@ -219,5 +219,5 @@ def write_case(case, folder, modulus_error=0.005, bearing_error=0.02, unbalance_
     folder.mkdir(parents=True, exist_ok=True)
     rig = rig_of(case, modulus_error, bearing_error, unbalance_error, seed, harmonics)
     (folder / "rig.yaml").write_text(page(rig), encoding="utf-8")
-    dataset(case).to_netcdf(folder / "record.nc", encoding={"displacement": {"dtype": "float32"}})
+    write_records(folder / "record.nc", case.records, case.nodes)
     return folder
