@@ -228,7 +228,7 @@ def test_other_effects_are_refused_in_one_line(effect, words):
 
 
 @pytest.mark.parametrize(
-    ("broken", "words"), [([], "no shape"), (["effect 'mine' (mine.py:7): it failed"], r"\(mine.py:7\)")]
+    ("broken", "words"), [([], "no shape"), (["effect 'mine' (mine.py:7): it failed"], "(mine.py:7)")]
 )
 def test_where_no_shape_can_be_tried_a_plugin_that_failed_is_blamed(broken, words):
     refused(lambda: identify._fitted(SimpleNamespace(broken=broken), []), words)

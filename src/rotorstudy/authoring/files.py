@@ -15,17 +15,6 @@ PLACEHOLDERS = {
     "source": "the paper and equation it comes from",
     "checked": "the published or closed-form numbers it was compared with",
 }
-BOTH_WAYS = "`rotorstudy check` checks each claim both ways"
-STATED = {  # what the template of a kind states besides
-    "rotor": [
-        'uncertain={"stiffness_N_per_m": 0.005},  # relative standard deviations where a rig states none',
-        'example={"disc_mass_kg": 2.0, "stiffness_N_per_m": 7e5},',
-    ],
-    "crack": ["series=series,", f"symmetric=True,  # a claim: it opens as it closes; {BOTH_WAYS}"],
-    "depth": ["valid=(0.0, 0.5),", 'example={"diameter_m": 0.02},'],
-    "bearing": [f"positive_damping=True,  # a claim; {BOTH_WAYS}"],
-    "estimator": [f"uses_covariance=True,  # a claim; {BOTH_WAYS}", "fits_output=True,"],
-}
 
 
 def new_plugin(kind, name, folder=None):
@@ -42,11 +31,7 @@ def new_plugin(kind, name, folder=None):
     path = folder / f"{name}.py"
     if path.exists():
         raise RotorstudyError(f"file '{path}' exists; choose another name, or remove it first")
-    stated = [f'"{name}",', f"{name},", *(f'{key}="{words}",' for key, words in PLACEHOLDERS.items())]
-    stated = "".join(f"\n        {line}" for line in stated + STATED.get(kind, []))
-    hook = f"@hookimpl\ndef rotorstudy_{kind}():\n    return {KINDS[kind].__name__}({stated}\n    )\n"
-    model = (TEMPLATES / f"{kind}.py").read_text(encoding="utf-8").replace(NAME_IN_TEMPLATE, name)
-    write_text(path, f"{model}\n\n{hook}")
+    write_text(path, (TEMPLATES / f"{kind}.py").read_text(encoding="utf-8").replace(NAME_IN_TEMPLATE, name))
     return path
 
 

@@ -1,29 +1,17 @@
-"""Plugin kinds, what each states and claims, and the mark of the hooks by which a plugin file gives them."""
+"""Plugin kinds, what each states and claims, and the hooks by which a plugin file registers them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
+from types import SimpleNamespace
 from typing import NamedTuple
+
+import pluggy
 
 from rotorstudy.model.options import option_names
 
-
-def hookimpl(function: Callable) -> Callable:
-    """Mark a function rotorstudy_KIND of a plugin file, which gives a plugin of that kind or a list of them.
-
-    Parameters
-    ----------
-    function : function
-        Without arguments.
-
-    Returns
-    -------
-    function
-        The same one.
-    """
-    function.rotorstudy_impl = True
-    return function
+hookimpl = pluggy.HookimplMarker("rotorstudy")
 
 
 @dataclass(frozen=True)
@@ -295,3 +283,17 @@ KINDS = {
     "spectrum": SpectrumMethod,
     "estimator": Estimator,
 }
+
+
+def _hook(kind, gives):
+    """Specification of the hook of a kind; historic: each file is called when it is registered, to blame it alone."""
+
+    def hook():
+        pass
+
+    hook.__name__ = f"rotorstudy_{kind}"
+    hook.__doc__ = f"{gives.__name__}, or a list of them: {gives.__doc__.splitlines()[0]}"
+    return pluggy.HookspecMarker("rotorstudy")(historic=True)(hook)
+
+
+Hooks = SimpleNamespace(**{f"rotorstudy_{kind}": _hook(kind, gives) for kind, gives in KINDS.items()})

@@ -10,13 +10,15 @@ import os
 import sys
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import lru_cache
+from functools import lru_cache, partial
 from hashlib import sha256
 from pathlib import Path
 from traceback import walk_tb
 
+import pluggy
+
 from rotorstudy.errors import PluginError, unknown_name
-from rotorstudy.model.kinds import KINDS
+from rotorstudy.model.kinds import KINDS, Hooks
 
 FOLDERS_VARIABLE = "ROTORSTUDY_PLUGINS"
 OWN_FOLDER = "rotorstudy_plugins"  # in the folder where a user works
@@ -30,6 +32,12 @@ class Registry:
     """
 
     def __init__(self, folders=(), entry_points=True, files=()):
+        self._manager = pluggy.PluginManager("rotorstudy")
+        self._manager.add_hookspecs(Hooks)
+        self._given = {}  # kind -> plugins returned by the file that is being registered
+        for kind in KINDS:
+            hook = getattr(self._manager.hook, f"rotorstudy_{kind}")
+            hook.call_historic(partial(self._given.__setitem__, kind))
         self.plugins = {kind: {} for kind in KINDS}
         self.failures = []
         for folder in folders:
@@ -51,13 +59,23 @@ class Registry:
             self._add(file, lambda file=file: _import_file(file))
 
     def _add(self, place, load):
+        module = None
+        self._given.clear()
         try:
-            hooks = [(name, hook) for name, hook in vars(load()).items() if name.startswith("rotorstudy_")]
-            found = [one for name, hook in hooks for one in _plugins_of(name, hook)]
+            module = load()
+            for name in vars(module):
+                if name.startswith("rotorstudy_") and self._manager.parse_hookimpl_opts(module, name) is None:
+                    raise PluginError(f"{name} is not marked; write @hookimpl above it")  # pluggy would ignore it
+            self._manager.register(module)
+            self._manager.check_pending()
+            asked = [hook.name.removeprefix("rotorstudy_") for hook in self._manager.get_hookcallers(module)]
+            found = [(kind, plugin) for kind in asked for plugin in _plugins_of(kind, self._given.get(kind))]
         except BaseException as error:  # of any kind, but for a person who interrupts
             if isinstance(error, KeyboardInterrupt):
                 raise
             self.failures.append(f"plugin {_blame(place, error)}: {said(error)}")
+            if module and self._manager.is_registered(module):
+                self._manager.unregister(module)
             return
         for kind, plugin in found:
             namesake = self.plugins[kind].get(plugin.name)
@@ -99,21 +117,15 @@ def _is_in(file, folder):
     return Path(folder).resolve() in Path(file).resolve().parents
 
 
-def _plugins_of(name, hook):
-    """(kind, plugin) of each plugin that a hook gives; other types, or a missing source, are errors."""
-    if not getattr(hook, "rotorstudy_impl", None):
-        raise PluginError(f"{name} is not marked; write @hookimpl above it")
-    kind = name.removeprefix("rotorstudy_")
-    if kind not in KINDS:
-        raise unknown_name("hook", name, [f"rotorstudy_{one}" for one in KINDS])
-    given = hook()
+def _plugins_of(kind, given):
+    """The plugins returned by the hook of a kind as a list; other types, or a missing source, are errors."""
     found = list(given) if isinstance(given, (list, tuple)) else [given]
     for plugin in found:
         if not isinstance(plugin, KINDS[kind]):
             raise PluginError(f"rotorstudy_{kind} must return a {KINDS[kind].__name__}, not {type(plugin).__name__}")
         if not str(plugin.source or "").strip():
             raise PluginError(f"{kind} '{plugin.name}' has no source; name the paper, book or equation it comes from")
-    return [(kind, plugin) for plugin in found]
+    return found
 
 
 def _import_file(file):

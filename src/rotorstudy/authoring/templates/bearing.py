@@ -17,3 +17,14 @@ def my_model(structure, node: int | None = None):
             "bearing_damping", "N s/m", (Entry(-here, order=1),), typical=0.4 * structure.scales.critical_damping(node)
         ),
     ]
+
+
+@hookimpl
+def rotorstudy_bearing():
+    return Bearing(
+        "my_model",
+        my_model,
+        source="the paper and equation it comes from",
+        checked="the published or closed-form numbers it was compared with",
+        positive_damping=True,  # a claim; `rotorstudy check` checks each claim both ways
+    )

@@ -14,3 +14,15 @@ def series(order):
     """Fourier coefficients {k: s_k} of sigma, |k| <= order."""
     coefficients = {0: 3 / 8, 1: 1 / 4, -1: 1 / 4, 2: 1 / 16, -2: 1 / 16}
     return {k: s for k, s in coefficients.items() if abs(k) <= order}
+
+
+@hookimpl
+def rotorstudy_crack():
+    return Crack(
+        "my_model",
+        my_model,
+        source="the paper and equation it comes from",
+        checked="the published or closed-form numbers it was compared with",
+        series=series,
+        symmetric=True,  # a claim: it opens as it closes; `rotorstudy check` checks each claim both ways
+    )

@@ -9,3 +9,15 @@ def my_model(depth_ratio, diameter_m: Positive, youngs_modulus_Pa: Positive = 2.
     # direction xi and across it (eta), in rad/(N m).
     weak = 640 * depth_ratio**2 / (np.pi * youngs_modulus_Pa * diameter_m**3)
     return weak, weak / 2
+
+
+@hookimpl
+def rotorstudy_depth():
+    return CrackDepth(
+        "my_model",
+        my_model,
+        source="the paper and equation it comes from",
+        checked="the published or closed-form numbers it was compared with",
+        valid=(0.0, 0.5),
+        example={"diameter_m": 0.02},
+    )

@@ -8,3 +8,15 @@ def my_model(problem):
     # Estimate(problem.names, theta (..., parameter), covariance (..., parameter, parameter), misfit (...)), see
     # docs/adding_a_model.md.
     return output_error_fit(problem, start=1.1 * start_values(problem))
+
+
+@hookimpl
+def rotorstudy_estimator():
+    return Estimator(
+        "my_model",
+        my_model,
+        source="the paper and equation it comes from",
+        checked="the published or closed-form numbers it was compared with",
+        uses_covariance=True,  # a claim; `rotorstudy check` checks each claim both ways
+        fits_output=True,
+    )

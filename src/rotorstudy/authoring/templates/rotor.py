@@ -15,3 +15,15 @@ def my_model(disc_mass_kg: Positive, stiffness_N_per_m: Positive):
         dofs=((1, "translation"), (2, "translation")),
         stiffness_loss={"stiffness_loss": (np.diag([1.0, 0.0]), "N/m", 0.1 * stiffness_N_per_m)},
     )
+
+
+@hookimpl
+def rotorstudy_rotor():
+    return Rotor(
+        "my_model",
+        my_model,
+        source="the paper and equation it comes from",
+        checked="the published or closed-form numbers it was compared with",
+        uncertain={"stiffness_N_per_m": 0.005},  # relative standard deviations where a rig states none
+        example={"disc_mass_kg": 2.0, "stiffness_N_per_m": 7e5},
+    )

@@ -11,3 +11,13 @@ def my_model(signal, time, speed, harmonics):
     amplitude = signal @ basis.conj().T / samples
     # The covariance of the real parts, then the imaginary parts, must be correct under white noise.
     return amplitude, white_noise_covariance(signal - amplitude @ basis, np.eye(len(lines)) / samples, lines)
+
+
+@hookimpl
+def rotorstudy_spectrum():
+    return SpectrumMethod(
+        "my_model",
+        my_model,
+        source="the paper and equation it comes from",
+        checked="the published or closed-form numbers it was compared with",
+    )
