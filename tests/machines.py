@@ -17,6 +17,12 @@ def by_axes(key, matrix):
     return {key.format("xy"[i] + "xy"[j]): float(value) for (i, j), value in np.ndenumerate(matrix)}
 
 
+def full_bearing(node, stiffness, damping, **more):
+    """A bearing with all its coefficients, N/m and N s/m, (2, 2) each."""
+    given = by_axes("bearing_stiffness_{}_N_per_m", stiffness) | by_axes("bearing_damping_{}_N_s_per_m", damping)
+    return {"kind": "linear", "coefficients": "full", "node": node, **given, **more}
+
+
 def pedestal_resonance(natural, damping_ratio, bearing_time_s, loss):
     """A pedestal at node 1, of natural frequencies (2,) rad/s, by the stiffness (2, 2) that is lost at rest."""
     shape = {"natural_frequency_rad_per_s": float(natural[0]), "frequency_ratio": float(natural[1] / natural[0])}

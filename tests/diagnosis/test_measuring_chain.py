@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import all_but, spectrum_of, springs, unbalance
+from machines import all_but, disc, spectrum_of, springs, unbalance
 
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
@@ -33,10 +33,7 @@ RIG = {
         "outer_diameter_m": 0.02,
         "youngs_modulus_Pa": 2.1e11,
         "density_kg_per_m3": 7800.0,
-        "discs": [
-            {"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 4e-3, "diametral_moment_kg_m2": 2.1e-3},
-            {"node": 3, "mass_kg": 1.0, "polar_moment_kg_m2": 2e-3, "diametral_moment_kg_m2": 1.1e-3},
-        ],
+        "discs": [disc(2, 2.0, 4e-3, 2.1e-3), disc(3, 1.0, 2e-3, 1.1e-3)],
     },
     "bearings": springs((1, 4), 1.3e6),
     "effects": [

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from machines import SLOW, disc, readings, shaft
+from machines import SLOW, disc, full_bearing, point, readings, shaft
 
 from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
 from rotorstudy.diagnosis.search.search import base_model
@@ -23,23 +23,13 @@ SI = (1.0, 1.0, 1.0)
 UNITS = {"turbine": (1000.0, 10.0, 3.0), "micro": (1e-6, 0.01, 0.02), "heavy": (1000.0, 1.0, 1.0)}
 
 JEFFCOTT = {
-    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5, "gravity_m_per_s2": 9.81},
+    "rotor": point(gravity_m_per_s2=9.81),
     "bearings": [{"kind": "linear", "bearing_stiffness_N_per_m": 2e5, "bearing_damping_N_s_per_m": 100.0}],
     "effects": [{"kind": "unbalance", "eccentricity_m": 5e-6}],
 }
 SHAFT = {
     "rotor": shaft(0.6, 3, disc(2), youngs_modulus_Pa=2.1e11, density_kg_per_m3=7850.0, gravity_m_per_s2=9.81),
-    "bearings": [
-        {
-            "kind": "linear",
-            "node": node,
-            "coefficients": "full",
-            "label": f"bearing {node}",
-            **{f"bearing_stiffness_{k}_N_per_m": 3e6 * (k[0] == k[1]) for k in ("xx", "xy", "yx", "yy")},
-            **{f"bearing_damping_{k}_N_s_per_m": 1e3 * (k[0] == k[1]) for k in ("xx", "xy", "yx", "yy")},
-        }
-        for node in (1, 4)
-    ],
+    "bearings": [full_bearing(n, 3e6 * np.eye(2), 1e3 * np.eye(2), label=f"bearing {n}") for n in (1, 4)],
     "effects": [
         {"kind": "unbalance", "node": 2, "eccentricity_m": 1e-5},
         {"kind": "external_damping", "node": 2, "external_damping_N_s_per_m": 60.0},

@@ -117,7 +117,7 @@ WRONG = {
     "compare": [
         (("trials",), -6, ["trials = -6", "greater than or equal to 2"]),
         (("levels_percent",), [], ["levels_percent = []", "at least 1"]),
-        (("levels_percent",), [0, -1], ["levels_percent.1 = -1", "greater than or equal to 0"]),
+        (("levels_percent",), [0, -1], ["levels_percent[1] = -1", "greater than or equal to 0"]),
         (("faults",), {}, ["faults = {}", "at least 1"]),
         (("faults", "whole revolutions", "rvolutions"), 5.0, ["did you mean 'faults.whole revolutions.revolutions'"]),
         (("faults", "1 % outliers", "outlier_share"), 0.9, ["outlier_share = 0.9", "less than 0.5"]),

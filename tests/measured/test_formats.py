@@ -185,7 +185,7 @@ def test_the_spectrum_comes_back_from_its_file(tmp_path):
     [
         ({"rotaton": "with_angles"}, ["unknown key 'rotaton'", "did you mean 'rotation'"]),
         ({"rotation": "clockwise"}, ["rotation", "'with_angles' or 'against_angles'"]),
-        ({"keyphasor": {"chanel": "key"}}, ["'chanel'", "did you mean 'channel'"]),
+        ({"keyphasor": {"chanel": "key"}}, ["'keyphasor.chanel'", "did you mean 'keyphasor.channel'"]),
         ({"probes": [{"channel": "a", "angle": 3.0}]}, ["'angle'", "'angle_deg'", "probes[0]"]),
         ({"probes": {"channel": "a"}}, ["probes", "list"]),
         ({"probes": [{**p, "channel": "disc 1 lefd"} for p in section()["probes"]]}, ["'disc 1 left'", "lefd"]),

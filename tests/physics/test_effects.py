@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import OFFSET_DISC, disc, errors_of_derivatives, shaft
+from machines import OFFSET_DISC, disc, errors_of_derivatives, point, shaft
 
 from rotorstudy import (
     Model,
@@ -19,7 +19,7 @@ from rotorstudy.measurement.full_spectra import full_spectrum
 MASS, STIFFNESS = 2.0, 7.6e5
 NATURAL = np.sqrt(STIFFNESS / MASS)
 SPEEDS = np.array([60.0, 150.0, 250.0, 340.0])
-PLAIN = build_model({"rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS}}).structure
+PLAIN = build_model({"rotor": point(MASS, STIFFNESS)}).structure
 TILTING = build_model({"rotor": OFFSET_DISC}).structure
 SHAFT = build_model({"rotor": shaft(0.6, 60, disc(21), theory="euler_bernoulli", pinned_nodes=[1, 61])}).structure
 SHAKEN = (

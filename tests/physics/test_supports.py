@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import by_axes, disc, pedestal_resonance, shaft, unbalance
+from machines import by_axes, disc, full_bearing, pedestal_resonance, shaft, unbalance
 
 from rotorstudy import build_model, harmonic_response
 from rotorstudy.errors import CannotAct
@@ -37,9 +37,7 @@ def same(found, expected, tolerance):
 
 
 def full(stiffness, damping):
-    """A bearing with all coefficients, (2, 2) each."""
-    given = by_axes("bearing_stiffness_{}_N_per_m", stiffness) | by_axes("bearing_damping_{}_N_s_per_m", damping)
-    return linear(1, coefficients="full", **given)
+    return full_bearing(1, stiffness, damping, label="1")
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.6, -1.2])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import jeffcott
+from machines import jeffcott, jeffcott_rig, point
 
 from rotorstudy import (
     Entry,
@@ -20,7 +20,7 @@ from rotorstudy.response.stability import check_stable
 M, K = 2.0, 7.6e5
 NATURAL = np.sqrt(K / M)
 POLAR, DIAMETRAL, TILTING = 0.02, 0.011, 4000.0
-JEFFCOTT = {"kind": "jeffcott", "mass_kg": M, "stiffness_N_per_m": K}
+JEFFCOTT = point(M, K)
 MID_SPAN = {  # a disc at mid-span: translation and tilt do not see each other
     "kind": "offset_disc",
     "mass_kg": M,
@@ -34,11 +34,7 @@ OFF_MID_SPAN = {**MID_SPAN, "k24_N": 2.0e4}
 
 
 def rotor(kind, internal=0.0, external=0.0):
-    effects = [
-        {"kind": "internal_damping", "internal_damping_N_s_per_m": internal},
-        {"kind": "external_damping", "external_damping_N_s_per_m": external},
-    ]
-    return build_model({"rotor": kind, "effects": effects})
+    return build_model(jeffcott_rig(None, internal=internal, external=external, rotor=kind))
 
 
 def ad_hoc(name, value, *entries):

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from machines import point
 from one_line_errors import refused
+from scipy.optimize import brentq
 from shaft_with_a_crack import DIAMETER, LENGTH, POISSON, YOUNG, at_disc, crack, rotor
 
 from rotorstudy import build_model, harmonic_response, registry
-from rotorstudy.model.cracks import depth_ratio_of
+from rotorstudy.model.cracks import stiffness_loss
 from rotorstudy.model.hinge import crack_at
 from rotorstudy.studies.crack_study.fronts import equivalent_beam
 from rotorstudy.yaml_file import read_yaml
@@ -141,7 +142,11 @@ def test_the_cracks_of_the_thesis_in_millimetres():
     def depth_of(loss, stiffness):
         span = (48 * rigidity / stiffness) ** (1 / 3)
         options = {"diameter_m": diameter, "front_aspect_ratio": 0.5}
-        return 1e3 * diameter * depth_ratio_of(ELASTIC, loss * stiffness, stiffness, span, **options)
+
+        def off(depth):
+            return stiffness_loss(ELASTIC, depth, stiffness, span, **options).xi / stiffness - loss
+
+        return 1e3 * diameter * brentq(off, *ELASTIC.valid)
 
     assert depth_of(2.5 / 7.6, 7.6e5) == pytest.approx(8.3, abs=0.06)
     least, most = (depth_of(1 - (low / high) ** 2, 2.66e5) for low, high in ((58.5, 59.5), (57.5, 60.5)))

@@ -2,18 +2,14 @@
 
 import numpy as np
 import pytest
-from machines import OFFSET_DISC
+from machines import OFFSET_DISC, jeffcott_rig
 from one_line_errors import refused
 
 from rotorstudy import build_model, eigenvalues
 
 
 def rotor():
-    effects = [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 27.0},
-        {"kind": "internal_damping", "internal_damping_N_s_per_m": 20.0},
-    ]
-    return build_model({"rotor": OFFSET_DISC, "effects": effects})
+    return build_model(jeffcott_rig(None, internal=20.0, external=27.0, rotor=OFFSET_DISC))
 
 
 def test_stiffness_is_that_of_the_thesis_and_of_given_numbers():

@@ -146,7 +146,7 @@ BAD = [
     ({**TABLE, "node": 1, "speeds_rad_per_s": [50.0, 80.0]}, ["stiffness_N_per_m.xx has 4 values for 2 speeds"]),
     ({**TABLE, "node": 1, "stiffness_N_per_m": {}, "damping_N_s_per_m": {}}, ["has no direction", "xx, yy, xy or yx"]),
     ({**TABLE, "node": 1, "stiffness_N_per_m": {"xz": [1.0] * 4}}, ["unknown key 'stiffness_N_per_m.xz'"]),
-    ({**TABLE, "node": 1, "stiffness_N_per_m": {"xx": [1.0, 2.0, float("nan"), 1.0]}}, ["stiffness_N_per_m.xx.2"]),
+    ({**TABLE, "node": 1, "stiffness_N_per_m": {"xx": [1.0, 2.0, float("nan"), 1.0]}}, ["stiffness_N_per_m.xx[2]"]),
     ({**TABLE, "node": 1, "scale": 1.0}, ["unknown key 'scale'", "bearing_scale"]),
 ]
 

@@ -130,6 +130,7 @@ CONTROLS = [
     ("depth_is_monotone", depth(lambda d: d / (0.5 - d) if d < 0.5 else np.inf), "two finite"),
     ("depth_keeps_to_its_range", depth(lambda d: d, valid=(0.5, 0.2)), "not a valid range"),
     ("depth_comes_back", depth(lambda d: d, lambda d: 2 * d), "gives Loss"),
+    ("depth_comes_back", depth(lambda d: d * (0.6 - d), lambda d: 0.4 * d * (0.6 - d)), "of a smaller depth too"),
     ("term_states_units", term(Bearing, spring(), typical=0.0), "typical size 0"),
     ("term_is_one_table", term(Bearing, Forgetful(np.eye(1), gain=np.ones_like)), "differ"),
     ("term_is_found_again", term(Bearing, spring(0.0)), "do not depend on k"),

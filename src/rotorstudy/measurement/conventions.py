@@ -176,17 +176,8 @@ def one_unit(channel, stated, section, key, known, where):
 
 def read_conventions(rig, where):
     """The Conventions of a rig dict; without a section `measurement:` those of the project's own records."""
-    given = {} if rig.get("measurement") is None else rig["measurement"]
     where = f"{where}, measurement"
-    built = dict(_checked(dict, given, where))
-    for key, kind in (("keyphasor", Keyphasor), ("csv", CsvLayout)):
-        if key in given:
-            built[key] = _checked(kind, given[key], f"{where}.{key}")
-    if "probes" in given:
-        if not isinstance(given["probes"], list):
-            raise RotorstudyError(f"{where}.probes must be a list, each starting with '- channel:'")
-        built["probes"] = [_checked(Probe, one, f"{where}.probes[{i}]") for i, one in enumerate(given["probes"])]
-    found = check_config(Conventions, built, where)
+    found = check_config(Conventions, {} if rig.get("measurement") is None else rig["measurement"], where)
     if 1 not in check_harmonics(found.harmonics, f"{where}.harmonics"):
         raise RotorstudyError(f"{where}.harmonics: harmonic 1 is missing, which the checks of the record need")
     named = [*found.speeds_rad_per_s, *found.speeds_Hz, *found.speeds_rpm]
@@ -194,13 +185,6 @@ def read_conventions(rig, where):
     if twice:
         raise RotorstudyError(f"{where}: the speed of '{twice[0]}' is given in two units; keep one")
     return found
-
-
-def _checked(kind, given, where):
-    """A section of a kind from keys and values; of dict, as they are."""
-    if not isinstance(given, dict):
-        raise RotorstudyError(f"{where}: expected keys and values, found {type(given).__name__}")
-    return given if kind is dict else check_config(kind, given, where)
 
 
 def check_once(probes, where, of_nodes=False):

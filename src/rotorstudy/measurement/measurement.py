@@ -221,8 +221,9 @@ def read_measurement(
     findings += [finding for one in found for finding in one.findings]
     findings += [*check_lines(facts), *check_probes(conventions.probes, rig.path.name)]
     findings += check_labels(in_time, conventions, rig.path.name)
-    sensors = wanted_sensors(rig, common_nodes(facts))
-    directions = common_directions(found, sensors)
+    measured, single = common_probes(found)
+    sensors = wanted_sensors(rig, measured)
+    directions = np.array([single.get(node, np.nan) for node in sensors])
     model = measured_model(rig, sensors, stated, directions)
     usable = sorted((one for one in found if one.harmonics is not None), key=lambda one: one.speed)
     if not usable:
@@ -282,34 +283,24 @@ def _spectrum_of(analysed, harmonics, sensors, directions):
     return Spectrum(amplitude, speed, np.array(harmonics), tuple(sensors), covariance, directions)
 
 
-def common_nodes(facts):
-    """Nodes of all records; RotorstudyError if they differ."""
-    first = set(facts[0].nodes)
-    for one in facts:
-        if set(one.nodes) != first:
-            raise RotorstudyError(
-                f"{one.where} has nodes {sorted(one.nodes)}, {facts[0].where} has {sorted(first)}; all "
-                "records of one measurement need the same probes"
-            )
-    return first
-
-
-def common_directions(found, sensors):
-    """(sensor,) rad, direction of the only probe of each node, NaN for orbits; RotorstudyError if records differ."""
+def common_probes(found):
+    """Nodes of all records, and {node: rad} of the single probes of usable ones; RotorstudyError if they differ."""
     usable = [one for one in found if one.harmonics is not None]
-    for one in usable:
-        if one.directions != usable[0].directions:
-            raise RotorstudyError(
-                f"{one.facts.where} has {_single(one.directions)}, {usable[0].facts.where} has "
-                f"{_single(usable[0].directions)}; all records of one measurement need the same probes "
-                "(is a row of a table missing?)"
-            )
-    return np.array([usable[0].directions.get(node, np.nan) if usable else np.nan for node in sensors])
+    nodes = [(one.facts.where, f"nodes {sorted(one.facts.nodes)}") for one in found]
+    for told in (nodes, [(one.facts.where, _single(one.directions)) for one in usable]):
+        for where, has in told:
+            if has != told[0][1]:
+                raise RotorstudyError(
+                    f"{where} has {has}, {told[0][0]} has {told[0][1]}; all records of one measurement need the same "
+                    "probes (is a row of a table missing?)"
+                )
+    return set(found[0].facts.nodes), usable[0].directions if usable else {}
 
 
 def _single(directions):
-    """Where records have only one probe, in words. directions : {node: rad}"""
-    return f"a single probe at node {', '.join(map(str, sorted(directions)))}" if directions else "no single probe"
+    """Where records have only one probe, and its direction, in words. directions : {node: rad}"""
+    each = [f"{node} ({np.rad2deg(angle):.6g}° from x)" for node, angle in sorted(directions.items())]
+    return f"a single probe at node {', '.join(each)}" if each else "no single probe"
 
 
 def wanted_sensors(rig, measured):

@@ -164,22 +164,6 @@ def stiffness_loss(depth, depth_ratio, stiffness, span_m, where="the depth of th
     return Loss(*(stiffness * softer / (1 + softer)))
 
 
-def depth_ratio_of(depth, loss_xi, stiffness, span_m, **options):
-    """Depth ratio for which the stiffness loss along xi is `loss_xi`, N/m: the inverse of `stiffness_loss`."""
-    from scipy.optimize import brentq
-
-    def off(depth_ratio):
-        return stiffness_loss(depth, depth_ratio, stiffness, span_m, **options).xi - loss_xi
-
-    low, high = depth.valid
-    if off(low) > 0 or off(high) < 0:
-        raise RotorstudyError(
-            f"a stiffness loss of {loss_xi:g} N/m is outside the range of '{depth.name}', {off(low) + loss_xi:g} to "
-            f"{off(high) + loss_xi:g} N/m for {low:g} to {high:g} times the diameter"
-        )
-    return float(brentq(off, low, high, xtol=1e-14))
-
-
 def keys_from_depth(item, crack, structure, given, where):
     """Keys of a crack item that follow from its depth; given : its other keys, one that contradicts is an error."""
     place = f"{where}, depth"

@@ -19,6 +19,7 @@ DepthRatio = Annotated[float, Gt(0), Le(0.5)]
 Share = Annotated[float, Ge(0), Le(1)]
 Whole = Annotated[int, Ge(1), Le(1000)]
 Even = Annotated[int, Ge(2), Le(1000), MultipleOf(2)]
+TYPES = ("int", "float", "str", "bool")  # of several that a value may have, said by pydantic beside the keys
 AtLeastOne = Annotated[list[TypeVar("Item")], MinLen(1)]
 
 
@@ -66,13 +67,15 @@ def check_config(model, given, where, left=()):
     """An instance of a pydantic model from a dict; unknown or missing keys and invalid values are one-line errors."""
     from pydantic import ValidationError
 
+    if not isinstance(given, dict):
+        raise RotorstudyError(f"{where}: expected keys and values, found {type(given).__name__}")
     for key in given:
         if key not in model.model_fields:
             raise unknown_name("key", key, model.model_fields, where)
     try:
         return model(**given)
     except ValidationError as error:
-        message = validation_message(error, where, lambda loc: named_keys(model, loc))
+        message = validation_message(error, where, model)
         lacks = [name for name in model.model_fields if name not in given and name in message]
         hint = [f"; '{one}' is none of its keys" for name in lacks for one in get_close_matches(name, left, n=1)]
         raise RotorstudyError(message + "".join(hint)) from None
@@ -104,21 +107,24 @@ def named_keys(annotation, loc=()):
     return list(fields) if len(loc) < 2 else named_keys(fields.get(loc[0]), loc[1:])
 
 
-def validation_message(error, where, keys_at=lambda loc: ()):
-    """A pydantic error in one line: key, value, what is allowed; keys_at(place) gives the allowed keys of a place."""
+def validation_message(error, where, model):
+    """A pydantic error of a model in one line: key, value, what is allowed."""
     messages = []
     for problem in error.errors():
-        key = ".".join(str(part) for part in problem["loc"])
+        loc = [part for part in problem["loc"] if part not in TYPES and "[" not in str(part)]
+        path = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc]
+        first = max((i for i, part in enumerate(loc) if i and isinstance(loc[i - 1], int)), default=0)
+        key, inside = "".join(path[first:]).removeprefix("."), "".join(path[:first])  # as in rig.yaml, probes[0]
+        place = where + (inside if ", " in where else inside.replace(".", ", ", 1))
         if problem["type"] == "missing":
-            messages.append(f"key '{key}' is missing in {where}")
+            messages.append(f"key '{key}' is missing in {place}")
         elif problem["type"] == "extra_forbidden":
-            place = key.removesuffix(str(problem["loc"][-1]))
-            known = [place + name for name in keys_at(problem["loc"])]
-            messages.append(str(unknown_name("key", key, known, where)) if known else f"unknown key '{key}' in {where}")
+            known = [key.removesuffix(loc[-1]) + name for name in named_keys(model, loc)]
+            messages.append(str(unknown_name("key", key, known, place)) if known else f"unknown key '{key}' in {place}")
         else:
             said = problem["msg"].removeprefix("Value error, ").replace(" after validation", "")
             said = said[0].lower() + said[1:]
-            messages.append(f"{key} = {problem['input']!r} in {where}: {said}{number_hint(problem['input'])}")
+            messages.append(f"{key} = {problem['input']!r} in {place}: {said}{number_hint(problem['input'])}")
     return "; ".join(messages)
 
 

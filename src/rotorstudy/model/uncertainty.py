@@ -38,8 +38,6 @@ class Section(Strict):
 
 def with_uncertainty(model: Model, section: dict, where: str) -> Model:
     """The model with the Uncertainty stated by the section `prior` of a rig; numbers named there become parameters."""
-    if not isinstance(section, dict):
-        raise RotorstudyError(f"{where}: must be keys and values (parameters, standard_deviations, correlations)")
     given = check_config(Section, section, where)
     model = with_numbers(model, given.parameters, where)
     names, count = given.parameters, len(given.parameters)
