@@ -68,6 +68,8 @@ def test_a_sound_rig_has_no_findings_and_the_right_numbers(tmp_path, command):
 ODD = [
     (["rotor", "youngs_modulus_Pa"], 2.1e5, "units", "factor of a million"),  # N/mm2
     (["rotor", "density_kg_per_m3"], 7.85, "units", "steel has 7850"),  # g/cm3
+    (["rotor", "youngs_modulus_Pa"], 7e10, "material", "density_kg_per_m3 is taken to be that of steel"),
+    (["rotor", "density_kg_per_m3"], 2700.0, "material", "youngs_modulus_Pa is taken to be that of steel"),
     (["rotor", "outer_diameter_m"], 30.0, "units", "larger than meant by a factor of 1000"),
     (["effects", 0, "eccentricity_phase_rad"], 90.0, "units", "for degrees write eccentricity_phase_deg"),
     (["rotor", "discs", 0, "mass_kg"], 3100.0, "disc", "heavier than plausible"),
@@ -111,6 +113,16 @@ def test_a_rig_that_is_not_valid_is_told_its_implausible_numbers_too(tmp_path):
     broken = changed(SOUND, ["bearings", 1, "node"], 21)
     broken["rotor"]["outer_diameter_m"] = 30.0
     assert {one.name for one in check(broken, tmp_path)[1].findings} == {"not valid", "units"}
+
+
+def test_a_material_that_is_stated_is_no_oddity(tmp_path):
+    """Of the rotor, or of a stretch, whose modulus alone is one as before."""
+    aluminium = {"youngs_modulus_Pa": 7e10, "density_kg_per_m3": 2700.0}
+    rotor = SOUND["rotor"]
+    for sound in ({**rotor, **aluminium}, {**rotor, "elements": [{**rotor["elements"][0], **aluminium}]}):
+        assert not {"material"} & {one.name for one in check({**SOUND, "rotor": sound}, tmp_path)[1].findings}
+    odd = {**rotor, "elements": [{**rotor["elements"][0], "youngs_modulus_Pa": 7e10}]}
+    assert "material" in {one.name for one in check({**SOUND, "rotor": odd}, tmp_path)[1].findings}
 
 
 def test_a_film_in_order_is_only_told_its_load(tmp_path):

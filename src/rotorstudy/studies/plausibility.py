@@ -21,6 +21,7 @@ PLAUSIBLE = {
     "eccentricity_m": (0.0, 1e-3, "10 um are 1e-5"),
     "shaft_damping_s": (0.0, 1e-2, "1e-5 is usual"),
 }
+STEEL = {"youngs_modulus_Pa": (1.7e11, 2.3e11), "density_kg_per_m3": (7000.0, 8500.0)}
 TURN = 2 * np.pi * (1 + 1e-6)  # rad; a larger angle is probably in degrees
 FACTORS = {1e3: "1000", 1e6: "a million", 1e9: "1e9", METRES["mil"]: "2.54e-5 (mil in m)"}
 CLEARANCE = (2e-4, 1e-2)  # radial clearance over radius; 0.0005 to 0.003 in most machines
@@ -62,6 +63,17 @@ def _hint(value, low, high):
             if low <= abs(changed) <= high:
                 return f"; it may be {direction} than meant by a factor of {words}"
     return ""
+
+
+def odd_materials(rotor):
+    """The first Finding on a stretch of which the modulus or the density is another than that of steel, the default."""
+    for i, stretch in enumerate(rotor.get("elements", ())):
+        own = {**rotor, **stretch}
+        for key, other in zip(STEEL, reversed(STEEL), strict=True):
+            if own.get(key) and other not in own and not STEEL[key][0] <= own[key] <= STEEL[key][1]:
+                text = f"{key} = {own[key]:g} is not of steel, and {other} is taken to be that of steel; state it too"
+                return [Finding("warning", "material", f"rotor, elements[{i}]", text)]
+    return []
 
 
 def odd_discs(structure):

@@ -12,7 +12,7 @@ from rotorstudy.measurement.plausibility import check_probes
 from rotorstudy.model.rig import read_rig
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.whirl import damped_modes, time_invariant, without_rotation
-from rotorstudy.studies.plausibility import implausible_numbers, odd_discs, odd_films, stated_loads
+from rotorstudy.studies.plausibility import implausible_numbers, odd_discs, odd_films, odd_materials, stated_loads
 from rotorstudy.studies.rotor_analysis import MODES, analyse_rotor
 from rotorstudy.studies.unbalance_response import with_unbalance
 from rotorstudy.units import RAD_PER_S, number, percent
@@ -49,7 +49,8 @@ def check_rig(path):
         model = rig.model
     except RotorstudyError as error:
         return RigCheck([Finding("error", "not valid", str(path), str(error)), *(_implausible(rig) if rig else ())])
-    findings = [*_sections(rig, model), *_implausible(rig), *odd_discs(model.structure)]
+    findings = [*_sections(rig, model), *_implausible(rig), *odd_materials(rig.given["rotor"])]
+    findings += odd_discs(model.structure)
     bearings = [item for item in rig.given.get("bearings") or [] if isinstance(item, dict)]
     loads = _loads(model.structure)
     findings += [*stated_loads(bearings, loads), *odd_films(bearings, loads)]
