@@ -41,7 +41,7 @@ def rotorstudy_effect():
         rub,
         source="Choy and Padovan 1987, J. Sound Vib.; Muszynska 2005, Rotordynamics",
         shape={
-            "clearance_m": (0.04, 40.0, "vibration"),
+            "clearance_m": (0.02, 5.0, "vibration"),
             "friction_ratio": (0.0, 0.5),
             "offset_ratio": (0.0, 0.98),
             "contact_angle_rad": (-np.pi, np.pi),

@@ -51,7 +51,7 @@ def rotorstudy_effect():
         source="Ehrich 1988, J. Vib. Acoust. 110, 9-16; Yamamoto and Ishida 2001, Linear and Nonlinear Rotordynamics",
         places=at_supports,
         shape={
-            "clearance_m": (0.1, 20.0, "vibration"),
+            "clearance_m": (0.05, 5.0, "vibration"),
             "rest_ratio": (0.0, 2.0),
             "rest_angle_rad": (-np.pi, np.pi),
             "spread_ratio": (0.02, 0.5),

@@ -42,6 +42,18 @@ def test_shapes_are_sought_as_far_as_the_place_moves():
     assert size[1] < 0.1 * size[2]  # so that the test below is one of a stiff support
 
 
+def test_shapes_are_sought_as_far_as_the_place_moves_with_the_fault():
+    soft = MODEL.plus(candidate(MODEL, "support_stiffness", {"node": 1}).term)
+    theta = np.append(MODEL.theta, -0.9e8)
+    records = shown(soft, theta)
+    true = {node: float(np.abs(records.amplitude[:, HARMONICS == 1, node - 1]).max()) for node in (1, 2)}
+    settings = Settings(leave_out=all_but("looseness"))
+    begun = begin(MODEL, with_model_error(records, settings), settings)
+    size = {node: begun.rig.structure.scales.usual("vibration", node) for node in (1, 2)}
+    assert size == pytest.approx(true, rel=0.03)  # the gain of a probe is known to 2 %
+    assert true[1] > 3 * with_vibration(MODEL, begun.spectrum).structure.scales.usual("vibration", 1)
+
+
 def shown(model, theta):
     return spectrum_of(model, SPEEDS, HARMONICS, 1e-3 * vibration(MODEL, 1), theta=theta)
 

@@ -25,6 +25,7 @@ class Scales:
     gravity: float  # m/s^2
     shaft: float  # length, m
     measured: float  # vibration in the records, m
+    vibrations: dict  # node -> largest vibration there in the records, m, where known
     coordinate: Callable  # function(node, motion) -> its position
 
     @cached_property
@@ -76,7 +77,12 @@ class Scales:
         return self.measured or self.length
 
     def usual(self, scale: str, node: int | None = None) -> float:
-        """The size of that name; of a vibration or length at a node, None where most moves, less where it is stiff."""
+        """The size of that name; of a vibration or length at a node, None where most moves, less where it is stiff.
+
+        A vibration at a node is the largest there where the records tell it.
+        """
+        if scale == "vibration" and node in self.vibrations:
+            return self.vibrations[node]
         size = getattr(self, scale)
         local = node is not None and scale in ("vibration", "length")
         return size * self.displacement(node) / self.length if local else size

@@ -64,6 +64,7 @@ class Structure(Shaft):
     gravity     : its acceleration, m/s^2; None if it follows from the static load, see `acceleration_of_gravity`
     support     : (dof, dof) static stiffness of the bearings, N/m; for usual sizes alone, as bearings are terms
     vibration   : usual vibration in the records to be explained, m; for usual sizes alone
+    vibrations  : node -> largest vibration there that these tell of, m; likewise
     origin      : the Origin, set where a rig is read; None for a structure without a plugin
     riding      : node with a sensor -> node on whose housing it rides
     foundation  : the Terms of what the bearings stand on
@@ -91,6 +92,7 @@ class Structure(Shaft):
     gravity: float | None = None
     support: np.ndarray | None = None
     vibration: float = 0.0
+    vibrations: dict = field(default_factory=dict)
     origin: Origin | None = None
     riding: dict = field(default_factory=dict)
     casings: dict = field(default_factory=dict)
@@ -128,7 +130,7 @@ class Structure(Shaft):
         loads = sum(film.load for film in self.films)  # of a machine that stands upright
         acceleration = self.acceleration_of_gravity or loads / (self.along @ self.mass @ self.along)
         own = self.mass, self.supported_stiffness, self.along, acceleration
-        return Scales(*own, self.length, self.vibration, self.index)
+        return Scales(*own, self.length, self.vibration, self.vibrations, self.index)
 
     @property
     def supported_stiffness(self) -> np.ndarray:

@@ -1,12 +1,16 @@
 """A force on one coordinate, free at every measured harmonic and speed: what it shows, and the motion with it."""
 
 from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
+from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.model import Model
 from rotorstudy.response.harmonic import positions
 from rotorstudy.response.neighbourhood import Motion, Neighbourhood
 
@@ -36,6 +40,27 @@ def motions_by_free_forces(
         :, None, None
     ]
     return [Motion(still.amplitude + one, still.deflection) for one in near.moved_by(force)]
+
+
+def with_vibrations(model: Model, fitted: Fit, spectrum: Spectrum) -> Model:
+    """The model that knows the largest vibration of each node, over the speeds, if a fault acts there.
+
+    A clearance is reached, or a support lifts, by the motion where it is, which a stiff support of a rig without the
+    fault understates.
+
+    fitted : of the rig without the fault
+    """
+    structure = model.structure
+    near = Neighbourhood(
+        fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum, fitted.model)
+    )
+    moving, found = near.blocks.harmonics != 0, {}
+    for node in structure.nodes:
+        with suppress(NoSteadyState):
+            (motion,) = motions_by_free_forces(fitted, spectrum, [structure.unit(node)], near)
+            size = np.linalg.norm(motion.amplitude[:, moving] @ structure.unit(node), axis=1)
+            found[node] = float(size.max())
+    return replace(model, structure=replace(structure, vibrations=found))
 
 
 def free_force_columns(near: Neighbourhood, spectrum: Spectrum, rows: Sequence[np.ndarray]) -> np.ndarray:

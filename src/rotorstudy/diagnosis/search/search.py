@@ -17,6 +17,7 @@ from rotorstudy.diagnosis.search.candidates import candidates, with_shape, with_
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form_fit import WITHIN
 from rotorstudy.diagnosis.search.free_force import free_forces
+from rotorstudy.diagnosis.search.free_forces import with_vibrations
 from rotorstudy.diagnosis.search.impossible import grows, is_impossible
 from rotorstudy.diagnosis.search.moves import Proposal, additions, exchanges, other_laws, removals, splits, turns
 from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
@@ -73,6 +74,7 @@ def begin(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     model = with_vibration(model, spectrum) if model.before is None else model
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior, from_afar=True)
+    model = with_vibrations(model, base, spectrum)
     every, failures = candidates(model, settings)
     work = Search(
         model,
