@@ -145,7 +145,8 @@ class Effect(Plugin):
     candidate : whether diagnosis considers it as a cause; a free force at every harmonic would explain anything
     hypothesis : options with which diagnosis tries it, where a cause has more freedom than the defaults give
     shape     : option -> (low, high), the search range of an option that enters nonlinearly, or (low, high, scale) in
-                units of one of the usual sizes of the rotor: `length`, `vibration`, `frequency`, `time`, `shaft`
+                units of one of the usual sizes of the rotor: `length`, `vibration` (the largest at the node, if records
+                tell it), `frequency`, `time`, `shaft`
     form      : option -> (low, high), in which a real one differs from the default in an unknown way (the front of a
                 crack), any value as likely as another; then as the first two of `any_form`: `identify --cause`
                 fits these
