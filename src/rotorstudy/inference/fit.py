@@ -83,6 +83,13 @@ def chi_square_p_value(cost: float, freedom: int) -> float:
     return float(max(chdtrc(freedom, cost), np.finfo(float).tiny)) if freedom else 1.0
 
 
+def chi_square_cost(p_value: float, freedom: int) -> float:
+    """The cost above which `chi_square_p_value` is below a p-value."""
+    from scipy.special import chdtri
+
+    return float(chdtri(freedom, p_value))
+
+
 def parameter_p_value(fitted: Fit, prior: dict) -> float:
     """Probability under the prior that the parameters lie as far from their stated values as in a fit.
 
@@ -107,11 +114,13 @@ def fit(
     steps: int = HYPOTHESIS.steps,
     *,
     from_afar: bool = False,
+    needed: float = np.inf,
 ) -> Fit:
     """The Fit of a model to a spectrum within a prior, whether or not the steps allowed suffice to converge.
 
     start : (parameter,) in the order of `model.names`, the prior mean by default;  steps : 0 evaluates the start
     from_afar : whether other ways are tried too, as by `fit_from_afar`
+    needed : as of `levenberg_marquardt`
     source : MacKay, Information Theory, Inference, and Learning Algorithms, 2003, ch. 27 and 28
     """
     place = model.position(prior.names)
@@ -121,7 +130,7 @@ def fit(
         prior,
         prior.mean if start is None else start[place],
     )
-    found = fit_from_afar(*given) if from_afar else fit_within(*given, steps)
+    found = fit_from_afar(*given) if from_afar else fit_within(*given, steps, needed)
     return Fit(model, model.filled(prior.names, found.free), prior, *found[1:])
 
 
@@ -144,9 +153,11 @@ def fit_within(
     prior: Prior,
     start: np.ndarray | None = None,
     steps: int = HYPOTHESIS.steps,
+    needed: float = np.inf,
 ) -> Posterior:
     """The Posterior of whitened data (component,) within a prior, whether or not the steps suffice to converge."""
-    start, given = prior.mean if start is None else start, {"convergence": replace(HYPOTHESIS, steps=steps)}
+    start = prior.mean if start is None else start
+    given = {"convergence": replace(HYPOTHESIS, steps=steps), "needed": needed}
     found = levenberg_marquardt(predict, measured[None], start[None], prior.names, prior=prior, **given)
     rows = found.residual.shape[-1] - len(prior.names)
     residual, jacobian = found.residual[0, :rows], found.jacobian[0, :rows]
@@ -170,8 +181,9 @@ def fit_from_afar(predict: Callable, measured: np.ndarray, prior: Prior, start: 
     if _explains(found, measured) > CERTAIN:
         return found
     nearest = sorted(_drawn(predict, measured, prior), key=_cost)[:REFINED]
-    others = [fit_within(predict, measured, prior, one.free) for one in nearest]
-    others = [one for one in others if _explains(one, measured) >= DOUBTFUL]
+    needed = chi_square_cost(DOUBTFUL, len(measured))
+    others = [fit_within(predict, measured, prior, one.free, needed=needed) for one in nearest]
+    others = [one for one in others if _cost(one) <= needed]
     return min([found, *others], key=_with_preference(found))
 
 

@@ -66,13 +66,9 @@ def without_turn_beside_a_change(
     angles = 2 * np.pi * np.arange(ANGLES) / ANGLES - np.pi
     values = costs(angles)
     least = [i for i in np.argsort(values) if values[i] <= min(values[i - 1], values[(i + 1) % ANGLES])]
-    tried = [one for i in least[:REFINED] if (one := _refined(angles[i], after, prepared))]
+    tried = [one for i in least[:REFINED] if (one := _refined(angles[i], straight, after, prepared, settings))]
     angle, explained = min(tried, key=lambda one: one[1].cost, default=(0.0, straight))
-    if (
-        _is_scatter(angle, settings)
-        or explained.is_rejected(settings.significance)
-        or straight.cost - explained.cost < DECISIVE
-    ):
+    if explained.is_rejected(settings.significance) or straight.cost - explained.cost < DECISIVE:
         return after, []
     return _turned_back(
         after,
@@ -107,8 +103,8 @@ def _best_turn(before, after, misfit):
     return float(minimize_scalar(misfit, bounds=(start - 0.1, start + 0.1), method="bounded").x)
 
 
-def _fitted(after, prepared) -> Fit | None:
-    """The Fit of the difference by a change at the discs; None of a rotor without such a change."""
+def _fitted(after, prepared, start=None, needed=np.inf) -> Fit | None:
+    """The Fit of the difference by a change at the discs, from another Fit; None of a rotor without such a change."""
     difference, model, settings = prepared(after)
     whole, prior = base_model(model, settings)
     terms = [
@@ -119,7 +115,8 @@ def _fitted(after, prepared) -> Fit | None:
     if not terms:
         return None
     wide = {u.name: (0.0, settings.prior_width * u.typical) for term in terms for u in term.unknowns}
-    return fit(whole.plus(*terms), with_model_error(difference, settings), prior.plus(Prior.independent(wide)))
+    prior, noise = prior.plus(Prior.independent(wide)), with_model_error(difference, settings)
+    return fit(whole.plus(*terms), noise, prior, start and start.theta, needed=needed)
 
 
 def _linearised(found, after, prepared):
@@ -140,18 +137,23 @@ def _linearised(found, after, prepared):
     return costs
 
 
-def _refined(angle, after, prepared):
-    """The angle, rad, of least cost near another one, and the Fit with the state turned back; None far from noise."""
+def _refined(angle, straight, after, prepared, settings):
+    """The angle, rad, of least cost near another one, and the Fit with the state turned back.
+
+    None far from noise, and near no turn at all, of which the Fit is known.
+    """
     from scipy.optimize import minimize_scalar
 
+    found = straight if abs(angle) < SETTLED else None
     for _ in range(STEPS):
         back = replace(after, amplitude=_turned(after, -angle))
-        costs = _linearised(_fitted(back, prepared), back, prepared)
-        found = minimize_scalar(lambda a, at=costs: at(np.array([a]))[0], bounds=(-REACH, REACH), method="bounded")
-        if found.fun > NEAR * back.data_count:
+        found = found or _fitted(back, prepared, needed=NEAR * back.data_count)
+        costs = _linearised(found, back, prepared)
+        step = minimize_scalar(lambda a, at=costs: at(np.array([a]))[0], bounds=(-REACH, REACH), method="bounded")
+        angle = float(np.angle(np.exp(1j * (angle + step.x))))
+        if step.fun > NEAR * back.data_count or _is_scatter(angle, settings):
             return None
-        angle += float(found.x)
-        if abs(found.x) < SETTLED:
+        found = _fitted(replace(after, amplitude=_turned(after, -angle)), prepared, found)
+        if abs(step.x) < SETTLED:
             break
-    angle = float(np.angle(np.exp(1j * angle)))
-    return angle, _fitted(replace(after, amplitude=_turned(after, -angle)), prepared)
+    return angle, found

@@ -73,7 +73,7 @@ def begin(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     """
     model = with_vibration(model, spectrum) if model.before is None else model
     whole, prior = base_model(model, settings)
-    base = fit(whole, spectrum, prior, from_afar=True)
+    base = fit(whole, spectrum, prior, from_afar=model.before is None)  # of a change that was done before
     model = with_vibrations(model, base, spectrum)
     every, failures = candidates(model, settings)
     work = Search(
