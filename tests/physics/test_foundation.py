@@ -17,6 +17,7 @@ from rotorstudy.blind.machines.files import discs_section, stretches
 from rotorstudy.blind.machines.machine import LocalForce
 from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.diagnosis.search.candidates import candidates
+from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.places import places_of
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
@@ -77,6 +78,26 @@ def test_probes_on_a_housing_show_the_motion_against_it():
     against = np.stack([motion[..., journal] - motion[..., housing], motion[..., absolute.structure.index(3)]], axis=-1)
     assert np.abs(shown - against).max() < 1e-12 * np.abs(motion).max()
     assert errors_of_derivatives(relative, SPEEDS, [1], 1e-6 * relative.theta[:6]).max() < 1e-6
+
+
+def test_what_linear_films_leave_out_follows_from_the_orbit_in_the_bearing():
+    """Near the speed at which the rotor swings with its pedestals: r (r/c)^(n-1) of the orbit r in a film, not of z."""
+    ends = dict(zip(NODES, ("DE", "NDE"), strict=True))
+    films = [film(0.05, 0.02, 1e-4, 0.02, node=node, label=label) for node, label in ends.items()]
+    soft = [{**one, "mass_kg": 5.0} for one in springs({n: f"pedestal {n}" for n in NODES}, (2e5, 2e5), (20.0, 20.0))]
+    probes = [
+        {"channel": f"{angle} {node}", "node": node, "angle_deg": angle, "relative_to": f"bearing {label}"}
+        for node, label in ends.items()
+        for angle in (45, -45)
+    ]
+    rig = RIG | {"bearings": films, "foundation": soft, "sensors": [*NODES], "measurement": {"probes": probes}}
+    model, speed, every = build_model(rig), np.array([90.0]), np.array([1, 2])
+    swing, orbit = (abs(f(model, speed, [1])[0, 0, 0]) for f in (harmonic_response, measured_response))
+    assert swing > 15 * orbit  # negative control: of it, the error would be far larger
+    record = spectrum_of(model, speed, every, 1e-12)
+    error = np.sqrt(2 * with_film_error(record, model).covariance[0, 0].diagonal()[: len(every)])
+    expected = orbit * (orbit / 1e-4) ** np.array([2, 1])
+    assert np.abs(np.log(error / expected)).max() < np.log(2.0)  # the rotor answers otherwise at 2X
 
 
 def on_casing(node=101, bearing="DE", **changes):

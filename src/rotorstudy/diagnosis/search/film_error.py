@@ -36,18 +36,21 @@ def with_film_error(spectrum: Spectrum, model: Model, growth: np.ndarray | None 
     except NoSteadyState:
         return spectrum
     degree = np.maximum(np.abs(spectrum.harmonics), np.where(spectrum.harmonics % 2, 3, 2))
-    variance = np.zeros(spectrum.amplitude.shape)
+    variance, structure = np.zeros(spectrum.amplitude.shape), model.structure
     for film in films:
-        place = model.structure.index(film.options["node"] or model.structure.default_node())
+        node = film.options["node"] or structure.default_node()
+        place, in_housing = structure.index(node), structure.unit(node)
+        if node in structure.housings:
+            in_housing = structure.against_casing(node)
         parts = zip(film.theta, film.unknowns, strict=True)
         force = sum(x * apply_entries(u.entries, motion, spectrum.speed, carried)[..., place] for x, u in parts)
         moving = np.array(carried) != 0
-        orbit, size = (np.linalg.norm(one[:, moving], axis=1) for one in (motion[..., place], force))
+        orbit, size = (np.linalg.norm(one[:, moving], axis=1) for one in (motion @ in_housing, force))
         ratio = np.minimum(orbit / film.options["radial_clearance_m"], LARGEST)
         more = GROWTH * size[:, None] * ratio[:, None] ** (degree - 1)  # (speed, harmonic), N
         if growth is not None:  # of a part that grows with that power of the orbit
             more *= (1 + np.minimum(growth, LARGEST)[:, None]) ** degree - 1
-        (shown,) = shown_forces(near, spectrum, [np.eye(motion.shape[-1])[place]])  # real and imaginary parts
+        (shown,) = shown_forces(near, spectrum, [in_housing])  # real and imaginary parts
         of_unit = np.abs(shown.reshape(2, -1, *shown.shape[1:])) ** 2
         variance += np.einsum("phsnc,sh->snc", of_unit, more**2 / 4)
     return spectrum.with_error(variance)
