@@ -1,4 +1,15 @@
-from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, across, couples_a_driver, hookimpl, outer, spacers
+from rotorstudy.plugins import (
+    AtLeastOne,
+    Effect,
+    Entry,
+    Feared,
+    Parameter,
+    across,
+    couples_a_driver,
+    hookimpl,
+    outer,
+    spacers,
+)
 
 HARMONICS = (1, 2)
 ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 0)
@@ -46,6 +57,7 @@ def rotorstudy_effect():
         ],
         place_rate=couples_a_driver,
         positive=("coupling_stiffness",),
+        feared=Feared("misalignment_moment_2X", 10.0),
         hypothesis={"harmonics": list(ALL_HARMONICS), "coupled": True},
         checked="equal to two opposite parallel forces l apart with moment F l to 5e-3",
         # its moments change with the torque, which grows with up to the square of the speed

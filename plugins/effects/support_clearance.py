@@ -2,6 +2,7 @@ import numpy as np
 
 from rotorstudy.plugins import (
     Effect,
+    Feared,
     NonlinearForce,
     NonNegative,
     Parameter,
@@ -59,6 +60,7 @@ def rotorstudy_effect():
         example={"clearance_m": 2e-6},
         positive=True,
         switches=True,
+        feared=Feared("stiffness_lost_in_clearance", 10.0, {"clearance_m": (0.8, "vibration")}),
         checked="circular whirl inside and outside in closed form to 1e-9; time integration to 2e-4 of its effect",
         form_error=0.2,  # seats are not round
         confounders={

@@ -44,9 +44,12 @@ def test_every_feared_fault_has_a_size_or_a_measurement(rows):
 
 
 @pytest.mark.usefixtures("usual_form")
-@pytest.mark.parametrize("effect", ["parallel_misalignment", "transverse_crack", "looseness", "rub"])
+@pytest.mark.parametrize(
+    "effect",
+    ["angular_misalignment", "looseness", "parallel_misalignment", "rub", "support_clearance", "transverse_crack"],
+)
 def test_a_fault_of_twice_its_limit_is_found_and_a_far_smaller_one_is_not(rows, effect):
-    """At the place where it is seen best; a ring at 0.8 of the orbit there, at the median speed."""
+    """At the place where it is seen best; a ring or a clearance of 0.8 of the orbit there, at the median speed."""
     best = min((row for row in rows if row.effect == effect and row.size), key=lambda row: row.size)
     orbit = np.median(np.linalg.norm(harmonic_response(MODEL, SPEEDS, HARMONICS), axis=1), axis=0)
     place = MODEL.structure.index(best.where.get("node", 1))
@@ -54,6 +57,8 @@ def test_a_fault_of_twice_its_limit_is_found_and_a_far_smaller_one_is_not(rows, 
     def verdict(share, seed):
         size = share * best.size
         values = {
+            "angular_misalignment": {"harmonics": [2], "misalignment_moment_2X_N_m": size},
+            "support_clearance": {"clearance_m": 0.8 * orbit[place], "stiffness_lost_in_clearance_N_per_m": size},
             "parallel_misalignment": {"harmonics": [2], "misalignment_force_2X_N": size},
             "transverse_crack": {"angle_rad": 0.4, "depth_ratio": max(size, 1e-3), "flexibility_factor": 1.0},
             "looseness": {"lift_m": 0.0, "stiffness_lost_in_lift_N_per_m": size},

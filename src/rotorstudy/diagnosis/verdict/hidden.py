@@ -8,7 +8,7 @@ what its odds need by `evidence.POWER`.
 
 import logging
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from itertools import product
 
 import numpy as np
@@ -27,7 +27,7 @@ from rotorstudy.response.harmonic import harmonic_response
 log = logging.getLogger(__name__)
 
 STEPS = 6  # of the size, towards the one that is just seen
-CLOSE = 1.2  # of the clearness that is needed: near enough
+CLOSE = 1.2  # of the clearness that is needed: near enough; what a linearised fit leaves is off by less
 MOST_PLACES = 20  # of a fault, evenly along the shaft: nearer nodes of a fine mesh are alike
 SMALLEST = 1e-3  # of the largest size: a smaller one is stated as that
 NARROWED = 30.0  # by which the data narrow the range of a searched shape option: its share in the odds
@@ -117,13 +117,24 @@ def _just_seen(work, plugin, options, seen):
     gain = work.prior_odds.even_odds_gain(here) + 2 * len(plugin.shape) * np.log(NARROWED)
     needed = np.sqrt(2 * LEAST_LOG_ODDS + gain) + POWER
 
-    def clearness(size):
+    @cache
+    def clearness(size, fitted):
         one = cause(size) if is_option else largest
         values = {p.name: p.default or 0.0 for p in one.term.parameters}
         values[parameter.name] = parameter.typical if is_option else size * scale
-        return seen(replace(one.term, values=values))
+        return seen(replace(one.term, values=values), fitted)
 
-    size, exponent = feared.largest, 3.0 if is_option else 1.0
+    found = _smallest(partial(clearness, fitted=False), needed, plugin, parameter)
+    seen_at = clearness(found or feared.largest, fitted=found is not None)
+    if not needed <= seen_at <= CLOSE**2 * needed and (found or seen_at >= needed / CLOSE):
+        found = _smallest(partial(clearness, fitted=True), needed, plugin, parameter)
+    return found and found * scale, unit
+
+
+def _smallest(clearness, needed, plugin, parameter):
+    """Size, about the smallest one, whose clearness is enough; None if the largest is not."""
+    feared = plugin.feared
+    size, exponent = feared.largest, 3.0 if feared.size in plugin.shape else 1.0
     found, known = clearness(size), None
     for _ in range(STEPS):
         known = size if found >= needed else known
@@ -138,17 +149,17 @@ def _just_seen(work, plugin, options, seen):
         if 0 < now < np.inf and 0 < found < np.inf and now != found:
             exponent = float(np.clip(np.log(now / found) / np.log(other / size), 0.3, 6.0))
         size, found = other, now
-    known = size if found >= needed else known
-    return known and known * scale, unit
+    return size if found >= needed else known
 
 
-def _clearness(work, sound, cost, term):
+def _clearness(work, sound, cost, term, fitted):
     """How clearly a term is seen once the rig is fitted to records that have it, in standard deviations of these.
 
     It is the root of what no values of the rig explain, more than without the term; infinite where there is no steady
     state with it.
 
     sound, cost : what the rig without it predicts, and the cost of its fit to that
+    fitted      : whether the rig is fitted; otherwise by its linearised response, which takes a fraction of the time
     """
     base, spectrum = work.base, work.spectrum
     faulty, known = base.model.plus(term), dict(base.values)
@@ -160,5 +171,9 @@ def _clearness(work, sound, cost, term):
     shown = spectrum.shown(shown)
     errors = [model_error_variance(one, spectrum.harmonics, work.settings) for one in (shown, sound)]
     records = spectrum.with_amplitude(shown).with_error(np.maximum(errors[0] - errors[1], 0.0))
-    left = fit(base.model, records, base.prior, start=base.theta).cost - cost
+    steps = {} if fitted else {"steps": 0}
+    found = fit(base.model, records, base.prior, start=base.theta, **steps)
+    whitener = base.prior.whitener
+    slope = found.jacobian.T @ found.residual + whitener.T @ whitener @ (base.prior.mean - found.free)
+    left = found.cost - slope @ found.covariance @ slope - cost
     return float(np.sqrt(max(left, 0.0)))
