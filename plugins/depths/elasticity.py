@@ -42,10 +42,10 @@ def partly_open(
     Of m = (sqrt(c_xi) cos, sqrt(c_eta) sin) of the direction, |m|^2 / 2 is the energy of the open crack, and e(arg m)
     the share of it that the crack has; the rotation is the gradient of |m|^2 e / 2.
     """
-    from scipy.interpolate import CubicSpline
+    from scipy.interpolate import PPoly
 
     (xi, eta), shares = _crack(depth_ratio, front_aspect_ratio, poissons_ratio)
-    share = CubicSpline(np.linspace(0, np.pi, len(shares)), shares, bc_type="clamped")
+    share = PPoly(_table()[-1] @ shares, np.linspace(0, np.pi, len(shares)))
     root = np.sqrt([xi, eta]) / np.sqrt(youngs_modulus_Pa * (diameter_m / 2) ** 3)
     across = np.abs(np.angle(np.exp(1j * np.asarray(direction, float))))
     m = root[0] * np.cos(across) + 1j * root[1] * np.sin(across)
@@ -69,17 +69,18 @@ def _crack(depth_ratio, front_aspect_ratio, poissons_ratio):
 @lru_cache(maxsize=512)
 def _over_depth(front_aspect_ratio):
     """Spline of the rows of the table over the logarithm of the depth, and where it begins."""
-    from scipy.interpolate import CubicSpline
+    from scipy.interpolate import PPoly
 
-    depth, over_aspect = _table()
+    depth, over_aspect, over_depth, _ = _table()
     rows = [fronts(_slimness(d, front_aspect_ratio)) for d, fronts in zip(depth, over_aspect, strict=True)]
-    return CubicSpline(np.log(depth), rows), np.log(depth[0])
+    return PPoly(over_depth @ np.array(rows), np.log(depth)), np.log(depth[0])
 
 
 @lru_cache(maxsize=1)
 def _table():
     """Depths, and for each a spline over `_slimness`: logarithms of compliances, then shares of energy.
 
+    And coefficients of splines through unit values over the depth, and over the angle: times values those through them.
     Columns: depth, aspect, xi, eta, both at Poisson's ratios of 0.25 and 0.33 over those at 0.3, shares over the angle.
     """
     from scipy.interpolate import CubicSpline
@@ -91,7 +92,8 @@ def _table():
         here = np.flatnonzero(table[:, 0] == one)
         here = here[np.argsort(table[here, 1])]
         found.append(CubicSpline(_slimness(one, table[here, 1]), values[here]))
-    return depth, found
+    ends = (np.log(depth), "not-a-knot"), (np.linspace(0, np.pi, values.shape[1] - 6), "clamped")
+    return depth, found, *(CubicSpline(x, np.eye(len(x)), bc_type=kind).c for x, kind in ends)
 
 
 def _slimness(depth_ratio, front_aspect_ratio):

@@ -263,6 +263,7 @@ def test_a_flexibility_far_from_that_of_the_depth_is_told(factor, away):
 @pytest.fixture
 def few_places(monkeypatch):
     """Intervals from fewer places and forms, for what is no claim about their ends."""
+    monkeypatch.setattr(over_forms_module, "FORMS", (0.5, 0.0, 1.0))
     monkeypatch.setattr(over_forms_module, "PLACES", 8)
     monkeypatch.setattr(over_forms_module, "ABOUT", 2.0 * np.arange(-2, 3))
     monkeypatch.setattr(over_forms_module, "CLOSER", 1)
@@ -380,6 +381,7 @@ def test_an_open_crack_that_is_not_symmetric_may_face_beside_where_it_yields_mos
     assert off[1][0] > 0.02
 
 
+@pytest.mark.usefixtures("few_places")
 def test_probes_at_midspan_do_not_tell_on_which_side_a_crack_is(curved):
     """Of a symmetric rotor. Negative control: probes on both sides do."""
     model, seen = build_model(rig(sensors=(3,))), records(crack(), sensors=(3,))

@@ -1,6 +1,6 @@
 """The fit of the predicted to the measured harmonics within a prior."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -22,6 +22,7 @@ CERTAIN = 0.999  # p-value of the cost above which nothing is left that another 
 # of machines on films one draw in 2 to 16 leads to the best fit, and is among the best three after two steps
 DRAWS, DRAW_STEPS, REFINED = 16, 2, 4
 SEED = 0  # of the draws, so that a fit is always the same
+AT_ONCE = 200_000  # derivatives of the data in all fits that are made at once, of which the coordinates have some more
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +131,7 @@ def fit(
         prior,
         prior.mean if start is None else start[place],
     )
-    found = fit_from_afar(*given) if from_afar else fit_within(*given, steps, needed)
+    found = fit_from_afar(*given) if from_afar else fit_each(*given[:-1], given[-1:], steps, needed)[0]
     return Fit(model, model.filled(prior.names, found.free), prior, *found[1:])
 
 
@@ -147,42 +148,46 @@ class Posterior(NamedTuple):
     converged: bool
 
 
-def fit_within(
+def fit_each(
     predict: Callable,
     measured: np.ndarray,
     prior: Prior,
-    start: np.ndarray | None = None,
+    starts: Sequence[np.ndarray] | None = None,
     steps: int = HYPOTHESIS.steps,
     needed: float = np.inf,
-) -> Posterior:
-    """The Posterior of whitened data (component,) within a prior, whether or not the steps suffice to converge."""
-    start = prior.mean if start is None else start
-    given = {"convergence": replace(HYPOTHESIS, steps=steps), "needed": needed}
-    found = levenberg_marquardt(predict, measured[None], start[None], prior.names, prior=prior, **given)
-    rows = found.residual.shape[-1] - len(prior.names)
-    residual, jacobian = found.residual[0, :rows], found.jacobian[0, :rows]
-    misfit, penalty = float(residual @ residual), float(np.sum(found.residual[0, rows:] ** 2))
-    covariance = invert(found.jacobian[0].T @ found.jacobian[0])
-    evidence = -0.5 * (misfit + penalty + log_narrowing(jacobian, prior.factor))
-    whole = bool(found.converged[0])
-    return Posterior(found.theta[0], covariance, misfit, penalty, residual, jacobian, evidence, whole)
+) -> list[Posterior]:
+    """The Posterior of whitened data (component,) within a prior from each start, whether or not steps suffice.
+
+    starts : (start, parameter), by default the prior mean;  needed : as of `levenberg_marquardt`
+    """
+    starts, ends = [prior.mean] if starts is None else starts, replace(HYPOTHESIS, steps=steps)
+    data, given = np.tile(measured, (len(starts), 1)), {"prior": prior, "convergence": ends, "needed": needed}
+    fitted, rows, found = levenberg_marquardt(predict, data, starts, prior.names, **given), len(measured), []
+    for theta, whole, slope, done in zip(fitted.theta, fitted.residual, fitted.jacobian, fitted.converged, strict=True):
+        residual, jacobian = whole[:rows], slope[:rows]
+        misfit, penalty = float(residual @ residual), float(np.sum(whole[rows:] ** 2))
+        evidence = -0.5 * (misfit + penalty + log_narrowing(jacobian, prior.factor))
+        covariance = invert(slope.T @ slope)
+        found.append(Posterior(theta, covariance, misfit, penalty, residual, jacobian, evidence, bool(done)))
+    return found
 
 
 def fit_from_afar(predict: Callable, measured: np.ndarray, prior: Prior, start: np.ndarray | None = None) -> Posterior:
-    """`fit_within`; where data or prior reject what it ends at, `_gradually` too: the better one.
+    """`fit_each`, from one start; where data or prior reject what it ends at, `_gradually` too: the better one.
 
     A fit from a draw of the prior counts where it explains the data, and better: a resonance on the wrong side of a
     speed is a minimum of its own, for which unbalances and films make up in part.
     """
-    found = fit_within(predict, measured, prior, start)
+    (found,) = fit_each(predict, measured, prior, None if start is None else [start])
     p_penalty = chi_square_p_value(found.penalty, len(prior.names))
     if _explains(found, measured) < DOUBTFUL or p_penalty < IMPLAUSIBLE:
         found = min(found, _gradually(predict, measured, prior), key=_with_preference(found))
     if _explains(found, measured) > CERTAIN:
         return found
-    nearest = sorted(_drawn(predict, measured, prior), key=_cost)[:REFINED]
-    needed = chi_square_cost(DOUBTFUL, len(measured))
-    others = [fit_within(predict, measured, prior, one.free, needed=needed) for one in nearest]
+    draws = np.random.default_rng(SEED).normal(size=(DRAWS, len(prior.names))) @ prior.factor.T + prior.mean
+    nearest = sorted(_from_each(predict, measured, prior, draws, DRAW_STEPS), key=_cost)[:REFINED]
+    starts, needed = np.array([one.free for one in nearest]), chi_square_cost(DOUBTFUL, len(measured))
+    others = _from_each(predict, measured, prior, starts, HYPOTHESIS.steps, needed)
     others = [one for one in others if _cost(one) <= needed]
     return min([found, *others], key=_with_preference(found))
 
@@ -201,18 +206,21 @@ def _with_preference(found):
     return lambda one: _cost(one) * (1 if one is found else 1 / LESS)
 
 
-def _drawn(predict, measured, prior):
-    """The Posterior a few steps from each draw of the prior with a steady state."""
-    for draw in np.random.default_rng(SEED).normal(size=(DRAWS, len(prior.names))):
-        try:
-            yield fit_within(predict, measured, prior, prior.mean + prior.factor @ draw, DRAW_STEPS)
-        except NoSteadyState:
-            continue
+def _from_each(predict, measured, prior, starts, steps, needed=np.inf):
+    """The Posterior from each of some starts (start, parameter) with a steady state; of few data all at once."""
+    try:
+        if len(starts) < 2 or len(starts) * measured.size * len(prior.names) <= AT_ONCE:
+            return fit_each(predict, measured, prior, starts, steps, needed) if len(starts) else []
+    except NoSteadyState:
+        if len(starts) == 1:
+            return []
+    halves = np.array_split(starts, 2)
+    return [one for half in halves for one in _from_each(predict, measured, prior, half, steps, needed)]
 
 
 def _gradually(predict, measured, prior):
     """The Posterior of a fit in which data gain weight step by step, lest it bend a modulus to fit an unbalance."""
-    misfit, at = fit_within(predict, measured, prior, None, 0).misfit, prior.mean
+    misfit, at = fit_each(predict, measured, prior, None, 0)[0].misfit, prior.mean
     levels = min(MOST_LEVELS, int(np.ceil(np.log10(max(misfit / len(measured), 1.0)))))
     for level in range(levels, -1, -1):
         weight = 10 ** (-0.5 * level)
@@ -220,7 +228,7 @@ def _gradually(predict, measured, prior):
         def weighed(theta, weight=weight):
             return tuple(weight * part for part in predict(theta))
 
-        found = fit_within(weighed, weight * measured, prior, at, HYPOTHESIS.steps)
+        (found,) = fit_each(weighed, weight * measured, prior, [at])
         at = found.free
     return found
 

@@ -38,10 +38,10 @@ class LocalMatrix:
         return np.asarray(self)[place]
 
     def __mul__(self, factor):
-        if np.ndim(factor):
+        if getattr(factor, "ndim", 0):
             return factor * np.asarray(self)
-        *place, value = self.elements
-        return LocalMatrix(self.shape, (*place, factor * value))
+        row, column, value = self.elements
+        return LocalMatrix(self.shape, (row, column, factor * value))
 
     __rmul__ = __mul__
 
@@ -50,6 +50,8 @@ class LocalMatrix:
         if others and all(a is b or np.array_equal(a, b) for a, b in zip(mine, others, strict=True)):
             return LocalMatrix(self.shape, (*self.elements[:2], self.elements[2] + other.elements[2]))
         return np.asarray(self) + np.asarray(other)
+
+    __radd__ = __add__
 
     def __neg__(self):
         return self * -1.0

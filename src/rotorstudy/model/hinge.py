@@ -25,6 +25,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebval
 
 from rotorstudy.errors import CannotAct, RotorstudyError
 from rotorstudy.model.cracks import compliance
@@ -111,8 +112,10 @@ class Hinge:
         scale, closing = self._along if along else 1.0, closing_moment / stiffness
 
         def moment(rotation, velocity, deflection, shaft_angle):
-            imposed, _, turned = self._imposed(rotation, shaft_angle)
-            found = kink(imposed - closing)
+            imposed, _, turned, kinks = self._imposed(rotation, shaft_angle)
+            if closing not in kinks:
+                kinks[closing] = kink(imposed - closing)
+            found = kinks[closing]
             return -stiffness * (1j * found.imag * scale if along else found) * turned
 
         return NonlinearForce(self.row[None], moment, takes_angle=True, takes_velocity=False)
@@ -132,7 +135,7 @@ class Hinge:
         }[{"lagging": "across", "skewed": "coupled"}.get(motion, motion)]
 
         def moment(rotation, velocity, deflection, shaft_angle):
-            imposed, direction, turned = self._imposed(rotation, shaft_angle)
+            imposed, direction, turned, _ = self._imposed(rotation, shaft_angle)
             law = direction**order if order else 1.0 + 0j
             law = law.imag / 2 if is_odd else (1 - law.real) / 2 if order else 1.0
             return size * law * yields(imposed) * turned
@@ -140,12 +143,12 @@ class Hinge:
         return NonlinearForce(self.row[None], moment, takes_angle=True, takes_velocity=False)
 
     def _imposed(self, rotation, shaft_angle):
-        """The imposed rotation (...) in the frame of the crack, its direction, and the turn of that frame."""
+        """The imposed rotation (...) in the frame of the crack, its direction, the turn of that frame, and kinks."""
         crack, last_rotation, last_angle, found = LAST.get()
         if not (crack is self and last_rotation is rotation and np.array_equal(last_angle, shaft_angle)):
             turned = np.exp(1j * (shaft_angle + self.angle))
             imposed = -(rotation + self.section.own_moment / self.section.stiffness) / turned
-            found = imposed, _direction(imposed), turned
+            found = imposed, _direction(imposed), turned, {}
             LAST.set((self, rotation, shaft_angle, found))
         return found
 
@@ -198,8 +201,9 @@ class Hinge:
             both = {k: (shares.get(k, none), shares.get(2 - k, none)) for k in sorted(turned)}
             half = self._along / 2
             shares = {k: ((a - d) * half, (b - c) * half) for k, ((a, b), (c, d)) in both.items()}
-        pattern, own, found = self._pattern, self.section.own_moment * self.row, []
-        acts = {"z": True, "conj": True, "one": own.any()}
+        pattern, (here,), found = self._pattern, self.row.nonzero(), []
+        own = LocalMatrix(self.row.shape, (here, 0 * here, self.section.own_moment * self.row[here]))
+        acts = {"z": True, "conj": True, "one": self.section.own_moment != 0}
         for shift, (direct, mirrored) in shares.items():
             turn = np.exp(1j * int(shift) * self.angle)
             sources = ("z", direct, pattern), ("conj", mirrored, pattern), ("one", direct + mirrored, own)
@@ -213,12 +217,12 @@ class Hinge:
         if self.sudden:  # it yields along xi alone, so that phi opens it where mu does
             share = self.open_shares[0]
             return lambda imposed: share * np.maximum(imposed.real, 0)
-        shape = float(self.depth_ratio), self._of_shaft, float(self.section.stiffness)
-        series = _series_of(self.depth.name, *shape)
+        series = _series_of(self.depth.name, float(self.depth_ratio), self._of_shaft, float(self.section.stiffness))
 
         def kink(imposed):
             direction = _direction(imposed)
-            return np.abs(imposed) * np.polyval(series[::-1], direction) * direction.conj() ** ORDER
+            along, across = chebval(direction.real, series)
+            return np.abs(imposed) * along + 1j * (imposed.imag * across)
 
         return kink
 
@@ -317,10 +321,13 @@ def _partly_open(name, depth_ratio, shaft):
 
 @lru_cache(maxsize=KEPT)
 def _series_of(name, depth_ratio, shaft, stiffness):
-    """h_k (k,), k = -ORDER..ORDER, of a crack at any angle."""
+    """Chebyshev coefficients (k, 2) in cos x of Re h(x) and of Im h(x) / sin x, of a crack at any angle."""
     kink = stiffness * _partly_open(name, depth_ratio, shaft)
-    imposed = np.exp(1j * _pull()) + kink
-    return _coefficients(np.interp(_pull(), np.unwrap(np.angle(imposed)), kink / np.abs(imposed), period=2 * np.pi))
+    turned = 1 + kink * np.exp(-1j * _pull())  # the imposed rotation in the direction of the moment
+    h = _coefficients(np.interp(_pull(), _pull() + np.angle(turned), kink / np.abs(turned), period=2 * np.pi))
+    along, odd = h[ORDER:] + h[ORDER::-1], h[ORDER + 1 :] - h[ORDER - 1 :: -1]
+    across = np.array([2 * odd[k::2].sum() for k in range(ORDER + 1)])  # sin kx / sin x = 2 cos (k-1)x + ...
+    return np.stack([along, across], axis=-1) / np.where(np.arange(ORDER + 1) > 0, 1, 2)[:, None]
 
 
 def _coefficients(values):

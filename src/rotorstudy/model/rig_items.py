@@ -10,7 +10,7 @@ import numpy as np
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.bearings import at_housings
 from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters, keys_from_depth
-from rotorstudy.model.entries import Entry, compacted
+from rotorstudy.model.entries import LARGE, Entry, compacted
 from rotorstudy.model.kinds import Bearing
 from rotorstudy.model.options import Whole, check_options, choices, number_hint, option_names, plain
 from rotorstudy.model.registry import registry
@@ -145,12 +145,15 @@ def _parameters(plugin, function, fixed, options, where, is_foundation=False):
     with named(where):
         found = function(**fixed, **options)
     parameters, on_output = _checked_parameters(found, plugin, where), getattr(plugin, "acts_on", "rotor") == "output"
-    _check_shapes(parameters, len(fixed["sensors"]) if on_output else len(fixed["structure"].dofs), plugin, where)
+    size = len(fixed["sensors"]) if on_output else len(fixed["structure"].dofs)
+    _check_shapes(parameters, size, plugin, where)
     if getattr(plugin, "acts_on", None) == "rotor":
         parameters = loading_films(parameters, fixed["structure"].films)
     if isinstance(plugin, Bearing) or getattr(plugin, "places", None) is at_supports:
         return at_housings(fixed["structure"], parameters, from_ground=is_foundation)
-    return tuple(replace(p, entries=tuple(map(compacted, p.entries))) if p.entries else p for p in parameters)
+    if size < LARGE and all(isinstance(p.entries, tuple) for p in parameters):
+        return parameters
+    return tuple(replace(p, entries=tuple(map(compacted, p.entries))) for p in parameters)
 
 
 @contextmanager

@@ -135,8 +135,10 @@ class _System:
     def __init__(self, forces, speed, harmonics, deflection, linear, reply):
         seen, place = seen_coordinates([force for _, force in forces]), np.asarray(harmonics)
         self.seen, self.speed, self.order = seen, speed, len(place)
-        chosen = [(force.matrix[:, None] == seen).all(axis=-1).astype(float) for _, force in forces]
-        self.forces = [(*one, which) for one, which in zip(forces, chosen, strict=True)]  # of the coordinates seen
+        alike = {}  # those on the same coordinates share their motion
+        for size, force in forces:
+            alike.setdefault(force.matrix.tobytes(), []).append((size, force))
+        self.forces = [((own[0][1].matrix[:, None] == seen).all(axis=-1) * 1.0, own) for own in alike.values()]
         self.takes_velocity = any(force.takes_velocity for _, force in forces)
         self.angle, self.basis = one_revolution(harmonics)
         self.rate, self.still = 1j * place * speed[:, None], (deflection @ seen.T)[:, None]
@@ -148,8 +150,8 @@ class _System:
 
     def _in_time(self, z, v, at_rest):
         """Force (..., time, seen), N, at displacements and velocities."""
-        parts = ((size, force, s, (z @ s.T, v @ s.T, at_rest @ s.T)) for size, force, s in self.forces)
-        return sum(size * force.at(*motion, self.angle) @ s for size, force, s, motion in parts)
+        parts = ((s, own, (z @ s.T, v @ s.T, at_rest @ s.T)) for s, own in self.forces)
+        return sum(sum(size * force.at(*motion, self.angle) for size, force in own) @ s for s, own, motion in parts)
 
     def _force_and_slope(self, x, at):
         """Force (speed, component), N, and its slope, N/m, at some of the speeds; df = p dz + q conj(dz)."""
