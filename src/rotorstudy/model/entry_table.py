@@ -14,6 +14,7 @@ from rotorstudy.model.entries import Entry, harmonics_seen
 from rotorstudy.model.terms import Unknown
 from rotorstudy.model.variation import kept
 
+SMALL = 3000  # elements of a matrix that is multiplied sooner with its zeros
 KEPT = 4  # sets of speeds and harmonics for which the factors of a table are kept
 
 
@@ -79,21 +80,23 @@ def patterns_of(elements: Elements, kinds: list[Entry], size: int, *, turning: b
 
 
 def sparse(value, row, column, shape):
-    """Sparse matrix of elements (element,), those at one place added up."""
-    from scipy.sparse import csr_array
+    """Matrix of elements (element,), those at one place added up; sparse unless it is small."""
+    if shape[0] * shape[1] > SMALL:
+        from scipy.sparse import csr_array
 
-    return csr_array((value, (row, column)), shape)
+        return csr_array((value, (row, column)), shape)
+    found = np.zeros(shape, value.dtype)
+    np.add.at(found, (row, column), value)
+    return found
 
 
 def sums(index, count):
-    """Sparse (count, element) matrix that adds up the elements of the same index."""
-    from scipy.sparse import csc_array
-
-    return csc_array((np.ones(len(index)), index, np.arange(len(index) + 1)), (count, len(index)))
+    """(count, element) matrix that adds up the elements of the same index."""
+    return sparse(np.ones(len(index)), index, np.arange(len(index)), (count, len(index)))
 
 
 def product(matrix, vectors):
-    """Sparse matrix (row, column) times vectors (..., column)."""
+    """Matrix (row, column) times vectors (..., column)."""
     flat = matrix @ vectors.reshape(int(np.prod(vectors.shape[:-1])), vectors.shape[-1]).T
     return flat.T.reshape(*vectors.shape[:-1], matrix.shape[0])
 
