@@ -263,10 +263,9 @@ def test_a_flexibility_far_from_that_of_the_depth_is_told(factor, away):
 @pytest.fixture
 def few_places(monkeypatch):
     """Intervals from fewer places and forms, for what is no claim about their ends."""
-    monkeypatch.setattr(over_forms_module, "FORMS", (0.5, 0.0, 1.0))
-    monkeypatch.setattr(over_forms_module, "PLACES", 8)
-    monkeypatch.setattr(over_forms_module, "ABOUT", 2.0 * np.arange(-2, 3))
-    monkeypatch.setattr(over_forms_module, "CLOSER", 1)
+    few = {"FORMS": (0.5, 0.0, 1.0), "PLACES": 8, "ABOUT": 2.0 * np.arange(-2, 3), "CLOSER": 1}
+    for name, value in few.items():
+        monkeypatch.setattr(over_forms_module, name, value)
 
 
 STRIPS = registry().get("depth", "strip_integration")
