@@ -42,7 +42,7 @@ def numbers(rows):
         ("calibration error by chance alone, if it were exact", f"{by_chance(rows):.2g}", "", "", ""),
         ("error at held-out speeds, after over before, median", f"{gain.median():.2g}", "", len(gain), ""),
         ("the same, worst", f"{gain.max():.3g}", "", "", ""),
-        ("seconds of one core for a diagnosis, median", f"{seconds.median():.2g}", "", len(seconds), ""),
+        ("seconds of one core for a diagnosis, median", f"{seconds.median():.0f}", "", len(seconds), ""),
         ("the same, most", f"{seconds.max():.3g}", "", "", ""),
     ]
     kinds = by_kind(rows)
@@ -104,7 +104,7 @@ def sentence(rows):
         f"{found.reached['calibration']:.2f} on average; chance alone gives {by_chance(rows):.2f}. The error at "
         f"held-out speeds falls to {_gain(rows).median():.2g} of what it was in the median, to "
         f"{_gain(rows).quantile(0.9):.2g} or less in 90 %, and to {_gain(rows).max():.3g} in the worst case. Seconds "
-        f"of one core: {done.seconds.median():.2g} in the median, {unknown.median():.2g} where the verdict is unknown, "
+        f"of one core: {done.seconds.median():.0f} in the median, {unknown.median():.0f} where the verdict is unknown, "
         f"{done.seconds.max():.3g} at most."
     )
     return textwrap.fill(text, 130, initial_indent="  ", subsequent_indent="  ")
