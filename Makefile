@@ -41,8 +41,11 @@ check: .venv/ready
 	.venv/bin/lint-imports --no-cache --no-logo > .venv/lint.log 2>&1 || { cat .venv/lint.log; exit 1; }
 	.venv/bin/snakemake --lint > .venv/lint.log 2>&1 || { cat .venv/lint.log; exit 1; }
 
-# one BLAS thread a worker: small matrices, and workers that would wait for each other's threads
-test: check
+# one BLAS thread a worker: small matrices, and workers that would wait for each other's threads; the tests and what they
+# import are compiled beside the checks, which leave a core idle, and not by both workers
+test: .venv/ready
+	@.venv/bin/pytest --collect-only -q > .venv/collected.log 2>&1 & \
+	  $(MAKE) --no-print-directory check; checked=$$?; wait; exit $$checked
 	@.venv/bin/python -c 'import playwright' 2>/dev/null || echo "Charts are not opened in a browser; make browser does so"
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv/bin/pytest -n 2 --dist loadfile --no-loadscope-reorder --durations 15
 
@@ -107,7 +110,7 @@ clean:
 	  { echo "error: $$($(PYTHON) --version) found, Python 3.11 or newer is needed; try make PYTHON=python3.12"; exit 1; }
 	@echo "Setting up .venv (a minute or two) ..."
 	$(PYTHON) -m venv .venv
-	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --require-hashes --requirement environment.txt
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps --require-hashes --requirement environment.txt
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
 	@touch $@
 

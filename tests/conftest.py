@@ -87,3 +87,9 @@ def usual_form(monkeypatch):
     """
     monkeypatch.setattr("rotorstudy.diagnosis.verdict.investigate.over_its_forms", lambda found: (None, []))
     monkeypatch.setattr("rotorstudy.diagnosis.one_cause.answer._over_forms", lambda *_: None)
+
+
+@pytest.fixture
+def few_shapes(monkeypatch):
+    """A scan along the shaft tries a quarter of its shapes, which makes it harder to find a crack."""
+    monkeypatch.setattr("rotorstudy.diagnosis.search.shape_scan.MORE_ALONG_SHAFT", 1)

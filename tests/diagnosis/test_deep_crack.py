@@ -19,6 +19,7 @@ SPEED, HARMONICS = np.array([60.0, 100.0, 140.0]), np.array([0, 1, -1, 2, -2, 3,
 TRUTH = {"position_m": 0.3, "depth_ratio": 0.45, "angle_rad": 0.3}
 
 
+@pytest.mark.usefixtures("few_shapes")
 def test_both_sides_are_tried_and_the_true_one_is_reached():
     model = build_model(RIG)
     settings = Settings(leave_out=all_but("transverse_crack"))

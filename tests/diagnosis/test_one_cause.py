@@ -73,7 +73,7 @@ def records(*cracks, sensors=(2, 4)):
     return readings(shown, SPEEDS, HARMONICS, sensors, std, 2)
 
 
-@pytest.mark.usefixtures("usual_form", "few_starts")
+@pytest.mark.usefixtures("usual_form", "few_starts", "few_shapes")
 @pytest.mark.parametrize("breathing", ["gradual", "none", "switching"])
 def test_a_crack_is_identified(breathing):
     """Also by a published formula, which is tried only where no law of the physics explains the records.
@@ -100,7 +100,7 @@ def test_a_crack_is_identified(breathing):
     assert rows["depth_m"] == (pytest.approx(0.02 * found.cause.shape["depth_ratio"]), "m")
 
 
-@pytest.mark.usefixtures("few_starts")
+@pytest.mark.usefixtures("few_starts", "few_shapes")
 def test_two_cracks_are_identified():
     second = {"position_m": 0.08, "depth_ratio": 0.3, "angle_rad": -0.6}
     both = records(crack(label="a"), crack(label="b", **second))
@@ -194,7 +194,7 @@ def depth_of(straight, aspect):
     return float(np.interp(law(straight, 0.02)[0], across, depths))
 
 
-@pytest.mark.usefixtures("usual_form")
+@pytest.mark.usefixtures("usual_form", "few_shapes")
 def test_places_that_explain_as_well_are_stated():
     """Beside a bearing a crack hardly moves the rotor: another place explains it, which symmetry makes likely."""
     small = {"position_m": 0.02, "depth_ratio": 0.06}
@@ -263,10 +263,9 @@ def test_a_flexibility_far_from_that_of_the_depth_is_told(factor, away):
 @pytest.fixture
 def few_places(monkeypatch):
     """Intervals from fewer places and forms, for what is no claim about their ends."""
-    monkeypatch.setattr(over_forms_module, "FORMS", (0.5, 0.0, 1.0))
-    monkeypatch.setattr(over_forms_module, "PLACES", 8)
-    monkeypatch.setattr(over_forms_module, "ABOUT", 2.0 * np.arange(-2, 3))
-    monkeypatch.setattr(over_forms_module, "CLOSER", 1)
+    few = {"FORMS": (0.5, 0.0, 1.0), "PLACES": 8, "ABOUT": 2.0 * np.arange(-2, 3), "CLOSER": 1}
+    for name, value in few.items():
+        monkeypatch.setattr(over_forms_module, name, value)
 
 
 STRIPS = registry().get("depth", "strip_integration")
@@ -348,6 +347,7 @@ def test_the_interval_of_the_depth_holds_whatever_the_front(curved):
     assert f"(95 %: {1e3 * ends[0]:.2f} to {1e3 * ends[1]:.2f} mm)" in sizes(cause)["depth"]
 
 
+@pytest.mark.usefixtures("few_shapes")
 def test_a_crack_with_the_flexibilities_of_no_front_is_told():
     """By strips it yields along its front twice as much as by elasticity, which its interval allows for."""
     cause, (warning,) = named(depth_ratio=0.3, flexibility="strip_integration")
@@ -357,7 +357,7 @@ def test_a_crack_with_the_flexibilities_of_no_front_is_told():
     assert low < as_soft < high < 1.3 * low
 
 
-@pytest.mark.usefixtures("few_places")
+@pytest.mark.usefixtures("few_places", "few_shapes")
 def test_a_law_near_that_of_the_library_is_allowed_for():
     """It opens later than the weight says and less at twice a turn. Negative control: not so by its own law alone."""
     law = {"any_law": True, "lagging_1": 0.25, "across_2": -0.25, "along_0": 0.2, "lagging_2": -0.2}

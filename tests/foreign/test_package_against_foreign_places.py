@@ -56,5 +56,6 @@ def test_a_mass_beside_a_bow_is_found(second, monkeypatch, tmp_path):
         monkeypatch.setattr("rotorstudy.diagnosis.search.parts.PLACES_OF_BROUGHT", 0)
     case = small(2, "added_mass+thermal_bow", speeds=4)
     spectrum, model, settings = read(case, tmp_path, ["added_mass", "unbalance", "bow", "parallel_misalignment"])
-    found = investigate(spectrum, model, hold_out=[], settings=settings).verdict
+    few = settings.model_copy(update={"candidates_per_round": 3})
+    found = investigate(spectrum, model, hold_out=[], settings=few).verdict
     assert {c.effect for c in found.causes} == {"bow", second}

@@ -74,7 +74,7 @@ def test_what_the_library_has_is_named(seed, family, effect, leave_out, most_cau
     assert names(verdict) == {(effect, case.effects[0]["node"])}
 
 
-@pytest.mark.usefixtures("usual_form")
+@pytest.mark.usefixtures("usual_form", "few_shapes")
 @pytest.mark.parametrize("kind", ["switching", "gradual"])
 def test_a_crack_at_sixty_degrees_is_named_whatever_its_law(monkeypatch, tmp_path, kind):
     def add(draw):

@@ -93,7 +93,9 @@ def write(kind, folder, record, name=None, **changes):
     name = name or f"run_{record.speed:g}"
     path = folder / f"{name}.{kind}"
     if kind == "csv":
-        np.savetxt(path, np.column_stack(list(found.values())), "%.15f", ",", header=",".join(found), comments="")
+        rows = np.column_stack(list(found.values()))
+        line = ",".join(["%.15f"] * rows.shape[1]) + "\n"
+        path.write_text(",".join(found) + "\n" + line * len(rows) % tuple(rows.ravel().tolist()))
     elif kind == "mat":
         from scipy.io import savemat
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -124,14 +125,9 @@ def fit(
     needed : as of `levenberg_marquardt`
     source : MacKay, Information Theory, Inference, and Learning Algorithms, 2003, ch. 27 and 28
     """
-    place = model.position(prior.names)
-    given = (
-        lambda theta: whitened_prediction(model, spectrum, prior.names, theta),
-        spectrum.whitened(spectrum.amplitude),
-        prior,
-        prior.mean if start is None else start[place],
-    )
-    found = fit_from_afar(*given) if from_afar else fit_each(*given[:-1], given[-1:], steps, needed)[0]
+    given = partial(whitened_prediction, model, spectrum, prior.names), spectrum.whitened(spectrum.amplitude), prior
+    first = prior.mean if start is None else start[model.position(prior.names)]
+    found = fit_from_afar(*given, first) if from_afar else fit_each(*given, [first], steps, needed)[0]
     return Fit(model, model.filled(prior.names, found.free), prior, *found[1:])
 
 

@@ -14,6 +14,7 @@ from rotorstudy.model.entries import Entry, harmonics_seen
 from rotorstudy.model.terms import Unknown
 from rotorstudy.model.variation import kept
 
+SMALL = 3000  # elements of a matrix that is multiplied sooner with its zeros
 KEPT = 4  # sets of speeds and harmonics for which the factors of a table are kept
 
 
@@ -79,21 +80,23 @@ def patterns_of(elements: Elements, kinds: list[Entry], size: int, *, turning: b
 
 
 def sparse(value, row, column, shape):
-    """Sparse matrix of elements (element,), those at one place added up."""
-    from scipy.sparse import csr_array
+    """Matrix of elements (element,), those at one place added up; sparse unless it is small."""
+    if shape[0] * shape[1] > SMALL:
+        from scipy.sparse import csr_array
 
-    return csr_array((value, (row, column)), shape)
+        return csr_array((value, (row, column)), shape)
+    found = np.zeros(shape, value.dtype)
+    np.add.at(found, (row, column), value)
+    return found
 
 
 def sums(index, count):
-    """Sparse (count, element) matrix that adds up the elements of the same index."""
-    from scipy.sparse import csc_array
-
-    return csc_array((np.ones(len(index)), index, np.arange(len(index) + 1)), (count, len(index)))
+    """(count, element) matrix that adds up the elements of the same index."""
+    return sparse(np.ones(len(index)), index, np.arange(len(index)), (count, len(index)))
 
 
 def product(matrix, vectors):
-    """Sparse matrix (row, column) times vectors (..., column)."""
+    """Matrix (row, column) times vectors (..., column)."""
     flat = matrix @ vectors.reshape(int(np.prod(vectors.shape[:-1])), vectors.shape[-1]).T
     return flat.T.reshape(*vectors.shape[:-1], matrix.shape[0])
 
@@ -234,23 +237,29 @@ class EntryTable:
     @kept(KEPT)
     def _factors(self, speed, harmonics):
         """The _Moving and the _Still at speeds and harmonics, both tuples."""
-        return self._moving(speed, harmonics), self._still(speed, harmonics)
+        gains = {}  # (speed, harmonic) of the force, of many kinds the same
+        for entry in (entry for _, kinds in (self._on_motion, self._at_rest) for entry in kinds):
+            if (entry.gain, entry.frequency_only) not in gains:
+                found = entry.gain_at(np.array(speed)[:, None], np.array(harmonics))
+                gains[entry.gain, entry.frequency_only] = found
+        return self._moving(speed, harmonics, gains), self._still(speed, harmonics, gains)
 
-    def _moving(self, speed, harmonics):
+    def _moving(self, speed, harmonics, gains):
         (_, kinds), speed, every = self._on_motion, np.array(speed)[:, None], np.arange(len(harmonics))
         factor = np.zeros((len(speed), len(harmonics), len(kinds)), complex)
         source = np.zeros((len(harmonics), len(kinds)), int)
         for k, entry in enumerate(kinds):
             here, seen, n = harmonics_seen(entry.shift, entry.is_conjugate, harmonics)
             source[here, k] = every[seen]
-            factor[:, here, k] = entry.gain_at(speed, n + entry.shift) * (1j * n * speed) ** entry.order
+            factor[:, here, k] = gains[entry.gain, entry.frequency_only][:, here] * (1j * n * speed) ** entry.order
         return _Moving(factor, source)
 
-    def _still(self, speed, harmonics):
-        (elements, kinds), speed = self._at_rest, np.array(speed)
+    def _still(self, speed, harmonics, gains):
+        elements, kinds = self._at_rest
         where = {n: i for i, n in enumerate(harmonics)}
         at = np.array([where.get(entry.shift, -1) for entry in kinds], int)
-        gain = np.array([entry.gain_at(speed, entry.shift) for entry in kinds], complex).reshape(-1, len(speed)).T
+        gain = [gains[entry.gain, entry.frequency_only][:, i] for entry, i in zip(kinds, at, strict=True)]
+        gain = np.array(gain, complex).reshape(-1, len(speed)).T
         kept = at[elements.kind] >= 0
         place, elements = self._place_of(elements)[kept], Elements(*(part[kept] for part in elements))
         at, count = at[elements.kind], len(self._places[0])

@@ -93,12 +93,6 @@ class Hinge:
         shaft = section.outer_diameter_m, section.youngs_modulus_Pa, section.poissons_ratio
         return (*zip(("diameter_m", "youngs_modulus_Pa", "poissons_ratio"), shaft, strict=True), *self.options)
 
-    @property
-    def _along(self):
-        """Flexibility along xi over that along eta."""
-        xi, eta = self._open_compliance
-        return xi / eta
-
     @cached_property
     def _kink(self):
         """s c (direction,), rad: the kink by a moment of magnitude s, that of an imposed rotation of 1 rad."""
@@ -109,7 +103,7 @@ class Hinge:
     def force(self, closing_moment: float = 0.0, along: bool = False) -> NonlinearForce:
         """The moment, N m, by which the kink acts along `row` if the moment opens it against a closing one along xi."""
         kink, stiffness = self._kink_by_rotation, self.section.stiffness
-        scale, closing = self._along if along else 1.0, closing_moment / stiffness
+        scale, closing = np.divide(*self._open_compliance) if along else 1.0, closing_moment / stiffness
 
         def moment(rotation, velocity, deflection, shaft_angle):
             imposed, _, turned, kinks = self._imposed(rotation, shaft_angle)
@@ -199,7 +193,7 @@ class Hinge:
         if along:
             none, turned = (0.0, 0.0), {*shares, *(2 - k for k in shares)}
             both = {k: (shares.get(k, none), shares.get(2 - k, none)) for k in sorted(turned)}
-            half = self._along / 2
+            half = np.divide(*self._open_compliance) / 2
             shares = {k: ((a - d) * half, (b - c) * half) for k, ((a, b), (c, d)) in both.items()}
         pattern, (here,), found = self._pattern, self.row.nonzero(), []
         own = LocalMatrix(self.row.shape, (here, 0 * here, self.section.own_moment * self.row[here]))

@@ -82,10 +82,10 @@ def record(rng, steady, nodes, probes, chain, zero=None, orders=24):
         means[s], pulses[s] = (angle[-1] - angle[0]) / time[-1], keyphasor(angle, chain)
         seen = angle - rate * chain.delay
         swing, shift = 1 + chain.amplitude_scatter * rng.normal(), chain.phase_scatter * rng.normal()
+        planes = np.array([steady.displacement[s][:, 4 * node : 4 * node + 2].T for node in nodes])
+        rests, turned = planes.mean(axis=-1, keepdims=True), at_angle(planes, seen + shift, orders)
         for i, node in enumerate(nodes):
-            plane = steady.displacement[s][:, 4 * node : 4 * node + 2].T
-            rest = plane.mean(axis=1, keepdims=True)
-            motion = rest + swing * (at_angle(plane, seen + shift, orders) - rest)
+            motion = rests[i] + swing * (turned[i] - rests[i])
             motion -= zero[4 * node : 4 * node + 2, None]
             for channel, probe in enumerate(probes[node]):
                 where = probe.angle + probe.angle_error

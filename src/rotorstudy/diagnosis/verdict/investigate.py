@@ -144,7 +144,7 @@ def _judged(one, settings, findings):
         held_to = moved_parameters(base, found.prior.by_name) if kind == "unknown" else moved
         findings += within_uncertainty(found) if kind == "nothing" else far_from_the_rig(found, held_to, labels)
     if kind == "unknown" and not found.stopped and model.before is None:
-        findings += free_parts(model, fitted, settings)
+        findings += free_parts(model, fitted, settings, base)
     findings += unstable_rig(found.unstable, best.fit, fitted.speed) + stopped_early(found)
     findings += others_held_out(one.surprised) + odd
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]

@@ -7,7 +7,7 @@ import numpy as np
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
-from rotorstudy.inference.fit import fit, residual_share
+from rotorstudy.inference.fit import Fit, fit, residual_share
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum
@@ -25,13 +25,15 @@ EXPLAINS = 0.5  # of the excess error (rms), which a part that explains it leave
 MOVED = 3  # numbers that are said
 
 
-def wide_ranges(model: Model, spectrum: Spectrum, settings: Settings) -> str:
+def wide_ranges(model: Model, spectrum: Spectrum, settings: Settings, stated: Fit | None = None) -> str:
     """What a rig leaves unexplained with wide ranges of its bearings or foundation, or any runout, as a sentence.
 
-    Empty for a rig without uncertain bearings or foundation; spectrum : with the model error
+    Empty for a rig without uncertain bearings or foundation
+
+    spectrum : with the model error;  stated : Fit of the rig as stated, if it is known
     """
     parts, rows = _parts(model), spectrum.data_count
-    stated = _fitted(*base_model(model, settings), spectrum, {})
+    stated = stated if stated or not parts else _fitted(*base_model(model, settings), spectrum, {})
     if not parts or stated is None:
         return ""
     free = {}
@@ -50,9 +52,9 @@ def wide_ranges(model: Model, spectrum: Spectrum, settings: Settings) -> str:
     return f"{said}: check {best} first{_furthest(free[best], parts.get(best, {}))}, and state how well it is known"
 
 
-def free_parts(model, spectrum, settings):
+def free_parts(*given):
     """A note of what `wide_ranges` says, if it says anything."""
-    said = wide_ranges(model, spectrum, settings)
+    said = wide_ranges(*given)
     return [Finding("note", "free parts of the rig", "records and rig", said)] if said else []
 
 
