@@ -59,16 +59,16 @@ def test_the_error_of_form_is_common_to_the_nodes_and_differs_by_harmonic():
     assert np.allclose(variance, 1 + LEAK**2 * 4, rtol=1e-3)
 
 
-def test_several_forces_at_a_place_share_the_error_of_form():
-    """Such as the moments at both ends of an element."""
+def test_several_forces_at_a_place_share_the_error_of_form_in_any_unit():
+    """Such as a shear force and a bending moment in an element."""
     change, size = np.ones((4, 4, 2)) * [1, 2j], []
-    for rows in (1, 2):
+    for rows, unit in ((1, 1.0), (2, 1.0), (2, 1e3)):
         forces = np.zeros((2 * rows * 4, 4, 4, 2), complex)
         for i in range(len(forces)):
-            forces[i, :, i % 4] = [1, 0.5] if i < 4 else [1j, -0.5]
+            forces[i, :, i % 4] = np.array([1, 0.5] if i < 4 else [1j, -0.5]) * (unit if i >= 8 else 1.0)
         errors, _ = form_errors(SPEED, [Change(change, 1.0, False, forces, np.arange(len(forces)) % 4)], SHARES[0])
         size.append(np.sum(np.abs(errors) ** 2, axis=(0, 3)))
-    assert np.allclose(*size)
+    assert np.allclose(size[0], size[1:])
 
 
 def test_what_a_form_explains_is_not_evidence_against_a_cause():
@@ -98,20 +98,22 @@ def test_what_a_form_explains_is_not_evidence_against_a_cause():
     assert evidence(0 * near, 0.05)[0].mean_std < 0.1 * form.mean_std
 
 
-def test_an_order_that_is_far_off_does_not_widen_the_others():
+def test_a_harmonic_that_is_far_off_does_not_widen_the_others():
     spectrum = noisy(1e-9)
     change, prior = spectrum.amplitude, Prior.independent({"size": (1.0, 1e-4)})
     jacobian = spectrum.whitened(change)[:, None]
 
-    def most_probable(off, by_order=True):
+    def most_probable(off, by_harmonic=True):
         known = np.append(spectrum.whitened(off), 0.0), jacobian, prior.whitener
-        form = most_probable_form(spectrum, [Change(change)], *known, 0.05, by_order)
+        form = most_probable_form(spectrum, [Change(change)], *known, 0.05, by_harmonic)
         return form.std, form.evidence(*known)
 
     of_second = change * (HARMONICS == 2)[:, None] * 0.04
-    (own, separate), (alike, together) = most_probable(of_second), most_probable(of_second, by_order=False)
+    (own, separate), (alike, together) = most_probable(of_second), most_probable(of_second, by_harmonic=False)
     assert own[HARMONICS == 2] > 0.02 and (own[HARMONICS != 2] < 0.002).all()
-    assert separate > together + 50 and (alike > 0).all()  # negative control: one size for all orders
+    assert separate > together + 50 and (alike > 0).all()  # negative control: one size for all
+    backward, _ = most_probable(change * (HARMONICS == -1)[:, None] * 0.04)
+    assert backward[HARMONICS == -1] > 0.02 and backward[HARMONICS == 1] < 0.002
     everywhere, _ = most_probable(0.04 * change)
     assert (everywhere > 0.01).all()
 

@@ -9,6 +9,7 @@ from machines import SLOW, all_but, disc, readings, shaft, unbalance
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.blind.machines.beam import Element
+from rotorstudy.blind.machines.contacts import add_elliptic_forces
 from rotorstudy.blind.machines.effects import add_preload, add_unbalance
 from rotorstudy.blind.machines.film import Film, add_film, bearing
 from rotorstudy.blind.machines.machine import GRAVITY, Disc, Rotor, build
@@ -151,10 +152,10 @@ def test_a_spring_at_the_film_is_no_change_of_its_numbers():
     assert cause.effect == "support_stiffness"
 
 
-def on_true_films(speeds, harmonics, heavier, preload=0.0):
+def on_true_films(speeds, harmonics, heavier, preload=0.0, twice=0.0):
     """Harmonics (speed, harmonic, sensor), m, on films whose force is that of Reynolds' equation at every instant.
 
-    heavier : times the unbalance;  preload : constant force at node 4, N
+    heavier : times the unbalance;  preload, twice : constant force, and forward one at 2X, at node 4, N
     """
     shown = np.empty((len(speeds), len(harmonics), len(NODES)), complex)
     for i, speed in enumerate(speeds):
@@ -165,6 +166,7 @@ def on_true_films(speeds, harmonics, heavier, preload=0.0):
         for node, value in UNBALANCE.items():
             add_unbalance(machine, node, heavier * abs(value), np.angle(value))
         add_preload(machine, 3, abs(preload), np.angle(preload))
+        add_elliptic_forces(machine, 3, {(2, 0): (twice, 0.0)}, False)
         steady = steady_state(machine, [speed], steps=32)
         shown[i] = [[steady.whirl(node, n)[0] for node in NODES] for n in harmonics]
     return shown
@@ -224,3 +226,19 @@ def test_what_linear_films_leave_out_is_within_the_error_that_a_diagnosis_allows
         ]
     }
     assert with_film_error(record, build_model(stiff)) is record
+
+
+def test_a_fault_that_moves_the_films_adds_to_what_they_leave_out():
+    """A force at 2X, by whose motion the second term of a film gives 4X."""
+    speeds, harmonics, size = SPEEDS[[0, 4]], np.array([1, -1, 2, -2, 3, -3, 4, -4]), 100.0
+    record = readings(on_true_films(speeds, harmonics, 1.0, twice=size), speeds, harmonics, [1, 3, 7], 1e-9)
+    force = {"kind": "parallel_misalignment", "node": 4, "harmonics": [2], "misalignment_force_2X_N": size}
+    model, faulty = (build_model(rig() | {"effects": [*rig()["effects"], *more]}) for more in ([], [force]))
+
+    def left(spectrum):
+        """Rms of 4X in standard deviations, of what the rig with the force on linear films does not explain."""
+        off = spectrum.by_harmonic(spectrum.whitened(record.amplitude - measured_response(faulty, speeds, harmonics)))
+        return float(np.sqrt(np.mean(off[:, np.abs(harmonics) == 4] ** 2)))
+
+    assert 0.1 < left(with_film_error(record, faulty)) < 2
+    assert left(with_film_error(record, model)) > 10  # negative control: by the motion of the rig

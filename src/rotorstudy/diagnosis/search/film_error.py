@@ -1,10 +1,11 @@
 """What the linear coefficients of an oil film leave out: the part of its force that grows faster than the orbit.
 
 About its equilibrium the force of a film is a power series in the orbit over the clearance, of which stiffness and
-damping are the first term. The second gives 0X and 2X, the third 1X and 3X, and so on. Their coefficients are of the
-size of the first one times the relative change of the stiffness per eccentricity ratio, which is 1 to 4 in films that
-carry a load (J. W. Lund and K. K. Thomsen, A calculation method and data for the dynamic coefficients of oil-lubricated
-journal bearings, 1978).
+damping are the first term. Each further term is the one before times the orbit over the clearance, so that its
+harmonics are sums of theirs: of a motion at 1X the second gives 0X and 2X, the third 1X and 3X. Their coefficients are
+of the size of the first one times the relative change of the stiffness per eccentricity ratio, which is 1 to 4 in films
+that carry a load (J. W. Lund and K. K. Thomsen, A calculation method and data for the dynamic coefficients of
+oil-lubricated journal bearings, 1978).
 """
 
 import numpy as np
@@ -19,38 +20,56 @@ from rotorstudy.response.neighbourhood import Neighbourhood
 
 GROWTH = 1.0  # half the relative change of the stiffness of a film per eccentricity ratio
 LARGEST = 1.0  # orbit over the clearance
+DEGREES = (2, 3, 4, 5)  # of the terms
 
 
-def with_film_error(spectrum: Spectrum, model: Model, growth: np.ndarray | None = None) -> Spectrum:
+def with_film_error(
+    spectrum: Spectrum, model: Model, growth: np.ndarray | None = None, theta: np.ndarray | None = None
+) -> Spectrum:
     """The spectrum with its covariance enlarged by what linear films leave out; the same without films.
 
-    model  : of the rig, with a value for every amplitude
+    model  : whose motion it is
     growth : (speed,) by which orbits have changed, relative to those of the model, of a spectrum that is a change
+    theta  : (parameter,) values of the amplitudes, by default as stated
     """
     films = [term for term in model.structure.bearings if term.options.get("radial_clearance_m")]
     if not films or model.before is not None:
         return spectrum
-    near = Neighbourhood(model, spectrum.speed, spectrum.harmonics, order=carried_order(spectrum))
+    near = Neighbourhood(model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum, model))
     try:
-        motion, carried = near.motion.amplitude, near.blocks.harmonics
+        motion, carried = near.motion.amplitude, np.array(near.blocks.harmonics)
     except NoSteadyState:
         return spectrum
-    degree = np.maximum(np.abs(spectrum.harmonics), np.where(spectrum.harmonics % 2, 3, 2))
     variance, structure = np.zeros(spectrum.amplitude.shape), model.structure
     for film in films:
         node = film.options["node"] or structure.default_node()
-        place, in_housing = structure.index(node), structure.unit(node)
-        if node in structure.housings:
-            in_housing = structure.against_casing(node)
+        in_housing = structure.against_casing(node) if node in structure.housings else structure.unit(node)
         parts = zip(film.theta, film.unknowns, strict=True)
-        force = sum(x * apply_entries(u.entries, motion, spectrum.speed, carried)[..., place] for x, u in parts)
-        moving = np.array(carried) != 0
-        orbit, size = (np.linalg.norm(one[:, moving], axis=1) for one in (motion @ in_housing, force))
-        ratio = np.minimum(orbit / film.options["radial_clearance_m"], LARGEST)
-        more = GROWTH * size[:, None] * ratio[:, None] ** (degree - 1)  # (speed, harmonic), N
-        if growth is not None:  # of a part that grows with that power of the orbit
-            more *= (1 + np.minimum(growth, LARGEST)[:, None]) ** degree - 1
+        force = sum(x * apply_entries(u.entries, motion, spectrum.speed, carried) for x, u in parts)
+        orbit = motion @ in_housing / film.options["radial_clearance_m"]
+        more = _further_terms(force[..., structure.index(node)], orbit, carried, growth)
+        more = more[:, np.searchsorted(carried, spectrum.harmonics)]
         (shown,) = shown_forces(near, spectrum, [in_housing])  # real and imaginary parts
         of_unit = np.abs(shown.reshape(2, -1, *shown.shape[1:])) ** 2
-        variance += np.einsum("phsnc,sh->snc", of_unit, more**2 / 4)
+        variance += np.einsum("phsnc,sh->snc", of_unit, more / 4)
     return spectrum.with_error(variance)
+
+
+def _further_terms(force, orbit, carried, growth):
+    """Mean square (speed, harmonic), N^2, of the further terms of the force of a film, at the harmonics carried.
+
+    force : (speed, harmonic), N, the first term;  orbit : (speed, harmonic), over the clearance
+    """
+    last, moving = int(np.abs(carried).max()), carried != 0
+    term, factor = (np.zeros((len(force), 2 * last + 1)) for _ in range(2))
+    for power, one in ((term, force), (factor, orbit)):
+        power[:, last + carried[moving]] = np.abs(one[:, moving]) ** 2
+    factor = factor + factor[:, ::-1]  # the force depends on the orbit and on its conjugate
+    factor *= np.minimum(1.0, LARGEST**2 / np.maximum(factor.sum(axis=1, keepdims=True) / 2, np.finfo(float).tiny))
+    term, found = term + term[:, ::-1], np.zeros_like(term)
+    for degree in DEGREES:
+        term = np.stack([np.convolve(*pair, "same") for pair in zip(term, factor, strict=True)])
+        # in a change: of a part that grows with that power of the orbit
+        more = 1.0 if growth is None else ((1 + np.minimum(growth, LARGEST)[:, None]) ** degree - 1) ** 2
+        found += more * term
+    return GROWTH**2 * found[:, last + carried]

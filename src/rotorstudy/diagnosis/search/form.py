@@ -3,7 +3,7 @@
 What a cause changes, c, is taken to be c (1 + d). The relative error d is complex; there is one for each harmonic and
 direction of whirl, the same at all nodes, as a force that acts where the ideal one does moves all of them by its own
 receptances. Over the speeds d is a Gaussian process: partly constant, partly slowly varying, for the smallest part
-free. Its standard deviation is unknown, another one for each order of the spin speed, with a prior over some orders of
+free. Its standard deviation is unknown, another one for each harmonic and direction, with a prior over some orders of
 magnitude up to `Settings.form_error`, or that of the effect where published forms of it differ by more
 (`Effect.form_error`).
 
@@ -35,7 +35,7 @@ SCALES = np.append(0.0, 2.0 ** np.arange(-10, 1))  # of the largest standard dev
 SHARES = ((0.9, 0.1, 0.0), (0.7, 0.28, 0.02), (0.4, 0.5, 0.1), (0.1, 0.3, 0.6))
 STEADY, STEADY_LENGTH = (0.5, 0.5, 0.0), 1.0  # of a force that does not depend on the motion: by a power of the speed
 LENGTH = 0.2  # of the slow part, in the logarithm of the speed: resonances are seldom closer
-SWEEPS = 2  # over the orders, for their most probable scales
+SWEEPS = 2  # over the harmonics, for their most probable scales
 ROUND_OFF = 1e-9  # of a change: what is below it has no direction
 LEAST_MODE = 1e-4  # variance over the speeds, beside 1, of a mode that changes nothing
 LEAST = 1e-2  # standard deviations of the data, below which a column changes nothing
@@ -71,23 +71,23 @@ def changes_of(
     """
     found = []
     for parts in faults_of(causes).values():
-        every = {
-            u: largest_error(c.effect, c.term.parameters[i].name, largest) / largest
+        every = [
+            (u, c.term.parameters[i], largest_error(c.effect, c.term.parameters[i].name, largest) / largest)
             for c in parts
             if not c.term.acts_on_output
             for u, i in zip(c.term.unknowns, c.parameter, strict=True)
-        }
+        ]
         for of_motion in (False, True):
-            own = [u for u in every if _depends_on_motion(u) == of_motion]
+            own = [u for u, parameter, _ in every if _depends_on_motion(parameter) == of_motion]
             if own:
-                inexactness = max(every[u] for u in own)
+                inexactness = max(error for _, parameter, error in every if _depends_on_motion(parameter) == of_motion)
                 change = forces.near.changes_by_forces([(own, motion)]) @ np.array([values[u.name] for u in own])
                 found.append(Change(change, inexactness, not of_motion and inexactness > 1.0, *forces.beside(parts)))
     return found
 
 
-def _depends_on_motion(unknown):
-    return unknown.force is not None or any(entry.on != "one" for entry in unknown.entries)
+def _depends_on_motion(parameter):
+    return parameter.force is not None or any(entry.on != "one" for entry in parameter.entries)
 
 
 class LocalForces:
@@ -111,7 +111,7 @@ class LocalForces:
 
     def beside(self, parts: Sequence[Candidate]) -> tuple[np.ndarray | None, np.ndarray | None]:
         """`Change.forces` and `Change.forced` of the parts of a fault; None if they act at several places."""
-        acted = {dof for c in parts for u in c.term.unknowns for dof in _acted(u)}
+        acted = {dof for c in parts for parameter in c.term.parameters for dof in _acted(parameter)}
         key = frozenset(acted)
         if key not in self.known:
             self.known[key] = self._shown(acted)
@@ -127,11 +127,11 @@ class LocalForces:
         return None, None
 
 
-def _acted(unknown):
-    """Positions of the coordinates on which an unknown acts."""
-    if unknown.force:
-        return np.flatnonzero(unknown.force.matrix.any(axis=0)).tolist()
-    return {int(row) for entry in unknown.entries for row in entry.nonzero[0]}
+def _acted(parameter):
+    """Positions of the coordinates on which a parameter acts itself, not by films that it loads."""
+    if parameter.force:
+        return np.flatnonzero(parameter.force.matrix.any(axis=0)).tolist()
+    return {int(row) for entry in parameter.entries for row in entry.nonzero[0]}
 
 
 def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple) -> np.ndarray:
@@ -168,10 +168,12 @@ def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple) -> np.n
             own = np.repeat(np.arange(size.shape[1]), 2)
         else:
             of_unit = np.linalg.norm(forces, axis=(2, 3))  # (force, speed)
-            rows = len(forced) / (2 * size.shape[1])  # which share the error
+            rows = len(forced) // (2 * size.shape[1])  # which share the error
             acting = size[:, forced].T / np.where(of_unit > 0, np.sqrt(rows) * of_unit, np.inf)
-            whole = np.sqrt(size.shape[1] * np.mean(acting**2, axis=0))
-            shown, own = forces * _with_leak(acting, whole)[..., None, None], forced
+            by_row = acting.reshape(rows, -1, acting.shape[1])  # a force and a moment have no size in common
+            whole = np.sqrt(size.shape[1] * np.mean(by_row**2, axis=1, keepdims=True))
+            shown = forces * _with_leak(by_row, whole).reshape(*acting.shape, 1, 1)
+            own = forced
         errors = modes[:, None, :, None, None] * shown[None]
         found.append(inexactness * errors.reshape(-1, *change.shape))
         at.append(np.tile(own, len(modes)))
@@ -205,13 +207,13 @@ def largest_errors(spectrum: Spectrum, change: np.ndarray, largest: float) -> np
 
 
 def _columns(spectrum, changes, shares, largest):
-    """Columns (component, error) of errors of form, whitened, that change anything, and the order (error,) of each."""
+    """Columns (component, error) of errors of form, whitened, that change anything, and the harmonic of each."""
     errors, at = form_errors(spectrum.speed, changes, shares)
     if not len(errors):
         return np.zeros((spectrum.data_count, 0)), np.zeros(0, int)
     columns = spectrum.whitened(largest * errors).T
     seen = np.linalg.norm(columns, axis=0) > LEAST
-    return columns[:, seen], np.abs(spectrum.harmonics)[at][seen]
+    return columns[:, seen], spectrum.harmonics[at][seen]
 
 
 class FormError(NamedTuple):
@@ -243,14 +245,14 @@ def most_probable_form(
     jacobian: np.ndarray,
     known: np.ndarray,
     largest: float,
-    by_order: bool = True,
+    by_harmonic: bool = True,
 ) -> FormError:
     """The most probable error of form at the values of a fit, linearised.
 
-    Each order of the spin speed has a scale of its own, as a law may be exact at one and far off at another (automatic
-    relevance determination: D. J. C. MacKay, ASHRAE Trans. 100 (1994) 1053-1062). The shares are the most probable ones
-    with one scale for all orders; the mean over the scales is taken about the most probable ones, that of one order at
-    a time.
+    Each harmonic has a scale of its own, as a law may be exact at one and far off at another (automatic relevance
+    determination: D. J. C. MacKay, ASHRAE Trans. 100 (1994) 1053-1062). The shares are the most probable ones with one
+    scale for all harmonics; the mean over the scales is taken about the most probable ones, that of one harmonic at a
+    time.
 
     Parameters
     ----------
@@ -264,9 +266,9 @@ def most_probable_form(
         Whitener of the prior.
     largest : float
         Standard deviation of the error of scale 1.
-    by_order : bool
-        Otherwise all orders have one scale: far from the best values, an order of its own would be off by any size, and
-        its data would be lost to the fit.
+    by_harmonic : bool
+        Otherwise all have one scale: far from the best values, one of its own would be off by any size, and its data
+        would be lost to the fit.
 
     Returns
     -------
@@ -276,33 +278,33 @@ def most_probable_form(
     data, rest = np.column_stack([off[:count], jacobian]), np.column_stack([off[count:], known])
     gram, prior, found = data.T @ data + rest.T @ rest, 2 * np.linalg.slogdet(known)[1], []
     for shares in SHARES if changes else SHARES[:1]:
-        columns, order = _columns(spectrum, changes, shares, largest)
+        columns, at = _columns(spectrum, changes, shares, largest)
         along, variance = _principal(columns)
         turned = (along * np.sqrt(variance)).T @ data
-        found.append((_by_scale(gram, turned, variance, -prior), shares, columns, order))
+        found.append((_by_scale(gram, turned, variance, -prior), shares, columns, at))
     whole = np.array([np.logaddexp.reduce(one[0]) for one in found])
-    alike, shares, columns, order = found[int(np.argmax(whole))]
-    scale, more = np.full(len(order), SCALES[int(np.argmax(alike))]), np.log(np.mean(np.exp(whole - whole.max())))
-    expected = dict.fromkeys(order, scale[0]) if len(order) else {}
+    alike, shares, columns, at = found[int(np.argmax(whole))]
+    scale, more = np.full(len(at), SCALES[int(np.argmax(alike))]), np.log(np.mean(np.exp(whole - whole.max())))
+    expected = dict.fromkeys(at, scale[0]) if len(at) else {}
     best, products = alike.max(), columns.T @ np.column_stack([data, columns])
-    for sweep in range(SWEEPS if by_order else 0):
-        for n in np.unique(order):
-            each = _of_one_order(gram, products, order == n, scale, prior)
-            scale[order == n] = SCALES[int(np.argmax(each))]
+    for sweep in range(SWEEPS if by_harmonic else 0):
+        for n in np.unique(at):
+            each = _of_one_harmonic(gram, products, at == n, scale, prior)
+            scale[at == n] = SCALES[int(np.argmax(each))]
             weights, best = np.exp(each - each.max()), each.max()
             more += np.log(weights.mean()) if sweep == SWEEPS - 1 else 0.0
             expected[n] = weights @ SCALES / weights.sum()
     inexact = largest * max((one.inexactness for one in changes), default=0.0)
-    std = inexact * np.array([expected.get(abs(n), 0.0) for n in spectrum.harmonics])
+    std = inexact * np.array([expected.get(n, 0.0) for n in spectrum.harmonics])
     size = sum((np.abs(one.change) ** 2).sum(axis=(0, 2)) for one in changes) if changes else np.zeros(len(std))
     mean = np.sqrt(size @ std**2 / size.sum()) if np.any(size) else 0.0
     return FormError(shares, (columns * scale)[:, scale > 0], std, float(mean), float(more), float(best + more))
 
 
-def _of_one_order(gram, products, own, scale, prior):
-    """Log evidence (scale,) with the errors of one order on each of `SCALES`, the others on theirs.
+def _of_one_harmonic(gram, products, own, scale, prior):
+    """Log evidence (scale,) with the errors of one harmonic on each of `SCALES`, the others on theirs.
 
-    products : (error, residual and derivatives, then errors);  own : (error,) whether it is of that order
+    products : (error, residual and derivatives, then errors);  own : (error,) whether it is of that harmonic
     """
     others, count = ~own & (scale > 0), len(gram)
     of_data, of_errors = products[:, :count], products[:, count:]

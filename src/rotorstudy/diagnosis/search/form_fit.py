@@ -80,11 +80,11 @@ class _Parameters:
         whole[model.position(self.prior.names)] = amplitudes
         return carried_motion(model, near.speed, near.harmonics, whole, order=near.order)
 
-    def form(self, work, theta, linearised, by_order=True):
+    def form(self, work, theta, linearised, by_harmonic=True):
         """The most probable FormError at the values of a fit; linearised : what the method of that name returns."""
         values, largest = dict(zip(self.prior.names, theta, strict=False)), work.settings.form_error
         changes = changes_of(self.causes, values, self.motion(work, theta), work.local_forces, largest)
-        return most_probable_form(work.spectrum, changes, *linearised, largest, by_order)
+        return most_probable_form(work.spectrum, changes, *linearised, largest, by_harmonic)
 
     def linearised(self, work, theta, response):
         """Residual and distance from the prior, Jacobian and whitener of the prior, without an error of form."""
@@ -152,7 +152,7 @@ def _fitted_within(work, causes, values):
     least = max(map(odds_of, work.explanations)) - WITHIN
     needed = least + work.base.evidence - work.prior_odds.log_odds(causes)
     linearised = parameters.linearised(work, theta, response(theta))
-    form = parameters.form(work, theta, linearised, by_order=False)
+    form = parameters.form(work, theta, linearised, by_harmonic=False)
     for number in range(ROUNDS):
         spectrum = work.spectrum.with_shared_error(form.columns)
         cost = _cost(spectrum, response(theta), linearised)

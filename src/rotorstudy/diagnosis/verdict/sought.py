@@ -54,11 +54,11 @@ def seek(
 
     failed : effects left out -> why;  before : of the same run with other speeds held out
     """
-    held = None if held is None else with_film_error(with_model_error(held, settings), model)
     kept = settings.model_copy(update={"leave_out": [*settings.leave_out, *failed]})
     known = near_best(before.found) if before else ()
-    fitted = with_film_error(with_model_error(measured, kept), model)
-    found, chain, tested = _searched(model, measured, fitted, kept, known)
+    begun, moving = _begun(model, with_model_error(measured, kept), kept)
+    held = None if held is None else with_film_error(with_model_error(held, settings), *moving)
+    found, chain, tested = _searched(begun, measured, known)
     found.failures.update(failed)
     return _judged(Sought(found, tested, measured, held, found, chain, None, None))
 
@@ -83,17 +83,32 @@ def _judged(one: Sought) -> Sought:
     return one._replace(judged=judged, chain=chain, expected=expected, surprise=surprise)
 
 
-def _searched(model, measured, fitted, settings, known):
+def _begun(model, spectrum, settings):
+    """The Search in which nothing was searched yet, and (model, growth, values) of the motion for the error of films.
+
+    If the rig does not explain the records, that motion is the one with the most likely force at one place.
+
+    spectrum : with the model error
+    """
+    begun = begin(model, with_film_error(spectrum, model), settings)
+    log.info("%s", first_answer(begun))
+    force = next((one.fitted for one in begun.free_forces if one.fitted is not None), None)
+    if force is None or not begun.base.is_rejected(settings.significance):
+        return begun, (model,)
+    moving = force.model, None, force.theta
+    wider = with_film_error(spectrum, *moving)
+    return (begun if wider is spectrum else begin(model, wider, settings)), moving
+
+
+def _searched(begun, measured, known):
     """The Search, the ChainHypothesis that explains the records better or None, and the conventions tested or None.
 
-    measured : Spectrum;  fitted : with the model error;  known : as for `search`
+    measured : Spectrum without the model error;  known : as for `search`
     """
-    begun = begin(model, fitted, settings)
-    log.info("%s", first_answer(begun))
     tested, chain = None, None
     try:
         log.info("testing whether conventions of the records are wrongly stated")
-        tested = tested_convention(begun, measured) if model.before is None else None  # shared by both states
+        tested = tested_convention(begun, measured) if begun.rig.before is None else None  # shared by both states
         chain = clear_convention(begun, tested) if tested else None
         found = unsearched(begun) if chain else search(begun, known)
     except KeyboardInterrupt as stop:
