@@ -148,14 +148,17 @@ class Study:
         return self.row({"way": "compared", "machine": name, "state": state, "size": STATES[state][0]}, made)
 
     def at_twice_its_limit(self, name, state):
-        """Row of the diagnosis of a fault at twice its limit, None where it is not seen, or cannot be that large."""
+        """Row of the diagnosis of a fault at twice its limit, None where it is not seen, or cannot be that large.
+
+        Where several places are right, the one at which it is seen worst counts.
+        """
         plant = PLANTS[name]()
         limits = [
             s for effect, where, s in self.diagnosed(name)["hidden"] if s and is_there(effect, where, plant, state)
         ]
         # of 2X a limit is of the forward part, half of the force; of a foot in N/m, of which a state is a share
         unit = {"hub_2X": 2.0, "looseness": 1 / plant.blocks[0].stiffness[0]}.get(state, 1.0)
-        size = float(f"{2 * min(limits, default=np.inf) * unit:.3g}")
+        size = float(f"{2 * max(limits, default=np.inf) * unit:.3g}")
         largest = {"looseness": 1.0, "crack": DEEPEST, "crack_middle": DEEPEST}.get(state, 1e9)
         return self.diagnosed(name, state, size) if size <= largest else print(name, state, "has no such limit", size)
 
