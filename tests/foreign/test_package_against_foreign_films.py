@@ -16,6 +16,7 @@ from rotorstudy.blind.machines.machine import GRAVITY, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.film_error import with_film_error
+from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.inference.problem import Problem
@@ -242,3 +243,14 @@ def test_a_fault_that_moves_the_films_adds_to_what_they_leave_out():
 
     assert 0.1 < left(with_film_error(record, faulty)) < 2
     assert left(with_film_error(record, model)) > 10  # negative control: by the motion of the rig
+
+
+def test_the_error_of_form_of_a_force_that_loads_films_acts_where_the_force_does():
+    model = build_model(rig())
+    record = readings(measured_response(model, SPEEDS, HARMONICS), SPEEDS, HARMONICS, [1, 3, 7], 1e-9)
+    work = begin(model, record, Settings(leave_out=all_but("static_preload")))
+    (force,) = (one for one in work.candidates if one.where == {"node": 4})
+    forces, _ = work.local_forces.beside([force])
+    assert len(forces) == 2 * len(HARMONICS)  # real and imaginary parts of one force at each harmonic
+    acted = {int(row) for one in force.term.unknowns for entry in one.entries for row in entry.nonzero[0]}
+    assert len(acted) == 3  # negative control: with the films that it loads it acts at both bearings, too

@@ -78,10 +78,10 @@ def changes_of(
             for u, i in zip(c.term.unknowns, c.parameter, strict=True)
         ]
         for of_motion in (False, True):
-            own = [u for u, parameter, _ in every if _depends_on_motion(parameter) == of_motion]
+            own = {u: error for u, parameter, error in every if _depends_on_motion(parameter) == of_motion}
             if own:
-                inexactness = max(error for _, parameter, error in every if _depends_on_motion(parameter) == of_motion)
-                change = forces.near.changes_by_forces([(own, motion)]) @ np.array([values[u.name] for u in own])
+                inexactness = max(own.values())
+                change = forces.near.changes_by_forces([([*own], motion)]) @ np.array([values[u.name] for u in own])
                 found.append(Change(change, inexactness, not of_motion and inexactness > 1.0, *forces.beside(parts)))
     return found
 
