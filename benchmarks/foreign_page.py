@@ -39,7 +39,7 @@ def numbers(rows):
             lines.append((one.what, f"{value}{unit}", f"{low} to {high}{unit}", one.cases, one.needed))
     seconds, gain = rows[~rows.verdict.isin(["not drawn", "refused"])].seconds, _gain(rows)
     lines += [
-        ("calibration error by chance alone, if it were exact", f"{by_chance(rows):.2g}", "", "", ""),
+        ("calibration error by chance alone", f"{by_chance(rows):.2g}", "", "", ""),
         ("error at held-out speeds, after over before, median", f"{gain.median():.2g}", "", len(gain), ""),
         ("the same, worst", f"{gain.max():.3g}", "", "", ""),
         ("seconds of one core for a diagnosis, median", f"{seconds.median():.0f}", "", len(seconds), ""),

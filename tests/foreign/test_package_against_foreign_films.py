@@ -218,7 +218,7 @@ def test_what_linear_films_leave_out_is_within_the_error_that_a_diagnosis_allows
     assert 0.1 < left(with_film_error(record, model)) < 2
     growth, earlier = 0.25, [{**one, "eccentricity_m": one["eccentricity_m"] / 1.25} for one in files["effects"]]
     change = shown - on_true_films(speeds, HARMONICS, heavier / (1 + growth))
-    allowed = with_film_error(record, build_model(files | {"effects": earlier}), np.full(2, growth))
+    allowed = with_film_error(record, build_model(files | {"effects": earlier}), growth=np.full(2, growth))
     off = [np.sqrt(np.mean(one.by_harmonic(one.whitened(change))[:, second] ** 2)) for one in (record, allowed)]
     assert off[0] > 10 and 0.1 < off[1] < 2  # of 2X, which linear films do not change
     stiff = files | {

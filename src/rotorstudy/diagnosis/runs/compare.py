@@ -154,7 +154,7 @@ def _difference(before, after, model, settings):
     moving = before.harmonics != 0
     growth, orbit = (np.linalg.norm(one[:, moving], axis=(1, 2)) for one in (amplitude, before.amplitude))
     growth = growth / np.maximum(orbit, np.finfo(float).tiny)
-    return with_film_error(difference.with_error((settings.model_error * np.abs(moved)) ** 2 / 2), model, growth)
+    return with_film_error(difference.with_error((settings.model_error * np.abs(moved)) ** 2 / 2), model, growth=growth)
 
 
 def _with_scatter(model, speed, after, settings):

@@ -24,13 +24,13 @@ DEGREES = (2, 3, 4, 5)  # of the terms
 
 
 def with_film_error(
-    spectrum: Spectrum, model: Model, growth: np.ndarray | None = None, theta: np.ndarray | None = None
+    spectrum: Spectrum, model: Model, theta: np.ndarray | None = None, growth: np.ndarray | None = None
 ) -> Spectrum:
     """The spectrum with its covariance enlarged by what linear films leave out; the same without films.
 
     model  : whose motion it is
-    growth : (speed,) by which orbits have changed, relative to those of the model, of a spectrum that is a change
     theta  : (parameter,) values of the amplitudes, by default as stated
+    growth : (speed,) by which orbits have changed, relative to those of the model, of a spectrum that is a change
     """
     films = [term for term in model.structure.bearings if term.options.get("radial_clearance_m")]
     if not films or model.before is not None:

@@ -126,7 +126,8 @@ def _just_seen(work, plugin, options, seen):
 
     found = _smallest(partial(clearness, fitted=False), needed, plugin, parameter)
     seen_at = clearness(found or feared.largest, fitted=found is not None)
-    if not needed <= seen_at <= CLOSE**2 * needed and (found or seen_at >= needed / CLOSE):
+    is_confirmed, is_out_of_reach = needed <= seen_at <= CLOSE**2 * needed, not found and seen_at < needed / CLOSE
+    if not (is_confirmed or is_out_of_reach):
         found = _smallest(partial(clearness, fitted=True), needed, plugin, parameter)
     return found and found * scale, unit
 

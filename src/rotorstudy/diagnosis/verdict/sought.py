@@ -84,9 +84,10 @@ def _judged(one: Sought) -> Sought:
 
 
 def _begun(model, spectrum, settings):
-    """The Search in which nothing was searched yet, and (model, growth, values) of the motion for the error of films.
+    """The Search in which nothing was searched yet, and the model whose motion gives the error of films, with values.
 
-    If the rig does not explain the records, that motion is the one with the most likely force at one place.
+    If the rig does not explain the records, that motion is the one with the most likely force at one place, which is
+    interpolated between the speeds.
 
     spectrum : with the model error
     """
@@ -95,7 +96,7 @@ def _begun(model, spectrum, settings):
     force = next((one.fitted for one in begun.free_forces if one.fitted is not None), None)
     if force is None or not begun.base.is_rejected(settings.significance):
         return begun, (model,)
-    moving = force.model, None, force.theta
+    moving = force.model, force.theta
     wider = with_film_error(spectrum, *moving)
     return (begun if wider is spectrum else begin(model, wider, settings)), moving
 

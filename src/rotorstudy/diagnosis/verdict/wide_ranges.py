@@ -52,9 +52,9 @@ def wide_ranges(model: Model, spectrum: Spectrum, settings: Settings, stated: Fi
     return f"{said}: check {best} first{_furthest(free[best], parts.get(best, {}))}, and state how well it is known"
 
 
-def free_parts(*given):
+def free_parts(model, spectrum, settings, stated):
     """A note of what `wide_ranges` says, if it says anything."""
-    said = wide_ranges(*given)
+    said = wide_ranges(model, spectrum, settings, stated)
     return [Finding("note", "free parts of the rig", "records and rig", said)] if said else []
 
 
