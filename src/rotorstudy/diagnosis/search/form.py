@@ -327,12 +327,15 @@ def _by_scale(gram, turned, variance, narrowed):
     """
     every = SCALES[:, None] ** 2 * variance
     less = turned.T @ ((SCALES[:, None] ** 2 / (1 + every))[..., None] * turned)
-    products = gram - less
-    size = np.sqrt(np.diagonal(products, axis1=1, axis2=2)[:, 1:])
-    normal, right = products[:, 1:, 1:] / (size[:, :, None] * size[:, None]), products[:, 1:, :1] / size[..., None]
-    gain = np.sum(right * np.linalg.solve(normal, right), axis=(1, 2))
-    narrowed = narrowed + np.log1p(every).sum(axis=1) + np.linalg.slogdet(normal)[1] + 2 * np.log(size).sum(axis=1)
-    return -0.5 * (products[:, 0, 0] - gain + narrowed)
+    products = np.roll(gram - less, -1, axis=(1, 2))  # those of the residual come last
+    size = np.sqrt(np.diagonal(products, axis1=1, axis2=2))
+    size[:, -1] = np.sqrt(gram[0, 0])
+    scaled = products / (size[:, :, None] * size[:, None])
+    scaled[:, -1, -1] = 2.0  # the root is then real, also where nothing is left of the residual
+    root = np.diagonal(np.linalg.cholesky(scaled), axis1=1, axis2=2)
+    gain = gram[0, 0] * (2 - root[:, -1] ** 2)
+    narrowed = narrowed + np.log1p(every).sum(axis=1) + 2 * np.log(root[:, :-1] * size[:, :-1]).sum(axis=1)
+    return -0.5 * (products[:, -1, -1] - gain + narrowed)
 
 
 def _principal(columns):

@@ -16,6 +16,7 @@ from rotorstudy.diagnosis.search.candidates import FIXED, Candidate, with_shape
 from rotorstudy.diagnosis.search.contained import is_allowed
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form import largest_errors
+from rotorstudy.diagnosis.search.form_fit import WITHIN
 from rotorstudy.diagnosis.search.free_force import FREE_FORCE
 from rotorstudy.diagnosis.search.odds import Explanation, faults_of, odds_of
 from rotorstudy.diagnosis.search.parts import (
@@ -30,6 +31,7 @@ from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import predicted
 
 HIDES = 30.0  # gain of log odds by an error of form, above which it may hide another fault
+WORTH_ADDING = -1.0  # change of the log odds that one more cause must promise
 LOOSE = 0.5  # standard deviation of a known amplitude in a scan, as a shape that is not yet found has another one
 
 
@@ -56,11 +58,14 @@ class _Judge(NamedTuple):
         odds = self.base + evidence + self.work.prior_odds.log_odds(causes)
         return Proposal(causes, self.values | dict(zip(names, start, strict=True)), odds)
 
-    def alone(self, projected, usable, beside=()):
-        """Proposals of each candidate that has no shape to scan, together with those beside it."""
+    def alone(self, projected, usable, beside=(), least=-np.inf):
+        """Proposals of each candidate that has no shape to scan, together with those beside it.
+
+        least : log odds that matter; those that cannot reach them are left out
+        """
         chosen = [c for c in usable if not can_be_scanned(c)]
-        screened = screen_each(projected, chosen, beside)
-        return [self.proposal((*beside, c), one.start, one.evidence) for c, one in zip(chosen, screened, strict=True)]
+        screened = zip(chosen, screen_each(projected, chosen, beside, least - self.base), strict=True)
+        return [self.proposal((*beside, c), one.start, one.evidence) for c, one in screened if one.evidence > -np.inf]
 
     def together(self, projected, usable):
         """Proposals of faults of several parts."""
@@ -103,7 +108,8 @@ def additions(
     """One fault more of all candidates or some, judged at some fits of the explanation.
 
     A free force of a fit is taken out (`free_force.py`). An error of form that takes up much may hide the other fault:
-    each is then judged without that error, too.
+    each is then judged without that error, too. Beside other causes it must be worth its prior odds itself, and not by
+    what any error of form takes up.
     """
     chosen = [c for c in among or work.candidates if is_allowed(work, (*current.causes, c))]
     found, form = [], _error_of_form(work, current)
@@ -121,8 +127,10 @@ def additions(
         more = current.fit.cost - projected.residual @ projected.residual + widest - _log_volume(wide.spectrum)
         base = odds_of(current) - work.prior_odds.log_odds(current.causes) + 0.5 * more
         judge = _Judge(wide, current.causes, fitted.values, base)
-        found += judge.alone(projected, usable) + judge.together(projected, usable)
-        found += judge.scanned(fitted, usable, plain, without, plain.excess if own is form else fitted.excess)
+        judged = judge.alone(projected, usable) + judge.together(projected, usable)
+        judged += judge.scanned(fitted, usable, plain, without, plain.excess if own is form else fitted.excess)
+        least = odds_of(current) + max(0.5 * more, 0.0) + WORTH_ADDING if current.causes else -np.inf
+        found += [one for one in judged if one.log_odds > least]
     return found
 
 
@@ -192,9 +200,11 @@ def splits(work: Search, current: Explanation) -> list[Proposal]:
     usable = [c for c in usable if not any(c is one for one in current.causes)]
     for one in sorted(judge.alone(projected, usable), key=lambda one: -one.log_odds):
         best.setdefault(one.causes[0].effect, one.causes)
+    most = max(map(odds_of, work.explanations))
     for first in best.values():
         others = [c for c in usable if c.fault != first[0].fault and is_allowed(work, (*first, c))]
-        found += judge.alone(projected, others, first)
+        near = min(most, max((one.log_odds for one in found), default=-np.inf)) - WITHIN
+        found += judge.alone(projected, others, first, near)
     return found
 
 

@@ -148,14 +148,17 @@ def screen(projected: Projected, *causes: Candidate) -> Screened:
 
 
 def screen_each(
-    projected: Projected, causes: Sequence[Candidate], beside: tuple[Candidate, ...] = ()
+    projected: Projected, causes: Sequence[Candidate], beside: tuple[Candidate, ...] = (), least: float = -np.inf
 ) -> list[Screened]:
-    """Judge candidates by their columns, each alone or together with some others, whose amplitudes come first."""
+    """Judge candidates by their columns, each alone or together with some others, whose amplitudes come first.
+
+    least : evidence that matters; that of a candidate that cannot reach it is not known, and minus infinity
+    """
     alike, found = {}, {}
     for i, cause in enumerate(causes):
         alike.setdefault((cause.fixed, *cause.parameter.tolist()), []).append(i)
     for chosen in alike.values():
-        found |= zip(chosen, _screen_alike(projected, [[*beside, causes[i]] for i in chosen]), strict=True)
+        found |= zip(chosen, _screen_alike(projected, [[*beside, causes[i]] for i in chosen], least), strict=True)
     return [found[i] for i in range(len(causes))]
 
 
@@ -180,10 +183,11 @@ def _elsewhere(projected, same):
     return sum(factor * projected.theta.get(name, 0.0) for name, factor in same.items())
 
 
-def _screen_alike(projected, sets):
+def _screen_alike(projected, sets, least=-np.inf):
     """Screened of each of some sets of candidates whose parameters have the same numbers of amplitudes.
 
-    Arrays begin with (set,).
+    Arrays begin with (set,). No narrower prior has an evidence above half of what is explained, and what is known to
+    be positive doubles it at most; below `least` it is not computed.
     """
     names = [[n for c in causes for n in c.names] for causes in sets]
     columns = np.array([[projected.columns[n] for n in own] for own in names])  # (set, unknown, component)
@@ -209,11 +213,12 @@ def _screen_alike(projected, sets):
         spread = np.sqrt(np.einsum("li,lij,lj->l", weight * std[s], covariance[s], weight * std[s]))
         stated, found = (np.sum(weight * sizes[s], axis=-1) + there for sizes in (mean, start))
         np.add.at(evidence, s, log_possible(found, spread, stated / std[s, i]))
-    first = 0
+    doubled = np.bincount([s for s, *_ in limited], minlength=len(sets))
+    first, matter = 0, 0.5 * explained + np.log(2) * doubled >= least
     for cause in sets[0]:
         part = slice(first, first + len(cause.names))
         first = part.stop
         if not cause.fixed:
-            evidence += log_scales(off[:, part], covariance[:, part, part], cause.parameter)
-    evidence = np.round(evidence, TIE)
+            evidence[matter] += log_scales(off[matter, part], covariance[matter, part, part], cause.parameter)
+    evidence = np.where(matter, np.round(evidence, TIE), -np.inf)
     return [Screened(*one) for one in zip(explained.tolist(), evidence.tolist(), start, detection, strict=True)]

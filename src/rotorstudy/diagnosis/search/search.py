@@ -37,7 +37,6 @@ log = logging.getLogger(__name__)
 
 EXPLAINS = 2.0  # misfit for each datum that a free force at one place leaves, at most, if one fault may act there
 REACH = 10.0  # log odds below the best, beyond which an explanation cannot change a probability
-WORTH_ADDING = -1.0  # change of the log odds that one more cause must promise
 EXPANDED = 6  # rounds in which moves are tried, the first one from the rig
 UNFULFILLED = 4  # proposals beside known causes that in succession do not raise the odds; the next promise less
 ALONE = 5  # single faults beside which a second one is sought, if none of them explains the records
@@ -216,8 +215,7 @@ def _moves(work, current):
     # of one alone, all others were judged at the same motion, unless it changes the films
     if len(current.faults) > 1 or any(p.loads_films for c in current.causes for p in c.term.parameters):
         found += other_laws(work, current) + removals(current) + exchanges(work, current)
-    least = odds_of(current) + WORTH_ADDING
-    found += [one for one in additions(work, current, [current.fit]) if one.log_odds > least]
+    found += additions(work, current, [current.fit])
     return list(filter(None, [found, splits(work, current)]))
 
 
