@@ -200,11 +200,11 @@ def splits(work: Search, current: Explanation) -> list[Proposal]:
     usable = [c for c in usable if not any(c is one for one in current.causes)]
     for one in sorted(judge.alone(projected, usable), key=lambda one: -one.log_odds):
         best.setdefault(one.causes[0].effect, one.causes)
-    most = max(map(odds_of, work.explanations))
+    known, top = max(map(odds_of, work.explanations)), -np.inf if work.is_rejected else np.inf
     for first in best.values():
         others = [c for c in usable if c.fault != first[0].fault and is_allowed(work, (*first, c))]
-        near = min(most, max((one.log_odds for one in found), default=-np.inf)) - WITHIN
-        found += judge.alone(projected, others, first, near)
+        found += judge.alone(projected, others, first, min(known, top) - WITHIN)
+        top = max([top, *(one.log_odds for one in found)])
     return found
 
 
