@@ -101,13 +101,14 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
 
     raises : NoSteadyState, CannotAct
     """
-    best = _fitted_within(work, causes, values)
-    gained = np.inf
+    least = max(map(odds_of, work.explanations)) - WITHIN
+    best, gained = _fitted_within(work, causes, values, least), np.inf
     while gained > SETTLED:
         before = odds_of(best)
         for n, name, fraction in _at_a_node(work, best.causes):
             try:
-                other = _fitted_within(work, _moved(work, best.causes, n, name, fraction), best.fit.values)
+                beyond = _moved(work, best.causes, n, name, fraction)
+                other = _fitted_within(work, beyond, best.fit.values, max(least, odds_of(best)))
             except (CannotAct, NoSteadyState):  # such as in a hollow part of the shaft
                 continue
             best = max(best, other, key=odds_of)
@@ -131,8 +132,8 @@ def _moved(work, causes, n, name, fraction):
     return (*causes[:n], reshaped(work, causes[n], point), *causes[n + 1 :])
 
 
-def _fitted_within(work, causes, values):
-    """`fitted_with_form` in the elements where the causes are."""
+def _fitted_within(work, causes, values, least):
+    """`fitted_with_form` in the elements where the causes are; least : log odds that it must be able to reach."""
     parameters = _Parameters.of(work, causes)
     theta, known, failed, best = parameters.start(work, values), {}, [], None
 
@@ -149,7 +150,6 @@ def _fitted_within(work, causes, values):
                 raise NoSteadyState(str(error)) from None
         return known[key]
 
-    least = max(map(odds_of, work.explanations)) - WITHIN
     needed = least + work.base.evidence - work.prior_odds.log_odds(causes)
     linearised = parameters.linearised(work, theta, response(theta))
     form = parameters.form(work, theta, linearised, by_harmonic=False)
