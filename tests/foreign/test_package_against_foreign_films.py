@@ -15,7 +15,9 @@ from rotorstudy.blind.machines.film import Film, add_film, bearing
 from rotorstudy.blind.machines.machine import GRAVITY, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.diagnosis import investigate
+from rotorstudy.diagnosis.search import moves
 from rotorstudy.diagnosis.search.film_error import with_film_error
+from rotorstudy.diagnosis.search.moves import additions
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
@@ -198,6 +200,31 @@ def test_a_constant_force_changes_the_load_of_the_films_and_with_it_their_coeffi
         ends = (measured_response(model, speeds, harmonics, model.theta + sign * step) for sign in (1, -1))
         slope = np.subtract(*ends)
         assert np.abs(found.jacobian[..., p] - slope).max() < 1e-5 * np.abs(slope).max()
+
+
+def test_the_place_of_a_force_that_changes_films_by_much_is_told_by_steps_of_a_fit(monkeypatch):
+    """Up and aside, by more than the weight; what the rig with linear films promises is most at another node."""
+    force, files = 500.0 * np.exp(2.5j), rig()
+    for one in files["effects"]:
+        one["eccentricity_m"] *= 0.3
+    for one in files["bearings"]:
+        del one["load_N"]
+    shown = on_true_films(SPEEDS, np.array([1, -1]), 0.3, force)
+    record = readings(shown, SPEEDS, np.array([1, -1]), [node + 1 for node in NODES], 1e-8)
+    settings = Settings(leave_out=all_but("static_preload"), uncertainty=KNOWN, nuisance={})
+    work = begin(build_model(files), record, settings)
+
+    def most_promising():
+        return max(additions(work, work.nothing, [work.free_forces[0].fitted]), key=lambda one: one.log_odds)
+
+    best = most_promising()
+    (cause,) = best.causes
+    assert cause.where == {"node": 4}
+    assert complex(*(best.values[name] for name in cause.names)) == pytest.approx(force, rel=5e-3)
+    monkeypatch.setattr(moves, "STEPS", 0)  # negative control: nothing but where it begins
+    assert most_promising().log_odds < best.log_odds - 100
+    monkeypatch.setattr(moves, "loads_films", lambda cause: False)  # negative control: linear films
+    assert most_promising().causes[0].where != {"node": 4}
 
 
 def test_three_films_share_a_constant_force_as_their_springs_do():
