@@ -13,6 +13,9 @@
 PYTHON ?= python3
 CORES ?= all
 SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
+# uv installs in a third of the time of pip, which is there where uv reaches no index: it does not read pip's configuration
+PIP = .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps --require-hashes
+UV = .venv/bin/uv pip install --quiet --python .venv/bin/python --no-deps --require-hashes
 
 # else each of the hundred processes of the workflow and of the tests compiles all that it imports; pip need not compile
 # (--no-compile) the many files that none of them imports
@@ -84,17 +87,17 @@ docs: .venv-docs/ready
 	.venv-docs/bin/mkdocs build --quiet
 	@echo "Look at results/docs/index.html; for its search: python3 -m http.server --directory results/docs 8000"
 
-lock: .venv-uv/ready
-	.venv-uv/bin/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \
-	  pyproject.toml --extra uff --group dev --output-file .venv-uv/lock.txt
-	{ head -2 environment.txt; cat .venv-uv/lock.txt; } > .venv-uv/environment.txt && mv .venv-uv/environment.txt environment.txt
+lock: .venv/ready
+	.venv/bin/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \
+	  pyproject.toml --extra uff --group dev --output-file .venv/lock.txt
+	{ head -2 environment.txt; cat .venv/lock.txt; } > .venv/environment.txt && mv .venv/environment.txt environment.txt
 
 # interpreters: of the system, of pyenv, else those that uv can download; that the versions are those of environment.txt is not tested
-newest: .venv-uv/ready
+newest: .venv/ready
 	@PATH="$$PATH:$$(echo $$HOME/.pyenv/versions/*/bin | tr ' ' :)"; for version in 3.11 3.12 3.13 3.14; do \
-	  python=.venv-uv/$$version; \
-	  .venv-uv/bin/uv venv --quiet --clear --seed --python $$version $$python 2>/dev/null || { missing="$$missing $$version"; continue; }; \
-	  .venv-uv/bin/uv pip install --quiet --upgrade --python $$python/bin/python --editable '.[uff]' --group dev && \
+	  python=.venv-newest/$$version; \
+	  .venv/bin/uv venv --quiet --clear --seed --python $$version $$python 2>/dev/null || { missing="$$missing $$version"; continue; }; \
+	  .venv/bin/uv pip install --quiet --upgrade --python $$python/bin/python --editable '.[uff]' --group dev && \
 	  PATH="$$PWD/$$python/bin:$$PATH" OPENBLAS_NUM_THREADS=1 $$python/bin/pytest -q -n 2 --dist loadfile $(TESTS) \
 	    --deselect tests/workflow/test_environment.py::test_every_installed_package_is_pinned_with_hashes || \
 	  failed="$$failed $$version"; \
@@ -108,15 +111,11 @@ clean:
 .venv/ready: environment.txt pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "error: $$($(PYTHON) --version) found, Python 3.11 or newer is needed; try make PYTHON=python3.12"; exit 1; }
-	@echo "Setting up .venv (a minute or two) ..."
+	@echo "Setting up .venv (up to a minute) ..."
 	$(PYTHON) -m venv .venv
-	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps --require-hashes --requirement environment.txt
+	awk '/^[^ ]/ {of_uv = /^uv==/} of_uv' environment.txt > .venv/uv.txt
+	$(PIP) --requirement .venv/uv.txt && $(UV) --requirement environment.txt || $(PIP) --requirement environment.txt
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
-	@touch $@
-
-.venv-uv/ready:
-	$(PYTHON) -m venv .venv-uv
-	.venv-uv/bin/python -m pip install --quiet --disable-pip-version-check 'uv==0.13.9'
 	@touch $@
 
 .venv-ross/ready: benchmarks/ross/requirements.txt

@@ -1,9 +1,12 @@
 """The error of form: errors that data have in common, and what they leave to be explained."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from machines import readings
 
+from rotorstudy.diagnosis.search import form_fit
 from rotorstudy.diagnosis.search.candidates import ShapeRange
 from rotorstudy.diagnosis.search.form import (
     SHARES,
@@ -234,3 +237,24 @@ def test_by_the_moment_the_parts_are_those_by_the_weight_where_that_alone_acts()
             expected = sum(np.exp(1j * e.shift * angle) * e.matrix[place] for e in entries if e.on != "one")
             expected = expected / pattern[place] * hinge.section.stiffness * -1e-3 * hinge.side
             assert np.ravel(moment)[0] == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize(("beyond", "crossed"), [
+    (lambda x: 0.51 if x < 0.5 else 0.49, [0.49, 0.51]),  # the same node from both sides
+    (lambda x: round(x + 0.1, 2), [0.49, 0.59, 0.69, 0.79, 0.89, 0.99]),  # negative control: one node after another
+])  # fmt: skip
+def test_a_fit_does_not_go_back_over_a_node(monkeypatch, beyond, crossed):
+    """Both sides may gain by more steps each time, for as long as one likes."""
+    fitted = []
+
+    def within(work, causes, values):
+        fitted.extend(causes)
+        return SimpleNamespace(causes=causes, log_posterior_odds=len(fitted), fit=SimpleNamespace(values={}))
+
+    monkeypatch.setattr(form_fit, "_fitted_within", within)
+    monkeypatch.setattr(form_fit, "_moved", lambda work, causes, n, name, fraction: (fraction,))
+    monkeypatch.setattr(form_fit, "_at_a_node", lambda work, causes: (
+        (0, "position_m", x, beyond(x)) for x in causes if x < 0.9
+    ))  # fmt: skip
+    form_fit.fitted_with_form(None, (0.49,), {})
+    assert fitted == crossed

@@ -15,7 +15,9 @@ from rotorstudy.blind.machines.film import Film, add_film, bearing
 from rotorstudy.blind.machines.machine import GRAVITY, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.diagnosis import investigate
+from rotorstudy.diagnosis.search import moves
 from rotorstudy.diagnosis.search.film_error import with_film_error
+from rotorstudy.diagnosis.search.moves import additions
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
@@ -153,16 +155,16 @@ def test_a_spring_at_the_film_is_no_change_of_its_numbers():
     assert cause.effect == "support_stiffness"
 
 
-def on_true_films(speeds, harmonics, heavier, preload=0.0, twice=0.0):
+def on_true_films(speeds, harmonics, heavier, preload=0.0, twice=0.0, films=FILMS):
     """Harmonics (speed, harmonic, sensor), m, on films whose force is that of Reynolds' equation at every instant.
 
     heavier : times the unbalance;  preload, twice : constant force, and forward one at 2X, at node 4, N
     """
     shown = np.empty((len(speeds), len(harmonics), len(NODES)), complex)
     for i, speed in enumerate(speeds):
-        rotor = Rotor((SHAFT,) * 6, DISCS, tuple(bearing(film, speed) for film in FILMS))
+        rotor = Rotor((SHAFT,) * 6, DISCS, tuple(bearing(film, speed) for film in films))
         machine = build(rotor)
-        for film, linear in zip(FILMS, rotor.bearings, strict=True):
+        for film, linear in zip(films, rotor.bearings, strict=True):
             add_film(machine, film, linear, [speed])
         for node, value in UNBALANCE.items():
             add_unbalance(machine, node, heavier * abs(value), np.angle(value))
@@ -198,6 +200,57 @@ def test_a_constant_force_changes_the_load_of_the_films_and_with_it_their_coeffi
         ends = (measured_response(model, speeds, harmonics, model.theta + sign * step) for sign in (1, -1))
         slope = np.subtract(*ends)
         assert np.abs(found.jacobian[..., p] - slope).max() < 1e-5 * np.abs(slope).max()
+
+
+def test_the_place_of_a_force_that_changes_films_by_much_is_told_by_steps_of_a_fit(monkeypatch):
+    """Up and aside, by more than the weight; what the rig with linear films promises is most at another node."""
+    force, files = 500.0 * np.exp(2.5j), rig()
+    for one in files["effects"]:
+        one["eccentricity_m"] *= 0.3
+    for one in files["bearings"]:
+        del one["load_N"]
+    shown = on_true_films(SPEEDS, np.array([1, -1]), 0.3, force)
+    record = readings(shown, SPEEDS, np.array([1, -1]), [node + 1 for node in NODES], 1e-8)
+    settings = Settings(leave_out=all_but("static_preload"), uncertainty=KNOWN, nuisance={})
+    work = begin(build_model(files), record, settings)
+
+    def most_promising():
+        return max(additions(work, work.nothing, [work.free_forces[0].fitted]), key=lambda one: one.log_odds)
+
+    best = most_promising()
+    (cause,) = best.causes
+    assert cause.where == {"node": 4}
+    assert complex(*(best.values[name] for name in cause.names)) == pytest.approx(force, rel=5e-3)
+    monkeypatch.setattr(moves, "STEPS", 0)  # negative control: nothing but where it begins
+    assert most_promising().log_odds < best.log_odds - 100
+    monkeypatch.setattr(moves, "loads_films", lambda cause: False)  # negative control: linear films
+    assert most_promising().causes[0].where != {"node": 4}
+
+
+def test_three_films_share_a_constant_force_as_their_springs_do():
+    """A third bearing at the force, which would carry it alone if it was rigid."""
+    speeds, harmonics, small, force = SPEEDS[[0, 4]], np.array([1, -1]), 0.3, 100.0j
+    files = rig()
+    for one in files["effects"]:
+        one["eccentricity_m"] *= small
+    files["bearings"] = [{**files["bearings"][0], "node": n, "label": f"{n}"} for n in (1, 4, 7)]
+    for one in files["bearings"]:
+        del one["load_N"]
+    model = build_model(files)
+    loads = [film.load for film in model.structure.films]
+    films = [replace(LEFT, node=n, load=load) for n, load in zip((0, 3, 6), loads, strict=True)]
+    true = on_true_films(speeds, harmonics, small, force, films=films)
+    preload = {"kind": "static_preload", "node": 4, "static_preload_N": 100.0, "static_preload_phase_rad": np.pi / 2}
+
+    def off(one):
+        return np.abs(measured_response(one, speeds, harmonics) - true).max() / np.abs(true).max()
+
+    assert off(build_model(files | {"effects": [*files["effects"], preload]})) < 0.03  # by springs at one usual speed
+    here = model.structure.index(4)
+    for one, load in zip(files["bearings"], loads, strict=True):  # negative control: shared as by rigid bearings
+        rigid = load + force * model.structure.carried_at(one["node"])[here]
+        one |= {"load_N": float(abs(rigid)), "load_angle_rad": float(np.angle(rigid))}
+    assert off(build_model(files)) > 0.06
 
 
 def test_what_linear_films_leave_out_is_within_the_error_that_a_diagnosis_allows():

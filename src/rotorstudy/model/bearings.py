@@ -12,7 +12,9 @@ import numpy as np
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.structure import Structure
-from rotorstudy.model.terms import Parameter
+from rotorstudy.model.terms import Parameter, Term
+
+SPEEDS_TRIED = 12  # halved each time, to find one at which a bearing is defined
 
 
 def on_housings(function: Callable, nodes: Iterable[int]) -> Callable:
@@ -78,6 +80,33 @@ def weight_carried(structure, node=None):
             "downward, so state load_N (with forces of belts or gears) or another bearing"
         )
     return load
+
+
+def springs_at_rest(structure: Structure, term: Term) -> np.ndarray:
+    """Static stiffness (part, dof, part, dof), N/m, of a bearing at a usual speed, by real and imaginary parts.
+
+    It is a typical one where it is not stated.
+    """
+    dof, speeds = len(structure.dofs), structure.scales.frequency * 0.5 ** np.arange(SPEEDS_TRIED)
+    found = np.zeros((2, dof, 2, dof))
+    for unknown, value in zip(term.unknowns, term.theta, strict=True):
+        size = unknown.typical if np.isnan(value) else value
+        for entry in unknown.entries:
+            if entry.reads_motion and entry.order == 0 and entry.shift == 0:
+                spring = -size * _gain_somewhere(entry, speeds) * np.asarray(entry.matrix)
+                for part, own in enumerate((spring, -1j * spring if entry.is_conjugate else 1j * spring)):
+                    found[:, :, part] += own.real, own.imag
+    return found
+
+
+def _gain_somewhere(entry, speeds):
+    """Gain of an entry at 0X at the first of some speeds where it exists; 0 if at none."""
+    for speed in speeds:
+        try:
+            return complex(entry.gain_at(speed, 0))
+        except RotorstudyError:  # outside its table, or without a film
+            continue
+    return 0.0
 
 
 def dynamic_stiffness(term, speed, harmonics):

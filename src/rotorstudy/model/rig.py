@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.errors import CannotAct, RotorstudyError, unknown_name
-from rotorstudy.model.bearings import on_housings
+from rotorstudy.model.bearings import on_housings, springs_at_rest
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import check_options, plain
 from rotorstudy.model.registry import registry
@@ -24,7 +24,6 @@ SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "foundat
 OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis", "units")
 MOST_DEGREES = 3600.0  # of an angle, which has lost digits beyond
 SMALLEST, LARGEST = 1e-30, 1e30  # sizes of numbers in a rig; their fourth powers, and quotients of those, are numbers
-SPEEDS_TRIED = 12  # halved each time, to find one at which a bearing is defined
 
 
 @dataclass(frozen=True)
@@ -200,24 +199,9 @@ def _check_together(structure, terms, where):
 
 def _support(structure, terms):
     """Static stiffness (dof, dof) of the bearings, N/m, a typical one where it is not stated: for usual sizes alone."""
-    found, speeds = np.zeros_like(structure.stiffness), structure.scales.frequency * 0.5 ** np.arange(SPEEDS_TRIED)
-    for term in (term for term in terms if term.carries):
-        for unknown, value in zip(term.unknowns, term.theta, strict=True):
-            size = unknown.typical if np.isnan(value) else value
-            for entry in unknown.entries:
-                if entry.on == "z" and entry.order == 0 and entry.shift == 0:
-                    found -= size * _gain_somewhere(entry, speeds) * np.real(entry.matrix)
-    return (found + found.T) / 2
-
-
-def _gain_somewhere(entry, speeds):
-    """Gain (real) of an entry at 0X at the first of some speeds where it exists; 0 if at none."""
-    for speed in speeds:
-        try:
-            return entry.gain_at(speed, 0).real
-        except RotorstudyError:  # outside its table, or without a film
-            continue
-    return 0.0
+    springs = sum(springs_at_rest(structure, term) for term in terms if term.carries)
+    alike = springs[0, :, 0] + springs[1, :, 1]  # without what acts on the conjugate
+    return (alike + alike.T) / 4
 
 
 def _at_nodes(items):

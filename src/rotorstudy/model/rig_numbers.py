@@ -9,7 +9,7 @@ Any plugin of a rotor or bearing has them: it is built anew with other options, 
 its matrices (`variation`) or of its entries. An effect with `changes_bearing` is a change of one at a node, as a cause.
 
 An effect that is a constant force on the rotor changes the load of its oil films, in size and direction, and with it
-their coefficients: by equilibrium on rigid bearings, which is exact for two.
+their coefficients: by equilibrium on the springs of all bearings, of which two carry the same on any springs.
 """
 
 import re
@@ -22,10 +22,11 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import CannotAct, NoSteadyState, RotorstudyError, unknown_name
-from rotorstudy.model.bearings import at_housings
+from rotorstudy.model.bearings import at_housings, springs_at_rest
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.options import check_options
 from rotorstudy.model.registry import registry
+from rotorstudy.model.shaft import is_regular
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.model.variation import Matrices, Variation
@@ -232,12 +233,13 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
     """The terms with bearings at amplitudes and relative changes by name; NoSteadyState if there are none such."""
     changing = {u.name: term for term in terms if term.is_bearing_number and term.carries for u in term.unknowns}
     pushing = [(_constant_force(p), term, p) for term in terms for p in term.parameters if p.loads_films]
-    built, slopes, films = {}, {name: [] for name in changing}, []
+    built, slopes, films, known = {}, {name: [] for name in changing}, [], iter(structure.films)
     for bearing, holder in bearings_of(terms):
         meant = {name: _number_meant(term, name, bearing, holder, structure) for name, term in changing.items()}
         own = {name: values[name] for name, number in meant.items() if number}
-        changes, carried = _together(own, meant), _carried(structure, bearing) if pushing else None
-        more = 0.0 if carried is None else sum(carried @ force * _value(*at, values) for force, *at in pushing)
+        changes, carried = _together(own, meant), next(known).carried if pushing and _load(bearing) else None
+        forces = () if carried is None else (force * _value(*at, values) for force, *at in pushing)
+        more = sum(_load_by(force, carried) for force in forces)
         if any(own.values()) or more:
             built[id(bearing)] = _rebuilt(structure, bearing, holder, changes, more)
         theta = [values[unknown.name] for unknown in bearing.unknowns]
@@ -254,22 +256,23 @@ class Film(NamedTuple):
     """An oil film whose load follows the constant forces on the rotor."""
 
     load: float  # N
-    carried: np.ndarray  # (dof,) its load by a unit force along each coordinate
+    carried: np.ndarray  # (2, dof) its load, complex, by a unit force along gravity and across it at each coordinate
     along: list[Entry]  # derivatives of its entries by a load, N, along gravity
     across: list[Entry]  # likewise, across it
 
 
 def films_of(structure: Structure) -> tuple[Film, ...]:
     """The Film of every bearing of a rig that has one."""
-    found = ((bearing, holder, _carried(structure, bearing)) for bearing, holder in bearings_of(structure.bearings))
-    return tuple(_film(structure, *one, one[0].theta) for one in found if one[-1] is not None)
+    films = [(bearing, holder) for bearing, holder in bearings_of(structure.bearings) if _load(bearing)]
+    carried = _carried(structure, [bearing for bearing, _ in films]) if films else ()
+    return tuple(_film(structure, *one, own, one[0].theta) for one, own in zip(films, carried, strict=True))
 
 
 def loading_films(parameters: Iterable[Parameter], films: Iterable[Film]) -> tuple[Parameter, ...]:
     """The parameters, those that are constant forces with what they change of films."""
 
     def loading(force, turn):
-        loads = [(film, turn * (film.carried @ force)) for film in films]
+        loads = [(film, _load_by(turn * force, film.carried)) for film in films]
         return tuple(
             entry.times(share)
             for film, load in loads
@@ -293,9 +296,24 @@ def _load(bearing):
     return registry().get("bearing", bearing.kind).load
 
 
-def _carried(structure, bearing):
-    """Load (dof,) of a film by a unit force along each coordinate; None for other bearings."""
-    return structure.carried_at(_at_node(bearing, structure)) if _load(bearing) else None
+def _load_by(force, carried):
+    """Load of a film, N, complex, by a force (dof,), N, complex; carried : as of a Film."""
+    return carried[0] @ force.real + carried[1] @ force.imag
+
+
+def _carried(structure, films):
+    """`Film.carried` of some films on the springs of all bearings, at the loads of the rig and at a usual speed.
+
+    On rigid ones, if the springs carry no load.
+    """
+    springs = {id(term): springs_at_rest(structure, term) for term in (*structure.bearings, *structure.foundation)}
+    dof, nodes = len(structure.dofs), [structure.index(_at_node(film, structure)) for film in films]
+    whole = np.kron(np.eye(2), structure.stiffness) + sum(springs.values()).reshape(2 * dof, 2 * dof)
+    if not is_regular(whole):
+        return [np.outer([1, 1j], structure.carried_at(structure.dofs[node][0])) for node in nodes]
+    moved = np.linalg.inv(whole).reshape(2 * dof, 2, dof)
+    own = (springs[id(film)][:, node].reshape(2, -1) for film, node in zip(films, nodes, strict=True))
+    return [real + 1j * imaginary for real, imaginary in (np.tensordot(one, moved, 1) for one in own)]
 
 
 def _value(term, parameter, values):

@@ -135,7 +135,7 @@ class Shaft:
     @cached_property
     def is_supported(self) -> bool:
         """Whether rigid supports carry the load; otherwise bearings do, which are terms."""
-        return _is_regular(self.stiffness)
+        return is_regular(self.stiffness)
 
     @cached_property
     def static_deflection(self) -> np.ndarray:
@@ -168,7 +168,7 @@ class Shaft:
         """Load (dof,) on a bearing by a unit force along each coordinate if bearings are rigid; zero if not known."""
         free = self._not_held
         row = np.zeros(len(self.dofs))
-        if _is_regular(self.stiffness[np.ix_(free, free)]):
+        if is_regular(self.stiffness[np.ix_(free, free)]):
             row[free] = -np.linalg.solve(self.stiffness[np.ix_(free, free)], self.stiffness[free, self.index(node)])
             row[self.index(node)] = 1.0
         return row
@@ -185,12 +185,12 @@ class Shaft:
         free = self._not_held
         carried = self.stiffness[np.ix_(free, free)]
         deflection = np.zeros(len(self.dofs))
-        if np.any(self.static_load) and _is_regular(carried):
+        if np.any(self.static_load) and is_regular(carried):
             deflection[free] = np.linalg.solve(carried, self.static_load[free])
         return deflection
 
 
-def _is_regular(stiffness):
+def is_regular(stiffness):
     """Whether a stiffness matrix (dof, dof) carries every load."""
     scale = np.sqrt(np.abs(np.diag(stiffness)))  # translations and tilts have different units
     return bool(scale.all() and np.linalg.cond(stiffness / np.outer(scale, scale)) < 1e14)

@@ -198,14 +198,16 @@ class Search:
             self.found[one.kind] = known = one
         return known
 
-    def held(self, causes, values: dict, steps: int = 0) -> Fit | None:
+    def held(self, causes, values: dict, steps: int = 0, needed: float = np.inf) -> Fit | None:
         """The model with some causes at given values by name, base parameters included, or after some steps of a fit.
 
+        needed  : as of `fit`
         returns : None without a steady state, or if a plugin fails
         """
         known = self.prior.plus(Prior.independent({name: prior for c in causes for name, prior in c.prior.items()}))
         try:
-            return fit(self._extended(causes), self.spectrum, known, start=self.start(causes, values), steps=steps)
+            start = self.start(causes, values)
+            return fit(self._extended(causes), self.spectrum, known, start=start, steps=steps, needed=needed)
         except NoSteadyState:
             return None
         except Exception as error:

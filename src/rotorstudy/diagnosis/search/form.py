@@ -329,7 +329,7 @@ def _by_scale(gram, turned, variance, narrowed):
     less = turned.T @ ((SCALES[:, None] ** 2 / (1 + every))[..., None] * turned)
     products = np.roll(gram - less, -1, axis=(1, 2))  # those of the residual come last
     size = np.sqrt(np.diagonal(products, axis1=1, axis2=2))
-    size[:, -1] = np.sqrt(gram[0, 0])
+    size[:, -1] = np.sqrt(gram[0, 0]) or 1.0
     scaled = products / (size[:, :, None] * size[:, None])
     scaled[:, -1, -1] = 2.0  # the root is then real, also where nothing is left of the residual
     root = np.diagonal(np.linalg.cholesky(scaled), axis1=1, axis2=2)

@@ -97,15 +97,17 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
     """The Explanation of a Search by some causes; see `Search.explain`.
 
     A fit stays in the element where it begins, as the response jumps at a node by the inertia that a crack there moves;
-    if it ends at the node, it goes on beyond it, and the better one is returned.
+    if it ends at the node, it goes on beyond it, not back again, and the better one is returned.
 
     raises : NoSteadyState, CannotAct
     """
     least = max(map(odds_of, work.explanations)) - WITHIN
-    best, gained = _fitted_within(work, causes, values, least), np.inf
+    best, is_upward, gained = _fitted_within(work, causes, values, least), {}, np.inf
     while gained > SETTLED:
         before = odds_of(best)
-        for n, name, fraction in _at_a_node(work, best.causes):
+        for n, name, x, fraction in _at_a_node(work, best.causes):
+            if is_upward.setdefault((n, name), fraction > x) != (fraction > x):
+                continue
             try:
                 beyond = _moved(work, best.causes, n, name, fraction)
                 other = _fitted_within(work, beyond, best.fit.values, max(least, odds_of(best)))
@@ -117,12 +119,12 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
 
 
 def _at_a_node(work, causes):
-    """(number of the cause, option, fraction beyond) of each option that has ended at a node."""
+    """(number of the cause, option, fraction, that beyond) of each option that has ended at a node."""
     for n, cause in enumerate(causes):
         ranges = ranges_of(work, cause) if cause.shape else {}
         for (name, ends), x in zip(ranges.items(), point_of(work, cause) if ranges else (), strict=True):
             if (beyond := ends.beyond(x)) is not None:
-                yield n, name, beyond
+                yield n, name, x, beyond
 
 
 def _moved(work, causes, n, name, fraction):

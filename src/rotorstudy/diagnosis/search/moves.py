@@ -18,7 +18,7 @@ from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form import largest_errors
 from rotorstudy.diagnosis.search.form_fit import WITHIN
 from rotorstudy.diagnosis.search.free_force import FREE_FORCE
-from rotorstudy.diagnosis.search.odds import Explanation, faults_of, odds_of
+from rotorstudy.diagnosis.search.odds import Explanation, faults_of, log_posterior_odds, odds_of
 from rotorstudy.diagnosis.search.parts import (
     faults_at_several_discs,
     faults_of_several_parts,
@@ -32,6 +32,7 @@ from rotorstudy.inference.prediction import predicted
 
 HIDES = 30.0  # gain of log odds by an error of form, above which it may hide another fault
 WORTH_ADDING = -1.0  # change of the log odds that one more cause must promise
+STEPS = 6  # of a fit that tells what a constant force on oil films promises
 LOOSE = 0.5  # standard deviation of a known amplitude in a scan, as a shape that is not yet found has another one
 
 
@@ -66,6 +67,22 @@ class _Judge(NamedTuple):
         chosen = [c for c in usable if not can_be_scanned(c)]
         screened = zip(chosen, screen_each(projected, chosen, beside, least - self.base), strict=True)
         return [self.proposal((*beside, c), one.start, one.evidence) for c, one in screened if one.evidence > -np.inf]
+
+    def by_fits(self, proposals, values):
+        """The same of the rig without causes, constant forces on films by what a few steps of a fit reach.
+
+        Films are not linear in their load, and a force that doubles it is told by its place only so.
+
+        values : from which the steps are made
+        """
+        found = [one for one in proposals if not loads_films(one.causes[0])]
+        least = max((one.log_odds for one in found), default=0.0) - WITHIN
+        for one in (one for one in proposals if loads_films(one.causes[0])):
+            held = self.work.held(one.causes, values, STEPS, self.work.base.cost - 2 * least)
+            if held is not None:
+                odds = log_posterior_odds(one.causes, held, self.work.base, self.work.prior_odds)
+                found.append(Proposal(one.causes, held.values, odds))
+        return found
 
     def together(self, projected, usable):
         """Proposals of faults of several parts."""
@@ -127,11 +144,17 @@ def additions(
         more = current.fit.cost - projected.residual @ projected.residual + widest - _log_volume(wide.spectrum)
         base = odds_of(current) - work.prior_odds.log_odds(current.causes) + 0.5 * more
         judge = _Judge(wide, current.causes, fitted.values, base)
-        judged = judge.alone(projected, usable) + judge.together(projected, usable)
+        alone = judge.alone(projected, usable)
+        judged = (judge.by_fits(alone, fitted.values) if without else alone) + judge.together(projected, usable)
         judged += judge.scanned(fitted, usable, plain, without, plain.excess if own is form else fitted.excess)
         least = odds_of(current) + max(0.5 * more, 0.0) + WORTH_ADDING if current.causes else -np.inf
         found += [one for one in judged if one.log_odds > least]
     return found
+
+
+def loads_films(cause: Candidate) -> bool:
+    """Whether a cause is a constant force on oil films and nothing else."""
+    return all(p.loads_films for p in cause.term.parameters)
 
 
 def _error_of_form(work, current):

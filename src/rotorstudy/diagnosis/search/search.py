@@ -19,7 +19,16 @@ from rotorstudy.diagnosis.search.form_fit import WITHIN
 from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.free_forces import with_vibrations
 from rotorstudy.diagnosis.search.impossible import grows, is_impossible
-from rotorstudy.diagnosis.search.moves import Proposal, additions, exchanges, other_laws, removals, splits, turns
+from rotorstudy.diagnosis.search.moves import (
+    Proposal,
+    additions,
+    exchanges,
+    loads_films,
+    other_laws,
+    removals,
+    splits,
+    turns,
+)
 from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned
@@ -205,7 +214,8 @@ def _moves(work, current):
             return [additions(work, current, [work.base, *(one.fitted for one in forces[:1])])]
         near = [one.fitted for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
         of_readings = [c for c in work.candidates if c.term.acts_on_output]
-        at_first, plain = additions(work, current, near[:1]), [c for c in work.candidates if not can_be_scanned(c)]
+        at_first = additions(work, current, near[:1])
+        plain = [c for c in work.candidates if not (can_be_scanned(c) or loads_films(c))]
         if of_readings:
             # which an error of the readings leaves as it is
             stated = fit(work.model, work.spectrum, work.prior, steps=0)
