@@ -247,7 +247,8 @@ def test_a_fit_does_not_go_back_over_a_node(monkeypatch, beyond, crossed):
     """Both sides may gain by more steps each time, for as long as one likes."""
     fitted = []
 
-    def within(work, causes, values):
+    def within(work, causes, values, least):
+        assert not fitted or least == len(fitted)  # the odds of the fit before, which it must surpass
         fitted.extend(causes)
         return SimpleNamespace(causes=causes, log_posterior_odds=len(fitted), fit=SimpleNamespace(values={}))
 
@@ -256,5 +257,6 @@ def test_a_fit_does_not_go_back_over_a_node(monkeypatch, beyond, crossed):
     monkeypatch.setattr(form_fit, "_at_a_node", lambda work, causes: (
         (0, "position_m", x, beyond(x)) for x in causes if x < 0.9
     ))  # fmt: skip
-    form_fit.fitted_with_form(None, (0.49,), {})
+    work = SimpleNamespace(explanations=[SimpleNamespace(log_posterior_odds=0.0)])
+    form_fit.fitted_with_form(work, (0.49,), {})
     assert fitted == crossed
