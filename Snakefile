@@ -35,6 +35,7 @@ except ImportError as error:
 
 SETTINGS = read_settings(config, ROOT)
 RESULTS = SETTINGS.config.results
+BASES = SETTINGS.bases
 JOBS = {job.name: job for job in Plan(SETTINGS).jobs()}
 
 
@@ -55,7 +56,7 @@ for job in JOBS.values():
             **{name: reported(files, RESULTS) for name, files in job.outputs.items()},
         params:
             # of what Snakemake does not track; not inputs, as it would look up a hundred files before each job
-            code=code_digest(job.function, *job.calls, files=SETTINGS.bases),
+            code=code_digest(job.function, *job.calls, files=BASES),
             given=job.given,
         priority: job.priority
         threads: job.threads

@@ -210,7 +210,7 @@ def test_what_is_no_crack_is_not_explained_by_one(monkeypatch):
     """By no law and formula, each from its best shape; elsewhere it is not searched again here."""
     monkeypatch.setattr(identify, "ROUNDS", 0)
     preload = {"kind": "static_preload", "node": 2, "static_preload_N": 30.0, "static_preload_phase_rad": 1.0}
-    speeds = SPEEDS[1:3]
+    speeds = SPEEDS[2:3]  # with more it is easier to reject
     shown = measured_response(build_model(rig(preload)), speeds, HARMONICS)
     spectrum = readings(shown, speeds, HARMONICS, (2, 4), 1e-3 * np.abs(shown).max())
     assert identify_cause(spectrum, build_model(rig()), "transverse_crack", SETTINGS).p_value < 1e-6

@@ -74,7 +74,7 @@ class Trials(Strict):
 class Fronts(Strict):
     """Records of cracks with other fronts than the library's, drawn within pairs of limits."""
 
-    count: int = Field(ge=2)
+    count: int = Field(ge=1)
     depth_ratios: list[PositiveNumber] = Field(min_length=2, max_length=2)
     curvatures: list[float] = Field(min_length=2, max_length=2)
     closing_shares: list[float] = Field(min_length=2, max_length=2)  # of a residual moment, over the static one
