@@ -8,7 +8,7 @@ import pytest
 from machines import SLOW, all_but, disc, film, jeffcott_rig, shaft, spectrum_of, springs, unbalance
 
 from rotorstudy.diagnosis.search.candidates import candidates
-from rotorstudy.diagnosis.search.moves import exchanges, other_laws, removals, splits
+from rotorstudy.diagnosis.search.moves import additions, exchanges, other_laws, removals, splits
 from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.search.parts import faults_of_several_parts
 from rotorstudy.diagnosis.search.screening import project, screen
@@ -257,6 +257,25 @@ def test_two_faults_are_tried_in_the_place_of_one_that_needs_a_large_error_of_fo
         assert {c.cause for c in best.causes} == {"added_mass, node 2", "bow, element 1"}
     else:
         assert not found
+
+
+@pytest.mark.parametrize("are_two", [True, False])
+def test_a_further_fault_is_worth_its_prior_odds_beside_an_error_of_form(are_two):
+    """The change by a mass is off by 5 % from speed to speed; its error of form takes that up, and no other fault."""
+    model = build_model(TWO_DISCS | {"sensors": [1, 2, 3, 4]})
+    terms = [hidden(model, "added_mass", node=2, added_mass_kg=0.05)]
+    terms += [hidden(model, "bow", element=1, bow_angle_rad=2e-6, bow_angle_skew_rad=0.0)] if are_two else []
+    settings = KNOWN.model_copy(update={"leave_out": all_but("added_mass", "bow", "shaft_damping")})
+    found, plain = measured(model, *terms, noise=3e-8), measured(model, noise=3e-8)
+    pattern = 0.05 * np.resize([1, -1, 0.5, -0.5], len(SPEEDS))[:, None, None]
+    found = found.with_amplitude(found.amplitude + pattern * (found.amplitude - plain.amplitude))
+    work = begin(model, with_model_error(found, settings), settings)
+    (cause,) = (c for c in work.candidates if c.effect == "added_mass" and c.where == {"node": 2})
+    mass = work.explain((cause,), {})
+    more = additions(work, mass, [mass.fit])
+    assert bool(more) == are_two
+    if are_two:
+        assert names(max(more, key=lambda one: one.log_odds).causes)[-1] == ("bow", {"element": 1})
 
 
 @pytest.mark.parametrize("on_films", [True, False])
