@@ -260,3 +260,18 @@ def test_a_fit_does_not_go_back_over_a_node(monkeypatch, beyond, crossed):
     work = SimpleNamespace(explanations=[SimpleNamespace(log_posterior_odds=0.0)])
     form_fit.fitted_with_form(work, (0.49,), {})
     assert fitted == crossed
+
+
+def test_parameters_that_the_data_do_not_tell_apart_leave_the_error_of_form_as_it_is():
+    """Their prior is lost beside the data in the last digit, so that round-off decides whether a matrix is definite."""
+    spectrum = noisy(1e-11)
+    change = spectrum.amplitude
+    column, off = spectrum.whitened(change)[:, None], 0.02 * spectrum.whitened(change)
+
+    def std(jacobian):
+        known = 1e-3 * np.eye(jacobian.shape[1])
+        return most_probable_form(
+            spectrum, [Change(change)], np.append(off, np.zeros(len(known))), jacobian, known, 0.05
+        )
+
+    assert std(np.hstack([column, column])).std == pytest.approx(std(column).std, rel=1e-6)

@@ -38,6 +38,7 @@ LENGTH = 0.2  # of the slow part, in the logarithm of the speed: resonances are 
 SWEEPS = 2  # over the harmonics, for their most probable scales
 ROUND_OFF = 1e-9  # of a change: what is below it has no direction
 LEAST_MODE = 1e-4  # variance over the speeds, beside 1, of a mode that changes nothing
+DEFINITE = 1e-13  # added to a unit diagonal, of which round-off may leave no positive definite matrix
 LEAST = 1e-2  # standard deviations of the data, below which a column changes nothing
 
 
@@ -330,7 +331,7 @@ def _by_scale(gram, turned, variance, narrowed):
     products = np.roll(gram - less, -1, axis=(1, 2))  # those of the residual come last
     size = np.sqrt(np.diagonal(products, axis1=1, axis2=2))
     size[:, -1] = np.sqrt(gram[0, 0]) or 1.0
-    scaled = products / (size[:, :, None] * size[:, None])
+    scaled = products / (size[:, :, None] * size[:, None]) + DEFINITE * np.eye(len(gram))
     scaled[:, -1, -1] = 2.0  # the root is then real, also where nothing is left of the residual
     root = np.diagonal(np.linalg.cholesky(scaled), axis1=1, axis2=2)
     gain = gram[0, 0] * (2 - root[:, -1] ** 2)
