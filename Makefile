@@ -13,7 +13,7 @@
 PYTHON ?= python3
 CORES ?= all
 SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
-# uv installs in a third of the time of pip, which is there where uv reaches no index: it does not read pip's configuration
+# uv takes a third of the time of pip; pip is used where uv reaches no index, as uv does not read pip's configuration
 PIP = .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps --require-hashes
 UV = .venv/bin/uv pip install --quiet --python .venv/bin/python --no-deps --require-hashes
 

@@ -241,17 +241,32 @@ def test_a_wrong_cause_is_exchanged_for_the_true_one():
     assert {frozenset(c.cause for c in one.causes) for one in removals(found)} == {frozenset({one}) for one in BOTH}
 
 
+def with_a_mass(other, bow_rad, noise, off=0.0):
+    """A search by a mass, a bow and another effect, begun, of a mass at node 2 and of a bow, if it is not zero.
+
+    off : by what share the change is wrong, up and down from speed to speed
+    """
+    model = build_model(TWO_DISCS | {"sensors": [1, 2, 3, 4]})
+    terms = [hidden(model, "added_mass", node=2, added_mass_kg=0.05)]
+    terms += [hidden(model, "bow", element=1, bow_angle_rad=bow_rad, bow_angle_skew_rad=0.0)] if bow_rad else []
+    settings = KNOWN.model_copy(update={"leave_out": all_but("added_mass", "bow", other)})
+    found, plain = measured(model, *terms, noise=noise), measured(model, noise=noise)
+    pattern = off * np.resize([1, -1, 0.5, -0.5], len(SPEEDS))[:, None, None]
+    found = found.with_amplitude(found.amplitude + pattern * (found.amplitude - plain.amplitude))
+    return begin(model, with_model_error(found, settings), settings)
+
+
+def explained_at_node_2(work, effect):
+    """The explanation by an effect there alone."""
+    (cause,) = (c for c in work.candidates if c.effect == effect and c.where == {"node": 2})
+    return work.explain((cause,), {})
+
+
 @pytest.mark.parametrize("are_two", [True, False])
 def test_two_faults_are_tried_in_the_place_of_one_that_needs_a_large_error_of_form(are_two):
     """A coupling, whose form is known to a third, explains the records of two faults; of one it needs none."""
-    model = build_model(TWO_DISCS | {"sensors": [1, 2, 3, 4]})
-    terms = [hidden(model, "added_mass", node=2, added_mass_kg=0.05)]
-    terms += [hidden(model, "bow", element=1, bow_angle_rad=1e-4, bow_angle_skew_rad=0.0)] if are_two else []
-    settings = KNOWN.model_copy(update={"leave_out": all_but("added_mass", "bow", "parallel_misalignment")})
-    work = begin(model, with_model_error(measured(model, *terms, noise=3e-7), settings), settings)
-    single = "parallel_misalignment" if are_two else "added_mass"
-    (cause,) = (c for c in work.candidates if c.effect == single and c.where == {"node": 2})
-    found = splits(work, work.explain((cause,), {}))
+    work = with_a_mass("parallel_misalignment", bow_rad=1e-4 * are_two, noise=3e-7)
+    found = splits(work, explained_at_node_2(work, "parallel_misalignment" if are_two else "added_mass"))
     if are_two:
         best = max(found, key=lambda one: one.log_odds)
         assert {c.cause for c in best.causes} == {"added_mass, node 2", "bow, element 1"}
@@ -261,17 +276,9 @@ def test_two_faults_are_tried_in_the_place_of_one_that_needs_a_large_error_of_fo
 
 @pytest.mark.parametrize("are_two", [True, False])
 def test_a_further_fault_is_worth_its_prior_odds_beside_an_error_of_form(are_two):
-    """The change by a mass is off by 5 % from speed to speed; its error of form takes that up, and no other fault."""
-    model = build_model(TWO_DISCS | {"sensors": [1, 2, 3, 4]})
-    terms = [hidden(model, "added_mass", node=2, added_mass_kg=0.05)]
-    terms += [hidden(model, "bow", element=1, bow_angle_rad=2e-6, bow_angle_skew_rad=0.0)] if are_two else []
-    settings = KNOWN.model_copy(update={"leave_out": all_but("added_mass", "bow", "shaft_damping")})
-    found, plain = measured(model, *terms, noise=3e-8), measured(model, noise=3e-8)
-    pattern = 0.05 * np.resize([1, -1, 0.5, -0.5], len(SPEEDS))[:, None, None]
-    found = found.with_amplitude(found.amplitude + pattern * (found.amplitude - plain.amplitude))
-    work = begin(model, with_model_error(found, settings), settings)
-    (cause,) = (c for c in work.candidates if c.effect == "added_mass" and c.where == {"node": 2})
-    mass = work.explain((cause,), {})
+    """What a mass changes is off by 5 % from speed to speed: its error of form explains that, and no other fault."""
+    work = with_a_mass("shaft_damping", bow_rad=2e-6 * are_two, noise=3e-8, off=0.05)
+    mass = explained_at_node_2(work, "added_mass")
     more = additions(work, mass, [mass.fit])
     assert bool(more) == are_two
     if are_two:

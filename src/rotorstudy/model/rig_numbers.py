@@ -9,7 +9,7 @@ Any plugin of a rotor or bearing has them: it is built anew with other options, 
 its matrices (`variation`) or of its entries. An effect with `changes_bearing` is a change of one at a node, as a cause.
 
 An effect that is a constant force on the rotor changes the load of its oil films, in size and direction, and with it
-their coefficients: by equilibrium on the springs of all bearings, of which two carry the same on any springs.
+their coefficients: by equilibrium on the springs of all bearings, whose stiffness does not matter where there are two.
 """
 
 import re

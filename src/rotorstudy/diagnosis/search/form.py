@@ -38,7 +38,7 @@ LENGTH = 0.2  # of the slow part, in the logarithm of the speed: resonances are 
 SWEEPS = 2  # over the harmonics, for their most probable scales
 ROUND_OFF = 1e-9  # of a change: what is below it has no direction
 LEAST_MODE = 1e-4  # variance over the speeds, beside 1, of a mode that changes nothing
-DEFINITE = 1e-13  # added to a unit diagonal, of which round-off may leave no positive definite matrix
+DEFINITE = 1e-13  # added to a unit diagonal, so that round-off leaves the matrix positive definite
 LEAST = 1e-2  # standard deviations of the data, below which a column changes nothing
 
 

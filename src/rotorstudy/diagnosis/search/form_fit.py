@@ -119,7 +119,7 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
 
 
 def _at_a_node(work, causes):
-    """(number of the cause, option, fraction, that beyond) of each option that has ended at a node."""
+    """(number of the cause, option, fraction, fraction beyond) of each option that has ended at a node."""
     for n, cause in enumerate(causes):
         ranges = ranges_of(work, cause) if cause.shape else {}
         for (name, ends), x in zip(ranges.items(), point_of(work, cause) if ranges else (), strict=True):

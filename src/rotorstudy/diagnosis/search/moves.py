@@ -69,11 +69,11 @@ class _Judge(NamedTuple):
         return [self.proposal((*beside, c), one.start, one.evidence) for c, one in screened if one.evidence > -np.inf]
 
     def by_fits(self, proposals, values):
-        """The same of the rig without causes, constant forces on films by what a few steps of a fit reach.
+        """Proposals of single causes, of which constant forces on films are judged by a few steps of a fit.
 
-        Films are not linear in their load, and a force that doubles it is told by its place only so.
+        Films are not linear in their load: where a force acts that doubles it, linear columns do not tell.
 
-        values : from which the steps are made
+        values : with which the fits begin
         """
         found = [one for one in proposals if not loads_films(one.causes[0])]
         least = max((one.log_odds for one in found), default=0.0) - WITHIN
@@ -223,7 +223,8 @@ def splits(work: Search, current: Explanation) -> list[Proposal]:
     usable = [c for c in usable if not any(c is one for one in current.causes)]
     for one in sorted(judge.alone(projected, usable), key=lambda one: -one.log_odds):
         best.setdefault(one.causes[0].effect, one.causes)
-    known, top = max(map(odds_of, work.explanations)), -np.inf if work.is_rejected else np.inf
+    known = max(map(odds_of, work.explanations))
+    top = -np.inf if work.is_rejected else np.inf  # then the best proposal is the measure, not what was fitted
     for first in best.values():
         others = [c for c in usable if c.fault != first[0].fault and is_allowed(work, (*first, c))]
         found += judge.alone(projected, others, first, min(known, top) - WITHIN)
