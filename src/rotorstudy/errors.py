@@ -70,6 +70,13 @@ def unknown_name(kind, name, known, where="", error=RotorstudyError):
     return error(f"unknown {kind} '{name}'{place}{hint} (known: {allowed})")
 
 
+def check_known(kind, names, known, where="", error=RotorstudyError):
+    """Raise the error of `unknown_name` for the first of some names that is not known."""
+    for name in names:
+        if name not in known:
+            raise unknown_name(kind, name, known, where, error)
+
+
 def _in_order(name):
     """Key that sorts names, and numbers by their size before them."""
     return (0, int(name), "") if name.isdecimal() else (1, 0, name)

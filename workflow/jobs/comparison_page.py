@@ -4,6 +4,7 @@ import textwrap
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 from rotorstudy.presentation.pages import to_index, write_csv, write_html
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, label, save_figures
@@ -157,8 +158,6 @@ def _row(axes, one, i, trials):
 
 def error_of_harmonics(whole, harmonic_errors, level):
     """Error of the harmonics: a group for each fault, a point for each spectrum method."""
-    import xarray as xr
-
     methods = whole.spectrum_method.values
     rotors, by_method = whole.rotor.values, xr.Variable("spectrum_method", methods)
     errors = [xr.concat([harmonic_errors[one, m].sel(noise=level) for m in methods], by_method) for one in rotors]

@@ -4,6 +4,8 @@ import json
 import re
 from pathlib import Path
 
+import pandas as pd
+
 from rotorstudy.blind.criteria import sentences
 from rotorstudy.presentation.pages import render
 from rotorstudy.store import load, write_text
@@ -105,15 +107,11 @@ def _of_verdict(path):
 
 
 def _of_scoreboard(path):
-    import pandas as pd
-
     counts = pd.read_csv(path, dtype=str).status.value_counts()
     return [f"Of {counts.sum()} printed values: {', '.join(f'{count} {status}' for status, count in counts.items())}."]
 
 
 def _of_criteria(path):
-    import pandas as pd
-
     return sentences(pd.read_csv(path))
 
 
@@ -135,8 +133,6 @@ def _of_limits(path):
 
 
 def _of_advice(path):
-    import pandas as pd
-
     return [
         f"Use {row['spectrum method']} with {row['estimator']} if {row['use this if']}: the error is "
         f"{row['error, times the least possible']} times the least possible."

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from pydantic import Field
 
 from rotorstudy.blind.config import load_blind
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.registry import registry
 from rotorstudy.studies.comparison.config import load_comparison
@@ -132,6 +132,5 @@ def _check(settings):
     for replay in settings.replays.values():
         check_replay(replay, config.reference)
     for name, item in config.diagnoses.items():
-        if item.replay and item.replay not in settings.replays:
-            where = f"the workflow configuration, diagnoses.{name}"
-            raise unknown_name("replay", item.replay, settings.replays, where)
+        where = f"the workflow configuration, diagnoses.{name}"
+        check_known("replay", filter(None, [item.replay]), settings.replays, where)

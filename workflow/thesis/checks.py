@@ -5,6 +5,7 @@ import re
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.linear import check_identifiable
@@ -121,8 +122,6 @@ def physical_checks(config, estimates, bow):
     the limits, "possible" if it lies inside, else "undecided". dk p_n is judged by size, against the largest stiffness
     loss times the largest p_n of any breathing function; weight dominance is assumed, as in the thesis.
     """
-    import pandas as pd
-
     known, judged_by_size, rows = limit_of_estimates(config, bow), set(config.losses.values()), []
     for row in estimates[estimates.parameter.isin(known)].itertuples():
         limit, low, high = known[row.parameter], row.low, row.high

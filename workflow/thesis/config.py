@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.rig import build_model
 from rotorstudy.studies.config import named_methods
@@ -129,13 +129,10 @@ def check_replay(config, folder):
     """Build the rig and look up every name the replay uses, so that mistakes show before anything runs."""
     config.model.position(())
     where = f"replay {config.name}"
-    known = {"case": config.cases, "group": {**config.groups, **config.thesis_groups}}
-    named = [("case", config.slow_roll), *(("case", case) for cases in config.groups.values() for case in cases)]
-    named += [("group", group) for group in config.thesis_groups.values()]
-    named += [(key, getattr(p, key)) for p in config.figures.values() for key in known if getattr(p, key)]
-    for key, name in named:
-        if name not in known[key]:
-            raise unknown_name(key, name, known[key], where)
+    shown, cases = config.figures.values(), [case for cases in config.groups.values() for case in cases]
+    check_known("case", [config.slow_roll, *cases, *(p.case for p in shown if p.case)], config.cases, where)
+    groups = [*config.thesis_groups.values(), *(p.group for p in shown if p.group)]
+    check_known("group", groups, {**config.groups, **config.thesis_groups}, where)
     for name, cases in config.groups.items():
         if config.slow_roll in cases:
             raise RotorstudyError(
@@ -171,9 +168,7 @@ def _check_printed(config, folder, where):
         spectra = published(folder, config.tables)
     except RotorstudyError as error:
         raise RotorstudyError(f"{where}: {error}") from None
-    for data_set in config.data_sets:
-        if data_set not in set(spectra.method):
-            raise unknown_name("data set", data_set, spectra.method.unique(), where)
+    check_known("data set", config.data_sets, spectra.method.unique(), where)
     for key, names in COMPARED.items():
         for name in names:
             if name not in getattr(config, key):
@@ -185,16 +180,12 @@ def _check_printed(config, folder, where):
                 f"{where}: tables {', '.join(config.tables)} print no {quantity} of {n}X for case '{case}', column "
                 f"'{data_set}' (cases printed: {', '.join(spectra.case.unique())})"
             )
-    if config.estimates_table not in config.sheets:
-        raise unknown_name("estimates_table", config.estimates_table, config.sheets, f"{where}, sheets")
+    check_known("estimates_table", [config.estimates_table], config.sheets, f"{where}, sheets")
     estimates = sheets[sheets.table == config.estimates_table]
     place = f"{where}, Table {config.estimates_table}"
     for group, part in estimates.groupby("case", sort=False):
         if config.thesis_groups.get(group, group) not in config.groups:
             raise unknown_name("group", group, {**config.groups, **config.thesis_groups}, place)
-        for name in config.thesis_names:
-            if name not in set(part.item):
-                raise unknown_name("parameter", name, part.item, f"{place}, '{group}'")
-    for group in (config.all_speeds, *(p.group for p in config.figures.values() if p.kind == "model")):
-        if group not in set(estimates.case):
-            raise unknown_name("group", group, estimates.case.unique(), place)
+        check_known("parameter", config.thesis_names, list(part.item), f"{place}, '{group}'")
+    of_models = (p.group for p in config.figures.values() if p.kind == "model")
+    check_known("group", [config.all_speeds, *of_models], estimates.case.unique(), place)

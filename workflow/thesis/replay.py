@@ -5,6 +5,7 @@ by drawing the printed values uniformly from within it.
 """
 
 import numpy as np
+import pandas as pd
 
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.problem import Problem
@@ -43,8 +44,6 @@ def thesis_estimates(config, folder, group):
 
 def printed_values(config, folder, *, corrected):
     """{quantity: (values, one unit of the last digit)} as printed, each (data_set, case, harmonic), m and rad."""
-    import pandas as pd
-
     table = published(folder, config.tables)
     for one in config.corrections if corrected else ():
         wrong = (table.case == one.case) & (table.item == str(one.item)) & (table.quantity == one.quantity)

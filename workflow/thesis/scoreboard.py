@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+import yaml
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.measurement.table_spectra import last_digit
 from rotorstudy.presentation.pages import to_index, write_csv, write_html
 
@@ -25,9 +26,7 @@ def published(folder, tables=None):
     estimates[["item", "unit"]] = estimates["item"].str.extract(r"(.+) \((.+)\)")
     estimates = estimates.assign(quantity="estimate", method="least squares")
     both = pd.concat([spectrum, estimates.astype({"noise_percent": float})], ignore_index=True)
-    for name in tables or ():
-        if name not in set(both.table):
-            raise unknown_name("printed table", name, both.table.unique(), str(folder))
+    check_known("printed table", tables or (), both.table.unique(), str(folder))
     both = both[[*KEYS, "published", "last_digit", "unit"]]
     return both if tables is None else both[both.table.isin(tables)].reset_index(drop=True)
 
@@ -100,8 +99,6 @@ def _matches(rule, row):
 
 def load_reasons(path):
     """Reasons from a YAML list; an unknown status raises RotorstudyError."""
-    import yaml
-
     reasons = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
     for rule in reasons:
         if rule.get("status") not in STATUSES[1:]:

@@ -4,7 +4,7 @@ import tokenize
 from keyword import iskeyword
 from pathlib import Path
 
-from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
+from rotorstudy.errors import PluginError, RotorstudyError, check_known
 from rotorstudy.model.kinds import KINDS
 from rotorstudy.model.registry import OWN_FOLDER, Registry, plugin_folders, registry, using
 from rotorstudy.store import write_text
@@ -19,8 +19,7 @@ PLACEHOLDERS = {
 
 def new_plugin(kind, name, folder=None):
     """Write a working, commented plugin file, by default in the project's or the user's folder, and return its path."""
-    if kind not in KINDS:
-        raise unknown_name("kind", kind, KINDS)
+    check_known("kind", [kind], KINDS)
     if not name.isidentifier() or not name.isascii() or name != name.lower() or iskeyword(name):
         told = "use lower-case letters, digits and _, no keyword of Python"
         raise RotorstudyError(f"name '{name}': {told}, such as my_{kind}")

@@ -1,15 +1,12 @@
 """Acceptance criteria of the diagnosis: value asked for, value reached with 95 % bounds, and reasons for failures."""
 
 from collections import Counter
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from rotorstudy.blind.meanings import PLACE
 from rotorstudy.blind.scoring import calibration, grouped, share_bounds
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
 
 LARGE = 3.0  # size from which an effect must be found
 CRACKS = ("crack", "open_crack", "crack_form", "open_crack_form")
@@ -29,7 +26,7 @@ AT_A_GLANCE = {  # key -> the answer in the words of the figure, and as a senten
 }
 
 
-def judge(rows: "DataFrame", source: str = OWN) -> "DataFrame":
+def judge(rows: pd.DataFrame, source: str = OWN) -> pd.DataFrame:
     """A row for each criterion, judged on the rows of `scoring.score`, or of a file with part of their columns.
 
     Its columns:
@@ -42,8 +39,6 @@ def judge(rows: "DataFrame", source: str = OWN) -> "DataFrame":
     status             : "reached" or "not reached" if the whole range between the bounds is, else "undecided"
     reasons            : what went wrong most often, if it is not reached
     """
-    import pandas as pd
-
     rows = grouped(rows)
     rows = rows.assign(**{name: np.nan for name in OPTIONAL if name not in rows})
     rows = rows.assign(answer=rows.get("answer", rows.named), machine=rows.get("machine", "any"))
@@ -171,7 +166,7 @@ def _median(key, what, part, values, needed):
     return _judged(key, what, "median", needed, value, bounds, good.sum(), len(values), _reasons(part[~good]))
 
 
-def sentences(criteria: "DataFrame") -> list[str]:
+def sentences(criteria: pd.DataFrame) -> list[str]:
     """A sentence for each answer AT_A_GLANCE, with the counts of every source that has cases."""
     found = []
     for key, (_, text) in AT_A_GLANCE.items():
@@ -184,13 +179,13 @@ def sentences(criteria: "DataFrame") -> list[str]:
     return found
 
 
-def statement(criteria: "DataFrame") -> str:
+def statement(criteria: pd.DataFrame) -> str:
     """One sentence: how many criteria are reached, undecided and not reached."""
     counted = ", ".join(f"{(criteria.status == status).sum()} {status}" for status in STATUSES)
     return f"Acceptance criteria: {counted}."
 
 
-def printed(criteria: "DataFrame") -> str:
+def printed(criteria: pd.DataFrame) -> str:
     """A summary for a terminal: the statement, then a line for each criterion that has cases."""
     shown = criteria[criteria.cases > 0]
     lines = [statement(criteria)]

@@ -1,6 +1,7 @@
 """Comparison of verdicts with the truth: right and wrong causes, sizes, calibration, with 95 % bounds."""
 
 import numpy as np
+import pandas as pd
 
 from rotorstudy.blind.machines.cases import CHAIN_FAULTS
 from rotorstudy.blind.meanings import CONVENTIONS, CRACKS, REFUSED, SIZES, compared
@@ -185,8 +186,6 @@ def _crack_judged(truth, causes):
 
 def score(truths, answers):
     """Rows of all cases, as a DataFrame."""
-    import pandas as pd
-
     return pd.DataFrame([score_case(truth, answer) for truth, answer in zip(truths, answers, strict=True)])
 
 

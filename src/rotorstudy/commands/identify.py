@@ -2,7 +2,7 @@
 
 from rotorstudy.commands.identify_runs import identify_several
 from rotorstudy.commands.shared import NETCDF, YAML, check_file, tell
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.registry import registry
 from rotorstudy.units import HALF_INTERVAL, with_interval
 
@@ -99,10 +99,8 @@ def _chosen(spectrum, harmonics):
 
     if harmonics is None:
         return spectrum
-    for n in harmonics:
-        if n not in spectrum.harmonics:
-            where = "--harmonics; 'measurement: harmonics:' of the rig file says which are taken from the records"
-            raise unknown_name("harmonic", n, spectrum.harmonics, where)
+    where = "--harmonics; 'measurement: harmonics:' of the rig file says which are taken from the records"
+    check_known("harmonic", harmonics, spectrum.harmonics, where)
     return spectrum.at_harmonics(check_harmonics(harmonics))
 
 

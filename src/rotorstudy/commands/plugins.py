@@ -1,6 +1,6 @@
 """List the plugin library (zoo): kind, name, summary and source."""
 
-from rotorstudy.errors import PluginError, unknown_name
+from rotorstudy.errors import PluginError, check_known
 from rotorstudy.model.registry import registry
 
 
@@ -13,8 +13,7 @@ def run(given):
     """List the plugins, or show one."""
     from rotorstudy.model.kinds import KINDS
 
-    if given.kind and given.kind not in KINDS:
-        raise unknown_name("kind", given.kind, KINDS, "--kind")
+    check_known("kind", filter(None, [given.kind]), KINDS, "--kind")
     zoo = registry()
     shown = [(kind, plugin) for kind, plugin in zoo if given.kind in (None, kind)]
     if given.name:
@@ -31,9 +30,8 @@ def _show(name, known):
     """Print the facts of the plugins with a name; known : [(kind, plugin)]."""
     from rotorstudy.authoring.facts import facts
 
+    check_known("plugin", [name], [plugin.name for _, plugin in known], "--name")
     found = [(kind, plugin) for kind, plugin in known if plugin.name == name]
-    if not found:
-        raise unknown_name("plugin", name, [plugin.name for _, plugin in known], "--name")
     told = [{"kind": kind, "file": str(plugin.file), **facts(kind, plugin)} for kind, plugin in found]
     for kind, file, *rest in map(dict.items, told):
         print(f"{kind[1]} {name} ({file[1]})")

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 import numpy as np
 from annotated_types import Ge, Gt, Lt
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.structure import Reading
 from rotorstudy.response.coupling import check_harmonics
@@ -138,8 +138,7 @@ class Conventions(Strict):
         if not self.node_of_label and str(label).isdecimal():
             return int(label)
         known = {str(one): node for one, node in self.node_of_label.items()}
-        if str(label) not in known:
-            raise unknown_name("node label", str(label), known, f"{where}; list it under 'measurement: node_of_label:'")
+        check_known("node label", [str(label)], known, f"{where}; list it under 'measurement: node_of_label:'")
         return known[str(label)]
 
     def label_rad_per_s(self, path, own=None):

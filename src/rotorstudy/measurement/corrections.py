@@ -30,10 +30,8 @@ def averaged(spectrum: Spectrum, where: str) -> tuple[Spectrum, list[Finding]]:
     squares, expected, freedom = 0.0, 0.0, 0
     for group, centre in zip(groups, mean, strict=True):
         _check_distinct(spectrum, group, where)
-        variance = np.diagonal(spectrum.covariance[group], axis1=-2, axis2=-1)  # (repeat, sensor, component)
-        both = np.swapaxes(sum(np.split(variance, 2, axis=-1)), -1, -2).mean(axis=0)  # (harmonic, sensor)
         squares = squares + np.sum(np.abs(spectrum.amplitude[group] - centre) ** 2, axis=0)
-        expected = expected + (len(group) - 1) * both
+        expected = expected + (len(group) - 1) * spectrum.variance[group].mean(axis=0)
         freedom += 2 * (len(group) - 1)
     # the expected value of an inverse chi-square variable: few repeats leave the variance uncertain
     wider = freedom / (freedom - 2) if freedom > 2 else 3.0

@@ -47,10 +47,10 @@ def read_file(path, conventions, nodes):
 
 def kind_of(path):
     """Kind of a record file by its suffix: netcdf, csv, matlab or uff; RotorstudyError for another one."""
-    kind = SUFFIXES.get(Path(path).suffix.lower())
-    if kind is None:
-        raise unknown_name("kind of record file", Path(path).suffix, SUFFIXES, f"{path}; export it as one of these")
-    return kind
+    suffix = Path(path).suffix
+    if suffix.lower() not in SUFFIXES:
+        raise unknown_name("kind of record file", suffix, SUFFIXES, f"{path}; export it as one of these")
+    return SUFFIXES[suffix.lower()]
 
 
 def open_channels(path, conventions):

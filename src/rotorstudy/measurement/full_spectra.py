@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
+from rotorstudy.errors import PluginError, RotorstudyError, check_known
 from rotorstudy.measurement.keyphasor import mark_times, phase_at_start, phase_from_keyphasor
 from rotorstudy.measurement.records import Record, check_record, cut_to_whole_revolutions
 from rotorstudy.measurement.spectrum import Spectrum
@@ -113,9 +113,7 @@ def full_spectrum(
 
 def full_spectra(records, harmonics, method, phases=PHASES, *, whole_revolutions=True):
     """Phase -> Spectrum for several phases, see `full_spectrum`: less work than one after the other."""
-    for phase in phases:
-        if phase not in PHASES:
-            raise unknown_name("phase", phase, PHASES)
+    check_known("phase", phases, PHASES)
     harmonics = check_harmonics(harmonics)
     if not records:
         raise RotorstudyError("no records; give at least one")

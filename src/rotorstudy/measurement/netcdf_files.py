@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError, reading, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known, reading
 from rotorstudy.measurement.channel_names import unit_of
 from rotorstudy.measurement.conventions import Conventions, Probe, check_once
 from rotorstudy.measurement.findings import Finding, NodeFacts, RecordFacts, facts_of
@@ -134,8 +134,7 @@ def _readings(path, one, probes, conventions, where):
     check_once(probes, path, of_nodes=True)
     found = []
     for probe in probes:
-        if probe.channel not in directions:
-            raise unknown_name("direction", probe.channel, directions, f"{path}; the channel of a probe is a direction")
+        check_known("direction", [probe.channel], directions, f"{path}; the channel of a probe is a direction")
         factor, d = probe.metres(stated and (unit_of(stated) or stated), str(path)), directions.index(probe.channel)
         found += [(probe, n, factor * values[k, d]) for k, n in enumerate(held_nodes) if probe.node in (None, n)]
     if not found:
@@ -148,8 +147,7 @@ def _scaled(array, units, default, path):
     """Values of an xarray variable in SI, by its attribute `units`."""
     stated = array.attrs.get("units", default)
     unit = unit_of(stated) or stated
-    if unit not in units:
-        raise unknown_name(f"unit of {array.name}", unit, units, str(path))
+    check_known(f"unit of {array.name}", [unit], units, str(path))
     return np.asarray(array.values, float) * units[unit]
 
 

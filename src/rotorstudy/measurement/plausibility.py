@@ -34,8 +34,7 @@ def check_together(spectrum, rig, where):
     harmonics, nodes = list(spectrum.harmonics), spectrum.sensors
     moving = spectrum.harmonics != 0
     fluctuating = np.abs(spectrum.amplitude[:, moving])
-    variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
-    std = np.sqrt(sum(np.swapaxes(part, 1, 2) for part in np.split(variance, 2, axis=-1)))[:, moving]
+    std = np.sqrt(spectrum.variance)[:, moving]
     rms = np.sqrt(np.sum(fluctuating**2, axis=1))
     largest, expected, mean = _expected(rig, spectrum)
     findings = [*check_units(rms, largest, where), *check_order(fluctuating, spectrum.harmonics[moving], where)]

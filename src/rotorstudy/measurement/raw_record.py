@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.measurement.conventions import combine, measured_direction
 
 LARGEST_READING = 1e6  # m or V: beyond it a sample is damaged, and counts as missing
@@ -90,9 +90,8 @@ def assemble(readings, conventions, nodes, time, label, keyphasor, marks, refere
         raise RotorstudyError(
             f"{where}: the phase marks do not increase strictly, or lie far outside the record; check phase_mark_time"
         )
-    for _, node, _ in readings:
-        if node not in nodes:
-            raise unknown_name("node", node, nodes, f"{where}; the probes must sit at nodes of the rig")
+    at_nodes = [node for _, node, _ in readings]
+    check_known("node", at_nodes, nodes, f"{where}; the probes must sit at nodes of the rig")
     at = [float(conventions.direction_rad(probe.angle_deg)) for probe, _, _ in readings]
     channels = [Channel(p.channel, node, a, values, p.order) for a, (p, node, values) in zip(at, readings, strict=True)]
     kinds = {(channel.node, channel.order) for channel in channels}

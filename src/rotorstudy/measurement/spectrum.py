@@ -169,6 +169,12 @@ class Spectrum(Whitened):
         """Nodes with a single probe."""
         return [node for node, whole in zip(self.sensors, np.isnan(self.directions), strict=True) if not whole]
 
+    @property
+    def variance(self) -> np.ndarray:
+        """(speed, harmonic, sensor) m^2, of the real and the imaginary part of each harmonic together."""
+        real, imag = np.split(np.diagonal(self.covariance, axis1=-2, axis2=-1), 2, axis=-1)
+        return np.swapaxes(real + imag, 1, 2)
+
     def shown(self, amplitude: ArrayLike) -> np.ndarray:
         """What the probes show of harmonics: at a node with a single probe the motion along it.
 

@@ -4,8 +4,9 @@ import re
 from collections import Counter
 
 import numpy as np
+import pandas as pd
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.measurement.conventions import check_once, combine, measured_direction, one_unit
 from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT, left_out
@@ -33,8 +34,6 @@ def read_table(table, conventions, nodes):
     returns : list of (speed rad/s, {node: (amplitude (harmonic,) complex m, covariance (component, component))},
               {node: direction of a single probe, rad}), and findings
     """
-    import pandas as pd
-
     path, text, by_probe = table.path, table.text, table.by_probe
     size = "velocity" if by_probe and any(name.startswith("velocity_") for name in text) else "amplitude"
     _check_columns(text.columns, path, by_probe)
@@ -111,9 +110,7 @@ def _check_columns(columns, path, by_probe):
     known = {*SPEEDS, "harmonic", "probe" if by_probe else "node"}
     for quantity, units in (OF_PROBES if by_probe else OF_NODES).items():
         known |= {f"{quantity}_{unit}" for unit in (*units, "last_digit")}
-    for name in columns:
-        if name not in known:
-            raise unknown_name("column", name, known, str(path))
+    check_known("column", columns, known, str(path))
 
 
 def _check_groups(cells, where):
@@ -151,9 +148,7 @@ def _nodes_in(text, conventions, nodes, path):
         node = np.full(len(text), nodes[0] if conventions.table_node is None else conventions.table_node)
     else:
         raise RotorstudyError(f"{path}: no column 'node'; add one, or give 'table_node:' in the rig file")
-    for one in np.unique(node):
-        if one not in nodes:
-            raise unknown_name("node", one, nodes, f"{path}; the probes must sit at nodes of the rig")
+    check_known("node", np.unique(node), nodes, f"{path}; the probes must sit at nodes of the rig")
     return node
 
 
@@ -167,11 +162,9 @@ def _probes_in(text, conventions, nodes, where):
         raise RotorstudyError(f"{where}: no column 'probe', and the rig file has {', '.join(known)}; add it")
     names, found = list(text["probe"]) if "probe" in text else list(known) * len(text), {}
     for name in dict.fromkeys(names):
-        if name not in known:
-            raise unknown_name("probe", name, known, f"{where}; list it under 'measurement: probes:'")
+        check_known("probe", [name], known, f"{where}; list it under 'measurement: probes:'")
         node = nodes[0] if known[name].node is None and len(nodes) == 1 else known[name].node
-        if node not in nodes:
-            raise unknown_name("node", node, nodes, f"'measurement: probes:' of the rig file, of the probe '{name}'")
+        check_known("node", [node], nodes, f"'measurement: probes:' of the rig file, of the probe '{name}'")
         found[name] = known[name].model_copy(update={"node": node})
     return names, found
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.channel_names import SPEED_WORDS, UNIT_OF, bare, kind_in, stated_units, unit_of, words_in
@@ -182,8 +183,6 @@ def _speed_columns(names, units):
 
 def _in_rows(text, wide, where):
     """The cells of a wide table with a row for each speed, probe and harmonic."""
-    import pandas as pd
-
     probes, harmonics = zip(*wide.pairs, strict=True)
     cells = [text[[own[what] for own in wide.pairs.values()]] for what in ("amplitude", "phase")]
     for name in [*cells[0], *cells[1]]:

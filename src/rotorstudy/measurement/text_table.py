@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.channel_names import is_unit
@@ -163,8 +164,6 @@ def numbers_in(path, layout):
 
 def text_in(path, layout):
     """The cells of a text file as a data frame of texts by the line, with decimal points; empty columns left out."""
-    import pandas as pd
-
     lines, rows = [], []
     for line, cells in rows_of(path, layout):
         if any(len(cell) > LONGEST for cell in cells):

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from rotorstudy.blind.criteria import AT_A_GLANCE, LARGE, judge, sentences, statement
 from rotorstudy.blind.meanings import MEANS
@@ -32,8 +33,6 @@ SIZE_EDGES = np.array([0.3, 1.0, 2.0, 3.0, 6.0, 12.0, 30.0, 100.0, 300.0])
 
 def write_pages(data, criteria, rows, folder, others=None, index=None):
     """Write figures (PNG, SVG), criteria and cases (CSV, HTML) to a folder; others : name -> rows (CSV) of a run."""
-    import pandas as pd
-
     folder = Path(folder)
     criteria = pd.concat([*(judge(pd.read_csv(path), name) for name, path in (others or {}).items()), criteria])
     png = save_pictures(blind_figures(rows, criteria), folder / "figures")

@@ -130,12 +130,6 @@ def along_probes(axes, node, harmonic, amplitude):
     return found
 
 
-def deviations(spectrum):
-    """(speed, node, harmonic) m: standard deviations of the harmonics of a Spectrum."""
-    variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
-    return np.sqrt(variance.reshape(*variance.shape[:-1], 2, -1).sum(axis=-2))
-
-
 def rounded(values):
     """Nested lists of numbers with few significant digits; JSON has no NaN: what is not known is null."""
     values = values if isinstance(values, (list, float)) else np.asarray(values, float).tolist()

@@ -7,7 +7,7 @@ from textwrap import fill, shorten
 import numpy as np
 
 from rotorstudy import units
-from rotorstudy.presentation.charts import deviations, speed_view
+from rotorstudy.presentation.charts import speed_view
 from rotorstudy.presentation.plots import COLOURS, figure, harmonic_axis, plot_orbit
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
@@ -295,7 +295,7 @@ def both_states(before, after, axes):
     amplitude = {name: one.amplitude.transpose(0, 2, 1) for name, one in (("before", before), ("after", after))}
     change = np.abs(amplitude["after"] - amplitude["before"])[..., after.harmonics != 0].sum(axis=2)
     spectra = {"before": ("before", 1, amplitude["before"]), "after": ("after", 0, amplitude["after"])}
-    std = {"before": deviations(before), "after": deviations(after)}
+    std = {name: np.sqrt(one.variance).transpose(0, 2, 1) for name, one in (("before", before), ("after", after))}
     start = tuple(map(int, np.unravel_index(change.argmax(), change.shape)))
     return speed_view("states", after.speed, after.sensors, after.harmonics, spectra, std, start, axes)
 

@@ -3,6 +3,8 @@
 import json
 import re
 
+import pandas as pd
+
 from rotorstudy.diagnosis.verdict import words
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable, sizes
 from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES
@@ -25,8 +27,6 @@ HEADINGS = {  # of a diagnosis, and of a comparison
 
 def diagnosis_page(verdict, data, figures, title, links=None, states=None):
     """The page as HTML; figures : name -> PNG (path or bytes); of a comparison, states : charts of both states."""
-    import pandas as pd
-
     axes = json.loads(data.attrs.get("axes", "{}"))
     labels = dict(zip(data.parameter.values.tolist(), data.label.values.tolist(), strict=True))
     limits = words.detection_limits(verdict)

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pandas as pd
 
 from rotorstudy.measurement.findings import SEVERITIES, NodeFacts, RecordFacts, facts_of
 from rotorstudy.presentation import charts
@@ -49,8 +50,6 @@ def _named(facts, kind):
 
 def _table(rows):
     """Rows of facts without the columns that none has; those of a table of harmonics are few."""
-    import pandas as pd
-
     return cells(pd.DataFrame(rows).dropna(axis="columns", how="all"), 4)
 
 
@@ -66,7 +65,7 @@ def _view(measurement):
         spectrum.sensors,
         spectrum.harmonics,
         {"measured": ("measured, with two standard deviations", 0, amplitude)},
-        {"measured": charts.deviations(spectrum)},
+        {"measured": np.sqrt(spectrum.variance).transpose(0, 2, 1)},
         (largest, 0),
         {"mark_rad": reading.mark_rad},
         [getattr(records.get(w), "where", "").split(", ")[0] for w in spectrum.speed],

@@ -4,7 +4,7 @@ import logging
 
 import numpy as np
 
-from rotorstudy.errors import unknown_name
+from rotorstudy.errors import check_known
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.files import kind_of
 from rotorstudy.measurement.measurement import measured_spectrum
@@ -35,8 +35,8 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
     rig, measured, from_rest = read_rig(rig_path), None, {}
     model, conventions = rig.model, read_conventions(rig.given, str(rig_path))
     for probe in conventions.probes:
-        if probe.node not in (None, *model.structure.measurable):
-            raise unknown_name("node", probe.node, model.structure.measurable, f"{rig_path}, probe '{probe.channel}'")
+        if probe.node is not None:
+            check_known("node", [probe.node], model.structure.measurable, f"{rig_path}, probe '{probe.channel}'")
     reading = conventions.reading(model.sensors)
     if records:
         spectrum, model, _ = measured_spectrum(records, rig)
@@ -73,8 +73,6 @@ def mean_positions(records, conventions, spectrum, model):
 
 def measured_vectors(spectrum, reading):
     """1X along each probe (speed, probe), complex, m, of a Spectrum with harmonics 1 and -1; lead from the mark."""
-    for n in (1, -1):
-        if n not in spectrum.harmonics:
-            raise unknown_name("harmonic", n, spectrum.harmonics, "the records; 1X along a probe needs 1X and -1X")
+    check_known("harmonic", (1, -1), spectrum.harmonics, "the records; 1X along a probe needs 1X and -1X")
     both = spectrum.at_harmonics((1, -1)).amplitude
     return probe_vectors({node: both[..., i].T for i, node in enumerate(spectrum.sensors)}, reading)[1]

@@ -3,6 +3,7 @@
 from dataclasses import asdict
 
 import numpy as np
+import pandas as pd
 
 from rotorstudy.presentation.captions import ROTOR_FIGURES
 from rotorstudy.presentation.pages import cells, pictures, render
@@ -24,8 +25,6 @@ SAME_RESONANCE = 0.05  # a peak of a probe within this of a critical speed is th
 
 def rotor_page(analysis, figures, charts, title, operating=None, captions=ROTOR_FIGURES):
     """The page as HTML, of figures name -> PNG (path or bytes), and charts of `rotor_charts`."""
-    import pandas as pd
-
     changes, heading = list(analysis.damping.items())[:MOST_EFFECTS], "change of the growth rate (1/s)"
     found = {"criticals": criticals(analysis), "peaks": resonances(analysis, operating), "loads": loads(analysis)}
     found["damping"] = [{"effect": name, heading: value} for name, value in changes]

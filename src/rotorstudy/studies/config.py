@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.noise import MODELS
@@ -201,9 +201,7 @@ class StudyConfig(Strict):
         for name, nodes in self.sensor_sets.items():
             build_model({**self.rigs[self.main_rig], "sensors": nodes}, where=f"{where}, sensor set '{name}'")
         for name, variant in self.variants.items():
-            for rig in (variant.simulated, variant.identified):
-                if rig not in self.rigs:
-                    raise unknown_name("rig", rig, self.rigs, f"{where}, variant '{name}'")
+            check_known("rig", (variant.simulated, variant.identified), self.rigs, f"{where}, variant '{name}'")
         for name in self.rigs:
             self.rig(name).position(self.unknowns)
         self._check_kinds(where)
@@ -226,9 +224,7 @@ class StudyConfig(Strict):
         named = {"identified": self.record.identified}
         named |= {f"monte_carlo, {rig}": tried.records for rig, tried in self.monte_carlo.rigs.items()}
         for section, kinds in named.items():
-            for kind in kinds:
-                if kind not in self.record.kinds:
-                    raise unknown_name("record kind", kind, self.record.kinds, f"{where}, {section}")
+            check_known("record kind", kinds, self.record.kinds, f"{where}, {section}")
         for name, kind in self.record.kinds.items():
             for method in kind.clock_samples:
                 registry().get("spectrum", method, f"{where}, clock_samples")
@@ -269,8 +265,7 @@ def changed(options, key, percent, where="the rotor"):
     first, _, rest = key.partition(".")
     inside = options if isinstance(options, dict) else dict(enumerate(options))
     first = first if isinstance(options, dict) else (int(first) if first.isdecimal() else first)
-    if first not in inside:
-        raise unknown_name("key", first, inside, where)
+    check_known("key", [first], inside, where)
     value = inside[first]
     if rest:
         new = changed(value, rest, percent, where)

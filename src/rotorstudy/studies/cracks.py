@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.cracks import breathing_function, stiffness_loss
 from rotorstudy.model.options import check_options
@@ -81,9 +81,7 @@ def load_cracks(path):
     """The CracksConfig of a file, its options checked against the registered cracks."""
     config = check_config(CracksConfig, read_yaml(path), str(path))
     cracks = registry().plugins["crack"]
-    for name in config.options:
-        if name not in cracks:
-            raise unknown_name("crack", name, cracks, f"options of {path}")
+    check_known("crack", config.options, cracks, f"options of {path}")
     for crack in cracks.values():
         config.options_of(crack)
     _ = config.shaft_stiffness  # raises for a rotor with several coordinates

@@ -14,8 +14,9 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.harmonic import harmonic_response
@@ -37,8 +38,6 @@ def beside_printed(rig: str | Path):
 
     Each has the `computed` value in the unit printed, the relative `deviation`, and the difference `allowed`.
     """
-    import pandas as pd
-
     path = Path(rig).with_suffix(".csv")
     rows = pd.read_csv(path, dtype=str, keep_default_na=False)
     if list(rows.columns) != COLUMNS:
@@ -74,8 +73,7 @@ def _changed(rig, change, where):
 def _speed(text, where):
     """A speed with its unit, rad/s; 0 if none is stated."""
     value, _, unit = text.partition(" ")
-    if text and unit not in RAD_PER_S:
-        raise unknown_name("unit of the speed", unit, RAD_PER_S, where)
+    check_known("unit of the speed", [unit] if text else [], RAD_PER_S, where)
     return float(value or 0) * RAD_PER_S.get(unit, 1.0)
 
 
@@ -98,9 +96,8 @@ class _Machine:
 
     def quantity(self, row, where):
         """The value of a row, in its unit."""
-        if row.quantity not in QUANTITIES or row.unit not in SI:
-            kind, known = ("quantity", QUANTITIES) if row.quantity not in QUANTITIES else ("unit", SI)
-            raise unknown_name(kind, row[kind], known, where)
+        check_known("quantity", [row.quantity], QUANTITIES, where)
+        check_known("unit", [row.unit], SI, where)
         return float(QUANTITIES[row.quantity](self, *map(int, row["at"].split("/")))) / SI[row.unit]
 
     @cached_property

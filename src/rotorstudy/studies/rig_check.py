@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.diagnosis.settings import check_names, read_settings
-from rotorstudy.errors import CannotAct, RotorstudyError, unknown_name
+from rotorstudy.errors import CannotAct, RotorstudyError, check_known
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.findings import Finding, errors_among, worst_first
 from rotorstudy.measurement.plausibility import check_probes
@@ -136,8 +136,8 @@ def _sections(rig, model):
     try:
         conventions = read_conventions(rig.given, path)
         for probe in conventions.probes:
-            if probe.node not in (None, *model.structure.nodes):
-                raise unknown_name("node", probe.node, model.structure.nodes, f"probe '{probe.channel}'")
+            if probe.node is not None:
+                check_known("node", [probe.node], model.structure.nodes, f"probe '{probe.channel}'")
     except RotorstudyError as error:
         yield Finding("error", "measurement", path, str(error))
         return

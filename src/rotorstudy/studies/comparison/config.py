@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import NonNegative, Positive
@@ -63,10 +63,8 @@ class CompareConfig(Strict):
     def check(self, studies, replays):
         """Raise RotorstudyError for an unknown study or replay, wrong harmonics or noise levels."""
         for name, compared in self.rotors.items():
-            known = studies if compared.study else replays
-            wanted = compared.study or compared.replay
-            if wanted not in known:
-                raise unknown_name("study or replay", wanted, known, f"compare, rotor '{name}'")
+            known, wanted = studies if compared.study else replays, compared.study or compared.replay
+            check_known("study or replay", [wanted], known, f"compare, rotor '{name}'")
             if compared.harmonics is not None:
                 try:
                     check_harmonics(compared.harmonics)

@@ -6,6 +6,7 @@ from time import perf_counter
 from types import SimpleNamespace
 
 import numpy as np
+import xarray as xr
 
 from rotorstudy.errors import PluginError, RotorstudyError
 from rotorstudy.inference.bounds import cramer_rao_bound
@@ -124,8 +125,6 @@ def bias(study, rotor, estimator):
 
 def comparison(parts):
     """Combine {(rotor, estimator): Dataset of `estimates`} into one Dataset with both as dimensions."""
-    import xarray as xr
-
     rotors = list(dict.fromkeys(rotor for rotor, _ in parts))
     estimators = list(dict.fromkeys(estimator for _, estimator in parts))
     along, equal = xr.Variable("estimator", estimators), {"compat": "equals"}

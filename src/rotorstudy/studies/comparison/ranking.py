@@ -3,6 +3,8 @@
 import re
 
 import numpy as np
+import pandas as pd
+import xarray as xr
 
 VALID = (0.90, 0.99)  # mean coverage of valid 95 % intervals; 100 trials determine it to 2 % for one parameter
 SELDOM = 0.02  # largest share of failed trials of a recommended pair: a failure is noticed, another pair can be used
@@ -14,8 +16,6 @@ ABBREVIATION = re.compile("[b-df-hj-np-tv-xz]{3,}")  # a word without a vowel
 
 def ranking(whole):
     """A DataFrame of the pairs of spectrum method and estimator by rotor, fault and noise, the smallest error first."""
-    import xarray as xr
-
     whole = whole.sel(noise=whole.noise > 0)
     over = np.sqrt(1 / whole.efficiency)
     columns = {
@@ -39,8 +39,6 @@ def advice(ranked):
     Of the pairs that rarely fail, the best estimator of each spectrum method; among equals one with valid intervals,
     then one that never fails. At the end the same for an unknown fault.
     """
-    import pandas as pd
-
     every = pd.concat([ranked, ranked.assign(fault=ANY_FAULT)], ignore_index=True)
     keys = ["fault", "spectrum_method", "estimator"]
     every = every[every.groupby(keys).failed.transform("max") <= SELDOM]
@@ -98,8 +96,6 @@ def with_words(told, use_if):
 
 def in_sentences(told):
     """Advice as a page shows it, which is fewer columns; told : DataFrame of `with_words`."""
-    import pandas as pd
-
     return pd.DataFrame(
         {
             FIRST: row[FIRST],

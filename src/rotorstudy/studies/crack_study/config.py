@@ -5,7 +5,7 @@ from typing import Any
 from pydantic import Field
 
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.rig import build_model
 from rotorstudy.studies.config import PositiveNumber
@@ -137,13 +137,11 @@ class CrackStudy(Strict):
 def load_crack_study(path):
     """The CrackStudy of a file, whose rigs can be built and whose reference crack lies on the shaft."""
     study = check_config(CrackStudy, read_study(path), str(path))
-    if study.usual_noise_percent not in study.noise_percent:
-        raise unknown_name("usual_noise_percent", study.usual_noise_percent, study.noise_percent, str(path))
+    check_known("usual_noise_percent", [study.usual_noise_percent], study.noise_percent, str(path))
     for rotor in study.rotors.values():
         rotor.model()
     study.main.model(study.crack.effect(**study.reference.model_dump()))
-    if study.passage.node not in study.main.nodes:
-        raise unknown_name("node", study.passage.node, study.main.nodes, f"{path}, passage")
+    check_known("node", [study.passage.node], study.main.nodes, f"{path}, passage")
     if not study.passage.lowest_rad_s < study.passage.highest_rad_s or not {2} <= set(study.passage.orders):
         raise RotorstudyError(f"{path}, passage: lowest_rad_s must be below highest_rad_s, and orders must include 2")
     return study
