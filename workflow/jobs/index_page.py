@@ -102,17 +102,9 @@ def _name(file):
     return f"{file.parts[1].replace('_', ' ')}: {shown}" if len(file.parts) > 3 else shown
 
 
-def _of_verdict(path):
-    return [json.loads(path.read_text(encoding="utf-8"))["summary"]]
-
-
 def _of_scoreboard(path):
     counts = pd.read_csv(path, dtype=str).status.value_counts()
     return [f"Of {counts.sum()} printed values: {', '.join(f'{count} {status}' for status, count in counts.items())}."]
-
-
-def _of_criteria(path):
-    return sentences(pd.read_csv(path))
 
 
 def _of_limits(path):
@@ -142,9 +134,10 @@ def _of_advice(path):
 
 USUAL_NOISE = 1.0  # percent
 QUOTED = (  # heading, file, its sentences, and beside it a picture and a page; in the order of the page
-    ("Diagnosis of measured records: {name}", "diagnosis/*/verdict.json", _of_verdict,
-     "figures/before_and_after.png", "index.html"),
-    ("How often the diagnosis is right", "blind/criteria.csv", _of_criteria, "figures/answers.png", "criteria.html"),
+    ("Diagnosis of measured records: {name}", "diagnosis/*/verdict.json",
+     lambda path: [json.loads(path.read_bytes())["summary"]], "figures/before_and_after.png", "index.html"),
+    ("How often the diagnosis is right", "blind/criteria.csv", lambda path: sentences(pd.read_csv(path)),
+     "figures/answers.png", "criteria.html"),
     ("The smallest crack that is found", "chapter_7/limits.nc", _of_limits, "figures/smallest_crack.png",
      "figures/smallest_crack.png"),
     ("Which method for which data", "compare/advice.csv", _of_advice, "figures/spectra.png", "advice.html"),

@@ -179,11 +179,11 @@ def gather(amplitudes, group, count, harmonics):
     return taken.reshape(*taken.shape[:-2], -1)
 
 
-def forced_harmonics(model, order=COUPLED_ORDER):
-    """Harmonics (harmonic,) that the sensors show: of the forces (-order..order if coupled), shifted by the sensors."""
+def forced_harmonics(model):
+    """Harmonics (harmonic,) that the sensors show: of the forces (all carried if coupled), shifted by the sensors."""
     entries = [e for u in model.rotor_unknowns for e in u.entries]
     if model.nonlinear_forces or any(e.shift and e.reads_motion for e in entries):
-        vibrating = set(range(-order, order + 1))
+        vibrating = set(range(-COUPLED_ORDER, COUPLED_ORDER + 1))
     else:
         vibrating = {0} | {e.shift for e in entries}
         vibrating |= {-n for n in vibrating} if any(e.reads_motion and e.is_conjugate for e in entries) else set()

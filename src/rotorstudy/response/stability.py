@@ -144,9 +144,9 @@ def stability_threshold(
     return float(brentq(lambda w: growth_rate(model, [w], theta)[0], speeds[first - 1], speeds[first], xtol=1e-9))
 
 
-def damping_of_effects(model, speed, theta=None):
+def damping_of_effects(model, speed):
     """{effect with its label: its part of the growth rate of the least stable mode, 1/s}, the largest first."""
-    theta = np.asarray(model.theta if theta is None else theta, float)
+    theta = np.asarray(model.theta, float)
     shapes = few_shapes(model, theta)
     values, right = np.linalg.eig(state_matrix(model, [speed], theta, shapes)[0])
     worst = int(np.argmax(values.real))

@@ -104,13 +104,13 @@ class Modes(NamedTuple):
         return -self.eigenvalue.real / np.abs(self.eigenvalue)
 
 
-def damped_modes(model, speed, count, theta=None):
+def damped_modes(model, speed, count):
     """The lowest damped whirl Modes of a time-invariant model over speed (rad/s); overdamped motions are left out."""
     dof, moves = len(model.structure.dofs), model.structure.along > 0
     unknown, shapes = np.full((2, len(speed), count), np.nan), np.full((2, len(speed), count, dof), np.nan * 1j)
     found = Modes(unknown[0] * 1j, *shapes, unknown[1])
     for i, w in enumerate(speed):
-        values, shapes = whirl_modes(model, w, theta)
+        values, shapes = whirl_modes(model, w)
         if shapes.shape[1] == dof:  # isotropic: a backward mode has a negative frequency
             backwards = values.imag[:, None] < 0
             shapes = np.concatenate([np.where(backwards, 0, shapes), np.where(backwards, shapes.conj(), 0)], axis=1)
