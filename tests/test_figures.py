@@ -1,5 +1,7 @@
 """Figures fit on a page and on a screen, and phases of 180 and -180 degrees stand side by side."""
 
+from types import SimpleNamespace
+
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
@@ -45,11 +47,12 @@ def test_errors_of_many_parameters_fit_in_a_window():
          "percent": [-1.0, 1.0, 5.0]},
     )  # fmt: skip
     units = dict.fromkeys(names(14), "N s/m")
+    study = SimpleNamespace(results={"bias": wrong}, config=SimpleNamespace(reported=units))
     pictures = [
         error_against_noise({"one": few}, units, "few"),
         error_against_noise({"one": few, "two": few}, units, "few"),
         error_against_noise({"one": many, "two": many}, units, "many"),
-        bias(wrong, {"c": "a case"}, units, "bias"),
+        bias(study, "bias", {"c": "a case"}),
     ]
     for picture in pictures:
         assert picture.get_size_inches()[1] * STYLE["savefig.dpi"] <= TALLEST

@@ -1,7 +1,10 @@
 """Figures of the accuracy of estimates. Each function takes results and returns a matplotlib figure.
 
-units : reported name of a parameter -> its unit; phases are shown in degrees, all others in per cent of their value
+study : `study.Study`;  units : reported name of a parameter -> its unit;  phases are shown in degrees, all others in
+per cent of their value
 """
+
+from itertools import product
 
 import numpy as np
 
@@ -33,8 +36,15 @@ def speed_name(speed):
     return f"{speed:.0f} rad/s ({frequency:.1f} Hz)"
 
 
-def weight_dominance(config, dominance, case, shown, units, title):
-    """Error by weight dominance: amplitude ratio at the shown speeds, and error of the estimates."""
+def named_cases(study, cases):
+    """Case -> its name in a figure, by default its own."""
+    return cases or {case: case for case in study.config.cases}
+
+
+def weight_dominance(study, title, cases=None):
+    """A crack on the static deflection alone: amplitude ratio at the shown speeds, error of the first of the cases."""
+    config, dominance = study.config, study.results["weight_dominance"]
+    case, shown = next(iter(named_cases(study, cases).items()))
     picture, axes = figure(1, 2, height=2.8)
     amplitude = np.abs(as_complex(dominance.displacement))
     ratio = amplitude[1] / amplitude[0]
@@ -59,7 +69,7 @@ def weight_dominance(config, dominance, case, shown, units, title):
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower left", ncols=3)
     here = dominance.error.sel(case=case) * 100
     sizes = np.abs(here)
-    worst = {p: float(np.nanmax(sizes.sel(parameter=p))) for p in here.parameter.values if units[p] != "rad"}
+    worst = {p: float(np.nanmax(sizes.sel(parameter=p))) for p in here.parameter.values if config.reported[p] != "rad"}
     ordered = sorted(worst, key=worst.get, reverse=True)
     shown_parameters = [p for p in ordered[:MOST_CURVES] if worst[p] > NO_ERROR]
     for i, parameter in enumerate(shown_parameters):
@@ -91,9 +101,9 @@ def correlation_text(value):
     return f"{sign}{digits}e{int(exponent)}"
 
 
-def collinearity(data, case, title):
-    """Correlation of the estimates, and the loss of accuracy that it causes for each."""
-    here = data.sel(case=case)
+def collinearity(study, title):
+    """Correlation of the estimates of the first case, and the loss of accuracy that it causes for each."""
+    here = study.results["identifiability"].sel(case=next(iter(study.config.cases)))
     names = [label(p) for p in here.parameter.values]
     picture, axes = figure(1, 2, height=4.4 if len(names) > MANY else 3.0, width=3.6)
     image = axes[0, 0].imshow(here.correlation, cmap="PuOr", vmin=-1, vmax=1)
@@ -121,9 +131,10 @@ def collinearity(data, case, title):
     return picture
 
 
-def measurements(data, case, parameter, unit, title):
-    """Bound of one parameter for every further measurement, the best first."""
-    bound = data.bound.sel(case=case, parameter=parameter)
+def measurements(study, title, parameter):
+    """Bound of one parameter in the first case for every further measurement, the best first."""
+    here = study.results["identifiability"].sel(case=next(iter(study.config.cases)), parameter=parameter)
+    bound, unit = here.bound, study.config.reported[parameter]
     bound = bound.isel(measurement=np.argsort(-bound.values))
     values = in_units(unit, bound.values, 1.0)
     picture, axes = figure(height=2.8, width=5.0)
@@ -135,7 +146,7 @@ def measurements(data, case, parameter, unit, title):
     axes[0, 0].set_xscale("log")
     axes[0, 0].set_xlim(right=values.max() * 4)
     axes[0, 0].set_yticks(range(len(values)), [str(name) for name in bound.measurement.values])
-    noise = float(data.noise.sel(case=case)) * 1e6
+    noise = float(here.noise) * 1e6
     axes[0, 0].set_xlabel(f"bound ({error_unit(unit)}), noise of every probe {noise:.2g} µm")
     picture.suptitle(title)
     return picture
@@ -212,21 +223,20 @@ def _error_over_bound(noisy, columns, title):
     return picture
 
 
-def bias(bias_data, cases, units, title):
+def bias(study, title, cases=None):
     """Error of estimates by quantities wrong by 1 % and by the most that was tried; cases : name -> name shown."""
-    parameters, known = bias_data.parameter.values, bias_data.known.values
-    size = np.abs(bias_data.percent)
+    wrong, units = study.results["bias"], study.config.reported
+    parameters, known, size = wrong.parameter.values, wrong.known.values, np.abs(wrong.percent)
     ends = [1.0, float(size.max())]
     height, width = 0.3 * len(parameters) + 1.3, max(7.0 / len(known), 2.2)
     picture, axes = figure(1, len(known), height, width, sharey=True)
-    rows = [(c, e) for c in range(len(cases)) for e in range(bias_data.sizes["estimator"])]
+    rows = list(product(named_cases(study, cases).items(), wrong.estimator.values))
     for panel, quantity in zip(axes[0], known, strict=True):
-        for i, (c, e) in enumerate(rows):
-            case, shown = list(cases.items())[c]
-            error = np.abs(bias_data.relative_error.sel(known=quantity, case=case).isel(estimator=e))
+        for i, ((case, shown), estimator) in enumerate(rows):
+            error = np.abs(wrong.relative_error.sel(known=quantity, case=case, estimator=estimator))
             worst = np.stack([error.where(size <= end + 1e-9).max("percent").values for end in ends], axis=-1)
             scale = np.array([in_units(units[parameter], 1.0, 1.0) for parameter in parameters])
-            text = f"{shown}, {str(bias_data.estimator.values[e]).replace('_', ' ')}"
+            text = f"{shown}, {str(estimator).replace('_', ' ')}"
             _dumbbells(panel, np.maximum(worst * scale[:, None], LEAST), i, len(rows), text)
         panel.set_xscale("log")
         panel.set_title(f"{known_name(str(quantity))} wrong")
@@ -250,8 +260,9 @@ def _dumbbells(panel, values, i, count, text):
     panel.plot(values[:, 1], place, mark, markersize=3, markerfacecolor="white", **style)
 
 
-def few_sensors(config, few):
-    """Errors and bounds with few sensors, and starts that converge; few : of `studies.sensors.sensors`."""
+def sensors(study):
+    """Errors and bounds with few sensors, and starts that converge."""
+    config, few = study.config, study.results["sensors"]
     picture, axes = figure(1, len(config.cases), height=3.6, width=4.0, sharey=True)
     place = range(few.sizes["parameter"])
     axes[0, 0].set_yticks(place, [label(name) for name in few.parameter.values])

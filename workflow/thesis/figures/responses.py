@@ -96,8 +96,9 @@ def plot_phase(harmonics, amplitude, axes, *, label=None, index=0, near=None):
     return axes
 
 
-def stability(stable, formula=None):
+def stability(study, formula=None):
     """Growth rate over speed, and the threshold of stability; formula : 1 + the damping ratio, as written."""
+    stable = study.results["stability"]
     picture, axes = figure(1, 2, height=2.6)
     natural = float(stable.natural_frequency)
     for i, damping in enumerate(stable.damping_ratio.values):
@@ -116,9 +117,10 @@ def stability(stable, formula=None):
     return picture
 
 
-def campbell(whirl, rigs, title):
+def campbell(study, rigs, title):
     """Whirl frequency over speed with the lines of 1X, 2X, 3X and -1X; rigs: name in the data -> name shown."""
     picture, axes = figure(1, len(rigs), height=3.2, sharey=True)
+    whirl = study.results["whirl"]
     speed = whirl.speed.values / (2 * np.pi)
     for panel, (rig, shown) in zip(axes[0], rigs.items(), strict=True):
         here = whirl.sel(rig=rig)

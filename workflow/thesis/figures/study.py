@@ -189,41 +189,13 @@ def modes_and_unbalance(study):
 
 def error_against_noise(study, title, cases=None, by_record=False, trials="monte_carlo"):
     """Errors of estimates; cases : case -> its name, by default all;  by_record : a column for each kind of record."""
-    data = {name: study.results[trials][file_name(case)] for case, name in named_cases(study, cases).items()}
+    data = {name: study.results[trials][file_name(case)] for case, name in estimates.named_cases(study, cases).items()}
     if by_record:
         ((_, data),) = data.items()
         data = {kind: data.sel(record=kind) for kind in study.config.record.kinds}
     else:
         data = {name: one.sel(record="steady state") for name, one in data.items()}
     return estimates.error_against_noise(data, study.config.reported, title)
-
-
-def named_cases(study, cases):
-    """Case -> its name in a figure."""
-    return cases or {case: case for case in study.config.cases}
-
-
-def bias(study, title, cases=None):
-    """Errors by known quantities that are wrong."""
-    return estimates.bias(study.results["bias"], named_cases(study, cases), study.config.reported, title)
-
-
-def weight_dominance(study, title, cases=None):
-    """Errors of a crack that acts on the static deflection alone, in the first of the cases."""
-    case, shown = next(iter(named_cases(study, cases).items()))
-    config, data = study.config, study.results["weight_dominance"]
-    return estimates.weight_dominance(config, data, case, shown, config.reported, title)
-
-
-def collinearity(study, title):
-    """Correlation of estimates in the first case."""
-    return estimates.collinearity(study.results["identifiability"], next(iter(study.config.cases)), title)
-
-
-def measurements(study, title, parameter):
-    """What further measurements add to one parameter, in the first case."""
-    case, unit = next(iter(study.config.cases)), study.config.reported[parameter]
-    return estimates.measurements(study.results["identifiability"], case, parameter, unit, title)
 
 
 KINDS = {  # a figure is of the kind of its name where it states none
@@ -236,13 +208,13 @@ KINDS = {  # a figure is of the kind of its name where it states none
     "breathing function": breathing_function,
     "modes_and_unbalance": modes_and_unbalance,
     "error_against_noise": error_against_noise,
-    "bias": bias,
-    "weight_dominance": weight_dominance,
-    "collinearity": collinearity,
-    "measurements": measurements,
-    "sensors": lambda study: estimates.few_sensors(study.config, study.results["sensors"]),
-    "stability": lambda study, formula=None: responses.stability(study.results["stability"], formula),
-    "campbell": lambda study, rigs, title: responses.campbell(study.results["whirl"], rigs, title),
+    "bias": estimates.bias,
+    "weight_dominance": estimates.weight_dominance,
+    "collinearity": estimates.collinearity,
+    "measurements": estimates.measurements,
+    "sensors": estimates.sensors,
+    "stability": responses.stability,
+    "campbell": responses.campbell,
 }
 
 
