@@ -223,7 +223,7 @@ def test_the_place_of_a_force_that_changes_films_by_much_is_told_by_steps_of_a_f
     assert complex(*(best.values[name] for name in cause.names)) == pytest.approx(force, rel=5e-3)
     monkeypatch.setattr(moves, "STEPS", 0)  # negative control: nothing but where it begins
     assert most_promising().log_odds < best.log_odds - 100
-    monkeypatch.setattr(moves, "loads_films", lambda cause: False)  # negative control: linear films
+    monkeypatch.setattr(moves, "needs_fit", lambda cause, structure: False)  # negative control: linear films
     assert most_promising().causes[0].where != {"node": 4}
 
 

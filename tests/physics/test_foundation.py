@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import pyuff
 import yaml
-from machines import disc, errors_of_derivatives, film, shaft, spectrum_of, springs, unbalance
+from machines import all_but, disc, errors_of_derivatives, film, readings, shaft, spectrum_of, springs, unbalance
 from named_machines import plant
 from one_line_errors import refused
 
@@ -16,14 +16,16 @@ from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.blind.machines.files import discs_section, stretches
 from rotorstudy.blind.machines.machine import LocalForce
 from rotorstudy.blind.machines.stepping import steady_state
+from rotorstudy.diagnosis.search import moves
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.places import places_of
-from rotorstudy.diagnosis.search.search import base_model
+from rotorstudy.diagnosis.search.search import base_model, begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, RotorstudyError
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.fit import chi_square_p_value, fit
+from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.receptances import receptances_in
 from rotorstudy.model.rig_items import make_term
@@ -401,6 +403,30 @@ def test_a_foot_that_lifts_is_that_of_the_independent_simulator(compressor):
 
     assert off(housing).max() < 0.02  # of 2X, which needs higher ones than are carried
     assert off(housing)[:2].max() < 1e-3 and off({"node": 4})[2:].max() > 0.5  # negative control: in the bearing
+
+
+def test_another_block_is_told_by_steps_of_a_fit(compressor, monkeypatch):
+    """A frame that is softer by a quarter, which no force at one place moves so, seen at the bearings alone."""
+    machine, rig = compressor
+    (block,) = machine.blocks
+    softer = replace(machine, blocks=(replace(block, stiffness=tuple(0.75 * k for k in block.stiffness)),))
+    speeds, harmonics = np.linspace(125.0, 420.0, 6), np.array([1, -1])
+    shown = np.array([independent(softer, speed)[:, :2] for speed in speeds])
+    tried = all_but("foundation_change", "added_mass", "support_anisotropy", "support_stiffness", "shaft_asymmetry")
+    settings = Settings(leave_out=tried, uncertainty={"default": 0.0}, nuisance={}, model_error=0.02)
+    record = with_model_error(readings(shown, speeds, harmonics, (4, 10), 1e-8), settings)
+    work = begin(build_model(rig | {"sensors": [4, 10]}), record, settings)
+
+    def most_promising():
+        proposals = moves.additions(work, work.nothing, [work.free_forces[0].fitted])
+        return max(proposals, key=lambda one: one.log_odds)
+
+    best = most_promising()
+    (cause,) = best.causes
+    assert cause.cause == "foundation_change, node 4"
+    assert [best.values[name] for name in cause.names] == pytest.approx([-0.25, -0.25], abs=0.02)
+    monkeypatch.setattr(moves, "needs_fit", lambda cause, structure: False)  # negative control: linear columns
+    assert most_promising().causes[0].effect != "foundation_change"
 
 
 def test_numbers_and_amplitudes_of_a_foundation_are_uncertain_like_others(compressor):

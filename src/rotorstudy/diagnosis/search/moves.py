@@ -29,10 +29,11 @@ from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import predicted
+from rotorstudy.model.structure import Structure
 
 HIDES = 30.0  # gain of log odds by an error of form, above which it may hide another fault
 WORTH_ADDING = -1.0  # change of the log odds that one more cause must promise
-STEPS = 6  # of a fit that tells what a constant force on oil films promises
+STEPS = 6  # of a fit that tells what a cause promises where linear columns do not
 LOOSE = 0.5  # standard deviation of a known amplitude in a scan, as a shape that is not yet found has another one
 
 
@@ -69,15 +70,14 @@ class _Judge(NamedTuple):
         return [self.proposal((*beside, c), one.start, one.evidence) for c, one in screened if one.evidence > -np.inf]
 
     def by_fits(self, proposals, values):
-        """Proposals of single causes, of which constant forces on films are judged by a few steps of a fit.
-
-        Films are not linear in their load: where a force acts that doubles it, linear columns do not tell.
+        """Proposals of single causes, of which those that need a fit are judged by a few steps of it.
 
         values : with which the fits begin
         """
-        found = [one for one in proposals if not loads_films(one.causes[0])]
+        structure = self.work.rig.structure
+        found = [one for one in proposals if not needs_fit(one.causes[0], structure)]
         least = max((one.log_odds for one in found), default=0.0) - WITHIN
-        for one in (one for one in proposals if loads_films(one.causes[0])):
+        for one in (one for one in proposals if needs_fit(one.causes[0], structure)):
             held = self.work.held(one.causes, values, STEPS, self.work.base.cost - 2 * least)
             if held is not None:
                 odds = log_posterior_odds(one.causes, held, self.work.base, self.work.prior_odds)
@@ -152,9 +152,16 @@ def additions(
     return found
 
 
-def loads_films(cause: Candidate) -> bool:
-    """Whether a cause is a constant force on oil films and nothing else."""
-    return all(p.loads_films for p in cause.term.parameters)
+def needs_fit(cause: Candidate, structure: Structure) -> bool:
+    """Whether linear columns do not tell what a cause explains: a constant force on oil films, or another block.
+
+    Films are not linear in their load. A block under several bearings moves as a force at no one place moves it, so
+    that the motion on which its change acts is not known.
+    """
+    entries = [entry for p in cause.term.parameters for entry in p.entries if entry.reads_motion]
+    acted = {structure.dofs[i] for entry in entries for i in entry.nonzero[0]}
+    on_a_block = len(acted) > 1 and all(motion == "housing" for _, motion in acted)
+    return on_a_block or all(p.loads_films for p in cause.term.parameters)
 
 
 def _error_of_form(work, current):

@@ -23,7 +23,7 @@ from rotorstudy.diagnosis.search.moves import (
     Proposal,
     additions,
     exchanges,
-    loads_films,
+    needs_fit,
     other_laws,
     removals,
     splits,
@@ -215,7 +215,7 @@ def _moves(work, current):
         near = [one.fitted for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
         of_readings = [c for c in work.candidates if c.term.acts_on_output]
         at_first = additions(work, current, near[:1])
-        plain = [c for c in work.candidates if not (can_be_scanned(c) or loads_films(c))]
+        plain = [c for c in work.candidates if not (can_be_scanned(c) or needs_fit(c, work.rig.structure))]
         if of_readings:
             # which an error of the readings leaves as it is
             stated = fit(work.model, work.spectrum, work.prior, steps=0)
