@@ -20,6 +20,7 @@ from rotorstudy.diagnosis.search import moves
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.places import places_of
+from rotorstudy.diagnosis.search.search import _moves as proposed
 from rotorstudy.diagnosis.search.search import base_model, begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, RotorstudyError
@@ -403,6 +404,30 @@ def test_a_foot_that_lifts_is_that_of_the_independent_simulator(compressor):
 
     assert off(housing).max() < 0.02  # of 2X, which needs higher ones than are carried
     assert off(housing)[:2].max() < 1e-3 and off({"node": 4})[2:].max() > 0.5  # negative control: in the bearing
+
+
+def test_a_foot_that_lifts_is_sought_at_the_motion_with_a_force_there(compressor):
+    """Where a force elsewhere explains about as much, and is the first of those at which shapes are scanned."""
+    _, rig = compressor
+    speeds, harmonics = np.linspace(150.0, 400.0, 6), np.array([1, -1, 2, -2])
+    loss = {"kind": "looseness", "foundation": 4, "lift_m": 0.0, "stiffness_lost_in_lift_N_per_m": 2e7}
+    files = rig | {"sensors": [4, 10]}
+    shown = measured_response(build_model(files | {"effects": [*rig["effects"], loss]}), speeds, harmonics)
+    settings = Settings(leave_out=all_but("looseness"), uncertainty={"default": 0.0}, nuisance={}, model_error=0.02)
+    record = with_model_error(readings(shown, speeds, harmonics, (4, 10), 1e-8), settings)
+    work = begin(build_model(files), record, settings)
+    fitted = [one for one in work.free_forces if one.fitted is not None]
+    there = next(one for one in fitted if one.where == {"foundation": 4})
+    elsewhere = next(one for one in fitted if one.where != there.where)
+    as_good = {"log_odds": there.log_odds + 1, "left": there.left}
+
+    def promised(*forces):
+        groups = proposed(replace(work, free_forces=forces), work.nothing)
+        return max(one.log_odds for group in groups for one in group if one.causes[0].where == there.where)
+
+    alone = promised(there)
+    assert promised(elsewhere._replace(**as_good), there) == pytest.approx(alone, abs=1.0)
+    assert promised(elsewhere._replace(**as_good)) < alone - 100  # negative control
 
 
 def test_another_block_is_told_by_steps_of_a_fit(compressor, monkeypatch):

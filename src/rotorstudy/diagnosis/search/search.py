@@ -205,28 +205,34 @@ def _moves(work, current):
     """The Proposals from an explanation, in lists whose promises compare.
 
     Without causes, each free force that explains the records is another motion at which causes are judged; those of
-    many shapes, which take longest, at that of the best one.
+    many shapes, which take longest, at that of the best one and of one at their own place.
     """
     if not current.causes:
         forces = [one for one in work.free_forces if one.fitted is not None]
         alone = [one for one in forces if one.left < EXPLAINS * one.count and one.log_odds > 0]
         if not alone:
             return [additions(work, current, [work.base, *(one.fitted for one in forces[:1])])]
-        near = [one.fitted for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
+        first, *others = [one for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
         of_readings = [c for c in work.candidates if c.term.acts_on_output]
-        at_first = additions(work, current, near[:1])
-        plain = [c for c in work.candidates if not (can_be_scanned(c) or needs_fit(c, work.rig.structure))]
+        at_first = additions(work, current, [first.fitted])
         if of_readings:
             # which an error of the readings leaves as it is
             stated = fit(work.model, work.spectrum, work.prior, steps=0)
             at_first += additions(work, current, [work.base, stated], of_readings)
-        return [at_first, *(additions(work, current, [one], plain) for one in near[1:])]
+        return [at_first, *(additions(work, current, [one.fitted], _told_by(work, one)) for one in others)]
     found = turns(work, current)
     # of one alone, all others were judged at the same motion, unless it changes the films
     if len(current.faults) > 1 or any(p.loads_films for c in current.causes for p in c.term.parameters):
         found += other_laws(work, current) + removals(current) + exchanges(work, current)
     found += additions(work, current, [current.fit])
     return list(filter(None, [found, splits(work, current)]))
+
+
+def _told_by(work, force):
+    """The candidates that are judged at the motion with a free force that is not the best one."""
+    structure, there = work.rig.structure, force.where if force.motion == "force" else None
+    plain = [c for c in work.candidates if not (can_be_scanned(c) or needs_fit(c, structure))]
+    return [*plain, *(c for c in work.candidates if can_be_scanned(c) and c.where == there)]
 
 
 def _fit_best(work, groups, possible=None):
