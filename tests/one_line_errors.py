@@ -5,8 +5,8 @@ import copy
 import pytest
 from machines import jeffcott_rig
 
+from rotorstudy import RotorstudyError
 from rotorstudy.commands.line import main
-from rotorstudy.errors import RotorstudyError
 
 DROP = object()
 RIG = jeffcott_rig(measurement={"harmonics": [0, 1, -1]})

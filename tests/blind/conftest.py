@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from rotorstudy import registry
 from rotorstudy.blind.config import load_blind
 from rotorstudy.blind.injection import draw, order_of
 from rotorstudy.blind.meanings import MEANS, SIZES
-from rotorstudy.model.registry import registry
 
 CONFIG = "workflow/config/test/blind.yaml"
 COUNT, SEED = 10, 20261121

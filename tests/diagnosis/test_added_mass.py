@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from machines import SLOW, disc, readings, shaft
 
+from rotorstudy import build_model, measured_response
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.odds import FURTHER_FAULT, PriorOdds, faults_of
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.model.rig import build_model
-from rotorstudy.response.measured import measured_response
 
 SPEEDS, HARMONICS = np.array([120.0, 180.0, 240.0, 290.0, 420.0]), np.array([0, 1, -1, 2])
 NOISE = 2e-8  # m, of each harmonic

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 from machines import readings
 
+from rotorstudy import build_model, make_term
 from rotorstudy.diagnosis.verdict.measuring_chain import hypotheses
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.table_spectra import read_table
 from rotorstudy.measurement.tables import open_table
 from rotorstudy.model.entries import apply_entries
-from rotorstudy.model.rig import build_model
-from rotorstudy.model.rig_items import make_term
 
 HARMONICS = np.array([0, 1, -1, 2, -2])
 ORDERS = np.array([0, 1, 2])
@@ -31,11 +30,7 @@ def stated(gravity, angles, mark, rotation):
     probes = [{"channel": name, "node": 1, "angle_deg": angle} for name, angle in zip("ab", angles, strict=True)]
     keyphasor = {"sensor_angle_deg": mark, "mark_angle_deg": 5.0}
     return Conventions(
-        rotation=rotation,
-        gravity_angle_deg=gravity,
-        probes=probes,
-        keyphasor=keyphasor,
-        harmonics=HARMONICS.tolist(),
+        rotation=rotation, gravity_angle_deg=gravity, probes=probes, keyphasor=keyphasor, harmonics=HARMONICS.tolist()
     )
 
 

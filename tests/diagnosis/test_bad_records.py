@@ -8,8 +8,7 @@ import pytest
 import yaml
 from one_line_errors import refused, undiagnosed
 
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy import RotorstudyError, measured_spectrum
 from rotorstudy.measurement.records import records_dataset
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "measured"))

@@ -12,13 +12,12 @@ from scipy.stats import norm, rayleigh
 from test_runs import RIG, machine, write_runs
 from test_runs import SPEEDS as RUN_SPEEDS
 
+from rotorstudy import build_model, measured_response
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.runs.balance import balance, balance_files
 from rotorstudy.diagnosis.runs.balance_holes import _choices, chosen, equal_holes
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.measurement.conventions import Conventions
-from rotorstudy.model.rig import build_model
-from rotorstudy.response.measured import measured_response
 
 MASS, STIFFNESS, ECCENTRICITY, NOISE = 2.0, 7.6e5, 5e-6 * np.exp(0.7j), 1e-11
 SPEEDS, HARMONICS = np.array([200.0, 300.0]), np.array([1, -1])

@@ -8,12 +8,11 @@ import yaml
 from machines import all_but, disc, faulty, shaft, spectrum_of, unbalance
 from test_runs import SPEEDS, write_table
 
-from rotorstudy import build_model, registry
+from rotorstudy import build_model, measured_response, registry
 from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.runs.joint import identify_runs
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.response.measured import measured_response
 
 HARMONICS, NOISE = np.array([1, -1]), 2e-8
 CLEARANCE, VISCOSITY = "bearings[left].radial_clearance_m", "bearings[left].viscosity_Pa_s"

@@ -9,6 +9,7 @@ from machines import SLOW, disc, faulty, jeffcott_rig, readings, shaft, spectrum
 from one_line_errors import refused
 from page_checks import BROWSER, problems, sheets
 
+from rotorstudy import build_model, measured_response, measured_response_and_jacobian
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.runs import compare as runs_compare
 from rotorstudy.diagnosis.runs.compare import _with_common_probes, _with_scatter, compare, known_as_before
@@ -19,8 +20,6 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.measurement.spectrum import along_probes
-from rotorstudy.model.rig import build_model
-from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 from rotorstudy.store import provenance
 
 HARMONICS, NOISE = np.array([1, -1, 2]), 2e-8

@@ -3,9 +3,9 @@
 import pytest
 from test_deep_crack import RIG
 
+from rotorstudy import build_model
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.contained import is_contained
-from rotorstudy.model.rig import build_model
 
 MODEL = build_model(RIG)
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from machines import all_but, disc, faulty, shaft, spectrum_of, springs
 
+from rotorstudy import build_model
 from rotorstudy.diagnosis.search.search import begin, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.prediction import with_model_error
-from rotorstudy.model.rig import build_model
 
 RIG = {
     "rotor": shaft(0.6, 3, disc(2)),

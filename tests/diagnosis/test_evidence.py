@@ -7,6 +7,7 @@ import pytest
 from machines import SLOW, disc, faulty, jeffcott_rig, readings, shaft, spectrum_of, springs
 from scipy.stats import multivariate_normal, norm
 
+from rotorstudy import build_model, measured_response, registry
 from rotorstudy.diagnosis.search.candidates import candidate, candidates
 from rotorstudy.diagnosis.search.free_forces import motions_by_free_forces
 from rotorstudy.diagnosis.search.odds import SCALES, PriorOdds, log_possible, log_scales, odds_of
@@ -17,9 +18,7 @@ from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import carried_order, with_model_error
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import components
-from rotorstudy.model.registry import Registry, plugin_folders, registry, using
-from rotorstudy.model.rig import build_model
-from rotorstudy.response.measured import measured_response
+from rotorstudy.model.registry import Registry, plugin_folders, using
 from rotorstudy.response.neighbourhood import carried_motion
 
 SPEEDS, HARMONICS, NOISE = np.array([150.0, 300.0, 450.0]), np.array([0, 1, -1, 2]), 1e-7

@@ -3,19 +3,14 @@
 import numpy as np
 from machines import all_but, jeffcott_rig, readings
 
+from rotorstudy import build_model, measured_response
 from rotorstudy.diagnosis.verdict.findings import CONTRADICTED
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.model.rig import build_model
-from rotorstudy.response.measured import measured_response
 
 SPEEDS, HARMONICS = np.array([400.0, 550.0, 650.0, 800.0]), np.array([0, 1, -1, 2, -2])
 RIG = jeffcott_rig(2e-5, 0.7)
 CONSIDERED = ("unbalance", "bow", "static_preload", "probe_gain", "phase_reference")
-SETTINGS = {
-    "most_causes": 1,
-    "candidates_per_round": 10,
-    "leave_out": all_but(*CONSIDERED),
-}
+SETTINGS = {"most_causes": 1, "candidates_per_round": 10, "leave_out": all_but(*CONSIDERED)}
 
 
 def verdict_on(truth):

@@ -6,21 +6,14 @@ import numpy as np
 import pytest
 from machines import readings
 
+from rotorstudy import load_rig
 from rotorstudy.diagnosis.search import form_fit
 from rotorstudy.diagnosis.search.candidates import ShapeRange
-from rotorstudy.diagnosis.search.form import (
-    SHARES,
-    Change,
-    form_errors,
-    largest_error,
-    most_probable_form,
-    over_speeds,
-)
+from rotorstudy.diagnosis.search.form import SHARES, Change, form_errors, largest_error, most_probable_form, over_speeds
 from rotorstudy.inference.levenberg_marquardt import levenberg_marquardt
 from rotorstudy.inference.prediction import LEAK
 from rotorstudy.inference.prior import Prior
 from rotorstudy.model.hinge import crack_at
-from rotorstudy.model.rig import load_rig
 
 RNG = np.random.default_rng(8)
 SPEED, HARMONICS = np.array([50.0, 60.0, 80.0, 110.0]), np.array([0, 1, -1, 2])

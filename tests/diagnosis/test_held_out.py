@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from machines import all_but, faulty, jeffcott_rig, readings
 
+from rotorstudy import build_model, make_term
 from rotorstudy.diagnosis import diagnose
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.odds import Explanation
@@ -24,8 +25,6 @@ from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted
 from rotorstudy.inference.prior import Prior
-from rotorstudy.model.rig import build_model
-from rotorstudy.model.rig_items import make_term
 
 RIG = jeffcott_rig()
 SETTINGS = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0)

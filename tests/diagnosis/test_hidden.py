@@ -5,13 +5,11 @@ import pytest
 from machines import all_but, film, spectrum_of
 from test_search import TWO_DISCS, hidden
 
+from rotorstudy import build_model, harmonic_response, registry
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.hidden import what_could_hide, with_hidden
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import build_model
-from rotorstudy.response.harmonic import harmonic_response
 
 SPEEDS, HARMONICS, NOISE = np.array([120.0, 200.0, 280.0, 360.0]), np.array([1, -1, 2, -2, 3]), 2e-8
 MODEL = build_model(TWO_DISCS)

@@ -6,10 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from machines import disc, shaft, springs, unbalance
 
-from rotorstudy import build_model
+from rotorstudy import build_model, registry
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.model.registry import registry
 from rotorstudy.response import neighbourhood
 
 TRIED = ("unbalance", "added_mass")

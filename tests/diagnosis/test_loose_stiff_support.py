@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from machines import all_but, disc, shaft, spectrum_of, springs
 
+from rotorstudy import build_model
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import candidate, shape_ranges, with_shape, with_vibration
 from rotorstudy.diagnosis.search.free_force import FREE_FORCE
@@ -14,7 +15,6 @@ from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.search.shape_scan import scan
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.prediction import with_model_error
-from rotorstudy.model.rig import build_model
 from rotorstudy.response.neighbourhood import carried_motion
 
 SPEEDS, HARMONICS = np.array([100.0, 140.0, 170.0, 200.0, 230.0]), np.array([0, 1, -1, 2, -2, 3, -3])

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from machines import all_but, disc, spectrum_of, springs, unbalance
 
+from rotorstudy import build_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.wrong_convention import _accepted
-from rotorstudy.model.rig import build_model
 from rotorstudy.model.structure import Reading
 from rotorstudy.response.statics import static_deflection
 
@@ -21,11 +21,7 @@ BLAMED = (  # causes that wrong conventions look like
     *("unbalance", "bow", "static_preload", "gravity_direction", "support_stiffness", "stiffness_error"),
     *("probe_gain", "probe_angle", "phase_reference", "reversed_probe", "swapped_probes", "ac_coupling"),
 )
-QUICK = {
-    "most_causes": 1,
-    "candidates_per_round": 1,
-    "leave_out": all_but(*BLAMED),
-}
+QUICK = {"most_causes": 1, "candidates_per_round": 1, "leave_out": all_but(*BLAMED)}
 RIG = {
     "rotor": {
         "kind": "finite_element",
@@ -113,11 +109,7 @@ def test_a_wrong_unit_beside_a_fault_is_told():
     """The fault would be found beside a gain error of the probes that no probe can have."""
     factor = 1 / 25.4
     spectrum = read_wrongly(measured(FAULTS[:1]), lambda z: z * factor)
-    settings = {
-        "most_causes": 2,
-        "candidates_per_round": 1,
-        "leave_out": all_but("unbalance", "probe_gain"),
-    }
+    settings = {"most_causes": 2, "candidates_per_round": 1, "leave_out": all_but("unbalance", "probe_gain")}
     verdict = investigate(spectrum, MODEL, settings=settings).verdict
     assert f"all readings are {factor:.4g} times" in verdict.measuring_chain.hypothesis, verdict.summary
     assert verdict.verdict == "unknown" and not verdict.causes

@@ -5,6 +5,7 @@ import pytest
 from machines import OFFSET_DISC, disc, jeffcott_rig, shaft, spectrum_of, unbalance
 from scipy.stats import norm
 
+from rotorstudy import build_model, registry
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.impossible import is_negative
@@ -14,8 +15,6 @@ from rotorstudy.diagnosis.search.supports import loses_more_than_all
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior
-from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import build_model
 
 SPEEDS, HARMONICS = np.array([300.0, 450.0, 600.0, 750.0, 900.0]), np.array([0, 1, -1, 2, -2])
 MODEL = build_model(jeffcott_rig(2e-5))

@@ -8,6 +8,7 @@ import pytest
 from machines import SLOW, faulty, jeffcott_rig, shaft, spectrum_of
 from scipy.stats import binom
 
+from rotorstudy import build_model, make_term
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import STATED_SET, investigate
 from rotorstudy.diagnosis.verdict.next_run import explanations_in_question, further_run, with_term
@@ -23,8 +24,6 @@ from rotorstudy.inference.predictive import (
     predictive,
 )
 from rotorstudy.inference.prior import Prior
-from rotorstudy.model.rig import build_model
-from rotorstudy.model.rig_items import make_term
 
 SPEEDS, HARMONICS, NOISE = np.array([200.0, 220.0, 240.0]), np.array([0, 1, -1, 2]), 2e-7
 MODEL = build_model(jeffcott_rig())

@@ -12,16 +12,10 @@ import pytest
 from machines import disc, readings, shaft, springs, unbalance
 from one_line_errors import refused
 
-from rotorstudy import RotorstudyError, build_model, registry
+from rotorstudy import RotorstudyError, build_model, measured_response, read_rig, registry
 from rotorstudy.diagnosis.one_cause import identify
 from rotorstudy.diagnosis.one_cause import over_forms as over_forms_module
-from rotorstudy.diagnosis.one_cause.answer import (
-    estimates_of,
-    far_amplitudes,
-    identified,
-    interval_of,
-    intervals_of,
-)
+from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, identified, interval_of, intervals_of
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.search.candidates import candidate, freedom_of
@@ -35,8 +29,6 @@ from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.noise import noise_std
-from rotorstudy.model.rig import read_rig
-from rotorstudy.response.measured import measured_response
 from rotorstudy.studies.crack_study.fronts import equivalent_beam
 
 SPEEDS, HARMONICS = np.linspace(60.0, 190.0, 4), np.arange(-2, 3)
@@ -54,10 +46,7 @@ def rig(*effects, eccentricity=3e-5, sensors=(2, 4)):
     return {
         "rotor": shaft(0.6, 4, disc(3, 3.0, 4e-3, 2e-3)),
         "bearings": springs((1, 5), 2e6, 400.0),
-        "effects": [
-            unbalance(3, eccentricity, 0.4, mass_kg=3.0),
-            *effects,
-        ],
+        "effects": [unbalance(3, eccentricity, 0.4, mass_kg=3.0), *effects],
         "sensors": [*sensors],
     }
 

@@ -7,12 +7,11 @@ import pytest
 from machines import SLOW, faulty, spectrum_of
 from test_resultant import RIG
 
-from rotorstudy import RotorstudyError
+from rotorstudy import RotorstudyError, build_model
 from rotorstudy.diagnosis.search import free_force
 from rotorstudy.diagnosis.search.search import begin, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.prediction import with_model_error
-from rotorstudy.model.rig import build_model
 
 UNBALANCE = {"kind": "unbalance", "node": 3, "mass_kg": 0.8, "eccentricity_m": 5e-5}
 MODEL, NOISE = build_model(RIG | {"effects": [UNBALANCE], "sensors": [2, 5, 8]}), 1e-8

@@ -8,19 +8,17 @@ import yaml
 from machines import SLOW, jeffcott_rig, spectrum_of
 from one_line_errors import refused
 
+from rotorstudy import Problem, RotorstudyError, build_model, load_rig
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.result import Verdict
-from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.inference.prior import Prior, prior_of
-from rotorstudy.inference.problem import Problem
 from rotorstudy.model.estimated_rig import rig_with_estimate
-from rotorstudy.model.rig import build_model, load_rig
 from rotorstudy.model.uncertainty import uncertainty_section
 from rotorstudy.store import load
 

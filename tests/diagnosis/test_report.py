@@ -11,6 +11,7 @@ import yaml
 from machines import SLOW, jeffcott_rig, point
 from page_checks import BROWSER, problems, seen_in_browser, sheets
 
+from rotorstudy import build_model, measured_response, read_measurement
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.odds import Explanation
@@ -20,11 +21,8 @@ from rotorstudy.diagnosis.verdict.causes import _other_variants
 from rotorstudy.diagnosis.verdict.dataset import equivalent_residual_force
 from rotorstudy.diagnosis.verdict.result import Cause, Verdict
 from rotorstudy.diagnosis.verdict.words import detection_limits, summary
-from rotorstudy.measurement.measurement import read_measurement
-from rotorstudy.model.rig import build_model
 from rotorstudy.presentation.captions import DIAGNOSIS_FIGURES
 from rotorstudy.presentation.diagnosis_page import diagnosis_page
-from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
 
 SPEEDS = [100.0, 150.0, 200.0, 250.0, 300.0, 350.0, 400.0]

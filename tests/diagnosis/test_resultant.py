@@ -10,13 +10,12 @@ import pytest
 from machines import all_but, disc, faulty, shaft, spectrum_of, springs, unbalance
 from scipy.stats import chi2
 
+from rotorstudy import build_model, registry
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.runs.compare import compare, of_changes
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.odds import PriorOdds
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import build_model
 
 NOISE, HARMONICS = 5e-7, np.array([1, -1])
 DISCS = [disc(node, 0.8, 5.8e-4, 3.3e-4, label=label) for node, label in ((3, "disc 1"), (7, "disc 2"))]

@@ -10,6 +10,7 @@ import yaml
 from machines import disc, faulty, shaft, spectrum_of, springs, write_harmonics
 from one_line_errors import refused
 
+from rotorstudy import build_model, measured_spectrum, read_rig
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.runs import contradicting
 from rotorstudy.diagnosis.runs import joint as diagnosis_joint
@@ -20,8 +21,6 @@ from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.joint import fit_runs
 from rotorstudy.inference.prediction import with_model_error
-from rotorstudy.measurement.measurement import measured_spectrum
-from rotorstudy.model.rig import build_model, read_rig
 
 SPEEDS = np.array([80.0, 120.0, 150.0])
 RIG = {

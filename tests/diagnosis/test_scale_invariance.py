@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 from machines import SLOW, disc, full_bearing, point, readings, shaft
 
+from rotorstudy import build_model, measured_response, registry
 from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.prediction import with_model_error
-from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import build_model
-from rotorstudy.response.measured import measured_response
 from rotorstudy.response.neighbourhood import Neighbourhood
 
 HARMONICS = np.array([0, 1, -1, 2, -2, 3])

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from machines import SLOW, disc, readings, shaft, springs, stepped
 
+from rotorstudy import build_model
 from rotorstudy.blind.machines.beam import Element
 from rotorstudy.blind.machines.effects import add_seal, add_unbalance
 from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
 from rotorstudy.diagnosis.search.odds import SCALES, log_scales
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.model.rig import build_model
 
 SPEEDS = np.array([120.0, 170.0, 230.0, 300.0, 380.0])
 HARMONICS = np.array([0, 1, -1, 2, -2, 3, -3])

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from machines import SLOW, all_but, disc, film, jeffcott_rig, shaft, spectrum_of, springs, unbalance
 
+from rotorstudy import build_model, make_term, registry
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.moves import additions, exchanges, other_laws, removals, splits
 from rotorstudy.diagnosis.search.odds import odds_of
@@ -19,9 +20,6 @@ from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.inference.prior import Prior
-from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import build_model
-from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.terms import share_of
 
 HARMONICS = np.array([0, 1, -1, 2, -2, 3])
@@ -32,10 +30,7 @@ JEFFCOTT = jeffcott_rig()
 TWO_DISCS = {
     "rotor": shaft(0.6, 4, disc(2), disc(4, 1.5, 0.0030, 0.0015)),
     "bearings": springs({1: "left", 5: "right"}),
-    "effects": [
-        unbalance(2, 1e-5, 0.8, label="disc 1"),
-        unbalance(4, 8e-6, -1.0, label="disc 2"),
-    ],
+    "effects": [unbalance(2, 1e-5, 0.8, label="disc 1"), unbalance(4, 8e-6, -1.0, label="disc 2")],
     "sensors": [2, 3, 4],
 }
 

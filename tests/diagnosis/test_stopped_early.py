@@ -7,13 +7,13 @@ from machines import spectrum_of
 from test_places_of_forces import FAULTY, MODEL, begun
 from test_search import HARMONICS, JEFFCOTT, ONE, SPEEDS, hidden
 
+from rotorstudy import build_model
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.search import begin, unsearched
 from rotorstudy.diagnosis.verdict.held_out import HeldOutMisfit
 from rotorstudy.diagnosis.verdict.investigate import _best_sought, investigate
 from rotorstudy.diagnosis.verdict.sought import Sought, first_answer
-from rotorstudy.model.rig import build_model
 
 
 class Terminated(KeyboardInterrupt):

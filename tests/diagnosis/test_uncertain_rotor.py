@@ -7,16 +7,14 @@ import pytest
 import yaml
 from machines import SLOW, disc, shaft, spectrum_of, unbalance
 
+from rotorstudy import RotorstudyError, build_model, load_rig, measured_response
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.prior import prior_of
-from rotorstudy.model.rig import build_model, load_rig
 from rotorstudy.model.rig_numbers import rig_with_changes
-from rotorstudy.response.measured import measured_response
 
 HARMONICS, SPEEDS = np.array([0, 1, -1, 2, -2]), [60.0, 90.0, 120.0, 150.0, 180.0, 230.0, 280.0]
 RIG = {

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import rotorstudy.plugins
-from rotorstudy.model.registry import registry
+from rotorstudy import registry
 
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "rotorstudy"

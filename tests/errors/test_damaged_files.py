@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from rotorstudy import measured_spectrum, read_measurement
 from rotorstudy.commands.line import main
-from rotorstudy.measurement.measurement import measured_spectrum, read_measurement
 from rotorstudy.store import load, save
 
 RIG = "examples/jeffcott.yaml"

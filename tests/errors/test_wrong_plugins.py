@@ -66,14 +66,14 @@ NO_ENTRY = {
     "effect": (f'    return [Parameter("c", "N/m", ({HERE}, order=1.5),), typical=1.0)]', "order = 1.5"),
 }
 NO_NUMBERS = {
-    "effect": (f'    return [Parameter("c", "N/m", ({HERE}.astype(object)),), typical=1.0)]', "matrix of numbers"),
+    "effect": (f'    return [Parameter("c", "N/m", ({HERE}.astype(object)),), typical=1.0)]', "matrix of numbers")
 }
 NO_SIZE = {"effect": (f'    return [Parameter("c", "N/m", ({HERE}),), typical=float("nan"))]', "typical = nan")}
 WRITES = {
     "effect": (
         f'    structure.stiffness[:] *= 2\n    return [Parameter("c", "N/m", ({HERE}),), typical=1.0)]',
         "is read-only",
-    ),
+    )
 }
 COMPLEX = {"crack": ("    return np.exp(1j * angle)", "gives complex numbers; shares of a loss are real")}
 EXITS = dict.fromkeys(("crack", "effect"), ("    import sys\n\n    sys.exit(0)", "SystemExit: 0"))

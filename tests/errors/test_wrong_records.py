@@ -8,15 +8,7 @@ import yaml
 from machines import jeffcott_rig, point, spectrum_of
 from one_line_errors import refused
 
-from rotorstudy import (
-    Problem,
-    Record,
-    build_model,
-    full_spectrum,
-    measured_response,
-    read_measurement,
-    registry,
-)
+from rotorstudy import Problem, Record, build_model, full_spectrum, measured_response, read_measurement, registry
 from rotorstudy.measurement.records import keyphasor_signal, records_dataset, reference_signal
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import save

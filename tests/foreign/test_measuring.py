@@ -47,11 +47,7 @@ def test_a_clean_chain_reads_the_motion():
 
 
 @pytest.mark.parametrize(
-    ("changes", "factor"),
-    [
-        ({"phase_offset": 0.2}, np.exp(-0.2j)),
-        ({"delay": 1e-3}, np.exp(-1j * SPEED * 1e-3)),
-    ],
+    ("changes", "factor"), [({"phase_offset": 0.2}, np.exp(-0.2j)), ({"delay": 1e-3}, np.exp(-1j * SPEED * 1e-3))]
 )
 def test_phase_errors(changes, factor):
     assert harmonic(replace(CLEAN, **changes)) == pytest.approx(2e-5 * np.exp(0.4j) * factor, rel=8e-3)

@@ -5,12 +5,12 @@ import pytest
 from machines import pedestal_resonance
 
 from foreign.small_cases import distance, exact_model, special
+from rotorstudy import make_term
 from rotorstudy.blind.machines.cases import draw_case
 from rotorstudy.blind.machines.contacts import add_angular_misalignment, add_parallel_misalignment
 from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_bow, add_pedestal, add_thermal_bow, bow_by_kink
 from rotorstudy.blind.machines.machine import build
-from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.floquet import periodic_growth_rate
 from rotorstudy.response.stability import growth_rate
 

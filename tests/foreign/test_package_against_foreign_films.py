@@ -7,7 +7,7 @@ import pytest
 import yaml
 from machines import SLOW, all_but, disc, readings, shaft, unbalance
 
-from rotorstudy import build_model, measured_response
+from rotorstudy import Problem, build_model, measured_response, measured_response_and_jacobian, registry
 from rotorstudy.blind.machines.beam import Element
 from rotorstudy.blind.machines.contacts import add_elliptic_forces
 from rotorstudy.blind.machines.effects import add_preload, add_unbalance
@@ -21,11 +21,8 @@ from rotorstudy.diagnosis.search.moves import additions
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
-from rotorstudy.inference.problem import Problem
 from rotorstudy.inference.rig_estimate import estimate_rig
-from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_numbers import with_numbers
-from rotorstudy.response.measured import measured_response_and_jacobian
 
 SPEEDS, HARMONICS, NODES = np.array([90.0, 120.0, 150.0, 180.0, 210.0, 240.0]), np.array([1, -1, 2, -2]), (0, 2, 6)
 SHAFT = Element(length=0.15, outer_diameter=0.06, youngs_modulus=2.1e11, density=7850.0)

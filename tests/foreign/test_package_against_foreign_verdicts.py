@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from foreign.small_cases import small, special
+from rotorstudy import measured_spectrum, read_rig, registry
 from rotorstudy.blind.machines.contacts import add_clearance, add_cubic_bearing, add_rub, add_soft_foot
 from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_added_mass, add_seal
@@ -11,9 +12,7 @@ from rotorstudy.blind.machines.files import write_case
 from rotorstudy.blind.machines.measuring import expected_harmonics
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.settings import read_settings
-from rotorstudy.measurement.measurement import measured_spectrum
-from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import RigFile, read_rig
+from rotorstudy.model.rig import RigFile
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
 
@@ -62,10 +61,7 @@ def test_the_clean_case_is_called_nothing(tmp_path):
 
 @pytest.mark.parametrize(
     ("seed", "family", "effect", "leave_out", "most_causes"),
-    [
-        (1, "unbalance", "unbalance", [], 2),
-        (2, "support_loss", "support_loss", [*CRACKS, *OF_SHAPE], 1),
-    ],
+    [(1, "unbalance", "unbalance", [], 2), (2, "support_loss", "support_loss", [*CRACKS, *OF_SHAPE], 1)],
 )
 def test_what_the_library_has_is_named(seed, family, effect, leave_out, most_causes, tmp_path):
     case = small(seed, family, count=4, visible=0.05)
@@ -124,8 +120,7 @@ def rub_on_one_side(draw):
 
 
 @pytest.mark.parametrize(
-    ("add", "effect"),
-    [(mass_at_a_node, "added_mass"), (stiff_bearing, "cubic_stiffness"), (rub_on_one_side, "rub")],
+    ("add", "effect"), [(mass_at_a_node, "added_mass"), (stiff_bearing, "cubic_stiffness"), (rub_on_one_side, "rub")]
 )
 def test_an_effect_added_by_hand_is_named_at_its_node(add, effect, monkeypatch, tmp_path):
     case = special(monkeypatch, 1, add)

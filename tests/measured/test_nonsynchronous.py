@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from machine import HARMONICS, TIME, records, write, write_rig
 
+from rotorstudy import read_measurement
 from rotorstudy.measurement import lines
 from rotorstudy.measurement.lines import Seen, _finding, likely_kind, orders_of_lines
-from rotorstudy.measurement.measurement import read_measurement
 
 SPEEDS = [85.0, 100.0]
 SIZE = 3e-6

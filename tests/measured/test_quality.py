@@ -82,10 +82,7 @@ FAULTS = {
         lambda: pulses(MARKS + 0.1 / STEADY * np.random.default_rng(4).normal(size=30)),
         {"keyphasor jitter": "warning"},
     ),
-    "an AC-coupled keyphasor": (
-        lambda: {"key": np.gradient(pulses(MARKS)["key"])},
-        {"keyphasor polarity": "warning"},
-    ),
+    "an AC-coupled keyphasor": (lambda: {"key": np.gradient(pulses(MARKS)["key"])}, {"keyphasor polarity": "warning"}),
     "pulses with half an undershoot": (
         lambda: {"key": pulses(MARKS)["key"] - 0.5 * pulses(MARKS + 0.3 / STEADY)["key"]},
         {"keyphasor polarity": "warning"},

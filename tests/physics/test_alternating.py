@@ -12,6 +12,8 @@ from rotorstudy import (
     NonlinearForce,
     Problem,
     build_model,
+    check_stable,
+    eigenvalues,
     harmonic_response,
     registry,
 )
@@ -24,7 +26,6 @@ from rotorstudy.blind.machines.machine import LocalForce
 from rotorstudy.errors import PluginError
 from rotorstudy.response.alternating import affine_error, nonlinear_columns
 from rotorstudy.response.coupling import COUPLED_ORDER
-from rotorstudy.response.stability import check_stable, eigenvalues
 
 MASS, STIFFNESS, DAMPING, ECCENTRICITY = 2.0, 7.6e5, 150.0, 2e-5
 EVERY = np.arange(-COUPLED_ORDER, COUPLED_ORDER + 1)

@@ -8,8 +8,8 @@ from cracked_rotor import cracked_shaft
 from machines import readings
 from test_cracked_rotor import BETWEEN, LOSS, ORDERS, finite_elements, jeffcott, stepped_jeffcott
 
+from rotorstudy import measured_response
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.response.measured import measured_response
 
 NOISE = 4e-3  # of the rms vibration at 1X
 SPEEDS = np.array([90.0, 140.0, 180.0, 230.0, 280.0, 350.0, 420.0])

@@ -7,6 +7,7 @@ from machines import OFFSET_DISC, disc, errors_of_derivatives, point, shaft
 from rotorstudy import (
     Model,
     build_model,
+    full_spectrum,
     harmonic_response,
     harmonic_response_and_jacobian,
     make_term,
@@ -14,7 +15,6 @@ from rotorstudy import (
     registry,
     simulate_records,
 )
-from rotorstudy.measurement.full_spectra import full_spectrum
 
 MASS, STIFFNESS = 2.0, 7.6e5
 NATURAL = np.sqrt(STIFFNESS / MASS)

@@ -32,10 +32,7 @@ BAD = [
     ({"shear_modulus_Pa": 8e10, "poissons_ratio": 0.3}, ["shear_modulus_Pa = 8e+10", "poissons_ratio = 0.3", "one of"]),
     ({"shear_modulus_Pa": 8e9}, ["shear_modulus_Pa = 8e+09", "Poisson's ratio of 12.1", "from 0 to 0.5"]),
     ({"elements": [{**STRETCH, "end": {"inner_diameter_m": 0.05}}]}, ["0.05 must be smaller than outer_diameter_m"]),
-    (
-        {"elements": [{**STRETCH, "end": {"outer": 0.05}}]},
-        ["'end.outer'", "elements[0]", "end.outer_diameter_m"],
-    ),
+    ({"elements": [{**STRETCH, "end": {"outer": 0.05}}]}, ["'end.outer'", "elements[0]", "end.outer_diameter_m"]),
     ({"elements": [{**STRETCH, "layers": [{"outer_diameter_m": 0.1}]}]}, ["inner_diameter_m", "elements[0].layers[0]"]),
     ({"point_masses": [{"node": 9, "mass_kg": 1.0}]}, ["unknown node '9' in point_masses"]),
     ({"point_masses": [DISC]}, ["unknown key 'polar_moment_kg_m2'", "point_masses[0]"]),

@@ -7,9 +7,9 @@ import pytest
 from machines import disc, shaft, springs
 from scipy.linalg import eigh
 
-from rotorstudy.model.rig import build_model
+from rotorstudy import build_model, harmonic_response_and_jacobian
 from rotorstudy.response import harmonic, solving, statics
-from rotorstudy.response.harmonic import harmonic_response_and_jacobian, positions
+from rotorstudy.response.harmonic import positions
 from rotorstudy.response.neighbourhood import Neighbourhood
 from rotorstudy.response.statics import static_deflection
 

@@ -6,11 +6,11 @@ from cracked_rotor import OPENINGS
 from machines import disc, jeffcott_rig, point, shaft, springs
 from scipy.integrate import solve_ivp
 
+from rotorstudy import build_model, check_stable
 from rotorstudy.errors import NoSteadyState
-from rotorstudy.model.rig import build_model
 from rotorstudy.response import floquet
 from rotorstudy.response.floquet import periodic_growth_rate, varies_in_time
-from rotorstudy.response.stability import check_stable, growth_rate
+from rotorstudy.response.stability import growth_rate
 
 MASS, STIFFNESS = 2.0, 7.6e5
 NATURAL = np.sqrt(STIFFNESS / MASS)

@@ -19,11 +19,11 @@ from rotorstudy import (
     measured_response,
     registry,
     simulate_records,
+    time_response,
 )
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.linear import solve_linear
 from rotorstudy.inference.output_error import output_error_fit
-from rotorstudy.response.integration import time_response
 
 SPEED, ORDER = 110.0, 30  # the response of these rotors falls below 1e-10 of its largest harmonic before the 15th
 EVERY = np.arange(-ORDER, ORDER + 1)

@@ -14,12 +14,12 @@ from machines import spectrum_of
 from one_line_errors import refused
 from scipy.linalg import expm
 
-from rotorstudy import Model, harmonic_response, make_term, time_response
+from rotorstudy import Model, check_stable, harmonic_response, make_term, registry, time_response
 from rotorstudy.authoring.invariants import broken_invariants
 from rotorstudy.authoring.invariants.bench import tilting_bench
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.model.registry import Registry, plugin_folders, registry, using
-from rotorstudy.response.stability import check_stable, periodic_growth_rate
+from rotorstudy.model.registry import Registry, plugin_folders, using
+from rotorstudy.response.stability import periodic_growth_rate
 
 FILE = '''import numpy as np
 

@@ -10,12 +10,12 @@ from rotorstudy import (
     RotorstudyError,
     Term,
     build_model,
+    check_stable,
     eigenvalues,
     harmonic_response,
     stability_threshold,
+    time_response,
 )
-from rotorstudy.response.integration import time_response
-from rotorstudy.response.stability import check_stable
 
 M, K = 2.0, 7.6e5
 NATURAL = np.sqrt(K / M)

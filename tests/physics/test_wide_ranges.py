@@ -5,11 +5,11 @@ import pytest
 import yaml
 from machines import disc, film, shaft, spectrum_of, springs
 
-from rotorstudy import build_model, measured_response
+from rotorstudy import Spectrum, build_model, measured_response
 from rotorstudy.diagnosis.runs.joint import identify_runs
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.wide_ranges import wide_ranges
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.measurement.spectrum import independent_covariance
 
 SPEEDS, HARMONICS, NOISE = np.linspace(90.0, 400.0, 8), np.array([1, -1]), 1e-8
 RIG = {

@@ -10,7 +10,7 @@ from jobs import run
 from jobs.plan import Job
 from jobs.run import code_digest, imported_files, opened, run_job
 from jobs.shown import write_tables
-from rotorstudy.errors import RotorstudyError
+from rotorstudy import RotorstudyError
 from rotorstudy.presentation.plots import figure, save_figures
 from rotorstudy.store import dataset, save
 from thesis.scoreboard import Table

@@ -7,10 +7,10 @@ import sys
 import pytest
 from one_line_errors import refused
 
+from rotorstudy import registry
 from rotorstudy.authoring.files import PLACEHOLDERS, TEMPLATES, check_file, left_to_write, new_plugin
 from rotorstudy.errors import PluginError
 from rotorstudy.model.kinds import KINDS
-from rotorstudy.model.registry import registry
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -3,11 +3,12 @@
 import pytest
 
 from jobs.plugin_pages import shown, write_plugin_library
+from rotorstudy import registry
 from rotorstudy.authoring.facts import tables
 from rotorstudy.authoring.files import new_plugin
 from rotorstudy.commands.line import main
 from rotorstudy.model.kinds import KINDS
-from rotorstudy.model.registry import Registry, plugin_folders, registry, using
+from rotorstudy.model.registry import Registry, plugin_folders, using
 
 
 def test_every_plugin_is_on_the_page_with_its_source_and_checks():
