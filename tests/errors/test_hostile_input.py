@@ -19,18 +19,9 @@ from hypothesis import strategies as st
 from machines import point
 from one_line_errors import refused
 
-from rotorstudy import (
-    RotorstudyError,
-    Spectrum,
-    build_model,
-    eigenvalues,
-    harmonic_response,
-    load_rig,
-    make_term,
-    measured_response,
-)
+from rotorstudy import Spectrum, build_model, eigenvalues, harmonic_response, load_rig, make_term, measured_response
 from rotorstudy.commands.line import main
-from rotorstudy.errors import LONGEST
+from rotorstudy.errors import LONGEST, RotorstudyError
 from rotorstudy.store import load
 from rotorstudy.yaml_file import MOST_VALUES, read_yaml
 

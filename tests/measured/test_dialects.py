@@ -44,8 +44,33 @@ TABLES = {  # names, units, rows of numbers and texts
         [[rpm, 0.5, 20.5, 1.5 + rpm, 30.5] for rpm in (904, 1004, 1204)],
     ),
 }
+RIG = """
+rotor: {{kind: jeffcott, mass_kg: 2.0, stiffness_N_per_m: 7e5}}
+measurement:
+  probes: [{{channel: '{}', node: 1, angle_deg: 0, unit: um}}]
+  time_channel: '{}'
+  keyphasor: {{channel: '{}'}}
+  harmonics: [1, -1]
+"""
 PLAIN = {"separator": ",", "decimal": ".", "thousands": "", "quotes": "", "encoding": "utf-8", "newline": "\n"}
 PLAIN |= {"above": 0, "units": False, "comment": "", "trailing": "", "blank": "", "header": "", "change": None}
+
+
+def speed_read(path, probe="x", time="time", key="key"):
+    """The speed of a record, rad/s, by a rig with channels of these names."""
+    (path.parent / "rig.yaml").write_text(RIG.format(probe, time, key))
+    (speed,) = read_measurement([path], path.parent / "rig.yaml").spectrum.speed
+    return speed
+
+
+TURNS = np.arange(900)  # samples of 0.01 s, ten a revolution
+SHOWN, MARKS = np.cos(0.8 * TURNS) + 0.1 * (TURNS % 3), 5.0 * (TURNS % 10 == 0)
+SPEED = pytest.approx(2 * np.pi * 10, rel=1e-3)
+
+
+def write_columns(path, names, *columns):
+    np.savetxt(path, np.column_stack(columns), "%.6f", ",", header=names, comments="")
+    return path
 
 
 def written(path, table, dialect):
@@ -157,9 +182,7 @@ def test_a_table_that_may_mean_another_is_refused_with_its_line(name, table, tmp
     if quote:
         lines[3] = '"' + lines[3]
     path.write_text("\n".join(lines))
-    with pytest.raises(RotorstudyError, match=r"line \d+|no table of numbers") as error:
-        numbers(path)
-    assert "\n" not in str(error.value)
+    refused(lambda: numbers(path), match=r"line \d+|no table of numbers")
 
 
 @settings(deadline=None, derandomize=EXAMPLES < 1000, max_examples=EXAMPLES)
@@ -227,20 +250,12 @@ def test_a_row_of_numbers_is_not_taken_for_units(table, tmp_path):
 )
 def test_a_unit_in_a_file_is_read_or_refused(names, words, tmp_path):
     time, x, *rest = names.split(",")
-    rows = [
-        f"{k / 100},{2 * np.cos(0.8 * k) + 0.1 * (k % 3):.6f},{5 * (k % 10 == 0)}{',1' * len(rest)}" for k in range(900)
-    ]
-    (tmp_path / "run.csv").write_text("\n".join([",".join([time, x, "key", *rest]), *rows]))
-    (tmp_path / "rig.yaml").write_text(
-        "rotor: {kind: jeffcott, mass_kg: 2.0, stiffness_N_per_m: 7e5}\nmeasurement:\n"
-        f"  probes: [{{channel: '{x}', node: 1, angle_deg: 0, unit: um}}]\n"
-        f"  keyphasor: {{channel: key}}\n  time_channel: '{time}'\n  harmonics: [1, -1]"
-    )
+    heads = ",".join([time, x, "key", *rest])
+    path = write_columns(tmp_path / "run.csv", heads, TURNS / 100, SHOWN, MARKS, *[TURNS] * len(rest))
     if isinstance(words, str):
-        refused(lambda: read_measurement([tmp_path / "run.csv"], tmp_path / "rig.yaml"), words)
-        return
-    (speed,) = read_measurement([tmp_path / "run.csv"], tmp_path / "rig.yaml").spectrum.speed
-    assert speed == pytest.approx(words * 2 * np.pi * 10, rel=1e-3)
+        refused(lambda: speed_read(path, x, time), words)
+    else:
+        assert speed_read(path, x, time) / words == SPEED
 
 
 def test_units_above_the_names_and_in_other_formats_count(tmp_path):
@@ -268,94 +283,59 @@ def test_units_above_the_names_and_in_other_formats_count(tmp_path):
     ],
 )
 def test_a_channel_with_times_of_its_own_is_refused_unless_they_are_those_of_all(names, factor, own, tmp_path):
-    order = [name if name in ("x", "key") else "own" for name in names.split(",")[1:]]
-    rows = []
-    for k in range(900):
-        cells = {
-            "x": np.cos(0.8 * k) + 0.1 * (k % 3),
-            "key": 5 * (k % 10 == 0),
-            "own": factor * k / 100 if factor else k % 7,
-        }
-        rows.append(",".join(f"{value:.6f}" for value in (k / 100, *(cells[name] for name in order))))
-    (tmp_path / "run.csv").write_text("\n".join([names, *rows]))
-    first = names.split(",")[0]
+    columns = {"x": SHOWN, "key": MARKS}
+    own_times = factor * TURNS / 100 if factor else TURNS % 7
+    first, *others = names.split(",")
+    columns = [columns.get(name, own_times) for name in others]
+    path = write_columns(tmp_path / "run.csv", names, TURNS / 100, *columns)
     first += " #1" * (names.count(first) == 2 and f"{first}2" not in names)
-    (tmp_path / "rig.yaml").write_text(
-        "rotor: {kind: jeffcott, mass_kg: 2.0, stiffness_N_per_m: 7e5}\nmeasurement:\n"
-        "  probes: [{channel: x, node: 1, angle_deg: 0, unit: um}]\n"
-        f"  keyphasor: {{channel: key}}\n  time_channel: '{first}'\n  harmonics: [1, -1]"
-    )
     if own:
-        with pytest.raises(RotorstudyError, match=f"run.csv: channel 'key' has times of its own, '{own}'"):
-            read_measurement([tmp_path / "run.csv"], tmp_path / "rig.yaml")
+        refused(lambda: speed_read(path, time=first), f"run.csv: channel 'key' has times of its own, '{own}'")
     else:
-        (speed,) = read_measurement([tmp_path / "run.csv"], tmp_path / "rig.yaml").spectrum.speed
-        assert speed == pytest.approx(2 * np.pi * 10, rel=1e-3)
+        assert speed_read(path, time=first) == SPEED
 
 
 @pytest.mark.parametrize("factor", [1.0, 0.5])
 def test_times_of_a_struct_count_for_its_signals_and_columns_of_a_matrix_have_none(factor, tmp_path):
-    k = np.arange(900)
-    time, x, key = k / 100, np.cos(0.8 * k) + 0.1 * (k % 3), 5.0 * (k % 10 == 0)
-    matrix = np.column_stack([time, x, factor * time, key])
-    savemat(tmp_path / "run.mat", {"m": matrix, "x": {"t": time, "v": x}, "k": {"t": factor * time, "v": key}})
-    for channels in (("m(:,1)", "m(:,2)", "m(:,4)"), ("x.t", "x.v", "k.v")):
-        first, probe, mark = channels
-        (tmp_path / "rig.yaml").write_text(
-            "rotor: {kind: jeffcott, mass_kg: 2.0, stiffness_N_per_m: 7e5}\nmeasurement:\n"
-            f"  probes: [{{channel: '{probe}', node: 1, angle_deg: 0, unit: um}}]\n"
-            f"  keyphasor: {{channel: '{mark}'}}\n  time_channel: '{first}'\n  harmonics: [1, -1]"
-        )
-        if factor == 1 or first != "x.t":
-            (speed,) = read_measurement([tmp_path / "run.mat"], tmp_path / "rig.yaml").spectrum.speed
-            assert speed == pytest.approx(2 * np.pi * 10, rel=1e-3)
-        else:
-            with pytest.raises(RotorstudyError, match=r"'k\.v' has times of its own, 'k\.t'"):
-                read_measurement([tmp_path / "run.mat"], tmp_path / "rig.yaml")
+    time, path = TURNS / 100, tmp_path / "run.mat"
+    matrix = np.column_stack([time, SHOWN, factor * time, MARKS])
+    savemat(path, {"m": matrix, "x": {"t": time, "v": SHOWN}, "k": {"t": factor * time, "v": MARKS}})
+    assert speed_read(path, "m(:,2)", "m(:,1)", "m(:,4)") == SPEED
+    if factor == 1:
+        assert speed_read(path, "x.v", "x.t", "k.v") == SPEED
+    else:
+        refused(lambda: speed_read(path, "x.v", "x.t", "k.v"), "'k.v' has times of its own, 'k.t'")
 
 
 def test_signals_of_other_lengths_and_times_are_refused(tmp_path):
     """The columns of MATLAB and UFF files, which have no rows."""
     uff = pytest.importorskip("uff_files")
     savemat(tmp_path / "run.mat", {"time": np.arange(9.0), "x": np.arange(8.0), "key": np.arange(9.0)})
-    assert {name: len(open_matlab(tmp_path / "run.mat", None).values(name)) for name in ("time", "x")} == {
-        "time": 9,
-        "x": 8,
-    }
-    rig = tmp_path / "rig.yaml"
-    probe = "{channel: x, node: 1, angle_deg: 0, unit: um}"
-    rig.write_text(
-        "rotor: {kind: jeffcott, mass_kg: 2.0, stiffness_N_per_m: 7e5}\n"
-        f"measurement: {{probes: [{probe}], harmonics: [1, -1]}}"
-    )
-    refused(lambda: read_measurement([tmp_path / "run.mat"], rig), "all channels must have the same samples")
+    assert [len(open_matlab(tmp_path / "run.mat", None).values(name)) for name in ("time", "x")] == [9, 8]
+    refused(lambda: speed_read(tmp_path / "run.mat"), "all channels must have the same samples")
     x = np.arange(50) / 100
+    probe = {"channel": "b", "angle_deg": 0, "unit": "um"}
     for change, words in (
         ({"x": 2 * x, "abscissa_inc": 0.02}, "other times"),
         ({"data": np.exp(1j * x), "ord_data_type": 6}, "complex values"),
         ("cut", "has 32 values, and states 50"),
         ({"abscissa_spec_data_type": 19}, "another quantity than time"),
         ({"ordinate_spec_data_type": 12}, "data set 'b' is of a displacement, .* by the unit 'um'"),
-        ({}, None),
     ):
-        path = tmp_path / "run.uff"
-        path.unlink(missing_ok=True)
-        _write_two_sets(uff, path, x, change)
-        if words is None:
-            assert len(open_uff(path, None).values("b")) == 50
-            continue
-        probe = {"channel": "b", "angle_deg": 0, "unit": "um"}
+        path = _two_sets(uff, tmp_path / "run.uff", x, change)
         refused(lambda: open_uff(path, Conventions(probes=[probe])), match=words)
+    assert len(open_uff(_two_sets(uff, tmp_path / "run.uff", x, {}), None).values("b")) == 50
 
 
-def _write_two_sets(uff, path, x, change):
+def _two_sets(uff, path, x, change):
     """A UFF file of the signals a and b, the second with a change."""
+    path.unlink(missing_ok=True)
     first, second = (uff.signal_set(name, node, x, np.cos(x)) for node, name in enumerate("ab", start=1))
-    second.update({} if change == "cut" else change)
-    uff.write_sets(path, [first, second])
+    uff.write_sets(path, [first, second | ({} if change == "cut" else change)])
     if change == "cut":
         lines = path.read_text().splitlines()
         path.write_text("\n".join([*lines[:-6], *lines[-1:]]) + "\n")  # without 18 samples
+    return path
 
 
 @pytest.mark.parametrize(
@@ -374,9 +354,5 @@ def test_comments_and_times_of_day_do_not_change_the_layout(head, row, names, un
 
 
 def test_a_plane_in_brackets_is_no_unit_where_the_unit_follows():
-    assert stated_units(["DE (NS) (um)", "NDE (IN) [um]", "DE (in)", "t (hours)"], [""] * 4) == [
-        "um",
-        "um",
-        "in",
-        "hours",
-    ]
+    names = ["DE (NS) (um)", "NDE (IN) [um]", "DE (in)", "t (hours)"]
+    assert stated_units(names, [""] * 4) == ["um", "um", "in", "hours"]

@@ -9,14 +9,16 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from machine import HARMONICS, MARKS, STEADY, TIME, channels, model, pulses, records, section, write, write_rig
+from machine import HARMONICS, MARKS, STEADY, TIME, channels, pulses, records, section, write, write_rig
 from one_line_errors import refused
 from page_checks import problems
 
-from rotorstudy import RotorstudyError, load_spectrum, read_measurement
+from rotorstudy import load_spectrum, read_measurement
 from rotorstudy.measurement import findings as table
 from rotorstudy.measurement.plausibility import check_order, check_sense
 from rotorstudy.measurement.quality import flat_top
+from rotorstudy.measurement.records import records_dataset
+from rotorstudy.store import save
 
 
 def findings(tmp_path, record=None, rig_changes=None, **changes):
@@ -44,6 +46,10 @@ def test_a_recorder_of_twelve_bits_is_not_clipping(tmp_path):
     assert findings(tmp_path, **{"disc 1 left": np.round(left / digit) * digit}) == {}
 
 
+def draws(seed, size=TIME.size):
+    return np.random.default_rng(seed).normal(size=size)
+
+
 def clipped(part):
     left = original()["disc 1 left"]
     return {"disc 1 left": np.minimum(left, left.mean() + part * (left.max() - left.mean()))}
@@ -55,11 +61,15 @@ def with_gap(samples):
     return {"disc 1 left": left}
 
 
+def undershot(share):
+    return {"key": pulses(MARKS)["key"] - share * pulses(MARKS + 0.3 / STEADY)["key"]}
+
+
 FAULTS = {
     "clipping at 95 %": (lambda: clipped(0.95), {"clipping": "error"}),
     "clipping at 80 %": (lambda: clipped(0.8), {"clipping": "error"}),
     "constant": (lambda: {"disc 1 left": np.full(len(TIME), 0.3)}, {"dead probe": "warning"}),
-    "noise only": (lambda: {"disc 1 left": np.random.default_rng(3).normal(size=len(TIME))}, {"dead probe": "warning"}),
+    "noise only": (lambda: {"disc 1 left": draws(3)}, {"dead probe": "warning"}),
     "one cable twice": (lambda: {"disc 1 right": -original()["disc 1 left"] / 7.874}, {"one signal": "warning"}),
     "weak": (
         lambda: {"disc 1 left": np.mean(original()["disc 1 left"]) + 2e-3 * original()["disc 1 left"]},
@@ -69,28 +79,16 @@ FAULTS = {
     "many samples missing": (lambda: with_gap(2000), {"gaps": "error"}),
     "label": (lambda: {"speed": original()["speed"] * 1.03}, {"speed label": "error"}),
     "dead keyphasor": (lambda: {"key": np.full(len(TIME), 1.0)}, {"dead keyphasor": "error"}),
-    "noisy dead keyphasor": (
-        lambda: {"key": np.random.default_rng(2).normal(size=len(TIME))},
-        {"dead keyphasor": "error"},
-    ),
+    "noisy dead keyphasor": (lambda: {"key": draws(2)}, {"dead keyphasor": "error"}),
     "three pulses missing": (lambda: pulses(np.delete(MARKS, [4, 11, 12])), {"missing pulses": "warning"}),
     "two pulses beside": (
         lambda: pulses(np.sort([*MARKS, MARKS[5] + 0.02, MARKS[20] + 0.03])),
         {"doubled pulses": "warning"},
     ),
-    "jitter": (
-        lambda: pulses(MARKS + 0.1 / STEADY * np.random.default_rng(4).normal(size=30)),
-        {"keyphasor jitter": "warning"},
-    ),
+    "jitter": (lambda: pulses(MARKS + 0.1 / STEADY * draws(4, 30)), {"keyphasor jitter": "warning"}),
     "an AC-coupled keyphasor": (lambda: {"key": np.gradient(pulses(MARKS)["key"])}, {"keyphasor polarity": "warning"}),
-    "pulses with half an undershoot": (
-        lambda: {"key": pulses(MARKS)["key"] - 0.5 * pulses(MARKS + 0.3 / STEADY)["key"]},
-        {"keyphasor polarity": "warning"},
-    ),
-    "pulses with a small undershoot": (
-        lambda: {"key": pulses(MARKS)["key"] - 0.2 * pulses(MARKS + 0.3 / STEADY)["key"]},
-        {},
-    ),
+    "pulses with half an undershoot": (lambda: undershot(0.5), {"keyphasor polarity": "warning"}),
+    "pulses with a small undershoot": (lambda: undershot(0.2), {}),
     "two marks a turn": (lambda: pulses(np.sort([*MARKS, *(MARKS - np.pi / STEADY)])), {"speed label": "error"}),
 }
 
@@ -103,14 +101,14 @@ def test_each_fault_is_named(fault, tmp_path):
     assert "error" not in {s for name, s in found.items() if name not in expected}
 
 
+PER_UNIT = {"V": 1 / 7874, "mm": 1e-3, "mil": 2.54e-5, "um": 1e-6}  # m
+
+
 def still(record, probes=(), noise=1e-6):
     """Channels of a record in which some probes show noise (rms in m) and nothing else, by default none."""
-    generator, found = np.random.default_rng(5), {}
-    for p in section()["probes"]:
-        if p["channel"] in probes:
-            factor = {"V": 7874.0, "mm": 1e3, "mil": 1 / 2.54e-5, "um": 1e6}[p["unit"]]
-            found[p["channel"]] = factor * noise * generator.normal(size=len(TIME))
-    return found
+    generator = np.random.default_rng(5)
+    seen = [p for p in section()["probes"] if p["channel"] in probes]
+    return {p["channel"]: noise / PER_UNIT[p["unit"]] * generator.normal(size=len(TIME)) for p in seen}
 
 
 def of_all_speeds(tmp_path, probes, quiet):
@@ -223,9 +221,8 @@ def test_a_mark_that_does_not_pass_once_a_revolution_is_told():
 
 
 def meters(record):
-    factors = {"V": 1 / 7874, "mm": 1e-3, "mil": 2.54e-5, "um": 1e-6}
     found = channels(record)
-    return {p["channel"]: found[p["channel"]] * factors[p["unit"]] * p["sign"] for p in section()["probes"]}
+    return {p["channel"]: found[p["channel"]] * PER_UNIT[p["unit"]] * p["sign"] for p in section()["probes"]}
 
 
 def swapped(pair):
@@ -308,18 +305,12 @@ def test_import_from_the_command_line(tmp_path, command):
 
 def test_a_spectrum_file_that_is_none_is_named(tmp_path):
     refused(lambda: load_spectrum(tmp_path / "none.nc"), "does not exist")
-    from rotorstudy.measurement.records import records_dataset
-    from rotorstudy.store import save
-
     save(records_dataset(records(speeds=[STEADY])), tmp_path / "records.nc")
     refused(lambda: load_spectrum(tmp_path / "records.nc"), "rotorstudy import")
     made = {name: ("speed", np.ones(2)) for name in ("amplitude", "covariance")}
     xr.Dataset(made).to_netcdf(tmp_path / "other.nc")
-    with pytest.raises(
-        RotorstudyError, match=r"amplitude has dimensions \('speed',\).* needed are \('speed', 'harmonic'"
-    ):
-        load_spectrum(tmp_path / "other.nc")
-    assert model().sensors == (2, 4)
+    needed = ["amplitude has dimensions ('speed',)", "needed are ('speed', 'harmonic'"]
+    refused(lambda: load_spectrum(tmp_path / "other.nc"), *needed)
 
 
 def told():

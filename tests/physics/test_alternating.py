@@ -7,16 +7,7 @@ import pytest
 from machines import errors_of_derivatives, jeffcott_rig, point, point_machine, spectrum_of, stepped
 from one_line_errors import refused
 
-from rotorstudy import (
-    Entry,
-    NonlinearForce,
-    Problem,
-    build_model,
-    check_stable,
-    eigenvalues,
-    harmonic_response,
-    registry,
-)
+from rotorstudy import Entry, NonlinearForce, Problem, build_model, harmonic_response, registry
 from rotorstudy.authoring.invariants.base import BrokenInvariant
 from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
 from rotorstudy.authoring.invariants.effect import check_steady_state
@@ -26,6 +17,7 @@ from rotorstudy.blind.machines.machine import LocalForce
 from rotorstudy.errors import PluginError
 from rotorstudy.response.alternating import affine_error, nonlinear_columns
 from rotorstudy.response.coupling import COUPLED_ORDER
+from rotorstudy.response.stability import check_stable, eigenvalues
 
 MASS, STIFFNESS, DAMPING, ECCENTRICITY = 2.0, 7.6e5, 150.0, 2e-5
 EVERY = np.arange(-COUPLED_ORDER, COUPLED_ORDER + 1)

@@ -4,17 +4,8 @@ import numpy as np
 import pytest
 from machines import OFFSET_DISC, disc, errors_of_derivatives, point, shaft
 
-from rotorstudy import (
-    Model,
-    build_model,
-    full_spectrum,
-    harmonic_response,
-    harmonic_response_and_jacobian,
-    make_term,
-    measured_response,
-    registry,
-    simulate_records,
-)
+from rotorstudy import Model, build_model, full_spectrum, make_term, measured_response, registry, simulate_records
+from rotorstudy.response.harmonic import harmonic_response, harmonic_response_and_jacobian
 
 MASS, STIFFNESS = 2.0, 7.6e5
 NATURAL = np.sqrt(STIFFNESS / MASS)

@@ -10,17 +10,7 @@ from machines import all_but, disc, errors_of_derivatives, film, readings, shaft
 from named_machines import plant
 from one_line_errors import refused
 
-from rotorstudy import (
-    RotorstudyError,
-    build_model,
-    eigenvalues,
-    harmonic_response,
-    load_rig,
-    make_term,
-    measured_response,
-    measured_response_and_jacobian,
-    measured_spectrum,
-)
+from rotorstudy import build_model, harmonic_response, load_rig, make_term, measured_spectrum
 from rotorstudy.blind.machines.contacts import one_sided
 from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.blind.machines.files import discs_section, stretches
@@ -33,13 +23,14 @@ from rotorstudy.diagnosis.search.places import places_of
 from rotorstudy.diagnosis.search.search import _moves as proposed
 from rotorstudy.diagnosis.search.search import base_model, begin
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.errors import CannotAct
+from rotorstudy.errors import CannotAct, RotorstudyError
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.fit import chi_square_p_value, fit
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.receptances import receptances_in
 from rotorstudy.presentation.rotor_files import analyse_files
-from rotorstudy.response.stability import growth_of_free_motion
+from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
+from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
 from rotorstudy.response.statics import static_deflection
 
 SPEEDS, NODES = np.array([90.0, 160.0, 280.0, 400.0]), (1, 5)

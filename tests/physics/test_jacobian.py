@@ -6,17 +6,9 @@ import numpy as np
 import pytest
 from machines import HARMONICS, disc, errors_of_derivatives, jeffcott, shaft, springs, unbalance
 
-from rotorstudy import (
-    Entry,
-    Parameter,
-    Term,
-    build_model,
-    measured_response,
-    measured_response_and_jacobian,
-    time_response,
-)
+from rotorstudy import Entry, Parameter, Term, build_model, measured_response, measured_response_and_jacobian
 from rotorstudy.model.rig_numbers import with_numbers
-from rotorstudy.response.integration import transient_response
+from rotorstudy.response.integration import time_response, transient_response
 from rotorstudy.response.statics import static_deflection
 
 

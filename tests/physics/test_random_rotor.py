@@ -7,23 +7,13 @@ import pytest
 from machines import errors_of_derivatives, spectrum_of
 from random_rotor import SENSORS, on_translations, random_model
 
-from rotorstudy import (
-    Entry,
-    Model,
-    Parameter,
-    Problem,
-    RotorstudyError,
-    Term,
-    full_spectrum,
-    harmonic_response,
-    measured_response,
-    registry,
-    simulate_records,
-    time_response,
-)
+from rotorstudy import Entry, Model, Problem, RotorstudyError, full_spectrum, registry, simulate_records, time_response
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.linear import solve_linear
 from rotorstudy.inference.output_error import output_error_fit
+from rotorstudy.model.terms import Parameter, Term
+from rotorstudy.response.harmonic import harmonic_response
+from rotorstudy.response.measured import measured_response
 
 SPEED, ORDER = 110.0, 30  # the response of these rotors falls below 1e-10 of its largest harmonic before the 15th
 EVERY = np.arange(-ORDER, ORDER + 1)

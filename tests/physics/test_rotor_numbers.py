@@ -5,23 +5,14 @@ import pytest
 from machines import disc, jeffcott_rig, point, shaft, spectrum_of, springs, unbalance
 from one_line_errors import refused
 
-from rotorstudy import (
-    Problem,
-    RotorstudyError,
-    build_model,
-    eigenvalues,
-    make_term,
-    measured_response,
-    measured_response_and_jacobian,
-    registry,
-    time_response,
-)
-from rotorstudy.errors import NoSteadyState
+from rotorstudy import Problem, build_model, make_term, registry, time_response
+from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.model.estimated_rig import rig_with_estimate
 from rotorstudy.model.rig_numbers import rig_with_changes, with_numbers
 from rotorstudy.model.variation import Matrices, Variation
 from rotorstudy.response.floquet import periodic_growth_rate
-from rotorstudy.response.stability import growth_of_free_motion
+from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
+from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
 from rotorstudy.response.statics import static_deflection
 
 SPEEDS, HARMONICS = [60.0, 140.0, 260.0], [0, 1, -1, 2, -2]

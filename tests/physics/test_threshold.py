@@ -4,18 +4,8 @@ import numpy as np
 import pytest
 from machines import jeffcott, jeffcott_rig, point
 
-from rotorstudy import (
-    Entry,
-    Parameter,
-    RotorstudyError,
-    Term,
-    build_model,
-    check_stable,
-    eigenvalues,
-    harmonic_response,
-    stability_threshold,
-    time_response,
-)
+from rotorstudy import Entry, Parameter, RotorstudyError, Term, build_model, harmonic_response, time_response
+from rotorstudy.response.stability import check_stable, eigenvalues, stability_threshold
 
 M, K = 2.0, 7.6e5
 NATURAL = np.sqrt(K / M)

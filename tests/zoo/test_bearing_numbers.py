@@ -7,15 +7,7 @@ import pytest
 from machines import disc, shaft, unbalance
 from one_line_errors import refused
 
-from rotorstudy import (
-    build_model,
-    eigenvalues,
-    harmonic_response,
-    measured_response,
-    measured_response_and_jacobian,
-    registry,
-    time_response,
-)
+from rotorstudy import build_model, eigenvalues, harmonic_response, registry, time_response
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings, check_names
@@ -24,6 +16,7 @@ from rotorstudy.inference.prior import prior_of
 from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
 from rotorstudy.model.rig_numbers import changeable_numbers, numbers, with_numbers
+from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 
 SPEEDS, HARMONICS = [60.0, 140.0, 260.0], [0, 1, -1, 2]
 ROTOR = shaft(0.8, 4, disc(3, 60.0, 0.6, 0.3), outer_diameter_m=0.05)

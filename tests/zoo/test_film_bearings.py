@@ -9,20 +9,11 @@ from journal_films import Film, running
 from machines import disc, film, shaft
 from one_line_errors import refused
 
-from rotorstudy import (
-    Model,
-    RotorstudyError,
-    build_model,
-    eigenvalues,
-    harmonic_response,
-    make_term,
-    registry,
-    stability_threshold,
-    time_response,
-)
+from rotorstudy import Model, RotorstudyError, build_model, harmonic_response, make_term, registry, time_response
 from rotorstudy.authoring.invariants.bench import bench_structure
 from rotorstudy.blind.machines import film as independent
 from rotorstudy.model.bearings import dynamic_stiffness
+from rotorstudy.response.stability import eigenvalues, stability_threshold
 from rotorstudy.response.statics import static_deflection
 
 BENCH = bench_structure()
