@@ -46,6 +46,11 @@ def point(mass_kg=2.0, stiffness_N_per_m=7.6e5, **options):
     return {"kind": "jeffcott", "mass_kg": mass_kg, "stiffness_N_per_m": stiffness_N_per_m, **options}
 
 
+def rig_of(rotor, bearings, *effects, **sections):
+    """A rig of these sections, as in a rig file; effects one by one."""
+    return {"rotor": rotor, "bearings": bearings, "effects": [*effects], **sections}
+
+
 def jeffcott_rig(eccentricity_m=5e-6, phase_rad=None, *effects, internal=None, external=100.0, **sections):
     """A rotor with one disc, with an unbalance, damped from outside and, unless None, from inside (N s/m)."""
     damping = {"internal": internal, "external": external}

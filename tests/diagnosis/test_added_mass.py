@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import SLOW, disc, readings, shaft
+from machines import SLOW, disc, readings, rig_of, shaft, unbalance
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.diagnosis.search.candidates import candidates
@@ -15,15 +15,9 @@ NOISE = 2e-8  # m, of each harmonic
 
 
 def rig(disc_mass=2.0, gravity=9.81, effects=()):
-    return {
-        "rotor": shaft(0.6, 6, disc(3, disc_mass), pinned_nodes=[1, 7], gravity_m_per_s2=gravity),
-        "effects": [
-            {"kind": "unbalance", "node": 3, "mass_kg": 2.0, "eccentricity_m": 1e-5},
-            {"kind": "external_damping", "node": 3, "external_damping_N_s_per_m": 40.0},
-            *effects,
-        ],
-        "sensors": [2, 3, 5],
-    }
+    known = unbalance(3, 1e-5, mass_kg=2.0), {"kind": "external_damping", "node": 3, "external_damping_N_s_per_m": 40.0}
+    rotor = shaft(0.6, 6, disc(3, disc_mass), pinned_nodes=[1, 7], gravity_m_per_s2=gravity)
+    return rig_of(rotor, [], *known, *effects, sensors=[2, 3, 5])
 
 
 def shown(built, nominal):

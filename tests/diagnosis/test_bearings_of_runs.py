@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import all_but, disc, faulty, shaft, spectrum_of, unbalance
+from machines import all_but, disc, faulty, rig_of, shaft, spectrum_of, unbalance
 from test_runs import SPEEDS, write_table
 
 from rotorstudy import build_model, measured_response, registry
@@ -19,20 +19,13 @@ CLEARANCE, VISCOSITY = "bearings[left].radial_clearance_m", "bearings[left].visc
 FILM = {"kind": "short_journal", "node": 1, "label": "left", **registry().plugins["bearing"]["short_journal"].example}
 SPRING = {"kind": "linear", "node": 5, "label": "right", "bearing_stiffness_N_per_m": 2e7,
           "bearing_damping_N_s_per_m": 2e4}  # fmt: skip
-RIG = {
-    "rotor": shaft(0.8, 4, disc(3, 60.0, 0.6, 0.3), outer_diameter_m=0.05),
-    "bearings": [FILM, SPRING],
-    "effects": [unbalance(3, 1.0, 0.4, mass_kg=1e-3)],
-    "sensors": [1, 3],
-    "measurement": {"harmonics": [1, -1], "table_noise_m": NOISE},
-    "diagnosis": {
-        "nuisance": {},
-        "model_error": 0.0,
-        "model_floor": 0.0,
-        "uncertainty": {"default": 0.0, "rotor": 0, "eccentricity": 0.3, VISCOSITY: 0.2},
-    },
-}
-TRIAL = unbalance(3, 0.5, 1.0, mass_kg=1e-3, label="trial")  # fmt: skip
+KNOWN = {"default": 0.0, "rotor": 0, "eccentricity": 0.3, VISCOSITY: 0.2}
+RIG = rig_of(
+    shaft(0.8, 4, disc(3, 60.0, 0.6, 0.3), outer_diameter_m=0.05), [FILM, SPRING], unbalance(3, 1.0, 0.4, mass_kg=1e-3),
+    sensors=[1, 3], measurement={"harmonics": [1, -1], "table_noise_m": NOISE},
+    diagnosis={"nuisance": {}, "model_error": 0.0, "model_floor": 0.0, "uncertainty": KNOWN}
+)  # fmt: skip
+TRIAL = unbalance(3, 0.5, 1.0, mass_kg=1e-3, label="trial")
 
 
 def machine(**changes):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import all_but, disc, shaft, spectrum_of, springs
+from machines import all_but, disc, rig_of, shaft, spectrum_of, springs, unbalance
 
 from rotorstudy import build_model
 from rotorstudy.diagnosis import investigate
@@ -18,14 +18,8 @@ from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.response.neighbourhood import carried_motion
 
 SPEEDS, HARMONICS = np.array([100.0, 140.0, 170.0, 200.0, 230.0]), np.array([0, 1, -1, 2, -2, 3, -3])
-MODEL = build_model(
-    {
-        "rotor": shaft(0.6, 2, disc(2)),
-        "bearings": springs((1, 3), 1e8, 1e3),
-        "effects": [{"kind": "unbalance", "node": 2, "eccentricity_m": 2e-5}],
-        "sensors": [1, 2, 3],
-    }
-)
+RIG = rig_of(shaft(0.6, 2, disc(2)), springs((1, 3), 1e8, 1e3), unbalance(2, 2e-5), sensors=[1, 2, 3])
+MODEL = build_model(RIG)
 OTHERS = all_but("looseness")
 
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import all_but, disc, spectrum_of, springs, unbalance
+from machines import all_but, disc, rig_of, spectrum_of, springs, unbalance
 
 from rotorstudy import build_model
 from rotorstudy.diagnosis.settings import Settings
@@ -22,23 +22,14 @@ BLAMED = (  # causes that wrong conventions look like
     *("probe_gain", "probe_angle", "phase_reference", "reversed_probe", "swapped_probes", "ac_coupling"),
 )
 QUICK = {"most_causes": 1, "candidates_per_round": 1, "leave_out": all_but(*BLAMED)}
-RIG = {
-    "rotor": {
-        "kind": "finite_element",
-        "elements": [{"length_m": length, "count": 1, "outer_diameter_m": 0.02} for length in (0.2, 0.4, 0.2)],
-        "outer_diameter_m": 0.02,
-        "youngs_modulus_Pa": 2.1e11,
-        "density_kg_per_m3": 7800.0,
-        "discs": [disc(2, 2.0, 4e-3, 2.1e-3), disc(3, 1.0, 2e-3, 1.1e-3)],
-    },
-    "bearings": springs((1, 4), 1.3e6),
-    "effects": [
-        unbalance(2, 2e-5, 0.4, label="2"),
-        {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.02},
-        {"kind": "external_damping", "node": 2, "label": "2", "external_damping_N_s_per_m": 20.0},
-    ],
-    "sensors": [2, 3],
-}
+STRETCHES = [{"length_m": length, "count": 1, "outer_diameter_m": 0.02} for length in (0.2, 0.4, 0.2)]
+DISCS = [disc(2, 2.0, 4e-3, 2.1e-3), disc(3, 1.0, 2e-3, 1.1e-3)]
+STEEL = {"outer_diameter_m": 0.02, "youngs_modulus_Pa": 2.1e11, "density_kg_per_m3": 7800.0}
+RIG = rig_of(
+    {"kind": "finite_element", "elements": STRETCHES, "discs": DISCS, **STEEL}, springs((1, 4), 1.3e6),
+    unbalance(2, 2e-5, 0.4, label="2"), {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.02},
+    {"kind": "external_damping", "node": 2, "label": "2", "external_damping_N_s_per_m": 20.0}, sensors=[2, 3]
+)  # fmt: skip
 MODEL = build_model(RIG)
 
 

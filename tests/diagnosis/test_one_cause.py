@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import disc, readings, shaft, springs, unbalance
+from machines import disc, readings, rig_of, shaft, springs, unbalance
 from one_line_errors import refused
 
 from rotorstudy import RotorstudyError, build_model, measured_response, read_rig, registry
@@ -43,12 +43,8 @@ def few_starts(monkeypatch):
 
 
 def rig(*effects, eccentricity=3e-5, sensors=(2, 4)):
-    return {
-        "rotor": shaft(0.6, 4, disc(3, 3.0, 4e-3, 2e-3)),
-        "bearings": springs((1, 5), 2e6, 400.0),
-        "effects": [unbalance(3, eccentricity, 0.4, mass_kg=3.0), *effects],
-        "sensors": [*sensors],
-    }
+    rotor, bearings = shaft(0.6, 4, disc(3, 3.0, 4e-3, 2e-3)), springs((1, 5), 2e6, 400.0)
+    return rig_of(rotor, bearings, unbalance(3, eccentricity, 0.4, mass_kg=3.0), *effects, sensors=[*sensors])
 
 
 def crack(breathing="gradual", **shape):

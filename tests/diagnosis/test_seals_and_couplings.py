@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import SLOW, disc, readings, shaft, springs, stepped
+from machines import SLOW, disc, readings, rig_of, shaft, springs, stepped, unbalance
 
 from rotorstudy import build_model
 from rotorstudy.blind.machines.beam import Element
@@ -21,14 +21,8 @@ NODES, UNBALANCE, SUPPORT, DAMPING = (1, 2, 3, 4), 1e-5, 1e6, 300.0  # kg m at n
 PART = Element(0.2, 0.02, 2.1e11, 7850.0)
 ENDS = tuple(Bearing(node, SUPPORT * np.eye(2), DAMPING * np.eye(2)) for node in (0, 3))
 ROTOR = Rotor((PART,) * 3, (Disc(1, 2.0, 0.0048, 0.0024),), ENDS)
-MODEL = build_model(
-    {
-        "rotor": shaft(0.6, 3, disc(2)),
-        "bearings": springs((1, 4), SUPPORT, DAMPING),
-        "effects": [{"kind": "unbalance", "node": 2, "mass_kg": 1.0, "eccentricity_m": UNBALANCE}],
-        "sensors": list(NODES),
-    }
-)
+RIG = rig_of(shaft(0.6, 3, disc(2)), springs((1, 4), SUPPORT, DAMPING), unbalance(2, UNBALANCE, mass_kg=1.0))
+MODEL = build_model(RIG | {"sensors": [*NODES]})
 SETTINGS = {"uncertainty": {"default": 0.02}, "leave_out": SLOW, "most_causes": 1, "candidates_per_round": 2}
 
 

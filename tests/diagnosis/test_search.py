@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import SLOW, all_but, disc, film, jeffcott_rig, shaft, spectrum_of, springs, unbalance
+from machines import SLOW, all_but, disc, film, jeffcott_rig, rig_of, shaft, spectrum_of, springs, unbalance
 
 from rotorstudy import build_model, make_term, registry
 from rotorstudy.diagnosis.search.candidates import candidates
@@ -27,12 +27,10 @@ SPEEDS = np.array([120.0, 200.0, 280.0, 360.0, 440.0, 520.0])
 KNOWN = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0, leave_out=SLOW)
 ONE = KNOWN.model_copy(update={"most_causes": 1, "candidates_per_round": 2})
 JEFFCOTT = jeffcott_rig()
-TWO_DISCS = {
-    "rotor": shaft(0.6, 4, disc(2), disc(4, 1.5, 0.0030, 0.0015)),
-    "bearings": springs({1: "left", 5: "right"}),
-    "effects": [unbalance(2, 1e-5, 0.8, label="disc 1"), unbalance(4, 8e-6, -1.0, label="disc 2")],
-    "sensors": [2, 3, 4],
-}
+TWO_DISCS = rig_of(
+    shaft(0.6, 4, disc(2), disc(4, 1.5, 0.0030, 0.0015)), springs({1: "left", 5: "right"}),
+    unbalance(2, 1e-5, 0.8, label="disc 1"), unbalance(4, 8e-6, -1.0, label="disc 2"), sensors=[2, 3, 4]
+)  # fmt: skip
 
 
 def hidden(model, kind, **values):

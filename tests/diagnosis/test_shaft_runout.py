@@ -2,18 +2,14 @@
 
 import numpy as np
 import pytest
-from machines import disc, readings, shaft, springs
+from machines import disc, readings, rig_of, shaft, springs
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.diagnosis.verdict.investigate import diagnose
 
 SPEEDS, HARMONICS, NODES = np.linspace(60.0, 380.0, 8), np.array([1, -1, 2, -2]), (1, 5)
-RIG = {
-    "rotor": shaft(1.0, 4, disc(3, 20.0, 0.1, 0.05), outer_diameter_m=0.05),
-    "bearings": springs(NODES, 2e7, 2e3),
-    "effects": [{"kind": "unbalance", "node": 3, "unbalance_g_mm": 200.0}],
-    "sensors": list(NODES),
-}
+RIG = rig_of(shaft(1.0, 4, disc(3, 20.0, 0.1, 0.05), outer_diameter_m=0.05), springs(NODES, 2e7, 2e3),
+             {"kind": "unbalance", "node": 3, "unbalance_g_mm": 200.0}, sensors=[*NODES])  # fmt: skip
 
 
 @pytest.mark.parametrize("planes", [2, 1])

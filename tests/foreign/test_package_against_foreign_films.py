@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import SLOW, all_but, disc, readings, shaft, unbalance
+from machines import SLOW, all_but, disc, readings, rig_of, shaft, unbalance
 
 from rotorstudy import Problem, build_model, measured_response, measured_response_and_jacobian, registry
 from rotorstudy.blind.machines.beam import Element
@@ -52,24 +52,14 @@ def true_spectrum(films, seed, noise=3e-9):
 def rig():
     """The rig file of the machine on the films as drawn."""
     journal = {"kind": "short_journal", "diameter_m": 0.06, "length_m": 0.03, "radial_clearance_m": 1e-4}
-    return {
-        "rotor": shaft(
-            0.9,
-            6,
-            *[disc(d.node + 1, d.mass, d.polar_moment, d.diametral_moment) for d in DISCS],
-            outer_diameter_m=0.06,
-            gravity_m_per_s2=GRAVITY,
-        ),
-        "bearings": [
-            {**journal, "node": film.node + 1, "label": label, "viscosity_Pa_s": film.viscosity, "load_N": film.load}
-            for film, label in zip(FILMS, ("left", "right"), strict=True)
-        ],
-        "effects": [
-            unbalance(node + 1, abs(value), float(np.angle(value)), label=str(node), mass_kg=1.0)
-            for node, value in UNBALANCE.items()
-        ],
-        "sensors": [node + 1 for node in NODES],
-    }
+    discs = [disc(d.node + 1, d.mass, d.polar_moment, d.diametral_moment) for d in DISCS]
+    rotor = shaft(0.9, 6, *discs, outer_diameter_m=0.06, gravity_m_per_s2=GRAVITY)
+    bearings = [
+        {**journal, "node": film.node + 1, "label": label, "viscosity_Pa_s": film.viscosity, "load_N": film.load}
+        for film, label in zip(FILMS, ("left", "right"), strict=True)
+    ]
+    pushed = [unbalance(n + 1, abs(u), float(np.angle(u)), label=str(n), mass_kg=1.0) for n, u in UNBALANCE.items()]
+    return rig_of(rotor, bearings, *pushed, sensors=[node + 1 for node in NODES])
 
 
 @pytest.fixture(scope="module")
@@ -111,14 +101,8 @@ def test_an_uncertain_clearance_moves_and_is_reported_and_is_no_fault(worn):
 
 
 # of the effects that act alike, so that the search is short; with all of them the same is named
-ALIKE = {
-    "bearing_change",
-    "bearing_coefficients",
-    "external_damping",
-    "stiffness_error",
-    "support_stiffness",
-    "unbalance",
-}
+ALIKE = {"bearing_change", "bearing_coefficients", "external_damping", "stiffness_error", "support_stiffness"}
+ALIKE |= {"unbalance"}
 
 
 def verdict_on(spectrum):

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 import yaml
-from machines import disc, shaft, springs, unbalance
+from machines import disc, rig_of, shaft, springs, unbalance
 from scipy.linalg import expm
 
 from rotorstudy import Problem, build_model, measured_spectrum
@@ -17,15 +17,10 @@ STIFFNESS, DAMPING, MODULUS, STATED = 2e5, 200.0, 2.1e11, 2.06e11
 
 def rig(modulus, damping, unbalances=(1e-5, 1e-5)):
     discs = [disc(node, 1.5, 3e-3, 1.6e-3) for node in NODES]
-    return {
-        "rotor": shaft(0.25, 3, *discs, outer_diameter_m=0.01, youngs_modulus_Pa=modulus),
-        "bearings": springs((1, 4), STIFFNESS, damping),
-        "effects": [
-            unbalance(node, abs(u), float(np.angle(u)), label=str(node), mass_kg=1.0)
-            for node, u in zip(NODES, unbalances, strict=True)
-        ],
-        "measurement": {"harmonics": [0, 1, -1]},
-    }
+    rotor = shaft(0.25, 3, *discs, outer_diameter_m=0.01, youngs_modulus_Pa=modulus)
+    sizes = zip(NODES, unbalances, strict=True)
+    pushed = [unbalance(n, abs(u), float(np.angle(u)), label=str(n), mass_kg=1.0) for n, u in sizes]
+    return rig_of(rotor, springs((1, 4), STIFFNESS, damping), *pushed, measurement={"harmonics": [0, 1, -1]})
 
 
 def motion(structure):
@@ -64,14 +59,10 @@ def test_a_run_up_alone_identifies_the_rotor(tmp_path):
     turns = np.arange((FIRST * time[-1] + RATE * time[-1] ** 2 / 2) // (2 * np.pi) + 1)
     marks = (np.sqrt(FIRST**2 + 4 * np.pi * RATE * turns) - FIRST) / RATE
     shown = np.stack([z.real, z.imag], axis=1)[None]
-    record = xr.Dataset(
-        {
-            "displacement": (("speed", "node", "direction", "time"), shown, {"units": "m"}),
-            "phase_mark_time": (("speed", "revolution"), marks[None], {"units": "s"}),
-        },
-        coords={"node": list(NODES), "direction": ["x", "y"], "time": time},
-    )
-    record.to_netcdf(tmp_path / "record.nc")
+    variables = {"displacement": (("speed", "node", "direction", "time"), shown, {"units": "m"}),
+                 "phase_mark_time": (("speed", "revolution"), marks[None], {"units": "s"})}  # fmt: skip
+    where = {"node": list(NODES), "direction": ["x", "y"], "time": time}
+    xr.Dataset(variables, where).to_netcdf(tmp_path / "record.nc")
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig(STATED, 170.0)))
     spectrum, model, findings = measured_spectrum([tmp_path / "record.nc"], tmp_path / "rig.yaml")
     names = ("bearing_damping[1]", "bearing_damping[4]", "rotor.youngs_modulus_Pa",

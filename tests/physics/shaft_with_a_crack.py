@@ -1,7 +1,7 @@
 """A shaft with a disc in the middle, and a transverse crack in it."""
 
 import numpy as np
-from machines import disc, shaft, springs, unbalance
+from machines import disc, rig_of, shaft, springs, unbalance
 
 from rotorstudy import build_model, harmonic_response
 
@@ -13,19 +13,14 @@ def rotor(count, *effects, density=7850.0, bearings=True, **options):
     """A disc in the middle of a shaft of equal elements, on pins or on two bearings."""
     middle, ends = count // 2 + 1, (1, count + 1)
     options = {"density_kg_per_m3": density, "pinned_nodes": [] if bearings else list(ends), **options}
-    return build_model(
-        {
-            "rotor": shaft(LENGTH, count, disc(middle, MASS, 0.0, 0.0), outer_diameter_m=DIAMETER, **options),
-            "bearings": springs(ends if bearings else (), 1e7, 500.0),
-            "effects": [unbalance(middle, 2e-5, 0.7, mass_kg=MASS), *effects],
-        }
-    )
+    shape = shaft(LENGTH, count, disc(middle, MASS, 0.0, 0.0), outer_diameter_m=DIAMETER, **options)
+    held = springs(ends if bearings else (), 1e7, 500.0)
+    return build_model(rig_of(shape, held, unbalance(middle, 2e-5, 0.7, mass_kg=MASS), *effects))
 
 
 def crack(position=0.23, depth=0.25, **options):
-    return {
-        "kind": "transverse_crack", "position_m": position, "depth_ratio": depth, "flexibility_factor": 1.0, **options
-    }  # fmt: skip
+    shape = {"position_m": position, "depth_ratio": depth, "flexibility_factor": 1.0}
+    return {"kind": "transverse_crack", **shape, **options}
 
 
 def at_disc(count, speeds, *effects, **options):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cracked_rotor import cracked_jeffcott, cracked_shaft
-from machines import disc, jeffcott_rig, point, shaft, springs, unbalance
+from machines import disc, jeffcott_rig, point, rig_of, shaft, springs, unbalance
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.response.statics import static_deflection
@@ -68,20 +68,12 @@ OVERHUNG = {
 def finite_elements(machine, crack=None):
     """The same shaft for the package; crack : options of the effect."""
     discs = [disc(n, *sizes) for n, sizes in machine["discs"].items()]
-    return build_model(
-        {
-            "rotor": shaft(0.6, 4, *discs),
-            "bearings": [springs([n], (kx, ky), (c, c))[0] for n, (kx, ky, c) in machine["bearings"].items()],
-            "effects": [
-                {"kind": "shaft_damping", "shaft_damping_s": 1e-4},
-                *(
-                    unbalance(n, float(abs(u)), float(np.angle(u)), label=str(n), mass_kg=1.0)
-                    for n, u in machine["unbalances"].items()
-                ),
-                *([{"kind": "breathing_crack", **crack}] if crack else []),
-            ],
-        }
-    )
+    bearings = [springs([n], (kx, ky), (c, c))[0] for n, (kx, ky, c) in machine["bearings"].items()]
+    sizes = machine["unbalances"].items()
+    pushed = [unbalance(n, float(abs(u)), float(np.angle(u)), label=str(n), mass_kg=1.0) for n, u in sizes]
+    cracks = [{"kind": "breathing_crack", **crack}] if crack else []
+    lossy = {"kind": "shaft_damping", "shaft_damping_s": 1e-4}
+    return build_model(rig_of(shaft(0.6, 4, *discs), bearings, lossy, *pushed, *cracks))
 
 
 def moved_by_a_crack(machine, crack):

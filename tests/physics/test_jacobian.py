@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import HARMONICS, disc, errors_of_derivatives, jeffcott, shaft, springs, unbalance
+from machines import HARMONICS, disc, errors_of_derivatives, jeffcott, rig_of, shaft, springs, unbalance
 
 from rotorstudy import Entry, Parameter, Term, build_model, measured_response, measured_response_and_jacobian
 from rotorstudy.model.rig_numbers import with_numbers
@@ -36,6 +36,9 @@ def worst(model, speeds, harmonics, jacobian=None):
 TOLERANCE = 1e-6
 
 
+ROTOR = shaft(0.4, 3, disc(2, 2.0, 0.004, 0.002))
+
+
 def carried(**crack):
     """A shaft on cross-coupled bearings: the static deflection moves with their stiffness, and is not vertical."""
     bearing = {"kind": "linear", "coefficients": "full"}
@@ -43,17 +46,10 @@ def carried(**crack):
     bearing |= {f"bearing_stiffness_{k}_N_per_m": v for k, v in values.items()}
     bearing |= {f"bearing_damping_{k}_N_s_per_m": 1e-3 * v for k, v in values.items()}
     losses = {"stiffness_loss_22_N_per_m": 2e4, "stiffness_loss_44_N_m": 300.0}
-    return build_model(
-        {
-            "rotor": shaft(0.4, 3, disc(2, 2.0, 0.004, 0.002)),
-            "bearings": [{**bearing, "node": node, "label": str(node)} for node in (1, 4)],
-            "cracks": [{"kind": "switching", "node": 3, **losses, **crack}],
-            "effects": [
-                {"kind": "internal_damping", "node": 3, "internal_damping_N_s_per_m": 10.0},
-                unbalance(2, 3e-5, 1.0, mass_kg=2.0),
-            ],
-        }
-    )
+    bearings = [{**bearing, "node": node, "label": str(node)} for node in (1, 4)]
+    lossy = {"kind": "internal_damping", "node": 3, "internal_damping_N_s_per_m": 10.0}
+    cracks = [{"kind": "switching", "node": 3, **losses, **crack}]
+    return build_model(rig_of(ROTOR, bearings, lossy, unbalance(2, 3e-5, 1.0, mass_kg=2.0), cracks=cracks))
 
 
 @pytest.mark.parametrize("weight_dominance", [True, False])
@@ -63,8 +59,7 @@ def test_shaft_on_bearings(weight_dominance):
 
 def stressed(effect):
     """A shaft with an effect whose force depends on the motion about the static deflection; its modulus is a number."""
-    rig = {"rotor": shaft(0.4, 3, disc(2, 2.0, 0.004, 0.002)), "bearings": springs((1, 4), (1e5, 2e5), (100.0, 200.0))}
-    rig["effects"] = [effect, unbalance(2, 3e-5, 1.0, mass_kg=2.0)]
+    rig = rig_of(ROTOR, springs((1, 4), (1e5, 2e5), (100.0, 200.0)), effect, unbalance(2, 3e-5, 1.0, mass_kg=2.0))
     return with_numbers(build_model(rig), ["rotor.youngs_modulus_Pa"])
 
 

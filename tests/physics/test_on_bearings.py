@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from machines import disc, shaft, springs
+from machines import disc, rig_of, shaft, springs, unbalance
 from scipy.linalg import eigh
 
 from rotorstudy import build_model, harmonic_response_and_jacobian
@@ -19,14 +19,8 @@ AGREES = 1e-10  # relative: of 16 digits some four are lost, by the stiffness of
 
 
 def rotor(*effects, count=6):
-    return build_model(
-        {
-            "rotor": shaft(0.6, count, disc(3, 2.0, 5e-3, 2e-3)),
-            "bearings": springs((1, 1 + count), (2e6, 5e6), (300.0, 200.0)),
-            "effects": [{"kind": "unbalance", "node": 3, "eccentricity_m": 1e-5}, *effects],
-            "sensors": [3, 5],
-        }
-    )
+    shape, bearings = shaft(0.6, count, disc(3, 2.0, 5e-3, 2e-3)), springs((1, 1 + count), (2e6, 5e6), (300.0, 200.0))
+    return build_model(rig_of(shape, bearings, unbalance(3, 1e-5), *effects, sensors=[3, 5]))
 
 
 LOSSY = {"kind": "internal_damping", "node": 3, "internal_damping_N_s_per_m": 20.0}
