@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from machines import SLOW, disc, full_bearing, point, readings, shaft
+from machines import SLOW, disc, full_bearing, point, readings, rig_of, shaft
 
 from rotorstudy import build_model, measured_response, registry
 from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
@@ -20,32 +20,20 @@ HARMONICS = np.array([0, 1, -1, 2, -2, 3])
 SI = (1.0, 1.0, 1.0)
 UNITS = {"turbine": (1000.0, 10.0, 3.0), "micro": (1e-6, 0.01, 0.02), "heavy": (1000.0, 1.0, 1.0)}
 
-JEFFCOTT = {
-    "rotor": point(gravity_m_per_s2=9.81),
-    "bearings": [{"kind": "linear", "bearing_stiffness_N_per_m": 2e5, "bearing_damping_N_s_per_m": 100.0}],
-    "effects": [{"kind": "unbalance", "eccentricity_m": 5e-6}],
-}
-SHAFT = {
-    "rotor": shaft(0.6, 3, disc(2), youngs_modulus_Pa=2.1e11, density_kg_per_m3=7850.0, gravity_m_per_s2=9.81),
-    "bearings": [full_bearing(n, 3e6 * np.eye(2), 1e3 * np.eye(2), label=f"bearing {n}") for n in (1, 4)],
-    "effects": [
-        {"kind": "unbalance", "node": 2, "eccentricity_m": 1e-5},
-        {"kind": "external_damping", "node": 2, "external_damping_N_s_per_m": 60.0},
-    ],
-    "sensors": [2, 3],
-}
+SPRING = {"kind": "linear", "bearing_stiffness_N_per_m": 2e5, "bearing_damping_N_s_per_m": 100.0}
+JEFFCOTT = rig_of(point(gravity_m_per_s2=9.81), [SPRING], {"kind": "unbalance", "eccentricity_m": 5e-6})
+SHAFT = rig_of(
+    shaft(0.6, 3, disc(2), youngs_modulus_Pa=2.1e11, density_kg_per_m3=7850.0, gravity_m_per_s2=9.81),
+    [full_bearing(n, 3e6 * np.eye(2), 1e3 * np.eye(2), label=f"bearing {n}") for n in (1, 4)],
+    {"kind": "unbalance", "node": 2, "eccentricity_m": 1e-5},
+    {"kind": "external_damping", "node": 2, "external_damping_N_s_per_m": 60.0}, sensors=[2, 3]
+)  # fmt: skip
 SPEEDS = {"jeffcott": np.array([250.0, 400.0, 500.0, 640.0, 900.0]), "shaft": np.array([120.0, 200.0, 280.0, 330.0])}
 NOT_OFFERED = {  # effects that need a tilt, or a bearing with numbers, and the crack of the other kind of rotor
-    "jeffcott": {
-        "angular_misalignment",
-        "bearing_change",
-        "couple_unbalance",
-        "foundation_change",
-        "gyroscopic_error",
-        "transverse_crack",
-    },
+    "jeffcott": {"angular_misalignment", "bearing_change", "couple_unbalance", "foundation_change", "gyroscopic_error",
+                 "transverse_crack"},
     "shaft": {"bearing_change", "breathing_crack", "foundation_change"},
-}
+}  # fmt: skip
 RIGS = {"jeffcott": JEFFCOTT, "shaft": SHAFT}
 
 

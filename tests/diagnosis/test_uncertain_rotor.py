@@ -17,16 +17,11 @@ from rotorstudy.inference.prior import prior_of
 from rotorstudy.model.rig_numbers import rig_with_changes
 
 HARMONICS, SPEEDS = np.array([0, 1, -1, 2, -2]), [60.0, 90.0, 120.0, 150.0, 180.0, 230.0, 280.0]
-RIG = {
-    "rotor": shaft(0.6, 4, disc(2), disc(4, 1.5, 0.0030, 0.0015), pinned_nodes=[1, 5]),
-    "effects": [
-        {"kind": "external_damping", "node": 3, "external_damping_N_s_per_m": 60.0},
-        # the mass of an unbalance is that of its node, so it changes with the disc
-        unbalance(2, 1e-5, 0.8, label="1"),
-        unbalance(4, 8e-6, -1.0, label="2"),
-    ],
-    "sensors": [2, 3, 4],
-}
+# the mass of an unbalance is that of its node, so it changes with the disc
+PUSHED = unbalance(2, 1e-5, 0.8, label="1"), unbalance(4, 8e-6, -1.0, label="2")
+DAMPED = {"kind": "external_damping", "node": 3, "external_damping_N_s_per_m": 60.0}
+ROTOR = shaft(0.6, 4, disc(2), disc(4, 1.5, 0.0030, 0.0015), pinned_nodes=[1, 5])
+RIG = {"rotor": ROTOR, "effects": [DAMPED, *PUSHED], "sensors": [2, 3, 4]}
 STRICT = {"uncertainty": {"default": 0.02}, "model_error": 2e-4, "model_floor": 2e-5, "nuisance": {}, "leave_out": SLOW}
 HELD = {**STRICT, "uncertainty": {"default": 0.02, "rotor": 0}}
 MODULUS = "rotor.youngs_modulus_Pa"

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from rotorstudy.blind.machines import contacts, effects
 from rotorstudy.blind.machines.beam import Element
-from rotorstudy.blind.machines.cracks import arc_crack, dimensionless_compliance, strip_bending
+from rotorstudy.blind.machines.cracks import arc_crack, dimensionless_compliance
 from rotorstudy.blind.machines.faults import add_crack
 from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import Stepper, steady_state
@@ -37,13 +37,6 @@ def test_crack_compliance_against_published_values():
         opening, sideways = dimensionless_compliance(depth)
         assert opening / np.pi == pytest.approx(c55, rel=2e-5)
         assert sideways / np.pi / 2 == pytest.approx(c44, rel=5e-5)
-
-
-def test_strip_factor_against_its_polynomial():
-    """F = 1.122 - 1.40 s + 7.33 s² - 13.08 s³ + 14 s⁴ (Tada, for s up to 0.6)."""
-    ratio = np.linspace(0.01, 0.5, 20)
-    polynomial = 1.122 - 1.40 * ratio + 7.33 * ratio**2 - 13.08 * ratio**3 + 14 * ratio**4
-    np.testing.assert_allclose(strip_bending(ratio), polynomial, rtol=0.025)
 
 
 @pytest.mark.parametrize("position", [0.0, 0.5])

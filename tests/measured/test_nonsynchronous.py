@@ -12,43 +12,31 @@ SPEEDS = [85.0, 100.0]
 SIZE = 3e-6
 
 
-def line(kind, speed):
-    """(time,) complex, m: what is added to the motion of all nodes."""
-    return {
-        "whirl": SIZE * np.exp(0.47j * speed * TIME),
-        "backward": SIZE * np.exp(-0.47j * speed * TIME),
-        "half": SIZE * np.cos(speed / 2 * TIME + 0.3),
-        "third": SIZE * np.exp(1j * speed / 3 * TIME),
-        "hum": 1j * SIZE * np.cos(2 * np.pi * 50.02 * TIME),
-        "natural frequency": SIZE * np.exp(2j * np.pi * 21.3 * TIME),
-    }[kind]
+LINES = {  # what is added to the motion of all nodes at a speed, over its size; what it is called, and its sense
+    "whirl": (lambda w: np.exp(0.47j * w * TIME), "fluid whirl", "forward"),
+    "backward": (lambda w: np.exp(-0.47j * w * TIME), "follows the speed, 0.47 times it", "backward"),
+    "half": (lambda w: np.cos(w / 2 * TIME + 0.3), "nonlinearity: 1/2", "without a clear sense"),
+    "third": (lambda w: np.exp(1j * w / 3 * TIME), "nonlinearity: 1/3", "forward"),
+    "hum": (lambda w: 1j * np.cos(2 * np.pi * 50.02 * TIME), "hum of the mains: 1 x 50 Hz", "without a clear sense"),
+    "natural frequency": (lambda w: np.exp(2j * np.pi * 21.3 * TIME), "a natural frequency", "forward"),
+}
 
 
 def read(folder, kind, speeds=SPEEDS):
     made = records(2, speeds)
     for record in made:
-        record.displacement[:] += line(kind, record.speed) if kind else 0
+        record.displacement[:] += SIZE * LINES[kind][0](record.speed) if kind else 0
     return read_measurement([write("csv", folder, record) for record in made], write_rig(folder / "rig.yaml"))
 
 
-KINDS = {
-    "whirl": ("fluid whirl", "forward"),
-    "backward": ("follows the speed, 0.47 times it", "backward"),
-    "half": ("nonlinearity: 1/2", "without a clear sense"),
-    "third": ("nonlinearity: 1/3", "forward"),
-    "hum": ("hum of the mains: 1 x 50 Hz", "without a clear sense"),
-    "natural frequency": ("a natural frequency", "forward"),
-}
-
-
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", LINES)
 def test_each_kind_is_named_and_changes_no_harmonic(kind, tmp_path):
     (tmp_path / "with").mkdir()
     (tmp_path / "without").mkdir()
     found, clean = read(tmp_path / "with", kind), read(tmp_path / "without", None)
     (finding,) = found.findings
     assert finding.name == "non-synchronous line" and finding.severity == "warning"
-    assert all(word in finding.text for word in (*KINDS[kind], "2 records")), finding.text
+    assert all(word in finding.text for word in (*LINES[kind][1:], "2 records")), finding.text
     assert clean.findings == []
     both = [one.spectrum for one in (found, clean)]
     std = np.sqrt(np.diagonal(both[1].covariance, axis1=-2, axis2=-1))
@@ -84,7 +72,7 @@ def test_records_are_counted_and_not_lines():
 def test_the_gap_of_the_probes_does_not_leak_into_harmonics_and_lines(tmp_path):
     """Without 0 among the harmonics the mean, hundreds of times the vibration, is no part of the fit."""
     made, read = records(2, SPEEDS[:1]), []
-    made[0].displacement[:] += line("hum", made[0].speed)
+    made[0].displacement[:] += SIZE * LINES["hum"][0](made[0].speed)
     for gap, wanted in [(0.0, HARMONICS[1:]), (1.2e-3 * (1 - 0.4j), HARMONICS[1:]), (1.2e-3, HARMONICS)]:
         folder = tmp_path / f"{len(read)}"
         folder.mkdir()

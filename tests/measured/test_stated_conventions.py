@@ -108,13 +108,8 @@ def test_a_misspelt_file_of_a_stated_speed_is_named(named, told, tmp_path):
     assert len(said) == told and all("'foriegn.nc'" in text and "speeds_rpm" in text for text in said)
 
 
-WAVES = np.column_stack(
-    [
-        np.arange(2000) / 2000,
-        *(np.cos(np.arange(2000) / 20 + turn) for turn in (0, -1.5708)),
-        5 * (np.arange(2000) % 126 < 5),
-    ]
-)
+TIMES = np.arange(2000)
+WAVES = [TIMES / 2000, np.cos(TIMES / 20), np.cos(TIMES / 20 - 1.5708), 5 * (TIMES % 126 < 5)]
 
 
 @pytest.mark.parametrize(
@@ -122,11 +117,9 @@ WAVES = np.column_stack(
     [((0, 90), "xy", None), ((30, 30), "xy", "probe angles"), ((0, 90), "xx", "'x' is that of two probes")],
 )
 def test_two_probes_have_two_signals_and_two_directions(angles, channels, answer, tmp_path):
-    np.savetxt(tmp_path / "run.csv", WAVES, delimiter=",", header="time,x,y,keyphasor", comments="")
-    probes = [
-        {"channel": name, "node": 1, "angle_deg": angle, "unit": "um"}
-        for name, angle in zip(channels, angles, strict=True)
-    ]
+    np.savetxt(tmp_path / "run.csv", np.transpose(WAVES), delimiter=",", header="time,x,y,keyphasor", comments="")
+    pairs = zip(channels, angles, strict=True)
+    probes = [{"channel": name, "node": 1, "angle_deg": angle, "unit": "um"} for name, angle in pairs]
     rig = rig_file(tmp_path, probes=probes)
     if channels == "xx":
         refused(lambda: read_measurement(tmp_path / "run.csv", rig), answer)

@@ -30,7 +30,7 @@ def smallest_share(model, values):
     return singular[:, -1] / singular[:, 0]
 
 
-@pytest.fixture(params=range(1, 6), ids=lambda seed: f"seed {seed}")
+@pytest.fixture(params=range(1, 4), ids=lambda seed: f"seed {seed}")
 def rotor(request):
     """Gyroscopic, anisotropic, with both dampings and added mass, but nothing that varies in time."""
     model = random_model(request.param)

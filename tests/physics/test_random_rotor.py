@@ -19,20 +19,21 @@ SPEED, ORDER = 110.0, 30  # the response of these rotors falls below 1e-10 of it
 EVERY = np.arange(-ORDER, ORDER + 1)
 
 
-@pytest.fixture(scope="module", params=range(1, 6), ids=lambda seed: f"seed {seed}")
+@pytest.fixture(scope="module", params=range(1, 4), ids=lambda seed: f"seed {seed}")
 def model(request):
     return random_model(request.param)
+
+
+def shown(name, value, entry, unit="1"):
+    """A term of the probes, with one amplitude."""
+    return Term(name, (Parameter(name, unit, (entry,), 0.1, np.iscomplexobj(value)),), {name: value}, "output")
 
 
 def chain(model):
     """Probes with a gap, a gain error and a wrong angle, which act on what the rotor does."""
     here, both = np.array([0.0, 1.0]), np.eye(2)
-    gap = Term(
-        "gap", (Parameter("gap", "m", (Entry(here, on="one"),), 1e-4, True),), {"gap": (1 + 2j) * 1e-4}, "output"
-    )
-    gain = Term("gain", (Parameter("gain", "1", (Entry(both),), 0.1, True),), {"gain": 0.1 + 0.05j}, "output")
-    angle = Term("angle", (Parameter("angle", "1", (Entry(1j * both, on="conj"),), 0.1),), {"angle": 0.05}, "output")
-    return model.plus(gap, gain, angle)
+    gap = shown("gap", (1 + 2j) * 1e-4, Entry(here, on="one"), unit="m")
+    return model.plus(gap, shown("gain", 0.1 + 0.05j, Entry(both)), shown("angle", 0.05, Entry(1j * both, on="conj")))
 
 
 def test_time_integration_settles_to_the_response():
@@ -52,16 +53,6 @@ def test_derivatives_are_those_of_the_response(model):
     assert found.max() < 1e-6, dict(zip(model.names, found, strict=True))
 
 
-def test_every_amplitude_comes_back_although_the_tilt_is_hidden(model):
-    names = on_translations(model)
-    assert {"couple", "stiffness_loss", "turning_damper"} < set(names)
-    found = solve_linear(
-        *regression(model, spectrum_of(model, [80.0, SPEED, 140.0], range(-15, 16), 1e-8), names).real_system(), names
-    )
-    # round-off of 1e-16, magnified by how alike the columns of ten effects are
-    assert found == pytest.approx(model.theta[model.position(names)], rel=1e-6)
-
-
 FEW = [0, 1, 2, -1]  # of thirty-one that are coupled; some without their mirror image
 FORCES = ("eccentricity_real", "eccentricity_imag", "couple")
 DAMPINGS = ("external_damping", "internal_damping")
@@ -69,6 +60,14 @@ DAMPINGS = ("external_damping", "internal_damping")
 
 def identified(model, spectrum, names=FORCES):
     return solve_linear(*regression(model, spectrum, names).real_system(), names)
+
+
+def test_every_amplitude_comes_back_although_the_tilt_is_hidden(model):
+    names = on_translations(model)
+    assert {"couple", "stiffness_loss", "turning_damper"} < set(names)
+    found = identified(model, spectrum_of(model, [80.0, SPEED, 140.0], range(-15, 16), 1e-8), names)
+    # round-off of 1e-16, magnified by how alike the columns of ten effects are
+    assert found == pytest.approx(model.theta[model.position(names)], rel=1e-6)
 
 
 def test_hidden_coordinates_and_hidden_harmonics_are_eliminated_together(model):
@@ -101,11 +100,6 @@ def test_unknown_damping_is_not_got_wrong_in_silence_where_coupled_harmonics_are
         assert found == pytest.approx(model.theta[model.position(DAMPINGS)], rel=1e-6)
 
 
-def test_an_effect_that_reads_a_harmonic_nobody_measured_is_refused(model):
-    with pytest.raises(RotorstudyError, match=r"'anisotropy' acts on harmonics \[.*-2.*\], which were not measured"):
-        regression(model, spectrum_of(model, [SPEED], FEW, 1e-8), ("anisotropy",))
-
-
 def test_the_output_fit_finds_what_the_equations_cannot(model):
     """Effects that act on the hidden tilt, and probe errors, all at once from starts a tenth off."""
     model = chain(model)
@@ -125,25 +119,21 @@ def test_a_harmonic_does_not_depend_on_what_else_is_asked_for(model, harmonic):
 def plain(*terms):
     """The random structure with damping, an unbalance and a couple, nothing that couples harmonics."""
     model = random_model(1)
-    return Model(
-        model.structure,
-        (*(t for t in model.terms if t.kind in ("external_damping", "damping", "unbalance", "couple")), *terms),
-        SENSORS,
-    )
+    some = [t for t in model.terms if t.kind in ("external_damping", "damping", "unbalance", "couple")]
+    return Model(model.structure, (*some, *terms), SENSORS)
 
 
 @pytest.mark.parametrize(("on", "shift", "harmonic", "source"), [("z", 1, 2, 1), ("conj", 0, -1, 1), ("conj", 3, 2, 1)])
 def test_a_probe_that_moves_harmonics_shows_them_though_nobody_asked_for_their_source(on, shift, harmonic, source):
     entry = Entry(np.eye(2), on=on, shift=shift)
-    model = plain(Term("probe", (Parameter("probe", "1", (entry,), 0.1),), {"probe": 0.1}, "output"))
+    model = plain(shown("probe", 0.1, entry))
     moved = 0.1 * measured_response(plain(), [SPEED], [source])[0, 0]
     found = measured_response(model, [SPEED], [harmonic])[0, 0]
     assert found == pytest.approx(moved if on == "z" else moved.conj(), rel=1e-12)
 
 
 def test_simulated_records_hold_every_harmonic_a_probe_shows():
-    entry = Entry(np.eye(2), on="conj")
-    model = plain(Term("probe", (Parameter("probe", "1", (entry,), 0.1),), {"probe": 0.1}, "output"))
+    model = plain(shown("probe", 0.1, Entry(np.eye(2), on="conj")))
     time = np.arange(200) * 2 * np.pi / SPEED / 100
     records = simulate_records(model, [SPEED], [1, -1], time)
     found = full_spectrum(records, [1, -1], registry().get("spectrum", "regression"), "none").amplitude

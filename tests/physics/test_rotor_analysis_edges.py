@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import yaml
-from machines import disc, film, shaft, springs
+from machines import disc, film, rig_of, shaft, springs
 from one_line_errors import refused
 
 from rotorstudy import build_model
@@ -25,13 +25,11 @@ def test_an_undamped_resonance_has_no_bound():
     """Also where a speed of the analysis is the critical speed: from 100 to 696 rad/s they are 4 rad/s apart."""
     found = analyse_rotor(build_model({"rotor": ROTOR, "effects": [UNBALANCE]}), 100.0, 696.0)
     assert [one.speed for one in found.criticals] == [pytest.approx(NATURAL, rel=1e-12)]
-    assert [(p.peak.speed, p.peak.amplitude, p.peak.amplification) for p in found.peaks] == [
-        (pytest.approx(NATURAL), np.inf, np.inf)
-    ] * 2
+    shown = [(p.peak.speed, p.peak.amplitude, p.peak.amplification) for p in found.peaks]
+    assert shown == [(pytest.approx(NATURAL), np.inf, np.inf)] * 2
     assert "No damping acts" in summary(found)[-1]
-    assert [(row["amplification factor (1)"], row["required (API 617)"]) for row in resonances(found, (100, 200))] == [
-        (None, "26 %")
-    ] * 2
+    rows = resonances(found, (100, 200))
+    assert [(row["amplification factor (1)"], row["required (API 617)"]) for row in rows] == [(None, "26 %")] * 2
     damped = {"kind": "external_damping", "external_damping_N_s_per_m": 10.0}
     bounded = analyse_rotor(build_model({"rotor": ROTOR, "effects": [UNBALANCE, damped]}), 100.0, 696.0)
     assert not any("No damping" in line for line in summary(bounded))
@@ -43,15 +41,10 @@ def test_a_probe_at_a_node_that_the_rig_lacks_is_named(tmp_path):
     refused(lambda: analyse_files(tmp_path / "rig.yaml", tmp_path / "out"), "unknown node '9'")
 
 
-def test_a_stated_unbalance_of_zero_is_replaced_by_that_of_the_grade():
-    found = analyse_rotor(build_model({"rotor": ROTOR, "effects": [{**UNBALANCE, "eccentricity_m": 0.0}]}))
-    assert found.unbalance.startswith("none is stated")
-
-
-def test_runout_is_no_unbalance():
-    found = analyse_rotor(build_model({"rotor": ROTOR, "effects": [{"kind": "runout", "runout_1X_m": 1e-6}]}))
-    assert found.unbalance.startswith("none is stated")
-    assert found.peaks
+@pytest.mark.parametrize("effect", [{**UNBALANCE, "eccentricity_m": 0.0}, {"kind": "runout", "runout_1X_m": 1e-6}])
+def test_without_a_stated_unbalance_that_of_the_grade_is_taken_also_beside_a_runout(effect):
+    found = analyse_rotor(build_model({"rotor": ROTOR, "effects": [effect]}))
+    assert found.unbalance.startswith("none is stated") and found.peaks
 
 
 @pytest.mark.parametrize("speeds", [(None, None), (10.0, 1000.0)])
@@ -65,12 +58,8 @@ def test_the_film_of_a_damper_acts_on_the_response_and_its_damping_on_the_whirl(
 
     The half film: a = viscosity D/2 (L/c)^3, k_f = 2 e / (1 - e^2)^2 and c_f = pi/2 (1 - e^2)^-1.5.
     """
-    rig = {
-        "rotor": ROTOR,
-        "bearings": [{**FILM, "length_m": 0.01, "centring_stiffness_N_per_m": 0.0}],
-        "effects": [UNBALANCE],
-    }
-    found = analyse_rotor(build_model(rig))
+    damper = {**FILM, "length_m": 0.01, "centring_stiffness_N_per_m": 0.0}
+    found = analyse_rotor(build_model(rig_of(ROTOR, [damper], UNBALANCE)))
     size, e = 0.01 * 0.05 * (0.01 / 2e-4) ** 3, 0.4
     damping = size * np.pi / 2 * (1 - e * e) ** -1.5
     assert found.criticals[0].damping_ratio == pytest.approx(damping / (2 * MASS * NATURAL), rel=1e-6)
@@ -85,14 +74,9 @@ def test_the_film_of_a_damper_acts_on_the_response_and_its_damping_on_the_whirl(
 
 def test_a_rotor_on_pedestals_alone_has_the_critical_speeds_of_the_whole_structure():
     """Those of the rotor on a foundation that has the masses of the pedestals; isotropic, so that they are circles."""
-    pedestal = {
-        "kind": "flexible_pedestal",
-        "bearing_stiffness_N_per_m": {"xx": 1e6},
-        "pedestal_stiffness_N_per_m": {"xx": 1e7},
-        "pedestal_mass_kg": {"xx": 1.0},
-        "bearing_damping_N_s_per_m": {"xx": 20.0},
-        "bearing_scale": 1.0,
-    }
+    pedestal = {"kind": "flexible_pedestal", "bearing_stiffness_N_per_m": {"xx": 1e6}, "pedestal_mass_kg": {"xx": 1.0},
+                "pedestal_stiffness_N_per_m": {"xx": 1e7}, "bearing_damping_N_s_per_m": {"xx": 20.0},
+                "bearing_scale": 1.0}  # fmt: skip
     rig = {"rotor": SHAFT, "bearings": [{**pedestal, "node": n, "label": str(n)} for n in (1, 5)], "sensors": [3]}
     found = analyse_rotor(build_model(rig), 10.0, 1500.0)
     feet = [{**one, "mass_kg": 1.0} for one in springs({1: "foot 1", 5: "foot 5"}, 1e7, 0.0)]

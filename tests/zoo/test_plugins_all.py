@@ -12,7 +12,6 @@ from machines import shaft
 from rotorstudy import build_model, registry
 from rotorstudy.authoring.invariants import invariants_of
 from rotorstudy.authoring.invariants.bench import bench_structure
-from rotorstudy.model.kinds import KINDS
 
 ZOO = registry()
 STRUCTURE = bench_structure()
@@ -22,16 +21,6 @@ UNITS = {"kg", "m", "m2", "m3", "s2", "N", "Pa", "ratio", "share", "xx", "xy", "
 
 def test_the_whole_zoo_loads():
     assert ZOO.failures == []
-    assert {"jeffcott"} <= set(ZOO.plugins["rotor"]) and {"switching"} <= set(ZOO.plugins["crack"])
-    effects = {"unbalance", "external_damping", "internal_damping", "bow", "sensor_gap", "runout"}
-    assert effects <= set(ZOO.plugins["effect"])
-    assert {"regression", "fft"} <= set(ZOO.plugins["spectrum"])
-    assert {"least_squares", "maximum_likelihood"} <= set(ZOO.plugins["estimator"])
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_is_documented(kind):
-    assert KINDS[kind].__doc__
 
 
 @pytest.mark.parametrize(
@@ -45,12 +34,8 @@ def test_it_holds_every_invariant_of_its_kind(plugin, check):
 
 def bad_confounders(effects):
     """Confounders that do not exist, or lack what separates them."""
-    return [
-        (effect.name, confounder)
-        for effect in effects.values()
-        for confounder, separation in effect.confounders.items()
-        if confounder not in effects or len(separation) < 11
-    ]
+    told = [(effect.name, *of) for effect in effects.values() for of in effect.confounders.items()]
+    return [(name, other) for name, other, separation in told if other not in effects or len(separation) < 11]
 
 
 def test_confounders_exist_and_are_told_apart_by_what_one_of_both_says():
@@ -114,12 +99,8 @@ def test_numbers_among_the_options_have_their_unit_in_the_name(kind):
 def loaded_modules(code):
     """Top-level modules a fresh interpreter has after some code, that it did not have before."""
     program = f"import sys; before = set(sys.modules); {code}; print(' '.join(sorted(set(sys.modules) - before)))"
-    return {
-        m.split(".")[0]
-        for m in subprocess.run(
-            [sys.executable, "-c", program], capture_output=True, text=True, check=True
-        ).stdout.split()
-    }
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    return {module.split(".")[0] for module in done.stdout.split()}
 
 
 def test_importing_the_package_imports_nothing_heavy():
