@@ -44,11 +44,8 @@ def test_identify_finds_what_was_simulated_within_its_intervals(records, tmp_pat
     names = ["internal_damping", "external_damping", "eccentricity", "stiffness_loss"]
     command("identify", records, "--rig", RIG, "--unknowns", *names, "--out", out)
     with xr.open_dataset(out) as found:
-        true = xr.DataArray(
-            [20.0, 100.0, 5e-6, np.pi / 6, 2.5e5],
-            coords={"parameter": [*names[:3], "eccentricity_phase", names[3]]},
-            dims="parameter",
-        )
+        where = {"parameter": [*names[:3], "eccentricity_phase", names[3]]}
+        true = xr.DataArray([20.0, 100.0, 5e-6, np.pi / 6, 2.5e5], where)
         # five standard deviations: one in a million for a right interval, and far less than any real error
         assert (abs(found.estimate - true) < 5 * found.standard_deviation).all()
         assert list(found.unit.values) == ["N s/m", "N s/m", "m", "rad", "N/m"]

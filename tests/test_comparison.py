@@ -35,17 +35,11 @@ def test_advice_takes_valid_equals_first_names_them_and_says_where_the_worst_is(
     )
     assert list(told.fault) == ["spikes", "spikes", ANY_FAULT, ANY_FAULT]
     first, second = told.iloc[0], told.iloc[1]
-    assert (first.spectrum_method, first.estimator, first["equally good estimators"]) == (
-        "plain",
-        "valid",
-        "seldom fails, sure",
-    )
+    of_first = (first.spectrum_method, first.estimator, first["equally good estimators"])
+    assert of_first == ("plain", "valid", "seldom fails, sure")
     assert first["worst rotor and noise"] == "a, 1 %" and first.intervals == "valid"
-    assert (second.spectrum_method, second["worst rotor and noise"], second["equally good estimators"]) == (
-        "other",
-        "b, 5 %",
-        "none",
-    )
+    of_second = (second.spectrum_method, second["worst rotor and noise"], second["equally good estimators"])
+    assert of_second == ("other", "b, 5 %", "none")
 
 
 def test_advice_for_a_fault_not_known_is_by_the_worst_of_all_faults():
@@ -77,11 +71,8 @@ def test_levels_evaluated_together_are_those_evaluated_alone(method, fault, requ
     root = request.config.rootpath
     config = load_comparison(root / "workflow" / "config" / "test" / "compare.yaml")
     config = config.model_copy(update={"faults": {"one": Fault(**fault)}})
-    model, harmonics, method = (
-        load_rig(root / "examples" / "jeffcott.yaml"),
-        [0, 1, -1],
-        registry().get("spectrum", method),
-    )
+    model, harmonics = load_rig(root / "examples" / "jeffcott.yaml"), [0, 1, -1]
+    method = registry().get("spectrum", method)
     rotor = Rotor(model, (), harmonics, harmonics, np.array([100.0]))
 
     def found(levels):
@@ -100,36 +91,22 @@ def test_levels_evaluated_together_are_those_evaluated_alone(method, fault, requ
 def compared():
     """A tiny comparison as its stages leave it: Dataset over everything, errors of the harmonics, bias."""
     rng = np.random.default_rng(0)
-    labels = {
-        "rotor": ["small", "large"],
-        "estimator": ["good", "poor"],
-        "spectrum_method": ["regression", "fft"],
-        "fault": ["whole revolutions", "outliers"],
-        "noise": [0.0, 1.0, 5.0],
-        "parameter": ["damping", "eccentricity"],
-    }
+    labels = {"rotor": ["small", "large"], "estimator": ["good", "poor"], "spectrum_method": ["regression", "fft"]}
+    labels |= {"fault": ["whole revolutions", "outliers"], "noise": [0.0, 1.0, 5.0]}
+    labels |= {"parameter": ["damping", "eccentricity"]}
     dims, shape = tuple(labels), tuple(map(len, labels.values()))
     efficiency = rng.uniform(0.7, 1, shape)
     efficiency[:, 1] /= 100
-    whole = xr.Dataset(
-        {
-            "efficiency": (dims, efficiency),
-            "rmse": (dims, efficiency**-0.5),
-            "scatter": (dims, 0.9 * efficiency**-0.5),
-            "bias": (dims, 0.4 * efficiency**-0.5),
-            "coverage": (dims, np.full(shape, 0.95) - 0.5 * (np.arange(2) == 1)[:, None, None, None, None]),
-            "failed": (dims[:-1], np.zeros(shape[:-1])),
-            "seconds": (dims[:-1], np.full(shape[:-1], 1e-3)),
-        },
-        labels,
-    )
+    poor = (np.arange(2) == 1)[:, None, None, None, None]
+    found = {"efficiency": (dims, efficiency)}
+    found |= {name: (dims, size * efficiency**-0.5) for name, size in (("rmse", 1.0), ("scatter", 0.9), ("bias", 0.4))}
+    found |= {"coverage": (dims, np.full(shape, 0.95) - 0.5 * poor)}
+    found |= {name: (dims[:-1], np.full(shape[:-1], value)) for name, value in (("failed", 0.0), ("seconds", 1e-3))}
+    whole = xr.Dataset(found, labels)
     error = xr.DataArray(np.full((2, 3), 0.01), {key: labels[key] for key in ("fault", "noise")})
     errors = {(r, m): error * (1 + (m == "fft")) for r in labels["rotor"] for m in labels["spectrum_method"]}
-    percent = np.array([-1.0, 0.0, 1.0])
-    relative = xr.Dataset(
-        {"relative_error": (("case", "estimator", "known", "percent", "parameter"), np.full((1, 1, 1, 3, 2), 0.02))},
-        {"percent": percent},
-    )
+    over = ("case", "estimator", "known", "percent", "parameter"), np.full((1, 1, 1, 3, 2), 0.02)
+    relative = xr.Dataset({"relative_error": over}, {"percent": [-1.0, 0.0, 1.0]})
     return whole, errors, [("small", e, relative) for e in labels["estimator"]]
 
 
@@ -146,9 +123,8 @@ def test_figures_of_a_comparison_carry_their_name_and_say_what_is_in_the_data():
 
 
 def test_one_that_fails_somewhere_is_none_of_the_best():
-    values = xr.DataArray(
-        [[1.0, 2.0], [np.nan, 3.0]], {"fault": ["none", "spikes"], "spectrum_method": ["fails", "holds"]}
-    )
+    names = {"fault": ["none", "spikes"], "spectrum_method": ["fails", "holds"]}
+    values = xr.DataArray([[1.0, 2.0], [np.nan, 3.0]], names)
     assert best_by_worst(values) == ["holds"]
 
 

@@ -91,9 +91,8 @@ def test_compensation_carries_the_noise_of_the_phase():
     draws = (amplitude + parts[:, :2] + 1j * parts[:, 2:]) * np.exp(-1j * angles)
     sampled = np.cov(np.concatenate([draws.real, draws.imag], axis=1).T)
     assert turned[0] == pytest.approx(amplitude[0] * np.exp(-1j * phase))
-    assert (
-        np.abs(stated[0] - sampled).max() < 0.02 * np.abs(sampled).max()
-    )  # 100 000 draws, and second order in 1e-2 rad
+    # 100 000 draws, and second order in 1e-2 rad
+    assert np.abs(stated[0] - sampled).max() < 0.02 * np.abs(sampled).max()
 
 
 def test_keyphasor_jitter_is_stated():

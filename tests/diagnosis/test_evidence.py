@@ -108,11 +108,8 @@ def test_a_coupling_is_expected_at_an_end_of_the_shaft():
         found = [c for c in candidates(model, Settings())[0] if c.effect == name]
         odds = [PriorOdds(found, Settings(), model.structure).of(c) for c in found]
         at_ends = [c.where in ({"node": 1}, {"node": 7}) for c in found]
-        assert (
-            sum(at_ends) == 2
-            and np.sum(odds, where=at_ends) > 0.9
-            and np.max(odds, where=~np.array(at_ends), initial=0) < 0.02
-        )
+        assert sum(at_ends) == 2 and np.sum(odds, where=at_ends) > 0.9
+        assert np.max(odds, where=~np.array(at_ends), initial=0) < 0.02
 
 
 def test_amplitudes_that_cannot_be_negative_say_so():
@@ -138,11 +135,8 @@ def test_the_shape_of_a_contact_is_found_though_it_bends_its_columns():
     assert "rub, node 1" in {name for e, share in work.posterior() if share > 0.05 for name in e.named}
     best = max((e for e in work.explanations if e.named == {"rub, node 1"}), key=odds_of)
     (cause,) = best.causes
-    shape = cause.shape | {
-        "clearance_m": 3e-6,
-        "friction_ratio": 0.2,
-        "offset_ratio": 0.0,
-    }  # the damping of the base moves with the friction
+    # the damping of the base moves with the friction
+    shape = cause.shape | {"clearance_m": 3e-6, "friction_ratio": 0.2, "offset_ratio": 0.0}
     true = candidate(work.rig, "rub", cause.where, shape, cause.term.label, settings.prior_width)
     assert odds_of(best) > odds_of(work.explain((true,), best.fit.values)) - 0.5
     assert abs(cause.shape["clearance_m"] - 3e-6) < 3 * cause.shape_std["clearance_m"]

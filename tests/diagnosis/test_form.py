@@ -19,6 +19,9 @@ RNG = np.random.default_rng(8)
 SPEED, HARMONICS = np.array([50.0, 60.0, 80.0, 110.0]), np.array([0, 1, -1, 2])
 
 
+MOTIONS = ("across", "along", "coupled", "skewed", "lagging")
+
+
 def noisy(noise=1e-7):
     """A spectrum of two nodes with independent noise."""
     amplitude = RNG.standard_normal((4, 4, 2)) + 1j * RNG.standard_normal((4, 4, 2))
@@ -178,23 +181,14 @@ def test_parts_of_a_law_of_breathing_sum_to_another_law():
         return {(e.on, e.shift): np.asarray(e.matrix) for e in entries if e.on != "one"}
 
     first = across(hinge.entries_of_form("across", 1))
-    assert np.allclose(first["z", 0], share / 2 * half) and np.allclose(
-        first["conj", 2].real, (share / 2 * half * np.exp(0.8j)).real
-    )
+    assert np.allclose(first["z", 0], share / 2 * half)
+    assert np.allclose(first["conj", 2].real, (share / 2 * half * np.exp(0.8j)).real)
     # where the crack is open, at the angle zero, only the part that is open at all angles yields
-    for motion, open_too in (
-        ("across", False),
-        ("along", False),
-        ("coupled", False),
-        ("skewed", False),
-        ("lagging", False),
-        ("along", True),
-    ):
+    for motion, open_too in [*((one, False) for one in MOTIONS), ("along", True)]:
         entries = hinge.entries_of_form(motion, 0 if open_too else 2)
         turned = sum(np.exp(-1j * e.shift * 0.4) * np.asarray(e.matrix) for e in entries if e.on == "z")
-        assert np.abs(turned).max() == pytest.approx(
-            share * np.abs(half).max() if open_too else 0.0, abs=1e-9 * share * np.abs(half).max()
-        )
+        largest = share * np.abs(half).max()
+        assert np.abs(turned).max() == pytest.approx(largest if open_too else 0.0, abs=1e-9 * largest)
 
 
 def test_an_open_crack_that_is_skewed_yields_most_beside_the_middle_of_its_edge():
@@ -219,7 +213,7 @@ def test_an_open_crack_that_is_skewed_yields_most_beside_the_middle_of_its_edge(
 def test_by_the_moment_the_parts_are_those_by_the_weight_where_that_alone_acts():
     structure = load_rig("examples/two_discs.yaml").structure
     hinge = crack_at(structure, 0.3, 0.25, 0.0, "elasticity")
-    for motion in ("across", "along", "coupled", "skewed", "lagging"):
+    for motion in MOTIONS:
         force = hinge.force_of_form(motion, 1)
         for angle in (0.3, 2.0, 5.0):
             rotation = -np.array([[1e-3 * hinge.side]]) - hinge.section.own_moment / hinge.section.stiffness
@@ -263,8 +257,7 @@ def test_parameters_that_the_data_do_not_tell_apart_leave_the_error_of_form_as_i
 
     def std(jacobian):
         known = 1e-3 * np.eye(jacobian.shape[1])
-        return most_probable_form(
-            spectrum, [Change(change)], np.append(off, np.zeros(len(known))), jacobian, known, 0.05
-        )
+        left = np.append(off, np.zeros(len(known)))
+        return most_probable_form(spectrum, [Change(change)], left, jacobian, known, 0.05).std
 
-    assert std(np.hstack([column, column])).std == pytest.approx(std(column).std, rel=1e-6)
+    assert std(np.hstack([column, column])) == pytest.approx(std(column), rel=1e-6)

@@ -33,12 +33,8 @@ def noisy(model, speeds, seed):
 
 
 def both(one, other):
-    return replace(
-        one,
-        amplitude=np.concatenate([one.amplitude, other.amplitude]),
-        speed=np.concatenate([one.speed, other.speed]),
-        covariance=np.concatenate([one.covariance, other.covariance]),
-    )
+    parts = ("amplitude", "speed", "covariance")
+    return replace(one, **{part: np.concatenate([getattr(one, part), getattr(other, part)]) for part in parts})
 
 
 def from_file(rig):
@@ -109,9 +105,8 @@ def test_values_that_were_not_estimated_keep_what_the_rig_says_of_them():
               "correlations": [[1.0], [0.5, 1.0]]}  # fmt: skip
     given = {**RIG, "prior": stated}
     covariance = np.diag([4.0, np.inf])
-    rig = rig_with_estimate(
-        given, build_model(given), ("external_damping", "stiffness_loss"), np.array([90.0, np.nan]), covariance
-    )
+    names, values = ("external_damping", "stiffness_loss"), np.array([90.0, np.nan])
+    rig = rig_with_estimate(given, build_model(given), names, values, covariance)
     assert rig["cracks"] == RIG["cracks"]  # left open by the data
     assert rig["effects"][1]["external_damping_N_s_per_m"] == 90.0
     assert rig["prior"]["parameters"] == ["external_damping", "internal_damping"]

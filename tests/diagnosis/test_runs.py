@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from machines import disc, faulty, shaft, spectrum_of, springs, write_harmonics
+from machines import disc, faulty, rig_of, shaft, spectrum_of, springs, unbalance, write_harmonics
 from one_line_errors import refused
 
 from rotorstudy import build_model, measured_spectrum, read_rig
@@ -23,22 +23,14 @@ from rotorstudy.inference.joint import fit_runs
 from rotorstudy.inference.prediction import with_model_error
 
 SPEEDS = np.array([80.0, 120.0, 150.0])
-RIG = {
-    "rotor": shaft(0.56, 8, *(disc(node, 0.8, 5.8e-4, 3.3e-4) for node in (3, 7)), outer_diameter_m=0.01),
-    "bearings": springs({1: "left", 9: "right"}, 2e5, 50.0),
-    "effects": [
-        {"kind": "unbalance", "node": 3, "label": "disc 1", "mass_kg": 1e-3, "eccentricity_m": 0.0},
-        {"kind": "unbalance", "node": 7, "label": "disc 2", "mass_kg": 1e-3, "eccentricity_m": 0.0},
-    ],
-    "sensors": [2, 8],
-    "measurement": {"harmonics": [1, -1], "table_noise_m": 2e-8, "node_of_label": {"disc 1": 3, "2": 2, "8": 8}},
-    "diagnosis": {
-        "nuisance": {},
-        "model_error": 0.0,
-        "model_floor": 0.0,
-        "uncertainty": {"default": 0.2, "rotor": 0, "rotor.youngs_modulus_Pa": 0.1, "eccentricity": 10.0},
-    },
-}
+KNOWN = {"default": 0.2, "rotor": 0, "rotor.youngs_modulus_Pa": 0.1, "eccentricity": 10.0}
+RIG = rig_of(
+    shaft(0.56, 8, *(disc(node, 0.8, 5.8e-4, 3.3e-4) for node in (3, 7)), outer_diameter_m=0.01),
+    springs({1: "left", 9: "right"}, 2e5, 50.0),
+    *(unbalance(node, 0.0, label=f"disc {i}", mass_kg=1e-3) for i, node in ((1, 3), (2, 7))), sensors=[2, 8],
+    measurement={"harmonics": [1, -1], "table_noise_m": 2e-8, "node_of_label": {"disc 1": 3, "2": 2, "8": 8}},
+    diagnosis={"nuisance": {}, "model_error": 0.0, "model_floor": 0.0, "uncertainty": KNOWN}
+)  # fmt: skip
 TRUE = {"bearing_stiffness[left]": 2.3e5, "bearing_stiffness[right]": 1.8e5, "rotor.youngs_modulus_Pa": -0.08}
 
 

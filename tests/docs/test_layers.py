@@ -42,13 +42,8 @@ def strings(text):
 def contracts(config):
     """What import-linter says: its exit status and text."""
     code = "import sys; from importlinter.cli import lint_imports_command; sys.exit(lint_imports_command())"
-    found = subprocess.run(
-        [sys.executable, "-c", code, "--config", str(config), "--no-cache", "--no-logo"],
-        capture_output=True,
-        text=True,
-        cwd=ROOT,
-        timeout=100,
-    )
+    call = [sys.executable, "-c", code, "--config", str(config), "--no-cache", "--no-logo"]
+    found = subprocess.run(call, capture_output=True, text=True, cwd=ROOT, timeout=100)
     return found.returncode, found.stdout + found.stderr
 
 
@@ -89,9 +84,10 @@ def test_the_package_names_no_other_plugin():
     assert {word for path in GENERAL for word in models_named(path.read_text())} <= NAMED
 
 
-@pytest.mark.parametrize(
-    "name", ["jeffcott", "switching", "strip_integration", "short_journal", "probe_gain", "fft", "huber"]
-)
+KINDS = ("jeffcott", "switching", "strip_integration", "short_journal", "probe_gain", "fft", "huber")
+
+
+@pytest.mark.parametrize("name", KINDS)
 def test_a_model_of_any_kind_that_is_named_is_found(name):
     assert models_named(f"kind = {name!r}") == [name]
 

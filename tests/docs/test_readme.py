@@ -24,14 +24,9 @@ def blocks(language):
 
 
 def run(arguments, folder, **environment):
-    return subprocess.run(
-        arguments,
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=600,  # for what hangs; no claim on speed
-        env={**os.environ, "MPLBACKEND": "Agg", **environment},
-    )
+    environment = {**os.environ, "MPLBACKEND": "Agg", **environment}
+    # the time is for what hangs; no claim on speed
+    return subprocess.run(arguments, cwd=folder, capture_output=True, text=True, timeout=600, env=environment)
 
 
 def test_the_crack_in_one_file_is_found_and_used(tmp_path, monkeypatch, capsys, command):
@@ -39,11 +34,8 @@ def test_the_crack_in_one_file_is_found_and_used(tmp_path, monkeypatch, capsys, 
     (place,) = re.findall(r"Save this as `(\S+)`", README)
     (tmp_path / place).parent.mkdir()
     (tmp_path / place).write_text(code)
-    rig = (
-        (ROOT / "examples" / "jeffcott.yaml")
-        .read_text()
-        .replace("kind: switching", "kind: jammed\n    open_share: 0.2")
-    )
+    rig = (ROOT / "examples" / "jeffcott.yaml").read_text()
+    rig = rig.replace("kind: switching", "kind: jammed\n    open_share: 0.2")
     (tmp_path / "rig.yaml").write_text(rig)
     monkeypatch.chdir(tmp_path)
     assert main(["plugins"]) == 0 and "jammed" in capsys.readouterr().out

@@ -3,7 +3,6 @@
 A short run always; `ROTORSTUDY_FUZZ=100000 pytest tests/errors/test_hostile_input.py` tries as many inputs.
 """
 
-import contextlib
 import copy
 import os
 import re
@@ -278,15 +277,8 @@ def test_a_terminal_without_the_sign_shows_a_question_mark():
     assert found.returncode == 0 and found.stdout.endswith(b"1 ? 2\n")
 
 
-LEAVES = st.one_of(
-    st.floats(allow_nan=True, allow_infinity=True),
-    st.integers(-(10**16), 10**16),
-    st.text(max_size=5),
-    st.none(),
-    st.booleans(),
-    st.lists(st.integers(-2, 9), max_size=3),
-    st.dictionaries(st.text(max_size=3), st.integers(), max_size=2),
-)
+LEAVES = st.floats() | st.integers(-(10**16), 10**16) | st.text(max_size=5) | st.none() | st.booleans()
+LEAVES |= st.lists(st.integers(-2, 9), max_size=3) | st.dictionaries(st.text(max_size=3), st.integers(), max_size=2)
 
 
 def places(value, path=()):
@@ -400,7 +392,7 @@ def test_a_term_of_another_rotor_is_refused():
 def test_a_spectrum_of_other_shapes_is_refused(change, fits):
     given = {"amplitude": np.ones((2, 3, 1)), "speed": np.array([80.0, 90.0]), "harmonics": np.array([1, -1, 2])}
     given |= {"sensors": (1,), "covariance": np.tile(np.eye(6), (2, 1, 1, 1))}
-    with (
-        contextlib.nullcontext() if fits else pytest.raises(RotorstudyError, match="a spectrum has amplitude of shape")
-    ):
+    if fits:
         assert Spectrum(**given | change).sensors == (1,)
+    else:
+        refused(lambda: Spectrum(**given | change), "a spectrum has amplitude of shape")

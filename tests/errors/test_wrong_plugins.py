@@ -58,32 +58,25 @@ NO_TUPLE = {
     "effect": ('    return [Parameter("c", "N/m", (Entry(-np.outer(here, here))), typical=1.0)]', "with a comma"),
 }
 HERE = "Entry(-np.outer(here, here)"
-NO_ENTRY = {
-    "bearing": (
-        '    return [Parameter("k", "N/m", (Entry(-here, on="conjugate"),), typical=1e7)]',
-        "has on = 'conjugate'",
-    ),
-    "effect": (f'    return [Parameter("c", "N/m", ({HERE}, order=1.5),), typical=1.0)]', "order = 1.5"),
-}
-NO_NUMBERS = {
-    "effect": (f'    return [Parameter("c", "N/m", ({HERE}.astype(object)),), typical=1.0)]', "matrix of numbers")
-}
-NO_SIZE = {"effect": (f'    return [Parameter("c", "N/m", ({HERE}),), typical=float("nan"))]', "typical = nan")}
-WRITES = {
-    "effect": (
-        f'    structure.stiffness[:] *= 2\n    return [Parameter("c", "N/m", ({HERE}),), typical=1.0)]',
-        "is read-only",
-    )
-}
-COMPLEX = {"crack": ("    return np.exp(1j * angle)", "gives complex numbers; shares of a loss are real")}
-EXITS = dict.fromkeys(("crack", "effect"), ("    import sys\n\n    sys.exit(0)", "SystemExit: 0"))
-WRONG = [
-    pytest.param(kind, *case, id=f"{kind}-{name}")
-    for name, cases in (("shape", SHAPE), ("NaN", NOT_A_NUMBER), ("raises", RAISES), ("nothing", NOTHING),
-                        ("unit", WITHOUT_UNIT), ("tuple", NO_TUPLE), ("exits", EXITS), ("complex", COMPLEX),
-                        ("entry", NO_ENTRY), ("numbers", NO_NUMBERS), ("size", NO_SIZE), ("writes", WRITES))
-    for kind, case in cases.items()
-]  # fmt: skip
+
+
+def gives(entry, typical="1.0"):
+    return f'    return [Parameter("c", "N/m", ({entry},), typical={typical})]'
+
+
+OTHERS = [  # kind, what is wrong, what is given back and answered
+    ("bearing", "entry", gives('Entry(-here, on="conjugate")'), "has on = 'conjugate'"),
+    ("effect", "entry", gives(f"{HERE}, order=1.5)"), "order = 1.5"),
+    ("effect", "numbers", gives(f"{HERE}.astype(object))"), "matrix of numbers"),
+    ("effect", "size", gives(f"{HERE})", 'float("nan")'), "typical = nan"),
+    ("effect", "writes", "    structure.stiffness[:] *= 2\n    return None", "is read-only"),
+    ("crack", "complex", "    return np.exp(1j * angle)", "gives complex numbers; shares of a loss are real"),
+    *((kind, "exits", "    import sys\n\n    sys.exit(0)", "SystemExit: 0") for kind in ("crack", "effect")),
+]
+TABLES = {"shape": SHAPE, "NaN": NOT_A_NUMBER, "raises": RAISES, "nothing": NOTHING, "unit": WITHOUT_UNIT}
+TABLES |= {"tuple": NO_TUPLE}
+OTHERS += [(kind, name, *case) for name, cases in TABLES.items() for kind, case in cases.items()]
+WRONG = [pytest.param(kind, *case, id=f"{kind}-{name}") for kind, name, *case in OTHERS]
 
 JEFFCOTT = "rotor: {kind: jeffcott, mass_kg: 2.0, stiffness_N_per_m: 7.6e+5}\n"
 UNBALANCE = "effects:\n  - {kind: external_damping, external_damping_N_s_per_m: 100.0}\n"

@@ -68,6 +68,14 @@ def scattered(force, spread, along):
     return add
 
 
+def seat(x, error):
+    return 3e5 * np.clip(x + 3e-6 + error, 0, 8e-6)
+
+
+def support(r, error):
+    return 3e5 * np.minimum(r, 1e-5 + error)
+
+
 def lifting(y):
     n = np.array([np.cos(np.pi + 2.0), np.sin(np.pi + 2.0)])
     return y @ n, n
@@ -97,18 +105,8 @@ def ring(clearance, away=0.0, preload=0.0):
         pytest.param([LOOSE], lossy(np.pi, 1e-5), 450.0, 2e-4, id="looseness"),
         pytest.param([ASIDE], lossy(np.pi - 1.1, 1e-5), 450.0, 2e-4, id="looseness aside"),
         pytest.param([BOLTED], lossy(np.pi + 2.0, -3e-6, 8e-6), 450.0, 2e-4, id="looseness held by bolts"),
-        pytest.param(
-            [UNEVEN],
-            scattered(lambda x, e: 3e5 * np.clip(x + 3e-6 + e, 0, 8e-6), 4e-6, lifting),
-            *(450.0, 2e-4),
-            id="looseness of an uneven seat",
-        ),
-        pytest.param(
-            [WORN],
-            scattered(lambda r, e: 3e5 * np.minimum(r, 1e-5 + e), 2e-6, from_the_centre),
-            *(450.0, 2e-4),
-            id="support with clearance",
-        ),
+        pytest.param([UNEVEN], scattered(seat, 4e-6, lifting), 450.0, 2e-4, id="looseness of an uneven seat"),
+        pytest.param([WORN], scattered(support, 2e-6, from_the_centre), 450.0, 2e-4, id="support with clearance"),
         pytest.param([CUBIC], lambda machine, rest: add_cubic_bearing(machine, 0, 2e13), 300.0, 1e-5, id="cubic"),
     ],
 )
@@ -202,9 +200,8 @@ def test_a_column_for_screening_is_the_force_at_the_motion():
 @pytest.mark.parametrize(("lift", "play", "switches"), [(-1e-3, 2e-3, False), (-1e-3, 1e-4, False), (0.0, None, True)])
 def test_a_support_that_never_lifts_off_or_lands_is_linear(lift, play, switches):
     """Always lifted a constant and a stiffness, beyond its play a constant: only the third opens and closes."""
-    (_, force), *_ = rotor(
-        {"kind": "looseness", "lift_m": lift, "play_m": play, "stiffness_lost_in_lift_N_per_m": 1e4}
-    ).nonlinear_forces
+    loose = {"kind": "looseness", "lift_m": lift, "play_m": play, "stiffness_lost_in_lift_N_per_m": 1e4}
+    (_, force), *_ = rotor(loose).nonlinear_forces
     amplitude = np.zeros((2, len(EVERY), 1), complex)
     amplitude[:, EVERY == 1, 0] = [[3e-5], [4e-5j]]
     left = affine_error(force, amplitude, np.array([100.0, 200.0]), EVERY, np.array([1e-4]))

@@ -28,15 +28,9 @@ def response(rig, at, losses, *, weight_dominance, **place):
 @pytest.mark.parametrize("weight_dominance", [True, False])
 @pytest.mark.parametrize("a, b", [(0.18, 0.18), (0.2, 0.16)])
 def test_a_disc_on_a_light_shaft_is_the_disc_of_the_zoo(a, b, weight_dominance):
-    light = {
-        "kind": "finite_element",
-        "elements": [{"length_m": a, "count": 2}, {"length_m": b}],
-        "outer_diameter_m": 0.015,
-        "density_kg_per_m3": 1e-6,
-        "theory": "euler_bernoulli",
-        "pinned_nodes": [1, 4],
-        "discs": [disc(3)],
-    }
+    spans = {"elements": [{"length_m": a, "count": 2}, {"length_m": b}], "pinned_nodes": [1, 4], "discs": [disc(3)]}
+    light = {"kind": "finite_element", "outer_diameter_m": 0.015, "density_kg_per_m3": 1e-6, **spans}
+    light["theory"] = "euler_bernoulli"
     massless = {**OFFSET_DISC, "a_m": a, "b_m": b}
     losses = {"stiffness_loss_22_N_per_m": 1e5, "stiffness_loss_44_N_m": 300.0}
 
@@ -92,10 +86,8 @@ def test_natural_frequencies_of_the_shaft_of_chapter_6():
 
     def first(*bearings, **supports):
         free = rotor(discs=discs, **shaft, **supports)
-        items = [
-            {"kind": "linear", "node": n, "label": str(n), **isotropic(k)}
-            for n, k in zip((1, 5), bearings, strict=False)
-        ]
+        places = zip((1, 5), bearings, strict=False)
+        items = [{"kind": "linear", "node": n, "label": str(n), **isotropic(k)} for n, k in places]
         terms = tuple(make_term("bearing", item, free, free.nodes) for item in items)
         return np.abs(eigenvalues(Model(free, terms), [1e-6])[0].imag).min()
 

@@ -77,18 +77,12 @@ def test_pedestal_resonance_is_a_mass_on_a_spring_behind_the_bearing(bearing, ac
     damper = 0.2 * critical - bearing
     item = on_pedestal(bearing, spring, damper, mass)
     plain = linear(1, bearing_stiffness_N_per_m=STIFF, bearing_damping_N_s_per_m=bearing)
-    both = {"xx": 0, "yy": 1}
+    of_pedestal = {"stiffness_N_per_m": spring, "damping_N_s_per_m": damper, "mass_kg": mass}
     built = {
-        "kind": "flexible_pedestal",
-        "node": 1,
-        "label": "1",
-        "bearing_stiffness_N_per_m": {"xx": STIFF},
-        "bearing_damping_N_s_per_m": {"xx": bearing},
-        "pedestal_stiffness_N_per_m": {key: float(spring[i]) for key, i in both.items()},
-        "pedestal_damping_N_s_per_m": {key: float(damper[i]) for key, i in both.items()},
-        "pedestal_mass_kg": {key: float(mass[i]) for key, i in both.items()},
-        "bearing_scale": 1.0,
+        f"pedestal_{key}": dict(zip(("xx", "yy"), map(float, two), strict=True)) for key, two in of_pedestal.items()
     }
+    built |= {"kind": "flexible_pedestal", "node": 1, "label": "1", "bearing_scale": 1.0}
+    built |= {"bearing_stiffness_N_per_m": {"xx": STIFF}, "bearing_damping_N_s_per_m": {"xx": bearing}}
     assert same(response(plain, item), response(built), 1e-10)
     assert same(response(plain, item | {"frequency_ratio": 1.0}), response(built), 1e-10) == (across == 1)
     assert not same(response(plain), response(built), 1e-2)

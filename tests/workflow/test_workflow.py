@@ -64,10 +64,7 @@ def whole(project):
 def some(whole, tmp_path_factory):
     """One study and one replay of the tiny configuration: all that SOME_TARGETS need, and sooner planned."""
     config = yaml.safe_load(whole.read_text())
-    parts = {
-        "studies": {"chapter_2": config["studies"]["chapter_2"]},
-        "replays": {"chapter_3": config["replays"]["chapter_3"]},
-    }
+    parts = {kind: {one: config[kind][one]} for kind, one in (("studies", "chapter_2"), ("replays", "chapter_3"))}
     path = tmp_path_factory.mktemp("some") / "config.yaml"
     path.write_text(yaml.safe_dump({key: config[key] for key in ("results", "reference")} | parts))
     return path

@@ -104,11 +104,6 @@ def test_a_distribution_installed_with_pip_joins_the_zoo(tmp_path):
         "plugin = rotorstudy.registry().get('crack', 'from_a_distribution')\n"
         "print(plugin.file, broken_invariants(plugin), rotorstudy.registry().failures)"
     )
-    found = subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, "PYTHONPATH": str(tmp_path)},
-    )
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
     assert found.stdout.split()[0].startswith(str(tmp_path)) and found.stdout.strip().endswith("{} []")

@@ -39,14 +39,8 @@ def motion(speed, size, highest=3):
     static = random.standard_normal(size)
     time = np.arange(256) / 256 * 2 * np.pi / speed
     basis = np.exp(1j * np.outer(time, harmonics) * speed)
-    return (
-        harmonics,
-        amplitude,
-        static,
-        time,
-        basis @ amplitude + static,
-        basis @ (1j * harmonics[:, None] * speed * amplitude),
-    )
+    velocity = basis @ (1j * harmonics[:, None] * speed * amplitude)
+    return harmonics, amplitude, static, time, basis @ amplitude + static, velocity
 
 
 def columns(entries, size, deflection=None):
