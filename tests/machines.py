@@ -1,5 +1,7 @@
 """Rigs of the tests, as in a rig file, what the probes of a model would show, and motions by the simulator."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from rotorstudy import Spectrum, build_model, make_term, measured_response, measured_response_and_jacobian, registry
@@ -101,6 +103,12 @@ def readings(shown, speeds, harmonics, sensors, std, seed=None):
         shown = shown + real + 1j * imaginary
     covariance = independent_covariance(np.full(shown.shape, std**2))
     return Spectrum(shown, np.array(speeds), np.array(harmonics), tuple(sensors), covariance)
+
+
+def joined(one, other):
+    """The Spectrum of the speeds of one and of another."""
+    parts = ("amplitude", "speed", "covariance")
+    return replace(one, **{part: np.concatenate([getattr(one, part), getattr(other, part)]) for part in parts})
 
 
 def point_machine(mass, stiffness, damping, moment, internal=0.0):

@@ -12,29 +12,17 @@ from rotorstudy.blind.run import check_seal, diagnosed, run_blind
 from rotorstudy.diagnosis.verdict.result import Cause
 
 FIXED_SEED, CLEAN, LARGE = 4, 2, 2
-KINDS = {
-    "verdict": str,
-    "causes": list,
-    "ambiguous_with": list,
-    "separating_measurement": list,
-    "unexplained": list,
-    "residual_p_value": dict,
-    "residual_share": float,
-    "detection_limit": list,
-    "gain": (dict, type(None)),
-    "base_parameters": list,
-    "identifiability": dict,
-    "settings": dict,
-    "candidates": int,
-}
+KINDS = {"verdict": str, "residual_share": float, "candidates": int, "gain": (dict, type(None))}
+KINDS |= dict.fromkeys(("residual_p_value", "identifiability", "settings"), dict)
+KINDS |= dict.fromkeys(("causes", "ambiguous_with", "separating_measurement", "unexplained"), list)
+KINDS |= dict.fromkeys(("detection_limit", "base_parameters"), list)
 ALWAYS = ("case", "kind", "group", "machine", "size", "families", "verdict", "answer", "known", "in_set", "seconds")
 
 
 def quick(config, **changes):
     """The configuration on rotors that are diagnosed in a second or two."""
-    return config.model_copy(
-        update={"machines": {"any": 0.5, "jeffcott": 0.5}, "elements": (2, 2), "records": 0} | changes
-    )
+    few = {"machines": {"any": 0.5, "jeffcott": 0.5}, "elements": (2, 2), "records": 0}
+    return config.model_copy(update=few | changes)
 
 
 def run(config, out, cases, seed, **changed):

@@ -17,21 +17,15 @@ from rotorstudy.model.entries import apply_entries
 HARMONICS = np.array([0, 1, -1, 2, -2])
 ORDERS = np.array([0, 1, 2])
 RIG = {"rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}}
-DIRECTIONS = [
-    (0.0, (0.0, 90.0), 0.0),
-    (30.0, (75.0, -15.0), 20.0),
-    (-90.0, (45.0, 135.0), 110.0),
-    (200.0, (10.0, 85.0), -70.0),
-]
+DIRECTIONS = [(0.0, (0.0, 90.0), 0.0), (30.0, (75.0, -15.0), 20.0), (-90.0, (45.0, 135.0), 110.0)]
+DIRECTIONS += [(200.0, (10.0, 85.0), -70.0)]
 
 
 def stated(gravity, angles, mark, rotation):
     """Conventions with two probes at node 1."""
     probes = [{"channel": name, "node": 1, "angle_deg": angle} for name, angle in zip("ab", angles, strict=True)]
-    keyphasor = {"sensor_angle_deg": mark, "mark_angle_deg": 5.0}
-    return Conventions(
-        rotation=rotation, gravity_angle_deg=gravity, probes=probes, keyphasor=keyphasor, harmonics=HARMONICS.tolist()
-    )
+    given = {"keyphasor": {"sensor_angle_deg": mark, "mark_angle_deg": 5.0}, "harmonics": HARMONICS.tolist()}
+    return Conventions(rotation=rotation, gravity_angle_deg=gravity, probes=probes, **given)
 
 
 def spectrum_of(phasors, angles, conventions):
@@ -46,12 +40,9 @@ def spectrum_of(phasors, angles, conventions):
     forward, backward = (x + 1j * y) / 2, (x - 1j * y).conj() / 2
     key = conventions.keyphasor
     line = sense * (np.deg2rad(key.sensor_angle_deg) - down - np.deg2rad(key.mark_angle_deg))
-    found = [
-        (2 * forward[0] if n == 0 else (forward if n > 0 else backward)[abs(n)]) * np.exp(-1j * n * line)
-        for n in HARMONICS
-    ]
-    amplitude = np.array(found)[None, :, None]
-    return readings(amplitude, [100.0], HARMONICS, (1,), 1.0)
+    sides = [2 * forward[0] if n == 0 else (forward if n > 0 else backward)[abs(n)] for n in HARMONICS]
+    found = sides * np.exp(-1j * HARMONICS * line)
+    return readings(found[None, :, None], [100.0], HARMONICS, (1,), 1.0)
 
 
 def corrected(wrong, conventions, name):

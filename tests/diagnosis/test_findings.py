@@ -5,13 +5,14 @@ import json
 import pytest
 import xarray as xr
 import yaml
-from machines import SLOW
+from machines import SLOW, jeffcott_rig, point
 from one_line_errors import RIG
 
 from rotorstudy.commands.line import main
 
+pytestmark = pytest.mark.usefixtures("unrendered", "unhidden")
 
-@pytest.mark.usefixtures("unrendered", "unhidden")
+
 def test_warnings_go_into_the_verdict(spectrum, tmp_path, command):
     """A record with few revolutions is used, and the verdict says so."""
     _, rig = spectrum
@@ -27,14 +28,7 @@ def test_warnings_go_into_the_verdict(spectrum, tmp_path, command):
 
 QUICK = {"diagnosis": {"leave_out": SLOW, "candidates_per_round": 4}}
 ONE_CAUSE = {"diagnosis": {"leave_out": SLOW, "candidates_per_round": 2, "most_causes": 1}}
-OTHER = {
-    **RIG,
-    "rotor": {"kind": "jeffcott", "mass_kg": 8.0, "stiffness_N_per_m": 2e5},
-    "effects": [
-        {"kind": "external_damping", "external_damping_N_s_per_m": 400.0},
-        {"kind": "unbalance", "eccentricity_m": 6e-5, "eccentricity_phase_rad": -2.0},
-    ],
-}
+OTHER = jeffcott_rig(6e-5, -2.0, external=400.0, rotor=point(8.0, 2e5), measurement=RIG["measurement"])
 
 
 def verdict_on(rig, truth, tmp_path, command, settings=QUICK):
@@ -48,7 +42,6 @@ def verdict_on(rig, truth, tmp_path, command, settings=QUICK):
     return json.loads((out / "verdict.json").read_text())
 
 
-@pytest.mark.usefixtures("unrendered", "unhidden")
 def test_records_of_another_machine_are_told(tmp_path, command):
     verdict = verdict_on(RIG, OTHER, tmp_path, command, settings={"diagnosis": {"most_causes": 1}})  # whole library
     assert verdict["verdict"] != "nothing"
@@ -56,7 +49,6 @@ def test_records_of_another_machine_are_told(tmp_path, command):
     assert "far from the rig" in verdict["summary"]
 
 
-@pytest.mark.usefixtures("unrendered", "unhidden")
 def test_a_hidden_effect_is_not_taken_for_another_machine(tmp_path, command):
     asymmetry = {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.02, "shaft_asymmetry_phase_rad": 1.0}
     rig = {**RIG, "measurement": {"harmonics": [0, 1, -1, 2]}}  # without 2X it shows by its square alone, at 0X
@@ -64,7 +56,6 @@ def test_a_hidden_effect_is_not_taken_for_another_machine(tmp_path, command):
     assert verdict["findings"] == [] and verdict["verdict"] != "nothing"
 
 
-@pytest.mark.usefixtures("unrendered", "unhidden")
 def test_the_gap_of_the_probes_is_told_and_can_be_given(tmp_path, command):
     """A gap of a millimetre is what most proximity probes show; it must not silently become a preload."""
     gap = {"kind": "sensor_gap", "sensor_gap_m": 1e-3, "sensor_gap_phase_rad": 2.5}
@@ -73,13 +64,11 @@ def test_the_gap_of_the_probes_is_told_and_can_be_given(tmp_path, command):
     assert "probe gap" in {finding["name"] for finding in silent["findings"]} and "probe gap" in silent["summary"]
     named = {cause["effect"] for cause in silent["causes"]}
     assert ("sensor_gap" in silent["not_considered"]) == ("static_preload" in named)
-    given = verdict_on(
-        {**RIG, "effects": [*RIG["effects"], {**gap, "sensor_gap_m": 1.05e-3}]}, behind, tmp_path, command
-    )
+    near = {**RIG, "effects": [*RIG["effects"], {**gap, "sensor_gap_m": 1.05e-3}]}
+    given = verdict_on(near, behind, tmp_path, command)
     assert given["verdict"] == "nothing" and given["findings"] == []
 
 
-@pytest.mark.usefixtures("unrendered", "unhidden")
 def test_mil_declared_as_mm_is_told(spectrum, tmp_path, command):
     """A factor of 39 is no gain error of a probe."""
     with xr.open_dataset(tmp_path / "records.nc") as data:
@@ -93,7 +82,6 @@ def test_mil_declared_as_mm_is_told(spectrum, tmp_path, command):
     assert {"units", "far from the rig"} <= {finding["name"] for finding in verdict["findings"]}
 
 
-@pytest.mark.usefixtures("unrendered", "unhidden")
 @pytest.mark.parametrize("share", [4.0, 1.2])
 def test_a_fault_that_the_uncertainty_of_the_rig_takes_over_is_told(tmp_path, command, share):
     """Negative control: a value that differs by less than it has."""

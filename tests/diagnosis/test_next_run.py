@@ -1,11 +1,10 @@
 """The run that is advised decides as often as stated: simulated, and judged by fits of all data together."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import SLOW, faulty, jeffcott_rig, shaft, spectrum_of
+from machines import SLOW, faulty, jeffcott_rig, joined, shaft, spectrum_of
 from scipy.stats import binom
 
 from rotorstudy import build_model, make_term
@@ -58,7 +57,7 @@ def share_decided(diagnosis, measured, speed, term=None):
     One without a trial unbalance is fitted with the data of before; for one with it their posterior is the prior.
     """
     fits, weights, run = run_at(diagnosis, measured, speed, term)
-    known, draws, decided, right = diagnosis.search.spectrum, np.random.default_rng(7), 0, 0
+    before, draws, decided, right = diagnosis.search.spectrum, np.random.default_rng(7), 0, 0
     noise = np.linalg.cholesky(run.full_covariance()[0])
     for _ in range(RUNS):
         true = draws.choice(len(fits), p=weights)
@@ -68,17 +67,12 @@ def share_decided(diagnosis, measured, speed, term=None):
         real, imaginary = (noise @ draws.normal(size=len(noise))).reshape(2, len(HARMONICS), -1)
         new = run.with_amplitude(predicted(fits[true].model, run, theta) + real + 1j * imaginary)
         if term:
+            known = [Prior(one.names, one.free, one.covariance) for one in fits]
             again = [
-                fit(one.model, new, Prior(one.names, one.free, one.covariance), start=one.theta).evidence
-                for one in fits
+                fit(one.model, new, prior, start=one.theta).evidence for one, prior in zip(fits, known, strict=True)
             ]
         else:
-            both = replace(
-                known,
-                amplitude=np.concatenate([known.amplitude, new.amplitude]),
-                speed=np.append(known.speed, speed),
-                covariance=np.concatenate([known.covariance, run.covariance]),
-            )
+            both = joined(before, new)
             again = [fit(one.model, both, one.prior, start=one.theta).evidence - one.evidence for one in fits]
         odds = np.log(weights) + again
         posterior = np.exp(odds - np.logaddexp.reduce(odds))
@@ -100,9 +94,8 @@ def test_the_advised_run_decides_as_often_as_stated_and_rightly(bow_or_runout):
 
 def test_a_trial_unbalance_decides_as_often_as_stated():
     """It adds forward motion, of which an anisotropic support makes backward motion, an added mass none."""
-    diagnosis, measured = diagnosed(
-        np.array([150.0, 300.0, 450.0]), kind="support_anisotropy", support_anisotropy_N_per_m=3e4
-    )
+    uneven = {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 3e4}
+    diagnosis, measured = diagnosed(np.array([150.0, 300.0, 450.0]), **uneven)
     advised = next(run for run in diagnosis.verdict.next_runs if run.trial)
     item = {"kind": "unbalance", **advised.trial.where, "label": "trial", "mass_kg": 1e-3,
             "eccentricity_m": advised.trial_unbalance / 1e-3}  # fmt: skip

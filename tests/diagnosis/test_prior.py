@@ -1,11 +1,9 @@
 """What one command learns of a rig, the next one knows: values and their covariance travel in the rig file."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import yaml
-from machines import SLOW, jeffcott_rig, spectrum_of
+from machines import SLOW, jeffcott_rig, joined, spectrum_of
 from one_line_errors import refused
 
 from rotorstudy import Problem, RotorstudyError, build_model, load_rig
@@ -32,11 +30,6 @@ def noisy(model, speeds, seed):
     return spectrum_of(model, speeds, HARMONICS, NOISE / np.sqrt(2), seed)
 
 
-def both(one, other):
-    parts = ("amplitude", "speed", "covariance")
-    return replace(one, **{part: np.concatenate([getattr(one, part), getattr(other, part)]) for part in parts})
-
-
 def from_file(rig):
     """A rig as the next command reads it."""
     return build_model(yaml.safe_load(yaml.safe_dump(rig)))
@@ -50,7 +43,7 @@ def test_a_posterior_taken_as_a_prior_gives_the_joint_fit():
     assert prior.mean == pytest.approx(found.theta, rel=1e-12)
     scale = np.outer(found.std, found.std)
     assert prior.covariance / scale == pytest.approx(found.covariance / scale, rel=0, abs=1e-12)
-    joint = output_error_fit(Problem(MODEL, both(first, second), MODEL.names))
+    joint = output_error_fit(Problem(MODEL, joined(first, second), MODEL.names))
     chained = fit(MODEL, second, prior)
     # the harmonics are not linear in the amplitudes, which the first data leave open by up to 0.3 %: to first order by
     # as little of their standard deviations may the two posteriors differ

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 import yaml
-from machines import disc, film, shaft, springs
+from machines import disc, film, rig_of, shaft, springs
 from one_line_errors import changed
 
 from rotorstudy import harmonic_response
@@ -14,15 +14,11 @@ from rotorstudy.commands.line import main
 from rotorstudy.studies import rotor_analysis
 from rotorstudy.studies.rig_check import check_rig
 
-SOUND = {
-    "rotor": shaft(0.6, 4, disc(3, 3.1, 0.0087, 0.0045), outer_diameter_m=0.03),
-    "bearings": springs({1: "a", 5: "b"}, 1e7, 2000.0),
-    "effects": [{"kind": "unbalance", "node": 3, "unbalance_g_mm": 30.0}],
-    "sensors": [2],
-    "measurement": {
-        "probes": [{"channel": "x", "node": 2, "angle_deg": 45.0}, {"channel": "y", "node": 2, "angle_deg": 135.0}]
-    },
-}
+PROBES = [{"channel": name, "node": 2, "angle_deg": angle} for name, angle in (("x", 45.0), ("y", 135.0))]
+SOUND = rig_of(
+    shaft(0.6, 4, disc(3, 3.1, 0.0087, 0.0045), outer_diameter_m=0.03), springs({1: "a", 5: "b"}, 1e7, 2000.0),
+    {"kind": "unbalance", "node": 3, "unbalance_g_mm": 30.0}, sensors=[2], measurement={"probes": PROBES}
+)  # fmt: skip
 FILM = film(0.03, 0.012, 4.5e-5, 0.02)
 
 

@@ -84,9 +84,8 @@ def test_rounding_draws_stay_within_half_a_digit_and_spread_over_it(chapter_3):
 def test_a_value_that_differs_needs_a_reason_and_another_one_does_not(table, change, status):
     printed = published(REFERENCE, [table])
     computed = printed.drop(columns=["published", "last_digit", "unit"]).assign(computed=change(printed.published))
-    assert set(score(printed, computed, [{"table": table, "status": "explained", "reason": "a test"}]).status) == {
-        status
-    }
+    reasons = [{"table": table, "status": "explained", "reason": "a test"}]
+    assert set(score(printed, computed, reasons).status) == {status}
     if status == "explained":
         refused(lambda: score(printed, computed, []), "no reason given")
 
@@ -167,6 +166,5 @@ def test_nine_real_factors_on_the_amplitudes_explain_all_noise_rows_of_table_2_5
     assert worst < 2e-3  # of changes up to 0.6: a few units of the printed digits
     assert max(np.abs(missed(-everywhere, case, 5)).max() for case in cases) > 0.1  # negative control: another draw
     from_single = fitted(cases[:2])
-    assert (
-        max(np.abs(missed(from_single, case, 5)).max() for case in cases[2:]) < 2e-2
-    )  # 5X and -5X hardly show at these two speeds
+    # 5X and -5X hardly show at these two speeds
+    assert max(np.abs(missed(from_single, case, 5)).max() for case in cases[2:]) < 2e-2
