@@ -12,8 +12,8 @@ from rotorstudy import RotorstudyError, measured_spectrum
 from rotorstudy.measurement.records import records_dataset
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "measured"))
-from machine import MARKS, STEADY, TIME, channels, pulses, records, section, write, write_rig
-from test_quality import clipped, original, with_gap
+from machine import STEADY, channels, records, section, write, write_rig
+from test_quality import original, with_gap
 
 
 @pytest.fixture(scope="module")
@@ -31,15 +31,7 @@ def swapped_wires():
     }
 
 
-FAULTS = {
-    "gaps": lambda: with_gap(2000),
-    "clipping": lambda: clipped(0.8),
-    "swapped probes": swapped_wires,
-    "speed label": lambda: {"speed": original()["speed"] * 1.03},
-    "dead keyphasor": lambda: {"key": np.full(len(TIME), 1.0)},
-    "keyphasor polarity": lambda: pulses(MARKS, -1),
-    "too few revolutions": dict,
-}
+FAULTS = {"gaps": lambda: with_gap(2000), "swapped probes": swapped_wires, "too few revolutions": dict}
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -51,34 +43,12 @@ def test_a_record_with_an_error_is_not_diagnosed(fault, record, tmp_path, capsys
     undiagnosed(capsys, tmp_path, rig, path, "run.csv", fault)
 
 
-def test_a_record_without_phase_reference_or_unit_is_refused(record, tmp_path, capsys):
-    found, _ = record
-    path = write("csv", tmp_path, found, name="run")
-    probes = section()["probes"]
-    without = [{key: value for key, value in probe.items() if key != "unit"} for probe in probes[1:]]
-    undiagnosed(capsys, tmp_path, write_rig(tmp_path / "a.yaml", probes=[probes[0], *without]), path, "unit")
-    lines = [line.split(",") for line in path.read_text().splitlines()]
-    key = lines[0].index("key")
-    path.write_text("\n".join(",".join(row[:key] + row[key + 1 :]) for row in lines))
-    undiagnosed(capsys, tmp_path, write_rig(tmp_path / "b.yaml"), path, "key")
-
-
 def test_the_same_record_without_a_fault_is_accepted(record, tmp_path):
     """The negative control of the faults above."""
     found, _ = record
     rig = write_rig(tmp_path / "rig.yaml", keyphasor=section()["keyphasor"] | {"polarity": "positive"})
     spectrum, _, findings = measured_spectrum([write("csv", tmp_path, found, name="run")], rig)
     assert findings == [] and np.allclose(spectrum.speed, STEADY, rtol=1e-3)
-
-
-def test_a_shaft_that_turns_the_other_way_is_refused(record, tmp_path, capsys):
-    found, channel = record
-    path = write("csv", tmp_path, found, name="run")
-    wrong_way = write_rig(tmp_path / "a.yaml", rotation="with_angles")
-    undiagnosed(capsys, tmp_path, wrong_way, path, "sense of rotation", "Correct 'rotation:'")
-    backwards = {name: values[::-1] for name, values in channel.items() if name != "time"}
-    path = write("csv", tmp_path, found, name="backwards", **backwards)
-    undiagnosed(capsys, tmp_path, write_rig(tmp_path / "b.yaml"), path, "backwards.csv", "sense of rotation")
 
 
 @pytest.mark.parametrize(

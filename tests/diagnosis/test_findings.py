@@ -3,7 +3,6 @@
 import json
 
 import pytest
-import xarray as xr
 import yaml
 from machines import SLOW, jeffcott_rig, point
 from one_line_errors import RIG
@@ -67,19 +66,6 @@ def test_the_gap_of_the_probes_is_told_and_can_be_given(tmp_path, command):
     near = {**RIG, "effects": [*RIG["effects"], {**gap, "sensor_gap_m": 1.05e-3}]}
     given = verdict_on(near, behind, tmp_path, command)
     assert given["verdict"] == "nothing" and given["findings"] == []
-
-
-def test_mil_declared_as_mm_is_told(spectrum, tmp_path, command):
-    """A factor of 39 is no gain error of a probe."""
-    with xr.open_dataset(tmp_path / "records.nc") as data:
-        data = data.load()
-    data.displacement[:] = data.displacement / 0.0254
-    data.to_netcdf(tmp_path / "mil.nc")
-    (tmp_path / "ac.yaml").write_text(yaml.safe_dump({**RIG, "measurement": {"harmonics": [1, -1]}} | QUICK))
-    given = ["diagnose", str(tmp_path / "mil.nc"), "--rig", str(tmp_path / "ac.yaml"), "--out", str(tmp_path / "o")]
-    assert "mil taken as mm" in command(*given).err
-    verdict = json.loads((tmp_path / "o" / "verdict.json").read_text())
-    assert {"units", "far from the rig"} <= {finding["name"] for finding in verdict["findings"]}
 
 
 @pytest.mark.parametrize("share", [4.0, 1.2])

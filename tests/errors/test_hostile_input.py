@@ -334,34 +334,6 @@ def test_a_mutated_rig_gives_one_line_or_a_finite_record(tmp_path, capsys, name)
     check()
 
 
-TABLE = "speed_rad_per_s,node,harmonic,amplitude_m,phase_rad\n" + "".join(
-    f"{w},1,{n},{1e-5 / (1 + abs(n))},{0.1 * n}\n" for w in (100, 200) for n in range(-5, 6)
-)
-
-
-@pytest.mark.usefixtures("unrendered")
-@pytest.mark.filterwarnings("ignore::RuntimeWarning")
-def test_a_mutated_table_gives_one_line_or_a_finite_estimate(tmp_path, capsys):
-    """Characters of a table of harmonics are replaced, removed or repeated."""
-
-    @FUZZ
-    @given(st.lists(st.tuples(st.integers(0, len(TABLE) - 1), st.text(max_size=4)), min_size=1, max_size=4))
-    def check(changes):
-        text = TABLE
-        for at, new in changes:
-            text = text[:at] + new + text[at + 1 :]
-        path = tmp_path / "table.csv"
-        path.write_text(text, encoding="utf-8", errors="replace")
-        status = main(["import", str(path), "--rig", "examples/jeffcott.yaml", "--out", str(tmp_path / "s.nc")])
-        err = capsys.readouterr().err
-        if status:
-            assert_one_line(err)
-        else:
-            assert np.isfinite(load(tmp_path / "s.nc").amplitude.values).all()
-
-    check()
-
-
 def test_the_oracle_sees_a_traceback_and_a_second_line():
     for wrong in ("Traceback (most recent call last)\nerror: a", "error: a\nb", "error: " + "x" * 2 * LONGEST):
         with pytest.raises(AssertionError):

@@ -11,6 +11,7 @@ HERE = Path(rotorstudy.blind.machines.__file__).parent
 NAMED = Path("benchmarks/named_machines")
 FILES = [path for folder in (HERE, NAMED) for path in sorted(folder.glob("**/*.py"))]
 OWN = "rotorstudy.blind.machines"
+BY_NAME = ("import_module", "__import__")
 ALLOWED = {"numpy", "scipy", "xarray", "yaml", "dataclasses", "collections", "functools", "pathlib"}
 
 
@@ -22,10 +23,7 @@ def imports(path):
         elif isinstance(node, ast.ImportFrom):
             own = not node.level and f"{node.module}.".startswith(f"{OWN}.")
             yield "own" if own else "relative" if node.level else node.module.split(".")[0]
-        elif isinstance(node, ast.Call) and getattr(node.func, "id", getattr(node.func, "attr", "")) in (
-            "import_module",
-            "__import__",
-        ):
+        elif isinstance(node, ast.Call) and getattr(node.func, "id", getattr(node.func, "attr", "")) in BY_NAME:
             yield "by name"
 
 

@@ -1,10 +1,14 @@
-"""A rotor nobody chose: every kind of entry the table allows, with generic matrices."""
+"""Rotors nobody chose: every kind of entry the table allows, with generic matrices."""
 
 import numpy as np
 
 from rotorstudy import Entry, Model, Parameter, Structure, Term, make_term
 
 SENSORS = (1, 2)
+
+
+def term(name, value, *entries):
+    return Term(name, (Parameter(name, "1", entries, abs(value), np.iscomplexobj(value)),), {name: value})
 
 
 def random_structure(seed):
@@ -43,9 +47,6 @@ def random_model(seed):
         matrix = translations @ (matrix + matrix.T) @ translations
         return size * matrix / np.linalg.norm(matrix, 2)
 
-    def ad_hoc(name, value, *entries):
-        return Term(name, (Parameter(name, "1", entries, abs(value)),), {name: value})
-
     def plugin(kind, section="effect", **item):
         return make_term(section, {"kind": kind, **item}, structure, SENSORS)
 
@@ -61,13 +62,13 @@ def random_model(seed):
             stiffness_loss_N_per_m=structure.stiffness_loss["stiffness_loss"][2],
         ),
         # 120 1/s on every coordinate: transients fall as e^-60t
-        ad_hoc("damping", 120.0, Entry(-structure.mass, order=1)),
-        ad_hoc("anisotropy", 0.1, Entry(-symmetric(0.3), on="conj")),
-        ad_hoc("asymmetry", 0.05, Entry(-symmetric(), on="conj", shift=2)),
-        ad_hoc("turning_damper", 0.02, Entry(-symmetric() / 300, on="conj", order=1, shift=2)),
-        ad_hoc("cross_coupling", 0.03, Entry(-1j * symmetric()), Entry(symmetric(1.0), shift=-1)),
-        ad_hoc("added_mass", 0.1, Entry(-everywhere, order=2)),
-        ad_hoc("couple", 0.5, Entry(np.array([0, 0, 1.0]), on="one", shift=1, gain=lambda speed: (speed / 100) ** 2)),
+        term("damping", 120.0, Entry(-structure.mass, order=1)),
+        term("anisotropy", 0.1, Entry(-symmetric(0.3), on="conj")),
+        term("asymmetry", 0.05, Entry(-symmetric(), on="conj", shift=2)),
+        term("turning_damper", 0.02, Entry(-symmetric() / 300, on="conj", order=1, shift=2)),
+        term("cross_coupling", 0.03, Entry(-1j * symmetric()), Entry(symmetric(1.0), shift=-1)),
+        term("added_mass", 0.1, Entry(-everywhere, order=2)),
+        term("couple", 0.5, Entry(np.array([0, 0, 1.0]), on="one", shift=1, gain=lambda speed: (speed / 100) ** 2)),
     )
     return Model(structure, terms, SENSORS)
 
@@ -75,3 +76,39 @@ def random_model(seed):
 def on_translations(model):
     """Names of the amplitudes an equation of measured motion is linear in: all but those acting on the tilt."""
     return tuple(name for name in model.names if name not in ("damping", "added_mass"))
+
+
+def four_coordinates(seed, sensors=(1, 2)):
+    """Two measured translations, a hidden translation and a hidden tilt; generic, coupled by every kind of entry."""
+    rng = np.random.default_rng([4, seed])
+
+    def symmetric(rank):
+        root = rng.standard_normal((4, rank))
+        return root @ root.T / rank
+
+    mass = np.diag([2.0, 1.5, 1.0, 0.7]) + 0.1 * symmetric(4)
+    structure = Structure(
+        mass=mass,
+        stiffness=(2 * np.eye(4) + symmetric(4)) * 1e5,
+        gyroscopic=0.3 * symmetric(2),
+        static_load=9.81 * np.array([2.0, 1.5, 1.0, 0.0]),
+        dofs=((1, "translation"), (2, "translation"), (3, "translation"), (3, "tilt")),
+    )
+    seen = np.diag([1.0, 1.0, 0.0, 0.0])
+
+    def measured(imaginary=0.0):
+        return seen @ (rng.standard_normal((4, 4)) + 1j * imaginary * rng.standard_normal((4, 4))) @ seen
+
+    def hidden():
+        return rng.standard_normal(4)
+
+    terms = (
+        term("damping", 100.0, Entry(-mass, order=1)),
+        term("swirl", 30.0, Entry(-seen, order=1), Entry(1j * seen, gain=lambda speed: speed)),
+        term("uneven", 1e4, Entry(measured(0.5), on="conj")),
+        term("turning", 8e3, Entry(measured(), shift=1), Entry(measured(), on="conj", shift=3)),
+        term("backward", 20.0, Entry(measured(0.5), order=1, shift=-2), Entry(measured(), on="conj", order=1, shift=1)),
+        term("push", 4.0 * np.exp(0.7j), Entry(hidden(), on="one", shift=1, gain=lambda speed: (speed / 100) ** 2)),
+        term("rub", 1.5, Entry(hidden(), on="one", shift=-2)),
+    )
+    return Model(structure, terms, sensors)

@@ -1,7 +1,5 @@
 """The forces of many amplitudes at once are those of one amplitude after the other, entry by entry."""
 
-from itertools import count
-
 import numpy as np
 import pytest
 
@@ -56,11 +54,9 @@ def test_table_is_equal_to_its_entries_one_after_the_other(unknowns, random, lea
                   "by trial": random.normal(size=(*lead, len(SPEED), SIZE)) * 1j}[deflected]  # fmt: skip
     theta, table = random.normal(size=(*lead, len(unknowns))), EntryTable(unknowns, SIZE)
     references = [None if u.carries else deflection for u in unknowns]
+    both = list(zip(unknowns, references, strict=True))
     slow, still = (
-        np.stack(
-            [apply_entries(u.entries, z, SPEED, HARMONICS, r) for u, r in zip(unknowns, references, strict=True)], -1
-        )
-        for z in (motion, 0 * motion)
+        np.stack([apply_entries(u.entries, z, SPEED, HARMONICS, r) for u, r in both], -1) for z in (motion, 0 * motion)
     )
     fast = table.dense_columns(motion, SPEED, HARMONICS, deflection)
     assert np.abs(fast - slow).max() <= ROUND_OFF * np.abs(slow).max()
@@ -72,15 +68,6 @@ def test_table_is_equal_to_its_entries_one_after_the_other(unknowns, random, lea
     moving = table.force_of_motion(theta, motion, SPEED, HARMONICS)
     summed = np.einsum("...shiu,...u->...shi", slow - still, theta)
     assert np.abs(moving - summed).max() <= ROUND_OFF * np.abs(slow).max() * len(unknowns)
-
-
-FACTORS = count(2)
-
-
-def of_its_own():
-    """A gain that differs from all others."""
-    factor = next(FACTORS)
-    return lambda speed: factor * speed
 
 
 def test_a_matrix_kept_as_its_elements_is_the_same_array(random):

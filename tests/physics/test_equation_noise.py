@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from collocation import four_coordinates
+from random_rotor import four_coordinates
 from test_noise_statistics import check_scatter
 
 from rotorstudy import Problem, Spectrum, cramer_rao_bound, measured_response, registry

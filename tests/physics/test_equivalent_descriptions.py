@@ -7,9 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from collocation import four_coordinates
 from machines import spectrum_of
-from random_rotor import random_model
+from random_rotor import four_coordinates, random_model
 
 from rotorstudy import Model, Problem, harmonic_response, measured_response_and_jacobian
 

@@ -8,7 +8,6 @@ from machines import HARMONICS, disc, errors_of_derivatives, jeffcott, rig_of, s
 
 from rotorstudy import Entry, Parameter, Term, build_model, measured_response, measured_response_and_jacobian
 from rotorstudy.model.rig_numbers import with_numbers
-from rotorstudy.response.integration import time_response, transient_response
 from rotorstudy.response.statics import static_deflection
 
 
@@ -99,13 +98,6 @@ def test_holding_the_deflection_costs_the_derivative_by_the_bearings_its_static_
     assert np.abs(free - fixed)[..., stiffness].max() > 0.05 * np.abs(free)[..., stiffness].max()
     others = [p for p, unknown in enumerate(model.unknowns) if not unknown.carries]
     assert free[..., others] == pytest.approx(fixed[..., others], rel=1e-12)
-
-
-def test_time_and_harmonics_agree_on_the_deflection_of_a_weight_dominant_crack():
-    model, speed = carried(), 100.0
-    time = np.linspace(0, 0.02, 41)
-    exact, integrated = (make(model, speed, time) for make in (transient_response, time_response))
-    assert np.abs(exact - integrated).max() < 1e-8 * np.abs(integrated).max()  # the integrator's tolerance is 1e-10
 
 
 def test_the_comparison_finds_a_wrong_column():

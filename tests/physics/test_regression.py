@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from collocation import four_coordinates
 from machines import HARMONICS, OFFSET_DISC, jeffcott, jeffcott_rig, point, spectrum_of
 from one_line_errors import refused
+from random_rotor import four_coordinates
 
 from rotorstudy import Model, RotorstudyError, build_model
 from rotorstudy.errors import UnidentifiableError

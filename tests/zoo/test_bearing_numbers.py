@@ -8,7 +8,6 @@ from machines import disc, shaft, unbalance
 from one_line_errors import refused
 
 from rotorstudy import build_model, eigenvalues, harmonic_response, registry, time_response
-from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings, check_names
 from rotorstudy.errors import NoSteadyState
@@ -179,17 +178,6 @@ def test_a_load_that_follows_from_the_weight_is_a_number_too():
     moved = rig_with_values(rig, with_numbers(plain, [name]), {name: 0.1})
     assert moved["bearings"][0]["load_N"] == pytest.approx(1.1 * plain.structure.bearing_load(1))
     assert "load_N" not in rig_with_values(rig, plain, {})["bearings"][0]  # nothing moved: it follows the weight
-
-
-def test_an_estimator_of_the_equations_refuses_them(tmp_path, command):
-    import yaml
-
-    rig, records = tmp_path / "rig.yaml", tmp_path / "records.nc"
-    rig.write_text(yaml.safe_dump(film_rig() | {"sensors": [1, 2, 3, 4, 5]}))
-    assert main(["simulate", str(rig), "--speeds", *map(str, SPEEDS), "--noise", "1e-8", "--out", str(records)]) == 0
-    given = ["identify", str(records), "--rig", str(rig), "--unknowns", "bearings.viscosity_Pa_s"]
-    assert "bearings.viscosity_Pa_s" in command(*given).out
-    assert "maximum_likelihood" in command(*given, "--estimator", "least_squares", status=1).err
 
 
 @pytest.mark.parametrize(
