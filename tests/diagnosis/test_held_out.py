@@ -13,14 +13,7 @@ from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import held_out
-from rotorstudy.diagnosis.verdict.held_out import (
-    HeldOutMisfit,
-    gain_of,
-    is_contradicted,
-    rise_probability,
-    split,
-    with_held_out,
-)
+from rotorstudy.diagnosis.verdict.held_out import gain_of, is_contradicted, rise_probability, split, with_held_out
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted
@@ -157,7 +150,7 @@ def test_causes_that_allow_no_steady_motion_at_a_held_out_speed_are_dropped(fits
     def misfit(fitted, held):
         if fitted is best and not is_steady:
             raise NoSteadyState("no steady state at 350 rad/s")
-        return HeldOutMisfit(1.0, 1.0, 0.0)
+        return held_out.HeldOutMisfit(1.0, 1.0, 0.0)
 
     monkeypatch.setattr(held_out, "held_out_misfit", misfit)
     cause = SimpleNamespace(cause="a preload")

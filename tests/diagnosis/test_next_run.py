@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import SLOW, faulty, jeffcott_rig, joined, shaft, spectrum_of
+from machines import SLOW, faulty, jeffcott_rig, joined, rig_of, shaft, spectrum_of, unbalance
 from scipy.stats import binom
 
 from rotorstudy import build_model, make_term
@@ -12,16 +12,10 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import STATED_SET, investigate
 from rotorstudy.diagnosis.verdict.next_run import explanations_in_question, further_run, with_term
 from rotorstudy.diagnosis.verdict.words import next_steps
+from rotorstudy.inference import predictive as coming
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted
-from rotorstudy.inference.predictive import (
-    Predictive,
-    decision_probability,
-    divergence,
-    expected_log_odds,
-    log_densities,
-    predictive,
-)
+from rotorstudy.inference.predictive import Predictive, decision_probability, predictive
 from rotorstudy.inference.prior import Prior
 
 SPEEDS, HARMONICS, NOISE = np.array([200.0, 220.0, 240.0]), np.array([0, 1, -1, 2]), 2e-7
@@ -116,18 +110,15 @@ def test_a_run_where_it_was_measured_already_does_not_decide(bow_or_runout):
     stated = decision_probability(one, weights, STATED_SET)
     decided, _ = share_decided(diagnosis, measured, SPEEDS[1])
     assert stated < 0.05 and decided <= binom.ppf(1 - 5e-4, RUNS, stated + 1 / RUNS) / RUNS
-    assert expected_log_odds(one, weights) < 0.7 * diagnosis.verdict.next_runs[0].expected_log_odds
+    assert coming.expected_log_odds(one, weights) < 0.7 * diagnosis.verdict.next_runs[0].expected_log_odds
 
 
 def test_the_page_and_the_summary_of_what_to_do_name_the_run(bow_or_runout):
     verdict = bow_or_runout[0].verdict
     first = verdict.next_runs[0]
     (text, *_) = next_steps(verdict)
-    assert (
-        text.startswith("Run at ")
-        and f"({first.speed:.4g} rad/s)" in text
-        and "to 1, decided with a probability of" in text
-    )
+    assert text.startswith("Run at ") and f"({first.speed:.4g} rad/s)" in text
+    assert "to 1, decided with a probability of" in text
     speeds = [run.speed for run in verdict.next_runs]
     assert all(0.25 * SPEEDS[0] <= speed <= 1.3 * SPEEDS[-1] + 1e-9 for speed in speeds)
 
@@ -135,7 +126,7 @@ def test_the_page_and_the_summary_of_what_to_do_name_the_run(bow_or_runout):
 def test_divergence_is_the_mean_log_ratio_of_two_normal_densities():
     """Of N(0, 1) and N(m, s^2): ln s + (1 + m^2) / (2 s^2) - 1/2; and the mean over draws in several dimensions."""
     run = Predictive(np.array([[0.0], [1.5]]), np.array([[[1.0]], [[4.0]]]))
-    found = divergence(run)
+    found = coming.divergence(run)
     assert found[0, 1] == pytest.approx(np.log(2) + (1 + 1.5**2) / 8 - 0.5)
     assert found[1, 0] == pytest.approx(-np.log(2) + (4 + 1.5**2) / 2 - 0.5)
     assert np.diag(found) == pytest.approx(0)
@@ -143,25 +134,21 @@ def test_divergence_is_the_mean_log_ratio_of_two_normal_densities():
     roots = draws.normal(size=(2, 3, 3))
     run = Predictive(draws.normal(size=(2, 3)), np.eye(3) + roots @ np.swapaxes(roots, -1, -2))
     data = draws.multivariate_normal(run.mean[0], run.covariance[0], size=20000)
-    density = log_densities(run, data)
+    density = coming.log_densities(run, data)
     ratio = density[:, 0] - density[:, 1]
-    assert ratio.mean() == pytest.approx(divergence(run)[0, 1], abs=4 * ratio.std() / np.sqrt(len(ratio)))
+    assert ratio.mean() == pytest.approx(coming.divergence(run)[0, 1], abs=4 * ratio.std() / np.sqrt(len(ratio)))
     weights = np.array([0.8, 0.2])
-    expected = weights @ (np.log([4, 0.25]) + divergence(run)[[0, 1], [1, 0]])
-    assert expected_log_odds(run, weights) == pytest.approx(expected)
+    expected = weights @ (np.log([4, 0.25]) + coming.divergence(run)[[0, 1], [1, 0]])
+    assert coming.expected_log_odds(run, weights) == pytest.approx(expected)
 
 
 def test_speeds_beyond_the_table_of_a_bearing_are_left_out():
     table = {"speeds_rad_per_s": [0.0, 300.0], "stiffness_N_per_m": {"xx": [1e6, 2e6], "yy": [1e6, 2e6]}}
-    rotor = shaft(0.6, 2)
     bearings = [{"kind": "speed_tabulated", "node": n, "label": str(n), "bearing_scale": 1.0} | table for n in (1, 3)]
-    unbalance = {"kind": "unbalance", "node": 2, "eccentricity_m": 1e-5}
-    model = build_model({"rotor": rotor, "bearings": bearings, "effects": [unbalance], "sensors": [2]})
+    model = build_model(rig_of(shaft(0.6, 2), bearings, unbalance(2, 1e-5), sensors=[2]))
     measured = spectrum_of(model, SPEEDS, HARMONICS, NOISE)
     held = fit(model, measured, Prior.independent({"eccentricity_real": (1e-5, 1e-6)}), steps=0)
-    found, speeds = (
-        SimpleNamespace(settings=Settings(), form_error_by_harmonic=0.0),
-        np.array([250.0, 299.0, 301.0, 390.0]),
-    )
+    found = SimpleNamespace(settings=Settings(), form_error_by_harmonic=0.0)
+    speeds = np.array([250.0, 299.0, 301.0, 390.0])
     run, each = further_run(found, measured, held, [held, held], np.array([0.5, 0.5]), speeds)
     assert run.speed.tolist() == [250.0, 299.0] and each.shape == (2, 2, len(HARMONICS), 1)

@@ -42,15 +42,9 @@ def test_resonance_without_damping_is_refused():
 
 def record(samples=4000, turns=10.0, **changes):
     time = np.arange(samples) * (turns * TURN / samples)
-    parts = {
-        "time": time,
-        "displacement": synthesize(np.ones(len(H)), W, H, time)[None],
-        "speed": W,
-        "sensors": (1,),
-        "reference": reference_signal(W, H, time),
-        "keyphasor": keyphasor_signal(W, time + 0.01),
-        "where": "rec.nc",
-    }
+    parts = {"time": time, "displacement": synthesize(np.ones(len(H)), W, H, time)[None], "speed": W, "sensors": (1,)}
+    parts |= {"reference": reference_signal(W, H, time), "keyphasor": keyphasor_signal(W, time + 0.01)}
+    parts["where"] = "rec.nc"
     for name, change in changes.items():
         parts[name] = change(parts[name]) if callable(change) else change
     return Record(**parts)

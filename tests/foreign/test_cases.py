@@ -78,32 +78,3 @@ def test_files_hold_the_nominal_machine_and_the_record_and_no_truth(tmp_path):
         assert list(data.node.values) == rig["sensors"]
         assert [probe["channel"] for probe in rig["measurement"]["probes"]] == list(data.direction.values)
         assert list(data.attrs) == ["title"]
-
-
-@pytest.mark.parametrize("seed", [0, 1, 2, 3])
-def test_the_motion_comes_back_from_the_files_alone(seed, tmp_path):
-    """1X read off the record with the conventions of the rig file is the true one, whatever the picture's angles."""
-    case = draw_case(20 + seed, "healthy", speeds=2, steps=64, modes=6, count=4)
-    folder = write_case(case, tmp_path)
-    setup = yaml.safe_load((folder / "rig.yaml").read_text(encoding="utf-8"))["measurement"]
-    sense = 1 if setup["rotation"] == "with_angles" else -1
-    with xr.open_dataset(folder / "record.nc") as data:
-        time, pulses = data.time.values, data.keyphasor.values[-1]
-        readings = data.displacement.values[-1].astype(float)
-    high = pulses > 2.5
-    edges = np.diff(high.astype(int))
-    up, down = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    down = down[down > up[0]]
-    centres = (time[up[: len(down)]] + time[down] + time[1]) / 2
-    passing = setup["keyphasor"]["sensor_angle_deg"] - setup["keyphasor"]["mark_angle_deg"]
-    start = sense * np.deg2rad(passing - setup["gravity_angle_deg"])
-    angle = np.interp(time, centres, start + 2 * np.pi * np.arange(len(centres)))
-    inside = (time >= centres[0]) & (time < centres[-1])
-    probes = np.deg2rad([sense * (probe["angle_deg"] - setup["gravity_angle_deg"]) for probe in setup["probes"]])
-    back = np.linalg.inv(np.stack([np.cos(probes), np.sin(probes)], axis=1))
-    for i, node in enumerate(case.nodes):
-        x, y = back @ readings[i][:, inside]
-        found = np.mean((x + 1j * y) * np.exp(-1j * angle[inside]))
-        true = case.steady.whirl(node, 1)[-1]
-        swing = max(abs(case.steady.whirl(n, 1)[-1]) for n in case.nodes)
-        assert abs(found - true) < 0.06 * swing

@@ -4,17 +4,10 @@ import numpy as np
 import pytest
 from named_machines.failures import FAILURES
 
+from rotorstudy.blind.machines import cracks
 from rotorstudy.blind.machines.cases import draw_case
 from rotorstudy.blind.machines.contacts import add_elliptic_forces, pushed
-from rotorstudy.blind.machines.cracks import (
-    Form,
-    add_form,
-    cosine,
-    dimensionless_compliance,
-    pieces,
-    smooth_contact,
-    trapezoid,
-)
+from rotorstudy.blind.machines.cracks import Form, add_form, cosine, dimensionless_compliance, smooth_contact
 from rotorstudy.blind.machines.draw import MACHINES, draw_point_rotor, draw_rotor
 from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.blind.machines.film import Film, add_film, bearing, force
@@ -60,7 +53,7 @@ SLOT = formed(Form(compliance(0.6), "open", None))
 
 def add_switching(machine):
     """A hinge that yields across the front alone, while the moment pulls on it."""
-    ((selection, stiffness, _),) = pieces(machine, POSITION, 0.0)
+    ((selection, stiffness, _),) = cracks.pieces(machine, POSITION, 0.0)
     softer = compliance(0.6)[0, 0] / (1 + stiffness * compliance(0.6)[0, 0])
 
     def law(turn, y, v, speed):
@@ -110,8 +103,10 @@ def test_a_short_softened_length_is_a_section_and_a_long_one_is_not():
     assert gap(formed(form, 1e-3 * ROTOR.diameter), formed(form), SOUND) < 1e-3
     assert gap(formed(form, 3 * ROTOR.elements[1].length), formed(form), SOUND) > 0.02
     machine = build(ROTOR)
-    assert len(pieces(machine, POSITION, 2 * ROTOR.elements[1].length)) == 3
-    assert sum(share for *_, share in pieces(machine, POSITION, 1.5 * ROTOR.elements[1].length)) == pytest.approx(1.0)
+    assert len(cracks.pieces(machine, POSITION, 2 * ROTOR.elements[1].length)) == 3
+    assert sum(
+        share for *_, share in cracks.pieces(machine, POSITION, 1.5 * ROTOR.elements[1].length)
+    ) == pytest.approx(1.0)
 
 
 def test_a_whole_element_of_less_rigidity_is_the_softened_length():
@@ -120,7 +115,7 @@ def test_a_whole_element_of_less_rigidity_is_the_softened_length():
     share, flexibility = 0.2, part.length / part.bending_stiffness
     form = Form(flexibility * share / (1 - share) * np.eye(2), "open", None)
     machine = build(ROTOR)
-    ((selection, stiffness, whole),) = pieces(machine, ROTOR.positions[1] + part.length / 2, part.length)
+    ((selection, stiffness, whole),) = cracks.pieces(machine, ROTOR.positions[1] + part.length / 2, part.length)
     softer = whole * form.compliance[0, 0] / (1 + stiffness * whole * form.compliance[0, 0])
     reduced = machine.stiffness - softer * selection @ selection.T
     bent = np.zeros(machine.size)  # pure bending of the element: opposite rotations of its ends
@@ -139,7 +134,7 @@ def build_part(part):
 
 def test_shares_are_shares():
     angle = np.linspace(-np.pi, np.pi, 721)
-    for share in (smooth_contact(0.3), cosine(1.5, 0.2), trapezoid(0.5, 1.0, -0.3)):
+    for share in (smooth_contact(0.3), cosine(1.5, 0.2), cracks.trapezoid(0.5, 1.0, -0.3)):
         values = share(angle)
         assert values.min() >= 0 and values.max() <= 1 and values.max() > 0.99 and values.min() < 0.01
 

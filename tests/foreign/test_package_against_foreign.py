@@ -110,10 +110,8 @@ def test_the_coupling_of_a_misaligned_shaft_acts_on_its_motion(kind, add, monkey
     forces = {0: k * offset, 1: k * (1 + share) * run_out, 2: k * share * np.conj(offset)}
     effect = {"kind": kind, "node": 1, "harmonics": list(forces), "coupled": True}
     for n, force in forces.items():
-        effect |= {
-            f"misalignment_{load}_{n}X_{unit}": abs(force),
-            f"misalignment_{load}_{n}X_phase_rad": np.angle(force),
-        }
+        effect[f"misalignment_{load}_{n}X_{unit}"] = abs(force)
+        effect[f"misalignment_{load}_{n}X_phase_rad"] = np.angle(force)
     stiffness = "N_m" if kind == "angular_misalignment" else "N_per_m"
 
     def off(share):
@@ -137,19 +135,13 @@ def test_two_cracks_are_predicted(monkeypatch):
         return {}
 
     case = special(monkeypatch, 1, add, speeds=3, steps=256, modes=None)
+    laws = {"gradual": "gradual", "switching": "sudden"}
     start, lengths = case.rotor.positions, [element.length for element in case.rotor.elements]
     cracks = [
-        {
-            "kind": "transverse_crack",
-            "label": f"in element {element + 1}",
-            "position_m": float(start[element] + position * lengths[element]),
-            "depth_ratio": depth / 2,
-            "angle_rad": angle,
-            "breathing": {"gradual": "gradual", "switching": "sudden"}[kind],
-            "flexibility_factor": 1.0,
-        }
-        for element, position, depth, angle, kind in places
-    ]
+        {"kind": "transverse_crack", "label": f"in element {i + 1}", "position_m": float(start[i] + at * lengths[i]),
+         "depth_ratio": depth / 2, "angle_rad": angle, "breathing": laws[kind], "flexibility_factor": 1.0}
+        for i, at, depth, angle, kind in places
+    ]  # fmt: skip
 
     def off(*chosen):
         return distance(case, HARMONICS[1:], exact_model(case, *chosen), order=20)

@@ -46,8 +46,14 @@ def names(verdict):
     return {(cause.effect, *cause.where.values()) for cause in verdict.causes}
 
 
-def test_the_spectrum_read_from_the_files_is_the_expected_one(tmp_path):
-    case = small(3, "crack", visible=0.05, chain_fault="gain")
+CASES = [("crack", 3, {"visible": 0.05, "chain_fault": "gain"})]
+CASES += [("healthy", seed, {"speeds": 2, "steps": 64, "modes": 6}) for seed in (20, 21, 22, 23)]
+
+
+@pytest.mark.parametrize(("family", "seed", "options"), CASES)
+def test_the_spectrum_read_from_the_files_is_the_expected_one(family, seed, options, tmp_path):
+    """Whatever the angles of probes, gravity and phase mark in the picture of the user."""
+    case = small(seed, family, **options)
     _, spectrum, *_ = read(case, tmp_path)
     shown = expected_harmonics(case.steady, case.nodes, case.probes, case.chain, spectrum.harmonics, case.zero)
     size = np.abs(shown[:, spectrum.harmonics == 1]).max()

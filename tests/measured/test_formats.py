@@ -79,29 +79,20 @@ def test_the_projects_own_records_and_netcdf_with_probes(tmp_path):
     measurement = read_measurement(own, rig)
     assert measurement.findings == [] and agrees(measurement)
 
-    left = np.array([[channels(r)["disc 1 left"], channels(r)["disc 2 left"]] for r in made])
-    right = np.array([[channels(r)["disc 1 right"], channels(r)["disc 2 right"]] for r in made])
-    units = {probe[0]: {"mm": 1e-3, "mil": 2.54e-5, "um": 1e-6, "V": 1 / 7874}[probe[3]] * probe[4] for probe in PROBES}
-    left *= np.array([units["disc 1 left"], units["disc 2 left"]])[:, None] * 1e3  # all in mm, as the file states
-    right *= np.array([units["disc 1 right"], units["disc 2 right"]])[:, None] * 1e3
-    data = xr.Dataset(
-        {
-            "displacement": (("speed", "direction", "node", "time"), np.stack([left, right], 1), {"units": "mm"}),
-            "keyphasor": (("speed", "time"), [channels(r)["key"] for r in made], {"units": "V"}),
-        },
-        {
-            "speed": ("speed", np.array(SPEEDS) * 30 / np.pi, {"units": "rpm"}),
-            "node": [2, 4],
-            "direction": ["left", "right"],
-            "time": ("time", made[0].time * 1e3, {"units": "ms"}),
-        },
+    factor = {"mm": 1.0, "mil": 2.54e-2, "um": 1e-3, "V": 1 / 7.874}  # all in mm, as the file states
+    units = {name: factor[unit] * sign for name, _, _, unit, sign in PROBES}
+    left, right = (
+        np.array([[units[name] * channels(r)[name] for name in (f"disc 1 {side}", f"disc 2 {side}")] for r in made])
+        for side in ("left", "right")
     )
+    shown = ("speed", "direction", "node", "time"), np.stack([left, right], 1), {"units": "mm"}
+    pulses = ("speed", "time"), [channels(r)["key"] for r in made], {"units": "V"}
+    where = {"speed": ("speed", np.array(SPEEDS) * 30 / np.pi, {"units": "rpm"}), "node": [2, 4]}
+    where |= {"direction": ["left", "right"], "time": ("time", made[0].time * 1e3, {"units": "ms"})}
+    data = xr.Dataset({"displacement": shown, "keyphasor": pulses}, where)
     data.to_netcdf(odd)
-    probes = [
-        {"channel": "left", "angle_deg": -45.0},
-        {"channel": "right", "node": 2, "angle_deg": 45.0},
-        {"channel": "right", "node": 4, "angle_deg": 30.0},
-    ]
+    probes = [{"channel": "left", "angle_deg": -45.0}]
+    probes += [{"channel": "right", "node": node, "angle_deg": angle} for node, angle in ((2, 45.0), (4, 30.0))]
     rig = write_rig(tmp_path / "odd.yaml", probes=probes)
     measurement = read_measurement(odd, rig)
     assert measurement.findings == [] and agrees(measurement)

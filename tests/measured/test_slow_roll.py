@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import yaml
-from machines import film, readings, shaft
+from machines import film, readings, rig_of, shaft
 from one_line_errors import refused
 
 from rotorstudy import build_model, measured_spectrum
@@ -16,12 +16,9 @@ SPRING = {"kind": "linear", "bearing_stiffness_N_per_m": 2e7, "bearing_damping_N
 
 
 def rig(bearing):
-    return {
-        "rotor": shaft(0.6, 2, outer_diameter_m=0.05),
-        "bearings": [{**bearing, "node": node, "label": str(node)} for node in NODES],
-        "effects": [{"kind": "unbalance", "node": 2, "unbalance_g_mm": 100.0}],
-        "sensors": list(NODES),
-    }
+    bearings = [{**bearing, "node": node, "label": str(node)} for node in NODES]
+    loaded = {"kind": "unbalance", "node": 2, "unbalance_g_mm": 100.0}
+    return rig_of(shaft(0.6, 2, outer_diameter_m=0.05), bearings, loaded, sensors=[*NODES])
 
 
 def spectrum(amplitude, variance=1e-16):

@@ -63,13 +63,8 @@ def timoshenko(n, ratio=0.0):
     """
     k, s = n * np.pi / LENGTH, shear_rigidity(ratio)
     area, moment = AREA * (1 - ratio**2), SECOND_MOMENT * (1 - ratio**4)
-    squares = np.roots(
-        [
-            RHO**2 * area * moment,
-            -(RHO * moment * s * k**2 + RHO * area * (E * moment * k**2 + s)),
-            s * E * moment * k**4,
-        ]
-    )
+    middle = RHO * moment * s * k**2 + RHO * area * (E * moment * k**2 + s)
+    squares = np.roots([RHO**2 * area * moment, -middle, s * E * moment * k**4])
     return np.sqrt(squares.real.min())
 
 

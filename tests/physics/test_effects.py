@@ -8,7 +8,6 @@ from rotorstudy import Model, build_model, full_spectrum, make_term, measured_re
 from rotorstudy.response.harmonic import harmonic_response, harmonic_response_and_jacobian
 
 MASS, STIFFNESS = 2.0, 7.6e5
-NATURAL = np.sqrt(STIFFNESS / MASS)
 SPEEDS = np.array([60.0, 150.0, 250.0, 340.0])
 PLAIN = build_model({"rotor": point(MASS, STIFFNESS)}).structure
 TILTING = build_model({"rotor": OFFSET_DISC}).structure

@@ -1,7 +1,5 @@
 """What the shaft loses inside is no force from outside: no net force, no net moment, nothing on a rigid motion."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from one_line_errors import refused
@@ -10,7 +8,6 @@ from rotorstudy import build_model, make_term, registry
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.settings import Settings
 
-ROOT = Path(__file__).parents[2]
 FREE = {
     "kind": "finite_element",
     "elements": [{"length_m": 0.3, "count": 2}, {"length_m": 0.5, "count": 1, "outer_diameter_m": 0.03}],

@@ -16,7 +16,6 @@ from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.measured import measured_response
 
 SPEED, ORDER = 110.0, 30  # the response of these rotors falls below 1e-10 of its largest harmonic before the 15th
-EVERY = np.arange(-ORDER, ORDER + 1)
 
 
 @pytest.fixture(scope="module", params=range(1, 4), ids=lambda seed: f"seed {seed}")

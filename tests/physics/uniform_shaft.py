@@ -25,6 +25,4 @@ def isotropic(stiffness, damping=0.0):
     return {"bearing_stiffness_N_per_m": stiffness, "bearing_damping_N_s_per_m": damping}
 
 
-ANISOTROPIC = {"coefficients": "anisotropic", "bearing_stiffness_xx_N_per_m": 1e6, "bearing_stiffness_yy_N_per_m": 8e5,
-               "bearing_damping_xx_N_s_per_m": 0.0, "bearing_damping_yy_N_s_per_m": 0.0}  # fmt: skip
 GOOD = {"elements": [{"length_m": 1.0, "count": 4}], "outer_diameter_m": 0.05, "pinned_nodes": [1, 5]}

@@ -4,14 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from thesis.checks import (
-    largest_crack_response,
-    physical_checks,
-    shown_estimates,
-    slow_roll_share,
-    slow_roll_text,
-    weight_text,
-)
+from thesis import checks
+from thesis.checks import largest_crack_response, physical_checks, shown_estimates, slow_roll_text, weight_text
 from thesis.config import load_replay
 from thesis.replay import BOTH_DAMPINGS, rounding_draws
 
@@ -26,7 +20,7 @@ def replay(request):
 def test_most_of_minus_1x_is_there_at_slow_roll_and_no_crack_can_do_it(replay):
     config, amplitude = replay
     place = config.harmonics.index(-1)
-    share = slow_roll_share(config, amplitude)[:, place]
+    share = checks.slow_roll_share(config, amplitude)[:, place]
     assert (share > 0.7).all()
     assert "of -1X, as vectors, is already present at slow roll" in slow_roll_text(-1, share)
     assert abs(amplitude[0, place]) > 20 * largest_crack_response(config, -1)
