@@ -90,6 +90,21 @@ def usual_form(monkeypatch):
 
 
 @pytest.fixture
+def right_conventions(monkeypatch):
+    """Conventions of the records are taken as stated: whether others explain them better takes a seventh of a search.
+
+    They are the claims of diagnosis/test_measuring_chain.py, and tried by every whole command.
+    """
+    monkeypatch.setattr("rotorstudy.diagnosis.verdict.sought.tested_convention", lambda begun, measured: None)
+
+
+@pytest.fixture
+def few_speeds(monkeypatch):
+    """Curves over the speed of a rotor's analysis from a tenth of the speeds, for what is no claim about them."""
+    monkeypatch.setattr("rotorstudy.studies.rotor_analysis.SPEEDS", 30)
+
+
+@pytest.fixture
 def few_shapes(monkeypatch):
     """A scan along the shaft tries a quarter of its shapes, which makes it harder to find a crack."""
     monkeypatch.setattr("rotorstudy.diagnosis.search.shape_scan.MORE_ALONG_SHAFT", 1)

@@ -10,6 +10,8 @@ from rotorstudy.diagnosis.search.odds import FURTHER_FAULT, PriorOdds, faults_of
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 
+pytestmark = pytest.mark.usefixtures("right_conventions")
+
 SPEEDS, HARMONICS = np.array([120.0, 180.0, 240.0, 290.0, 420.0]), np.array([0, 1, -1, 2])
 NOISE = 2e-8  # m, of each harmonic
 

@@ -21,6 +21,8 @@ from rotorstudy.measurement.spectrum import components
 from rotorstudy.model.registry import Registry, plugin_folders, using
 from rotorstudy.response.neighbourhood import carried_motion
 
+pytestmark = pytest.mark.usefixtures("right_conventions")
+
 SPEEDS, HARMONICS, NOISE = np.array([150.0, 300.0, 450.0]), np.array([0, 1, -1, 2]), 1e-7
 MODEL = build_model(jeffcott_rig())
 

@@ -11,6 +11,8 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.hidden import what_could_hide, with_hidden
 from rotorstudy.diagnosis.verdict.investigate import investigate
 
+pytestmark = pytest.mark.usefixtures("right_conventions")
+
 SPEEDS, HARMONICS, NOISE = np.array([120.0, 200.0, 280.0, 360.0]), np.array([1, -1, 2, -2, 3]), 2e-8
 MODEL = build_model(TWO_DISCS)
 FEARED = {name: plugin for name, plugin in registry().plugins["effect"].items() if plugin.feared}

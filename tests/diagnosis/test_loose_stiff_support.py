@@ -17,6 +17,8 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.response.neighbourhood import carried_motion
 
+pytestmark = pytest.mark.usefixtures("right_conventions")
+
 SPEEDS, HARMONICS = np.array([100.0, 140.0, 170.0, 200.0, 230.0]), np.array([0, 1, -1, 2, -2, 3, -3])
 RIG = rig_of(shaft(0.6, 2, disc(2)), springs((1, 3), 1e8, 1e3), unbalance(2, 2e-5), sensors=[1, 2, 3])
 MODEL = build_model(RIG)

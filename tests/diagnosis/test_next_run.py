@@ -18,6 +18,8 @@ from rotorstudy.inference.prediction import predicted
 from rotorstudy.inference.predictive import Predictive, decision_probability, predictive
 from rotorstudy.inference.prior import Prior
 
+pytestmark = pytest.mark.usefixtures("right_conventions")
+
 SPEEDS, HARMONICS, NOISE = np.array([200.0, 220.0, 240.0]), np.array([0, 1, -1, 2]), 2e-7
 MODEL = build_model(jeffcott_rig())
 RUNS = 100  # simulated

@@ -39,17 +39,16 @@ def write_rig(path, *effects, **changes):
     return path
 
 
-def simulate(folder, *effects, name="records.nc", seed=1):
+def simulate(folder, *effects):
     """Records of the rig with effects it does not know of, 1 % noise."""
     rig = write_rig(folder / "truth.yaml", *effects)
-    options = ["--noise", "1", "--seed", str(seed), "--rate", "2000", "--out", str(folder / name)]
+    options = ["--noise", "1", "--seed", "1", "--rate", "2000", "--out", str(folder / "records.nc")]
     assert main(["simulate", str(rig), "--speeds", *map(str, SPEEDS), *options]) == 0
-    return folder / name
+    return folder / "records.nc"
 
 
 def diagnose(records, rig, out, *options):
-    records = records if isinstance(records, list) else [records]
-    assert main(["diagnose", *map(str, records), "--rig", str(rig), "--out", str(out), *map(str, options)]) == 0
+    assert main(["diagnose", str(records), "--rig", str(rig), "--out", str(out), *map(str, options)]) == 0
     return json.loads((out / "verdict.json").read_text())
 
 
@@ -92,8 +91,8 @@ def test_everything_is_written_and_the_page_needs_no_other_file(asymmetric, tmp_
     page = (out / "index.html").read_text()
     assert page.count("data:image/png;base64,") == 4 and 'src="figures' not in page
     assert problems([out / "index.html"], tmp_path) == []
-    for text in ("What the simulation gets wrong", "Detection limits", "default: 0.1", verdict["summary"][:60]):
-        assert text in page
+    shown = ("What the simulation gets wrong", "Detection limits", "default: 0.1", verdict["summary"][:60])
+    assert all(text in page for text in shown)
 
 
 def test_verdict_json_has_what_the_documentation_says(asymmetric):
@@ -249,9 +248,8 @@ def test_a_change_of_unbalance_from_an_imported_spectrum(tmp_path):
 
 
 @pytest.mark.usefixtures("unrendered", "unhidden")
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_clean_record_lacks_nothing(seed, tmp_path):
-    verdict = diagnose(simulate(tmp_path, seed=seed), write_rig(tmp_path / "rig.yaml"), tmp_path / "out")
+def test_a_clean_record_lacks_nothing(tmp_path):
+    verdict = diagnose(simulate(tmp_path), write_rig(tmp_path / "rig.yaml"), tmp_path / "out")
     assert verdict["verdict"] == "nothing" and verdict["findings"] == []
 
 

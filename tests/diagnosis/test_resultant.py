@@ -17,6 +17,8 @@ from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.odds import PriorOdds
 from rotorstudy.diagnosis.settings import Settings
 
+pytestmark = pytest.mark.usefixtures("right_conventions")
+
 NOISE, HARMONICS = 5e-7, np.array([1, -1])
 DISCS = [disc(node, 0.8, 5.8e-4, 3.3e-4, label=label) for node, label in ((3, "disc 1"), (7, "disc 2"))]
 RIG = {

@@ -15,6 +15,8 @@ from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.response.neighbourhood import Neighbourhood
 
+pytestmark = pytest.mark.usefixtures("right_conventions")
+
 HARMONICS = np.array([0, 1, -1, 2, -2, 3])
 # kg m s: a turbine, a gram-sized rotor that is stiff and fast; and a thousand times all forces of the issue
 SI = (1.0, 1.0, 1.0)

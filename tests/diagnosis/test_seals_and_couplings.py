@@ -14,6 +14,8 @@ from rotorstudy.diagnosis.search.odds import SCALES, log_scales
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words
 from rotorstudy.diagnosis.verdict.investigate import investigate
 
+pytestmark = pytest.mark.usefixtures("right_conventions")
+
 SPEEDS = np.array([120.0, 170.0, 230.0, 300.0, 380.0])
 HARMONICS = np.array([0, 1, -1, 2, -2, 3, -3])
 NOISE = 2e-8  # m

@@ -16,6 +16,8 @@ from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.prior import prior_of
 from rotorstudy.model.rig_numbers import rig_with_changes
 
+pytestmark = pytest.mark.usefixtures("right_conventions")
+
 HARMONICS, SPEEDS = np.array([0, 1, -1, 2, -2]), [60.0, 90.0, 120.0, 150.0, 180.0, 230.0, 280.0]
 # the mass of an unbalance is that of its node, so it changes with the disc
 PUSHED = unbalance(2, 1e-5, 0.8, label="1"), unbalance(4, 8e-6, -1.0, label="2")

@@ -141,16 +141,19 @@ def test_a_wrong_plugin_in_use_is_named_with_file_and_shapes(wrong_plugin, tmp_p
     assert words in said[0] and str(path) in said[0]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("the paper and equation it comes from", "", "has no source"),
-        ('        source="the paper and equation it comes from",\n', "", "'source'"),
-        ("return None", "return (None", "SyntaxError"),
-        ("@hookimpl", "import sys; sys.exit(0)\n\n\n@hookimpl", "SystemExit: 0"),
-    ],
-)
-@pytest.mark.parametrize("kind", BODY)
+MISTAKES = [
+    ("return None", "return (None", "SyntaxError"),
+    ("the paper and equation it comes from", "", "has no source"),
+    ('        source="the paper and equation it comes from",\n', "", "'source'"),
+    ("@hookimpl", "import sys; sys.exit(0)\n\n\n@hookimpl", "SystemExit: 0"),
+]
+OF_KINDS = [
+    *(("effect", *mistake) for mistake in MISTAKES),
+    *((kind, *MISTAKES[0]) for kind in BODY if kind != "effect"),
+]
+
+
+@pytest.mark.parametrize(("kind", "old", "new", "words"), OF_KINDS)
 def test_a_plugin_without_source_or_that_does_not_parse_is_named(wrong_plugin, tmp_path, capsys, kind, old, new, words):
     path = wrong_plugin(kind, "    return None")
     path.write_text(path.read_text().replace(old, new))

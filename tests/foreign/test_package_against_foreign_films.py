@@ -24,6 +24,8 @@ from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.inference.rig_estimate import estimate_rig
 from rotorstudy.model.rig_numbers import with_numbers
 
+pytestmark = pytest.mark.usefixtures("right_conventions")
+
 SPEEDS, HARMONICS, NODES = np.array([90.0, 120.0, 150.0, 180.0, 210.0, 240.0]), np.array([1, -1, 2, -2]), (0, 2, 6)
 SHAFT = Element(length=0.15, outer_diameter=0.06, youngs_modulus=2.1e11, density=7850.0)
 DISCS = (Disc(2, 20.0, 0.2, 0.11), Disc(4, 30.0, 0.4, 0.21))

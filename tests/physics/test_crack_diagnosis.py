@@ -11,6 +11,8 @@ from test_cracked_rotor import BETWEEN, LOSS, ORDERS, finite_elements, jeffcott,
 from rotorstudy import measured_response
 from rotorstudy.diagnosis.verdict.investigate import investigate
 
+pytestmark = pytest.mark.usefixtures("right_conventions")
+
 NOISE = 4e-3  # of the rms vibration at 1X
 SPEEDS = np.array([90.0, 140.0, 180.0, 230.0, 280.0, 350.0, 420.0])
 STATED = {"uncertainty": {"default": 0.02}, "most_causes": 1, "candidates_per_round": 2}

@@ -123,7 +123,7 @@ def test_a_transducer_on_a_housing_shows_its_motion():
     assert {c.where["node"] for c in candidates(model, Settings())[0] if c.effect == "runout"} == {1}
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "few_speeds")
 def test_a_machine_with_a_transducer_on_a_housing_is_drawn(tmp_path):
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump(RIG | on_casing()))
     analyse_files(tmp_path / "rig.yaml", tmp_path / "out")

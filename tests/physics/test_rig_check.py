@@ -11,8 +11,9 @@ from one_line_errors import changed
 
 from rotorstudy import harmonic_response
 from rotorstudy.commands.line import main
-from rotorstudy.studies import rotor_analysis
 from rotorstudy.studies.rig_check import check_rig
+
+pytestmark = pytest.mark.usefixtures("few_speeds")
 
 PROBES = [{"channel": name, "node": 2, "angle_deg": angle} for name, angle in (("x", 45.0), ("y", 135.0))]
 SOUND = rig_of(
@@ -20,12 +21,6 @@ SOUND = rig_of(
     {"kind": "unbalance", "node": 3, "unbalance_g_mm": 30.0}, sensors=[2], measurement={"probes": PROBES}
 )  # fmt: skip
 FILM = film(0.03, 0.012, 4.5e-5, 0.02)
-
-
-@pytest.fixture(autouse=True)
-def few_speeds(monkeypatch):
-    """The checks need no smooth curves."""
-    monkeypatch.setattr(rotor_analysis, "SPEEDS", 30)
 
 
 MISSPELT = {("radial_clearance_mm" if key == "radial_clearance_m" else key): FILM[key] for key in FILM} | {"node": 1}

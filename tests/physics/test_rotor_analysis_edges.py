@@ -116,7 +116,7 @@ def test_critical_speeds_on_a_bearing_that_is_isotropic_at_some_speeds_only():
     assert mixed[1] == pytest.approx(isotropic[0], rel=1e-9)
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("unrendered", "few_speeds")
 def test_a_slender_shaft_is_drawn_and_a_vertical_one_names_its_bearings(tmp_path):
     """A shaft of 30 diameters is not drawn to scale; without weight each bearing still has its own node."""
     thick = shaft(0.6, 4)
