@@ -5,30 +5,11 @@ import pytest
 from machines import stepped
 from shaft_with_a_crack import DIAMETER, HARMONICS, LENGTH, MASS, POISSON, YOUNG, at_disc, crack, rotor
 
-from rotorstudy import registry
 from rotorstudy.blind.machines.beam import Element
-from rotorstudy.blind.machines.cracks import add_form, arc_form, crack_face
+from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.blind.machines.machine import Disc, PointRotor, build
 from rotorstudy.model.hinge import crack_at
-
-
-def by_strips(depth):
-    """Rotation of a breathing crack by a unit moment at any angle, as a function, E and R = 1, nu = 0.
-
-    Papadopoulos and Dimarogonas 1987, K_I by both moments summed over the cells of the independent simulator.
-    """
-    area, xi, eta = crack_face(2 * depth)
-    angle = np.linspace(-np.pi, np.pi, 361)
-    opening = [32 / np.pi * area * np.maximum(np.cos(a) * xi + np.sin(a) * eta, 0) for a in angle]
-    kink = np.array([np.sum(one * xi) + 1j * np.sum(one * eta) for one in opening])
-    return lambda a: np.interp(a, angle, kink.real) + 1j * np.interp(a, angle, kink.imag)
-
-
-def test_strips_open_as_small_cells_do():
-    angle = np.linspace(0, np.pi, 13)
-    found = registry().get("depth", "strip_integration").partly_open(0.3, angle, 2.0, 1.0, 0.0)
-    assert np.abs(found - by_strips(0.3)(angle)).max() < 2e-3 * np.abs(found).max()
 
 
 def simulated(depth, speed, closing=0.0):
@@ -87,19 +68,15 @@ def test_by_its_angle_a_part_of_the_stiffness_of_the_open_crack_is_lost(switchin
         share = float(cosine > 0) if switching else (1 + cosine) / 2
         imposed = (hinge.row @ motion + own) / turn
         whole = (softer / (1 + softer)) @ [imposed.real, 1j * imposed.imag] * turn
-        force = sum(
-            np.exp(1j * one.shift * angle) * (one.matrix if one.on == "one" else one.matrix @ given[one.on])
-            for one in entries
-        )
-        error = (
-            np.abs(force - stiffness * hinge.row * share * whole).max() / np.abs(stiffness * hinge.row * whole).max()
-        )
+        acting = [one.matrix if one.on == "one" else one.matrix @ given[one.on] for one in entries]
+        force = sum(np.exp(1j * one.shift * angle) * part for one, part in zip(entries, acting, strict=True))
+        of_all = stiffness * hinge.row * whole
+        error = np.abs(force - share * of_all).max() / np.abs(of_all).max()
         assert error < (0.04 if switching else 1e-9)  # the first harmonic left out, of 17, is 2 / (17 pi)
 
 
 def test_a_crack_that_residual_stress_holds_closed_has_no_effect():
     """But for 1e-3 of the kink by the closing moment, which the finite series leaves where the crack is closed."""
-    bare, free, held = (
-        at_disc(4, [139.0], *item) for item in ((), (crack(0.23, 0.3),), (crack(0.23, 0.3, closing_moment_N_m=8.0),))
-    )
+    cracks = (), (crack(0.23, 0.3),), (crack(0.23, 0.3, closing_moment_N_m=8.0),)
+    bare, free, held = (at_disc(4, [139.0], *items) for items in cracks)
     assert np.abs(held - bare).max() < 5e-3 * np.abs(free - bare).max()
