@@ -27,20 +27,16 @@ def test_phases_are_moved_beside_those_they_are_compared_with():
 
 
 def test_errors_of_many_parameters_fit_in_a_window():
-    few, many = (
-        xr.Dataset(
-            {
-                "estimate": (
-                    ("noise_model", "estimator", "parameter", "noise", "trial"),
-                    np.full((1, 2, n, 2, 3), 1.1),
-                ),
-                "cramer_rao": (("noise_model", "parameter", "noise"), np.full((1, n, 2), 0.05)),
-                "true": (("parameter",), np.ones(n)),
-            },
-            {"noise_model": ["white"], "estimator": ["a", "b"], "parameter": names(n), "noise": [1.0, 5.0]},
-        )
-        for n in (6, 14)
-    )
+
+    def scattered(n):
+        """A study with n parameters."""
+        dims = ("noise_model", "estimator", "parameter", "noise", "trial")
+        found = {"estimate": (dims, np.full((1, 2, n, 2, 3), 1.1)), "true": (("parameter",), np.ones(n))}
+        found["cramer_rao"] = ("noise_model", "parameter", "noise"), np.full((1, n, 2), 0.05)
+        labels = {"noise_model": ["white"], "estimator": ["a", "b"], "parameter": names(n), "noise": [1.0, 5.0]}
+        return xr.Dataset(found, labels)
+
+    few, many = scattered(6), scattered(14)
     wrong = xr.Dataset(
         {"relative_error": (("known", "case", "estimator", "parameter", "percent"), np.ones((2, 1, 2, 14, 3)))},
         {"known": ["mass_kg", "youngs_modulus_Pa"], "case": ["c"], "estimator": ["a", "b"], "parameter": names(14),
@@ -85,18 +81,12 @@ def test_options_of_an_explanation_are_labelled_with_their_units():
     from rotorstudy.presentation.diagnosis_figures import in_words
 
     keys = "pedestal_resonance, node 1, natural_frequency_rad_per_s 3772, frequency_ratio 2.5, bearing_time_s 5.74e-04"
-    assert (
-        in_words(keys)
-        == "pedestal resonance, node 1, natural frequency 36000 rpm, frequency ratio 2.5, bearing time 0.574 ms"
-    )
-    assert (
-        in_words("rub, clearance_m 5e-05 + support_loss, direction_rad -1.327")
-        == "rub, clearance 50 µm + support loss, direction -76 °"
-    )
-    assert (
-        in_words("transverse_crack, position_m 0.21, closing_moment_N_m 3")
-        == "transverse crack, position 210 mm, closing moment 3 N m"
-    )
+    words = "pedestal resonance, node 1, natural frequency 36000 rpm, frequency ratio 2.5, bearing time 0.574 ms"
+    assert in_words(keys) == words
+    both = in_words("rub, clearance_m 5e-05 + support_loss, direction_rad -1.327")
+    assert both == "rub, clearance 50 µm + support loss, direction -76 °"
+    crack = in_words("transverse_crack, position_m 0.21, closing_moment_N_m 3")
+    assert crack == "transverse crack, position 210 mm, closing moment 3 N m"
     assert in_words("runout, harmonic -1") == "runout, harmonic -1"
 
 

@@ -53,11 +53,8 @@ def cause(one):
     if "elements" in one:
         where = {"element": one["elements"][0], "last_element": one["elements"][-1]}
     known = {**SIZES.get(one["family"], {}), **({"position_m": "position_m"} if "position_m" in one else {})}
-    parameters = {
-        parameter: {"value": one[key], "std": 1e-9 + 1e-6 * abs(one[key])}
-        for parameter, key in known.items()
-        if key in one
-    }
+    stated = {parameter: one[key] for parameter, key in known.items() if key in one}
+    parameters = {name: {"value": size, "std": 1e-9 + 1e-6 * abs(size)} for name, size in stated.items()}
     return {"effect": name, "where": where, "parameters": parameters, "posterior_probability": 1.0}
 
 

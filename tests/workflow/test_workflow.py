@@ -178,13 +178,9 @@ def test_netcdf_files_carry_units_and_provenance(built):
 def test_a_killed_run_resumes_on_one_core_with_the_bytes_of_two(built, snakemake, project, some, tmp_path):
     target = tmp_path / SOME_TARGETS[0]
     log = tmp_path / "results/logs/monte_carlo_physical_chapter_2.log"
-    process = subprocess.Popen(
-        command(project, tmp_path, SOME_TARGETS[0], config=some),
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-        env=environment(project),
-    )
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "start_new_session": True}
+    call = command(project, tmp_path, SOME_TARGETS[0], config=some)
+    process = subprocess.Popen(call, env=environment(project), **quiet)
     while not log.exists() and process.poll() is None:
         time.sleep(0.02)
     os.killpg(process.pid, signal.SIGKILL)

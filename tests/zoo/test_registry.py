@@ -53,10 +53,13 @@ def distribution(folder, module, text):
     (info / "entry_points.txt").write_text(f"[rotorstudy]\n{module} = {module}\n")
 
 
-def test_a_file_in_a_folder_is_found(tmp_path):
+def test_a_file_in_a_folder_is_found_and_its_version_changes_with_it(tmp_path):
     file = write(tmp_path, "mine", CRACK.format(name="mine"))
     found = alone(tmp_path).get("crack", "mine")
     assert (found.summary, found.file) == ("Always open.", str(file))
+    assert alone(tmp_path).get("crack", "mine").version == found.version
+    file.write_text(file.read_text() + "\n# changed\n")
+    assert alone(tmp_path).get("crack", "mine").version != found.version
 
 
 HOOK = "from rotorstudy.plugins import Crack, Effect, hookimpl\n\n@hookimpl\ndef rotorstudy_crack():\n    return "
@@ -160,11 +163,3 @@ def test_a_name_far_from_all_is_answered_with_those_known():
     with pytest.raises(RotorstudyError, match=r"^unknown crack 'zzz' \(known: .*switching") as refused:
         registry().get("crack", "zzz")
     assert "did you mean" not in str(refused.value)
-
-
-def test_the_version_of_a_plugin_changes_with_its_file(tmp_path):
-    file = write(tmp_path, "mine", CRACK.format(name="mine"))
-    first = alone(tmp_path).get("crack", "mine").version
-    assert alone(tmp_path).get("crack", "mine").version == first
-    file.write_text(file.read_text() + "\n# changed\n")
-    assert alone(tmp_path).get("crack", "mine").version != first
