@@ -1,7 +1,5 @@
 """The numbers of a rotor move in the fits of a diagnosis, and an identification updates them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import yaml
@@ -145,10 +143,3 @@ def test_a_prior_may_name_numbers_of_the_rotor():
     assert measured_response(model, SPEEDS, HARMONICS) == pytest.approx(measured_response(plain, SPEEDS, HARMONICS))
     with pytest.raises(RotorstudyError, match="did you mean"):
         build_model({**RIG, "prior": {**section, "parameters": ["rotor.density_kg", "external_damping"]}})
-
-
-def test_a_structure_without_a_plugin_has_no_uncertain_numbers():
-    model = build_model(RIG)
-    bare = replace(model, structure=replace(model.structure, origin=None))
-    _, prior = base_model(bare, Settings(nuisance={}))
-    assert not any(name.startswith("rotor.") for name in prior.names)
