@@ -56,11 +56,7 @@ def rig_of(rotor, bearings, *effects, **sections):
 def jeffcott_rig(eccentricity_m=5e-6, phase_rad=None, *effects, internal=None, external=100.0, **sections):
     """A rotor with one disc, with an unbalance, damped from outside and, unless None, from inside (N s/m)."""
     damping = {"internal": internal, "external": external}
-    known = [
-        {"kind": f"{name}_damping", f"{name}_damping_N_s_per_m": size}
-        for name, size in damping.items()
-        if size is not None
-    ]
+    known = [{"kind": f"{n}_damping", f"{n}_damping_N_s_per_m": c} for n, c in damping.items() if c is not None]
     phase = {} if phase_rad is None else {"eccentricity_phase_rad": phase_rad}
     if eccentricity_m is not None:
         known.append({"kind": "unbalance", "eccentricity_m": eccentricity_m, **phase})

@@ -54,14 +54,6 @@ def test_what_a_killed_process_left_is_removed_and_what_another_one_writes_is_no
     assert names(tmp_path) == sorted([*left[1:], "a.txt"])
 
 
-def test_the_temporary_file_lies_beside_the_target_so_that_the_move_is_one_step(tmp_path):
-    with atomic(tmp_path / "new" / "a.nc") as temporary:
-        assert temporary.parent == tmp_path / "new" and temporary.suffix == ".nc"
-        temporary.write_text("x")
-        assert names(tmp_path / "new") == [temporary.name]
-    assert names(tmp_path / "new") == ["a.nc"]
-
-
 @pytest.mark.parametrize("exists", [True, False])
 def test_a_temporary_folder_lies_in_one_that_exists_as_that_may_be_a_disk_of_its_own(exists, tmp_path):
     if exists:

@@ -7,7 +7,7 @@ import json
 
 import numpy as np
 import pytest
-from machines import all_but, disc, faulty, shaft, spectrum_of, springs, unbalance
+from machines import all_but, disc, faulty, rig_of, shaft, spectrum_of, springs, unbalance
 from scipy.stats import chi2
 
 from rotorstudy import build_model, registry
@@ -21,11 +21,7 @@ pytestmark = pytest.mark.usefixtures("right_conventions")
 
 NOISE, HARMONICS = 5e-7, np.array([1, -1])
 DISCS = [disc(node, 0.8, 5.8e-4, 3.3e-4, label=label) for node, label in ((3, "disc 1"), (7, "disc 2"))]
-RIG = {
-    "rotor": shaft(0.56, 8, *DISCS, outer_diameter_m=0.01),
-    "bearings": springs({1: "left", 9: "right"}, 1e6, 50.0),
-    "sensors": [2, 8],
-}
+RIG = rig_of(shaft(0.56, 8, *DISCS, outer_diameter_m=0.01), springs({1: "left", 9: "right"}, 1e6, 50.0), sensors=[2, 8])
 BELOW, BEYOND = np.array([80.0, 90.0, 100.0]), np.array([80.0, 300.0, 600.0])  # rad/s; the first critical speed is 150
 ADDED = {3: 4e-5, 7: -1e-5j}  # kg m: 40 and 10 g mm
 

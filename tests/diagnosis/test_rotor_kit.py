@@ -47,11 +47,8 @@ def test_the_discs_are_known_less_than_their_sum(joint):
 
 def test_without_the_trial_runs_the_sum_is_not_known_either(tmp_path):
     """The negative control."""
-    one = {
-        "name": "A020",
-        "records": [str(KIT / "runs/A020.csv")],
-        "unbalances": [{"node": "disc 1"}, {"node": "disc 2"}],
-    }
+    added = {"unbalances": [{"node": "disc 1"}, {"node": "disc 2"}]}
+    one = {"name": "A020", "records": [str(KIT / "runs/A020.csv")], **added}
     base = {"name": "baseline", "records": [str(KIT / "runs/BASE.csv")]}
     (tmp_path / "runs.yaml").write_text(yaml.safe_dump({"runs": [base, one]}))
     _, covariance = discs(identify_runs(tmp_path / "runs.yaml", KIT / "rig.yaml").joint, "A020")

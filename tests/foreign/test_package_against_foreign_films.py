@@ -257,11 +257,8 @@ def test_what_linear_films_leave_out_is_within_the_error_that_a_diagnosis_allows
     allowed = with_film_error(record, build_model(files | {"effects": earlier}), growth=np.full(2, growth))
     off = [np.sqrt(np.mean(one.by_harmonic(one.whitened(change))[:, second] ** 2)) for one in (record, allowed)]
     assert off[0] > 10 and 0.1 < off[1] < 2  # of 2X, which linear films do not change
-    stiff = files | {
-        "bearings": [
-            {"kind": "linear", "node": n, "label": f"{n}", "bearing_stiffness_xx_N_per_m": 1e8} for n in (1, 7)
-        ]
-    }
+    spring = {"kind": "linear", "bearing_stiffness_xx_N_per_m": 1e8}
+    stiff = files | {"bearings": [spring | {"node": n, "label": f"{n}"} for n in (1, 7)]}
     assert with_film_error(record, build_model(stiff)) is record
 
 

@@ -32,15 +32,9 @@ def section(**changes):
     for channel, node, angle, unit, sign in PROBES:
         probe = {"channel": channel, "node": node, "angle_deg": float(angle), "unit": unit, "sign": sign}
         probes.append(probe | ({"sensitivity_V_per_m": 7874.0} if unit == "V" else {}))
-    found = {
-        "rotation": "against_angles",
-        "gravity_angle_deg": 180.0,
-        "probes": probes,
-        "keyphasor": {"channel": "key", "sensor_angle_deg": 90.0, "mark_angle_deg": 30.0},
-        "speed_channel": "speed",
-        "speed_unit": "rpm",
-        "harmonics": HARMONICS,
-    }
+    key = {"channel": "key", "sensor_angle_deg": 90.0, "mark_angle_deg": 30.0}
+    found = {"rotation": "against_angles", "gravity_angle_deg": 180.0, "probes": probes, "keyphasor": key}
+    found |= {"speed_channel": "speed", "speed_unit": "rpm", "harmonics": HARMONICS}
     return {**found, **changes}
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rotorstudy import Entry, make_term, read_rig
-from rotorstudy.model.entries import LARGE, LocalMatrix, apply_entries, compacted
+from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.terms import Unknown
 from rotorstudy.response.neighbourhood import Neighbourhood
@@ -68,18 +68,6 @@ def test_table_is_equal_to_its_entries_one_after_the_other(unknowns, random, lea
     moving = table.force_of_motion(theta, motion, SPEED, HARMONICS)
     summed = np.einsum("...shiu,...u->...shi", slow - still, theta)
     assert np.abs(moving - summed).max() <= ROUND_OFF * np.abs(slow).max() * len(unknowns)
-
-
-def test_a_matrix_kept_as_its_elements_is_the_same_array(random):
-    matrix = np.zeros((LARGE, LARGE))
-    matrix[3:5, 7:9] = random.normal(size=(2, 2))
-    entry = Entry(matrix, "conj", 1, 2)
-    small, kept = compacted(Entry(matrix[1:, 1:])), compacted(entry)
-    assert isinstance(kept.matrix, LocalMatrix) and not isinstance(small.matrix, LocalMatrix)
-    assert sum(one.nbytes for one in kept.matrix.elements) < 200
-    assert kept.kind == entry.kind and np.shape(kept.matrix) == matrix.shape and kept.matrix[4, 8] == matrix[4, 8]
-    assert (np.asarray(kept.matrix) == matrix).all() and (np.asarray(kept.times(2j).matrix) == 2j * matrix).all()
-    assert (random.normal(size=2)[:, None, None] * kept.matrix).shape == (2, LARGE, LARGE)
 
 
 def test_what_forces_add_is_the_same_in_parts(monkeypatch):

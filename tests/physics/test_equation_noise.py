@@ -111,17 +111,6 @@ def test_least_squares_is_never_better_than_the_bound(problem, clean, true):
     assert excess.max() > 0.1  # and here it is worse: it does not know which harmonics are noisy
 
 
-def test_equations_of_many_trials_are_those_of_each(problem):
-    a, b = problem.equations()
-    for t in (0, 7, TRIALS - 1):
-        one = replace(problem, spectrum=problem.spectrum.with_amplitude(problem.spectrum.amplitude[t]))
-        one_a, one_b = one.equations()
-        for p in range(len(NAMES)):
-            assert a[t, :, p] == pytest.approx(one_a[:, p], rel=1e-9, abs=1e-12 * np.abs(one_a[:, p]).max())
-        assert b[t] == pytest.approx(one_b, rel=1e-9, abs=1e-12 * np.abs(one_b).max())
-    assert np.abs(a[0] - a[1]).max() > 0  # negative control: trials differ
-
-
 def test_neither_estimate_nor_interval_depends_on_the_order_of_harmonics(problem, clean):
     mixed = np.random.default_rng(4).permutation(len(EVERY))
     both = np.concatenate([mixed, mixed + len(EVERY)])

@@ -345,10 +345,8 @@ def compressor():
             BLOCK | {"feet_m": list(foundation.feet), "centre_m": foundation.centre,
                      "radius_of_gyration_m": foundation.radius_of_gyration,
                      "foundation_mass_kg": foundation.mass,
-                     "foundation_stiffness_xx_N_per_m": 2 * foundation.stiffness[0],
-                     "foundation_stiffness_yy_N_per_m": 2 * foundation.stiffness[1],
-                     "foundation_damping_xx_N_s_per_m": 2 * foundation.damping[0],
-                     "foundation_damping_yy_N_s_per_m": 2 * foundation.damping[1]}
+                     **{f"foundation_stiffness_{a}{a}_N_per_m": 2 * foundation.stiffness[i] for i, a in enumerate("xy")},
+                     **{f"foundation_damping_{a}{a}_N_s_per_m": 2 * foundation.damping[i] for i, a in enumerate("xy")}}
         ],
         "effects": [{"kind": "shaft_damping", "shaft_damping_s": 1e-6},
                     {"kind": "unbalance", "node": 12, "mass_kg": 26.0, "eccentricity_m": 1e-5}],

@@ -32,15 +32,13 @@ SPRINGS = [
     {"kind": "support_stiffness", "node": node, "label": str(node), "support_stiffness_N_per_m": 6e5} for node in (1, 8)
 ]
 CRACK = [{"kind": "switching", "node": 4, "stiffness_loss_22_N_per_m": 3e4, "stiffness_loss_44_N_m": 0.0}]
+PINNED = {**SHAFT, "pinned_nodes": [1, 8]}
+MOVING = [{**CRACK[0], "weight_dominance": False}]
 SUPPORTS = {
     "bearings": {"rotor": SHAFT, "bearings": BEARINGS, "cracks": CRACK, "effects": EFFECTS},
-    "rigid supports": {"rotor": {**SHAFT, "pinned_nodes": [1, 8]}, "cracks": CRACK, "effects": EFFECTS},
+    "rigid supports": {"rotor": PINNED, "cracks": CRACK, "effects": EFFECTS},
     "springs of effects": {"rotor": SHAFT, "effects": [*EFFECTS, *SPRINGS]},
-    "periodic crack": {
-        "rotor": {**SHAFT, "pinned_nodes": [1, 8]},
-        "cracks": [{**CRACK[0], "weight_dominance": False}],
-        "effects": EFFECTS,
-    },
+    "periodic crack": {"rotor": PINNED, "cracks": MOVING, "effects": EFFECTS},
 }
 NUMBERS = ("rotor.youngs_modulus_Pa", "rotor.discs[0]", "rotor.outer_diameter_m", "rotor.elements[1].length_m")
 

@@ -84,18 +84,6 @@ def test_the_force_on_a_whirling_orbit(item, k, c):
         assert np.abs(by_hand(z, velocity, {ab: k[swapped[ab]] for ab in k}, c) - in_time).max() > 1e-2 * size
 
 
-def test_only_the_coefficients_of_the_kind_are_parameters():
-    names = {
-        "isotropic": ("bearing_stiffness", "bearing_damping"),
-        "anisotropic": tuple(f"bearing_{what}_{ab}" for what in ("stiffness", "damping") for ab in ("xx", "yy")),
-        "full": tuple(f"bearing_{what}_{ab}" for what in ("stiffness", "damping") for ab in K),
-    }
-    for kind, expected in names.items():
-        found = term({"kind": "linear", "coefficients": kind})
-        assert tuple(u.name for u in found.unknowns) == expected and np.isnan(found.theta).all()
-    assert [u.name for u in term(TABLE).unknowns] == ["bearing_scale"]
-
-
 @pytest.mark.parametrize("sign", [1, -1])
 def test_cross_coupling_drives_whirl_in_its_own_direction_beyond_the_damping(sign):
     """m z'' + c z' + (k - j q) z = 0 with q = k_xy = -k_yx grows where |q| > c sqrt(k / m), forward for q > 0."""

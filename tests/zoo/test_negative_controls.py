@@ -90,6 +90,15 @@ def flipped(kind, name, flag):
     return replace(plugin, **{flag: not getattr(plugin, flag)})
 
 
+def undefined(speed):
+    return np.where(speed == 150, np.nan, 1)
+
+
+ALONG_ETA = {0: (0.5, 0.1, 0), 1: (0.25, 0, 0), -1: (0.25, 0, 0)}
+DRIVES = {"xx": 300.0, "xy": 90.0, "yx": 90.0, "yy": 20.0}
+PEDESTAL = ZOO.get("bearing", "flexible_pedestal")
+
+
 def half(a):
     return np.stack([0.5 + 0 * a, 0.5 + 0 * a, 0 * a])
 
@@ -116,11 +125,7 @@ CONTROLS = [
     ("crack_is_symmetric", crack(lambda a: half(a) + [[0], [0], [0.1]] + 0 * a, symmetric=True), "opening and closing"),
     ("crack_series_is_the_function", crack(cosine, lambda n: {0: 0.5, 1: 0.25}), "coefficient -1"),
     ("crack_series_is_the_function", crack(cosine, lambda n: {0: 0.4, 1: 0.25, -1: 0.25}), "0"),
-    (
-        "crack_series_is_the_function",
-        crack(cosine, lambda n: {0: (0.5, 0.1, 0), 1: (0.25, 0, 0), -1: (0.25, 0, 0)}),
-        "along eta",
-    ),
+    ("crack_series_is_the_function", crack(cosine, lambda n: ALONG_ETA), "along eta"),
     ("crack_force_is_its_table", crack(lambda a: a, drifting_series()), "force of one unit"),
     ("crack_is_found_again", crack(lambda a: 0 * a, lambda n: {0: 0.0}), "stiffness_loss"),
     ("depth_is_monotone", depth(lambda d: d + 1e-3), "zero depth"),
@@ -133,25 +138,13 @@ CONTROLS = [
     ("term_states_units", term(Bearing, spring(), typical=0.0), "typical size 0"),
     ("term_is_one_table", term(Bearing, Forgetful(np.eye(1), gain=np.ones_like)), "differ"),
     ("term_is_found_again", term(Bearing, spring(0.0)), "do not depend on k"),
-    (
-        "bearing_is_finite",
-        term(Bearing, spring(gain=lambda w: np.where(w == 150, np.nan, 1))),
-        "not finite at 150 rad/s",
-    ),
+    ("bearing_is_finite", term(Bearing, spring(gain=undefined)), "not finite at 150 rad/s"),
     ("bearing_carries", term(Bearing, spring(order=1)), "no static stiffness"),
     ("bearing_carries", term(Bearing, spring(1e5)), "rises against its weight"),
     ("bearing_numbers_exist", replace(ZOO.get("bearing", "linear"), uncertain={"clearance_m": 0.1}), "no number"),
-    (
-        "bearing_numbers_exist",
-        replace(ZOO.get("bearing", "flexible_pedestal"), uncertain={"pedestal_mass_kg": 3}),
-        "10 %",
-    ),
+    ("bearing_numbers_exist", replace(PEDESTAL, uncertain={"pedestal_mass_kg": 3}), "10 %"),
     ("bearing_takes_energy", term(Bearing, spring(order=1, stiffness=300.0), positive_damping=True), "gains energy"),
-    (
-        "bearing_takes_energy",
-        term(Bearing, *planar(damping={"xx": 300.0, "xy": 90.0, "yx": 90.0, "yy": 20.0}), positive_damping=True),
-        "gains energy from its damping",
-    ),
+    ("bearing_takes_energy", term(Bearing, *planar(damping=DRIVES), positive_damping=True), "energy from its damping"),
     ("bearing_is_symmetric", term(Bearing, *planar({"xy": 3e4, "yx": -3e4}), symmetric=True), "drive a whirl"),
     ("bearing_is_symmetric", term(Bearing, *planar(damping={"xy": 20.0}), symmetric=True), "xy and yx differ"),
     ("effect_offers_places", effect(places=lambda structure, sensors: []), "no place"),
