@@ -34,11 +34,6 @@ def refused(printed, *words):
         assert word in err, err
 
 
-def test_plugins_lists_kind_name_source_and_one_line(command):
-    line = next(line for line in command("plugins").out.splitlines() if " switching " in line)
-    assert line.startswith("crack") and "Gasch" in line
-
-
 def test_identify_finds_what_was_simulated_within_its_intervals(records, tmp_path, command):
     out = tmp_path / "estimates.nc"
     names = ["internal_damping", "external_damping", "eccentricity", "stiffness_loss"]

@@ -334,7 +334,7 @@ def test_what_is_refused(change, words):
 def compressor():
     """The compressor of the independent simulator on its films, linear at one speed, and its rig."""
     machine = plant.compressor()
-    rotor, (foundation,) = machine.rotor, machine.blocks
+    rotor, (block,) = machine.rotor, machine.blocks
     rig = {
         "rotor": {"kind": "finite_element", "elements": stretches(rotor.elements), "discs": discs_section(rotor)},
         "bearings": [
@@ -342,11 +342,11 @@ def compressor():
             for f, label in zip(rotor.films, ("DE", "NDE"), strict=True)
         ],
         "foundation": [
-            BLOCK | {"feet_m": list(foundation.feet), "centre_m": foundation.centre,
-                     "radius_of_gyration_m": foundation.radius_of_gyration,
-                     "foundation_mass_kg": foundation.mass,
-                     **{f"foundation_stiffness_{a}{a}_N_per_m": 2 * foundation.stiffness[i] for i, a in enumerate("xy")},
-                     **{f"foundation_damping_{a}{a}_N_s_per_m": 2 * foundation.damping[i] for i, a in enumerate("xy")}}
+            BLOCK | {"feet_m": list(block.feet), "centre_m": block.centre,
+                     "radius_of_gyration_m": block.radius_of_gyration,
+                     "foundation_mass_kg": block.mass,
+                     **{f"foundation_stiffness_{a}{a}_N_per_m": 2 * block.stiffness[i] for i, a in enumerate("xy")},
+                     **{f"foundation_damping_{a}{a}_N_s_per_m": 2 * block.damping[i] for i, a in enumerate("xy")}}
         ],
         "effects": [{"kind": "shaft_damping", "shaft_damping_s": 1e-6},
                     {"kind": "unbalance", "node": 12, "mass_kg": 26.0, "eccentricity_m": 1e-5}],

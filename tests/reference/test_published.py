@@ -15,7 +15,7 @@ from rotorstudy.store import as_complex
 from rotorstudy.studies.config import load_study
 from thesis.config import load_replay
 from thesis.replay import printed_values, records, rounding_draws, spectra
-from thesis.scoreboard import load_reasons, published, score
+from thesis.scoreboard import published, score
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "workflow" / "reference"
@@ -88,10 +88,6 @@ def test_a_value_that_differs_needs_a_reason_and_another_one_does_not(table, cha
     assert set(score(printed, computed, reasons).status) == {status}
     if status == "explained":
         refused(lambda: score(printed, computed, []), "no reason given")
-
-
-def test_reasons_name_a_status_that_exists():
-    assert load_reasons(REFERENCE / "reasons.yaml")
 
 
 def test_the_example_rig_is_the_rotor_of_table_2_1(chapter_2):
