@@ -32,10 +32,12 @@ def test_cases_are_steady_and_show_their_effect(family):
     assert case.effects
 
 
-def test_a_healthy_case_changes_nothing():
-    case = draw_case(6, "healthy", speeds=2, steps=32, modes=4)
+def test_a_healthy_case_changes_nothing_and_is_that_of_its_seed():
+    case, again = (draw_case(6, "healthy", speeds=2, steps=32, modes=4) for _ in range(2))
     assert max(case.changed.values()) < 1e-9
     assert len(FAMILIES) == 19
+    np.testing.assert_array_equal(case.records["displacement"], again.records["displacement"])
+    assert (case.effects, case.probes, case.chain) == (again.effects, again.probes, again.chain)
 
 
 @pytest.fixture(scope="module")

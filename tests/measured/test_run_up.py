@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from machines import jeffcott_rig, point
+from machines import disc, jeffcott_rig, point, shaft, springs, unbalance
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
-from rotorstudy import Problem, Spectrum, measured_spectrum, read_measurement
+from rotorstudy import Problem, Spectrum, build_model, measured_spectrum, read_measurement
 from rotorstudy.commands.line import main
 from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.measurement.resonances import vectors_1x
@@ -40,10 +41,14 @@ def sweep(ratio, rate, ends=(150.0, 250.0)):
 
     start = steady(ratio, first)
     solved = solve_ivp(derivative, (0, time[-1]), [start, 1j * first * start], "DOP853", time, rtol=1e-7, atol=1e-11)
+    return noisy(time, solved.y[0], first, rate)
+
+
+def noisy(time, z, first, rate):
+    """The time, z with noise, and the times of the phase mark."""
     turns = np.arange((first * time[-1] + rate * time[-1] ** 2 / 2) // (2 * np.pi) + 1)
-    marks = (np.sqrt(first**2 + 4 * np.pi * rate * turns) - first) / rate
-    x, y = NOISE * np.random.default_rng(1).normal(size=(2, len(time)))
-    return time, solved.y[0] + x + 1j * y, marks
+    x, y = NOISE * np.random.default_rng(1).normal(size=(2, *z.shape))
+    return time, z + x + 1j * y, (np.sqrt(first**2 + 4 * np.pi * rate * turns) - first) / rate
 
 
 def steady(ratio, speed):
@@ -85,14 +90,14 @@ def run_up(tmp_path_factory):
     return record(folder, *sweep(0.03, 8.0)), rig(folder)
 
 
-def record(folder, time, z, marks, directions=("x", "y")):
-    signals = np.stack([z.real, z.imag])[: len(directions)]
+def record(folder, time, z, marks, directions=("x", "y"), nodes=(1,)):
+    signals = np.stack([z.real, z.imag], axis=-2)[..., : len(directions), :].reshape(1, len(nodes), len(directions), -1)
     variables = {
-        "displacement": (("speed", "node", "direction", "time"), signals[None, None], {"units": "m"}),
+        "displacement": (("speed", "node", "direction", "time"), signals, {"units": "m"}),
         "phase_mark_time": (("speed", "revolution"), marks[None], {"units": "s"}),
     }
     path = folder / f"record_{len(list(folder.glob('*.nc')))}.nc"
-    xr.Dataset(variables, coords={"node": [1], "direction": list(directions), "time": time}).to_netcdf(path)
+    xr.Dataset(variables, coords={"node": list(nodes), "direction": list(directions), "time": time}).to_netcdf(path)
     return path
 
 
@@ -104,10 +109,10 @@ def rig(folder, **measurement):
     return path
 
 
-def estimate(path, rig):
+def estimate(path, rig, unknowns=UNKNOWNS):
     spectrum, model, findings = measured_spectrum([path], rig)
-    model = with_numbers(model, UNKNOWNS, "the test")
-    return output_error_fit(Problem(model, spectrum, tuple(UNKNOWNS))), findings, spectrum
+    model = with_numbers(model, unknowns, "the test")
+    return output_error_fit(Problem(model, spectrum, tuple(unknowns))), findings, spectrum
 
 
 def test_damping_unbalance_and_critical_speed_of_a_run_up(run_up):
@@ -117,6 +122,54 @@ def test_damping_unbalance_and_critical_speed_of_a_run_up(run_up):
     freedom = spectrum.data_count - len(TRUE)
     assert found.misfit < freedom + 5 * np.sqrt(2 * freedom)
     assert {f.name for f in findings} >= {"run-up"}
+
+
+def two_discs(modulus, damping, unbalances):
+    """{"2": kg m} : unbalances by the node of their disc."""
+    discs = [disc(int(node), 1.5, 3e-3, 1.6e-3) for node in unbalances]
+    return {
+        "rotor": shaft(0.25, 3, *discs, outer_diameter_m=0.01, youngs_modulus_Pa=modulus),
+        "bearings": springs((1, 4), 2e5, damping),
+        "effects": [unbalance(int(n), abs(u), np.angle(u).item(), label=n, mass_kg=1.0) for n, u in unbalances.items()],
+        "measurement": {"harmonics": [0, 1, -1]},
+    }
+
+
+def swept(rig, unbalances, first, last, rate, step=1e-3):
+    """Time s, z m (node, time) with noise, and marks, of a rotor with the unbalances, in steps of constant speed."""
+    structure = build_model(rig).structure
+    count = len(structure.dofs)
+    pull = sum(u * structure.unit(int(node)) for node, u in unbalances.items())
+    damping, stiffness = np.zeros((2, count, count), complex)
+    for at in map(structure.index, (1, 4)):
+        damping[at, at], stiffness[at, at] = 200.0, 2e5
+    stiffness += structure.stiffness
+    start = np.linalg.solve(stiffness + 1j * first * damping + first**2 * (structure.gyroscopic - structure.mass), pull)
+    state = first**2 * np.concatenate([start, 1j * first * start, [0]])
+    shown, time = [], np.arange(0, (last - first) / rate, step)
+    for t in time:
+        speed = first + rate * (t + step / 2)
+        forces = np.column_stack([stiffness, damping - 1j * speed * structure.gyroscopic, -pull])
+        own = np.r_[np.zeros(2 * count), 1j * speed]
+        table = np.vstack([np.eye(count, 2 * count + 1, count), -np.linalg.solve(structure.mass, forces), own])
+        state[-1] = ((first + rate * t) ** 2 - 1j * rate) * np.exp(1j * (first * t + rate * t * t / 2))
+        shown.append(state[[structure.index(int(node)) for node in unbalances]])
+        state = expm(table * step) @ state
+    return noisy(time, np.transpose(shown), first, rate)
+
+
+def test_a_run_up_alone_identifies_unbalances_bearings_and_shaft_of_two_discs(tmp_path):
+    unbalances = {"2": 2e-5, "3": 1.5e-5 * np.exp(2j)}
+    time, z, marks = swept(two_discs(2.1e11, 200.0, unbalances), unbalances, 150.0, 380.0, 14.0)
+    path = record(tmp_path, time, z, marks, nodes=(2, 3))
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(two_discs(2.06e11, 170.0, dict.fromkeys(unbalances, 1e-5))))
+    names = ["bearing_damping[1]", "bearing_damping[4]", "rotor.youngs_modulus_Pa"]
+    names += [f"eccentricity[{node}]_{part}" for node in unbalances for part in ("real", "imag")]
+    found, findings, _ = estimate(path, tmp_path / "rig.yaml", names)
+    true = [200, 200, 2.1 / 2.06 - 1, *(part for u in unbalances.values() for part in (np.real(u), np.imag(u)))]
+    left = np.array([0, 0, 5e-4, 0, 0, 0, 0])  # gyroscopic moments change in the sweep: 0.01 * 0.04 of the peak
+    assert (np.abs(found.theta - true) < 4 * found.std + left).all(), (found.theta, true, found.std)
+    assert {"run-up", "critical speeds"} <= {finding.name for finding in findings}
 
 
 def test_a_run_up_with_a_single_probe(tmp_path, run_up):

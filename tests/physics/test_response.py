@@ -1,4 +1,4 @@
-"""The harmonic response against closed forms and the switching rotor stepped in time."""
+"""The harmonic response against closed forms, and of speeds taken in parts."""
 
 from dataclasses import replace
 
