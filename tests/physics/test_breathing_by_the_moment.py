@@ -5,8 +5,9 @@ import pytest
 from machines import stepped
 from shaft_with_a_crack import DIAMETER, HARMONICS, LENGTH, MASS, POISSON, YOUNG, at_disc, crack, rotor
 
+from rotorstudy import registry
 from rotorstudy.blind.machines.beam import Element
-from rotorstudy.blind.machines.cracks import add_form, arc_form
+from rotorstudy.blind.machines.cracks import add_form, arc_form, crack_face
 from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.blind.machines.machine import Disc, PointRotor, build
 from rotorstudy.model.hinge import crack_at
@@ -52,6 +53,15 @@ def test_residual_stress_delays_or_advances_the_opening(closing):
     size = np.abs(expected - without).max()
     assert np.abs(found - expected).max() < 0.02 * size
     assert size > 0.05 * np.abs(simulated(0.3, speed) - bare).max()
+
+
+def test_strips_open_as_the_small_cells_of_the_independent_simulator_do():
+    """Papadopoulos and Dimarogonas 1987, K_I by both moments: rotation by a unit moment, E and R = 1, nu = 0."""
+    angle = np.linspace(0, np.pi, 13)
+    area, xi, eta = (np.ravel(part) for part in crack_face(0.6))
+    opening = 32 / np.pi * area * np.maximum(np.outer(np.cos(angle), xi) + np.outer(np.sin(angle), eta), 0)
+    found = registry().get("depth", "strip_integration").partly_open(0.3, angle, 2.0, 1.0, 0.0)
+    assert np.abs(found - opening @ (xi + 1j * eta)).max() < 2e-3 * np.abs(found).max()
 
 
 @pytest.mark.parametrize("switching", [False, True])
