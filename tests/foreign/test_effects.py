@@ -167,6 +167,19 @@ def test_seal_drives_forward_whirl_and_looseness_lifts():
     assert shaken[1] > 1e-8
 
 
+def test_stepped_map_keeps_its_derivative():
+    """The derivative over a revolution with a rub, against differences."""
+    machine = build(small_rotor(4))
+    effects.add_unbalance(machine, 2, 1e-4)
+    contacts.add_rub(machine, 2, 1e5, 5e-6, 0.2, 0.01, (2e-5, 0.0), 0.1)
+    stepper = Stepper(machine, 200.0, 64, 4)
+    state, step = np.zeros((1, stepper.propagate.shape[1])), 1e-9 * np.eye(stepper.propagate.shape[1])
+    _, end, slope = stepper.revolution(state, tangent=True)
+    for i in (0, 5):
+        numeric = (stepper.revolution(state + step[i])[1] - end)[0] / 1e-9
+        np.testing.assert_allclose(slope[0, :, i], numeric, atol=1e-4 * np.max(np.abs(numeric)))
+
+
 def test_a_steady_revolution_against_a_general_integrator():
     """From the steady state, the same modes and laws keep to it over a sixteenth of a turn with Radau's method."""
     machine, speed = build(small_rotor(2)), 150.0
