@@ -15,10 +15,8 @@ DAMPINGS = [
     {"kind": "unbalance", "eccentricity_m": 3e-5, "eccentricity_phase_rad": 0.5},
 ]
 LOSS = {"stiffness_loss_22_N_per_m": 1.7e5, "stiffness_loss_44_N_m": 1.7e3}
-RIGS = {
-    "gyroscopic": {"rotor": OFFSET_DISC, "effects": DAMPINGS, "cracks": [{"kind": "switching", **LOSS}]},
-    "anisotropic": {"rotor": OFFSET_DISC, "effects": DAMPINGS, "bearings": springs([1], (1e5, 3e5), (10.0, 30.0))},
-}
+CRACKED = {"rotor": OFFSET_DISC, "effects": DAMPINGS, "cracks": [{"kind": "switching", **LOSS}]}
+RIGS = {"gyroscopic": CRACKED, "anisotropic": CRACKED | {"bearings": springs([1], (1e5, 3e5), (10.0, 30.0))}}
 
 
 @pytest.mark.parametrize("name", RIGS)
@@ -43,5 +41,5 @@ def test_the_transient_is_more_than_the_steady_state():
 
 
 def test_a_crack_that_moves_with_the_shaft_has_no_exact_solution():
-    rig = {**RIGS["gyroscopic"], "cracks": [{"kind": "switching", "weight_dominance": False, **LOSS}]}
+    rig = {**CRACKED, "cracks": [{"kind": "switching", "weight_dominance": False, **LOSS}]}
     refused(lambda: transient_response(build_model(rig), 300.0, np.linspace(0, 1, 10)), "time-varying")
