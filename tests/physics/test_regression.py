@@ -12,6 +12,7 @@ from rotorstudy import Model, RotorstudyError, build_model
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.linear import solve_linear
+from rotorstudy.model.rig_numbers import with_numbers
 
 
 def solved(model, spectrum, names):
@@ -121,3 +122,9 @@ def test_free_crack_forces_are_refused_where_the_speed_cannot_tell_deflection_an
     with pytest.raises(UnidentifiableError, match="trade off") as refused:
         solved(model, spectrum_of(model, [90.0, 200.0, 310.0], [1, n]), tuple(names))
     assert refused.value.parameters == tuple(f"stiffness_loss_{k}_p{n}[free]" for k in ("22", "44"))
+
+
+def test_a_number_of_the_rig_is_refused():
+    model = with_numbers(jeffcott(), ["rotor.mass_kg"])
+    words = "'rotor.mass_kg' is a number of the rig.*maximum_likelihood"
+    refused(lambda: regression(model, spectrum_of(model, [88.0], HARMONICS), ["rotor.mass_kg"]), match=words)
