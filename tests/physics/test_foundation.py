@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 import pyuff
 import yaml
-from machines import all_but, disc, errors_of_derivatives, film, readings, rig_of, shaft, spectrum_of, springs, unbalance
+from machines import (
+    all_but,
+    disc,
+    errors_of_derivatives,
+    film,
+    readings,
+    rig_of,
+    shaft,
+    spectrum_of,
+    springs,
+    unbalance,
+)
 from named_machines import plant
 from one_line_errors import refused
 
