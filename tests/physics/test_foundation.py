@@ -6,18 +6,7 @@ import numpy as np
 import pytest
 import pyuff
 import yaml
-from machines import (
-    all_but,
-    disc,
-    errors_of_derivatives,
-    film,
-    readings,
-    rig_of,
-    shaft,
-    spectrum_of,
-    springs,
-    unbalance,
-)
+from machines import all_but, disc, errors_of_derivatives, film, readings, shaft, spectrum_of, springs, unbalance
 from named_machines import plant
 from one_line_errors import refused
 
@@ -47,8 +36,8 @@ from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
 from rotorstudy.response.statics import static_deflection
 
 SPEEDS, NODES = np.array([90.0, 160.0, 280.0, 400.0]), (1, 5)
-RIG = rig_of(shaft(1.0, 4, disc(3, 20.0, 0.1, 0.05), outer_diameter_m=0.05),
-             springs({1: "DE", 5: "NDE"}, 2e7, 2e3), unbalance(3, 1e-5, mass_kg=20.0))  # fmt: skip
+RIG = {"rotor": shaft(1.0, 4, disc(3, 20.0, 0.1, 0.05), outer_diameter_m=0.05),
+       "bearings": springs({1: "DE", 5: "NDE"}, 2e7, 2e3), "effects": [unbalance(3, 1e-5, mass_kg=20.0)]}  # fmt: skip
 
 
 def pedestals(stiffness, damping, mass=30.0):
