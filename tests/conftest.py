@@ -9,19 +9,10 @@ from rotorstudy.commands.line import main
 
 # files that take longest start first, so that the workers end together
 LONGEST = (
-    "diagnosis/test_one_cause.py",
-    "workflow/test_workflow.py",
-    "foreign/test_package_against_foreign_verdicts.py",
-    "diagnosis/test_measuring_chain.py",
-    "blind/test_real_diagnosis.py",
-    "docs/test_readme.py",
-    "diagnosis/",
-    "physics/test_crack_diagnosis.py",
-    "measured/",
-    "zoo/",
-    "physics/",
-    "blind/",
-)
+    "diagnosis/test_one_cause.py", "workflow/test_workflow.py", "foreign/test_package_against_foreign_verdicts.py",
+    "diagnosis/test_measuring_chain.py", "blind/test_real_diagnosis.py", "docs/test_readme.py", "diagnosis/",
+    "physics/test_crack_diagnosis.py", "measured/", "zoo/", "physics/", "blind/",
+)  # fmt: skip
 
 
 def pytest_collection_modifyitems(items):

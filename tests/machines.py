@@ -32,15 +32,8 @@ def pedestal_resonance(natural, damping_ratio, bearing_time_s, loss):
     return {"kind": "pedestal_resonance", "node": 1, **shape, **by_axes("stiffness_loss_at_rest_{}_N_per_m", loss)}
 
 
-OFFSET_DISC = {
-    "kind": "offset_disc",
-    "mass_kg": 2.0,
-    "polar_moment_kg_m2": 0.0048,
-    "diametral_moment_kg_m2": 0.0024,
-    "a_m": 0.2,
-    "b_m": 0.16,
-    "diameter_m": 0.015,
-}  # of Chapter 4
+OFFSET_DISC = {"kind": "offset_disc", "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024,
+               "a_m": 0.2, "b_m": 0.16, "diameter_m": 0.015}  # of Chapter 4  # fmt: skip
 
 
 def point(mass_kg=2.0, stiffness_N_per_m=7.6e5, **options):

@@ -19,20 +19,14 @@ def ranked(*rows):
 
 
 def test_advice_takes_valid_equals_first_names_them_and_says_where_the_worst_is():
-    told = advice(
-        ranked(
-            ("spikes", "a", 1.0, "plain", "sure", 2.00, 0.50, 0.0),
-            ("spikes", "a", 1.0, "plain", "valid", 2.02, 0.95, 0.0),
-            ("spikes", "b", 5.0, "plain", "sure", 1.00, 0.95, 0.0),
-            ("spikes", "b", 5.0, "plain", "valid", 1.00, 0.95, 0.0),
-            ("spikes", "a", 1.0, "plain", "seldom fails", 1.99, 0.95, 0.01),
-            ("spikes", "b", 5.0, "plain", "seldom fails", 1.00, 0.95, 0.0),
-            ("spikes", "a", 1.0, "other", "valid", 3.00, 0.95, 0.0),
-            ("spikes", "b", 5.0, "other", "valid", 9.00, 0.95, 0.0),
-            ("spikes", "a", 1.0, "lucky", "fails", 1.00, 0.95, 0.1),
-            ("spikes", "b", 5.0, "lucky", "fails", 1.00, 0.95, 0.0),
-        )
-    )
+    told = advice(ranked(
+        ("spikes", "a", 1.0, "plain", "sure", 2.00, 0.50, 0.0), ("spikes", "a", 1.0, "plain", "valid", 2.02, 0.95, 0.0),
+        ("spikes", "b", 5.0, "plain", "sure", 1.00, 0.95, 0.0), ("spikes", "b", 5.0, "plain", "valid", 1.00, 0.95, 0.0),
+        ("spikes", "a", 1.0, "plain", "seldom fails", 1.99, 0.95, 0.01),
+        ("spikes", "b", 5.0, "plain", "seldom fails", 1.00, 0.95, 0.0),
+        ("spikes", "a", 1.0, "other", "valid", 3.00, 0.95, 0.0), ("spikes", "b", 5.0, "other", "valid", 9.0, 0.95, 0.0),
+        ("spikes", "a", 1.0, "lucky", "fails", 1.00, 0.95, 0.1), ("spikes", "b", 5.0, "lucky", "fails", 1.0, 0.95, 0.0),
+    ))  # fmt: skip
     assert list(told.fault) == ["spikes", "spikes", ANY_FAULT, ANY_FAULT]
     first, second = told.iloc[0], told.iloc[1]
     of_first = (first.spectrum_method, first.estimator, first["equally good estimators"])
@@ -43,14 +37,10 @@ def test_advice_takes_valid_equals_first_names_them_and_says_where_the_worst_is(
 
 
 def test_advice_for_a_fault_not_known_is_by_the_worst_of_all_faults():
-    told = advice(
-        ranked(
-            ("none", "a", 1.0, "quick", "e", 1.0, 0.95, 0.0),
-            ("spikes", "a", 1.0, "quick", "e", 90.0, 0.95, 0.0),
-            ("none", "a", 1.0, "robust", "e", 1.2, 0.95, 0.0),
-            ("spikes", "a", 1.0, "robust", "e", 2.0, 0.95, 0.0),
-        )
-    ).set_index("fault")
+    told = advice(ranked(
+        ("none", "a", 1.0, "quick", "e", 1.0, 0.95, 0.0), ("spikes", "a", 1.0, "quick", "e", 90.0, 0.95, 0.0),
+        ("none", "a", 1.0, "robust", "e", 1.2, 0.95, 0.0), ("spikes", "a", 1.0, "robust", "e", 2.0, 0.95, 0.0),
+    )).set_index("fault")  # fmt: skip
     assert told.loc["none"].spectrum_method.iloc[0] == "quick"
     assert told.loc[ANY_FAULT].spectrum_method.iloc[0] == "robust"
 

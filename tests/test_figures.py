@@ -44,13 +44,9 @@ def test_errors_of_many_parameters_fit_in_a_window():
     )  # fmt: skip
     units = dict.fromkeys(names(14), "N s/m")
     study = SimpleNamespace(results={"bias": wrong}, config=SimpleNamespace(reported=units))
-    pictures = [
-        error_against_noise({"one": few}, units, "few"),
-        error_against_noise({"one": few, "two": few}, units, "few"),
-        error_against_noise({"one": many, "two": many}, units, "many"),
-        bias(study, "bias", {"c": "a case"}),
-    ]
-    for picture in pictures:
+    given = {"one": few}, {"one": few, "two": few}, {"one": many, "two": many}
+    pictures = [error_against_noise(one, units, "few or many") for one in given]
+    for picture in (*pictures, bias(study, "bias", {"c": "a case"})):
         assert picture.get_size_inches()[1] * STYLE["savefig.dpi"] <= TALLEST
         plt.close(picture)
 

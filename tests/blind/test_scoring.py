@@ -102,18 +102,16 @@ def test_a_missed_criterion_changes_what_is_said(truths):
 
 def test_the_published_records_stand_beside_the_own(truths):
     """A refused record and a pair do not count; small effects do not either."""
-    rows = pd.DataFrame(
-        [
-            ("", True, 0.0, "nothing", False, False, False),
-            ("bow", True, 9.0, "cause", True, True, False),
-            ("bow", True, 9.0, "ambiguous", False, True, False),
-            ("bow", True, 1.0, "nothing", False, False, False),
-            ("bow+rub", True, 9.0, "cause", False, False, True),
-            ("bow", False, 9.0, "cause", False, False, True),
-            ("bow", True, 9.0, "refused", False, False, False),
-        ],
-        columns=["families", "known", "size", "verdict", "alone", "in_set", "wrong"],
-    ).assign(named="", probability=np.nan, first_right=False, angle_right=True, sizes=0, covered=0, gain=np.nan)
+    found = [
+        ("", True, 0.0, "nothing", False, False, False), ("bow", True, 9.0, "cause", True, True, False),
+        ("bow", True, 9.0, "ambiguous", False, True, False), ("bow", True, 1.0, "nothing", False, False, False),
+        ("bow+rub", True, 9.0, "cause", False, False, True), ("bow", False, 9.0, "cause", False, False, True),
+        ("bow", True, 9.0, "refused", False, False, False),
+    ]  # fmt: skip
+    columns = ["families", "known", "size", "verdict", "alone", "in_set", "wrong"]
+    rows = pd.DataFrame(found, columns=columns).assign(
+        named="", probability=np.nan, first_right=False, angle_right=True, sizes=0, covered=0, gain=np.nan
+    )
     there = judge(rows, "other forms")
     at_a_glance = there.set_index("key").loc[list(AT_A_GLANCE)]
     assert list(at_a_glance.found) == [1, 1, 2, 0, 0] and list(at_a_glance.cases) == [1, 2, 2, 2, 2]

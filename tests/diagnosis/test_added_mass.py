@@ -42,14 +42,14 @@ def test_an_added_mass_is_a_rotor_built_with_it_and_sags_as_it(gravity):
     assert np.abs(found[:, still]).any() == (gravity > 0)  # negative control: a vertical rotor does not sag
 
 
+SOFTER = {"kind": "support_stiffness", "node": 3, "support_stiffness_N_per_m": -8e3}
+
+
 @pytest.mark.parametrize(
     ("built", "cause"),
     [
         (rig(2.05), "added_mass"),
-        (
-            rig(effects=[{"kind": "support_stiffness", "node": 3, "support_stiffness_N_per_m": -8e3}]),
-            "support_stiffness",
-        ),
+        (rig(effects=[SOFTER]), "support_stiffness"),
         (rig(effects=[{"kind": "stiffness_error", "stiffness_error": -0.025}]), "stiffness_error"),
     ],
     ids=["mass", "softer support", "softer shaft"],

@@ -70,12 +70,8 @@ def test_a_stiff_support_that_lifts_by_a_little_is_found():
 
 
 LOST, ALONG = 6e7, 0.5
-SHAPE = {
-    "lift_m": -0.3 * vibration(MODEL, 1),
-    "direction_rad": ALONG,
-    "play_m": 0.8 * vibration(MODEL, 1),
-    "gap_spread_m": 0.2 * vibration(MODEL, 1),
-}
+SWING = vibration(MODEL, 1)
+SHAPE = {"lift_m": -0.3 * SWING, "direction_rad": ALONG, "play_m": 0.8 * SWING, "gap_spread_m": 0.2 * SWING}
 FROM_BELOW = SHAPE | {"lift_m": -SHAPE["lift_m"] - SHAPE["play_m"], "direction_rad": ALONG - np.pi}  # and its play lost
 
 

@@ -25,12 +25,8 @@ from rotorstudy.store import load
 from rotorstudy.yaml_file import MOST_VALUES, read_yaml
 
 EXAMPLES = int(os.environ.get("ROTORSTUDY_FUZZ", "20"))
-FUZZ = settings(
-    max_examples=EXAMPLES,
-    deadline=None,
-    derandomize=EXAMPLES < 1000,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],  # on a busy machine, too
-)
+SLOW = [HealthCheck.function_scoped_fixture, HealthCheck.too_slow]  # on a busy machine, too
+FUZZ = settings(max_examples=EXAMPLES, deadline=None, derandomize=EXAMPLES < 1000, suppress_health_check=SLOW)
 NESTED = "".join(f"{b}: &{b} [{', '.join([f'*{a}'] * 9)}]\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True))
 MERGED = "".join(
     f"{b}: &{b} {{<<: [{', '.join([f'*{a}'] * 9)}]}}\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True)

@@ -45,6 +45,7 @@ def test_what_is_given_is_right(request, check, source):
     assert check(source).title == given(request.config.rootpath, source)["title"]
 
 
+FAR = "extra_measurements", "far"
 WRONG = {
     "chapter_2": [
         (("unknown",), ["a"], ["unknown key 'unknown'", "did you mean 'unknowns'", "study.yaml"]),
@@ -101,18 +102,10 @@ WRONG = {
         (("record", "kinds", "incomplete cycles", "dropped_samples"), 65536, ["'incomplete cycles'", "65536", "fewer"]),
         (("shown_speeds_rad_s",), [100.0], ["shown_speeds_rad_s", "lists 1", "give 2"]),
         (("shown_speeds_rad_s",), [100.0, 200.0, 300.0], ["shown_speeds_rad_s", "lists 3", "give 2"]),
-        (
-            ("extra_measurements", "far"),
-            {"tilts": [7]},
-            ["study chapter_4, extra_measurements, 'far': unknown tilt", "7"],
-        ),
-        (("extra_measurements", "far"), {"stations_m": [0.5]}, ["extra_measurements, 'far':", "0.5 m", "0.36 m"]),
-        (("extra_measurements", "far"), {"harmonics": []}, ["extra_measurements, 'far': harmonics []"]),
-        (
-            ("extra_measurements", "far"),
-            {"speeds": {"first_rad_s": 9.0, "last_rad_s": 1.0}},
-            ["extra_measurements, 'far': speeds"],
-        ),
+        (FAR, {"tilts": [7]}, ["study chapter_4, extra_measurements, 'far': unknown tilt", "7"]),
+        (FAR, {"stations_m": [0.5]}, ["extra_measurements, 'far':", "0.5 m", "0.36 m"]),
+        (FAR, {"harmonics": []}, ["extra_measurements, 'far': harmonics []"]),
+        (FAR, {"speeds": {"first_rad_s": 9.0, "last_rad_s": 1.0}}, ["extra_measurements, 'far': speeds"]),
     ],
     "compare": [
         (("trials",), -6, ["trials = -6", "greater than or equal to 2"]),
@@ -126,11 +119,7 @@ WRONG = {
         (("rotors", "2-DOF", "speeds_rad_s"), DROP, ["rotors.2-DOF", "a study needs speeds_rad_s"]),
         (("rotors", "2-DOF", "speed_rad_s"), [1.0], ["did you mean 'rotors.2-DOF.speeds_rad_s'"]),
         (("rotors", "2-DOF", "harmonics"), [0, 1, 1], ["rotor '2-DOF'", "each once"]),
-        (
-            ("faults", "1 % outliers", "levels_percent"),
-            [3.0],
-            ["fault '1 % outliers'", "must be some of [0.0, 0.5, 1.0, 2.0, 5.0]"],
-        ),
+        (("faults", "1 % outliers", "levels_percent"), [3.0], ["fault '1 % outliers'", "some of [0.0, 0.5, 1.0, 2.0,"]),
     ],
 }
 

@@ -19,11 +19,9 @@ NOISE = 5e-7
 GRAVITY, SENSOR, MARK = np.pi, np.pi / 2, np.pi / 6
 UNITS = {"m": 1.0, "mm": 1e3, "um": 1e6, "mil": 1 / 2.54e-5}
 PROBES = [  # channel, node, angle in degrees, unit, sign; V has 7874 V/m
-    ("disc 1 left", 2, -45, "V", -1),
-    ("disc 1 right", 2, 45, "mm", 1),
-    ("disc 2 left", 4, -45, "mil", 1),
-    ("disc 2 right", 4, 30, "um", -1),
-]
+    ("disc 1 left", 2, -45, "V", -1), ("disc 1 right", 2, 45, "mm", 1),
+    ("disc 2 left", 4, -45, "mil", 1), ("disc 2 right", 4, 30, "um", -1),
+]  # fmt: skip
 
 
 def section(**changes):

@@ -21,14 +21,10 @@ def random_structure(seed):
     disc = rng.standard_normal((3, 3))
     loss = np.array([*rng.uniform(0.5, 1, 2), 0])  # a crack takes stiffness from the two translations
     most = 1 / (loss @ np.linalg.solve(stiffness, loss))  # with more the shaft would not carry itself
-    return Structure(
-        mass=np.diag(mass),
-        stiffness=stiffness,
-        gyroscopic=0.1 * disc @ disc.T,
-        static_load=9.81 * mass,
-        dofs=((1, "translation"), (2, "translation"), (2, "tilt")),
-        stiffness_loss={"stiffness_loss": (np.outer(loss, loss), "N/m", 0.3 * most)},
-    )
+    dofs = (1, "translation"), (2, "translation"), (2, "tilt")
+    losses = {"stiffness_loss": (np.outer(loss, loss), "N/m", 0.3 * most)}
+    matrices = {"mass": np.diag(mass), "stiffness": stiffness, "gyroscopic": 0.1 * disc @ disc.T}
+    return Structure(static_load=9.81 * mass, dofs=dofs, stiffness_loss=losses, **matrices)
 
 
 def random_model(seed):
@@ -87,13 +83,9 @@ def four_coordinates(seed, sensors=(1, 2)):
         return root @ root.T / rank
 
     mass = np.diag([2.0, 1.5, 1.0, 0.7]) + 0.1 * symmetric(4)
-    structure = Structure(
-        mass=mass,
-        stiffness=(2 * np.eye(4) + symmetric(4)) * 1e5,
-        gyroscopic=0.3 * symmetric(2),
-        static_load=9.81 * np.array([2.0, 1.5, 1.0, 0.0]),
-        dofs=((1, "translation"), (2, "translation"), (3, "translation"), (3, "tilt")),
-    )
+    dofs, load = ((1, "translation"), (2, "translation"), (3, "translation"), (3, "tilt")), [2.0, 1.5, 1.0, 0.0]
+    matrices = {"mass": mass, "stiffness": (2 * np.eye(4) + symmetric(4)) * 1e5, "gyroscopic": 0.3 * symmetric(2)}
+    structure = Structure(static_load=9.81 * np.array(load), dofs=dofs, **matrices)
     seen = np.diag([1.0, 1.0, 0.0, 0.0])
 
     def measured(imaginary=0.0):

@@ -53,16 +53,11 @@ def test_a_full_turn_changes_nothing_and_no_angle_is_the_phase_mark():
 
 
 SHAFT_SPEEDS = [70.0, 120.0]
-BETWEEN = {
-    "discs": {2: (2.0, 0.0048, 0.0024), 4: (1.5, 0.003, 0.0015)},
-    "bearings": {1: (1e6, 8e5, 600.0), 5: (1.2e6, 9e5, 600.0)},
-    "unbalances": {2: 2e-5 * np.exp(0.8j), 4: 1e-5 * np.exp(0.3j)},
-}
-OVERHUNG = {
-    "discs": {5: (2.0, 0.0048, 0.0024)},
-    "bearings": {1: (1e6, 8e5, 600.0), 3: (1.2e6, 9e5, 600.0)},
-    "unbalances": {5: 1e-6 * np.exp(0.8j)},
-}
+BETWEEN = {"discs": {2: (2.0, 0.0048, 0.0024), 4: (1.5, 0.003, 0.0015)},
+           "bearings": {1: (1e6, 8e5, 600.0), 5: (1.2e6, 9e5, 600.0)},
+           "unbalances": {2: 2e-5 * np.exp(0.8j), 4: 1e-5 * np.exp(0.3j)}}  # fmt: skip
+OVERHUNG = {"discs": {5: (2.0, 0.0048, 0.0024)}, "unbalances": {5: 1e-6 * np.exp(0.8j)},
+            "bearings": {1: (1e6, 8e5, 600.0), 3: (1.2e6, 9e5, 600.0)}}  # fmt: skip
 
 
 def finite_elements(machine, crack=None):

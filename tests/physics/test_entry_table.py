@@ -12,17 +12,12 @@ from rotorstudy.response.neighbourhood import Neighbourhood
 ROUND_OFF = 1e-13  # relative to the largest force: sums of at most some ten products
 SPEED, HARMONICS, SIZE = np.array([40.0, 90.0]), np.array([-2, -1, 0, 1, 2]), 3
 KINDS = [  # on, order, shift, gain, whether it depends on the harmonic
-    ("z", 0, 0, None, False),
-    ("z", 1, 0, np.sqrt, False),
-    ("conj", 0, 2, None, False),
-    ("conj", 2, -1, None, False),
-    ("z", 0, 3, None, False),
+    ("z", 0, 0, None, False), ("z", 1, 0, np.sqrt, False), ("z", 0, 3, None, False),
+    ("conj", 0, 2, None, False), ("conj", 2, -1, None, False),
     ("z", 0, 0, lambda speed, harmonic: speed + 1j * harmonic, True),
-    ("static", 0, 1, np.square, False),
-    ("static conj", 0, -1, None, False),
-    ("one", 0, 1, np.square, False),
-    ("one", 0, 7, None, False),  # a harmonic that is not carried
-]
+    ("static", 0, 1, np.square, False), ("static conj", 0, -1, None, False),
+    ("one", 0, 1, np.square, False), ("one", 0, 7, None, False),  # a harmonic that is not carried
+]  # fmt: skip
 
 
 @pytest.fixture

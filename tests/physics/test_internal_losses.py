@@ -8,12 +8,9 @@ from rotorstudy import build_model, make_term, registry
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.settings import Settings
 
-FREE = {
-    "kind": "finite_element",
-    "elements": [{"length_m": 0.3, "count": 2}, {"length_m": 0.5, "count": 1, "outer_diameter_m": 0.03}],
-    "outer_diameter_m": 0.02,
-    "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.005, "diametral_moment_kg_m2": 0.0025}],
-}
+STRETCHES = [{"length_m": 0.3, "count": 2}, {"length_m": 0.5, "count": 1, "outer_diameter_m": 0.03}]
+FREE = {"kind": "finite_element", "elements": STRETCHES, "outer_diameter_m": 0.02}
+FREE["discs"] = [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.005, "diametral_moment_kg_m2": 0.0025}]
 POSITIONS = np.array([0.0, 0.15, 0.3, 0.8])
 RIGID = np.array([np.kron(np.ones(4), [1, 0]), np.kron(POSITIONS, [1, 0]) + np.kron(np.ones(4), [0, 1])]).T
 INSIDE = ("breathing_crack", "breathing_crack_weight", "internal_damping")

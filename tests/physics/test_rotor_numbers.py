@@ -16,12 +16,9 @@ from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
 from rotorstudy.response.statics import static_deflection
 
 SPEEDS, HARMONICS = [60.0, 140.0, 260.0], [0, 1, -1, 2, -2]
-SHAFT = {
-    "kind": "finite_element",
-    "elements": [{"length_m": 0.25, "count": 3}, {"length_m": 0.35, "count": 4, "outer_diameter_m": 0.022}],
-    "outer_diameter_m": 0.02,
-    "discs": [disc(3), disc(6, 1.5, 0.0030, 0.0015)],
-}
+STRETCHES = [{"length_m": 0.25, "count": 3}, {"length_m": 0.35, "count": 4, "outer_diameter_m": 0.022}]
+SHAFT = {"kind": "finite_element", "elements": STRETCHES, "outer_diameter_m": 0.02}
+SHAFT["discs"] = [disc(3), disc(6, 1.5, 0.0030, 0.0015)]
 # effects that do not take a matrix of the rotor into their own table
 EFFECTS = [
     {"kind": "external_damping", "node": 4, "external_damping_N_s_per_m": 80.0},

@@ -61,13 +61,8 @@ def test_a_beam_of_the_cracked_section_is_too_stiff(depth, low, high):
     assert low < elastic(depth)[0] / equivalent_beam(depth)[0] < high
 
 
-BETWEEN = [
-    (0.03, 0.4, 3.0704e-3, 9.9994e-6),
-    (0.06, 0.62, 1.3696e-2, 7.1338e-5),
-    (0.075, 0.0, 6.279e-2, 2.5996e-3),
-    (0.3, 0.6, 1.1861, 0.10921),
-    (0.45, 0.9, 2.7693, 0.29203),
-]
+BETWEEN = [(0.03, 0.4, 3.0704e-3, 9.9994e-6), (0.06, 0.62, 1.3696e-2, 7.1338e-5), (0.075, 0.0, 6.279e-2, 2.5996e-3),
+           (0.3, 0.6, 1.1861, 0.10921), (0.45, 0.9, 2.7693, 0.29203)]  # fmt: skip
 
 
 @pytest.mark.parametrize(("depth", "aspect", "xi", "eta"), BETWEEN)

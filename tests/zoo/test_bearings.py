@@ -28,12 +28,10 @@ OF_AXES = coefficients({ab: K[ab] for ab in ("xx", "yy")}, {ab: C[ab] for ab in 
 ANISOTROPIC = {"kind": "linear", "coefficients": "anisotropic", **OF_AXES}
 ISOTROPIC = {"kind": "linear", "bearing_stiffness_N_per_m": 3e5, "bearing_damping_N_s_per_m": 300.0}
 TABLE = {  # at 88 rad/s, 0.4 of the way from 80 to 100, it is FULL
-    "kind": "speed_tabulated",
-    "speeds_rad_per_s": [50.0, 80.0, 100.0, 400.0],
+    "kind": "speed_tabulated", "speeds_rad_per_s": [50.0, 80.0, 100.0, 400.0], "bearing_scale": 1.0,
     "stiffness_N_per_m": {ab: [0.0, k - 4e4, k + 6e4, 2 * k] for ab, k in K.items()},
     "damping_N_s_per_m": {ab: [0.0, c - 40.0, c + 60.0, 2 * c] for ab, c in C.items()},
-    "bearing_scale": 1.0,
-}
+}  # fmt: skip
 
 
 def term(item, structure=STRUCTURE):

@@ -13,12 +13,9 @@ from rotorstudy.model.cracks import compliance, stiffness_loss
 STRIPS = registry().get("depth", "strip_integration")
 # (a / R, c44, c45, c55) of the table PAPADOPOULOS.csv of ROSS, in (1 - nu^2) / (E R^3); c44 there counts half the crack
 TABULATED = [
-    (0.01, 1.37749e-07, 4.24397e-06, 9.57316e-05),
-    (0.1, 0.000425851, 0.00399911, 0.0277722),
-    (0.25, 0.0103483, 0.0577909, 0.243694),
-    (0.5, 0.12323, 0.436694, 1.22153),
-    (0.8, 0.827564, 1.97266, 3.97355),
-]
+    (0.01, 1.37749e-07, 4.24397e-06, 9.57316e-05), (0.1, 0.000425851, 0.00399911, 0.0277722),
+    (0.25, 0.0103483, 0.0577909, 0.243694), (0.5, 0.12323, 0.436694, 1.22153), (0.8, 0.827564, 1.97266, 3.97355),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("deep", "c44", "c45", "c55"), TABULATED)

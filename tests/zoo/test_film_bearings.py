@@ -119,12 +119,7 @@ FULL = [
 ]  # fmt: skip
 # length over diameter, Sommerfeld number, eccentricity ratio, attitude angle (degrees), two grooves of 20 degrees: Lund
 # and Thomsen 1978, whose coefficients are in tests/published
-GROOVED = [
-    (0.5, 1.656, 0.244, 65.85),
-    (0.5, 0.244, 0.655, 40.25),
-    (1.0, 0.991, 0.150, 70.58),
-    (1.0, 0.108, 0.650, 39.72),
-]
+GROOVED = [(0.5, 1.656, 0.244, 65.85), (0.5, 0.244, 0.655, 40.25), (1, 0.991, 0.150, 70.58), (1, 0.108, 0.650, 39.72)]
 
 
 def long_film(length, sommerfeld, grooves):

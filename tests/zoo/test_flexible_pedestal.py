@@ -10,14 +10,10 @@ from rotorstudy import Entry, Model, Parameter, RotorstudyError, Term, build_mod
 HARMONICS = [0, 1, 2, 3, -1, -2, -3]
 SPEEDS = np.array([60.0, 120.0, 400.0, 900.0])
 PEDESTAL = {
-    "kind": "flexible_pedestal",
-    "bearing_stiffness_N_per_m": {"xx": 2e6, "yy": 1.5e6},
-    "bearing_damping_N_s_per_m": {"xx": 400.0, "yy": 300.0},
-    "pedestal_stiffness_N_per_m": {"xx": 4e6, "yy": 1e6},
-    "pedestal_damping_N_s_per_m": {"xx": 500.0, "yy": 900.0},
-    "pedestal_mass_kg": {"xx": 20.0, "yy": 35.0},
-    "bearing_scale": 1.0,
-}
+    "kind": "flexible_pedestal", "bearing_scale": 1.0, "pedestal_mass_kg": {"xx": 20.0, "yy": 35.0},
+    "bearing_stiffness_N_per_m": {"xx": 2e6, "yy": 1.5e6}, "bearing_damping_N_s_per_m": {"xx": 400.0, "yy": 300.0},
+    "pedestal_stiffness_N_per_m": {"xx": 4e6, "yy": 1e6}, "pedestal_damping_N_s_per_m": {"xx": 500.0, "yy": 900.0},
+}  # fmt: skip
 SHAFT = build_model({"rotor": shaft(0.6, 4, disc(2, 2.0, 0.004, 0.002))}).structure
 
 

@@ -16,11 +16,5 @@ def series(order):
 
 @hookimpl
 def rotorstudy_crack():
-    return Crack(
-        "from_a_distribution",
-        from_a_distribution,
-        source="a test",
-        checked="its closed-form series, three coefficients",
-        series=series,
-        symmetric=True,
-    )
+    said = {"source": "a test", "checked": "its closed-form series, three coefficients"}
+    return Crack("from_a_distribution", from_a_distribution, series=series, symmetric=True, **said)
