@@ -90,6 +90,7 @@ def test_of_records_of_the_mean_alone_it_is_said_too():
     assert {row.effect for row in what_could_hide(begin(MODEL, mean, settings("rub", "static_preload")))} == {"rub"}
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_clearance_of_twice_its_limit_is_found_and_one_that_other_films_imitate_is_not():
     """The limit allows for values of the films within their uncertainty; that with known films does not hold then."""
     films = [film(0.03, 0.012, 4e-5, 0.02, node=node, label=name) for node, name in ((1, "left"), (5, "right"))]

@@ -76,7 +76,7 @@ def test_what_the_library_has_is_named(seed, family, effect, leave_out, most_cau
     assert names(verdict) == {(effect, case.effects[0]["node"])}
 
 
-@pytest.mark.usefixtures("usual_form", "few_shapes")
+@pytest.mark.usefixtures("usual_form", "few_shapes", "right_conventions")
 @pytest.mark.parametrize("kind", ["switching", "gradual"])
 def test_a_crack_at_sixty_degrees_is_named_whatever_its_law(monkeypatch, tmp_path, kind):
     def add(draw):
@@ -125,6 +125,7 @@ def rub_on_one_side(draw):
     return {"node": 2}
 
 
+@pytest.mark.usefixtures("right_conventions")
 @pytest.mark.parametrize(
     ("add", "effect"), [(mass_at_a_node, "added_mass"), (stiff_bearing, "cubic_stiffness"), (rub_on_one_side, "rub")]
 )
@@ -183,6 +184,7 @@ def oval_clearance(draw):
 CONTACTS = {"looseness": soft_foot, "support_clearance": oval_clearance}
 
 
+@pytest.mark.usefixtures("right_conventions")
 @pytest.mark.parametrize("effect", CONTACTS)
 def test_a_contact_that_opens_gradually_by_another_law_is_named_alone(effect, monkeypatch, tmp_path):
     """Negative control: without the effect no other contact explains the records."""

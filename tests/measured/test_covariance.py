@@ -37,7 +37,7 @@ def monte_carlo(kind, turns):
 
 
 @pytest.mark.parametrize("kind", ["white", "red"])
-@pytest.mark.parametrize(("turns", "blocks"), [(4, 0), (8, 8), (20, 20), (100, 25)])
+@pytest.mark.parametrize(("turns", "blocks"), [(4, 0), (8, 8), (100, 25)])
 def test_the_stated_variances_are_the_scatter(kind, turns, blocks):
     """400 trials know each variance to 7 %, so four of these are allowed; and the squares of errors over the stated
     covariance exceed their number a little, as it is estimated: Student's 1 + 2 / (blocks - 3) at worst."""
@@ -51,7 +51,7 @@ def test_the_stated_variances_are_the_scatter(kind, turns, blocks):
         return
     # red noise: of very unequal variances the large are stated low and the small high, more so with few blocks; and it
     # remembers a sixth of a block at 0X, which blocks of one turn take for independent
-    low, high = (0.72, 1.28) if kind == "white" else {8: (0.5, 2), 20: (0.65, 1.6), 25: (0.75, 1.5)}[blocks]
+    low, high = (0.72, 1.28) if kind == "white" else {8: (0.5, 2), 25: (0.75, 1.5)}[blocks]
     mean = np.tile(LISTED == 0, 2)
     assert np.all((ratio > low) & (mean | (ratio < high))), ratio
     # a few blocks cannot exclude noise slower than a record, which adds to 0X and is half as likely beforehand
@@ -154,9 +154,8 @@ def hum(generator, turns, angle, cycles):
 @pytest.mark.parametrize(
     ("kind", "turns", "most"),
     [
-        ("white", 16, 0.01), ("white", 40, 0.01),
-        ("pink", 16, 0.08), ("pink", 40, 0.03),
-        ("hum", 16, 0.02), ("hum", 40, 0.02), ("hum beside a harmonic", 16, 0.12),
+        ("white", 16, 0.01), ("pink", 16, 0.08), ("pink", 40, 0.03),
+        ("hum", 16, 0.02), ("hum beside a harmonic", 16, 0.12),
     ],
 )  # fmt: skip
 def test_false_alarms_of_the_chi_square(kind, turns, most):

@@ -26,6 +26,7 @@ def changed(section, **numbers):
     return RIG | {section: [RIG[section][0] | numbers, *RIG[section][1:]]}
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
     ("true", "words"),
     [
