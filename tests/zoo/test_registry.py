@@ -57,9 +57,10 @@ def test_a_file_in_a_folder_is_found_and_its_version_changes_with_it(tmp_path):
     file = write(tmp_path, "mine", CRACK.format(name="mine"))
     found = alone(tmp_path).get("crack", "mine")
     assert (found.summary, found.file) == ("Always open.", str(file))
-    assert alone(tmp_path).get("crack", "mine").version == found.version
+    first = found.version
+    assert alone(tmp_path).get("crack", "mine").version == first
     file.write_text(file.read_text() + "\n# changed\n")
-    assert alone(tmp_path).get("crack", "mine").version != found.version
+    assert alone(tmp_path).get("crack", "mine").version != first
 
 
 HOOK = "from rotorstudy.plugins import Crack, Effect, hookimpl\n\n@hookimpl\ndef rotorstudy_crack():\n    return "
