@@ -10,7 +10,7 @@ from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.inference.prediction import with_model_error
 
-pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
+pytestmark = [pytest.mark.filterwarnings("ignore::RuntimeWarning"), pytest.mark.usefixtures("right_conventions")]
 
 HARMONICS = [0, 1, -1, 2, -2, 3, -3]
 SIZE = {"count": 4, "speeds": 5, "steps": 128, "visible": 0.05}
