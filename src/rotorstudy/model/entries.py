@@ -8,7 +8,7 @@ With complex nodal coordinates q (z = u_x + j u_y, tilt dz/ds), spin speed w and
 x = q, conj(q), 1, or the static deflection or its conjugate.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Literal
@@ -152,6 +152,52 @@ class Entry(Evaluated):
     shift: int = 0
     gain: Callable | None = None
     frequency_only: bool = False
+
+
+class Basis:
+    """Entries of which those of several amplitudes are multiples; see `Multiples`."""
+
+    def __init__(self, entries: tuple[Entry, ...]):
+        self.entries, self.kinds = entries, [entry.kind for entry in entries]
+        parts = [entry.nonzero for entry in entries]
+        self.count = np.array([len(row) for row, _, _ in parts])  # (entry,) of elements
+        self.first = np.cumsum(self.count) - self.count
+        self.elements = tuple(np.concatenate(part) for part in zip(*parts, strict=True))  # row, column and value
+
+
+class Multiples(Sequence):
+    """A table of entries that are multiples of those of a Basis, but for those of which the factor is zero.
+
+    So the tables of a crack of any depth at any angle share those of its position.
+
+    factor : (entry,) complex
+    """
+
+    def __init__(self, basis: Basis, factor: np.ndarray):
+        self.basis, self.factor = basis, factor
+
+    @property
+    def unscaled(self) -> list[Entry]:
+        """The entries without their factors."""
+        return [self.basis.entries[i] for i in self.factor.nonzero()[0].tolist()]
+
+    @cached_property
+    def _entries(self):
+        return tuple(e.times(x) for e, x in zip(self.unscaled, self.factor[self.factor != 0], strict=True))
+
+    def __len__(self):
+        return np.count_nonzero(self.factor)
+
+    def __getitem__(self, place):
+        return self._entries[place]
+
+    def __add__(self, others):
+        return (*self, *others) if others else self
+
+
+def unscaled(entries: Sequence[Entry]) -> Sequence[Entry]:
+    """The entries of a table, but for factors of their matrices."""
+    return entries.unscaled if isinstance(entries, Multiples) else entries
 
 
 def compacted(entry):

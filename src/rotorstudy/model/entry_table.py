@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.model.entries import Entry, harmonics_seen
+from rotorstudy.model.entries import Entry, Multiples, harmonics_seen
 from rotorstudy.model.terms import Unknown
 from rotorstudy.model.variation import kept
 
@@ -49,22 +49,39 @@ def elements_of(
     unknowns: Sequence[Unknown], motion: Sequence[int], size: int, chosen: Callable[[Unknown, Entry], bool]
 ) -> tuple[Elements, list[Entry]]:
     """Elements of chosen entries, in columns of motions, their conjugates, constants, and an Entry of each kind."""
-    kinds, found, seen = {}, [], size * (max(motion, default=0) + 1)
+    kinds, parts, tables, seen = {}, [], {}, size * (max(motion, default=0) + 1)
+
+    def place(entry, first):
+        """Number of its kind, and its first column."""
+        k, _ = kinds.setdefault(entry.kind, (len(kinds), entry))
+        return k, 2 * seen if entry.is_constant else first + seen * entry.is_conjugate
+
     for u, unknown in enumerate(unknowns):
-        first = size * motion[u]
+        if isinstance(unknown.entries, Multiples):
+            tables.setdefault((unknown.entries.basis, unknown.carries, motion[u]), []).append(u)
+            continue
         for entry in (e for e in unknown.entries if chosen(unknown, e)):
-            k, _ = kinds.setdefault(entry.kind, (len(kinds), entry))
-            found.append((u, k, 2 * seen if entry.is_constant else first + seen * entry.is_conjugate))
-            found[-1] += entry.nonzero
-    if not found:
+            row, column, value = entry.nonzero
+            k, first = place(entry, size * motion[u])
+            parts.append((np.full(len(row), u), np.full(len(row), k), row, column + first, value))
+    for (basis, _, at), own in tables.items():
+        factor = np.array([unknowns[u].entries.factor for u in own])
+        used = [chosen(unknowns[own[0]], e) for e in basis.entries] & factor.any(axis=0)
+        k, first = np.zeros((2, len(used)), int)
+        for i in np.flatnonzero(used):
+            k[i], first[i] = place(basis.entries[i], size * at)
+        u, i = np.nonzero(np.where(used, factor, 0))
+        count = basis.count[i]
+        each = np.repeat(np.arange(len(i)), count)
+        element = basis.first[i][each] + np.arange(len(each)) - np.repeat(np.cumsum(count) - count, count)
+        row, column, value = (part[element] for part in basis.elements)
+        u, i, scale = np.array(own)[u][each], i[each], factor[u, i][each]
+        parts.append((u, k[i], row, column + first[i], scale * value))
+    if not parts:
         none = np.zeros(0, int)
         return Elements(none, none, none, none, np.zeros(0, complex)), []
-    unknown, kind, first, row, column, value = zip(*found, strict=True)
-    count = [len(one) for one in row]
-    unknown, kind, first = (np.repeat(part, count) for part in (unknown, kind, first))
-    row, column, value = map(np.concatenate, (row, column, value))
-    elements = Elements(unknown, kind, row, column + first, value.astype(complex))
-    return elements, [entry for _, entry in kinds.values()]
+    unknown, kind, row, column, value = map(np.concatenate, zip(*parts, strict=True))
+    return Elements(unknown, kind, row, column, value.astype(complex)), [entry for _, entry in kinds.values()]
 
 
 def patterns_of(elements: Elements, kinds: list[Entry], size: int, *, turning: bool) -> list[Pattern]:

@@ -29,7 +29,7 @@ from numpy.polynomial.chebyshev import chebval
 
 from rotorstudy.errors import CannotAct, RotorstudyError
 from rotorstudy.model.cracks import compliance
-from rotorstudy.model.entries import Entry, LocalMatrix, local_outer
+from rotorstudy.model.entries import Basis, Entry, LocalMatrix, Multiples, local_outer
 from rotorstudy.model.kinds import CrackDepth
 from rotorstudy.model.options import option_names
 from rotorstudy.model.registry import registry
@@ -44,6 +44,7 @@ ROUND_OFF = 1e-9  # of a cosine, and of the coefficients of shares, relative to 
 KEPT = 2048  # depths: a search tries the same one at many angles, and every search on a shaft begins with the same ones
 LAST = ContextVar("last", default=(None,) * 4)  # crack, rotation, angle, and what they impose: its forces share it
 ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left out are less than 1e-3 of the kink
+SHIFTS = np.arange(-ORDER, ORDER + 3)  # of entries: the conjugate turns by two more
 
 
 @dataclass(frozen=True)
@@ -70,11 +71,6 @@ class Hinge:
     def row(self) -> np.ndarray:
         """Rotation (dof,) that a unit of each coordinate imposes on the section, rad/m (rad/rad of a tilt)."""
         return self.section.moment / self.section.stiffness
-
-    @cached_property
-    def _pattern(self) -> LocalMatrix:
-        """Matrix (dof, dof) of the force of a kink as large as the imposed rotation."""
-        return self.section.stiffness * local_outer(self.row)
 
     @cached_property
     def open_shares(self) -> np.ndarray:
@@ -146,24 +142,24 @@ class Hinge:
             LAST.set((self, rotation, shaft_angle, found))
         return found
 
-    def entries_by_weight(self, along: bool = False) -> tuple[Entry, ...]:
+    def entries_by_weight(self, along: bool = False) -> Multiples:
         """The crack opened by the static moment, which stretches the lower or the upper side of the shaft."""
-        shares = zip(range(-ORDER, ORDER + 1), *self._series_by_weight(), strict=True)
-        signed = {-k: (self.side**k * direct, self.side**k * mirrored) for k, direct, mirrored in shares}
-        return self._entries(signed, along)
+        order = np.arange(-ORDER, ORDER + 1)
+        shares = np.zeros((2, len(SHIFTS)))
+        shares[:, : len(order)] = (self.side ** np.abs(order) * self._series_by_weight())[:, ::-1]
+        return self._entries(shares, along)
 
-    def open_entries(self, along: bool = False) -> tuple[Entry, ...]:
+    def open_entries(self, along: bool = False) -> Multiples:
         """The crack that never closes, such as a notch."""
-        xi, eta = self.open_shares
-        return self._entries({0: ((xi + eta) / 2, 0.0), 2: (0.0, (xi - eta) / 2)}, along)
+        return self._entries(_turning_shares(*self.open_shares), along)
 
-    def entries_by_turning(self, along: bool = False) -> tuple[Entry, ...]:
+    def entries_by_turning(self, along: bool = False) -> Multiples:
         """The crack whose flexibility opens as (1 + cos) / 2 by its angle to the side that the weight stretches."""
         share = (1 + self.side * np.cos(_pull())) / 2
         softer = self.section.stiffness * np.multiply.outer(self._open_compliance, share)
         return self._entries(_turning_shares(*softer / (1 + softer)), along)
 
-    def entries_by_angle(self, switching: bool = False, along: bool = False) -> tuple[Entry, ...]:
+    def entries_by_angle(self, switching: bool = False, along: bool = False) -> Multiples:
         """The crack of the formulas of Mayes and Gasch, which opens by its angle to the side that the weight stretches.
 
         A share of what the open crack takes from the stiffness of the element is missing: (1 + cos) / 2, or if it is
@@ -174,7 +170,7 @@ class Hinge:
         softer = self.section.stiffness * self._open_compliance * [1, ACROSS]
         return self._entries(_turning_shares(*np.multiply.outer(softer / (1 + softer), share)), along)
 
-    def entries_of_form(self, motion: str, order: int) -> tuple[Entry, ...]:
+    def entries_of_form(self, motion: str, order: int) -> Multiples:
         """A part of a law of breathing by the turn of the crack against the side that the weight stretches.
 
         Nearly any such law is a sum of these; an amplitude of 1 is what the open crack yields across. motion:
@@ -182,28 +178,19 @@ class Hinge:
         rotation across and conversely, or "lagging", across, with its sine; "skewed", coupled, but with one minus the
         cosine, for a front that is not symmetric. order 0 is an open crack.
         """
-        shares, size = _shares_of_form(motion, order, self.side), self.open_shares[0]
-        return self._entries({k: (size * direct, size * mirrored) for k, (direct, mirrored) in shares.items()}, False)
+        return self._entries(self.open_shares[0] * _shares_of_form(motion, order, self.side), False)
 
     def _entries(self, shares, along):
-        """Entries of a kink, {shift: (share of the imposed rotation, share of its conjugate)}.
+        """Entries of a kink; shares (2, shift) of the imposed rotation and of its conjugate, at `SHIFTS`.
 
         along : only (g - conj g) / 2 of a kink g in the frame of the crack, as large as the flexibility across makes it
         """
         if along:
-            none, turned = (0.0, 0.0), {*shares, *(2 - k for k in shares)}
-            both = {k: (shares.get(k, none), shares.get(2 - k, none)) for k in sorted(turned)}
-            half = np.divide(*self._open_compliance) / 2
-            shares = {k: ((a - d) * half, (b - c) * half) for k, ((a, b), (c, d)) in both.items()}
-        pattern, (here,), found = self._pattern, self.row.nonzero(), []
-        own = LocalMatrix(self.row.shape, (here, 0 * here, self.section.own_moment * self.row[here]))
-        acts = {"z": True, "conj": True, "one": self.section.own_moment != 0}
-        for shift, (direct, mirrored) in shares.items():
-            turn = np.exp(1j * int(shift) * self.angle)
-            sources = ("z", direct, pattern), ("conj", mirrored, pattern), ("one", direct + mirrored, own)
-            some = [(on, share, matrix) for on, share, matrix in sources if share and acts[on]]
-            found += [Entry(turn * share * matrix, on=on, shift=int(shift)) for on, share, matrix in some]
-        return tuple(found)
+            shares = (shares - shares[::-1, ::-1]) * np.divide(*self._open_compliance) / 2  # shift k, and 2 - k
+        turned = np.exp(1j * SHIFTS * self.angle) * shares
+        at_rest = turned.sum(axis=0) if self.section.own_moment else 0.0 * turned[0]
+        basis = _basis(self.row.tobytes(), float(self.section.own_moment), float(self.section.stiffness))
+        return Multiples(basis, np.concatenate([*turned, at_rest]))
 
     @cached_property
     def _kink_by_rotation(self):
@@ -231,7 +218,7 @@ class Hinge:
         softer = np.array([[along.real, sideways.real], [along.imag, sideways.imag]])
         softer = np.moveaxis(softer, -1, 0)
         (rr, rs), (sr, ss) = np.moveaxis(np.linalg.solve(np.eye(2) + softer, softer), 0, -1)
-        return _coefficients((rr + ss + 1j * (sr - rs)) / 2), _coefficients((rr - ss + 1j * (sr + rs)) / 2)
+        return np.array([_coefficients((rr + way * ss + 1j * (sr - way * rs)) / 2) for way in (1, -1)])
 
 
 def _direction(rotation):
@@ -272,14 +259,22 @@ def crack_at(
 
 def _turning_shares(xi, eta, both=0.0):
     """Shares for `Hinge._entries` of kinks (direction,) along xi and eta, and along one by rotation along the other."""
-    found, least = {}, ROUND_OFF * max(np.abs(one).max() for one in (xi, eta, both))
+    found, least = np.zeros((2, len(SHIFTS)), complex), ROUND_OFF * max(np.abs(one).max() for one in (xi, eta, both))
     for i, share in enumerate(((xi + eta) / 2, (xi - eta) / 2 + 1j * both)):  # the conjugate turns by twice its angle
-        series = np.fft.fft(np.broadcast_to(share, DIRECTIONS)) / DIRECTIONS
-        for k in range(-ORDER, ORDER + 1):  # in the frame of the crack
-            if abs(series[k]) > least:
-                value = series[k] if abs(series[k].imag) > least else series[k].real
-                found.setdefault(k + 2 * i, [0.0, 0.0])[i] = value
+        series = np.fft.fft(np.broadcast_to(share, DIRECTIONS))[np.arange(-ORDER, ORDER + 1)] / DIRECTIONS
+        series = np.where(np.abs(series.imag) > least, series, series.real)
+        found[i, 2 * i : 2 * i + len(series)] = np.where(np.abs(series) > least, series, 0.0)
     return found
+
+
+@lru_cache(maxsize=KEPT)
+def _basis(row, own_moment, stiffness):
+    """The Basis of a crack at a position: a kink as large as the rotation imposed by a motion, and by the weight."""
+    row = np.frombuffer(row)
+    (here,) = row.nonzero()
+    pattern, own = stiffness * local_outer(row), LocalMatrix(row.shape, (here, 0 * here, own_moment * row[here]))
+    kinds = ("z", pattern), ("conj", pattern), ("one", own)
+    return Basis(tuple(Entry(matrix, on=on, shift=int(shift)) for on, matrix in kinds for shift in SHIFTS))
 
 
 @lru_cache(maxsize=KEPT)

@@ -10,7 +10,7 @@ import numpy as np
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.bearings import at_housings
 from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters, keys_from_depth
-from rotorstudy.model.entries import LARGE, Entry, compacted
+from rotorstudy.model.entries import LARGE, Entry, Multiples, compacted
 from rotorstudy.model.kinds import Bearing
 from rotorstudy.model.options import Whole, check_options, choices, number_hint, option_names, plain
 from rotorstudy.model.registry import registry
@@ -151,9 +151,14 @@ def _parameters(plugin, function, fixed, options, where, is_foundation=False):
         parameters = loading_films(parameters, fixed["structure"].films)
     if isinstance(plugin, Bearing) or getattr(plugin, "places", None) is at_supports:
         return at_housings(fixed["structure"], parameters, from_ground=is_foundation)
-    if size < LARGE and all(isinstance(p.entries, tuple) for p in parameters):
-        return parameters
-    return tuple(replace(p, entries=tuple(map(compacted, p.entries))) for p in parameters)
+    return tuple(
+        p if _is_compact(p, size) else replace(p, entries=tuple(map(compacted, p.entries))) for p in parameters
+    )
+
+
+def _is_compact(parameter, size):
+    """Whether the table of a parameter on so many coordinates is kept as it is."""
+    return isinstance(parameter.entries, Multiples) or (size < LARGE and isinstance(parameter.entries, tuple))
 
 
 @contextmanager
@@ -251,7 +256,10 @@ def _checked_parameters(found, plugin, where):
         if not isfinite(parameter.typical) or not isfinite(parameter.default or 0.0):
             numbers = f"typical = {parameter.typical}, default = {parameter.default}"
             raise PluginError(f"{who}: '{parameter.name}' has {numbers}; they must be finite")
-        if not isinstance(parameter.entries, (list, tuple)) or not all(isinstance(e, Entry) for e in parameter.entries):
+        entries = parameter.entries
+        if isinstance(entries, Multiples):
+            continue
+        if not isinstance(entries, (list, tuple)) or not all(isinstance(e, Entry) for e in entries):
             raise PluginError(
                 f"{who}: the entries of '{parameter.name}' are {type(parameter.entries).__name__}; they must be a "
                 "tuple of Entry, a single one written with a comma: (Entry(...),)"
@@ -274,6 +282,10 @@ def _check_shapes(parameters, size, plugin, where):
                 f"{who}: '{parameter.name}' multiplies a force in time: it must be real, act on the rotor, and have no "
                 f"entries and a matrix (coordinate, {size}) here"
             )
+        if isinstance(parameter.entries, Multiples):
+            if not np.isfinite(parameter.entries.factor).all():
+                raise PluginError(f"{who}: an entry of '{parameter.name}' is not finite")
+            continue
         for i, entry in enumerate(parameter.entries):
             needed = (size,) if entry.is_constant else (size, size)
             if np.shape(entry.matrix) != needed:

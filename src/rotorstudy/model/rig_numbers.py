@@ -23,7 +23,7 @@ import numpy as np
 
 from rotorstudy.errors import CannotAct, NoSteadyState, RotorstudyError, unknown_name
 from rotorstudy.model.bearings import at_housings, springs_at_rest
-from rotorstudy.model.entries import Entry
+from rotorstudy.model.entries import Entry, unscaled
 from rotorstudy.model.options import check_options
 from rotorstudy.model.registry import registry
 from rotorstudy.model.shaft import is_regular
@@ -286,7 +286,7 @@ def loading_films(parameters: Iterable[Parameter], films: Iterable[Film]) -> tup
 
 def _constant_force(parameter):
     """Force (dof,) of one unit of a parameter that is a constant force and nothing else; otherwise None."""
-    if not parameter.entries or any(not e.is_constant or e.shift or e.gain for e in parameter.entries):
+    if not parameter.entries or any(not e.is_constant or e.shift or e.gain for e in unscaled(parameter.entries)):
         return None
     return sum(np.asarray(e.matrix) for e in parameter.entries)
 

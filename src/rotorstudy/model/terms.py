@@ -5,7 +5,7 @@ The response, the regression columns, the Jacobian and the force in time all fol
 NonlinearForce.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from rotorstudy.errors import PluginError
-from rotorstudy.model.entries import Entry
+from rotorstudy.model.entries import Entry, unscaled
 from rotorstudy.model.variation import Variation
 
 SPEEDS_COMPARED = np.array([1.0, 31.0, 470.0])  # rad/s; gains that agree there are taken as the same function
@@ -76,7 +76,7 @@ class Parameter:
 
     name: str
     unit: str
-    entries: tuple[Entry, ...]
+    entries: Sequence[Entry]
     typical: float
     is_complex: bool = False
     force: NonlinearForce | None = None
@@ -108,17 +108,22 @@ class Unknown:
 
     name: str
     unit: str
-    entries: tuple[Entry, ...]
+    entries: Sequence[Entry]
     typical: float
     carries: bool = False
     force: NonlinearForce | None = None
     exact: Callable | None = None
     jumps: bool = False
 
+    @property
+    def unscaled(self) -> Sequence[Entry]:
+        """Its entries, but for factors of their matrices."""
+        return unscaled(self.entries)
+
     @cached_property
     def kinds(self) -> frozenset[tuple]:
         """What its entries act on, their order and shift."""
-        return frozenset(entry.kind[:3] for entry in self.entries)
+        return frozenset(entry.kind[:3] for entry in self.unscaled)
 
 
 @dataclass(frozen=True)

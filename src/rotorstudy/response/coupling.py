@@ -53,7 +53,7 @@ class Layout:
 def layout(model, harmonics, order=COUPLED_ORDER):
     """The Layout of a model for harmonics (harmonic,); -order..order are carried where it couples harmonics."""
     links = [
-        frozenset((e.is_conjugate, e.shift) for u in unknowns for e in u.entries if e.reads_motion)
+        frozenset((e.is_conjugate, e.shift) for u in unknowns for e in u.unscaled if e.reads_motion)
         for unknowns in (model.rotor_unknowns, model.output_unknowns)
     ]
     return _layout(*links, bool(model.nonlinear_forces), tuple(int(n) for n in harmonics), order)
@@ -61,17 +61,17 @@ def layout(model, harmonics, order=COUPLED_ORDER):
 
 def layout_without_turning(model, blocks):
     """The Layout of the same harmonics if no coefficient turned with the shaft."""
-    turning = (e for u in model.rotor_unknowns for e in u.entries if e.reads_motion and not e.shift)
+    turning = (e for u in model.rotor_unknowns for e in u.unscaled if e.reads_motion and not e.shift)
     rotor = frozenset((e.is_conjugate, 0) for e in turning)
     return _layout(rotor, frozenset(), False, tuple(blocks.harmonics.tolist()), 0)
 
 
 def layout_of_forced(model, blocks):
     """The Layout of the harmonics on which a force can act, the motion at others being zero; of all if all couple."""
-    moving = frozenset((e.is_conjugate, e.shift) for u in model.rotor_unknowns for e in u.entries if e.reads_motion)
+    moving = frozenset((e.is_conjugate, e.shift) for u in model.rotor_unknowns for e in u.unscaled if e.reads_motion)
     if model.nonlinear_forces or any(shift for _, shift in moving):
         return blocks
-    forced = {0}.union(e.shift for _, u in model.acting for e in u.entries)
+    forced = {0}.union(e.shift for _, u in model.acting for e in u.unscaled)
     if any(mirrored for mirrored, _ in moving):
         forced |= {-n for n in forced}
     forced = tuple(n for n in blocks.harmonics.tolist() if n in forced)
@@ -181,14 +181,14 @@ def gather(amplitudes, group, count, harmonics):
 
 def forced_harmonics(model):
     """Harmonics (harmonic,) that the sensors show: of the forces (all carried if coupled), shifted by the sensors."""
-    entries = [e for u in model.rotor_unknowns for e in u.entries]
+    entries = [e for u in model.rotor_unknowns for e in u.unscaled]
     if model.nonlinear_forces or any(e.shift and e.reads_motion for e in entries):
         vibrating = set(range(-COUPLED_ORDER, COUPLED_ORDER + 1))
     else:
         vibrating = {0} | {e.shift for e in entries}
         vibrating |= {-n for n in vibrating} if any(e.reads_motion and e.is_conjugate for e in entries) else set()
     shown = set(vibrating)
-    for entry in (e for u in model.output_unknowns for e in u.entries):
+    for entry in (e for u in model.output_unknowns for e in u.unscaled):
         if not entry.reads_motion:
             shown.add(entry.shift)
         else:

@@ -25,6 +25,7 @@ from rotorstudy.diagnosis.search.places import places_of
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import LEAK, carried_order
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.entries import unscaled
 from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
 from rotorstudy.response.neighbourhood import Motion, Neighbourhood
@@ -88,7 +89,7 @@ def changes_of(
 
 
 def _depends_on_motion(parameter):
-    return parameter.force is not None or any(entry.on != "one" for entry in parameter.entries)
+    return parameter.force is not None or any(entry.on != "one" for entry in unscaled(parameter.entries))
 
 
 class LocalForces:
@@ -132,7 +133,7 @@ def _acted(parameter):
     """Positions of the coordinates on which a parameter acts itself, not by films that it loads."""
     if parameter.force:
         return np.flatnonzero(parameter.force.matrix.any(axis=0)).tolist()
-    return {int(row) for entry in parameter.entries for row in entry.nonzero[0]}
+    return {int(row) for entry in unscaled(parameter.entries) for row in entry.nonzero[0]}
 
 
 def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple) -> np.ndarray:
@@ -307,15 +308,18 @@ def _of_one_harmonic(gram, products, own, scale, prior):
 
     products : (error, residual and derivatives, then errors);  own : (error,) whether it is of that harmonic
     """
+    from scipy.linalg import solve_triangular
+
     others, count = ~own & (scale > 0), len(gram)
     of_data, of_errors = products[:, :count], products[:, count:]
     size = scale[others, None]
-    within = np.eye(len(size)) + size * of_errors[np.ix_(others, others)] * size.T
+    root = np.linalg.cholesky(np.eye(len(size)) + size * of_errors[np.ix_(others, others)] * size.T)
     both = np.hstack([size * of_data[others], size * of_errors[np.ix_(others, own)]])
-    less = both.T @ np.linalg.solve(within, both)
+    half = solve_triangular(root, both, lower=True, check_finite=False)
+    less = half.T @ half
     variance, along = np.linalg.eigh(of_errors[np.ix_(own, own)] - less[count:, count:])
     turned = along.T @ (of_data[own] - less[count:, :count])
-    narrowed = np.linalg.slogdet(within)[1] - prior
+    narrowed = 2 * np.log(np.diag(root)).sum() - prior
     return _by_scale(gram - less[:count, :count], turned, np.maximum(variance, 0.0), narrowed)
 
 

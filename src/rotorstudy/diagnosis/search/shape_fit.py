@@ -16,6 +16,7 @@ from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.entries import Multiples
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.terms import Parameter
@@ -219,7 +220,7 @@ def as_one(term, amplitudes):
     Of the many amplitudes of a crack one column is then found instead of one for each.
     """
     unknowns = [(value, u) for value, u in zip(amplitudes, term.unknowns, strict=True) if value]
-    matrices, forces = {}, [(value, u.force) for value, u in unknowns if u.force]
+    forces = [(value, u.force) for value, u in unknowns if u.force]
     same = {(f.matrix.tobytes(), f.takes_angle, f.takes_velocity) for _, f in forces}
     if (
         term.acts_on_output
@@ -227,12 +228,19 @@ def as_one(term, amplitudes):
         or any(u.carries for _, u in unknowns)
     ):
         return term, amplitudes
-    for value, unknown in unknowns:
-        for entry in unknown.entries:
-            _, known = matrices.get(entry.kind, (entry, 0.0 * entry.matrix))
-            matrices[entry.kind] = entry, known + value * entry.matrix
     force = forces and replace(forces[0][1], function=lambda *at: sum(value * f.function(*at) for value, f in forces))
-    entries = tuple(replace(entry, matrix=matrix) for entry, matrix in matrices.values())
-    jumps = any(u.jumps for _, u in unknowns)
+    entries, jumps = _added([(value, u.entries) for value, u in unknowns]), any(u.jumps for _, u in unknowns)
     whole = Parameter("whole", "1", entries, typical=1.0, force=force or None, jumps=jumps)
     return replace(term, parameters=(whole,), values={}), np.ones(1)
+
+
+def _added(tables):
+    """The sum of tables of entries, each with its factor."""
+    bases, matrices = {getattr(entries, "basis", None) for _, entries in tables}, {}
+    if len(bases) == 1 and None not in bases:
+        return Multiples(*bases, sum(factor * entries.factor for factor, entries in tables))
+    for factor, entries in tables:
+        for entry in entries:
+            _, known = matrices.get(entry.kind, (entry, 0.0 * entry.matrix))
+            matrices[entry.kind] = entry, known + factor * entry.matrix
+    return tuple(replace(entry, matrix=matrix) for entry, matrix in matrices.values())
