@@ -144,10 +144,7 @@ class Hinge:
 
     def entries_by_weight(self, along: bool = False) -> Multiples:
         """The crack opened by the static moment, which stretches the lower or the upper side of the shaft."""
-        order = np.arange(-ORDER, ORDER + 1)
-        shares = np.zeros((2, len(SHIFTS)))
-        shares[:, : len(order)] = (self.side ** np.abs(order) * self._series_by_weight())[:, ::-1]
-        return self._entries(shares, along)
+        return self._entries(self._shares_by_weight, along)
 
     def open_entries(self, along: bool = False) -> Multiples:
         """The crack that never closes, such as a notch."""
@@ -155,9 +152,8 @@ class Hinge:
 
     def entries_by_turning(self, along: bool = False) -> Multiples:
         """The crack whose flexibility opens as (1 + cos) / 2 by its angle to the side that the weight stretches."""
-        share = (1 + self.side * np.cos(_pull())) / 2
-        softer = self.section.stiffness * np.multiply.outer(self._open_compliance, share)
-        return self._entries(_turning_shares(*softer / (1 + softer)), along)
+        softer = self.section.stiffness * self._open_compliance
+        return self._entries(_shares_by_turning(*softer.tolist(), self.side), along)
 
     def entries_by_angle(self, switching: bool = False, along: bool = False) -> Multiples:
         """The crack of the formulas of Mayes and Gasch, which opens by its angle to the side that the weight stretches.
@@ -207,8 +203,9 @@ class Hinge:
 
         return kink
 
-    def _series_by_weight(self):
-        """Fourier coefficients (2, k), k = -ORDER..ORDER, of the shares of the imposed rotation and of its conjugate.
+    @cached_property
+    def _shares_by_weight(self):
+        """Shares for `_entries`: Fourier coefficients of those of the imposed rotation and of its conjugate.
 
         The derivative of |mu| c(psi) is c along mu and dc/dpsi across it, in the fixed frame.
         """
@@ -218,7 +215,11 @@ class Hinge:
         softer = np.array([[along.real, sideways.real], [along.imag, sideways.imag]])
         softer = np.moveaxis(softer, -1, 0)
         (rr, rs), (sr, ss) = np.moveaxis(np.linalg.solve(np.eye(2) + softer, softer), 0, -1)
-        return np.array([_coefficients((rr + way * ss + 1j * (sr - way * rs)) / 2) for way in (1, -1)])
+        found, side = np.zeros((2, len(SHIFTS))), float(self.side) ** np.arange(-ORDER, ORDER + 1)
+        for i, way in enumerate((1, -1)):
+            series = _coefficients((rr + way * ss + 1j * (sr - way * rs)) / 2)
+            found[i, : len(series)] = (side * series)[::-1]  # the moment turns backwards
+        return found
 
 
 def _direction(rotation):
@@ -275,6 +276,13 @@ def _basis(row, own_moment, stiffness):
     pattern, own = stiffness * local_outer(row), LocalMatrix(row.shape, (here, 0 * here, own_moment * row[here]))
     kinds = ("z", pattern), ("conj", pattern), ("one", own)
     return Basis(tuple(Entry(matrix, on=on, shift=int(shift)) for on, matrix in kinds for shift in SHIFTS))
+
+
+@lru_cache(maxsize=KEPT)
+def _shares_by_turning(xi, eta, side):
+    """Shares of a crack whose softness along xi and eta, in kinks by the moment of a unit kink, opens by its angle."""
+    softer = np.multiply.outer([xi, eta], (1 + side * np.cos(_pull())) / 2)
+    return _turning_shares(*softer / (1 + softer))
 
 
 @lru_cache(maxsize=KEPT)
