@@ -26,7 +26,7 @@ from rotorstudy.response.neighbourhood import Motion
 
 FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
 STARTS = 3  # best of these, that are refined: a force at one instant has several near-equal shapes
-MORE_ALONG_SHAFT = 4  # times as many shapes and starts where the position on the shaft is one of the options
+MORE_ALONG_SHAFT = 2  # times as many shapes and starts where the position on the shaft is one of the options
 PARTS = 6  # of the range of an option; starts are in different ones, as one elsewhere may explain nearly as much
 HALVES = 2  # of a full turn, likewise
 ANOTHER_SIDE = 0.25  # of a turn
