@@ -29,7 +29,7 @@ AGAIN = 2  # how often
 UPDATES = 30  # of the size at each harmonic
 COPIES, MOST_BYTES = 10, 4e9  # of the columns of an error of form at once, and what they may take
 SETTLED = 1e-3  # relative change of all sizes
-
+ABSENT = 0.01  # well determined amplitudes of a harmonic, below which no force acts there
 
 FREE_FORCE = "force at one place"  # name of its amplitude in a Fit
 
@@ -171,18 +171,16 @@ def _sizes(gram, by_harmonic, harmonics):
     first = np.bincount(by_harmonic, product**2, harmonics) / np.maximum(gains, np.finfo(float).tiny)
     variance = first / np.maximum(gains / counts, np.finfo(float).tiny) / counts
     for _ in range(UPDATES):
-        size = np.sqrt(variance)[by_harmonic]
-        precision = np.eye(len(size)) + size[:, None] * normal * size
-        factor, _ = dpotrf(precision, lower=1)
-        mean, _ = dpotrs(factor, size * product, lower=1)
-        variances = np.diag(dpotri(factor, lower=1)[0])
-        known = np.bincount(by_harmonic, 1 - variances, harmonics)  # number of well determined amplitudes
-        power = np.bincount(by_harmonic, mean**2, harmonics)
-        before, variance = variance, np.where(known > 1e-6, variance * power / np.maximum(known, 1e-6), 0.0)
-        if np.abs(variance - before).max() <= SETTLED * variance.max(initial=0.0):
+        here = variance[by_harmonic] > 0
+        size, at = np.sqrt(variance[by_harmonic[here]]), by_harmonic[here]
+        factor, _ = dpotrf(np.eye(len(size)) + size[:, None] * normal[np.ix_(here, here)] * size, lower=1)
+        mean, _ = dpotrs(factor, size * product[here], lower=1)
+        known = np.bincount(at, 1 - np.diag(dpotri(factor, lower=1)[0]), harmonics)  # well determined amplitudes
+        power = np.bincount(at, mean**2, harmonics)
+        before, variance = variance, np.where(known > ABSENT, variance * power / np.maximum(known, ABSENT), 0.0)
+        if np.abs(variance - before).max() <= SETTLED * variance.max(initial=0.0) or not variance.any():
             break
-    least = 1e-12 * variance.max(initial=0.0)
-    return np.sqrt(np.where(variance > least, variance, 0.0))
+    return np.sqrt(variance)
 
 
 def _with_force(work, spectrum, at: _Posterior, rows: Sequence[np.ndarray]) -> Fit:
