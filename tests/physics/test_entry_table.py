@@ -1,10 +1,12 @@
 """The forces of many amplitudes at once are those of one amplitude after the other, entry by entry."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from rotorstudy import Entry, make_term, read_rig
-from rotorstudy.model.entries import apply_entries
+from rotorstudy.model.entries import Basis, Multiples, apply_entries
 from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.terms import Unknown
 from rotorstudy.response.neighbourhood import Neighbourhood
@@ -38,6 +40,25 @@ def unknowns(random):
             entries.append(Entry(matrix, on, order, shift, gain, by_harmonic))
         found.append(Unknown(f"amplitude {i}", "N", tuple(entries), 1.0, carries=i == 4))
     return (*found, Unknown("in time", "N", (), 1.0))
+
+
+@pytest.fixture
+def multiples(unknowns):
+    """Amplitudes of which the tables are multiples of the same entries, one that carries load, and others."""
+    own = np.random.default_rng(6)
+    basis = Basis(tuple(entry for unknown in unknowns[:3] for entry in unknown.entries))
+    factors = own.normal(size=(6, len(basis.entries))) * own.integers(0, 2, (6, len(basis.entries))) * (1 - 0.3j)
+    shared = [Unknown(f"shared {i}", "N", Multiples(basis, one), 1.0, carries=i == 4) for i, one in enumerate(factors)]
+    return (*unknowns[3:6], *shared, unknowns[-1])
+
+
+def test_multiples_of_the_same_entries_are_those_entries_times_their_factors(multiples, random):
+    written_out = [replace(u, entries=tuple(u.entries)) for u in multiples]
+    motion = random.normal(size=(len(SPEED), len(HARMONICS), SIZE, 2)) @ [1, 1j]
+    at = motion, SPEED, HARMONICS, random.normal(size=SIZE)
+    one, other = (EntryTable(some, SIZE).dense_columns(*at) for some in (multiples, written_out))
+    assert np.abs(other).max(axis=(0, 1, 2))[3:9].min() > 0.1  # each of them acts
+    np.testing.assert_allclose(one, other, rtol=0, atol=ROUND_OFF * np.abs(other).max())
 
 
 @pytest.mark.parametrize("lead", [(), (4,)])

@@ -158,11 +158,19 @@ class Basis:
     """Entries of which those of several amplitudes are multiples; see `Multiples`."""
 
     def __init__(self, entries: tuple[Entry, ...]):
-        self.entries, self.kinds = entries, [entry.kind for entry in entries]
-        parts = [entry.nonzero for entry in entries]
-        self.count = np.array([len(row) for row, _, _ in parts])  # (entry,) of elements
-        self.first = np.cumsum(self.count) - self.count
-        self.elements = tuple(np.concatenate(part) for part in zip(*parts, strict=True))  # row, column and value
+        self.entries, parts = entries, [entry.nonzero for entry in entries]
+        self._count = np.array([len(row) for row, _, _ in parts])  # (entry,) of elements
+        self._first = np.cumsum(self._count) - self._count
+        self._elements = [np.concatenate(part) for part in zip(*parts, strict=True)]  # row, column and value
+
+    def elements(self, factor: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Amplitude, entry, row, column and value (element,) of the multiples by factors (amplitude, entry)."""
+        amplitude, entry = factor.nonzero()
+        count = self._count[entry]
+        within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        amplitude, entry = np.repeat(amplitude, count), np.repeat(entry, count)
+        row, column, value = (part[self._first[entry] + within] for part in self._elements)
+        return amplitude, entry, row, column, factor[amplitude, entry] * value
 
 
 class Multiples(Sequence):

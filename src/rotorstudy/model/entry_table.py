@@ -66,17 +66,12 @@ def elements_of(
             parts.append((np.full(len(row), u), np.full(len(row), k), row, column + first, value))
     for (basis, _, at), own in tables.items():
         factor = np.array([unknowns[u].entries.factor for u in own])
-        used = [chosen(unknowns[own[0]], e) for e in basis.entries] & factor.any(axis=0)
-        k, first = np.zeros((2, len(used)), int)
-        for i in np.flatnonzero(used):
+        factor[:, [not chosen(unknowns[own[0]], entry) for entry in basis.entries]] = 0
+        k, first = np.zeros((2, len(basis.entries)), int)
+        for i in np.flatnonzero(factor.any(axis=0)):
             k[i], first[i] = place(basis.entries[i], size * at)
-        u, i = np.nonzero(np.where(used, factor, 0))
-        count = basis.count[i]
-        each = np.repeat(np.arange(len(i)), count)
-        element = basis.first[i][each] + np.arange(len(each)) - np.repeat(np.cumsum(count) - count, count)
-        row, column, value = (part[element] for part in basis.elements)
-        u, i, scale = np.array(own)[u][each], i[each], factor[u, i][each]
-        parts.append((u, k[i], row, column + first[i], scale * value))
+        amplitude, entry, row, column, value = basis.elements(factor)
+        parts.append((np.array(own)[amplitude], k[entry], row, column + first[entry], value))
     if not parts:
         none = np.zeros(0, int)
         return Elements(none, none, none, none, np.zeros(0, complex)), []
