@@ -17,7 +17,7 @@ from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search import moves
 from rotorstudy.diagnosis.search.film_error import with_film_error
-from rotorstudy.diagnosis.search.moves import additions
+from rotorstudy.diagnosis.search.moves import additions, loading_films
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
@@ -208,6 +208,30 @@ def test_the_place_of_a_force_that_changes_films_by_much_is_told_by_steps_of_a_f
     assert most_promising().log_odds < best.log_odds - 100
     monkeypatch.setattr(moves, "needs_fit", lambda cause, structure: False)  # negative control: linear films
     assert most_promising().causes[0].where != {"node": 4}
+
+
+def test_the_place_of_a_coupling_that_loads_films_is_told_by_steps_of_a_fit():
+    """A misalignment at rest, of more than the weight, with amplitudes of all other harmonics and a stiffness."""
+    force, files, harmonics = 500.0 * np.exp(2.5j), rig(), np.array([1, -1, 2, -2])
+    for one in files["effects"]:
+        one["eccentricity_m"] *= 0.3
+    for one in files["bearings"]:
+        del one["load_N"]
+    shown = on_true_films(SPEEDS, harmonics, 0.3, force)
+    record = readings(shown, SPEEDS, harmonics, [node + 1 for node in NODES], 1e-8)
+    settings = Settings(leave_out=all_but("parallel_misalignment"), uncertainty=KNOWN, nuisance={})
+    work = begin(build_model(files), record, settings)
+
+    def best_of(proposals):
+        return max(proposals, key=lambda one: one.log_odds)
+
+    best = best_of(loading_films(work))
+    (cause,) = best.causes
+    assert cause.where == {"node": 4}
+    constant = complex(*(best.values[name] for name in cause.names if "_0X" in name))
+    assert constant == pytest.approx(force, rel=0.15)
+    linear = best_of(additions(work, work.nothing, [work.free_forces[0].fitted]))
+    assert linear.causes[0].where != {"node": 4}  # negative control
 
 
 def test_three_films_share_a_constant_force_as_their_springs_do():

@@ -76,13 +76,9 @@ class _Judge(NamedTuple):
         """
         structure = self.work.rig.structure
         found = [one for one in proposals if not needs_fit(one.causes[0], structure)]
-        least = max((one.log_odds for one in found), default=0.0) - WITHIN
-        for one in (one for one in proposals if needs_fit(one.causes[0], structure)):
-            held = self.work.held(one.causes, values, STEPS, self.work.base.cost - 2 * least)
-            if held is not None:
-                odds = log_posterior_odds(one.causes, held, self.work.base, self.work.prior_odds)
-                found.append(Proposal(one.causes, held.values, odds))
-        return found
+        least = max((one.log_odds for one in found), default=0.0)
+        untold = [one.causes[0] for one in proposals if needs_fit(one.causes[0], structure)]
+        return found + by_steps_of_a_fit(self.work, untold, values, least)
 
     def together(self, projected, usable):
         """Proposals of faults of several parts."""
@@ -149,6 +145,25 @@ def additions(
         judged += judge.scanned(fitted, usable, plain, without, plain.excess if own is form else fitted.excess)
         least = odds_of(current) + max(0.5 * more, 0.0) + WORTH_ADDING if current.causes else -np.inf
         found += [one for one in judged if one.log_odds > least]
+    return found
+
+
+def loading_films(work: Search) -> list[Proposal]:
+    """Single causes of which a part is a constant force on oil films, judged by a few steps of a fit."""
+    motion = next((one.fitted for one in work.free_forces if one.fitted is not None), work.base)
+    chosen = [c for c in work.candidates if len({p.loads_films for p in c.term.parameters}) > 1]
+    return by_steps_of_a_fit(work, chosen, motion.values, max(map(odds_of, work.explanations)))
+
+
+def by_steps_of_a_fit(
+    work: Search, chosen: Sequence[Candidate], values: dict[str, float], least: float
+) -> list[Proposal]:
+    """Proposals of single causes by a few steps of a fit from some values; least : log odds that they should reach."""
+    found, needed = [], work.base.cost - 2 * (least - WITHIN)
+    for one in ((c,) for c in chosen):
+        if held := work.held(one, values, STEPS, needed):
+            odds = log_posterior_odds(one, held, work.base, work.prior_odds)
+            found.append(Proposal(one, held.values, odds))
     return found
 
 

@@ -23,6 +23,7 @@ from rotorstudy.diagnosis.search.moves import (
     Proposal,
     additions,
     exchanges,
+    loading_films,
     needs_fit,
     other_laws,
     removals,
@@ -130,6 +131,8 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
             for one in current:
                 log.info("trying moves from %s (log odds %.1f)", " and ".join(one.named) or "the rig", odds_of(one))
             _fit_best(work, [group for one in current for group in _moves(work, one)], possible)
+            if len(tried) == 1 and work.is_rejected:  # before two causes are tried
+                _fit_best(work, [loading_films(work)], possible)
     except KeyboardInterrupt as stop:
         if not is_asked_to_stop(stop):
             raise
