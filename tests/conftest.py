@@ -97,5 +97,5 @@ def few_speeds(monkeypatch):
 
 @pytest.fixture
 def few_shapes(monkeypatch):
-    """A scan along the shaft tries a quarter of its shapes, which makes it harder to find a crack."""
+    """A scan along the shaft tries half of its shapes, which makes it harder to find a crack."""
     monkeypatch.setattr("rotorstudy.diagnosis.search.shape_scan.MORE_ALONG_SHAFT", 1)
