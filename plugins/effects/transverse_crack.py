@@ -8,12 +8,13 @@ from rotorstudy.plugins import CannotAct, DepthRatio, Effect, Feared, NonNegativ
 ELEMENTS_TRIED = 10  # of a long shaft, to say which depth is seen
 Breathing = Literal["gradual", "sudden", "turning", "cosine", "switching", "none"]
 
-
-# parts of a law of breathing -> (which, standard deviation), of what the open crack yields across
+# parts of a law of breathing -> (which, standard deviation), of what the open crack yields across. Those of "across"
+# are about the root mean squares of published laws, each less the nearest one here: opening at once by the angle (Gasch
+# 1993), over a width of contact, as (1 + cos) / 2 (Mayes and Davies 1984) or its powers, an eighth of a turn off
 FORM = {
     f"{motion}_{order}": ((motion, order), std)
     for motion, spreads in {
-        "across": {1: 0.05, 2: 0.2, 3: 0.05, 4: 0.1},
+        "across": {1: 0.2, 2: 0.25, 3: 0.2, 4: 0.1, 5: 0.1},
         "along": {0: 0.25, 1: 0.2, 2: 0.2, 3: 0.1},
         "coupled": {1: 0.1, 2: 0.1, 3: 0.1},
         "skewed": {0: 0.05, 1: 0.05},  # a front that is not symmetric yields most 5 degrees from its middle

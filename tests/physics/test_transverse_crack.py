@@ -257,6 +257,28 @@ def test_two_cracks_are_apart_and_in_elements_of_their_own(second, words):
     refused(lambda: rotor(4, *both), words, "two effects transverse_crack")
 
 
+TURN = 2 * np.pi * np.arange(720) / 720  # from where the front is most in tension
+PUBLISHED = {  # share of the open crack's yield across its front
+    "at once (Gasch 1993)": np.cos(TURN) > 0,
+    "over a width of contact": np.clip(0.5 + np.cos(TURN) / 0.6, 0, 1),
+    "(1 + cos) / 2 (Mayes and Davies 1984)": (1 + np.cos(TURN)) / 2,
+    "its fourth power": ((1 + np.cos(TURN)) / 2) ** 4,
+    "an eighth of a turn later": np.clip(0.5 + (np.cos(TURN) - 0.7) / 0.6, 0, 1),
+}
+
+
+@pytest.mark.parametrize("law", PUBLISHED)
+def test_published_laws_of_opening_are_within_the_spread_about_one_of_the_library(law):
+    spread = registry().get("effect", "transverse_crack").any_form[1]
+    orders = [n for n in range(1, 9) if f"across_{n}" in spread]
+    parts = (1 - np.cos(np.outer(TURN, orders))) / 2
+    change = PUBLISHED[law] - (1 + np.cos(TURN)) / 2
+    size, *_ = np.linalg.lstsq(parts, change, rcond=None)
+    off = [abs(x) / spread[f"across_{n}"][1] for n, x in zip(orders, size, strict=True)]
+    assert max(off) < 2.5  # standard deviations
+    assert np.std(change - parts @ size) < 0.15  # a law that jumps has higher orders
+
+
 def test_a_hollow_shaft_and_a_rotor_without_sections_are_refused():
     refused(lambda: rotor(4, crack(), inner_diameter_m=0.01), "hollow")
     refused(lambda: build_model({"rotor": point(), "effects": [crack()]}), "cross sections")
