@@ -1,4 +1,4 @@
-"""Damaged files of every kind give numbers or one line: 10,000 inputs always, a million on request.
+"""Damaged files of every kind give numbers or one line: 20,000 inputs always, a million on request.
 
 `ROTORSTUDY_FUZZ=1000000 ROTORSTUDY_FUZZ_SEED=7 pytest tests/errors/test_fuzz_readers.py` tries as many from there.
 The files are small ones of every reader, and the pieces are what earlier versions answered with a traceback or a wrong
@@ -24,7 +24,7 @@ from rotorstudy.measurement.table_spectra import read_table
 from rotorstudy.measurement.tables import open_table
 from rotorstudy.yaml_file import read_yaml
 
-INPUTS = int(os.environ.get("ROTORSTUDY_FUZZ", "10000"))
+INPUTS = int(os.environ.get("ROTORSTUDY_FUZZ", "20000"))
 SEED = int(os.environ.get("ROTORSTUDY_FUZZ_SEED", "1"))
 ROOT = Path(__file__).parents[2]
 PROBES = [{"channel": "x", "node": 1, "angle_deg": 0, "unit": "um"}, {"channel": "y", "node": 1, "angle_deg": 90}]
