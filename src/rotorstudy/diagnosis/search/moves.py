@@ -29,6 +29,7 @@ from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import predicted
+from rotorstudy.model.entries import unscaled
 from rotorstudy.model.structure import Structure
 
 HIDES = 30.0  # gain of log odds by an error of form, above which it may hide another fault
@@ -173,7 +174,7 @@ def needs_fit(cause: Candidate, structure: Structure) -> bool:
     Films are not linear in their load. A block under several bearings moves as a force at no one place moves it, so
     that the motion on which its change acts is not known.
     """
-    entries = [entry for p in cause.term.parameters for entry in p.entries if entry.reads_motion]
+    entries = [entry for p in cause.term.parameters for entry in unscaled(p.entries) if entry.reads_motion]
     acted = {structure.dofs[i] for entry in entries for i in entry.nonzero[0]}
     on_a_block = len(acted) > 1 and all(motion == "housing" for _, motion in acted)
     return on_a_block or all(p.loads_films for p in cause.term.parameters)
