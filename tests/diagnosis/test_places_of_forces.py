@@ -11,7 +11,7 @@ from rotorstudy import RotorstudyError, build_model
 from rotorstudy.diagnosis.search import free_force
 from rotorstudy.diagnosis.search.search import begin, search
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.inference.prediction import with_model_error
+from rotorstudy.inference.prediction import predicted, with_model_error
 
 UNBALANCE = {"kind": "unbalance", "node": 3, "mass_kg": 0.8, "eccentricity_m": 5e-5}
 MODEL, NOISE = build_model(RIG | {"effects": [UNBALANCE], "sensors": [2, 5, 8]}), 1e-8
@@ -19,11 +19,13 @@ SPEEDS, HARMONICS, FAULTY, OTHER = np.array([90.0, 105.0, 126.0]), np.array([0, 
 LIMIT = 1500.0  # of the cost, which is 16700 without a cause
 
 
-def begun(harmonics=HARMONICS, is_clean=False):
-    """A Search in records of a rotor that touches a ring at one disc, or of a sound one."""
+def begun(harmonics=HARMONICS, is_clean=False, is_exact=False):
+    """A Search in records of a rotor that touches a ring at one disc, or of a sound one, that may equal its rig."""
     item = {"kind": "rub", "node": FAULTY, "label": "hidden", "rub_stiffness_N_per_m": 1e6, "clearance_m": 2e-5}
     rubbing = faulty(MODEL, item)
     data = spectrum_of(MODEL if is_clean else rubbing, SPEEDS, harmonics, NOISE, 1)
+    if is_exact:
+        data = replace(data, amplitude=predicted(MODEL, data, MODEL.stated))
     left = sorted({*SLOW} - {"rub", "looseness"})
     exact = {"model_error": 1e-4, "model_floor": 1e-4}
     settings = Settings(uncertainty={"default": 0.02}, nuisance={}, most_causes=1, leave_out=left, **exact)
@@ -57,6 +59,14 @@ def test_its_probability_decides_whether_a_fault_is_unknown(work):
     assert known.outside_probability < 0.01 and known.best.named == {f"rub, node {FAULTY}"}
     assert sum(share for _, share in known.posterior()) + known.outside_probability == pytest.approx(1.0)
     assert begun(is_clean=True).outside_probability < 0.1
+
+
+def test_a_force_that_nothing_shows_is_as_likely_as_before_the_measurement():
+    """At no harmonic there is one; the negative control touches a ring."""
+    exact, faulty = begun(is_clean=True, is_exact=True), begun()
+    before = np.log(free_force.PRIOR / len(exact.free_forces) / len(free_force.SHARES))
+    assert [one.log_odds for one in exact.free_forces] == pytest.approx(len(exact.free_forces) * [before], abs=1e-3)
+    assert min(one.log_odds for one in faulty.free_forces) > before + 100
 
 
 def test_an_element_whose_forces_take_most_of_the_data_is_no_hypothesis():

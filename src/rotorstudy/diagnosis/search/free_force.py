@@ -172,13 +172,15 @@ def _sizes(gram, by_harmonic, harmonics):
     variance = first / np.maximum(gains / counts, np.finfo(float).tiny) / counts
     for _ in range(UPDATES):
         here = variance[by_harmonic] > 0
+        if not here.any():
+            break
         size, at = np.sqrt(variance[by_harmonic[here]]), by_harmonic[here]
         factor, _ = dpotrf(np.eye(len(size)) + size[:, None] * normal[np.ix_(here, here)] * size, lower=1)
         mean, _ = dpotrs(factor, size * product[here], lower=1)
         known = np.bincount(at, 1 - np.diag(dpotri(factor, lower=1)[0]), harmonics)  # well determined amplitudes
         power = np.bincount(at, mean**2, harmonics)
         before, variance = variance, np.where(known > ABSENT, variance * power / np.maximum(known, ABSENT), 0.0)
-        if np.abs(variance - before).max() <= SETTLED * variance.max(initial=0.0) or not variance.any():
+        if np.abs(variance - before).max() <= SETTLED * variance.max(initial=0.0):
             break
     return np.sqrt(variance)
 
