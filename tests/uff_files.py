@@ -1,7 +1,8 @@
-"""Files of the Universal File Format with signals in time."""
+"""Files of the Universal File Format: signals in time, and mobilities."""
 
 import warnings
 
+import numpy as np
 import pyuff
 
 PLAIN = {"func_type": 1, "rsp_dir": 1, "ref_dir": 1, "ref_node": 1, "ver_num": 0, "load_case_id": 0}
@@ -22,3 +23,21 @@ def write_sets(path, sets):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ResourceWarning)  # pyuff 2.5.8 does not close the file
         pyuff.UFF(str(path)).write_sets(sets, mode="add")
+
+
+def write_mobilities(path, rows, frequency, **labels):
+    """Mobilities of a CSV table as accelerances in data sets 58, forces at all nodes against their axis."""
+    responses = {}
+    for _, response, force, real, imaginary in (row.split(",") for row in rows):
+        responses.setdefault((response, force), []).append(float(real) + 1j * float(imaginary))
+    for (response, force), values in responses.items():
+        codes = [(int(point[:-1]), 1 + "xyz".index(point[-1])) for point in (response, force)]
+        data = -1j * frequency * np.array(values)
+        ends = dict(
+            zip(("rsp_node", "rsp_dir", "ref_node", "ref_dir"), (*codes[0], codes[1][0], -codes[1][1]), strict=True)
+        )
+        kind = {"func_type": 4, "abscissa_spacing": 0, "binary": 0, "ordinate_spec_data_type": 12}
+        numbers = dict.fromkeys(pyuff.prepare_58(func_type=4, return_full_dict=True), 0)
+        texts = {name: "NONE" for name in numbers if name.startswith("id") or name.endswith(("name", "label"))}
+        one = {**numbers, **texts, "type": 58, "data": data, "x": frequency / (2 * np.pi), **kind, **ends, **labels}
+        write_sets(path, one)

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import pyuff
 import yaml
 from machines import all_but, disc, errors_of_derivatives, film, readings, shaft, spectrum_of, springs, unbalance
 from named_machines import plant
 from one_line_errors import refused
+from uff_files import write_mobilities
 
 from rotorstudy import build_model, harmonic_response, load_rig, make_term, measured_spectrum
 from rotorstudy.blind.machines.contacts import one_sided
@@ -28,7 +28,6 @@ from rotorstudy.inference import fit as fit_module
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.fit import chi_square_p_value, fit
 from rotorstudy.inference.prediction import with_model_error
-from rotorstudy.measurement.receptances import receptances_in
 from rotorstudy.model.rig_numbers import rig_with_changes, with_numbers
 from rotorstudy.presentation.rotor_files import analyse_files
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
@@ -156,24 +155,6 @@ def test_velocities_and_accelerations_of_casings_are_read_as_displacements(tmp_p
     assert spectrum.covariance[0, 1:, 4, 4].min() > 1e-9 > spectrum.covariance[0, 0, 4, 4]  # of the mean
 
 
-def write_uff(path, rows, frequency, **labels):
-    """Mobilities of a CSV table as accelerances in data sets 58, forces at all nodes against their axis."""
-    responses = {}
-    for _, response, force, real, imaginary in (row.split(",") for row in rows):
-        responses.setdefault((response, force), []).append(float(real) + 1j * float(imaginary))
-    for (response, force), values in responses.items():
-        codes = [(int(point[:-1]), 1 + "xyz".index(point[-1])) for point in (response, force)]
-        data = -1j * frequency * np.array(values)
-        ends = dict(
-            zip(("rsp_node", "rsp_dir", "ref_node", "ref_dir"), (*codes[0], codes[1][0], -codes[1][1]), strict=True)
-        )
-        kind = {"func_type": 4, "abscissa_spacing": 0, "binary": 0, "ordinate_spec_data_type": 12}
-        numbers = dict.fromkeys(pyuff.prepare_58(func_type=4, return_full_dict=True), 0)
-        texts = {name: "NONE" for name in numbers if name.startswith("id") or name.endswith(("name", "label"))}
-        one = {**numbers, **texts, "type": 58, "data": data, "x": frequency / (2 * np.pi), **kind, **ends, **labels}
-        pyuff.UFF(str(path)).write_sets(one, "add")
-
-
 def test_a_measured_foundation_moves_as_the_block_that_it_was_measured_on(compressor, tmp_path):
     """Receptances of the block, by its equations written out: motion at the feet over force there."""
     machine, rig = compressor
@@ -204,52 +185,12 @@ def test_a_measured_foundation_moves_as_the_block_that_it_was_measured_on(compre
     wrong = dict(measured, file=str(tmp_path / "frame.csv"), axes={"x": "x", "y": "z"})
     other = measured_response(build_model(rig | {"foundation": [wrong]}), SPEEDS, [1, -1])
     assert np.abs(other - true).max() > 0.05 * np.abs(true).max()  # negative control
-    write_uff(tmp_path / "frame.uff", rows[1:], w)
+    write_mobilities(tmp_path / "frame.uff", rows[1:], w)
     in_uff = {"kind": "foundation_receptance", "node": 4, "other_nodes": [10], "axes": {"x": "z", "y": "-x"}}
     in_uff["file"] = str(tmp_path / "frame.uff")
     found = measured_response(build_model(rig | {"foundation": [in_uff]}), SPEEDS, [1, -1])
     assert np.abs(found - true).max() < 1e-3 * np.abs(true).max()
     refused(lambda: build_model(rig | {"foundation": [dict(wrong, axes={})]}), "no response at 4y")
-
-
-RECEPTANCES = "frequency_Hz,response,force,real,imaginary\n5,4x,4x,1e-8,-2e-9\n6,4x,4x,3e-8,-4e-9\n"
-
-
-@pytest.mark.parametrize("end", ["", ",", "# by hand"])
-def test_receptances_are_read_as_other_tables_are(tmp_path, end):
-    path = tmp_path / "frame.csv"
-    head, *rows = RECEPTANCES.splitlines()
-    path.write_text("\ufeff" + "\n".join([head, *(f"{row}{',' * (end == ',')}" for row in rows), end * (end != ",")]))
-    _, found = receptances_in(path)
-    assert found["4x", "4x"].tolist() == [1e-8 - 2e-9j, 3e-8 - 4e-9j]
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (("5,4x,4x,", "5,4x,4x,1,"), "line 2: 6 cells, and the header names 5 columns"),  # would be 1 + 1e-8j
-        (("5,4x,4x,1e-8,", "5,4x,4x,"), "line 2: 4 cells"),
-        (("1e-8", "x"), "line 2, column 'real': 'x' is not a number"),
-        (("real", "Re"), "needs the columns frequency_Hz"),
-        (("6,4x", "5,4x"), "must increase"),
-    ],
-)
-def test_receptances_of_another_layout_are_refused(tmp_path, change, words):
-    (tmp_path / "frame.csv").write_text(RECEPTANCES.replace(*change))
-    refused(lambda: receptances_in(tmp_path / "frame.csv"), words)
-
-
-@pytest.mark.parametrize(
-    ("label", "unit", "wrong"),
-    [("ordinate", "g", True), ("ordinate", "mm/s", True), ("orddenom", "lbf", True), ("ordinate", "m/s", False)],
-)
-def test_receptances_of_uff_in_other_units_are_refused(tmp_path, label, unit, wrong):
-    rows = RECEPTANCES.split()[1:]
-    write_uff(tmp_path / "frame.uff", rows, np.array([30.0, 40.0]), **{f"{label}_axis_units_lab": unit})
-    if wrong:
-        refused(lambda: receptances_in(tmp_path / "frame.uff"), f"is in '{unit}'; export it in SI units")
-    else:
-        assert len(receptances_in(tmp_path / "frame.uff")[0]) == 2
 
 
 def test_a_changed_foundation_is_one_built_otherwise():

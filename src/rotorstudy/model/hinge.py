@@ -42,6 +42,7 @@ ACROSS = 0.5  # of the flexibility across, in the formulas by the angle: they co
 CLOSED = 0.05  # of the static moment, for a difference by a residual stress
 ROUND_OFF = 1e-9  # of a cosine, and of the coefficients of shares, relative to the largest
 KEPT = 2048  # depths: a search tries the same one at many angles, and every search on a shaft begins with the same ones
+POSITIONS = 256  # of which the entries are kept: as many as a crack over all its forms is tried at, and more
 LAST = ContextVar("last", default=(None,) * 4)  # crack, rotation, angle, and what they impose: its forces share it
 ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left out are less than 1e-3 of the kink
 SHIFTS = np.arange(-ORDER, ORDER + 3)  # of entries: the conjugate turns by two more
@@ -268,7 +269,7 @@ def _turning_shares(xi, eta, both=0.0):
     return found
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=POSITIONS)
 def _basis(row, own_moment, stiffness):
     """The Basis of a crack at a position: a kink as large as the rotation imposed by a motion, and by the weight."""
     row = np.frombuffer(row)

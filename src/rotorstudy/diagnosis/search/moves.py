@@ -29,7 +29,6 @@ from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import predicted
-from rotorstudy.model.entries import unscaled
 from rotorstudy.model.structure import Structure
 
 HIDES = 30.0  # gain of log odds by an error of form, above which it may hide another fault
@@ -75,11 +74,11 @@ class _Judge(NamedTuple):
 
         values : with which the fits begin
         """
-        structure = self.work.rig.structure
-        found = [one for one in proposals if not needs_fit(one.causes[0], structure)]
-        least = max((one.log_odds for one in found), default=0.0)
-        untold = [one.causes[0] for one in proposals if needs_fit(one.causes[0], structure)]
-        return found + by_steps_of_a_fit(self.work, untold, values, least)
+        told, untold = [], []
+        for one in proposals:
+            (untold if needs_fit(one.causes[0], self.work.rig.structure) else told).append(one)
+        least = max((one.log_odds for one in told), default=0.0)
+        return told + by_steps_of_a_fit(self.work, [one.causes[0] for one in untold], values, least)
 
     def together(self, projected, usable):
         """Proposals of faults of several parts."""
@@ -174,7 +173,7 @@ def needs_fit(cause: Candidate, structure: Structure) -> bool:
     Films are not linear in their load. A block under several bearings moves as a force at no one place moves it, so
     that the motion on which its change acts is not known.
     """
-    entries = [entry for p in cause.term.parameters for entry in unscaled(p.entries) if entry.reads_motion]
+    entries = [entry for p in cause.term.parameters for entry in p.entries if entry.reads_motion]
     acted = {structure.dofs[i] for entry in entries for i in entry.nonzero[0]}
     on_a_block = len(acted) > 1 and all(motion == "housing" for _, motion in acted)
     return on_a_block or all(p.loads_films for p in cause.term.parameters)
