@@ -28,11 +28,13 @@ from rotorstudy.inference import fit as fit_module
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.fit import chi_square_p_value, fit
 from rotorstudy.inference.prediction import with_model_error
+from rotorstudy.measurement.findings import errors_among
 from rotorstudy.model.rig_numbers import rig_with_changes, with_numbers
 from rotorstudy.presentation.rotor_files import analyse_files
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
 from rotorstudy.response.statics import static_deflection
+from rotorstudy.studies.rig_check import check_rig
 
 SPEEDS, NODES = np.array([90.0, 160.0, 280.0, 400.0]), (1, 5)
 RIG = {"rotor": shaft(1.0, 4, disc(3, 20.0, 0.1, 0.05), outer_diameter_m=0.05),
@@ -130,23 +132,31 @@ def test_a_machine_with_a_transducer_on_a_housing_is_drawn(tmp_path):
     assert (tmp_path / "out" / "figures" / "mode_shapes.png").exists()
 
 
-def test_velocities_and_accelerations_of_casings_are_read_as_displacements(tmp_path):
-    """Of cosines whose derivatives are written out, with offsets; the record ends within a sample of a revolution."""
+@pytest.mark.parametrize("in_file", [False, True])
+def test_velocities_and_accelerations_of_casings_are_read_as_displacements(in_file, tmp_path):
+    """Of cosines whose derivatives are written out, with offsets; the record ends within a sample of a revolution.
+
+    Units are stated in the rig file, or in the header of the file alone.
+    """
     speed, time = 200.0, np.arange(4000) / 4000
     x = 20e-6 * np.cos(speed * time + 0.3) + 4e-6 * np.cos(2 * speed * time - 1.0)
     velocity = -speed * (20e-6 * np.sin(speed * time + 0.3) + 8e-6 * np.sin(2 * speed * time - 1.0))
     acceleration = -(speed**2) * (20e-6 * np.cos(speed * time + 0.3) + 16e-6 * np.cos(2 * speed * time - 1.0))
     key = np.exp(-0.5 * (np.angle(np.exp(1j * speed * time)) / 0.1) ** 2)
     rows = np.column_stack([time, 1e3 * (velocity + 1e-3), (acceleration + 0.1) / 9.80665, 1e6 * x, key])
-    np.savetxt(tmp_path / "r.csv", rows, delimiter=",", header="time,v,a,d,key", comments="")
+    header = "time,v (mm/s),a (g),d,key" if in_file else "time,v,a,d,key"
+    np.savetxt(tmp_path / "r.csv", rows, delimiter=",", header=header, comments="")
     probes = [
         {"channel": "v", "node": 101, "angle_deg": 0, "unit": "mm/s", "on": "DE"},
         {"channel": "a", "node": 105, "angle_deg": 0, "unit": "g", "on": "bearing NDE"},
         {"channel": "d", "node": 1, "angle_deg": 0, "unit": "um", "relative_to": "DE"},
     ]
+    for probe in probes[:2] if in_file else ():
+        probe["channel"] += f" ({probe.pop('unit')})"
     measurement = {"probes": probes, "keyphasor": {"channel": "key"}, "harmonics": [1, -1, 2, -2, 0]}
     rig = RIG | {"foundation": PEDESTALS, "measurement": measurement}
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig))
+    assert not errors_among(check_rig(tmp_path / "rig.yaml").findings)
     spectrum, model, _ = measured_spectrum([tmp_path / "r.csv"], tmp_path / "rig.yaml")
     assert spectrum.sensors == model.sensors == (1, 101, 105)
     shown = spectrum.amplitude[0]

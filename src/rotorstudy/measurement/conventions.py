@@ -35,9 +35,14 @@ class Probe(Strict):
         """Of the derivative of the displacement by time that it shows."""
         return DERIVATIVES.get(self.unit, (0,))[0]
 
-    def metres(self, stated, where):
-        """Signed factor from the channel to m, m/s or m/s^2; `stated` is the unit that the file gives, or None."""
+    def in_unit_of_file(self, stated, where):
+        """This probe, in the unit that the file gives (or None) where the rig states none."""
         unit = one_unit(self.channel, stated, self, "unit", (*METRES, *DERIVATIVES, "V"), where)
+        return self.model_copy(update={"unit": unit})
+
+    def metres(self, where):
+        """Signed factor from the channel to m, m/s or m/s^2."""
+        unit = self.unit
         if unit in DERIVATIVES:
             return self.sign * DERIVATIVES[unit][1]
         if unit == "V":

@@ -77,7 +77,8 @@ def _from_channels(path, conventions, nodes, channels):
         if probe.node is None:
             raise RotorstudyError(f"probe '{probe.channel}' has no 'node:', which is optional for NetCDF files only")
         reading = wanted(probe.channel, "probe")
-        readings.append((probe, probe.node, probe.metres(channels.units.get(probe.channel), str(path)) * reading))
+        probe = probe.in_unit_of_file(channels.units.get(probe.channel), str(path))
+        readings.append((probe, probe.node, probe.metres(str(path)) * reading))
     check_once(conventions.probes, path)
     length = len(readings[0][2])
     time = _times(path, conventions, channels, wanted, length)

@@ -137,7 +137,7 @@ def _sections(rig, model):
         conventions = read_conventions(rig.given, path)
         for probe in conventions.probes:
             if probe.node is not None:
-                check_known("node", [probe.node], model.structure.nodes, f"probe '{probe.channel}'")
+                check_known("node", [probe.node], model.structure.measurable, f"probe '{probe.channel}'")
     except RotorstudyError as error:
         yield Finding("error", "measurement", path, str(error))
         return
