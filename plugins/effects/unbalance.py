@@ -22,7 +22,9 @@ def rotorstudy_effect():
         unbalance,
         source="thesis Eq. (2.7)",
         place_rate=lambda structure, node: structure.mass_share(node),  # every part of the mass may be off centre
-        change_rate=20.0,  # four of ten changes: deposits, losses, a disc taken off and put on again
+        # four of ten changes: deposits, losses, a disc put on again; a bent shaft is one of a hundred (Buscarello,
+        # Practical Solutions to Machinery and Maintenance Vibration Problems, chapter 1)
+        change_rate=20.0,
         at_discs=True,
         checked="whirl e eta^2 / |1 - eta^2| of a Jeffcott rotor to 1e-12",
     )

@@ -14,7 +14,8 @@ from rotorstudy import build_model, registry
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.runs.compare import compare, of_changes
 from rotorstudy.diagnosis.search.candidates import candidates
-from rotorstudy.diagnosis.search.odds import PriorOdds
+from rotorstudy.diagnosis.search.odds import Explanation, PriorOdds
+from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
 
 pytestmark = pytest.mark.usefixtures("right_conventions")
@@ -97,6 +98,18 @@ def test_one_loaded_disc_is_not_split():
 def test_rates_of_the_user_come_first():
     assert of_changes(Settings()).base_rates["unbalance"] == registry().get("effect", "unbalance").change_rate > 1
     assert of_changes(Settings(base_rates={"unbalance": 2.0})).base_rates["unbalance"] == 2.0
+
+
+@pytest.mark.parametrize(("apart", "is_excluded"), [(5.0, False), (9.0, True)])
+def test_a_frequent_cause_excludes_another_only_by_the_records(apart, is_excluded):
+    """An unbalance is taken to be twenty times as frequent as a bow: by a factor of e^3."""
+    settings = of_changes(Settings())
+    work = begin(build_model(RIG), spectrum_of(build_model(RIG), BELOW, HARMONICS, NOISE, 1), settings)
+    both = [next(c for c in work.candidates if c.effect == name) for name in ("unbalance", "bow")]
+    for cause, odds in zip(both, (1000 + apart, 1000), strict=True):
+        work.found[cause.cause] = Explanation((cause,), work.base, odds)
+    assert work.posterior()[0][0].causes == (both[0],) and work.posterior()[0][1] > 0.99
+    assert [e.causes for e, _ in work.credible(0.99)] == [(c,) for c in both[: 1 if is_excluded else 2]]
 
 
 @pytest.mark.parametrize(("nodes", "faults"), [((3, 7), 1), ((3, 8), 2)])

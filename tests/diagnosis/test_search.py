@@ -171,6 +171,23 @@ def test_a_bow_of_another_shape_is_one_cause():
     assert {c.effect for c in found.verdict.causes} == {"bow"} and len(found.verdict.causes) == 1
 
 
+def test_a_fault_counts_with_its_places_that_were_not_fitted():
+    """As if all were fitted; the negative control is those that were."""
+    settings = KNOWN.model_copy(update={"leave_out": all_but("bow", "unbalance"), "most_causes": 1})
+    model = build_model(TWO_DISCS)
+    bent = hidden(model, "bow", element=2, last_element=3, bow_angle_rad=1e-4, bow_angle_skew_rad=0.0)
+    work, whole = (begin(model, with_model_error(measured(model, bent, noise=5e-6), settings), settings) for _ in "ab")
+    every = [odds_of(whole.explain((c,), {})) for c in whole.candidates if c.effect == "bow"]
+    found = search(work)
+    some = [odds_of(e) for e in found.explanations if e.faults == {"bow"}]
+    shares = {
+        faults: sum(w for e, w in found.posterior() if e.faults == faults) for faults in map(frozenset, ({"bow"}, ()))
+    }
+    counted = np.log(shares[frozenset({"bow"})] / shares[frozenset()])
+    assert counted == pytest.approx(np.logaddexp.reduce(every), abs=0.1)
+    assert np.logaddexp.reduce(some) < counted - 0.5 and len(some) < len(every) / 4
+
+
 @pytest.mark.parametrize("runouts", [{1: 2e-6, 2: 4e-6, 3: 1e-6}, {2: 4e-6}])
 def test_the_parts_of_a_fault_are_tried_together_and_only_those_that_the_data_support(runouts):
     model = build_model(TWO_DISCS)

@@ -47,6 +47,8 @@ class Search:
     # `kind_of` the causes -> Explanation, the best one of each kind that was fitted
     found: dict = field(default_factory=dict)
     impossible: dict = field(default_factory=dict)  # the same of those that cannot be true, but may lead to others
+    # names of causes that were not fitted -> (names of those of the same faults that were, log of their relative odds)
+    unfitted: dict = field(default_factory=dict)
     # Model without causes, terms of the causes -> Model with them, the last few
     models: dict = field(default_factory=dict)
     # effect -> one line with file and line number, for plugins that failed; the rest was searched
@@ -121,7 +123,7 @@ class Search:
     @property
     def outside_probability(self) -> float:
         """Posterior probability of a fault that the library lacks."""
-        every = np.logaddexp.reduce([self.log_outside, *map(odds_of, self.explanations)])
+        every = np.logaddexp.reduce([self.log_outside, *(odds for _, odds in self._of_sets())])
         return float(np.exp(self.log_outside - every))
 
     def outside_places(self, share: float) -> list[FreeForce]:
@@ -134,20 +136,39 @@ class Search:
             found.append(one)
         return found
 
-    def posterior(self) -> list[tuple[Explanation, float]]:
+    def posterior(self, prior_odds: PriorOdds | None = None) -> list[tuple[Explanation, float]]:
         """(explanation, posterior probability), most probable first; of each set of causes its best shape.
 
         They sum to one with `outside_probability`.
+
+        prior_odds : instead of those of the settings
         """
-        best = {}
-        for e in self.explanations:
-            if e.named not in best or odds_of(e) > odds_of(best[e.named]):
-                best[e.named] = e
-        found = sorted(best.values(), key=odds_of, reverse=True)
-        odds = np.array([odds_of(e) for e in found])
-        every = np.logaddexp(np.logaddexp.reduce(odds), self.log_outside)
-        probability = np.exp(np.maximum(odds - every, LEAST_LOG_PROBABILITY))
-        return list(zip(found, probability.tolist(), strict=True))
+        own, other = self.prior_odds.log_odds, (prior_odds or self.prior_odds).log_odds
+        found = [(e, odds + other(e.causes) - own(e.causes)) for e, odds in self._of_sets()]
+        every = np.logaddexp.reduce([self.log_outside, *(odds for _, odds in found)])
+        found = [(e, float(np.exp(max(odds - every, LEAST_LOG_PROBABILITY)))) for e, odds in found]
+        return sorted(found, key=lambda one: one[1], reverse=True)
+
+    def credible(self, share: float) -> list[tuple[Explanation, float]]:
+        """Those of `posterior` of which one is true with a probability of `share`, also if all base rates are alike.
+
+        How often a cause occurs tells which one is likely, but not that the records exclude another.
+        """
+        alike = PriorOdds(self.candidates, self.settings.model_copy(update={"base_rates": {}}), self.rig.structure)
+        needed = set()
+        for found in (self.posterior(), self.posterior(alike)):
+            before = np.cumsum([0.0, *(weight for _, weight in found)])
+            needed |= {e.named for (e, _), less in zip(found, before, strict=False) if less < share}
+        return [(e, weight) for e, weight in self.posterior() if e.named in needed]
+
+    def _of_sets(self):
+        """(best explanation, log odds) of each set of causes, with the same faults at places that were not fitted."""
+        best = {e.named: e for e in sorted(self.explanations, key=odds_of)}
+        odds = {named: [odds_of(e)] for named, e in best.items()}
+        for named, (like, relative) in self.unfitted.items():
+            if named not in best and like in best:
+                odds[like].append(odds_of(best[like]) + relative)
+        return [(e, float(np.logaddexp.reduce(odds[named]))) for named, e in best.items()]
 
     def note_broken(self, causes, error):
         """Record that an effect cannot be computed: its plugin failed, or what it gave cannot be solved."""

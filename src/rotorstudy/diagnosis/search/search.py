@@ -260,6 +260,23 @@ def _fit_best(work, groups, possible=None):
             unfulfilled = 0 if is_best else unfulfilled + 1
         if unfulfilled == max(UNFULFILLED, len(groups)):
             break
+    for proposals in groups:
+        _note_unfitted(work, proposals)
+
+
+def _note_unfitted(work, proposals):
+    """Keep how likely causes are that were not fitted, relative to the same faults at a place that was.
+
+    What linear columns promise too much, they promise alike at such places.
+    """
+    tried, fitted = {e.named for e in (*work.explanations, *work.impossible.values())}, {}
+    for one in sorted((one for one in proposals if np.isfinite(one.log_odds)), key=lambda one: -one.log_odds):
+        named, faults = frozenset(c.cause for c in one.causes), tuple(sorted(c.fault for c in one.causes))
+        if named in tried:
+            fitted.setdefault(faults, (named, one.log_odds))
+        elif faults in fitted:
+            like, promised = fitted[faults]
+            work.unfitted[named] = like, one.log_odds - promised
 
 
 def _near(work, proposals):

@@ -130,7 +130,7 @@ def _judged(one, settings, findings):
     left = residual_share(*(misfit(one.model, fitted, one.theta) for one in (base, best.fit)), rows)
     weights = found.posterior()
     probability = _probability(weights)
-    stated, gain = _stated(weights, best), gain_of(base, best.fit, held, expected)
+    stated, gain = _stated(found.credible(STATED_SET), best), gain_of(base, best.fit, held, expected)
     against = is_contradicted(base, best.fit, expected, settings, gain)
     kind = _kind(found, probability, is_alone=not stated, is_contradicted=against)
     outside = found.outside_probability if best.causes and not chain else 0.0
@@ -200,13 +200,10 @@ def _places_of_outside(found):
     return named
 
 
-def _stated(weights, best):
-    """(fault, its parts, explanation) of causes, but parts of faults that are named, needed for a `STATED_SET`."""
-    total, found, seen = 0.0, [], set(best.faults)
-    for explanation, weight in weights:
-        if total >= STATED_SET:
-            break
-        total += weight
+def _stated(credible, best):
+    """(fault, its parts, explanation) of causes of a credible set, but parts of faults that are named."""
+    found, seen = [], set(best.faults)
+    for explanation, _ in credible:
         if not explanation.causes or best.named <= explanation.named:
             continue
         for fault, parts in faults_of(explanation.causes).items():

@@ -55,13 +55,11 @@ def next_runs(found: Search, measured: Spectrum, known: tuple[float, ...], decid
 
 def explanations_in_question(found: Search, decided: float) -> tuple[list[Fit], np.ndarray]:
     """Fits of a credible set but those that add to the best, at most `MOST`, and their probabilities, of sum one."""
-    best, total, chosen = found.best, 0.0, []
-    for explanation, weight in found.posterior():
-        if total >= decided or len(chosen) == MOST:
-            break
-        total += weight
+    best, chosen = found.best, []
+    for explanation, weight in found.credible(decided):
         if explanation is best or not (best.causes and best.named <= explanation.named):
             chosen.append((explanation.fit, weight))
+    chosen = chosen[:MOST]
     weights = np.array([weight for _, weight in chosen])
     return [fitted for fitted, _ in chosen], weights / weights.sum()
 
