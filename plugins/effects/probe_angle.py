@@ -4,15 +4,23 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, probe_axis, s
 
 
 def probe_angle(sensors, structure, node: int | None = None):
-    """Probes rotated by rho, y by sigma more: z is measured as z - j rho z - j sigma (z + conj z) / 2.
+    """Probes rotated by rho, y by sigma more: x is measured as Re(z e^{-j rho}), y as Im(z e^{-j (rho + sigma)}).
 
-    x and y are along the probes, at an angle a to those of the rotor: there conj(z) is e^{2ja} conj(z). Linear in both
-    angles: 1 % error at 8 degrees.
+    x and y are along the probes, at an angle a to those of the rotor: there conj(z) is e^{2ja} conj(z).
     """
-    here, mirrored = np.diag(sensor_unit(sensors, node)), probe_axis(structure, sensors, node) ** 2
+    here = np.diag(sensor_unit(sensors, node))
+    mirrored = probe_axis(structure, sensors, node) ** 2 * here
+
+    def rotated(rho):
+        return (Entry(np.expm1(-1j * rho) * here),)
+
+    def skewed(sigma):
+        return Entry(np.expm1(-1j * sigma) / 2 * here), Entry(-np.expm1(1j * sigma) / 2 * mirrored, on="conj")
+
+    skew = Entry(-0.5j * here), Entry(-0.5j * mirrored, on="conj")
     return [
-        Parameter("probe_rotation", "rad", (Entry(-1j * here),), typical=0.03),
-        Parameter("probe_skew", "rad", (Entry(-0.5j * here), Entry(-0.5j * mirrored * here, on="conj")), typical=0.03),
+        Parameter("probe_rotation", "rad", (Entry(-1j * here),), typical=0.03, exact=rotated),
+        Parameter("probe_skew", "rad", skew, typical=0.03, exact=skewed),
     ]
 
 
@@ -23,7 +31,7 @@ def rotorstudy_effect():
         probe_angle,
         source="API 670 (probes 90 degrees apart within 5)",
         acts_on="output",
-        checked="exactly rotated and skewed axes at 1e-4 rad, in time, to 1e-7",
+        checked="exactly rotated and skewed axes at 0.1 and 0.2 rad, in time, to 1e-12",
         confounders={
             "support_anisotropy": "a skewed probe mirrors the same share of every harmonic, anisotropy does not",
             "probe_gain": "a gain scales, an angle rotates; mirrored parts of mismatch and skew are 90 degrees apart",

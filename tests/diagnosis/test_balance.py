@@ -4,6 +4,7 @@ import re
 from itertools import product
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 import yaml
@@ -124,6 +125,23 @@ def test_the_command_prints_masses_and_the_vibration_left(folder, capsys, comman
     assert float(said) == pytest.approx(2e6 * found.before[0, 0], rel=0.05)  # two digits of twice the semi-major axis
     assert main([*arguments, "3", "disc 1"]) == 1  # twice the same plane
     assert "trade off" in capsys.readouterr().err
+
+
+def test_angles_are_said_to_be_counted_against_the_rotation(folder, tmp_path, command):
+    """Of a mirrored view of the same records, with the phase mark of an unknown error; the masses are the same."""
+    rig = yaml.safe_load((folder / "updated.yaml").read_text())
+    rig["diagnosis"]["nuisance"] = {"phase_reference": 0.005}
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig))
+    rig["measurement"] |= {"rotation": "against_angles"}
+    (tmp_path / "mirrored.yaml").write_text(yaml.safe_dump(rig))
+    table = pd.read_csv(folder / "baseline.csv")
+    table[["harmonic", "phase_rad"]] *= -1
+    table.to_csv(tmp_path / "mirrored.csv", index=False)
+    straight = command("balance", folder / "baseline.csv", "--rig", tmp_path / "rig.yaml", "--planes", "7").out
+    mirrored = command("balance", tmp_path / "mirrored.csv", "--rig", tmp_path / "mirrored.yaml", "--planes", "7").out
+    assert "line in the sense of rotation" in straight and "line against the sense of rotation" in mirrored
+    angles = [float(re.search(r"at ([\d.]+)", text)[1]) for text in (straight, mirrored)]
+    assert sum(angles) == pytest.approx(360, abs=0.1) and abs(angles[0] - angles[1]) > 10
 
 
 def test_a_plane_may_be_named_by_the_label_of_its_disc(folder, tmp_path):

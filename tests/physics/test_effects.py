@@ -80,9 +80,9 @@ CHAIN = [  # what x, y become, exactly
     ({"kind": "reversed_probe", "reversed_probe_x": 1.0}, lambda x, y: (-x, y), 1e-12),
     ({"kind": "reversed_probe", "probe": "y", "reversed_probe_y": 1.0}, lambda x, y: (x, -y), 1e-12),
     (
-        {"kind": "probe_angle", "probe_rotation_rad": 1e-4, "probe_skew_rad": 2e-4},
-        lambda x, y: (np.cos(1e-4) * x + np.sin(1e-4) * y, np.cos(3e-4) * y - np.sin(3e-4) * x),
-        1e-7,
+        {"kind": "probe_angle", "probe_rotation_rad": 0.1, "probe_skew_rad": 0.2},
+        lambda x, y: (np.cos(0.1) * x + np.sin(0.1) * y, np.cos(0.3) * y - np.sin(0.3) * x),
+        1e-12,
     ),
 ]
 
@@ -133,7 +133,7 @@ def test_a_delay_has_the_derivatives_of_its_harmonics():
 
 
 def test_a_wrong_phase_mark_is_a_record_that_starts_at_an_angle():
-    time, angle, harmonics = np.arange(600) * 2e-4, 1e-4, [0, 1, 2, -1]
+    time, angle, harmonics = np.arange(600) * 2e-4, 0.6, [0, 1, 2, -1]
     records = simulate_records(model_of(PLAIN, *SHAKEN), SPEEDS[1:], [1], time, start_angle_rad=angle)
     found = full_spectrum(records, harmonics, registry().get("spectrum", "regression"), "none", whole_revolutions=False)
     marked = model_of(PLAIN, *SHAKEN, {"kind": "phase_reference", "phase_reference_rad": angle})

@@ -29,16 +29,17 @@ def run(given):
     if given.out:
         check_file(given.out, given.rig, *given.records)
     rig = read_rig(given.rig)
-    sense = read_conventions(rig.given, given.rig).sense
+    conventions = read_conventions(rig.given, given.rig)
+    sense = conventions.sense
     holes = None if given.holes is None else equal_holes(given.holes, given.weights, sense)
     planes = [int(plane) if plane.isdecimal() else plane for plane in given.planes]
     found, _, findings = balance_files(given.records, rig, planes, holes)
     tell(findings)
     if holes:
-        where = f"in {given.holes} holes at equal angles (as in the rig file, from the shaft's reference line)"
+        where = f"in {given.holes} holes at equal angles ({conventions.shaft_angles})"
         said = [_in_holes(choice, given.holes) for choice in found.choices]
     else:
-        where = "(± one standard deviation; angles as in the rig file, from the shaft's reference line)"
+        where = f"(± one standard deviation; angles {conventions.shaft_angles})"
         said = _corrections(found, planes, sense)
     print(f"unbalance to be added{',' * bool(holes)} {where}")
     for plane, text in zip(planes, said, strict=True):
@@ -88,7 +89,8 @@ def _save(given, rig, found, planes):
         "node": (list(spectrum.sensors), "1", "node of the probes"),
         "percentile": (list(INTERVAL), "%", "of the predicted vibration"),
     }
-    size, axis = "unbalance to be added, from the shaft's reference line", "semi-major axis of the 1X orbit"
+    size = "unbalance to be added, from the shaft's reference line in the sense of rotation"
+    axis = "semi-major axis of the 1X orbit"
     variables = {
         "correction": (("plane",), found.corrections @ [1, 1j], "kg m", size),
         "before": (("speed", "node"), found.before, "m", f"{axis}, measured"),

@@ -25,7 +25,7 @@ def identify_several(given):
     units = {run.joint_name(n): u for run in runs for n, u in zip(run.model.names, run.model.units, strict=True)}
     own = {run.name: [run.joint_name(name) for name in run.own.names] for run in runs}
     shared = shared_names(found.joint)
-    print("parameters of the machine")
+    print(f"parameters of the machine (unbalances: angles {found.conventions.shaft_angles})")
     _print_estimates(found, shared, units)
     for run, names in own.items():
         cost, count = found.joint.misfits[run]

@@ -113,6 +113,11 @@ class Conventions(Strict):
         """1 if the shaft rotates in the direction of the user's angles, else -1."""
         return 1 if self.rotation == "with_angles" else -1
 
+    @property
+    def shaft_angles(self):
+        """How angles on the shaft are counted in these conventions, in words."""
+        return f"from the shaft's reference line {'in' if self.sense > 0 else 'against'} the sense of rotation"
+
     def direction_rad(self, angle_deg):
         """Angle in rad from x, in the sense of rotation, of a direction in the user's angles (degrees)."""
         return self.sense * np.deg2rad(np.asarray(angle_deg) - self.gravity_angle_deg)

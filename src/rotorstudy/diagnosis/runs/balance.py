@@ -108,7 +108,7 @@ def balance(
     of_motion = np.array([name not in still for name in known.names])
     slopes = _shown(whole, spectrum, known.values | still | put, known.names)[1] * of_motion[:, None, None, None]
     spread = gain @ spectrum.whitened(slopes).T
-    runout = _runout(model, whole, spectrum)
+    runout = _runout(model, whole, spectrum, known.values)
     draws = np.random.default_rng(SEED)
     moved = known.drawn(draws)
     left = _moved(whole, spectrum, known, known.values | still | put, moved * of_motion)
@@ -217,13 +217,13 @@ def _moved(whole, spectrum, known, values, moved):
     return found
 
 
-def _runout(model, whole, spectrum):
-    """What the probes show without a motion of the shaft, as the rig states it: (speed, harmonic, sensor), m."""
+def _runout(model, whole, spectrum, values):
+    """What probes of these values show without a motion of the shaft, of stated size: (speed, harmonic, sensor), m."""
     output = [u for term in model.terms if term.acts_on_output for u in term.unknowns]
     names = [u.name for u in output if not any(entry.reads_motion for entry in u.entries)]
-    values = dict(zip(whole.names, whole.stated, strict=True))
+    stated = dict(zip(model.names, model.stated, strict=True))
     columns = _shown(whole, spectrum, values, names)[1]
-    return np.tensordot([values[name] for name in names], columns, 1)
+    return np.tensordot([stated[name] for name in names], columns, 1)
 
 
 def _shown(model, spectrum, values, names):
