@@ -288,6 +288,23 @@ def test_the_first_lines_say_what_to_do_next_whatever_the_verdict(kind, asymmetr
     assert ("shaft asymmetry or support anisotropy at node 1" in first) == (kind == "ambiguous")
 
 
+def test_a_cause_that_is_not_in_doubt_is_said_first(asymmetric):
+    """Beside one of two others; where all are in doubt, they are one explanation."""
+    (sure,) = asymmetric[0]["causes"]
+    other = {**sure, "effect": "bow", "where": {"element": 1}, "parameters": {}, "posterior_probability": 0.8}
+    third = {**other, "effect": "runout", "where": {"node": 1}}
+
+    def said(probability):
+        causes = [{**sure, "posterior_probability": probability}, other]
+        ambiguous = {**asymmetric[0], "verdict": "ambiguous", "causes": causes, "ambiguous_with": [third]}
+        return summary(Verdict(**ambiguous))
+
+    assert said(0.9995).startswith("Something is missing: shaft asymmetry (0.0")
+    likely = "(posterior probability above 99.9 %) and another cause, most likely (posterior probability 80 %) bow"
+    assert likely in said(0.9995) and "But runout at node 1 cannot be ruled out." in said(0.9995)
+    assert "The most likely cause (posterior probability 80 %) is shaft asymmetry" in said(0.85)
+
+
 def test_a_broken_plugin_is_named_on_the_page_and_in_the_words(asymmetric):
     verdict, out = asymmetric
     broken = Verdict(**{**verdict, "broken_plugins": ["plugin effects/odd.py:7: division by <zero>"]})

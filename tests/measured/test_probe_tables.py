@@ -251,7 +251,9 @@ def test_units_and_speeds_of_the_rig_may_not_contradict_a_table(tmp_path):
     way, text = "peak-to-peak, mil, lag", table("peak-to-peak, mil, lag")
     words = "states the unit 'mil' for channel 'left', the rig 'um'"
     refused(lambda: read(tmp_path, text, way, probes=PROBES, measured=probes), words)
-    assert read(tmp_path, text, way, measured=[probe | {"unit": "mil"} for probe in probes]).spectrum is not None
+    other = {"channel": "not in the table", "node": 1, "angle_deg": 0.0, "unit": "um"}
+    stated = [*(probe | {"unit": "mil"} for probe in probes), other]
+    assert read(tmp_path, text, way, measured=stated).spectrum is not None
     refused(lambda: read(tmp_path, text, way, speeds_rpm={"run.csv": 900.0}), "a table has its own speeds")
 
 

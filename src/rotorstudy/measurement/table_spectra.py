@@ -84,8 +84,9 @@ def check_stated(table, conventions):
     if conventions.label_rad_per_s(table.path) is not None:
         raise RotorstudyError(f"{table.path}: a table has its own speeds; take it out of 'measurement: speeds_...'")
     units = {QUANTITY.sub("", name).replace("_per_", "/") for name in table.text if table.by_probe}
+    named = set(table.text["probe"]) if "probe" in table.text else {probe.channel for probe in conventions.probes}
     for unit in units & {*METRES, *DERIVATIVES}:
-        for probe in (one for one in conventions.probes if one.unit != "V"):
+        for probe in (one for one in conventions.probes if one.channel in named and one.unit != "V"):
             one_unit(probe.channel, unit, probe, "unit", (unit,), table.path)
     for key, own in table.stated.items():
         if own != (stated := getattr(conventions, key)):

@@ -7,6 +7,7 @@ from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.search.candidates import form_ranges
 from rotorstudy.diagnosis.search.odds import faults_of, odds_of
 from rotorstudy.diagnosis.search.shape_fit import Work
+from rotorstudy.diagnosis.verdict.cause_words import FEW, readable
 from rotorstudy.diagnosis.verdict.result import Cause, ParameterEstimate
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import chi_square_p_value
@@ -127,7 +128,9 @@ def over_its_forms(found):
     else:
         amplitudes, cost = over.by_own_law
         far = far_amplitudes([over.cause], over.cause.names, amplitudes)
-        odd += [f"{name} is {abs(away):.1f} usual standard deviations from its value" for name, away in far.items()]
+        far = sorted(((abs(away), readable(name.partition("[")[0])) for name, away in far.items()), reverse=True)
+        odd += [f"{name} is {away:.1f} usual standard deviations from its value" for away, name in far[:FEW]]
+        odd += [f"{len(far) - FEW} more of its numbers are far from theirs"] if len(far) > FEW else []
         if (p_value := chi_square_p_value(cost, best.spectrum.data_count)) < settings.significance:
             odd.append(f"the fit with its form free has a p-value of {p_value:.1g}")
     size = "its intervals allow for any law near them" if explains else "its size may be wrong"

@@ -131,7 +131,7 @@ def _said(verdict, of_change):
         its = "its form" if len(verdict.causes) == 1 else "their forms"
         text += f" The intervals include an error of {its} of {percent(verdict.form_error, 2)} (standard deviation)."
     elif verdict.verdict == "ambiguous":
-        text = f"{something}. The most likely cause ({likely}) is {named}. {_not_ruled_out(verdict)}"
+        text = f"{_ambiguous(verdict, something)} {_not_ruled_out(verdict)}"
     else:
         text = _said_of_unknown(verdict, something, implausible)
     if verdict.verdict != "unknown" and verdict.outside_probability > WORTH_SAYING:
@@ -140,6 +140,22 @@ def _said(verdict, of_change):
             "lacks."
         )
     return f"{text} {gain_in_words(verdict)}"
+
+
+def _ambiguous(verdict, something):
+    """The most likely causes of an ambiguous verdict; first those that are in doubt beside no other."""
+
+    def named(causes):
+        likely = probability(min(cause.posterior_probability for cause in causes))
+        return f"posterior probability {likely}", " together with ".join(map(cause_in_words, causes))
+
+    least = verdict.settings.naming_probability
+    sure = [cause for cause in verdict.causes if cause.posterior_probability >= least]
+    likely, what = named([cause for cause in verdict.causes if cause not in sure] or verdict.causes)
+    if not 0 < len(sure) < len(verdict.causes):
+        return f"{something}. The most likely cause ({likely}) is {what}."
+    sure_of, known = named(sure)
+    return f"{something}: {known} ({sure_of}) and another cause, most likely ({likely}) {what}."
 
 
 def _not_ruled_out(verdict):
