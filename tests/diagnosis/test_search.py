@@ -8,7 +8,8 @@ import pytest
 from machines import SLOW, all_but, disc, film, jeffcott_rig, rig_of, shaft, spectrum_of, springs, unbalance
 
 from rotorstudy import build_model, make_term, registry
-from rotorstudy.diagnosis.search.candidates import candidates
+from rotorstudy.diagnosis.search import moves
+from rotorstudy.diagnosis.search.candidates import candidates, with_shape
 from rotorstudy.diagnosis.search.moves import additions, exchanges, other_laws, removals, splits
 from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.search.parts import faults_of_several_parts
@@ -295,6 +296,23 @@ def test_a_further_fault_is_worth_its_prior_odds_beside_an_error_of_form(are_two
     assert bool(more) == are_two
     if are_two:
         assert names(max(more, key=lambda one: one.log_odds).causes)[-1] == ("bow", {"element": 1})
+
+
+@pytest.mark.parametrize("is_free", [True, False])
+def test_a_further_fault_is_judged_with_the_shapes_of_the_others_free(is_free, monkeypatch):
+    """A mass that a crack explains by half as much depth again, elsewhere; in that shape, held, nothing is missing."""
+    model = build_model(TWO_DISCS | {"sensors": [2, 4]})
+    shape = {"position_m": 0.36, "depth_ratio": 0.15, "angle_rad": 0.7}
+    crack = hidden(model, "transverse_crack", **shape, breathing="gradual", flexibility_factor=1.0)
+    mass = hidden(model, "added_mass", node=4, added_mass_kg=0.05)
+    settings = KNOWN.model_copy(update={"leave_out": all_but("added_mass", "transverse_crack")})
+    work = begin(model, with_model_error(measured(model, crack, mass), settings), settings)
+    law = next(c for c in work.candidates if c.variant.get("breathing") == "gradual")
+    one = work.explain((with_shape(work.rig, law, shape, settings.prior_width),), {})
+    if not is_free:
+        monkeypatch.setattr(moves, "slopes_of", lambda *_: [])
+    more = additions(work, one, [one.fit], [c for c in work.candidates if c.effect == "added_mass"])
+    assert (("added_mass", {"node": 4}) in [names(two.causes)[-1] for two in more]) == is_free
 
 
 @pytest.mark.parametrize("on_films", [True, False])

@@ -20,9 +20,9 @@ from rotorstudy.diagnosis.search.candidates import (
     freedom_of,
     variants_of,
 )
-from rotorstudy.diagnosis.search.held_shapes import CLOSER, UNLIKELY, HeldShapes, halfway
+from rotorstudy.diagnosis.search.held_shapes import CLOSER, UNLIKELY, HeldShapes, halfway, slopes_of
 from rotorstudy.diagnosis.search.screening import Projection
-from rotorstudy.diagnosis.search.shape_fit import Work, point_of, ranges_of
+from rotorstudy.diagnosis.search.shape_fit import Work, ranges_of
 from rotorstudy.inference.fit import Fit
 from rotorstudy.model.registry import registry
 
@@ -92,13 +92,12 @@ def over_forms(
     place = [name for name in cause.shape if name.startswith("position")]
     if len(form) != 1 or len(place) != 1:
         return None
-    bare, slopes = Projection(fitted, work.spectrum, cause.names), []
-    for other in (one for one in others if one.shape):
-        shapes = HeldShapes(work, bare, other, ranges_of(work, other), ())
-        values = np.array([[fitted.values[name] for name in other.names]])
-        slopes += [*shapes.columns([other], point_of(work, other)[None], values)[1][0]]
+    slopes = slopes_of(work, Projection(fitted, work.spectrum, cause.names), others)
     projection = Projection(fitted, work.spectrum, cause.names, slopes)
-    found = list(filter(None, (_weighted(work, projection, cause, law, *form, *place) for law in laws)))
+    ranges = ranges_of(work, laws[0])  # as of all laws
+    shapes = HeldShapes(work, projection, laws[0], ranges, tuple(list(ranges).index(name) for name in (*form, *place)))
+    starts = shapes.searched(_places(cause, laws[0], ranges, *place))
+    found = list(filter(None, (_weighted(shapes._replace(law=law), starts) for law in laws)))
     if not found:
         return None
     best = max(found, key=lambda one: one.log_evidence)
@@ -113,13 +112,10 @@ def over_forms(
     return OverForms(laws[0]._replace(shape=shape, shape_std=spread), intervals, best.cost, own)
 
 
-def _weighted(work, projection, cause, law, form, place):
-    """The _Weighted of a law; None where it explains the records in too few shapes."""
-    ranges = ranges_of(work, law)
-    held = at, along = tuple(list(ranges).index(name) for name in (form, place))
-    point = np.array([ends.fraction((law.shape | cause.shape)[name]) for name, ends in ranges.items()])
-    shapes = HeldShapes(work, projection, law, ranges, held)
-    known = {point[at]: shapes.over_places(shapes.searched(_places(cause, ranges, point, along)))}
+def _weighted(shapes, starts):
+    """The _Weighted of the law of some HeldShapes from points (row, option); None if too few explain the records."""
+    at, along = shapes.held
+    known = {starts[0, at]: shapes.over_places(starts)}
     wanted = [x for x in FORMS if x not in known]
     for _ in range(CLOSER):
         for x in wanted:
@@ -136,7 +132,7 @@ def _weighted(work, projection, cause, law, form, place):
     rows = {x: _distribution(known[x], along) for x in likely}
     best = min((known[x] for x in likely), key=lambda one: one.cost.min())
     best = best.part(np.argmin(best.cost))
-    return _Weighted(law, *_mixture(rows, ranges, held), best.amplitudes, float(best.cost))
+    return _Weighted(shapes.law, *_mixture(rows, shapes.ranges, shapes.held), best.amplitudes, float(best.cost))
 
 
 def beside_likely(near, along):
@@ -157,10 +153,11 @@ def beside_likely(near, along):
     return np.concatenate([points, *beyond])
 
 
-def _places(cause, ranges, point, along):
-    """Points (row, option) at positions over the shaft and about that of a cause."""
-    name, ends = list(ranges.items())[along]
-    std = cause.shape_std.get(name, 0.0) / (ends.high - ends.low)
+def _places(cause, law, ranges, place):
+    """Points (row, option) in the shape of a cause by a law, at positions over the shaft and about its own."""
+    point = np.array([ends.fraction((law.shape | cause.shape)[name]) for name, ends in ranges.items()])
+    along, ends = list(ranges).index(place), ranges[place]
+    std = cause.shape_std.get(place, 0.0) / (ends.high - ends.low)
     x = np.concatenate([(np.arange(PLACES) + 0.5) / PLACES, point[along] + std * ABOUT])
     points = np.tile(point, (len(x), 1))
     points[:, along] = x

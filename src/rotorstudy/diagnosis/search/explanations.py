@@ -178,13 +178,13 @@ class Search:
         guilty = next((one for one in reversed(effects) if one.file in line), effects[-1])
         self.failures.setdefault(guilty.name, line or f"effect '{guilty.name}' ({guilty.file}): {said(error)}")
 
-    def project(self, fitted: Fit, chosen: list[Candidate], without=()) -> tuple[Projected, list[Candidate]]:
+    def project(self, fitted: Fit, chosen: list[Candidate], without=(), free=()) -> tuple[Projected, list[Candidate]]:
         """`project`, and the candidates whose columns could be computed; a plugin that fails is recorded as broken."""
         try:
-            return project(fitted, self.spectrum, chosen, without), chosen
+            return project(fitted, self.spectrum, chosen, without, free), chosen
         except Exception:  # of some plugin; one at a time shows of which
             usable = [one for one in chosen if self._has_columns(fitted, one)]
-            return project(fitted, self.spectrum, usable, without), usable
+            return project(fitted, self.spectrum, usable, without, free), usable
 
     def _has_columns(self, fitted, one):
         try:

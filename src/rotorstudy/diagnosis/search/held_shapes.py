@@ -4,13 +4,14 @@ Whatever explains the same records has the same motion, at which a cause is line
 found for all shapes at once, without a fit of the rotor's response for each.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.screening import Projection, screen_each
-from rotorstudy.diagnosis.search.shape_fit import Work, as_one, reshaped
+from rotorstudy.diagnosis.search.shape_fit import Work, as_one, point_of, ranges_of, reshaped
 from rotorstudy.errors import CannotAct
 
 CLOSER = 4  # rounds of values halfway between two held, where the misfit changes by much
@@ -176,6 +177,16 @@ class HeldShapes(NamedTuple):
             moved = np.reshape(moved, (len(offs), *own.shape))
             slopes.append(np.stack([(one - own) / off[:, None] for one, off in zip(moved, offs, strict=True)], axis=1))
         return np.concatenate(columns), np.concatenate(slopes)
+
+
+def slopes_of(work: Work, projection: Projection, causes: Sequence[Candidate]) -> list[np.ndarray]:
+    """Columns (component + parameter,) of small changes of the shapes of causes of the fit that is projected."""
+    found = []
+    for cause in (one for one in causes if one.shape):
+        shapes = HeldShapes(work, projection, cause, ranges_of(work, cause), ())
+        values = np.array([[projection.fitted.values[name] for name in cause.names]])
+        found += [*shapes.columns([cause], point_of(work, cause)[None], values)[1][0]]
+    return found
 
 
 class _Solved(NamedTuple):

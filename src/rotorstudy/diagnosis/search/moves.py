@@ -18,13 +18,14 @@ from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form import largest_errors
 from rotorstudy.diagnosis.search.form_fit import WITHIN
 from rotorstudy.diagnosis.search.free_force import FREE_FORCE
+from rotorstudy.diagnosis.search.held_shapes import slopes_of
 from rotorstudy.diagnosis.search.odds import Explanation, faults_of, log_posterior_odds, odds_of
 from rotorstudy.diagnosis.search.parts import (
     faults_at_several_discs,
     faults_of_several_parts,
     faults_with_what_they_bring,
 )
-from rotorstudy.diagnosis.search.screening import screen, screen_each
+from rotorstudy.diagnosis.search.screening import Projection, screen, screen_each
 from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
 from rotorstudy.inference.fit import Fit, fit
@@ -89,7 +90,7 @@ class _Judge(NamedTuple):
                 found.append(self.proposal(parts, one.start, one.evidence))
         return found
 
-    def scanned(self, fitted, chosen, plain, without=(), excess=np.inf):
+    def scanned(self, fitted, chosen, plain, without=(), free=(), excess=np.inf):
         """Proposals of causes in the shapes that a scan finds, by all their laws: of those alike one is scanned."""
         laws, found = {}, []
         for c in filter(can_be_scanned, chosen):
@@ -98,7 +99,7 @@ class _Judge(NamedTuple):
         first = {(c.cause, tuple(p.name for p in c.term.parameters)): c for c in reversed(every)}
         if not first or (excess <= 0 and not without):
             return []
-        for cause, one in in_best_shapes(self.work, fitted, first.values(), without=without, plain=plain):
+        for cause, one in in_best_shapes(self.work, fitted, first.values(), without=without, free=free, plain=plain):
             found.append(self.proposal((cause,), one.start, one.evidence))
             for law in laws[cause.cause].values():
                 if law.variant != cause.variant:
@@ -120,9 +121,9 @@ def additions(
 ) -> list[Proposal]:
     """One fault more of all candidates or some, judged at some fits of the explanation.
 
-    A free force of a fit is taken out (`free_force.py`). An error of form that takes up much may hide the other fault:
-    each is then judged without that error, too. Beside other causes it must be worth its prior odds itself, and not by
-    what any error of form takes up.
+    A free force of a fit is taken out (`free_force.py`). The shapes of the causes follow, to first order. An error of
+    form that takes up much may hide the other fault: each is then judged without that error, too. Beside other causes
+    it must be worth its prior odds itself, and not by what any error of form takes up.
     """
     chosen = [c for c in among or work.candidates if is_allowed(work, (*current.causes, c))]
     found, form = [], _error_of_form(work, current)
@@ -136,13 +137,14 @@ def additions(
             widest = _log_volume(wide.spectrum)
         elif fitted.cost < current.fit.cost + 2 * HIDES:
             continue
-        projected, usable = wide.project(fitted, here, without)
+        free = slopes_of(wide, Projection(fitted, wide.spectrum), current.causes)
+        projected, usable = wide.project(fitted, here, without, free)
         more = current.fit.cost - projected.residual @ projected.residual + widest - _log_volume(wide.spectrum)
         base = odds_of(current) - work.prior_odds.log_odds(current.causes) + 0.5 * more
         judge = _Judge(wide, current.causes, fitted.values, base)
         alone = judge.alone(projected, usable)
         judged = (judge.by_fits(alone, fitted.values) if without else alone) + judge.together(projected, usable)
-        judged += judge.scanned(fitted, usable, plain, without, plain.excess if own is form else fitted.excess)
+        judged += judge.scanned(fitted, usable, plain, without, free, plain.excess if own is form else fitted.excess)
         least = odds_of(current) + max(0.5 * more, 0.0) + WORTH_ADDING if current.causes else -np.inf
         found += [one for one in judged if one.log_odds > least]
     return found
@@ -215,14 +217,15 @@ def exchanges(work: Search, current: Explanation) -> list[Proposal]:
         own = tuple(n for c in gone for n in c.names)
         chosen = [c for c in work.candidates if c.fault != gone[0].fault and is_allowed(work, (*rest, c))]
         wide, fitted = _with_error_of_form(work, whole, _error_of_form(work, current), own)
-        projected, usable = wide.project(fitted, [*chosen, *gone], own)
+        free = slopes_of(wide, Projection(fitted, wide.spectrum, own), rest)
+        projected, usable = wide.project(fitted, [*chosen, *gone], own, free)
         if not {c.label for c in gone} <= {c.label for c in usable}:
             continue
         base = odds_of(current) - screen(projected, *gone).evidence - work.prior_odds.log_odds(current.causes)
         judge = _Judge(wide, rest, current.fit.values, base)
         others = [c for c in usable if not any(c is one for one in gone)]
         found += judge.alone(projected, others) + judge.together(projected, others)
-        found += judge.scanned(fitted, others, whole, own)
+        found += judge.scanned(fitted, others, whole, own, free)
     return found
 
 

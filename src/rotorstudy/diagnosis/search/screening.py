@@ -133,13 +133,11 @@ def _near(fitted, speed, harmonics, order):
     return Neighbourhood(fitted.model, speed, harmonics, fitted.theta, order=order)
 
 
-def project(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: tuple[str, ...] = ()) -> Projected:
-    """Columns of candidates at the motion of a fit; see `Projection`.
-
-    without : amplitudes of the fit that are taken out
-    raises  : NoSteadyState
-    """
-    return Projection(fitted, spectrum, without).of(chosen)
+def project(
+    fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: tuple[str, ...] = (), free: Sequence = ()
+) -> Projected:
+    """Columns of candidates at the motion of a fit; without, free : as of `Projection`; raises NoSteadyState."""
+    return Projection(fitted, spectrum, without, free).of(chosen)
 
 
 def screen(projected: Projected, *causes: Candidate) -> Screened:

@@ -252,6 +252,8 @@ def _fit_best(work, groups, possible=None):
     unfulfilled = 0
     for one in list(chosen.values())[: work.settings.candidates_per_round]:
         before = max(map(odds_of, work.explanations))
+        if len({c.fault for c in one.causes}) == 1 and one.log_odds < _least(work):
+            continue
         found = work.explain(one.causes, one.values)
         is_best = found and odds_of(found) > before
         if is_best and possible is not None:
@@ -280,15 +282,19 @@ def _note_unfitted(work, proposals):
 
 
 def _near(work, proposals):
-    """The Proposals from one explanation that may lead near the best, the most promising first.
+    """The Proposals from one explanation that may lead near the best, the most promising first."""
+    ranked = sorted(proposals, key=lambda one: -one.log_odds)
+    least = _least(work, max((one.log_odds for one in ranked if np.isfinite(one.log_odds)), default=np.inf))
+    return [one for one in ranked if one.log_odds >= least]
+
+
+def _least(work, promised=-np.inf):
+    """Log odds that a proposal must promise to lead near the best known explanation, or near the best of proposals.
 
     A promise includes the largest error of form. So a rejected explanation, fitted with a smaller one, is no measure.
     """
-    ranked = sorted(proposals, key=lambda one: -one.log_odds)
-    least = max(map(odds_of, work.explanations))
-    if work.is_rejected:
-        least = min(least, max((one.log_odds for one in ranked if np.isfinite(one.log_odds)), default=least))
-    return [one for one in ranked if one.log_odds >= least - WITHIN]
+    known = max(map(odds_of, work.explanations))
+    return (min(known, promised) if work.is_rejected else known) - WITHIN
 
 
 def _best_of_each_set(work):

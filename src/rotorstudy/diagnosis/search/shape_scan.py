@@ -6,6 +6,7 @@ receptances of the rotor with a free force there. Each shape is then judged by l
 of each part of the ranges are refined by Gauss-Newton steps at that motion.
 """
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
@@ -67,6 +68,7 @@ def scan(
     fitted: Fit,
     chosen: list[Candidate],
     without: tuple[str, ...] = (),
+    free: Sequence = (),
     plain: Fit | None = None,
     away: np.ndarray | None = None,
     most: int | None = None,
@@ -76,13 +78,14 @@ def scan(
     fitted  : without the causes
     chosen  : one for each effect, place and alternative
     without : amplitudes of the fit that are taken out, at whose motion the causes are judged
+    free    : as of `Projection`
     plain   : the same fit without errors that the speeds have in common, by which motions are found
     away    : point (option,) of the shape of a cause in the fit; only shapes that face another side are considered
     most    : how many shapes of each place are returned, each the best one in its part of the ranges
     returns : by default the best shape of each place, for a crack also the best that faces the other side; without
               those whose plugin fails, which is recorded as broken
     """
-    projection, motions, coarse = Projection(fitted, work.spectrum, without), {}, {}
+    projection, motions, coarse = Projection(fitted, work.spectrum, without, free), {}, {}
 
     def tried(cause, step, *given):
         """What a step returns; nothing without a steady state, or if the plugin fails."""
