@@ -142,10 +142,11 @@ def at_sensors(model, speed, theta, carried, found, derivatives=None):
 
 
 def _exact_change(unknown, amplitude, motion, speed, harmonics):
-    """What an output term that is not linear in its amplitude (...) adds to a motion (..., speed, harmonic, sensor)."""
+    """What an output term that is not linear in its amplitude (...) adds to motions (..., speed, harmonic, sensor)."""
     lead = np.broadcast_shapes(amplitude.shape, motion.shape[:-3])
-    found = np.empty((*lead, *motion.shape[-3:]), complex)
-    amplitude, motion = np.broadcast_to(amplitude, lead), np.broadcast_to(motion, found.shape)
-    for i in np.ndindex(lead):
-        found[i] = apply_entries(unknown.exact(amplitude[i]), motion[i], speed, harmonics)
+    motion = np.broadcast_to(motion, (*lead, *motion.shape[-3:]))
+    found = np.empty(motion.shape, complex)
+    for i in np.ndindex(amplitude.shape):  # all motions of one amplitude together
+        here = (..., *i, slice(None), slice(None), slice(None))
+        found[here] = apply_entries(unknown.exact(amplitude[i]), motion[here], speed, harmonics)
     return found
