@@ -17,33 +17,7 @@ def stated_nuisance():
 
 
 class Settings(Strict):
-    """Assumptions of a diagnosis.
-
-    uncertainty          : of base parameters, standard deviation relative to their value, by name; "default" for the
-                           others, "rotor" for the numbers of the rotor that its plugin states
-    model_error          : standard deviation of the model error as a fraction of each harmonic
-    model_floor          : the same as a fraction of the rms vibration at a sensor and a speed, for harmonics near zero
-    covariance_error     : fraction by which the stated variances, which come from a few blocks, may be too small
-    nuisance             : effects always present in the measuring chain -> standard deviation of each amplitude
-    base_rates           : effect -> how often it is a cause, relative to a usual effect, where not as its plugin states
-    at_discs             : effects that may be at several discs at once as one fault; in a comparison those of which
-                           their plugins say so
-    expected_place       : prior probability that a cause is where its plugin expects it (an unbalance in proportion to
-                           the mass of a node) rather than at any of its places alike
-    prior_width          : standard deviation of the amplitude of a cause before anything is measured, in typical sizes
-    repeatability        : standard deviation by which two runs of an unchanged machine differ, as a fraction of each
-                           harmonic, in a comparison
-    run_to_run           : parameters that differ from run to run by their uncertainty, because the machine was stopped,
-                           opened or warmed up; in a comparison they do not cancel
-    hold_out_rad_s       : speeds held out of every fit; None: about a quarter of them, from the middle
-    significance         : p-value of the residual below which something is missing
-    naming_probability   : least posterior probability of a cause that is named alone
-    most_causes          : largest number of simultaneous causes
-    candidates_per_round : candidates fitted in each round of the search
-    leave_out            : effects that are not considered
-    form_error           : largest standard deviation of the error of the form of a cause, as a fraction of what it
-                           changes; smaller ones are equally likely by order of magnitude
-    """
+    """Assumptions of a diagnosis; docs/diagnosis.md explains every key."""
 
     uncertainty: dict[str, float] = {"default": 0.1}
     model_error: float = Field(default=2e-3, ge=0, lt=0.5)

@@ -10,6 +10,7 @@ from rotorstudy.errors import MissingValue
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
+from rotorstudy.response.neighbourhood import Neighbourhood
 
 BEYOND = 4  # harmonics carried beyond the highest measured one where a model couples them: off by 0.01 sigma (rms)
 BEYOND_JUMPS = 10  # where a law jumps: off by 0.2 sigma for a crack of 30 % that opens at once, 1.3 with BEYOND
@@ -27,6 +28,21 @@ def carried_order(spectrum: Spectrum, model: Model | None = None) -> int:
 def predicted(model: Model, spectrum: Spectrum, theta: np.ndarray) -> np.ndarray:
     """Displacement (..., speed, harmonic, sensor), complex, m, where a spectrum has it, at theta (..., parameter)."""
     return measured_response(model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum, model))
+
+
+def shown_and_slopes(
+    model: Model, spectrum: Spectrum, theta: np.ndarray, names: Sequence[str], order: int | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """`predicted` at theta (parameter,), and its derivatives (name, speed, harmonic, sensor) by some amplitudes."""
+    order = carried_order(spectrum, model) if order is None else order
+    shown, change = measured_response_and_jacobian(model, spectrum.speed, spectrum.harmonics, theta, order=order)
+    return shown, np.moveaxis(change[..., model.position(names)], -1, 0)
+
+
+def neighbourhood(model: Model, spectrum: Spectrum, theta: np.ndarray | None) -> Neighbourhood:
+    """The Neighbourhood of a model at the speeds and harmonics of a spectrum."""
+    order = carried_order(spectrum, model)
+    return Neighbourhood(model, spectrum.speed, spectrum.harmonics, theta, order=order)
 
 
 def misfit(model: Model, spectrum: Spectrum, theta: np.ndarray) -> float:

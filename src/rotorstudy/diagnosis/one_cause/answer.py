@@ -109,10 +109,14 @@ def intervals_of(found: Identified) -> dict[str, tuple[float, float]]:
     """Name of an estimate -> ends of its 95 % interval, where that is not the value and 1.96 standard deviations."""
     if not found.intervals:
         return {}
-    stated = registry().get("effect", found.cause.effect).stated
-    more = stated(found.model.structure, **found.cause.shape) if stated else {}
-    also = {name: tuple(factor * one for one in found.intervals[key]) for name, (key, factor) in more.items()}
-    return found.intervals | also
+    follows = _follows(found, found.cause).items()
+    return found.intervals | {name: tuple(x * end for end in found.intervals[key]) for name, (key, x) in follows}
+
+
+def _follows(found, cause):
+    """{name: (option, factor)} of what follows from the shape of a cause, such as the depth in m."""
+    stated = registry().get("effect", cause.effect).stated
+    return stated(found.model.structure, **cause.shape) if stated else {}
 
 
 def estimates_of(found: Identified) -> list[tuple[str, float, float, str]]:
@@ -131,8 +135,7 @@ def estimates_of(found: Identified) -> list[tuple[str, float, float, str]]:
 def shape_of(found: Identified, cause: Candidate) -> list[tuple[str, float, float, str]]:
     """(name, value, standard deviation, unit) of the shape of a cause, and what follows from it."""
     rows = [(name, value, cause.shape_std[name], _unit(name)) for name, value in cause.shape.items()]
-    stated = registry().get("effect", cause.effect).stated
-    for name, (option, factor) in stated(found.model.structure, **cause.shape).items() if stated else ():
+    for name, (option, factor) in _follows(found, cause).items():
         rows.append((name, factor * cause.shape[option], factor * cause.shape_std[option], _unit(name)))
     return rows
 

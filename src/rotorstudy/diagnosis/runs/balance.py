@@ -29,7 +29,7 @@ from rotorstudy.diagnosis.settings import Settings, read_settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.linear import check_identifiable, invert
-from rotorstudy.inference.prediction import carried_order, with_model_error
+from rotorstudy.inference.prediction import carried_order, shown_and_slopes, with_model_error
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.conventions import Conventions, read_conventions
 from rotorstudy.measurement.findings import Finding
@@ -37,7 +37,6 @@ from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
-from rotorstudy.response.measured import measured_response_and_jacobian
 
 DRAWS, SEED = 1000, 1  # of the vibration left, for its interval
 INTERVAL = (2.5, 50.0, 97.5)  # percent
@@ -155,14 +154,13 @@ class Known(NamedTuple):
 
 def _with_unbalances(whole, planes, conventions):
     """The model with unbalances in each plane and other forces, all zero, and names: of the planes', of both others."""
-    structure, zero = whole.structure, [AddedUnbalance(node=node, unbalance_g_mm=0.0) for node in planes]
+    zero = [AddedUnbalance(node=node, unbalance_g_mm=0.0) for node in planes]
     if len(set(planes)) < len(planes):
         raise RotorstudyError(f"planes {', '.join(map(str, planes))}: give each once")
     terms = [
-        unbalance_term(one, structure, whole.sensors, conventions, f"plane {i}", f"plane {one.node}")
-        for i, one in enumerate(zero, 1)
+        unbalance_term(one, whole, conventions, f"plane {i}", f"plane {one.node}") for i, one in enumerate(zero, 1)
     ]
-    terms += other_forces(structure)
+    terms += other_forces(whole.structure)
     names = [[unknown.name for unknown in term.unknowns] for term in terms]
     return whole.plus(*terms), [name for part in names[:-2] for name in part], names[-2:]
 
@@ -229,9 +227,8 @@ def _runout(model, whole, spectrum, values):
 def _shown(model, spectrum, values, names):
     """What the probes show (speed, harmonic, sensor) at values of all amplitudes, and its derivatives by some."""
     theta = np.array([values[name] for name in model.names])
-    order = carried_order(spectrum)
-    shown, slopes = measured_response_and_jacobian(model, spectrum.speed, spectrum.harmonics, theta, order=order)
-    return spectrum.shown(shown), spectrum.shown(np.moveaxis(slopes[..., model.position(names)], -1, 0))
+    shown, slopes = shown_and_slopes(model, spectrum, theta, names, carried_order(spectrum))
+    return spectrum.shown(shown), spectrum.shown(slopes)
 
 
 def _noise(spectrum, draws):

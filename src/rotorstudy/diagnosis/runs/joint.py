@@ -12,7 +12,6 @@ All other parameters are shared: those of the rig, uncertain as its section `dia
 """
 
 import logging
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -46,7 +45,6 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rig_numbers import is_number
-from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Term
 from rotorstudy.units import percent
 
@@ -225,18 +223,16 @@ def shared_names(joint: JointFit) -> list[str]:
 
 def _run(item, spectrum, whole, shared, settings, conventions):
     """The Run of a listed one: the machine with what is added in this run, and the Prior of what is its own."""
-    structure = whole.structure
-    own = shared.part(_own_names(item, whole, shared, settings))
-    terms = []
+    own, terms = shared.part(_own_names(item, whole, shared, settings)), []
     for i, added in enumerate(item.unbalances):
         place = f"run '{item.name}', unbalances[{i}]"
-        term = unbalance_term(added, structure, whole.sensors, conventions, f"added {i + 1}", place)
+        term = unbalance_term(added, whole, conventions, f"added {i + 1}", place)
         terms.append(term)
         if added.unbalance_g_mm is None or added.std_g_mm:
             own = own.plus(_prior_of_added(term, added, settings))
     for i, effect in enumerate(item.effects):
         place = f"run '{item.name}', effects[{i}]"
-        term = make_term("effect", {"label": f"added {i + 1}", **effect}, structure, whole.sensors, place)
+        term = make_term("effect", {"label": f"added {i + 1}", **effect}, whole.structure, whole.sensors, place)
         terms.append(term)
         unknown = [u for u, value in zip(term.unknowns, term.theta, strict=True) if np.isnan(value)]
         if unknown:
@@ -255,21 +251,14 @@ def _own_names(item, whole, shared, settings):
     return list(dict.fromkeys(found))
 
 
-def unbalance_term(
-    added: AddedUnbalance,
-    structure: Structure,
-    sensors: Sequence[int],
-    conventions: Conventions,
-    label: str,
-    where: str,
-) -> Term:
+def unbalance_term(added: AddedUnbalance, whole: Model, conventions: Conventions, label: str, where: str) -> Term:
     """The Term of an added unbalance, that of a gram at an eccentricity; label : of the term, where : for an error."""
-    node = _node_named(added.node, structure, conventions, where) if isinstance(added.node, str) else added.node
+    node = _node_named(added.node, whole.structure, conventions, where) if isinstance(added.node, str) else added.node
     item = {"kind": "unbalance", "node": node, "mass_kg": GRAM, "label": label}
     if added.unbalance_g_mm is not None:
         item["eccentricity_m"] = added.unbalance_g_mm * GRAM_MM / GRAM
         item["eccentricity_phase_rad"] = float(conventions.sense * np.deg2rad(added.angle_deg))
-    return make_term("effect", item, structure, sensors, where)
+    return make_term("effect", item, whole.structure, whole.sensors, where)
 
 
 def _node_named(name, structure, conventions, where):

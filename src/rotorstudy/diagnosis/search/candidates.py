@@ -1,5 +1,7 @@
 """The hypotheses: every effect of the library at every place."""
 
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
@@ -8,6 +10,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct
+from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
@@ -81,24 +84,23 @@ def candidate(
 ) -> Candidate:
     """An effect at a place, with the prior of its amplitudes.
 
-    effect       : name of the plugin
-    where, shape : options of the place, and of the shape
-    label        : of its term
-    prior_width  : standard deviation of its amplitude, in typical sizes
-    variant      : options that have alternatives
-    freedoms     : of its form; see `freedom_of`
-    raises       : CannotAct if the effect cannot act there
+    effect : name of the plugin;  where, shape, variant : options of the place, of the shape, those with alternatives
+    label : of its term;  prior_width : standard deviation of its amplitude, in typical sizes;  freedoms : of its form
+    raises : CannotAct if the effect cannot act there
     """
     plugin = registry().get("effect", effect, "diagnosis")
-    options = {**plugin.example, **plugin.hypothesis}
+    options, shape, variant = {**plugin.example, **plugin.hypothesis}, dict(shape or {}), dict(variant or {})
     for more, _ in freedoms:
         options |= more
-    item = {"kind": effect, **options, **where, **(shape or {}), **(variant or {}), "label": label}
+    item = {"kind": effect, **options, **where, **shape, **variant, "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
-    known = Candidate(
-        effect, where, term, {}, {}, plugin.fixed, dict(shape or {}), dict(variant or {}), {}, options, freedoms
-    )
+    known = Candidate(effect, where, term, {}, {}, plugin.fixed, shape, variant, {}, options, freedoms)
     return _with_prior(model, known, prior_width)
+
+
+def with_priors(prior: Prior, causes: Sequence[Candidate]) -> Prior:
+    """The Prior of a rig with those of the amplitudes of causes."""
+    return prior.plus(Prior.independent({name: known for c in causes for name, known in c.prior.items()}))
 
 
 def _with_prior(model, cause, width):
@@ -270,9 +272,7 @@ def _candidates_of(plugin, model, settings, first):
     for place in plugin.places(model.structure, model.sensors):
         for variant, shape in product(variants, _shapes(plugin, model.structure, place)):
             label = f"cause {first + len(found)}"
-            try:
-                where = plugin.name, place, shape, label, settings.prior_width, variant
-                found.append(candidate(model, *where, freedoms))
-            except CannotAct:  # a place that other options of this rig exclude
-                continue
+            with suppress(CannotAct):  # a place that other options of this rig exclude
+                cause = plugin.name, place, shape, label, settings.prior_width, variant
+                found.append(candidate(model, *cause, freedoms))
     return found

@@ -14,11 +14,6 @@ def is_allowed(work, causes):
     several = len(work.prior_odds.together(causes)) > work.settings.most_causes
     if several or len({c.cause for c in causes}) < len(causes):
         return False
-    return are_distinct(*causes)
-
-
-def are_distinct(*causes):
-    """Whether no cause is a special case of another."""
     return not any(is_contained(one, other) for one, other in permutations(causes, 2))
 
 

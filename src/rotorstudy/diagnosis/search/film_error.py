@@ -12,11 +12,10 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.free_forces import shown_forces
 from rotorstudy.errors import NoSteadyState
-from rotorstudy.inference.prediction import carried_order
+from rotorstudy.inference.prediction import neighbourhood
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.model import Model
-from rotorstudy.response.neighbourhood import Neighbourhood
 
 GROWTH = 1.0  # half the relative change of the stiffness of a film per eccentricity ratio
 LARGEST = 1.0  # orbit over the clearance
@@ -35,7 +34,7 @@ def with_film_error(
     films = [term for term in model.structure.bearings if term.options.get("radial_clearance_m")]
     if not films or model.before is not None:
         return spectrum
-    near = Neighbourhood(model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum, model))
+    near = neighbourhood(model, spectrum, theta)
     try:
         motion, carried = near.motion.amplitude, np.array(near.blocks.harmonics)
     except NoSteadyState:

@@ -23,12 +23,12 @@ from rotorstudy.diagnosis.search.free_forces import shown_forces
 from rotorstudy.diagnosis.search.odds import faults_of
 from rotorstudy.diagnosis.search.places import places_of
 from rotorstudy.inference.fit import Fit
-from rotorstudy.inference.prediction import LEAK, carried_order
+from rotorstudy.inference.prediction import LEAK, neighbourhood
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import unscaled
 from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
-from rotorstudy.response.neighbourhood import Motion, Neighbourhood
+from rotorstudy.response.neighbourhood import Motion
 
 SCALES = np.append(0.0, 2.0 ** np.arange(-10, 1))  # of the largest standard deviation of the error, equally likely
 # shares of its variance: the same at all speeds, slowly varying, independent; a form that depends on the motion changes
@@ -93,18 +93,10 @@ def _depends_on_motion(parameter):
 
 
 class LocalForces:
-    """What free forces at one place show, of the rig at some values.
-
-    Parameters
-    ----------
-    fitted : Fit
-    spectrum : Spectrum
-    structure : Structure
-    """
+    """What free forces at one place show, of the rig at the values of a fit."""
 
     def __init__(self, fitted: Fit, spectrum: Spectrum, structure: Structure):
-        order = carried_order(spectrum, fitted.model)
-        self.near = Neighbourhood(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=order)
+        self.near = neighbourhood(fitted.model, spectrum, fitted.theta)
         self.spectrum, self.known = spectrum, {}
         self.places = []  # (dofs, rows) of nodes, then of elements
         for (kind, number, _), rows in places_of(structure):
@@ -136,25 +128,12 @@ def _acted(parameter):
     return {int(row) for entry in unscaled(parameter.entries) for row in entry.nonzero[0]}
 
 
-def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple) -> np.ndarray:
+def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple) -> tuple[np.ndarray, np.ndarray]:
     """What the errors of the form of some faults change, of the largest size and relative to `Settings.form_error`.
 
     Of a fault at one place they are forces there, of the size that shows as much as the fault at each harmonic.
 
-    Parameters
-    ----------
-    speed : array (speed,)
-        In rad/s.
-    changes : list of Change
-    shares : tuple of float
-        One of `SHARES`.
-
-    Returns
-    -------
-    array (error, speed, harmonic, sensor)
-        Complex, m; the errors are independent, of unit variance.
-    array (error,)
-        Position of the harmonic of each.
+    returns : independent errors of unit variance (error, speed, harmonic, sensor), m, and of which harmonic each is
     """
     found, at = [], []
     for change, inexactness, steady, forces, forced in changes:
@@ -254,27 +233,12 @@ def most_probable_form(
     Each harmonic has a scale of its own, as a law may be exact at one and far off at another (automatic relevance
     determination: D. J. C. MacKay, ASHRAE Trans. 100 (1994) 1053-1062). The shares are the most probable ones with one
     scale for all harmonics; the mean over the scales is taken about the most probable ones, that of one harmonic at a
-    time.
+    time. Without `by_harmonic` all have one scale: far from the best values, one of its own would be off by any size,
+    and its data would be lost to the fit.
 
-    Parameters
-    ----------
-    spectrum : Spectrum
-        Without such an error.
-    changes : list of Change
-    off : array (component + parameter,)
-        Residual, followed by the distance of the parameters from their prior.
-    jacobian : array (component, parameter)
-    known : array (parameter, parameter)
-        Whitener of the prior.
-    largest : float
-        Standard deviation of the error of scale 1.
-    by_harmonic : bool
-        Otherwise all have one scale: far from the best values, one of its own would be off by any size, and its data
-        would be lost to the fit.
-
-    Returns
-    -------
-    FormError
+    spectrum : without such an error;  largest : standard deviation of the error of scale 1
+    off      : (component + parameter,) residual, then distance of the parameters from their prior
+    jacobian : (component, parameter);  known : (parameter, parameter) whitener of the prior
     """
     count = len(jacobian)
     data, rest = np.column_stack([off[:count], jacobian]), np.column_stack([off[count:], known])

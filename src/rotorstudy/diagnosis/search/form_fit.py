@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.diagnosis.search.candidates import Candidate, with_priors
 from rotorstudy.diagnosis.search.form import changes_of, most_probable_form
 from rotorstudy.diagnosis.search.odds import Explanation, log_posterior_odds, odds_of
 from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of, reshaped, response_with_shape
@@ -38,7 +38,7 @@ class _Parameters:
     def of(cls, work, causes):
         """Those of some causes."""
         ranges = tuple(ranges_of(work, c) if c.shape else {} for c in causes)
-        prior = work.prior.plus(Prior.independent({name: known for c in causes for name, known in c.prior.items()}))
+        prior = with_priors(work.prior, causes)
         shapes = {
             f"{name} of {c.term.label}": (x if ends.goes_around else 0.5, WIDTH)
             for c, own in zip(causes, ranges, strict=True)
@@ -76,8 +76,7 @@ class _Parameters:
         amplitudes, *points = np.split(theta, self.ends)
         here = [reshaped(work, c, x) if len(x) else c for c, x in zip(self.causes, points, strict=True)]
         model, near = work.model.plus(*(c.term for c in here)), work.local_forces.near
-        whole = model.stated.copy()
-        whole[model.position(self.prior.names)] = amplitudes
+        whole = model.filled(self.prior.names, amplitudes)
         return carried_motion(model, near.speed, near.harmonics, whole, order=near.order)
 
     def form(self, work, theta, linearised, by_harmonic=True):
@@ -216,11 +215,9 @@ def _explanation(work, parameters, theta, response, form, evidence, converged):
             cause = cause._replace(shape_std=spread)
         causes.append(cause)
     model = work.model.plus(*(cause.term for cause in causes))
-    whole = model.stated.copy()
-    whole[model.position(parameters.prior.names)] = amplitudes
     fitted = Fit(
         model=model,
-        theta=whole,
+        theta=model.filled(parameters.prior.names, amplitudes),
         prior=parameters.prior,
         covariance=covariance[:free, :free],
         misfit=float(residual @ residual),

@@ -17,11 +17,10 @@ from rotorstudy.diagnosis.search.odds import SCALES
 from rotorstudy.diagnosis.search.places import places_of
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import Fit, fit
-from rotorstudy.inference.prediction import carried_order
+from rotorstudy.inference.prediction import neighbourhood
 from rotorstudy.inference.prior import Prior
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.terms import Parameter, Term
-from rotorstudy.response.neighbourhood import Neighbourhood
 
 PRIOR = 0.1  # odds of a fault that the library lacks against one that it has, before anything is measured
 REFITTED = 3  # places, the best ones, of which the values of the rig are fitted again with the force
@@ -65,7 +64,7 @@ def free_forces(work) -> list[FreeForce]:
     places, stated = list(places_of(work.rig.structure)), fit(work.model, spectrum, work.prior, steps=0)
     known = {}
     try:
-        near = _near(spectrum, stated)
+        near = neighbourhood(stated.model, spectrum, stated.theta)
         for one, rows in places:
             known[one] = _posterior(stated, spectrum, free_force_columns(near, spectrum, rows))
     except NoSteadyState:
@@ -75,7 +74,8 @@ def free_forces(work) -> list[FreeForce]:
         for _ in range(AGAIN):
             try:
                 fits[one] = _with_force(work, spectrum, known[one], rows_of[one])
-                columns = free_force_columns(_near(spectrum, fits[one]), spectrum, rows_of[one])
+                near = neighbourhood(fits[one].model, spectrum, fits[one].theta)
+                columns = free_force_columns(near, spectrum, rows_of[one])
                 again = _posterior(fits[one], spectrum, columns, known[one].force)
             except NoSteadyState:
                 break
@@ -83,12 +83,11 @@ def free_forces(work) -> list[FreeForce]:
                 break
             known[one] = again
     prior, base = np.log(PRIOR / len(places)), work.base.evidence
-    found = []
-    for one, at in known.items():
-        kind, number, motion = one
+    found, count = [], spectrum.data_count
+    for (kind, number, motion), at in known.items():
+        one = kind, number, motion
+        taken = 2 * at.force.size
         odds = at.evidence - base + prior
-        taken = 2 * len(rows_of[one]) * len(spectrum.speed) * len(spectrum.harmonics)
-        count = spectrum.data_count
         found.append(FreeForce({kind: number}, motion, odds, at.left, count, 2 * taken <= count, fits.get(one)))
     return sorted(found, key=lambda one: -one.log_odds)
 
@@ -103,11 +102,6 @@ def _check_memory(spectrum):
             f"{needed / 1e9:.0f} GB of memory, at most {MOST_BYTES / 1e9:g} are used; give fewer speeds, or fewer "
             "harmonics ('measurement: harmonics:')"
         )
-
-
-def _near(spectrum, fitted):
-    order = carried_order(spectrum, fitted.model)
-    return Neighbourhood(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=order)
 
 
 def _posterior(fitted, spectrum, columns, force=None) -> _Posterior:
@@ -194,9 +188,7 @@ def _with_force(work, spectrum, at: _Posterior, rows: Sequence[np.ndarray]) -> F
     )
     term = Term("force", (Parameter(FREE_FORCE, "1", entries, 1.0),), {FREE_FORCE: 1.0})
     model, prior = work.model.plus(term), work.prior.plus(Prior.independent({FREE_FORCE: (1.0, 1.0)}))
-    values = dict(zip(work.model.names, work.model.stated, strict=True))
-    values |= dict(zip(work.prior.names, at.free, strict=True)) | {FREE_FORCE: 1.0}
-    return fit(model, spectrum, prior, start=np.array([values[name] for name in model.names]), steps=0)
+    return fit(model, spectrum, prior, start=model.filled(work.prior.names, at.free), steps=0)
 
 
 def _over(speeds, values):

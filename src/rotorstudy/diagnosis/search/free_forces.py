@@ -8,7 +8,7 @@ import numpy as np
 
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import Fit
-from rotorstudy.inference.prediction import carried_order
+from rotorstudy.inference.prediction import carried_order, neighbourhood
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.response.harmonic import positions
@@ -51,9 +51,7 @@ def with_vibrations(model: Model, fitted: Fit, spectrum: Spectrum) -> Model:
     fitted : of the rig without the fault
     """
     structure = model.structure
-    near = Neighbourhood(
-        fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum, fitted.model)
-    )
+    near = neighbourhood(fitted.model, spectrum, fitted.theta)
     moving, found = near.blocks.harmonics != 0, {}
     for node in structure.nodes:
         with suppress(NoSteadyState):
@@ -84,14 +82,10 @@ def shown_forces(near: Neighbourhood, spectrum: Spectrum, rows: Sequence[np.ndar
 
 def _shown(near, spectrum, rows):
     """Coordinates on which forces act, and what of each is shown (coordinate, speed, force, harmonic, sensor)."""
-    free, acted = _measured_components(near), np.flatnonzero(np.array(rows).any(axis=0))
+    acted, measured = np.flatnonzero(np.array(rows).any(axis=0)), positions(near.harmonics, near.blocks)
+    free = [2 * i + part for part in (0, 1) for i in measured]  # real and imaginary parts of the measured harmonics
     seen = near.shown_by_units[acted][:, :, free]
     return acted, seen.reshape(len(acted), len(spectrum.speed), len(free), len(spectrum.harmonics), -1)
-
-
-def _measured_components(near):
-    """Positions of the real and imaginary parts of the measured harmonics among those of the carried ones."""
-    return [2 * i + part for part in (0, 1) for i in positions(near.harmonics, near.blocks)]
 
 
 def least_squares(matrices: np.ndarray, right: np.ndarray) -> np.ndarray:

@@ -7,58 +7,46 @@ from rotorstudy.model.registry import registry
 
 PLACES_OF_BROUGHT = 2  # at which a cause is tried together with what it brings
 
+# of each fault two parts or more, and the values by name of all parameters from which to start a fit
+Starts = list[tuple[tuple[Candidate, ...], dict[str, float]]]
 
-def faults_of_several_parts(
-    work: Search, projected: Projected, chosen: list[Candidate]
-) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
+
+def faults_of_several_parts(work: Search, projected: Projected, chosen: list[Candidate]) -> Starts:
     """The parts of each fault that explain most together, added one by one as long as that increases their odds.
 
-    projected : columns of the candidates
-    chosen    : the candidates that are allowed
-    returns : of each fault two parts or more, and the values by name of all parameters from which to start a fit
+    projected : columns of the candidates;  chosen : those that are allowed
     """
     faults = {}
     for cause in chosen:
         if cause.fault != cause.cause:
             faults.setdefault(cause.fault, []).append(cause)
-    faults = {name: parts for name, parts in faults.items() if len(parts) > 1}
-    return _together(work, projected, list(faults.values()))
+    return _together(work, projected, faults.values())
 
 
-def faults_at_several_discs(
-    work: Search, projected: Projected, chosen: list[Candidate]
-) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
+def faults_at_several_discs(work: Search, projected: Projected, chosen: list[Candidate]) -> Starts:
     """The discs that an effect of `Settings.at_discs` is at together; see `faults_of_several_parts`."""
     discs = {disc.node for disc in work.rig.structure.discs}
     every = [[c for c in chosen if c.effect == name and c.where["node"] in discs] for name in work.settings.at_discs]
-    return _together(work, projected, [parts for parts in every if len(parts) > 1])
+    return _together(work, projected, every)
 
 
-def faults_with_what_they_bring(
-    work: Search, projected: Projected, chosen: list[Candidate]
-) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
+def faults_with_what_they_bring(work: Search, projected: Projected, chosen: list[Candidate]) -> Starts:
     """Causes with the effects that they bring (an added mass with its unbalance), at the places that explain most.
 
     Beside a second fault neither part alone may explain enough to be found. See `faults_of_several_parts`.
     """
-    return _together(work, projected, causes_with_what_they_bring(chosen))[:PLACES_OF_BROUGHT]
-
-
-def causes_with_what_they_bring(chosen: list[Candidate]) -> list[tuple[Candidate, ...]]:
-    """Each cause that brings effects of its place, with these, where all are among the chosen ones."""
     effects, known = registry().plugins["effect"], {(c.effect, *c.where.items()): c for c in chosen}
-    return [
-        (cause, *(known[name, *cause.where.items()] for name in effects[cause.effect].brings))
-        for cause in chosen
-        if effects[cause.effect].brings
-        and all((name, *cause.where.items()) in known for name in effects[cause.effect].brings)
-    ]
+    faults = []
+    for cause in chosen:
+        brought = [known.get((name, *cause.where.items())) for name in effects[cause.effect].brings]
+        faults += [[cause, *brought]] if all(brought) else []
+    return _together(work, projected, faults)[:PLACES_OF_BROUGHT]
 
 
 def _together(work, projected, faults):
     """Of each fault (a list of its parts) those that explain most together, and where to start a fit; best first."""
     found = []
-    for parts in faults:
+    for parts in (one for one in faults if len(one) > 1):
         together = _supported(work, projected, parts)
         if len(together) > 1:
             screened = screen(projected, *together)

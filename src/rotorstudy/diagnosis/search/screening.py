@@ -45,14 +45,9 @@ class Projected(NamedTuple):
 class Projection:
     """The free parameters of a fit projected out of columns, with their priors.
 
-    Parameters
-    ----------
-    fitted : Fit
-    spectrum : Spectrum
-    without : tuple of str
-        Amplitudes of the fit that are taken out.
-    free : sequence of ndarray (component + parameter,)
-        More columns that are projected out: those of the shapes of other causes, as `left` returns them.
+    without : amplitudes of the fit that are taken out
+    free    : more columns (component + parameter,) that are projected out: those of the shapes of other causes, as
+              `left` returns them
     """
 
     def __init__(self, fitted: Fit, spectrum: Spectrum, without: tuple[str, ...] = (), free: Sequence = ()):

@@ -7,20 +7,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges, shape_ranges, with_shape
+from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges, shape_ranges, with_priors, with_shape
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.levenberg_marquardt import ESTIMATE, HYPOTHESIS, Convergence, Minimum, levenberg_marquardt
 from rotorstudy.inference.linear import invert
-from rotorstudy.inference.prediction import carried_order
+from rotorstudy.inference.prediction import shown_and_slopes
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import Multiples
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.terms import Parameter
-from rotorstudy.response.measured import measured_response_and_jacobian
 
 CLOSELY = replace(HYPOTHESIS, steps=ESTIMATE.steps)
 EVENLY = 12**-0.5  # standard deviation of a fraction of a range of which any is as likely
@@ -107,15 +106,14 @@ def fitted_from(
 
     raises : NoSteadyState, NoConvergenceError
     """
-    prior, points, count = work.prior, [point_of(work, cause) for cause in causes], len(amplitudes)
-    for cause in causes:
-        prior = prior.plus(Prior.independent(cause.prior))
-    bounds = [np.full((count, 2), [-np.inf, np.inf])]
+    points, count = [point_of(work, cause) for cause in causes], len(amplitudes)
+    bounds, prior = [np.full((count, 2), [-np.inf, np.inf])], with_priors(work.prior, causes)
     for cause, point in zip(causes, points, strict=True):
-        bounds += [np.reshape([ends.ends for ends in ranges_of(work, cause).values()], (-1, 2))]
+        ranges = ranges_of(work, cause)
+        bounds.append(np.reshape([ends.ends for ends in ranges.values()], (-1, 2)))
         about = {
             f"{name} of {cause.term.label}": (0.5, EVENLY) if ends.mirrored else (x if ends.goes_around else 0.5, 1.0)
-            for (name, ends), x in zip(ranges_of(work, cause).items(), point, strict=True)
+            for (name, ends), x in zip(ranges.items(), point, strict=True)
         }
         prior = prior.plus(Prior.independent(about))
     ends = np.cumsum([len(point) for point in points])[:-1]
@@ -146,13 +144,10 @@ def fitted_from(
 
 def as_fit(work: Work, one: Fitted, causes: Sequence[Candidate] | None = None) -> Fit:
     """The Fit at the values of a Fitted, its causes in their shapes; with some of them alone, if these are given."""
-    whole, prior = work.whole.plus(*(cause.term for cause in one.causes)), work.prior
-    theta = whole.stated.copy()
-    theta[whole.position([*prior.names, *(n for cause in one.causes for n in cause.names)])] = one.amplitudes
+    whole = work.whole.plus(*(cause.term for cause in one.causes))
+    theta = whole.filled([*work.prior.names, *(n for cause in one.causes for n in cause.names)], one.amplitudes)
     causes = one.causes if causes is None else causes
-    model = work.whole.plus(*(cause.term for cause in causes))
-    for cause in causes:
-        prior = prior.plus(Prior.independent(cause.prior))
+    model, prior = work.whole.plus(*(cause.term for cause in causes)), with_priors(work.prior, causes)
     return fit(model, work.spectrum, prior, start=theta[whole.position(model.names)], steps=0)
 
 
@@ -200,13 +195,8 @@ def response_with_shape(
             beside.append((own, off, *as_one(one.term, amplitudes[own])))
     model = model.plus(*(term for *_, term, _ in beside)) if beside else model
     more = [unknown.name for *_, term, _ in beside for unknown in term.unknowns]
-    theta = model.stated.copy()
-    theta[model.position([*names, *more])] = np.concatenate([amplitudes, np.zeros(len(more))])
-    spectrum = work.spectrum
-    shown, change = measured_response_and_jacobian(
-        model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum, model)
-    )
-    change = np.moveaxis(change, -1, 0)
+    theta = model.filled([*names, *more], np.concatenate([amplitudes, np.zeros(len(more))]))
+    shown, change = shown_and_slopes(model, work.spectrum, theta, model.names)
     columns = [change[model.position(names)]]
     for own, off, term, weights in beside:
         there = np.tensordot(weights, change[model.position([unknown.name for unknown in term.unknowns])], 1)

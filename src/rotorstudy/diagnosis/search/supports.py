@@ -38,11 +38,8 @@ def _least_stiffness(fitted, i, lost, speed):
         if not unknown.carries and unknown.name not in lost:
             continue
         for entry in (e for e in unknown.entries if e.reads_motion and e.order == 0 and e.shift == 0):
-            stiffness = -theta[p] * entry.gain_at(speed, 0) * entry.matrix[i, i]
-            if entry.is_conjugate:
-                on_conj += stiffness
-            else:
-                on_z += stiffness
+            found = on_conj if entry.is_conjugate else on_z
+            found += -theta[p] * entry.gain_at(speed, 0) * entry.matrix[i, i]
     return float((on_z.real - np.abs(on_conj)).min())
 
 

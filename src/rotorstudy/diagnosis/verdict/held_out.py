@@ -14,9 +14,14 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.result import Gain
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import Fit, chi_square_p_value
-from rotorstudy.inference.prediction import carried_order, predicted, whitened_prediction, with_cause_error
+from rotorstudy.inference.prediction import (
+    carried_order,
+    predicted,
+    shown_and_slopes,
+    whitened_prediction,
+    with_cause_error,
+)
 from rotorstudy.measurement.spectrum import Spectrum, components
-from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.units import spin, spins
 
 NEAR = 100.0  # log odds by the fit below the best, from which an explanation is not considered further
@@ -76,12 +81,8 @@ def rise_probability(base: Fit, best: Fit, held: Spectrum) -> float:
     """
     from scipy.special import ndtr
 
-    model = best.model
-    shown, columns = measured_response_and_jacobian(
-        model, held.speed, held.harmonics, best.theta, order=carried_order(held)
-    )
-    change = held.shown(shown - predicted(base.model, held, base.theta))
-    columns = held.shown(np.moveaxis(columns[..., model.position(best.names)], -1, 0))
+    shown, columns = shown_and_slopes(best.model, held, best.theta, best.names, carried_order(held))
+    change, columns = held.shown(shown - predicted(base.model, held, base.theta)), held.shown(columns)
     slope, parts = np.sum((change.conj() * columns).real, axis=(1, 2, 3)), components(change)
     noise = np.einsum("wcs,wscd,wds->", parts, held.covariance, parts)
     spread = np.sqrt(noise + slope @ best.covariance @ slope)

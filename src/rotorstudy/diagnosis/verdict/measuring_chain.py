@@ -88,10 +88,8 @@ def hypotheses(spectrum: Spectrum, model: Model) -> list[Hypothesis]:
     if not spectrum.single_probes:
         found += _of_orbits(harmonics, sensors, reading, whole, turn, is_symmetric)
     if len(sensors) > 1:
-        reverse = np.arange(len(sensors))[::-1]
-        found.append(
-            Hypothesis("the nodes are in the reverse order", "correct the 'node:' of the probes", order=reverse)
-        )
+        name, reverse = "the nodes are in the reverse order", np.arange(len(sensors))[::-1]
+        found.append(Hypothesis(name, "correct the 'node:' of the probes", order=reverse))
     if 0 in harmonics and model.structure.static_load.any():
         zero, at = ("at_rest", "position of the shaft at rest")
         if not model.from_unloaded_line:
@@ -133,45 +131,25 @@ def one_probe(reading, node, name):
 
 def _of_orbits(harmonics, sensors, reading, whole, turn, is_symmetric):
     """Wrong directions of the probes and gravity, lags for leads, the wrong sense of rotation, swapped probes."""
-    rows = []
+    found = []
     for angle in ANGLES_DEG:
-        by = np.deg2rad(angle)
-        rows += [
-            (
-                f"the probes are turned by {angle} degrees against the rig file",
-                "correct 'angle_deg:' or the sign of the probes",
-                {"direct": np.exp(1j * by) * whole},
-            ),
-            (
-                f"gravity points {angle} degrees from where the rig file says",
-                "correct 'gravity_angle_deg:'",
-                {"direct": np.exp(1j * (turn - 1) * by)},
-            ),
-        ]
+        by, remedy = np.deg2rad(angle), "correct 'angle_deg:' or the sign of the probes"
+        name = f"the probes are turned by {angle} degrees against the rig file"
+        found.append(Hypothesis(name, remedy, {"direct": np.exp(1j * by) * whole}))
+        name = f"gravity points {angle} degrees from where the rig file says"
+        found.append(Hypothesis(name, "correct 'gravity_angle_deg:'", {"direct": np.exp(1j * (turn - 1) * by)}))
     moving = (harmonics != 0)[:, None] * whole
     marked = np.exp(-2j * turn * reading.mark_rad)  # by twice the phases from the mark to the reference line
     in_plane = np.exp(-2j * reading.gravity_rad) * marked * moving  # of the user
     axes = np.array([reading.axis(node) for node in sensors])
-    rows.append(
-        (
-            "phases of the table are lags where leads are meant",
-            "state 'table_phase: lag'",
-            {"direct": whole - moving, "conjugate": in_plane},
-        )
-    )
+    lags, still = "phases of the {} are lags where leads are meant", {"direct": whole - moving}
+    found.append(Hypothesis(lags.format("table"), "state 'table_phase: lag'", still | {"conjugate": in_plane}))
     if is_symmetric:
-        rows += [
-            (
-                "phases of the probes are lags where leads are meant",
-                "change the sign of each probe's phases before they are combined to forward and backward harmonics",
-                # a real signal with its phases reversed runs backwards in time, and so does z
-                {"direct": whole - moving, "opposite": marked * moving},
-            ),
-            ("the shaft turns in the other sense", "correct 'rotation:'", {"mirrored": marked.conj()}),
-            (
-                "the two probes of all nodes are swapped",
-                "exchange the channels of the probes",
-                {"mirrored": 1j * axes**2 * whole},
-            ),
-        ]
-    return [Hypothesis(*row) for row in rows]
+        remedy = "change the sign of each probe's phases before they are combined to forward and backward harmonics"
+        # a real signal with its phases reversed runs backwards in time, and so does z
+        found.append(Hypothesis(lags.format("probes"), remedy, still | {"opposite": marked * moving}))
+        turned, swapped = {"mirrored": marked.conj()}, {"mirrored": 1j * axes**2 * whole}
+        found.append(Hypothesis("the shaft turns in the other sense", "correct 'rotation:'", turned))
+        name, remedy = "the two probes of all nodes are swapped", "exchange the channels of the probes"
+        found.append(Hypothesis(name, remedy, swapped))
+    return found

@@ -1,5 +1,6 @@
 """Which part of a rig would explain records that it does not: bearings, foundation, runout, by a fit with each free."""
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -89,12 +90,8 @@ def _fitted(whole, prior, spectrum, values, numbers=()):
     stiff = [name for name in numbers if units[name] == "N/m"]
     for factor in (1.0, *STIFFER) if stiff else (1.0,):
         first = [values.get(n, mean) * (factor if n in stiff else 1.0) for n, (mean, _) in prior.by_name.items()]
-        start = whole.stated.copy()
-        start[whole.position(prior.names)] = first
-        try:
-            found.append(fit(whole, spectrum, prior, start, from_afar=True))
-        except NoSteadyState:
-            continue
+        with suppress(NoSteadyState):
+            found.append(fit(whole, spectrum, prior, whole.filled(prior.names, first), from_afar=True))
     return min(found, key=lambda one: one.cost, default=None)
 
 

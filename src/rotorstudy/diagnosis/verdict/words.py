@@ -124,9 +124,8 @@ def _said(verdict, of_change):
     if not verdict.causes:
         why = f": the fit needs {implausible}." if implausible else f" ({residual})."
         return f"{something}, and no effect of the library explains it{why}"
-    named = " together with ".join(map(cause_in_words, verdict.causes))
-    likely = f"posterior probability {probability(min(c.posterior_probability for c in verdict.causes))}"
     if verdict.verdict == "cause":
+        likely, named = _named(verdict.causes)
         text = f"{something}, and it is most likely {named}; {likely}."
         its = "its form" if len(verdict.causes) == 1 else "their forms"
         text += f" The intervals include an error of {its} of {percent(verdict.form_error, 2)} (standard deviation)."
@@ -142,19 +141,20 @@ def _said(verdict, of_change):
     return f"{text} {gain_in_words(verdict)}"
 
 
+def _named(causes):
+    """The least posterior probability of causes, and the causes with their sizes, as texts."""
+    likely = probability(min(cause.posterior_probability for cause in causes))
+    return f"posterior probability {likely}", " together with ".join(map(cause_in_words, causes))
+
+
 def _ambiguous(verdict, something):
     """The most likely causes of an ambiguous verdict; first those that are in doubt beside no other."""
-
-    def named(causes):
-        likely = probability(min(cause.posterior_probability for cause in causes))
-        return f"posterior probability {likely}", " together with ".join(map(cause_in_words, causes))
-
     least = verdict.settings.naming_probability
     sure = [cause for cause in verdict.causes if cause.posterior_probability >= least]
-    likely, what = named([cause for cause in verdict.causes if cause not in sure] or verdict.causes)
+    likely, what = _named([cause for cause in verdict.causes if cause not in sure] or verdict.causes)
     if not 0 < len(sure) < len(verdict.causes):
         return f"{something}. The most likely cause ({likely}) is {what}."
-    sure_of, known = named(sure)
+    sure_of, known = _named(sure)
     return f"{something}: {known} ({sure_of}) and another cause, most likely ({likely}) {what}."
 
 

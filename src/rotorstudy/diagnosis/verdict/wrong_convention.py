@@ -11,9 +11,8 @@ from rotorstudy.diagnosis.search.search import with_one_cause
 from rotorstudy.diagnosis.verdict.measuring_chain import Hypothesis, hypotheses
 from rotorstudy.diagnosis.verdict.result import ChainHypothesis, Place, PValues
 from rotorstudy.inference.fit import Fit, chi_square_p_value, fit, residual_share
-from rotorstudy.inference.prediction import carried_order, with_model_error
+from rotorstudy.inference.prediction import carried_order, shown_and_slopes, with_model_error
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.response.measured import measured_response_and_jacobian
 
 PRIOR_ODDS = 0.02  # that some convention is stated wrongly, divided among the hypotheses
 TRIAL_STEPS = 5  # of a fit, after which a cause that comes near is known
@@ -154,7 +153,8 @@ def best_hypothesis(spectrum, base, settings) -> Tested:
     model, prior, about = base.model, base.prior, base.stated_theta
     every = hypotheses(spectrum, model)
     models = (model, replace(model, from_unloaded_line=not model.from_unloaded_line))
-    linearised = [_linearised(one, prior.names, about, spectrum) for one in models]
+    order = carried_order(spectrum)
+    linearised = [shown_and_slopes(one, spectrum, about, prior.names, order) for one in models]
     stated, screened = with_model_error(spectrum, settings).log_volume, []
     for hypothesis in every:
         corrected, log_volume = hypothesis.corrected(spectrum)
@@ -168,14 +168,6 @@ def best_hypothesis(spectrum, base, settings) -> Tested:
         for _, log_factor, one, corrected in screened[:FITTED]
     ]
     return max(tested, key=lambda one: one.fit.evidence + one.log_factor)
-
-
-def _linearised(model, names, theta, spectrum):
-    """Harmonics (speed, harmonic, sensor) that a model shows, and derivatives (parameter, ...) by some parameters."""
-    shown, change = measured_response_and_jacobian(
-        model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum)
-    )
-    return shown, np.moveaxis(change[..., model.position(names)], -1, 0)
 
 
 def _linear_evidence(spectrum, shown, change, prior):
