@@ -152,9 +152,10 @@ def check_channel(name, node, readings, seen, others, where):
             found.append(told("dead probe (noise)", place, noise=um(seen.noise), others=um(moving)))
     elif seen.moving < WEAK * moving:
         found.append(told("weak probe", place, own=um(seen.moving), others=um(moving)))
-    for side, values in (("top", readings), ("bottom", -readings)):
+    for side, sign in (("top", 1), ("bottom", -1)):
+        values = sign * readings
         if flat_top(values):
-            found.append(told("clipping", place, side=side, value=um(values.max(), 4)))
+            found.append(told("clipping", place, side=side, value=um(sign * values.max(), 4)))
     return found
 
 
