@@ -10,6 +10,7 @@ from machines import SLOW, all_but, disc, film, jeffcott_rig, rig_of, shaft, spe
 from rotorstudy import build_model, make_term, registry
 from rotorstudy.diagnosis.search import moves
 from rotorstudy.diagnosis.search.candidates import candidates, with_shape
+from rotorstudy.diagnosis.search.form_fit import _Parameters
 from rotorstudy.diagnosis.search.moves import additions, exchanges, other_laws, removals, splits
 from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.search.parts import faults_of_several_parts
@@ -170,6 +171,20 @@ def test_a_bow_of_another_shape_is_one_cause():
     terms = [hidden(model, "bow", node=n, bow_m=b, bow_phase_rad=p) for n, b, p in ((2, 2e-5, 0.3), (4, 1e-5, 2.0))]
     found = investigate(measured(model, *terms), model, settings=ONE)
     assert {c.effect for c in found.verdict.causes} == {"bow"} and len(found.verdict.causes) == 1
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_wide_prior_of_amplitudes_widens_no_error_of_form(seed, monkeypatch):
+    """The negative control judges that error by the widest prior, and loses odds by it."""
+    model, odds = build_model(TWO_DISCS), []
+    moments = {"misalignment_moment_1X_N_m": 0.7, "misalignment_moment_2X_N_m": 2.0}
+    data = measured(model, hidden(model, "angular_misalignment", node=1, **moments), noise=1e-6, seed=seed)
+    for narrowed in (_Parameters.narrowed, lambda self, theta, *linearised: linearised):
+        monkeypatch.setattr(_Parameters, "narrowed", narrowed)
+        work = begin(model, with_model_error(data, KNOWN), KNOWN)
+        (cause,) = (c for c in work.candidates if c.effect == "angular_misalignment" and c.where == {"node": 1})
+        odds.append(odds_of(work.explain((cause,), {})))
+    assert odds[0] > odds[1] + 2
 
 
 def test_a_fault_counts_with_its_places_that_were_not_fitted():

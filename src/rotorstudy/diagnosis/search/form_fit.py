@@ -6,7 +6,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate, with_priors
 from rotorstudy.diagnosis.search.form import changes_of, most_probable_form
-from rotorstudy.diagnosis.search.odds import Explanation, log_posterior_odds, odds_of
+from rotorstudy.diagnosis.search.odds import SCALES, Explanation, log_posterior_odds, odds_of
 from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of, reshaped, response_with_shape
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit
@@ -85,6 +85,20 @@ class _Parameters:
         changes = changes_of(self.causes, values, self.motion(work, theta), work.local_forces, largest)
         return most_probable_form(work.spectrum, changes, *linearised, largest, by_harmonic)
 
+    def narrowed(self, theta, off, jacobian, rows):
+        """A linearised fit with amplitudes of the causes whose priors are as wide as these are large.
+
+        By the widest prior an error of form that leaves amplitudes less certain would gain evidence.
+        """
+        factor = np.ones(len(theta))
+        for cause in (c for c in self.causes if not c.fixed):
+            at = [self.prior.names.index(name) for name in cause.names]
+            square = (theta[at] * np.diag(rows)[at]) ** 2  # in standard deviations of the prior
+            mean = np.bincount(cause.parameter, square) / np.bincount(cause.parameter)
+            factor[at] = 1 / np.clip(np.sqrt(mean), SCALES[-1], 1.0)[cause.parameter]
+        distance = len(off) - len(theta)
+        return np.append(off[:distance], factor * off[distance:]), jacobian, factor[:, None] * rows
+
     def linearised(self, work, theta, response):
         """Residual and distance from the prior, Jacobian and whitener of the prior, without an error of form."""
         (shown, change), spectrum, rows = response, work.spectrum, self.whole.whitener
@@ -153,7 +167,7 @@ def _fitted_within(work, causes, values, least):
 
     needed = least + work.base.evidence - work.prior_odds.log_odds(causes)
     linearised = parameters.linearised(work, theta, response(theta))
-    form = parameters.form(work, theta, linearised, by_harmonic=False)
+    form = parameters.form(work, theta, parameters.narrowed(theta, *linearised), by_harmonic=False)
     for number in range(ROUNDS):
         spectrum = work.spectrum.with_shared_error(form.columns)
         cost = _cost(spectrum, response(theta), linearised)
@@ -179,13 +193,15 @@ def _fitted_within(work, causes, values, least):
         )
         theta, fitted_with = found.theta[0], form
         linearised = parameters.linearised(work, theta, response(theta))
-        form, converged = parameters.form(work, theta, linearised), bool(found.converged[0])
+        narrowed, converged = parameters.narrowed(theta, *linearised), bool(found.converged[0])
+        form = parameters.form(work, theta, narrowed)
+        forms = (fitted_with, form) if number else (form,)  # the first one is for the fit alone
         tried = [
             _explanation(work, parameters, theta, response(theta), one, one.evidence(*linearised), converged)
-            for one in ((fitted_with, form) if number else (form,))  # the first one is for the fit alone
+            for one in forms
         ]
         best = max([*tried, *([best] if best else [])], key=odds_of)
-        promised = form.reached - max(one.fit.evidence for one in tried)
+        promised = form.reached - max(one.evidence(*narrowed) for one in forms)
         if promised < SETTLED or odds_of(best) + promised < least:
             break
     return best
