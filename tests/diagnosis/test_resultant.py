@@ -100,10 +100,12 @@ def test_rates_of_the_user_come_first():
     assert of_changes(Settings(base_rates={"unbalance": 2.0})).base_rates["unbalance"] == 2.0
 
 
-@pytest.mark.parametrize(("apart", "is_excluded"), [(5.0, False), (9.0, True)])
-def test_a_frequent_cause_excludes_another_only_by_the_records(apart, is_excluded):
-    """An unbalance is taken to be twenty times as frequent as a bow: by a factor of e^3."""
-    settings = of_changes(Settings())
+@pytest.mark.parametrize(
+    ("apart", "rates", "is_excluded"), [(5, {}, False), (9, {}, True), (5, {"unbalance": 21}, True)]
+)
+def test_a_frequent_cause_excludes_another_only_by_the_records(apart, rates, is_excluded):
+    """An unbalance is taken to be twenty times as frequent as a bow: by a factor of e^3, unless the user says so."""
+    settings = of_changes(Settings(base_rates=rates))
     work = begin(build_model(RIG), spectrum_of(build_model(RIG), BELOW, HARMONICS, NOISE, 1), settings)
     both = [next(c for c in work.candidates if c.effect == name) for name in ("unbalance", "bow")]
     for cause, odds in zip(both, (1000 + apart, 1000), strict=True):

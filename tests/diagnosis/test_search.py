@@ -10,12 +10,13 @@ from machines import SLOW, all_but, disc, film, jeffcott_rig, rig_of, shaft, spe
 from rotorstudy import build_model, make_term, registry
 from rotorstudy.diagnosis.search import moves
 from rotorstudy.diagnosis.search.candidates import candidates, with_shape
+from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form_fit import _Parameters
-from rotorstudy.diagnosis.search.moves import additions, exchanges, other_laws, removals, splits
-from rotorstudy.diagnosis.search.odds import odds_of
+from rotorstudy.diagnosis.search.moves import Proposal, additions, exchanges, other_laws, removals, splits
+from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.parts import faults_of_several_parts
 from rotorstudy.diagnosis.search.screening import project, screen
-from rotorstudy.diagnosis.search.search import _moves, base_model, begin, search
+from rotorstudy.diagnosis.search.search import _fit_best, _moves, base_model, begin, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.words import summary
@@ -328,6 +329,29 @@ def test_a_further_fault_is_judged_with_the_shapes_of_the_others_free(is_free, m
         monkeypatch.setattr(moves, "slopes_of", lambda *_: [])
     more = additions(work, one, [one.fit], [c for c in work.candidates if c.effect == "added_mass"])
     assert (("added_mass", {"node": 4}) in [names(two.causes)[-1] for two in more]) == is_free
+
+
+@pytest.mark.parametrize(("beside", "promised", "is_rejected", "is_fitted"), [
+    ((), -40, False, False), ((), -20, False, True), ((), -40, True, True), (("shaft_damping",), -40, False, True)
+])  # fmt: skip
+def test_a_single_fault_is_fitted_if_it_may_lead_near_the_best_one_fitted_before(
+    beside, promised, is_rejected, is_fitted, monkeypatch
+):
+    """Within 30 of log odds, if the records do not reject the best one; of two faults the promise is no limit."""
+    work, fitted = begun(), []
+    by_name = {c.cause: c for c in work.candidates}
+    first = by_name["added_mass, node 3"]
+    other = tuple(by_name[name] for name in ("static_preload, node 3", *beside))
+
+    def explain(work, causes, values):
+        fitted.append(causes)
+        work.found[len(fitted)] = Explanation(causes, work.base, 1000.0 if causes == (first,) else 0.0)
+        return work.found[len(fitted)]
+
+    monkeypatch.setattr(Search, "explain", explain)
+    monkeypatch.setattr(Search, "is_rejected", is_rejected)
+    _fit_best(work, [[Proposal((first,), {}, 1010.0)], [Proposal(other, {}, 1000.0 + promised)]])
+    assert fitted == [(first,), other][: 1 + is_fitted]
 
 
 @pytest.mark.parametrize("on_films", [True, False])

@@ -92,8 +92,7 @@ def over_forms(
     place = [name for name in cause.shape if name.startswith("position")]
     if len(form) != 1 or len(place) != 1:
         return None
-    slopes = slopes_of(work, Projection(fitted, work.spectrum, cause.names), others)
-    projection = Projection(fitted, work.spectrum, cause.names, slopes)
+    projection = Projection(fitted, work.spectrum, cause.names, slopes_of(work, fitted, others, cause.names))
     ranges = ranges_of(work, laws[0])  # as of all laws
     shapes = HeldShapes(work, projection, laws[0], ranges, tuple(list(ranges).index(name) for name in (*form, *place)))
     starts = shapes.searched(_places(cause, laws[0], ranges, *place))

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.diagnosis.search.candidates import Candidate, with_priors
 from rotorstudy.diagnosis.search.form import LocalForces
 from rotorstudy.diagnosis.search.form_fit import fitted_with_form
 from rotorstudy.diagnosis.search.free_force import FreeForce
@@ -150,11 +150,14 @@ class Search:
         return sorted(found, key=lambda one: one[1], reverse=True)
 
     def credible(self, share: float) -> list[tuple[Explanation, float]]:
-        """Those of `posterior` of which one is true with a probability of `share`, also if all base rates are alike.
+        """Those of `posterior` of which one is true with a probability of `share`, also if all change equally often.
 
-        How often a cause occurs tells which one is likely, but not that the records exclude another.
+        How often an effect is what changed (`Effect.change_rate`) tells which one is likely, but not that the records
+        exclude another. Rates that the user states count.
         """
-        alike = PriorOdds(self.candidates, self.settings.model_copy(update={"base_rates": {}}), self.rig.structure)
+        effects, stated = registry().plugins["effect"], self.settings.base_rates.items()
+        stated = {name: rate for name, rate in stated if rate != effects[name].change_rate}
+        alike = PriorOdds(self.candidates, self.settings.model_copy(update={"base_rates": stated}), self.rig.structure)
         needed = set()
         for found in (self.posterior(), self.posterior(alike)):
             before = np.cumsum([0.0, *(weight for _, weight in found)])
@@ -225,7 +228,7 @@ class Search:
         needed  : as of `fit`
         returns : None without a steady state, or if a plugin fails
         """
-        known = self.prior.plus(Prior.independent({name: prior for c in causes for name, prior in c.prior.items()}))
+        known = with_priors(self.prior, causes)
         try:
             start = self.start(causes, values)
             return fit(self._extended(causes), self.spectrum, known, start=start, steps=steps, needed=needed)

@@ -84,8 +84,8 @@ def free_forces(work) -> list[FreeForce]:
             known[one] = again
     prior, base = np.log(PRIOR / len(places)), work.base.evidence
     found, count = [], spectrum.data_count
-    for (kind, number, motion), at in known.items():
-        one = kind, number, motion
+    for one, at in known.items():
+        kind, number, motion = one
         taken = 2 * at.force.size
         odds = at.evidence - base + prior
         found.append(FreeForce({kind: number}, motion, odds, at.left, count, 2 * taken <= count, fits.get(one)))

@@ -13,6 +13,7 @@ from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.screening import Projection, screen_each
 from rotorstudy.diagnosis.search.shape_fit import Work, as_one, point_of, ranges_of, reshaped
 from rotorstudy.errors import CannotAct
+from rotorstudy.inference.fit import Fit
 
 CLOSER = 4  # rounds of values halfway between two held, where the misfit changes by much
 STEEP = 4.0  # change of the misfit from one value to the next, that is much
@@ -179,12 +180,16 @@ class HeldShapes(NamedTuple):
         return np.concatenate(columns), np.concatenate(slopes)
 
 
-def slopes_of(work: Work, projection: Projection, causes: Sequence[Candidate]) -> list[np.ndarray]:
-    """Columns (component + parameter,) of small changes of the shapes of causes of the fit that is projected."""
-    found = []
-    for cause in (one for one in causes if one.shape):
+def slopes_of(work: Work, fitted: Fit, causes: Sequence[Candidate], without: tuple[str, ...] = ()) -> list[np.ndarray]:
+    """Columns (component + parameter,) of small changes of the shapes of causes of a fit, for a `Projection` of it.
+
+    without : as of that
+    """
+    shaped, found = [one for one in causes if one.shape], []
+    projection = Projection(fitted, work.spectrum, without) if shaped else None
+    for cause in shaped:
         shapes = HeldShapes(work, projection, cause, ranges_of(work, cause), ())
-        values = np.array([[projection.fitted.values[name] for name in cause.names]])
+        values = np.array([[fitted.values[name] for name in cause.names]])
         found += [*shapes.columns([cause], point_of(work, cause)[None], values)[1][0]]
     return found
 

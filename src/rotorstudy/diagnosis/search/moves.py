@@ -25,7 +25,7 @@ from rotorstudy.diagnosis.search.parts import (
     faults_of_several_parts,
     faults_with_what_they_bring,
 )
-from rotorstudy.diagnosis.search.screening import Projection, screen, screen_each
+from rotorstudy.diagnosis.search.screening import screen, screen_each
 from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
 from rotorstudy.inference.fit import Fit, fit
@@ -137,7 +137,7 @@ def additions(
             widest = _log_volume(wide.spectrum)
         elif fitted.cost < current.fit.cost + 2 * HIDES:
             continue
-        free = slopes_of(wide, Projection(fitted, wide.spectrum), current.causes)
+        free = slopes_of(wide, fitted, current.causes, without)
         projected, usable = wide.project(fitted, here, without, free)
         more = current.fit.cost - projected.residual @ projected.residual + widest - _log_volume(wide.spectrum)
         base = odds_of(current) - work.prior_odds.log_odds(current.causes) + 0.5 * more
@@ -217,7 +217,7 @@ def exchanges(work: Search, current: Explanation) -> list[Proposal]:
         own = tuple(n for c in gone for n in c.names)
         chosen = [c for c in work.candidates if c.fault != gone[0].fault and is_allowed(work, (*rest, c))]
         wide, fitted = _with_error_of_form(work, whole, _error_of_form(work, current), own)
-        free = slopes_of(wide, Projection(fitted, wide.spectrum, own), rest)
+        free = slopes_of(wide, fitted, rest, own)
         projected, usable = wide.project(fitted, [*chosen, *gone], own, free)
         if not {c.label for c in gone} <= {c.label for c in usable}:
             continue

@@ -253,7 +253,7 @@ def _fit_best(work, groups, possible=None):
     for one in list(chosen.values())[: work.settings.candidates_per_round]:
         before = max(map(odds_of, work.explanations))
         if len({c.fault for c in one.causes}) == 1 and one.log_odds < _least(work):
-            continue
+            continue  # of two faults one may gain more than is promised, as the shape of the other one changes
         found = work.explain(one.causes, one.values)
         is_best = found and odds_of(found) > before
         if is_best and possible is not None:
