@@ -18,11 +18,12 @@ from rotorstudy.diagnosis.one_cause import over_forms as over_forms_module
 from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, identified, interval_of, intervals_of
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
-from rotorstudy.diagnosis.search.candidates import candidate, freedom_of
+from rotorstudy.diagnosis.search.candidates import candidate, freedom_of, with_shape
 from rotorstudy.diagnosis.search.held_shapes import HeldShapes
 from rotorstudy.diagnosis.search.screening import Projection
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.search.shape_fit import Work, fitted_from, point_of, ranges_of
+from rotorstudy.diagnosis.search.shape_scan import AtOwnMotions
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.cause_words import sizes
 from rotorstudy.diagnosis.verdict.investigate import investigate
@@ -100,11 +101,11 @@ def test_two_cracks_are_identified():
     assert {"position_m[1]", "depth_m[2]"} < {name for name, *_ in estimates_of(found)}
 
 
-def as_usual(spectrum, breathing="gradual"):
+def as_usual(spectrum, breathing="gradual", **shape):
     """What is known, the true crack, and the Fit with both at their usual sizes."""
     model = build_model(rig())
     work = Work(model, *base_model(model, SETTINGS), spectrum, SETTINGS)
-    cause = candidate(model, "transverse_crack", {}, TRUE, variant={"breathing": breathing})
+    cause = candidate(model, "transverse_crack", {}, TRUE | shape, variant={"breathing": breathing})
     whole, prior = work.whole.plus(cause.term), work.prior.plus(Prior.independent(cause.prior))
     start = whole.stated.copy()
     start[whole.position(prior.names)] = prior.mean
@@ -381,3 +382,18 @@ def test_what_a_crack_shows_is_taken_out_at_its_motion(breathing):
     left = without.residual - sum(fitted.values[name] * again[name] for name in cause.names)
     whole = without.left(fitted.residual[:, None])[:, 0]
     assert left == pytest.approx(whole, abs=1e-6 * np.abs(without.residual).max())
+
+
+@pytest.mark.parametrize("breathing", ["gradual", "none"])
+def test_a_crack_beyond_a_node_is_judged_at_the_motion_with_it_there(breathing):
+    """On both sides of a node it shows nearly the same. Negative control: not at the motion with it on one side."""
+    here, there = {"position_m": 0.14999, "depth_ratio": 0.35}, {"position_m": 0.15001, "depth_ratio": 0.35}
+    work, cause, fitted = as_usual(records(crack(breathing, **here)), breathing, **here)
+    both = [cause, with_shape(work.rig, cause, cause.shape | there, SETTINGS.prior_width)]
+    projection, off = Projection(fitted, work.spectrum, cause.names, answers=False), []
+    at_own = AtOwnMotions(projection, work.rig.structure, projection.motions_elsewhere, {})
+    for judge in (at_own, projection):
+        one, other = (sum(judge.of([c]).columns[name] for name in c.names) for c in both)
+        off.append(np.linalg.norm(other - one) / np.linalg.norm(one))
+    assert off[0] < 0.02  # the kink moves other inertia
+    assert off[1] > 0.3

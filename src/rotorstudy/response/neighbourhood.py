@@ -109,6 +109,11 @@ class Neighbourhood:
             found.append(self._moved(self._columns(part), sum(len(unknowns) for unknowns, _ in part)))
         return np.concatenate(found, axis=-1)
 
+    def force_of(self, unknowns, sizes):
+        """Force (speed, carried harmonic, dof), N, of unknowns of some sizes at the motion of the model."""
+        columns = self._columns([(unknowns, self.motion)])
+        return columns.dense(self.motion.amplitude.shape[-1], len(unknowns)) @ sizes
+
     def changes_by_output(self, groups):
         """As `changes_by_forces`, of amplitudes that act on the output."""
         carried, shown = self.blocks.harmonics, positions(self.harmonics, self.blocks)

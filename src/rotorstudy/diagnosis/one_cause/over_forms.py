@@ -13,16 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import (
-    Candidate,
-    candidate,
-    form_ranges,
-    freedom_of,
-    variants_of,
-)
+from rotorstudy.diagnosis.search.candidates import Candidate, candidate, form_ranges, freedom_of, variants_of
 from rotorstudy.diagnosis.search.held_shapes import CLOSER, UNLIKELY, HeldShapes, halfway, slopes_of
 from rotorstudy.diagnosis.search.screening import Projection
 from rotorstudy.diagnosis.search.shape_fit import Work, ranges_of
+from rotorstudy.diagnosis.search.shape_scan import AtOwnMotions
 from rotorstudy.inference.fit import Fit
 from rotorstudy.model.registry import registry
 
@@ -92,9 +87,11 @@ def over_forms(
     place = [name for name in cause.shape if name.startswith("position")]
     if len(form) != 1 or len(place) != 1:
         return None
-    projection = Projection(fitted, work.spectrum, cause.names, slopes_of(work, fitted, others, cause.names))
+    slopes = slopes_of(work, fitted, others, cause.names)
+    projection = Projection(fitted, work.spectrum, cause.names, slopes, answers=False)
     ranges = ranges_of(work, laws[0])  # as of all laws
-    shapes = HeldShapes(work, projection, laws[0], ranges, tuple(list(ranges).index(name) for name in (*form, *place)))
+    judge = AtOwnMotions(projection, work.rig.structure, projection.motions_elsewhere, {})
+    shapes = HeldShapes(work, judge, laws[0], ranges, tuple(list(ranges).index(name) for name in (*form, *place)))
     starts = shapes.searched(_places(cause, laws[0], ranges, *place))
     found = list(filter(None, (_weighted(shapes._replace(law=law), starts) for law in laws)))
     if not found:

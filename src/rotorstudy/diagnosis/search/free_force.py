@@ -7,6 +7,7 @@ evidence as the data narrow them, so that it is as likely as a cause of the libr
 """
 
 from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -182,15 +183,10 @@ def _sizes(gram, by_harmonic, harmonics):
 def _with_force(work, spectrum, at: _Posterior, rows: Sequence[np.ndarray]) -> Fit:
     """The base model with a force, evaluated as a Fit."""
     entries = tuple(
-        Entry(row, on="one", shift=int(n), gain=_over(spectrum.speed, own[:, h]))
+        Entry(row, on="one", shift=int(n), gain=partial(np.interp, xp=spectrum.speed, fp=own[:, h]))
         for row, own in zip(rows, at.force, strict=True)
         for h, n in enumerate(spectrum.harmonics)
     )
     term = Term("force", (Parameter(FREE_FORCE, "1", entries, 1.0),), {FREE_FORCE: 1.0})
     model, prior = work.model.plus(term), work.prior.plus(Prior.independent({FREE_FORCE: (1.0, 1.0)}))
     return fit(model, spectrum, prior, start=model.filled(work.prior.names, at.free), steps=0)
-
-
-def _over(speeds, values):
-    """Gain of given values (speed,) at the measured speeds."""
-    return lambda speed: np.interp(speed, speeds, values)

@@ -18,6 +18,7 @@ from rotorstudy.diagnosis.search.odds import log_possible, log_scales
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.response.harmonic import positions
 from rotorstudy.response.neighbourhood import Motion, Neighbourhood
 
 log = logging.getLogger(__name__)
@@ -48,12 +49,13 @@ class Projection:
     without : amplitudes of the fit that are taken out
     free    : more columns (component + parameter,) that are projected out: those of the shapes of other causes, as
               `left` returns them
+    answers : whether what is taken out still answers to what acts in its place; false where that acts elsewhere
     """
 
-    def __init__(self, fitted: Fit, spectrum: Spectrum, without: tuple[str, ...] = (), free: Sequence = ()):
+    def __init__(self, fitted: Fit, spectrum: Spectrum, without=(), free: Sequence = (), *, answers: bool = True):
         self.fitted, self.spectrum = fitted, spectrum
         speed, harmonics = tuple(spectrum.speed.tolist()), tuple(spectrum.harmonics.tolist())
-        self.near = _near(fitted, speed, harmonics, carried_order(spectrum))
+        self.near = _near(fitted, speed, harmonics, carried_order(spectrum), () if answers else without)
         out = np.isin(fitted.names, without)
         kept = np.flatnonzero(~out)
         gone = [
@@ -61,6 +63,7 @@ class Projection:
             for some in (fitted.model.rotor_unknowns, fitted.model.output_unknowns)
         ]
         sizes = [fitted.values[u.name] for some in gone for u in some]
+        self.gone = gone[0], sizes[: len(gone[0])]
         residual = fitted.residual + self._shown([(gone[0], None)], [(gone[1], None)]) @ sizes
         whitener = fitted.prior.whitener[np.ix_(kept, kept)]  # causes are independent of the base and of each other
         known = np.vstack([self._at_the_motion(gone[0])[:, kept], whitener])
@@ -94,6 +97,23 @@ class Projection:
     def _left(self, columns):
         return columns - self.basis @ (self.basis.T @ columns)
 
+    def motions_elsewhere(self, rows: Sequence[np.ndarray]) -> list[Motion]:
+        """The Motions if what is taken out, which acts on one coordinate, acted on others by what shows as much.
+
+        An element turns by the kink of a crack in it, those beside it do not: where a crack in either shows the same,
+        the motions on which they act differ.
+
+        rows : (dof,) each, as of `motions_by_free_forces`
+        """
+        near, force = self.near, self.near.force_of(*self.gone)
+        own = force[..., np.argmax(np.linalg.norm(force, axis=(0, 1))), None]
+        gone, *moved = near.moved_by(np.stack([force, *(own * row for row in rows)]))
+        seen = near.model.seen(np.array([gone, *moved]))[:, :, positions(near.harmonics, near.blocks)]
+        seen, *each = self.spectrum.whitened(seen)
+        sizes = [seen @ one / max(one @ one, np.finfo(float).tiny) for one in each]
+        still, there = near.motion, zip(sizes, moved, strict=True)
+        return [Motion(still.amplitude - gone + size * one, still.deflection) for size, one in there]
+
     def of(self, chosen: list[Candidate], motion: Motion | None = None) -> Projected:
         """The columns of candidates at a motion, projected.
 
@@ -123,9 +143,15 @@ class Projection:
 
 
 @lru_cache(maxsize=1)  # it holds the receptances that all candidates at a fit share
-def _near(fitted, speed, harmonics, order):
-    """The Neighbourhood of a Fit at the speeds and harmonics of a spectrum."""
-    return Neighbourhood(fitted.model, speed, harmonics, fitted.theta, order=order)
+def _near(fitted, speed, harmonics, order, without):
+    """The Neighbourhood of a Fit at the speeds and harmonics of a spectrum; at its motion without some amplitudes."""
+    near = Neighbourhood(fitted.model, speed, harmonics, fitted.theta, order=order)
+    if without:
+        there = near.motion
+        theta = np.where(np.isin(fitted.model.names, without), 0.0, fitted.theta)
+        near = Neighbourhood(fitted.model, speed, harmonics, theta, order=order)
+        near.motion = there
+    return near
 
 
 def project(

@@ -6,7 +6,7 @@ receptances of the rotor with a free force there. Each shape is then judged by l
 of each part of the ranges are refined by Gauss-Newton steps at that motion.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
@@ -17,12 +17,13 @@ from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.free_forces import motions_by_free_forces
 from rotorstudy.diagnosis.search.held_shapes import HeldShapes
-from rotorstudy.diagnosis.search.screening import Projection, Screened, screen_each
+from rotorstudy.diagnosis.search.screening import Projected, Projection, Screened, screen_each
 from rotorstudy.diagnosis.search.shape_fit import ranges_of, reshaped
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit
 from rotorstudy.model.entries import unscaled
 from rotorstudy.model.registry import registry
+from rotorstudy.model.structure import Structure
 from rotorstudy.response.neighbourhood import Motion
 
 FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
@@ -33,7 +34,7 @@ HALVES = 2  # of a full turn, likewise
 ANOTHER_SIDE = 0.25  # of a turn
 REFINED = 2  # places of each effect at which the best shape is refined
 LEAST_SEEN = 0.01  # share of the cost that the best coarse shape of a place explains, if it is refined
-MOTIONS_AT_ONCE = 4_000_000  # numbers of the motions that are kept at a time, 64 MB
+MOTIONS_AT_ONCE, MOTIONS_KEPT = 4_000_000, 16_000_000  # numbers of the motions of causes judged together; 256 MB
 
 
 class Scanned(NamedTuple):
@@ -61,6 +62,36 @@ def acts_on(cause, structure):
     here, found = row == np.argmax(np.bincount(row, value.real**2)), np.zeros(len(structure.dofs))
     found[column[here]] = value.real[here]
     return found
+
+
+class AtOwnMotions(NamedTuple):
+    """What judges causes, each at the motion where it acts, as a Projection does at its own."""
+
+    projection: Projection
+    structure: Structure
+    motions_on: Callable  # from coordinates [(dof,)] to a Motion for each
+    kept: dict  # Motions by coordinate (as bytes), to which they are added as long as they are few
+
+    @property
+    def residual(self):
+        """(component,) that of the Projection."""
+        return self.projection.residual
+
+    def of(self, causes):
+        """The Projected of causes in some shapes."""
+        groups, columns, size = {}, {}, self.projection.near.motion.amplitude.size
+        for one in causes:
+            row = acts_on(one, self.structure)
+            groups.setdefault(row.tobytes(), (row, []))[1].append(one)
+        groups, together = [*groups.items()], max(1, MOTIONS_AT_ONCE // size)
+        for part in (groups[first : first + together] for first in range(0, len(groups), together)):
+            new = {key: row for key, (row, _) in part if key not in self.kept}
+            motions = dict(zip(new, self.motions_on([*new.values()]), strict=True)) if new else {}
+            if size * (len(self.kept) + len(new)) <= MOTIONS_KEPT:
+                self.kept.update(motions)
+            some = [(alike, motions.get(key) or self.kept[key]) for key, (_, alike) in part]
+            columns |= self.projection.of_groups(some).columns
+        return Projected(self.residual, columns, self.projection.theta)
 
 
 def scan(
@@ -145,7 +176,7 @@ class _Scan(NamedTuple):
         if not shapes:
             raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
         points, causes = zip(*shapes, strict=True)
-        found = list(map(_Judged, points, causes, screen_each(self.of(causes, kept), causes)))
+        found = list(map(_Judged, points, causes, screen_each(self._judge(kept).of(causes), causes)))
         found = [one for one in found if self.away is None or self._turn(one.point, self.away) > ANOTHER_SIDE]
         return sorted(found, key=lambda one: -one.screened.evidence)
 
@@ -164,17 +195,12 @@ class _Scan(NamedTuple):
                 found.append((point, reshaped(self.work, self.cause, point, f"{self.cause.term.label} {i}", ranges)))
         return found
 
-    def _motions(self, rows, kept):
-        """The Motions with a free force on coordinates; that of a node is kept, as all shapes there share it."""
+    def _motions(self, rows):
+        """The Motions with a free force on coordinates."""
         if self.has_motion:
             return [self.projection.near.motion] * len(rows)
-        known = {row.tobytes(): row for row in rows if row.tobytes() not in self.motions}
         spectrum = replace(self.work.spectrum, shared_error=None) if self.plain else self.work.spectrum
-        found = motions_by_free_forces(self.plain or self.fitted, spectrum, list(known.values()), self.projection.near)
-        known = dict(zip(known, found, strict=True))
-        if kept or self.cause.where:
-            self.motions.update(known)
-        return [(self.motions | known)[row.tobytes()] for row in rows]
+        return motions_by_free_forces(self.plain or self.fitted, spectrum, rows, self.projection.near)
 
     def first(self):
         """The best of shapes over the whole range, from which `refined` starts; to turn a crack, itself turned."""
@@ -203,7 +229,7 @@ class _Scan(NamedTuple):
 
     def refined(self, starts, most=None):
         """List of Scanned: the best shapes that Gauss-Newton steps from some find; see `scan`."""
-        shapes = HeldShapes(self.work, self, self.cause, self.ranges, ())
+        shapes = HeldShapes(self.work, self._judge(False), self.cause, self.ranges, ())
         begun = starts
         if self.away is None or self.cause.where:  # a turned crack is near its best shape already
             begun = self.judged(shapes.searched(np.array([one.point for one in starts])))
@@ -213,28 +239,10 @@ class _Scan(NamedTuple):
         best = self._distinct(found)[:most] if most else (found[0], *self._facing(found))
         return [Scanned(reshaped(self.work, self.cause, one.point), one.screened) for one in best]
 
-    @property
-    def residual(self):
-        """(component,) what is left without the cause, as of a Projection."""
-        return self.projection.residual
-
-    def of(self, causes, kept=False):
-        """The columns of the cause in some shapes, each at the motion where it acts, as of a Projection.
-
-        kept : whether the motions are kept, if they are few
-        """
-        groups = {}
-        for one in causes:
-            row = acts_on(one, self.work.rig.structure)
-            groups.setdefault(row.tobytes(), (row, []))[1].append(one)
-        groups, columns = list(groups.values()), {}
-        together = max(1, MOTIONS_AT_ONCE // self.projection.near.motion.amplitude.size)
-        for first in range(0, len(groups), together):
-            rows, some = zip(*groups[first : first + together], strict=True)
-            motions = self._motions(rows, kept and len(groups) <= together)
-            projected = self.projection.of_groups(list(zip(some, motions, strict=True)))
-            columns |= projected.columns
-        return projected._replace(columns=columns)
+    def _judge(self, kept):
+        """What judges the cause; kept : whether the motions are; those of a node are, as all shapes there share it."""
+        kept = self.motions if kept or self.cause.where else {}
+        return AtOwnMotions(self.projection, self.work.rig.structure, self._motions, kept)
 
     def _facing(self, found):
         """The best shape that faces another side than the best one: which side is open decides little at first."""
