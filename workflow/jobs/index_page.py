@@ -6,10 +6,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from rotorstudy.blind.criteria import sentences
 from rotorstudy.presentation.pages import render
 from rotorstudy.store import load, write_text
-from rotorstudy.studies.comparison.ranking import FIRST, in_sentences
 
 HEADINGS = {
     "": ("All chapters", "Each printed value beside ours, the errors of the thesis, and the plugin library."),
@@ -124,7 +122,15 @@ def _of_limits(path):
         return said
 
 
+def _of_criteria(path):
+    from rotorstudy.blind.criteria import sentences  # which takes long, as that of advice does
+
+    return sentences(pd.read_csv(path))
+
+
 def _of_advice(path):
+    from rotorstudy.studies.comparison.ranking import FIRST, in_sentences
+
     return [
         f"Use {row['spectrum method']} with {row['estimator']} if {row['use this if']}: the error is "
         f"{row['error, times the least possible']} times the least possible."
@@ -136,8 +142,7 @@ USUAL_NOISE = 1.0  # percent
 QUOTED = (  # heading, file, its sentences, and beside it a picture and a page; in the order of the page
     ("Diagnosis of measured records: {name}", "diagnosis/*/verdict.json",
      lambda path: [json.loads(path.read_bytes())["summary"]], "figures/before_and_after.png", "index.html"),
-    ("How often the diagnosis is right", "blind/criteria.csv", lambda path: sentences(pd.read_csv(path)),
-     "figures/answers.png", "criteria.html"),
+    ("How often the diagnosis is right", "blind/criteria.csv", _of_criteria, "figures/answers.png", "criteria.html"),
     ("The smallest crack that is found", "chapter_7/limits.nc", _of_limits, "figures/smallest_crack.png",
      "figures/smallest_crack.png"),
     ("Which method for which data", "compare/advice.csv", _of_advice, "figures/spectra.png", "advice.html"),

@@ -7,7 +7,6 @@ F. W. Ocvirk, NACA TN 2808 (1952); D. Childs, Turbomachinery Rotordynamics (1993
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import root
 
 from rotorstudy.blind.machines.contacts import at, by_differences
 from rotorstudy.blind.machines.machine import Bearing, LocalForce
@@ -42,6 +41,8 @@ def force(film, speed, position, velocity, gauss=GAUSS):
 
 def running_position(film, speed):
     """Where the journal runs under its load, m."""
+    from scipy.optimize import root  # which takes long
+
     for share in (0.3, 0.6, 0.8, 0.9):
         start = share * np.array([0.6, 0.8])
         found = root(lambda at: force(film, speed, film.clearance * at, (0, 0)) / film.load + [1, 0], start, tol=1e-13)
