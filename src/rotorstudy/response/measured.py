@@ -119,10 +119,11 @@ def _shown(model, speed, harmonics, theta, order, jacobian):
     for p, unknown in enumerate(model.output_unknowns, start=first):
         if unknown.exact:  # not small, so it acts on what the others show
             step, size, seen = EXACT_STEP * unknown.typical, theta[..., p], shown
-            shown = seen + _exact_change(unknown, size, seen, speed, blocks.harmonics)
+            motions = np.concatenate([seen[None], np.moveaxis(change, -1, 0)]) if jacobian else seen[None]
+            more = _exact_change(unknown, size, motions, speed, blocks.harmonics)
+            shown = seen + more[0]
             if jacobian:
-                columns = np.moveaxis(change, -1, 0)
-                change += np.moveaxis(_exact_change(unknown, size, columns, speed, blocks.harmonics), 0, -1)
+                change += np.moveaxis(more[1:], 0, -1)
                 up, down = (_exact_change(unknown, size + h, seen, speed, blocks.harmonics) for h in (step, -step))
                 change[..., p] += (up - down) / (2 * step)
     return Linearised(shown[..., chosen, :], change[..., chosen, :, :] if jacobian else None)
