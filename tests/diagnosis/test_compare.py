@@ -23,6 +23,8 @@ from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.measurement.spectrum import along_probes
 from rotorstudy.store import provenance
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 HARMONICS, NOISE = np.array([1, -1, 2]), 2e-8
 SPEEDS = np.array([200.0, 300.0, 400.0, 480.0])
 CHAIN = {"probe_gain": 0.05, "probe_angle": 0.09}
