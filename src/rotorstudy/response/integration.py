@@ -83,11 +83,12 @@ def time_response(
         raise RotorstudyError("a prescribed static deflection is no equilibrium: it cannot be integrated in time")
     reference = np.broadcast_to(static_deflection(model, [speed], theta).value, (1, dof))[0]
     shifts, table, accelerated = _equations(model, theta, speed, reference)
+    rates, one = 1j * shifts * speed, np.ones(1)
 
     def derivative(t, state):
-        position, velocity, turns = state[:dof] + reference, state[dof:], np.exp(1j * shifts * speed * t)
+        position, velocity, turns = state[:dof] + reference, state[dof:], np.exp(rates * t)
         turned = (turns @ table).reshape(dof, -1)
-        force = turned @ np.concatenate([position, position.conj(), velocity, velocity.conj(), [1]])
+        force = turned @ np.concatenate([position, position.conj(), velocity, velocity.conj(), one])
         for p, local in model.nonlinear_forces:
             seen = [(local.matrix @ vector)[None] for vector in (position, velocity, reference)]
             force = force + theta[p] * (local.at(*seen, [speed * t])[0] @ local.matrix)
