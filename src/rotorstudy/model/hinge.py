@@ -99,13 +99,13 @@ class Hinge:
 
     def force(self, closing_moment: float = 0.0, along: bool = False) -> NonlinearForce:
         """The moment, N m, by which the kink acts along `row` if the moment opens it against a closing one along xi."""
-        kink, stiffness = self._kink_by_rotation, self.section.stiffness
+        stiffness = self.section.stiffness
         scale, closing = np.divide(*self._open_compliance) if along else 1.0, closing_moment / stiffness
 
         def moment(rotation, velocity, deflection, shaft_angle):
             imposed, _, turned, kinks = self._imposed(rotation, shaft_angle)
             if closing not in kinks:
-                kinks[closing] = kink(imposed - closing)
+                kinks[closing] = self._kink_by_rotation(imposed - closing)
             found = kinks[closing]
             return -stiffness * (1j * found.imag * scale if along else found) * turned
 
