@@ -9,6 +9,7 @@ from test_resultant import RIG
 
 from rotorstudy import RotorstudyError, build_model
 from rotorstudy.diagnosis.search import free_force
+from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.search.search import begin, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.prediction import predicted, with_model_error
@@ -67,6 +68,25 @@ def test_a_force_that_nothing_shows_is_as_likely_as_before_the_measurement():
     before = np.log(free_force.PRIOR / len(exact.free_forces) / len(free_force.SHARES))
     assert [one.log_odds for one in exact.free_forces] == pytest.approx(len(exact.free_forces) * [before], abs=1e-3)
     assert min(one.log_odds for one in faulty.free_forces) > before + 100
+
+
+def test_each_harmonic_of_a_force_is_as_likely_as_not_absent():
+    """Present, absent where a force a tenth as large would be seen, and one at which nothing would be (control)."""
+    gram = np.diag([0.0, *[1e12] * 2, *[1e12] * 2, *[0.0] * 2])
+    at = np.repeat([0, 1, 2], 2)
+    each = [free_force._log_prior(np.array(sizes), gram, at) for sizes in ([1.0, 0, 0], [1.0, 1.0, 0], [0, 0, 0])]
+    scales = len(free_force.SCALES)
+    assert each == pytest.approx([-np.log(4 * scales), -2 * np.log(2 * scales), 0.0], abs=1e-3)
+
+
+def test_a_fault_that_the_library_lacks_does_not_widen_the_set_of_those_that_it_has(work):
+    """It is told beside them. Negative control: all of them hold the true one for certain."""
+    known = search(replace(work, found={frozenset(): work.nothing}, screened=[]))
+    rival = work.free_forces[0]._replace(log_odds=odds_of(known.best) - 3.0)
+    doubtful = replace(known, free_forces=(rival,))
+    assert 0.01 < doubtful.outside_probability < 0.1
+    assert [one.named for one, _ in doubtful.credible(0.99)] == [known.best.named]
+    assert len(doubtful.credible(2.0)) > 1
 
 
 def test_an_element_whose_forces_take_most_of_the_data_is_no_hypothesis():

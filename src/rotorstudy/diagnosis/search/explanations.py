@@ -152,6 +152,8 @@ class Search:
     def credible(self, share: float) -> list[tuple[Explanation, float]]:
         """Those of `posterior` of which one is true with a probability of `share`, also if all change equally often.
 
+        If it is not a fault that the library lacks, which is told beside them.
+
         How often an effect is what changed (`Effect.change_rate`) tells which one is likely, but not that the records
         exclude another. Rates that the user states count.
         """
@@ -161,7 +163,7 @@ class Search:
         needed = set()
         for found in (self.posterior(), self.posterior(alike)):
             before = np.cumsum([0.0, *(weight for _, weight in found)])
-            needed |= {e.named for (e, _), less in zip(found, before, strict=False) if less < share}
+            needed |= {e.named for (e, _), less in zip(found, before, strict=False) if less < share * before[-1]}
         return [(e, weight) for e, weight in self.posterior() if e.named in needed]
 
     def _of_sets(self):

@@ -143,7 +143,7 @@ def _posterior(fitted, spectrum, columns, force=None) -> _Posterior:
         size = sizes[by_harmonic]
         precision = np.eye(len(size)) + size[:, None] * gram[1:, 1:] * size
         found = np.linalg.solve(precision, size * gram[1:, 0])
-        log_scale = -np.log(len(SCALES)) * np.count_nonzero(sizes) - np.log(len(SHARES))
+        log_scale = _log_prior(sizes, gram, by_harmonic) - np.log(len(SHARES))
         explained = (size * gram[1:, 0]) @ found
         evidence = 0.5 * (explained - gram[0, 0] - np.linalg.slogdet(precision)[1] - np.linalg.slogdet(inner)[1])
         if best is None or evidence + log_scale > best.evidence:
@@ -178,6 +178,17 @@ def _sizes(gram, by_harmonic, harmonics):
         if np.abs(variance - before).max() <= SETTLED * variance.max(initial=0.0):
             break
     return np.sqrt(variance)
+
+
+def _log_prior(sizes, gram, by_harmonic):
+    """Logarithm of the prior of sizes (harmonic,): as likely as not absent, else one of `SCALES` of the largest.
+
+    So are the harmonics of a cause of the library. One that is absent counts with those too small to be seen.
+    """
+    counts = np.bincount(by_harmonic)
+    gains = np.bincount(by_harmonic, np.diag(gram)[1:]) / counts
+    hidden = np.mean((1 + (sizes.max() * SCALES[:, None]) ** 2 * gains) ** (-counts / 2), axis=0)
+    return float(np.sum(np.where(sizes > 0, -np.log(2 * len(SCALES)), np.log((1 + hidden) / 2))))
 
 
 def _with_force(work, spectrum, at: _Posterior, rows: Sequence[np.ndarray]) -> Fit:
