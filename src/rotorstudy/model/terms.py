@@ -211,6 +211,9 @@ def _entry_share(mine, its):
     if np.shape(mine.matrix) != np.shape(its.matrix):
         return 0.0
     elements = mine.nonzero, its.nonzero
+    (row, _, value), (its_row, *_) = elements
+    if not np.isin(its_row, row[np.abs(value) == np.abs(value).max(initial=0.0)]).any():
+        return 0.0  # other coordinates
     places, at = np.unique(np.concatenate([row + 1j * column for row, column, _ in elements]), return_inverse=True)
     one, other = np.zeros((2, len(places)), complex)
     one[at[: len(elements[0][2])]], other[at[len(elements[0][2]) :]] = elements[0][2], elements[1][2]
