@@ -244,4 +244,4 @@ def _explanation(work, parameters, theta, response, form, evidence, converged):
         converged=converged,
     )
     odds = log_posterior_odds(tuple(causes), fitted, work.base, work.prior_odds)
-    return Explanation(tuple(causes), fitted, odds, form, spectrum)
+    return Explanation(tuple(causes), fitted, odds, form, spectrum, covariance if len(theta) > free else None)

@@ -29,6 +29,8 @@ class Explanation:
     log_posterior_odds: float  # natural logarithm of its odds against the base model alone
     form: tuple | None = None  # FormError of the causes, if there are any
     spectrum: Spectrum | None = None  # with that error, to which they were fitted
+    # (parameter, parameter) of the amplitudes of the fit and of the shapes as fractions of their ranges, if it has any
+    covariance: np.ndarray | None = None
 
     @property
     def kind(self):

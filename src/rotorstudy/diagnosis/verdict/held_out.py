@@ -10,15 +10,14 @@ from rotorstudy.diagnosis.search.form import largest_error
 from rotorstudy.diagnosis.search.impossible import grows
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.search import without_impossible
+from rotorstudy.diagnosis.search.shape_fit import Work, point_of, response_with_shape
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.result import Gain
 from rotorstudy.errors import NoSteadyState, RotorstudyError
-from rotorstudy.inference.fit import Fit, chi_square_p_value
+from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.inference.prediction import (
-    carried_order,
     predicted,
     shown_and_slopes,
-    whitened_prediction,
     with_cause_error,
 )
 from rotorstudy.measurement.spectrum import Spectrum, components
@@ -57,10 +56,11 @@ def split(spectrum, hold_out, others=False):
     return spectrum.at_speeds(~mask), spectrum.at_speeds(mask) if mask.any() else None
 
 
-def gain_of(base, best, held, expected):
+def gain_of(found, held, expected):
     """The Gain of the extension at the held-out speeds, None without any; expected : with the error of the causes."""
     if held is None:
         return None
+    base, best = found.base, found.best.fit
 
     def error(fitted):
         shown = predicted(fitted.model, held, fitted.theta)
@@ -69,11 +69,11 @@ def gain_of(base, best, held, expected):
 
     (before_m, before_sigma), (after_m, after_sigma) = error(base), error(best)
     ratio, sigma = after_m / before_m if before_m else 1.0, {"before_sigma": before_sigma, "after_sigma": after_sigma}
-    sigma["rise_probability"] = rise_probability(base, best, expected)
+    sigma["rise_probability"] = rise_probability(found, expected)
     return Gain(speeds=held.speed, before_m=before_m, after_m=after_m, ratio=ratio, **sigma)
 
 
-def rise_probability(base: Fit, best: Fit, held: Spectrum) -> float:
+def rise_probability(found: Search, held: Spectrum) -> float:
     """Probability that the error (rms, m) at held-out speeds rises, though the extended model is true.
 
     With the error e of its prediction, by noise and uncertain parameters, and what the causes change, d, it rises if
@@ -81,11 +81,12 @@ def rise_probability(base: Fit, best: Fit, held: Spectrum) -> float:
     """
     from scipy.special import ndtr
 
-    shown, columns = shown_and_slopes(best.model, held, best.theta, best.names, carried_order(held))
+    (shown, columns), covariance = _shown_and_slopes(found, found.best, held)
+    base = found.base
     change, columns = held.shown(shown - predicted(base.model, held, base.theta)), held.shown(columns)
     slope, parts = np.sum((change.conj() * columns).real, axis=(1, 2, 3)), components(change)
     noise = np.einsum("wcs,wscd,wds->", parts, held.covariance, parts)
-    spread = np.sqrt(noise + slope @ best.covariance @ slope)
+    spread = np.sqrt(noise + slope @ covariance @ slope)
     return float(ndtr(-np.sum(np.abs(change) ** 2) / (2 * spread))) if spread else 0.5
 
 
@@ -112,12 +113,12 @@ def with_held_out(found: Search, held: Spectrum | None) -> Search:
     if held is None:
         return found
     usual = found.settings.form_error  # which the values of a fit may hide at its own speeds
-    stated = held_out_misfit(found.base, held).log_likelihood
+    stated = held_out_misfit(found, found.nothing, held).log_likelihood
     least, gains = max(map(odds_of, found.explanations)) - NEAR, {frozenset(): stated}
     for key, one in found.found.items():
         if one.causes and odds_of(one) > least:
             try:
-                gains[key] = held_out_misfit(one.fit, expected_of(one, found, held, usual)).log_likelihood
+                gains[key] = held_out_misfit(found, one, expected_of(one, found, held, usual)).log_likelihood
             except NoSteadyState:
                 continue
     weighed = {
@@ -134,11 +135,11 @@ def with_held_out(found: Search, held: Spectrum | None) -> Search:
     return replace(found, upheld=alone > LEAST_LOG_ODDS)
 
 
-def is_contradicted(base: Fit, best: Fit, held: Spectrum | None, settings: Settings, gain: Gain | None) -> bool:
+def is_contradicted(found: Search, held: Spectrum | None, gain: Gain | None) -> bool:
     """Whether a prediction is off by more than its uncertainty, or the error rises where noise hardly explains it."""
     if held is None:
         return False
-    is_off = held_out_misfit(best, held).p_value < settings.significance
+    is_off = held_out_misfit(found, found.best, held).p_value < found.settings.significance
     return is_off or (gain.ratio > 1 and gain.rise_probability < IMPROBABLE)
 
 
@@ -150,13 +151,26 @@ class HeldOutMisfit(NamedTuple):
     log_likelihood: float
 
 
-def held_out_misfit(fitted: Fit, held: Spectrum) -> HeldOutMisfit:
-    """Misfit of the held-out speeds, given their noise and the posterior covariance of the parameters."""
-    shown, columns = whitened_prediction(fitted.model, held, fitted.names, fitted.free)
-    off = held.whitened(held.amplitude) - shown
-    size = np.sqrt(np.diag(fitted.covariance))
+def held_out_misfit(found: Search, one: Explanation, held: Spectrum) -> HeldOutMisfit:
+    """Misfit of the held-out speeds, given their noise and the posterior covariance of amplitudes and shapes."""
+    (shown, columns), covariance = _shown_and_slopes(found, one, held)
+    off, columns = held.whitened(held.amplitude - shown), held.whitened(columns).T
+    size = np.sqrt(np.diag(covariance))
     size[size == 0] = 1.0
-    columns, covariance = columns * size, fitted.covariance / np.outer(size, size)
+    columns, covariance = columns * size, covariance / np.outer(size, size)
     within, pull = np.eye(len(size)) + covariance @ (columns.T @ columns), columns.T @ off
     misfit = float(off @ off - pull @ np.linalg.solve(within, covariance @ pull))
     return HeldOutMisfit(misfit, chi_square_p_value(misfit, len(off)), -0.5 * (misfit + np.linalg.slogdet(within)[1]))
+
+
+def _shown_and_slopes(found, one, held):
+    """What an Explanation predicts (speed, harmonic, sensor), with its slopes (parameter, ...), and their covariance.
+
+    The parameters are the amplitudes of its fit, then the shapes of its causes.
+    """
+    fitted = one.fit
+    if one.covariance is None:
+        return shown_and_slopes(fitted.model, held, fitted.theta, fitted.names), fitted.covariance
+    work = Work(found.rig, found.whole, found.prior, held, found.settings)
+    points = [point_of(work, cause) for cause in one.causes]
+    return response_with_shape(work, one.causes, fitted.free, points), one.covariance

@@ -130,8 +130,8 @@ def _judged(one, settings, findings):
     left = residual_share(*(misfit(one.model, fitted, one.theta) for one in (base, best.fit)), rows)
     weights = found.posterior()
     probability = _probability(weights)
-    stated, gain = _stated(found.credible(STATED_SET), best), gain_of(base, best.fit, held, expected)
-    against = is_contradicted(base, best.fit, expected, settings, gain)
+    stated, gain = _stated(found.credible(STATED_SET), best), gain_of(found, held, expected)
+    against = is_contradicted(found, expected, gain)
     kind = _kind(found, probability, is_alone=not stated, is_contradicted=against)
     outside = found.outside_probability if best.causes and not chain else 0.0
     over, odd = over_its_forms(found) if kind in ("cause", "ambiguous") else (None, [])
