@@ -56,9 +56,9 @@ def rotorstudy_effect():
         source="bilinear support as in Chu and Tang 2001; Muszynska and Goldman 1995; Greenwood and Williamson 1966",
         places=places,
         shape={
-            "lift_m": (-2.0, 2.0, "vibration"),
+            "lift_m": (-3.0, 3.0, "vibration"),
             "direction_rad": (-np.pi, np.pi),
-            "play_m": (0.05, 5.0, "vibration"),
+            "play_m": (0.05, 10.0, "vibration"),
             "gap_spread_m": (0.01, 1.0, "vibration"),
         },
         example={"lift_m": 0.0},
