@@ -5,7 +5,10 @@ import pytest
 from machines import all_but, disc, faulty, rig_of, shaft, spectrum_of, springs, unbalance
 
 from rotorstudy import build_model
+from rotorstudy.diagnosis.search.free_force import FREE_FORCE
+from rotorstudy.diagnosis.search.moves import LOOSE, additions
 from rotorstudy.diagnosis.search.search import begin, search
+from rotorstudy.diagnosis.search.shape_scan import scan
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.prediction import with_model_error
 
@@ -26,3 +29,22 @@ def test_both_sides_are_tried_and_the_true_one_is_reached():
     assert found.best.fit.cost < len(found.base.residual) < 0.1 * found.base.cost
     angles = [e.causes[0].shape["angle_rad"] for e in found.explanations if e.causes]
     assert set(np.sign(np.cos(np.subtract(angles, TRUTH["angle_rad"])))) == {-1, 1}
+
+
+@pytest.mark.usefixtures("few_shapes")
+def test_a_fit_begins_with_the_amplitudes_of_a_crack_as_they_are_known():
+    """A scan leaves them loose, as the depth is not found yet. Negative control: it finds others."""
+    model = build_model(RIG)
+    settings = Settings(leave_out=all_but("transverse_crack"))
+    crack = {"kind": "transverse_crack", "breathing": "none", **TRUTH, "flexibility_factor": 3.0}
+    spectrum = with_model_error(spectrum_of(faulty(model, crack), SPEED, HARMONICS, 1e-7, order=7), settings)
+    begun = begin(model, spectrum, settings)
+    force = next(one.fitted for one in begun.free_forces if one.fitted is not None)
+    proposals = additions(begun, begun.nothing, [force])
+    assert proposals
+    for one in proposals:
+        (cause,) = one.causes
+        assert [one.values[name] for name in cause.names] == [cause.prior[name][0] for name in cause.names]
+    loose = [c._replace(fixed_std=LOOSE) for c in begun.candidates if c.variant == {"breathing": "none"}]
+    found = scan(begun, force, loose[:1], without=(FREE_FORCE,))
+    assert max(abs(one.screened.start[0] - 1.0) for one in found) > 0.05

@@ -104,16 +104,24 @@ class _Judge(NamedTuple):
             for law in laws[cause.cause].values():
                 if law.variant != cause.variant:
                     other = with_shape(self.work.rig, law, cause.shape, self.work.settings.prior_width)
-                    start = [other.prior[name][0] for name in other.names]
-                    found.append(self.proposal((other,), start, one.evidence))
+                    found.append(self.proposal((other,), usual_amplitudes(other), one.evidence))
         return found
 
 
 def in_best_shapes(work, fitted, chosen, **given):
-    """(cause, Screened) of causes in the shapes of a scan, where known amplitudes are loose; given : as for `scan`."""
+    """(cause, Screened) of causes in the shapes of a scan, where known amplitudes are loose; given : as for `scan`.
+
+    A fit begins with the amplitudes as they are known: from those that a scan finds it leads elsewhere.
+    """
     loose = [c._replace(fixed_std=LOOSE) for c in chosen]
     for cause, one in scan(work, fitted, loose, **given):
-        yield with_shape(work.rig, cause._replace(fixed_std=FIXED), cause.shape, work.settings.prior_width), one
+        known = with_shape(work.rig, cause._replace(fixed_std=FIXED), cause.shape, work.settings.prior_width)
+        yield known, one._replace(start=usual_amplitudes(known)) if known.fixed else one
+
+
+def usual_amplitudes(cause: Candidate) -> np.ndarray:
+    """(unknown,) the means of the prior of its amplitudes."""
+    return np.array([cause.prior[name][0] for name in cause.names])
 
 
 def additions(
