@@ -170,6 +170,17 @@ def test_a_fit_stays_between_the_nodes_about_it_and_goes_on_beyond_the_one_where
     assert around.between_breaks(0.9) == (-np.inf, np.inf) and around.beyond(0.9) is None
 
 
+@pytest.mark.parametrize("side", [-1, 1])
+@pytest.mark.parametrize("node", [0.03332834098333333, 0.06665668196666667, 0.13331336393333335])
+def test_a_derivative_beside_a_node_does_not_step_on_it(node, side):
+    """Where a disc may be, in which a crack cannot act. Negative control: the other way it would."""
+    along = ShapeRange(0.0, 0.19997004590000003, breaks=(0.0, node, 0.19997004590000003))
+    beside = along.beyond(along.between_breaks(along.fraction(node) - side * 0.01)[1 if side > 0 else 0])
+    step = along.step(beside)
+    off = [abs(along.value(beside + way * step) - node) / along.high for way in (1, -1)]
+    assert off[0] > 1.5e-4 and off[1] < 1e-6
+
+
 def test_parts_of_a_law_of_breathing_sum_to_another_law():
     """The first multiple is a half that is always open, less a half that turns."""
     structure = load_rig("examples/two_discs.yaml").structure

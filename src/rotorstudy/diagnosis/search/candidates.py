@@ -195,9 +195,10 @@ class ShapeRange(NamedTuple):
         return float(value * np.log(self.high / self.low)) if self.low > 0 else self.high - self.low
 
     def step(self, fraction: float) -> float:
-        """Small change of the fraction for a derivative, within the range and beyond no break."""
+        """Small change of the fraction for a derivative, within the range, to no break (a disc) and beyond none."""
         step = DIFFERENCE if fraction < 0.5 else -DIFFERENCE
-        here, there = np.searchsorted(self.breaks, [self.value(fraction), self.value(fraction + step)], side="right")
+        ends = [self.value(fraction), self.value(fraction + 1.5 * step)]
+        here, there = np.searchsorted(self.breaks, ends, side="right")
         return -step if here != there and 0 <= fraction - step <= 1 else step
 
     def tried(self) -> list[float]:
