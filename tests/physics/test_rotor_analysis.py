@@ -47,6 +47,11 @@ def test_half_power_width_gives_the_damping_of_a_light_resonance():
     assert peak.speed == pytest.approx(1, abs=3e-4)
 
 
+def test_a_curve_that_rests_while_it_rises_has_no_peak_there():
+    amplitude = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 1.0])
+    assert [one.amplitude for one in peaks(np.arange(6.0), amplitude)] == [3.0]
+
+
 def test_a_peak_without_both_half_power_points_has_no_amplification_factor():
     speed = np.linspace(0.8, 1.005, 4001)
     [peak] = peaks(speed, 1 / np.abs(1 - speed**2 + 2j * 0.01 * speed))

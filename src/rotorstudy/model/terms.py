@@ -213,7 +213,7 @@ def _entry_share(mine, its):
     elements = mine.nonzero, its.nonzero
     (row, _, value), (its_row, *_) = elements
     if not np.isin(its_row, row[np.abs(value) == np.abs(value).max(initial=0.0)]).any():
-        return 0.0  # other coordinates
+        return 0.0  # nothing of its where mine is largest
     places, at = np.unique(np.concatenate([row + 1j * column for row, column, _ in elements]), return_inverse=True)
     one, other = np.zeros((2, len(places)), complex)
     one[at[: len(elements[0][2])]], other[at[len(elements[0][2]) :]] = elements[0][2], elements[1][2]
