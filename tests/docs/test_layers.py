@@ -58,6 +58,25 @@ def test_the_contracts_see_imports_inside_functions(tmp_path):
     assert status == 1 and "rotorstudy.commands.simulate -> rotorstudy.response" in said
 
 
+def test_the_contracts_see_modules_that_import_each_other_in_a_circle(tmp_path, monkeypatch):
+    circle = {
+        "__init__": "",
+        "a": "def late():\n    from around import b",
+        "b": "from around.c import d",
+        "c": "import around.a",
+    }
+    (tmp_path / "around").mkdir()
+    for name, text in circle.items():
+        (tmp_path / "around" / f"{name}.py").write_text(text)
+    _, _, own = (ROOT / "pyproject.toml").read_text().partition('id = "circles"\n')
+    contract = own.partition("\n\n")[0].replace("rotorstudy", "around")
+    config = tmp_path / "pyproject.toml"
+    config.write_text(f'[tool.importlinter]\nroot_package = "around"\n[[tool.importlinter.contracts]]\n{contract}\n')
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    status, said = contracts(config)
+    assert status == 1 and "No modules import each other in a circle BROKEN" in said
+
+
 def test_plugins_py_offers_what_plugins_need():
     """It imports by name when first used, which import-linter does not see."""
     folders = {module.split(".")[0] for module in rotorstudy.plugins._MODULE.values()}

@@ -16,8 +16,8 @@ from rotorstudy.measurement.channel_names import stated_units
 from rotorstudy.measurement.conventions import check_once, one_unit
 from rotorstudy.measurement.netcdf_files import existing, read_netcdf
 from rotorstudy.measurement.raw_record import assemble
-from rotorstudy.measurement.receptances import UFF_ORDERS
 from rotorstudy.measurement.text_table import header_of, layout_hint, numbers_in
+from rotorstudy.measurement.uff import UFF_ORDERS, uff_sets
 from rotorstudy.units import RAD_PER_S, SECONDS
 
 KINDS = {"netcdf": (".nc", ".nc4"), "csv": (".csv", ".txt"), "matlab": (".mat",), "uff": (".uff", ".unv")}
@@ -214,18 +214,6 @@ def _check_survived(path):
         code = "import sys; from scipy.io import loadmat; loadmat(sys.argv[1], squeeze_me=True, struct_as_record=False)"
         if subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True).returncode < 0:
             raise ValueError("it is damaged")
-
-
-def uff_sets(path):
-    """The data sets 58 of a UFF file, and the numbers of the kinds of all."""
-    try:
-        import pyuff
-    except ImportError:
-        raise RotorstudyError(f"{path}: UFF files need the package pyuff; pip install pyuff") from None
-    with reading("UFF file", path):
-        opened = pyuff.UFF(str(path))
-        kinds = [int(kind) for kind in np.atleast_1d(opened.get_set_types())]
-        return [opened.read_sets(i) for i, kind in enumerate(kinds) if kind == 58], kinds
 
 
 def open_uff(path, conventions):

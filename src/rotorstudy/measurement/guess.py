@@ -10,8 +10,8 @@ from rotorstudy.measurement.channel_names import angle_in, numbered_angles, plan
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.files import kind_of, open_channels
 from rotorstudy.measurement.netcdf_files import existing, netcdf
-from rotorstudy.measurement.tables import USUAL_V_PER_M, open_table, whole_numbers
-from rotorstudy.measurement.text_table import guess_layout
+from rotorstudy.measurement.tables import USUAL_V_PER_M, open_table
+from rotorstudy.measurement.text_table import guess_layout, whole_numbers
 from rotorstudy.units import METRES, um
 
 VIEW = {"rotation": "with_angles", "gravity_angle_deg": 180}  # angles from straight up, counter-clockwise

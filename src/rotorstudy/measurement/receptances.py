@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.uff import UFF_ORDERS, uff_sets
 
 COLUMNS = ("frequency_Hz", "response", "force", "real", "imaginary")
-UFF_ORDERS, UFF_AXES, RESPONSE_FUNCTION = {8: 0, 11: 1, 12: 2}, "xyz", 4  # codes of data set 58
+UFF_AXES, RESPONSE_FUNCTION = "xyz", 4  # codes of data set 58
 UFF_UNITS = {"abscissa": ("Hz",), "ordinate": ("m", "m/s", "m/s2"), "orddenom": ("n",)}  # that its labels may state
 
 
@@ -40,8 +41,7 @@ def _receptances(path, order, changed):
 def _of_csv(path, order):
     """{(response, force): (frequency, Hz, values, order of the derivative)} of a CSV file."""
     from rotorstudy.measurement.conventions import CsvLayout  # late: with pydantic, which plugins load without
-    from rotorstudy.measurement.tables import numbers_of
-    from rotorstudy.measurement.text_table import text_in
+    from rotorstudy.measurement.text_table import numbers_of, text_in
 
     text = text_in(path, CsvLayout())
     if set(text) != {*COLUMNS}:
@@ -54,8 +54,6 @@ def _of_csv(path, order):
 
 def _of_uff(path):
     """The same of the frequency response functions of a UFF file; a force against an axis turns the sign."""
-    from rotorstudy.measurement.files import uff_sets  # late, as above
-
     found = {}
     for one in uff_sets(path)[0]:
         if one["func_type"] == RESPONSE_FUNCTION:

@@ -10,8 +10,8 @@ from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.measurement.conventions import check_once, combine, measured_direction, one_unit
 from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT, left_out
-from rotorstudy.measurement.tables import QUANTITY, VELOCITIES, harmonics_in, numbers_of, whole_numbers
-from rotorstudy.measurement.text_table import MISSING
+from rotorstudy.measurement.tables import QUANTITY, VELOCITIES, harmonics_in
+from rotorstudy.measurement.text_table import MISSING, numbers_of, whole_numbers
 from rotorstudy.units import DERIVATIVES, LISTED, METRES, RAD_PER_S
 
 PEAK = {"peak": 1.0, "peak_to_peak": 0.5, "rms": np.sqrt(2)}  # factor to the peak

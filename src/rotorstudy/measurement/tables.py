@@ -17,11 +17,9 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.channel_names import SPEED_WORDS, UNIT_OF, bare, kind_in, stated_units, unit_of, words_in
 from rotorstudy.measurement.conventions import SAME_SPEED, Conventions, combine
 from rotorstudy.measurement.files import SUFFIXES
-from rotorstudy.measurement.text_table import MISSING, header_of, number, text_in
+from rotorstudy.measurement.text_table import header_of, numbers_of, text_in, whole_numbers
 from rotorstudy.units import DERIVATIVES, METRES, RAD_PER_S
 
-LARGEST_VALUE = 1e100  # its square is a number
-LARGEST_WHOLE = 10**9  # of a node or a harmonic
 USUAL_V_PER_M = 7874.0  # 200 mV/mil, of most eddy-current probes (API 670)
 WIDE = re.compile(
     r"(?P<probe>.+?)[\s_:,;/-]+(?<!\s-)(?P<harmonic>\d{1,3})x[\s_:,;/-]*(?P<what>amp|mag|pha?s)[a-z]*\b(?P<unit>.*)",
@@ -225,28 +223,6 @@ def with_harmonics_of_tables(conventions, tables):
                 "each of which gives n and -n; leave 'harmonics:' out, or state these"
             )
     return conventions
-
-
-def numbers_of(text, column, path, may_lack=False):
-    """(row,) numbers of a column; may_lack : whether readings may be missing, which are NaN."""
-    numbers = []
-    for line, cell in text[column].items():
-        try:
-            numbers.append(np.nan if may_lack and cell.lower() in MISSING else number(cell))
-        except ValueError:
-            cure = "correct it, or leave the cell empty if the reading is missing" if may_lack else "correct it"
-            raise RotorstudyError(f"{path}, line {line}, column '{column}': '{cell}' is not a number; {cure}") from None
-    if not may_lack and not (np.abs(numbers) <= LARGEST_VALUE).all():
-        raise RotorstudyError(f"{path}: column '{column}' has values that are not finite, or beyond {LARGEST_VALUE:g}")
-    return np.array(numbers)
-
-
-def whole_numbers(text, column, path):
-    """(row,) whole numbers of a column."""
-    numbers = numbers_of(text, column, path)
-    if not (numbers == np.rint(numbers)).all() or (np.abs(numbers) > LARGEST_WHOLE).any():
-        raise RotorstudyError(f"{path}: column '{column}' must hold whole numbers, at most {LARGEST_WHOLE}")
-    return numbers.astype(int)
 
 
 def gap_positions(path, conventions: Conventions) -> dict[int, tuple[np.ndarray, np.ndarray]]:

@@ -22,6 +22,8 @@ from rotorstudy.measurement.conventions import WHITESPACE, CsvLayout
 LINES = 400  # read for a guess
 FIRST = 1 << 16  # bytes, of which one at least is no space
 ROWS = 3  # at least of data
+LARGEST_VALUE = 1e100  # its square is a number
+LARGEST_WHOLE = 10**9  # of a node or a harmonic
 LONGEST = 1000  # characters in a cell of a table
 MOST_COLUMNS = 5000  # a table of 250 probes with ten harmonics each
 SEPARATORS = (";", "\t", ",", "|", ":", WHITESPACE[0])
@@ -174,6 +176,28 @@ def text_in(path, layout):
         raise RotorstudyError(f"{path}: a table without rows below its header; leave the file out")
     text = pd.DataFrame(rows, index=lines, columns=header_of(path, layout)[0], dtype=str)
     return text[[name for name in text if not name.startswith("Unnamed: ") or text[name].any()]]
+
+
+def numbers_of(text, column, path, may_lack=False):
+    """(row,) numbers of a column; may_lack : whether readings may be missing, which are NaN."""
+    numbers = []
+    for line, cell in text[column].items():
+        try:
+            numbers.append(np.nan if may_lack and cell.lower() in MISSING else number(cell))
+        except ValueError:
+            cure = "correct it, or leave the cell empty if the reading is missing" if may_lack else "correct it"
+            raise RotorstudyError(f"{path}, line {line}, column '{column}': '{cell}' is not a number; {cure}") from None
+    if not may_lack and not (np.abs(numbers) <= LARGEST_VALUE).all():
+        raise RotorstudyError(f"{path}: column '{column}' has values that are not finite, or beyond {LARGEST_VALUE:g}")
+    return np.array(numbers)
+
+
+def whole_numbers(text, column, path):
+    """(row,) whole numbers of a column."""
+    numbers = numbers_of(text, column, path)
+    if not (numbers == np.rint(numbers)).all() or (np.abs(numbers) > LARGEST_WHOLE).any():
+        raise RotorstudyError(f"{path}: column '{column}' must hold whole numbers, at most {LARGEST_WHOLE}")
+    return numbers.astype(int)
 
 
 def number(cell, decimal="."):
