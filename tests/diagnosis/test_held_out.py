@@ -139,17 +139,20 @@ def test_of_many_speeds_forty_are_fitted_and_the_rest_is_predicted(is_touched):
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
-def test_the_misfit_of_held_out_speeds_is_that_of_the_whole_covariance(fits, monkeypatch, scale):
+@pytest.mark.parametrize("errors", [0, 2])
+def test_the_misfit_of_held_out_speeds_is_that_of_the_whole_covariance(fits, monkeypatch, scale, errors):
+    """That of uncertain parameters, and of errors that speeds and sensors share."""
     held = fits(1.0)[2]
-    rows = np.random.default_rng(2).normal(0, [1.0, scale], (held.data_count, 2))
+    draw = np.random.default_rng(2).normal
+    slopes = NOISE * draw(0, 1.0, (2, *held.amplitude.shape)) * np.reshape([1.0, scale], (2, 1, 1, 1))
     known = SimpleNamespace(
         model=None, names=(), theta=None, covariance=np.array([[2.0, 0.5 / scale], [0.5 / scale, scale**-2]])
     )
-    off = np.random.default_rng(3).normal(0, 3.0, held.data_count)
-    seen = SimpleNamespace(amplitude=off, whitened=lambda values: values)
-    monkeypatch.setattr(held_out, "shown_and_slopes", lambda *_: (0.0, rows.T))
-    found = held_out.held_out_misfit(None, Explanation((), known, 0.0), seen)
-    whole = np.eye(len(off)) + rows @ known.covariance @ rows.T
+    shown, shared = held.amplitude - NOISE * draw(0, 3.0, held.amplitude.shape), draw(0, 2.0, (held.data_count, errors))
+    monkeypatch.setattr(held_out, "shown_and_slopes", lambda *_: (shown, slopes))
+    found = held_out.held_out_misfit(None, Explanation((), known, 0.0), held.with_shared_error(shared))
+    off, rows = held.whitened(held.amplitude - shown), held.whitened(slopes).T
+    whole = np.eye(len(off)) + rows @ known.covariance @ rows.T + shared @ shared.T
     assert found.misfit == pytest.approx(off @ np.linalg.solve(whole, off), rel=1e-9)
     assert found.log_likelihood == pytest.approx(-0.5 * (found.misfit + np.linalg.slogdet(whole)[1]), rel=1e-9)
 
@@ -206,6 +209,7 @@ def test_causes_that_allow_no_steady_motion_at_a_held_out_speed_are_dropped(fits
         return held_out.HeldOutMisfit(1.0, 1.0, 0.0)
 
     monkeypatch.setattr(held_out, "held_out_misfit", misfit)
+    monkeypatch.setattr(held_out, "expected_of", lambda *_: held)
     cause = SimpleNamespace(cause="a preload")
     known = {
         frozenset(): Explanation((), base, 0.0),

@@ -95,6 +95,13 @@ class Whitened:
         parts = zip(np.moveaxis(self.whitener, 1, 0), seen, rows, strict=True)
         return float(sum(np.linalg.slogdet(w[:, data] @ a[data].T)[1].sum() for w, data, a in parts))
 
+    @property
+    def log_shared_volume(self) -> float:
+        """Logarithm of the determinant of the covariance of whitened data, which is that of the errors they share."""
+        if self.shared_error is None or not self.shared_error.size:
+            return 0.0
+        return float(np.log1p(self._shared[1]).sum())
+
     def log_change(self, matrix: np.ndarray) -> float:
         """Logarithm of the determinant of a linear change (sensor, component, component) of the data of all speeds."""
         seen, rows = self._seen

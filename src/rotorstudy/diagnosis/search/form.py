@@ -97,11 +97,15 @@ class LocalForces:
 
     def __init__(self, fitted: Fit, spectrum: Spectrum, structure: Structure):
         self.near = neighbourhood(fitted.model, spectrum, fitted.theta)
-        self.spectrum, self.known = spectrum, {}
+        self.fitted, self.spectrum, self.structure, self.known = fitted, spectrum, structure, {}
         self.places = []  # (dofs, rows) of nodes, then of elements
         for (kind, number, _), rows in places_of(structure):
             dofs = {i for i, (node, _) in enumerate(structure.dofs) if node == number} if kind == "node" else None
             self.places.append((dofs or set(np.flatnonzero(np.abs(rows).any(axis=0)).tolist()), rows, kind))
+
+    def at(self, spectrum: Spectrum) -> "LocalForces":
+        """The same at other speeds."""
+        return LocalForces(self.fitted, spectrum, self.structure)
 
     def beside(self, parts: Sequence[Candidate]) -> tuple[np.ndarray | None, np.ndarray | None]:
         """`Change.forces` and `Change.forced` of the parts of a fault; None if they act at several places."""

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
-from rotorstudy.diagnosis.search.form import largest_error
+from rotorstudy.diagnosis.search.form import changes_of, form_errors, largest_error
 from rotorstudy.diagnosis.search.impossible import grows
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.search import without_impossible
@@ -15,12 +15,9 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.result import Gain
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import chi_square_p_value
-from rotorstudy.inference.prediction import (
-    predicted,
-    shown_and_slopes,
-    with_cause_error,
-)
+from rotorstudy.inference.prediction import predicted, shown_and_slopes
 from rotorstudy.measurement.spectrum import Spectrum, components
+from rotorstudy.response.neighbourhood import carried_motion
 from rotorstudy.units import spin, spins
 
 NEAR = 100.0  # log odds by the fit below the best, from which an explanation is not considered further
@@ -85,17 +82,32 @@ def rise_probability(found: Search, held: Spectrum) -> float:
     base = found.base
     change, columns = held.shown(shown - predicted(base.model, held, base.theta)), held.shown(columns)
     slope, parts = np.sum((change.conj() * columns).real, axis=(1, 2, 3)), components(change)
-    noise = np.einsum("wcs,wscd,wds->", parts, held.covariance, parts)
+    by_noise = np.einsum("wscd,wds->wcs", held.covariance, parts)
+    noise = np.sum(parts * by_noise)
+    if held.shared_error is not None:  # d.e = (C d).C^-1.e, of which the data are whitened
+        real, imaginary = np.split(by_noise, 2, axis=1)
+        along = replace(held, shared_error=None).whitened(real + 1j * imaginary) @ held.shared_error
+        noise += along @ along
     spread = np.sqrt(noise + slope @ covariance @ slope)
     return float(ndtr(-np.sum(np.abs(change) ** 2) / (2 * spread))) if spread else 0.5
 
 
-def expected_of(explanation: Explanation, found: Search, held: Spectrum, least: float) -> Spectrum:
-    """Held-out speeds with the error of the form of the causes, relative, as in the fit but no smaller than `least`."""
-    if not explanation.causes:
+def expected_of(one: Explanation, found: Search, held: Spectrum, least: float = 0.0) -> Spectrum:
+    """Held-out speeds with the error of the form of the causes that the fit has (`form.py`).
+
+    least : least standard deviation of that error, as a fraction of what the causes change
+    """
+    if not one.causes:
         return held
-    missing = held.amplitude - predicted(found.base.model, held, found.base.theta)
-    return with_cause_error(held, missing, np.maximum(explanation.form.std, least))
+    forces = found.local_forces.at(held)
+    near, largest = forces.near, found.settings.form_error
+    motion = carried_motion(one.fit.model, near.speed, near.harmonics, one.fit.theta, order=near.order)
+    changes = changes_of(one.causes, one.fit.values, motion, forces, largest)
+    errors, at = form_errors(held.speed, changes, one.form.shares)
+    if not changes:
+        return held
+    std = np.maximum(one.form.std, least) / max(change.inexactness for change in changes)
+    return held.with_shared_error(held.whitened(std[at][:, None, None, None] * errors).T)
 
 
 def largest_of(explanation: Explanation, settings: Settings) -> float:
@@ -112,13 +124,12 @@ def with_held_out(found: Search, held: Spectrum | None) -> Search:
     """
     if held is None:
         return found
-    usual = found.settings.form_error  # which the values of a fit may hide at its own speeds
     stated = held_out_misfit(found, found.nothing, held).log_likelihood
     least, gains = max(map(odds_of, found.explanations)) - NEAR, {frozenset(): stated}
     for key, one in found.found.items():
         if one.causes and odds_of(one) > least:
             try:
-                gains[key] = held_out_misfit(found, one, expected_of(one, found, held, usual)).log_likelihood
+                gains[key] = held_out_misfit(found, one, expected_of(one, found, held)).log_likelihood
             except NoSteadyState:
                 continue
     weighed = {
@@ -160,7 +171,8 @@ def held_out_misfit(found: Search, one: Explanation, held: Spectrum) -> HeldOutM
     columns, covariance = columns * size, covariance / np.outer(size, size)
     within, pull = np.eye(len(size)) + covariance @ (columns.T @ columns), columns.T @ off
     misfit = float(off @ off - pull @ np.linalg.solve(within, covariance @ pull))
-    return HeldOutMisfit(misfit, chi_square_p_value(misfit, len(off)), -0.5 * (misfit + np.linalg.slogdet(within)[1]))
+    volume = np.linalg.slogdet(within)[1] + held.log_shared_volume
+    return HeldOutMisfit(misfit, chi_square_p_value(misfit, len(off)), -0.5 * (misfit + volume))
 
 
 def _shown_and_slopes(found, one, held):

@@ -79,7 +79,7 @@ def _judged(one: Sought) -> Sought:
         return one._replace(judged=judged, chain=chain)
     best = judged.best
     expected = expected_of(best, judged, held, largest_of(best, judged.settings))
-    surprise = held_out_misfit(judged, best, expected_of(best, judged, held, 0.0))
+    surprise = held_out_misfit(judged, best, expected_of(best, judged, held))
     return one._replace(judged=judged, chain=chain, expected=expected, surprise=surprise)
 
 
