@@ -15,7 +15,7 @@ from rotorstudy.blind.machines.film import Film, add_film, bearing
 from rotorstudy.blind.machines.machine import GRAVITY, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.diagnosis import investigate
-from rotorstudy.diagnosis.search import moves
+from rotorstudy.diagnosis.search import moves, search
 from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.moves import additions, loading_films
 from rotorstudy.diagnosis.search.search import begin
@@ -127,6 +127,24 @@ def test_a_film_that_changed_is_named_with_its_number(number, changed, share):
     extended = build_model(extended_rig(rig(), diagnosis))
     stated = dict(zip(extended.names, extended.stated, strict=True))
     assert [value for name, value in stated.items() if name.startswith("bearing_change")] == [size.value]
+
+
+def test_a_change_of_films_is_promised_by_steps_of_a_fit_too(monkeypatch):
+    """From the rig as fitted, whatever columns at another motion promise. Negative control: nothing without them."""
+    spectrum = true_spectrum((replace(LEFT, viscosity=0.012), FILMS[1]), 3, noise=3e-8)[0]
+    settings = Settings(**{**STRICT, "leave_out": all_but(*ALIKE)}, uncertainty=KNOWN)
+    work = begin(build_model(rig()), spectrum, settings)
+    monkeypatch.setattr(search, "additions", lambda *_: [])
+
+    def promised():
+        return [one for group in search._moves(work, work.nothing) for one in group]
+
+    best = max(promised(), key=lambda one: one.log_odds)
+    (cause,) = best.causes
+    assert cause.where == {"node": 1, "number": "viscosity_Pa_s"}
+    assert best.values[cause.names[0]] == pytest.approx(-0.4, abs=0.03)
+    monkeypatch.setattr(search, "by_steps_of_a_fit", lambda *_: [])
+    assert not promised()
 
 
 def test_a_spring_at_the_film_is_no_change_of_its_numbers():

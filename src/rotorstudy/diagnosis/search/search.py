@@ -22,6 +22,7 @@ from rotorstudy.diagnosis.search.impossible import grows, is_impossible
 from rotorstudy.diagnosis.search.moves import (
     Proposal,
     additions,
+    by_steps_of_a_fit,
     exchanges,
     loading_films,
     needs_fit,
@@ -218,6 +219,9 @@ def _moves(work, current):
         first, *others = [one for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
         of_readings = [c for c in work.candidates if c.term.acts_on_output]
         at_first = additions(work, current, [first.fitted])
+        # films are not linear in their numbers: neither columns nor the first step of a fit tell how much these explain
+        films = [c for c in work.candidates if c.term.carries]
+        at_first += by_steps_of_a_fit(work, films, work.base.values, -np.inf)
         if of_readings:
             # which an error of the readings leaves as it is
             stated = fit(work.model, work.spectrum, work.prior, steps=0)
