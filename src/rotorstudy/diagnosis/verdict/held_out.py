@@ -103,9 +103,9 @@ def expected_of(one: Explanation, found: Search, held: Spectrum, least: float = 
     near, largest = forces.near, found.settings.form_error
     motion = carried_motion(one.fit.model, near.speed, near.harmonics, one.fit.theta, order=near.order)
     changes = changes_of(one.causes, one.fit.values, motion, forces, largest)
-    errors, at = form_errors(held.speed, changes, one.form.shares)
-    if not changes:
+    if not changes:  # all act on the measuring chain
         return held
+    errors, at = form_errors(held.speed, changes, one.form.shares)
     std = np.maximum(one.form.std, least) / max(change.inexactness for change in changes)
     return held.with_shared_error(held.whitened(std[at][:, None, None, None] * errors).T)
 
