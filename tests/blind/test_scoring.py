@@ -15,6 +15,7 @@ from rotorstudy.blind.config import KINDS
 from rotorstudy.blind.criteria import AT_A_GLANCE, OWN, judge, printed, sentences, statement
 from rotorstudy.blind.run import answer_case, answer_chunk, check_seal, gather_chunks, run_blind, salt_of, seal, summary
 from rotorstudy.blind.scoring import score, score_case, share_bounds
+from rotorstudy.measurement.findings import told
 from rotorstudy.model.cracks import compliance
 from rotorstudy.presentation.blind_page import criteria_page, write_pages
 from rotorstudy.presentation.captions import BLIND_FIGURES
@@ -78,6 +79,16 @@ def test_a_crack_is_judged_by_place_angle_and_flexibility(truths):
     assert row(flexibility_factor=(1.0, 0.01))["flexibility_held"] == 0
     assert row(flexibility_factor=(1.0, 0.01), depth_ratio=(0.2, 0.01))["flexibility_held"] == 1
     assert not row(position_m=(0.4, 0.01))["alone"]
+
+
+@pytest.mark.parametrize(("probed", "node", "right"), [(1, None, True), (2, None, False), (2, 1, True), (1, 9, False)])
+def test_refused_records_are_right_by_the_node_or_of_all_where_one_is_probed(truths, probed, node, right):
+    reversed_there = {"fault": "reversed", "true": [{"family": "reversed", "node": 1}], "probed_nodes": probed}
+    truth = next(one for one in truths if one["known"] and len(one["true"]) == 1) | reversed_there
+    name, where = ("swapped probes", f"record.nc, node {node}") if node else ("sense of rotation", "record.nc")
+    error = str(told(name, where, ratio=3.0, remedy=""))
+    answer = {"verdict": {"verdict": "refused", "error": error}, "held_out": None, "seconds": 1.0}
+    assert score_case(truth, answer)["alone"] == right
 
 
 def test_a_missed_criterion_changes_what_is_said(truths):

@@ -5,7 +5,13 @@ import pytest
 
 from foreign.small_cases import small, special
 from rotorstudy import measured_spectrum, read_rig, registry
-from rotorstudy.blind.machines.contacts import add_clearance, add_cubic_bearing, add_rub, add_soft_foot
+from rotorstudy.blind.machines.contacts import (
+    add_clearance,
+    add_cubic_bearing,
+    add_rub,
+    add_soft_foot,
+    add_stiffening,
+)
 from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_added_mass, add_seal
 from rotorstudy.blind.machines.files import write_case
@@ -107,10 +113,19 @@ def mass_at_a_node(draw):
 
 def stiff_bearing(draw):
     """It moves far less than the shaft: its cubic force is usual in units of its own motion."""
-    moved = draw.healthy.displacement[:, :, :2]
-    size = 0.3 * draw.rotor.bearings[0].stiffness[0, 0] / np.max(np.sum(moved**2, axis=2))
-    add_cubic_bearing(draw.machine, 0, size)
+    add_cubic_bearing(draw.machine, 0, usual_cube(draw))
     return {"node": 1}
+
+
+def bearing_stiff_along_x(draw):
+    """It stiffens along x nearly twice as much as along y, by another law than the library's."""
+    add_stiffening(draw.machine, 0, 0.0, 2 * usual_cube(draw), 0.55)
+    return {"node": 1}
+
+
+def usual_cube(draw):
+    moved = draw.healthy.displacement[:, :, :2]
+    return 0.3 * draw.rotor.bearings[0].stiffness[0, 0] / np.max(np.sum(moved**2, axis=2))
 
 
 SIDE = np.deg2rad(200.0)
@@ -127,7 +142,13 @@ def rub_on_one_side(draw):
 
 @pytest.mark.usefixtures("right_conventions")
 @pytest.mark.parametrize(
-    ("add", "effect"), [(mass_at_a_node, "added_mass"), (stiff_bearing, "cubic_stiffness"), (rub_on_one_side, "rub")]
+    ("add", "effect"),
+    [
+        (mass_at_a_node, "added_mass"),
+        (stiff_bearing, "cubic_stiffness"),
+        (bearing_stiff_along_x, "cubic_stiffness"),
+        (rub_on_one_side, "rub"),
+    ],
 )
 def test_an_effect_added_by_hand_is_named_at_its_node(add, effect, monkeypatch, tmp_path):
     case = special(monkeypatch, 1, add)

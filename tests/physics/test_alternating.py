@@ -31,6 +31,7 @@ def rotor(*effects, gravity=9.81, eccentricity=ECCENTRICITY):
 RUB = {"kind": "rub", "clearance_m": 3e-5, "friction_ratio": 0.1, "rub_stiffness_N_per_m": 2e5}
 LOOSE = {"kind": "looseness", "lift_m": 1e-5, "stiffness_lost_in_lift_N_per_m": 3e5}
 CUBIC = {"kind": "cubic_stiffness", "cubic_stiffness_N_per_m3": 2e13}
+ALONG = {**CUBIC, "axes": True, "cubic_stiffness_0_deg_N_per_m3": 8e12, "cubic_stiffness_45_deg_N_per_m3": -5e12}
 STOP = {**RUB, "clearance_m": 1.5e-5, "offset_ratio": 0.7, "contact_angle_rad": 2.0}
 ASIDE = {**LOOSE, "direction_rad": -1.1}
 BOLTED = {**LOOSE, "direction_rad": 2.0, "lift_m": -3e-6, "play_m": 8e-6}
@@ -141,6 +142,26 @@ def test_circular_whirl_on_a_stiffening_support_is_that_of_its_stiffness_k_r_to_
     assert np.abs(heavy[EVERY == 2][0]) > 1e-3 * r  # weight takes the circle off the middle
 
 
+@pytest.mark.parametrize("power", [2, 1])
+def test_a_support_that_stiffens_along_an_axis_has_a_potential(power):
+    """-(k + a cos 2 phi + b sin 2 phi) |r|^(p + 2) / (p + 2), whose gradient is the force."""
+    k, a, b = 3.0, 1.2, -0.8
+    effect = registry().get("effect", "cubic_stiffness").function
+    forces = [p.force.function for p in effect(bench_structure(), 1, quadratic=True, axes=True)[-3 * (power == 1) :]]
+
+    def potential(x, y):
+        r, twice = np.hypot(x, y), 2 * np.arctan2(y, x)
+        return -(k + a * np.cos(twice) + b * np.sin(twice)) * r ** (power + 2) / (power + 2)
+
+    x, y = np.random.default_rng(5).normal(size=(2, 50))
+    step = 1e-6
+    by_x = (potential(x + step, y) - potential(x - step, y)) / (2 * step)
+    by_y = (potential(x, y + step) - potential(x, y - step)) / (2 * step)
+    found = sum(size * force(x + 1j * y, None, None) for size, force in zip((k, a, b), forces, strict=False))
+    assert found == pytest.approx(by_x + 1j * by_y, abs=1e-7)
+    assert all(force(np.zeros(1, complex), None, None) == 0 for force in forces)
+
+
 def test_circular_whirl_beyond_a_clearance_loses_the_support_within_it():
     """(k - m w^2 + j w c) r e^{ja} - k_s min(r, R) e^{ja} = m e w^2; within the clearance all of k_s is lost."""
     for w, is_within in ((450.0, False), (100.0, True)):
@@ -168,7 +189,7 @@ def test_inside_the_clearance_and_below_the_lift_nothing_happens():
         assert np.abs(harmonic_response(rotor(effect), [480.0], EVERY) - plain).max() > 0.1 * np.abs(plain).max()
 
 
-@pytest.mark.parametrize("effect", [RUB, LOOSE, CUBIC, WORN], ids=lambda e: e["kind"])
+@pytest.mark.parametrize("effect", [RUB, LOOSE, CUBIC, ALONG, WORN], ids=lambda e: e["kind"])
 def test_derivatives_are_those_of_the_response(effect):
     model = rotor(effect, PRELOAD)
     steps = 1e-4 * np.where(model.theta == 0, ECCENTRICITY, np.abs(model.theta))

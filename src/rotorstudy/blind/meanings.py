@@ -97,8 +97,8 @@ ALIKE |= {
 }
 # Faults that the verdict states as a wrong convention of the records, by the words of that hypothesis
 CONVENTIONS = {"unloaded_zero": "displacements count from the unloaded line"}
-# Faults for which the records are refused, by the words of the finding after its node
-REFUSED = {"swapped": "swapped probes", "reversed": "swapped probes"}
+# Faults for which the records are refused, by the words of the finding after its node, or where no other is probed
+REFUSED, SWAPPED, ALL_SWAPPED = ("swapped", "reversed"), "swapped probes", "the probes of all nodes swapped or of the"
 
 
 # Truth -> {parameter of its effect: true value}, where both state the same number. Phases are those of the moment.

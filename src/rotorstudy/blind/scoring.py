@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from rotorstudy.blind.machines.cases import CHAIN_FAULTS
-from rotorstudy.blind.meanings import CONVENTIONS, CRACKS, REFUSED, SIZES, compared
+from rotorstudy.blind.meanings import ALL_SWAPPED, CONVENTIONS, CRACKS, REFUSED, SIZES, SWAPPED, compared
 from rotorstudy.model.cracks import compliance
 from rotorstudy.model.registry import registry
 from rotorstudy.units import HALF_INTERVAL
@@ -77,7 +77,8 @@ def _judged(truth, verdict):
     nothing = {"causes": 0, "names_rotor": False, "probability": np.nan, "first_right": False, "stated": ""}
     if kind in ("refused", "failed"):
         right = kind == "refused" and truth["fault"] in REFUSED and (
-            f"node {true[-1]['node']}: {REFUSED[truth['fault']]}" in verdict["error"]
+            f"node {true[-1]['node']}: {SWAPPED}" in verdict["error"]
+            or (truth["probed_nodes"] == 1 and ALL_SWAPPED in verdict["error"])
         )  # fmt: skip
         return nothing | {"verdict": kind, "answer": kind, "named": verdict["error"], "alone": right, "in_set": right,
                           "wrong": kind == "failed"}  # fmt: skip
