@@ -67,6 +67,25 @@ def test_a_fit_ends_where_its_steps_would_not_reach_the_cost_that_matters(needed
     assert found.theta == pytest.approx(end) and found.converged == (end == 2.0)
 
 
+def test_each_step_after_a_rejected_one_is_half_as_long_at_most(monkeypatch):
+    """Gauss-Newton steps diverge from 3. Negative control: steps as long as the rejected one are tried again."""
+
+    def tried():
+        def predict(theta):
+            seen.append(float(theta[0, 0]))
+            return np.arctan(theta), 1 / (1 + theta[..., None] ** 2)
+
+        seen = []
+        found = levenberg_marquardt(predict, np.zeros((1, 1)), np.array([[3.0]]), ("a",))
+        return found, *np.abs(np.subtract(seen[1:3], seen[0]))  # and lengths of the first two steps
+
+    found, first, second = tried()
+    assert found.theta == pytest.approx(0.0, abs=1e-6) and first > 9 and second <= 0.5 * first
+    monkeypatch.setattr("rotorstudy.inference.levenberg_marquardt.SHORTER", 1.0)
+    found, first, second = tried()
+    assert second > 0.5 * first and found.theta == pytest.approx(3.0)
+
+
 def test_a_prior_joins_the_data_with_its_whole_covariance():
     """Linear in theta: the posterior is known."""
     columns = np.array([[1.0, 0.5], [0.2, 1.0], [0.3, -0.4]])

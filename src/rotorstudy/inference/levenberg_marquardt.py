@@ -11,6 +11,7 @@ from rotorstudy.inference.prior import Prior
 
 FIRST_DAMPING = 1e-6  # nearly a Gauss-Newton step
 LEAST_DAMPING = 1e-12  # a smaller one has no effect, and delays the recovery after a rejected step
+SHORTER = 0.5  # length of a step after a rejected one, over the length of that: a little more damping may shorten none
 ROUND_OFF = 1e-12  # relative increase of the cost that is accepted as round-off
 
 
@@ -97,7 +98,7 @@ def levenberg_marquardt(
     if prior is None:
         check_identifiable(jacobian[0], names)
     normal = np.zeros((len(theta), count, count))
-    damping = np.full(len(theta), convergence.first_damping)
+    damping, radius = np.full(len(theta), convergence.first_damping), np.full(len(theta), np.inf)
     converged = np.zeros(len(theta), bool)
     freedom = max(1, rows - count)
     for number in range(convergence.steps):
@@ -110,11 +111,11 @@ def levenberg_marquardt(
         if not len(trials):
             break
         scaled = normal[trials] / (scale[:, :, None] * scale[:, None, :])
-        scaled = scaled + damping[trials, None, None] * np.eye(count)
         gradient = (weighted @ residual[trials][..., None])[..., 0] / scale
         low, high = ((bound - theta[trials]) * scale for bound in bounds)
-        step = _bounded_solution(scaled, gradient, low, high) / scale
-        step = step / np.maximum(1.0, np.max(np.abs(step) / longest, axis=-1, keepdims=True, initial=0.0))
+        given = scaled, gradient, low, high, np.broadcast_to(longest, count) * scale
+        step, damping[trials] = _step_within(radius[trials], damping[trials], *given)
+        length, step = np.linalg.norm(step, axis=-1), step / scale
         tried = theta[trials] + step
         new_residual, new_jacobian, new_cost, new_weight = attempt(trials, tried)
         better = new_cost <= cost[trials] * (1 + ROUND_OFF)
@@ -128,12 +129,27 @@ def levenberg_marquardt(
         taken = trials[better]
         theta[taken], cost[taken] = tried[better], new_cost[better]
         residual[taken], jacobian[taken], weight[taken] = new_residual[better], new_jacobian[better], new_weight[better]
-        damping[trials] = np.maximum(damping[trials] * np.where(better, 0.1, 10.0), LEAST_DAMPING)
+        damping[trials] = np.maximum(damping[trials] * np.where(better, 0.1, 1.0), LEAST_DAMPING)
+        radius[trials] = np.where(better, np.inf, SHORTER * length)
         converged[trials[done]] = True
         trials = trials[~(done | given_up)]
         if not len(trials):
             break
     return Minimum(theta, cost, residual, jacobian, normal, converged)
+
+
+def _step_within(radius, damping, scaled, gradient, low, high, longest):
+    """Steps (trial, parameter) of at most some lengths (trial,), and the damping, tenfold until they are as short."""
+    step, damping, long = np.zeros(gradient.shape), damping.copy(), np.ones(len(gradient), bool)
+    while True:
+        damped = scaled[long] + damping[long, None, None] * np.eye(gradient.shape[-1])
+        found = _bounded_solution(damped, gradient[long], low[long], high[long])
+        share = np.max(np.abs(found) / longest[long], axis=-1, keepdims=True, initial=0.0)
+        step[long] = found / np.maximum(1.0, share)
+        long = np.linalg.norm(step, axis=-1) > radius
+        if not long.any():
+            return step, damping
+        damping[long] *= 10
 
 
 def _bounded_solution(matrices, right, low, high):
