@@ -59,7 +59,7 @@ def rotorstudy_effect():
             "lift_m": (-3.0, 3.0, "vibration"),
             "direction_rad": (-np.pi, np.pi),
             "play_m": (0.05, 10.0, "vibration"),
-            "gap_spread_m": (0.01, 1.0, "vibration"),
+            "gap_spread_m": (0.01, 3.0, "vibration"),
         },
         example={"lift_m": 0.0},
         positive=True,

@@ -1,5 +1,6 @@
 """The error of form: errors that data have in common, and what they leave to be explained."""
 
+from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,16 @@ from machines import readings
 from rotorstudy import load_rig
 from rotorstudy.diagnosis.search import form_fit
 from rotorstudy.diagnosis.search.candidates import ShapeRange
-from rotorstudy.diagnosis.search.form import SHARES, Change, form_errors, largest_error, most_probable_form, over_speeds
+from rotorstudy.diagnosis.search.form import (
+    SCALES,
+    SHARES,
+    Change,
+    form_errors,
+    largest_error,
+    log_predictive,
+    most_probable_form,
+    over_speeds,
+)
 from rotorstudy.inference.levenberg_marquardt import levenberg_marquardt
 from rotorstudy.inference.prediction import LEAK
 from rotorstudy.inference.prior import Prior
@@ -115,6 +125,37 @@ def test_a_harmonic_that_is_far_off_does_not_widen_the_others():
     assert backward[HARMONICS == -1] > 0.02 and backward[HARMONICS == 1] < 0.002
     everywhere, _ = most_probable(0.04 * change)
     assert (everywhere > 0.01).all()
+
+
+def test_other_speeds_are_as_probable_as_over_all_sizes_that_the_error_may_have():
+    """The sum over every scale of a harmonic is exact; that of two harmonics nearly, as they share a parameter."""
+    spectrum = noisy(1e-9)
+    change, prior = spectrum.amplitude, Prior.independent({"size": (1.0, 1e-4)})
+    of_size = spectrum.whitened(change)[:, None]
+    off = change * (0.02 * (HARMONICS == 1) + 0.01 * (HARMONICS == 2))[:, None]
+
+    def both(harmonics):
+        seen = change * np.isin(HARMONICS, harmonics)[:, None]
+        known = np.append(spectrum.whitened(off), 0.0), of_size, prior.whitener
+        form = most_probable_form(spectrum, [Change(seen)], *known, 0.05)
+        white, slopes = spectrum.whitened(1.5 * off), 1e-4 * of_size
+        found = log_predictive(spectrum, [Change(seen)], form, white, slopes, 0.05)
+        errors, at = form_errors(spectrum.speed, [Change(seen)], form.shares)
+        columns, log_sum = 0.05 * spectrum.whitened(errors).T, -np.inf
+        for chosen in product(range(len(SCALES)), repeat=len(harmonics)):
+            scale, weight = np.zeros(len(HARMONICS)), 1.0
+            for n, i in zip(harmonics, chosen, strict=True):
+                scale[n == HARMONICS], weight = SCALES[i], weight * form.weights[n == HARMONICS][0, i]
+            scaled = columns * scale[at]
+            whole = np.eye(len(white)) + slopes @ slopes.T + scaled @ scaled.T
+            each = -0.5 * (white @ np.linalg.solve(whole, white) + np.linalg.slogdet(whole)[1])
+            log_sum = np.logaddexp(log_sum, each + np.log(weight)) if weight > 0 else log_sum
+        return found, log_sum
+
+    found, expected = both([1])
+    assert found == pytest.approx(expected, abs=1e-6)
+    found, expected = both([1, 2])
+    assert found == pytest.approx(expected, abs=0.1)
 
 
 def test_a_law_known_less_exactly_has_a_larger_error():

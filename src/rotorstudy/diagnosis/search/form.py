@@ -192,13 +192,13 @@ def largest_errors(spectrum: Spectrum, change: np.ndarray, largest: float) -> np
 
 
 def _columns(spectrum, changes, shares, largest):
-    """Columns (component, error) of errors of form, whitened, that change anything, and the harmonic of each."""
+    """Whitened columns (component, error) of errors of form that change anything, and positions of their harmonics."""
     errors, at = form_errors(spectrum.speed, changes, shares)
     if not len(errors):
         return np.zeros((spectrum.data_count, 0)), np.zeros(0, int)
     columns = spectrum.whitened(largest * errors).T
     seen = np.linalg.norm(columns, axis=0) > LEAST
-    return columns[:, seen], spectrum.harmonics[at][seen]
+    return columns[:, seen], at[seen]
 
 
 class FormError(NamedTuple):
@@ -206,6 +206,7 @@ class FormError(NamedTuple):
 
     shares: tuple[float, float, float]  # of `SHARES`
     columns: np.ndarray  # (component, error) what it changes, whitened
+    weights: np.ndarray  # (harmonic, scale) probability of each of `SCALES`
     std: np.ndarray  # (harmonic,) its expected standard deviation, relative to what the causes change
     mean_std: float  # root mean square of that over what they change
     more: float  # logarithm of the mean evidence over all shares and scales, less that of these
@@ -255,20 +256,66 @@ def most_probable_form(
     whole = np.array([np.logaddexp.reduce(one[0]) for one in found])
     alike, shares, columns, at = found[int(np.argmax(whole))]
     scale, more = np.full(len(at), SCALES[int(np.argmax(alike))]), np.log(np.mean(np.exp(whole - whole.max())))
-    expected = dict.fromkeys(at, scale[0]) if len(at) else {}
-    best, products = alike.max(), columns.T @ np.column_stack([data, columns])
-    for sweep in range(SWEEPS if by_harmonic else 0):
-        for n in np.unique(at):
-            each = _of_one_harmonic(gram, products, at == n, scale, prior)
-            scale[at == n] = SCALES[int(np.argmax(each))]
-            weights, best = np.exp(each - each.max()), each.max()
-            more += np.log(weights.mean()) if sweep == SWEEPS - 1 else 0.0
-            expected[n] = weights @ SCALES / weights.sum()
+    weights, best = np.tile(np.eye(len(SCALES))[0], (len(spectrum.harmonics), 1)), alike.max()
+    if by_harmonic:
+        even = np.full(weights.shape, -np.log(len(SCALES)))
+        best, gained = _over_scales(gram, columns, data, at, scale, even, prior, weights) if len(at) else (best, 0.0)
+        more += gained
+    else:
+        weights[np.unique(at)] = np.exp(alike - np.logaddexp.reduce(alike))
     inexact = largest * max((one.inexactness for one in changes), default=0.0)
-    std = inexact * np.array([expected.get(n, 0.0) for n in spectrum.harmonics])
+    std = inexact * weights @ SCALES
     size = sum((np.abs(one.change) ** 2).sum(axis=(0, 2)) for one in changes) if changes else np.zeros(len(std))
     mean = np.sqrt(size @ std**2 / size.sum()) if np.any(size) else 0.0
-    return FormError(shares, (columns * scale)[:, scale > 0], std, float(mean), float(more), float(best + more))
+    reached = float(best + more)
+    return FormError(shares, (columns * scale)[:, scale > 0], weights, std, float(mean), float(more), reached)
+
+
+def log_predictive(
+    spectrum: Spectrum,
+    changes: list[Change],
+    form: FormError,
+    off: np.ndarray,
+    slopes: np.ndarray,
+    largest: float,
+) -> float:
+    """Log probability density of other speeds, less a constant, by the error of form of a fit.
+
+    Few speeds tell the scale of one harmonic only roughly; so the mean is taken over all of them, by their weights.
+
+    spectrum : of these speeds, without such an error;  changes : there
+    off      : (component,) measured less predicted, whitened
+    slopes   : (component, parameter) of independent parameters of unit variance, whitened
+    """
+    columns, at = _columns(spectrum, changes, form.shares, largest)
+    data = np.column_stack([off, slopes])
+    gram = data.T @ data + np.diag(np.append(0.0, np.ones(slopes.shape[1])))
+    scale = SCALES[form.weights.argmax(axis=1)][at]
+    if not len(at):
+        return float(_by_scale(gram, np.zeros((0, len(gram))), np.zeros(0), 0.0)[0])
+    with np.errstate(divide="ignore"):  # what a fit excludes
+        known = np.log(form.weights)
+    return float(sum(_over_scales(gram, columns, data, at, scale, known, 0.0, form.weights.copy())))
+
+
+def _over_scales(gram, columns, data, at, scale, log_prior, prior, weights):
+    """Log evidence with the most probable scales of the harmonics, and that of the mean over all scales, less it.
+
+    columns   : (component, error);  at : (error,) position of the harmonic of each
+    scale     : (error,) those to begin with, which are changed to the most probable ones
+    log_prior : (harmonic, scale) of their probabilities;  prior : as of `_of_one_harmonic`
+    weights   : (harmonic, scale) probabilities with the data, which are written
+    """
+    products = columns.T @ np.column_stack([data, columns])
+    for _ in range(SWEEPS):
+        gained = 0.0
+        for n in np.unique(at):
+            each = _of_one_harmonic(gram, products, at == n, scale, prior)
+            both = each + log_prior[n]
+            top, whole = int(np.argmax(both)), np.logaddexp.reduce(both)
+            scale[at == n], weights[n], best = SCALES[top], np.exp(both - whole), each[top]
+            gained += whole - best
+    return best, gained
 
 
 def _of_one_harmonic(gram, products, own, scale, prior):

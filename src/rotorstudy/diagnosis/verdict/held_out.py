@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
-from rotorstudy.diagnosis.search.form import changes_of, form_errors, largest_error
+from rotorstudy.diagnosis.search.form import SCALES, changes_of, form_errors, largest_error, log_predictive
 from rotorstudy.diagnosis.search.impossible import grows
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.search import without_impossible
@@ -97,17 +97,33 @@ def expected_of(one: Explanation, found: Search, held: Spectrum, least: float = 
 
     least : least standard deviation of that error, as a fraction of what the causes change
     """
-    if not one.causes:
-        return held
-    forces = found.local_forces.at(held)
-    near, largest = forces.near, found.settings.form_error
-    motion = carried_motion(one.fit.model, near.speed, near.harmonics, one.fit.theta, order=near.order)
-    changes = changes_of(one.causes, one.fit.values, motion, forces, largest)
-    if not changes:  # all act on the measuring chain
+    if not (changes := _changes(one, found, held)):
         return held
     errors, at = form_errors(held.speed, changes, one.form.shares)
-    std = np.maximum(one.form.std, least) / max(change.inexactness for change in changes)
+    mean_square = one.form.weights @ SCALES**2
+    std = np.maximum(found.settings.form_error * np.sqrt(mean_square), least / max(one.inexactness for one in changes))
     return held.with_shared_error(held.whitened(std[at][:, None, None, None] * errors).T)
+
+
+def _changes(one, found, held):
+    """What the causes change at held-out speeds; none if all act on the measuring chain."""
+    if not one.causes:
+        return []
+    forces = found.local_forces.at(held)
+    near = forces.near
+    motion = carried_motion(one.fit.model, near.speed, near.harmonics, one.fit.theta, order=near.order)
+    return changes_of(one.causes, one.fit.values, motion, forces, found.settings.form_error)
+
+
+def log_likelihood(one: Explanation, found: Search, held: Spectrum) -> float:
+    """Log-likelihood of held-out speeds, less a constant, over all sizes of the error of form that the fit leaves.
+
+    raises : NoSteadyState
+    """
+    if not (changes := _changes(one, found, held)):
+        return held_out_misfit(found, one, held).log_likelihood
+    off, columns = _independent(*_off_and_slopes(found, one, held))
+    return log_predictive(held, changes, one.form, off, columns, found.settings.form_error)
 
 
 def largest_of(explanation: Explanation, settings: Settings) -> float:
@@ -129,7 +145,7 @@ def with_held_out(found: Search, held: Spectrum | None) -> Search:
     for key, one in found.found.items():
         if one.causes and odds_of(one) > least:
             try:
-                gains[key] = held_out_misfit(found, one, expected_of(one, found, held)).log_likelihood
+                gains[key] = log_likelihood(one, found, held)
             except NoSteadyState:
                 continue
     weighed = {
@@ -164,15 +180,25 @@ class HeldOutMisfit(NamedTuple):
 
 def held_out_misfit(found: Search, one: Explanation, held: Spectrum) -> HeldOutMisfit:
     """Misfit of the held-out speeds, given their noise and the posterior covariance of amplitudes and shapes."""
-    (shown, columns), covariance = _shown_and_slopes(found, one, held)
-    off, columns = held.whitened(held.amplitude - shown), held.whitened(columns).T
-    size = np.sqrt(np.diag(covariance))
-    size[size == 0] = 1.0
-    columns, covariance = columns * size, covariance / np.outer(size, size)
-    within, pull = np.eye(len(size)) + covariance @ (columns.T @ columns), columns.T @ off
-    misfit = float(off @ off - pull @ np.linalg.solve(within, covariance @ pull))
+    off, columns = _independent(*_off_and_slopes(found, one, held))
+    within, pull = np.eye(columns.shape[1]) + columns.T @ columns, columns.T @ off
+    misfit = float(off @ off - pull @ np.linalg.solve(within, pull))
     volume = np.linalg.slogdet(within)[1] + held.log_shared_volume
     return HeldOutMisfit(misfit, chi_square_p_value(misfit, len(off)), -0.5 * (misfit + volume))
+
+
+def _off_and_slopes(found, one, held):
+    """Whitened: measured less predicted (component,), slopes (component, parameter); and their covariance."""
+    (shown, columns), covariance = _shown_and_slopes(found, one, held)
+    return held.whitened(held.amplitude - shown), held.whitened(columns).T, covariance
+
+
+def _independent(off, columns, covariance):
+    """The same with slopes by independent parameters of unit variance."""
+    size = np.sqrt(np.diag(covariance))
+    unit = np.where(size > 0, size, 1.0)
+    variance, along = np.linalg.eigh(covariance / np.outer(unit, unit))
+    return off, columns @ (unit[:, None] * along * np.sqrt(np.maximum(variance, 0.0)))
 
 
 def _shown_and_slopes(found, one, held):
