@@ -1,4 +1,3 @@
-from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -64,29 +63,25 @@ def transverse_crack(
     place = position_m, depth_ratio, angle_rad
     hinge = crack_at(structure, *place, flexibility, breathing == "sudden", front_aspect_ratio)
     jumps = breathing in ("sudden", "switching")
-    tables = {
-        "turning": hinge.entries_by_turning,
-        "cosine": hinge.entries_by_angle,
-        "switching": partial(hinge.entries_by_angle, True),
-        "none": hinge.open_entries,
-    }
-    law = tables.get(breathing, hinge.entries_by_weight)
+    law = "weight" if breathing in ("gradual", "sudden") else breathing
     found, flexibilities = [], {"flexibility_factor": False}
     if any_flexibility and breathing != "sudden":
         flexibilities["excess_flexibility_along"] = True
     for name, along in flexibilities.items():
         force = hinge.force(closing_moment_N_m, along=along) if by_moment else None
-        entries, default = () if by_moment else law(along=along), 0.0 if along else None
+        entries, default = () if by_moment else hinge.entries(law, along), 0.0 if along else None
         found.append(Parameter(name, "1", entries, typical=1.0, force=force, default=default, jumps=jumps))
     if any_flexibility and by_moment and hinge.static_moment:
         force = hinge.force_of_closing()
         found.append(Parameter("closing_moment_share", "1", (), typical=1.0, force=force, default=0.0))
-    for name, (which, _) in FORM.items():
-        motion, order = which
-        is_free = any_law or (any_flexibility and motion == "skewed")
-        if not is_free or (breathing == "none" and order > 0):
-            continue
-        entries, force = ((), hinge.force_of_form(*which)) if by_moment else (hinge.entries_of_form(*which), None)
+    parts = {
+        name: (motion, order)
+        for name, ((motion, order), _) in FORM.items()
+        if (any_law or (any_flexibility and motion == "skewed")) and not (breathing == "none" and order > 0)
+    }
+    tables = [()] * len(parts) if by_moment else hinge.entries_of_forms((*parts.values(),), law)
+    for (name, which), entries in zip(parts.items(), tables, strict=True):
+        force = hinge.force_of_form(*which) if by_moment else None
         found.append(Parameter(name, "1", entries, typical=1.0, force=force, default=0.0))
     return found
 

@@ -316,11 +316,11 @@ def test_a_further_fault_is_worth_its_prior_odds_beside_an_error_of_form(are_two
 
 @pytest.mark.parametrize("is_free", [True, False])
 def test_a_further_fault_is_judged_with_the_shapes_of_the_others_free(is_free, monkeypatch):
-    """A mass that a crack explains by half as much depth again, elsewhere; in that shape, held, nothing is missing."""
+    """A mass that a crack explains by twice the depth, elsewhere; in that shape, held, nothing is missing."""
     model = build_model(TWO_DISCS | {"sensors": [2, 4]})
-    shape = {"position_m": 0.36, "depth_ratio": 0.15, "angle_rad": 0.7}
+    shape = {"position_m": 0.36, "depth_ratio": 0.2, "angle_rad": 0.7}
     crack = hidden(model, "transverse_crack", **shape, breathing="gradual", flexibility_factor=1.0)
-    mass = hidden(model, "added_mass", node=4, added_mass_kg=0.05)
+    mass = hidden(model, "added_mass", node=4, added_mass_kg=0.3)
     settings = KNOWN.model_copy(update={"leave_out": all_but("added_mass", "transverse_crack")})
     work = begin(model, with_model_error(measured(model, crack, mass), settings), settings)
     law = next(c for c in work.candidates if c.variant.get("breathing") == "gradual")

@@ -72,7 +72,7 @@ def test_by_its_angle_a_part_of_the_stiffness_of_the_open_crack_is_lost(switchin
     given = {"z": motion, "conj": motion.conj()}
     own = hinge.section.own_moment / stiffness
     softer = hinge.open_shares / (1 - hinge.open_shares) * [1, 0.5]
-    entries = hinge.entries_by_angle(switching)
+    entries = hinge.entries("switching" if switching else "cosine")
     for angle in (0.0, 0.6, 2.5, 5.0):  # half a radian or more from where it switches
         turn, cosine = np.exp(1j * (angle + 0.4)), np.cos(angle + 0.4)
         share = float(cosine > 0) if switching else (1 + cosine) / 2

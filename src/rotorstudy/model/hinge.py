@@ -25,10 +25,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebval
+from numpy.polynomial.chebyshev import chebder, chebval
 
 from rotorstudy.errors import CannotAct, RotorstudyError
-from rotorstudy.model.cracks import compliance
+from rotorstudy.model.breathing import SHIFTS, open_compliance, series_of, shares_of, shares_of_parts
 from rotorstudy.model.entries import Basis, Entry, LocalMatrix, Multiples, local_outer
 from rotorstudy.model.kinds import CrackDepth
 from rotorstudy.model.options import option_names
@@ -37,15 +37,9 @@ from rotorstudy.model.shaft import Section
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import NonlinearForce
 
-DIRECTIONS = 128  # of the moment, over 360 degrees; interpolation between them is wrong by 2e-4 of the kink
-ACROSS = 0.5  # of the flexibility across, in the formulas by the angle: they count only the half in tension
 CLOSED = 0.05  # of the static moment, for a difference by a residual stress
-ROUND_OFF = 1e-9  # of a cosine, and of the coefficients of shares, relative to the largest
-KEPT = 2048  # depths: a search tries the same one at many angles, and every search on a shaft begins with the same ones
 POSITIONS = 256  # of which the entries are kept: as many as a crack over all its forms is tried at, and more
 LAST = ContextVar("last", default=(None,) * 4)  # crack, rotation, angle, and what they impose: its forces share it
-ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left out are less than 1e-3 of the kink
-SHIFTS = np.arange(-ORDER, ORDER + 3)  # of entries: the conjugate turns by two more
 
 
 @dataclass(frozen=True)
@@ -76,12 +70,16 @@ class Hinge:
     @cached_property
     def open_shares(self) -> np.ndarray:
         """Kink (2,) of an open crack along xi and eta, as a share of the imposed rotation."""
-        softer = self.section.stiffness * self._open_compliance
-        return softer / (1 + softer)
+        return self._softer / (1 + self._softer)
+
+    @property
+    def _softer(self):
+        """Kink (2,) of the open crack along xi and eta, as a share of the rotation that strains the shaft."""
+        return self.section.stiffness * self._open_compliance
 
     @property
     def _open_compliance(self):
-        return _open_compliance(self.depth.name, float(self.depth_ratio), self._of_shaft)
+        return open_compliance(self.depth.name, float(self.depth_ratio), self._of_shaft)
 
     @cached_property
     def _of_shaft(self):
@@ -90,20 +88,13 @@ class Hinge:
         shaft = section.outer_diameter_m, section.youngs_modulus_Pa, section.poissons_ratio
         return (*zip(("diameter_m", "youngs_modulus_Pa", "poissons_ratio"), shaft, strict=True), *self.options)
 
-    @cached_property
-    def _kink(self):
-        """s c (direction,), rad: the kink by a moment of magnitude s, that of an imposed rotation of 1 rad."""
-        if self.sudden:
-            return self.section.stiffness * self._open_compliance[0] * np.maximum(np.cos(_pull()), 0) + 0j
-        return self.section.stiffness * _partly_open(self.depth.name, float(self.depth_ratio), self._of_shaft)
-
     def force(self, closing_moment: float = 0.0, along: bool = False) -> NonlinearForce:
         """The moment, N m, by which the kink acts along `row` if the moment opens it against a closing one along xi."""
         stiffness = self.section.stiffness
         scale, closing = np.divide(*self._open_compliance) if along else 1.0, closing_moment / stiffness
 
         def moment(rotation, velocity, deflection, shaft_angle):
-            imposed, _, turned, kinks = self._imposed(rotation, shaft_angle)
+            imposed, turned, kinks = self._imposed(rotation, shaft_angle)
             if closing not in kinks:
                 kinks[closing] = self._kink_by_rotation(imposed - closing)
             found = kinks[closing]
@@ -117,65 +108,60 @@ class Hinge:
         return replace(more, function=lambda *at: (more.function(*at) - less.function(*at)) / (2 * CLOSED))
 
     def force_of_form(self, motion: str, order: int) -> NonlinearForce:
-        """A part of a law of breathing by the direction of the instantaneous moment; as `entries_of_form`."""
-        size, is_odd = -self.section.stiffness * self.open_shares[0], motion in ("coupled", "lagging")
-        yields = {  # along xi by the rotation imposed along xi; along eta by that along eta; each by the other
-            "across": lambda imposed: imposed.real,
-            "along": lambda imposed: 1j * imposed.imag,
-            "coupled": lambda imposed: imposed.imag + 1j * imposed.real,
-        }[{"lagging": "across", "skewed": "coupled"}.get(motion, motion)]
+        """A part of a law of breathing by the direction of the instantaneous moment; as `entries_of_forms`."""
+        acting = {"lagging": "across", "skewed": "coupled"}.get(motion, motion)
 
         def moment(rotation, velocity, deflection, shaft_angle):
-            imposed, direction, turned, _ = self._imposed(rotation, shaft_angle)
-            law = direction**order if order else 1.0 + 0j
-            law = law.imag / 2 if is_odd else (1 - law.real) / 2 if order else 1.0
-            return size * law * yields(imposed) * turned
+            known = self._imposed(rotation, shaft_angle)[-1]
+            if "direction" not in known:
+                known |= self._whole_parts(rotation, shaft_angle)
+            law = known["direction"] ** order if order else 1.0 + 0j
+            open_part = law.imag if motion in ("coupled", "lagging") else 1 - law.real if order else 2.0
+            return open_part / 2 * known[acting]
 
         return NonlinearForce(self.row[None], moment, takes_angle=True, takes_velocity=False)
 
+    def _whole_parts(self, rotation, shaft_angle):
+        """Moments of parts of a law that are always open, and the direction of the moment that the crack carries."""
+        imposed, turned, _ = self._imposed(rotation, shaft_angle)
+        tangent, found = self._tangent(imposed), {}
+        strain = imposed - tangent(imposed)
+        # along xi by the moment along xi; along eta by that along eta; each by the other
+        kinks = {"across": strain.real, "along": 1j * strain.imag, "coupled": strain.imag + 1j * strain.real}
+        for motion, kink in kinks.items():
+            found[motion] = -self.section.stiffness * self._softer[0] * (kink - tangent(kink)) * turned
+        return found | {"direction": _direction(strain)}
+
     def _imposed(self, rotation, shaft_angle):
-        """The imposed rotation (...) in the frame of the crack, its direction, the turn of that frame, and kinks."""
+        """The imposed rotation (...) in the frame of the crack, the turn of that frame, and what is known of it."""
         crack, last_rotation, last_angle, found = LAST.get()
         if not (crack is self and last_rotation is rotation and np.array_equal(last_angle, shaft_angle)):
             turned = np.exp(1j * (shaft_angle + self.angle))
-            imposed = -(rotation + self.section.own_moment / self.section.stiffness) / turned
-            found = imposed, _direction(imposed), turned, {}
+            found = -(rotation + self.section.own_moment / self.section.stiffness) / turned, turned, {}
             LAST.set((self, rotation, shaft_angle, found))
         return found
 
-    def entries_by_weight(self, along: bool = False) -> Multiples:
-        """The crack opened by the static moment, which stretches the lower or the upper side of the shaft."""
-        return self._entries(self._shares_by_weight, along)
+    def entries(self, breathing: str, along: bool = False) -> Multiples:
+        """The crack whose opening depends on the turn of the shaft alone, by one of `breathing.LAWS`."""
+        return self._entries(shares_of(self._law(breathing)), along)
 
-    def open_entries(self, along: bool = False) -> Multiples:
-        """The crack that never closes, such as a notch."""
-        return self._entries(_turning_shares(*self.open_shares), along)
+    def entries_of_forms(self, parts: tuple[tuple[str, int], ...], breathing: str) -> list[Multiples]:
+        """Parts (motion, order) of other laws of breathing, beside one of `breathing.LAWS`.
 
-    def entries_by_turning(self, along: bool = False) -> Multiples:
-        """The crack whose flexibility opens as (1 + cos) / 2 by its angle to the side that the weight stretches."""
-        softer = self.section.stiffness * self._open_compliance
-        return self._entries(_shares_by_turning(*softer.tolist(), self.side), along)
-
-    def entries_by_angle(self, switching: bool = False, along: bool = False) -> Multiples:
-        """The crack of the formulas of Mayes and Gasch, which opens by its angle to the side that the weight stretches.
-
-        A share of what the open crack takes from the stiffness of the element is missing: (1 + cos) / 2, or if it is
-        switching all of it while the cosine is positive. Unlike others, the first depends on the length of the element.
+        Nearly any law is a sum of these; an amplitude of 1 is what the open crack yields across by the moment that it
+        carries, to first order. motion: "across" or "along" the front, with one minus the cosine of `order` times the
+        angle of the crack to the side that the weight stretches; "coupled", along by a moment across and conversely, or
+        "lagging", across, with its sine; "skewed", coupled, but with one minus the cosine, for a front that is not
+        symmetric. order 0 is an open crack.
         """
-        cosine = self.side * np.cos(_pull())
-        share = np.where(np.abs(cosine) > ROUND_OFF, cosine > 0, 0.5) if switching else (1 + cosine) / 2
-        softer = self.section.stiffness * self._open_compliance * [1, ACROSS]
-        return self._entries(_turning_shares(*np.multiply.outer(softer / (1 + softer), share)), along)
+        return [self._entries(shares, False) for shares in shares_of_parts(self._law(breathing), parts)]
 
-    def entries_of_form(self, motion: str, order: int) -> Multiples:
-        """A part of a law of breathing by the turn of the crack against the side that the weight stretches.
-
-        Nearly any such law is a sum of these; an amplitude of 1 is what the open crack yields across. motion:
-        "across" or "along" the front, with one minus the cosine of `order` times the angle; "coupled", along by a
-        rotation across and conversely, or "lagging", across, with its sine; "skewed", coupled, but with one minus the
-        cosine, for a front that is not symmetric. order 0 is an open crack.
-        """
-        return self._entries(self.open_shares[0] * _shares_of_form(motion, order, self.side), False)
+    def _law(self, breathing):
+        """What `shares_of` takes."""
+        section = ()
+        if breathing == "weight":
+            section = self.depth.name, float(self.depth_ratio), self._of_shaft, float(self.section.stiffness)
+        return breathing, tuple(self._softer.tolist()), self.side, self.sudden, section
 
     def _entries(self, shares, along):
         """Entries of a kink; shares (2, shift) of the imposed rotation and of its conjugate, at `SHIFTS`.
@@ -195,32 +181,32 @@ class Hinge:
         if self.sudden:  # it yields along xi alone, so that phi opens it where mu does
             share = self.open_shares[0]
             return lambda imposed: share * np.maximum(imposed.real, 0)
-        series = _series_of(self.depth.name, float(self.depth_ratio), self._of_shaft, float(self.section.stiffness))
 
         def kink(imposed):
             direction = _direction(imposed)
-            along, across = chebval(direction.real, series)
+            along, across = chebval(direction.real, self._series)
             return np.abs(imposed) * along + 1j * (imposed.imag * across)
 
         return kink
 
-    @cached_property
-    def _shares_by_weight(self):
-        """Shares for `_entries`: Fourier coefficients of those of the imposed rotation and of its conjugate.
+    @property
+    def _series(self):
+        return series_of(self.depth.name, float(self.depth_ratio), self._of_shaft, float(self.section.stiffness))
 
-        The derivative of |mu| c(psi) is c along mu and dc/dpsi across it, in the fixed frame.
-        """
-        orders = np.fft.fftfreq(DIRECTIONS, 1 / DIRECTIONS)
-        across = np.fft.ifft(1j * orders * np.fft.fft(self._kink))
-        along, sideways = (one * np.exp(-1j * _pull()) for one in (self._kink, across))  # of mu in its own direction
-        softer = np.array([[along.real, sideways.real], [along.imag, sideways.imag]])
-        softer = np.moveaxis(softer, -1, 0)
-        (rr, rs), (sr, ss) = np.moveaxis(np.linalg.solve(np.eye(2) + softer, softer), 0, -1)
-        found, side = np.zeros((2, len(SHIFTS))), float(self.side) ** np.arange(-ORDER, ORDER + 1)
-        for i, way in enumerate((1, -1)):
-            series = _coefficients((rr + way * ss + 1j * (sr - way * rs)) / 2)
-            found[i, : len(series)] = (side * series)[::-1]  # the moment turns backwards
-        return found
+    def _tangent(self, imposed):
+        """Function from a small change of an imposed rotation (...) to that of the kink; from itself to the kink."""
+        if self.sudden:
+            return lambda change: self.open_shares[0] * np.where(imposed.real > 0, change.real, 0.0)
+        direction = _direction(imposed)
+        cosine, sine = direction.real, direction.imag
+        (along, across), (more, wider) = (chebval(cosine, one) for one in (self._series, chebder(self._series)))
+        by_size, by_turn = along + 1j * sine * across, -sine * more + 1j * (cosine * across - sine**2 * wider)
+
+        def tangent(change):
+            change = change * direction.conj()
+            return by_size * change.real + by_turn * change.imag
+
+        return tangent
 
 
 def _direction(rotation):
@@ -259,16 +245,6 @@ def crack_at(
     return Hinge(section, depth, depth_ratio, angle_rad, sudden, structure.static_moment_at(section), options)
 
 
-def _turning_shares(xi, eta, both=0.0):
-    """Shares for `Hinge._entries` of kinks (direction,) along xi and eta, and along one by rotation along the other."""
-    found, least = np.zeros((2, len(SHIFTS)), complex), ROUND_OFF * max(np.abs(one).max() for one in (xi, eta, both))
-    for i, share in enumerate(((xi + eta) / 2, (xi - eta) / 2 + 1j * both)):  # the conjugate turns by twice its angle
-        series = np.fft.fft(np.broadcast_to(share, DIRECTIONS))[np.arange(-ORDER, ORDER + 1)] / DIRECTIONS
-        series = np.where(np.abs(series.imag) > least, series, series.real)
-        found[i, 2 * i : 2 * i + len(series)] = np.where(np.abs(series) > least, series, 0.0)
-    return found
-
-
 @lru_cache(maxsize=POSITIONS)
 def _basis(row, own_moment, stiffness):
     """The Basis of a crack at a position: a kink as large as the rotation imposed by a motion, and by the weight."""
@@ -277,57 +253,3 @@ def _basis(row, own_moment, stiffness):
     pattern, own = stiffness * local_outer(row), LocalMatrix(row.shape, (here, 0 * here, own_moment * row[here]))
     kinds = ("z", pattern), ("conj", pattern), ("one", own)
     return Basis(tuple(Entry(matrix, on=on, shift=int(shift)) for on, matrix in kinds for shift in SHIFTS))
-
-
-@lru_cache(maxsize=KEPT)
-def _shares_by_turning(xi, eta, side):
-    """Shares of a crack whose softness along xi and eta, in kinks by the moment of a unit kink, opens by its angle."""
-    softer = np.multiply.outer([xi, eta], (1 + side * np.cos(_pull())) / 2)
-    return _turning_shares(*softer / (1 + softer))
-
-
-@lru_cache(maxsize=KEPT)
-def _shares_of_form(motion, order, side):
-    """Shares of a part of a law of breathing, of an open crack that yields across as the shaft does."""
-    law = side**order * np.exp(-1j * order * _pull())  # the moment turns backwards
-    even = (1 - law.real) / 2 if order else law.real
-    xi = {"across": even, "lagging": law.imag / 2}.get(motion, 0.0)
-    both = {"coupled": law.imag / 2, "skewed": even}.get(motion, 0.0)
-    return _turning_shares(xi, even if motion == "along" else 0.0, both)
-
-
-@lru_cache
-def _pull():
-    """Directions (direction,) in which the moment pulls, rad from xi."""
-    return 2 * np.pi / DIRECTIONS * np.arange(DIRECTIONS)
-
-
-@lru_cache(maxsize=KEPT)
-def _open_compliance(name, depth_ratio, shaft):
-    """Compliance (2,) of the open crack along xi and eta, rad/(N m); not to be changed."""
-    depth = registry().get("depth", name, "the transverse crack")
-    return compliance(depth, depth_ratio, "the transverse crack", **dict(shaft))
-
-
-@lru_cache(maxsize=KEPT)
-def _partly_open(name, depth_ratio, shaft):
-    """Kink c (direction,) by a unit moment in all directions, rad/(N m)."""
-    half = _pull()[: DIRECTIONS // 2]
-    found = registry().get("depth", name, "the transverse crack").partly_open(depth_ratio, half, **dict(shaft))
-    return np.concatenate([found, [0], found[:0:-1].conj()])  # closed in pure compression, and symmetric
-
-
-@lru_cache(maxsize=KEPT)
-def _series_of(name, depth_ratio, shaft, stiffness):
-    """Chebyshev coefficients (k, 2) in cos x of Re h(x) and of Im h(x) / sin x, of a crack at any angle."""
-    kink = stiffness * _partly_open(name, depth_ratio, shaft)
-    turned = 1 + kink * np.exp(-1j * _pull())  # the imposed rotation in the direction of the moment
-    h = _coefficients(np.interp(_pull(), _pull() + np.angle(turned), kink / np.abs(turned), period=2 * np.pi))
-    along, odd = h[ORDER:] + h[ORDER::-1], h[ORDER + 1 :] - h[ORDER - 1 :: -1]
-    across = np.array([2 * odd[k::2].sum() for k in range(ORDER + 1)])  # sin kx / sin x = 2 cos (k-1)x + ...
-    return np.stack([along, across], axis=-1) / np.where(np.arange(ORDER + 1) > 0, 1, 2)[:, None]
-
-
-def _coefficients(values):
-    """Fourier coefficients (k,), k = -ORDER..ORDER, of a function of the direction; real, as the crack is symmetric."""
-    return (np.fft.fft(values).real / DIRECTIONS)[np.arange(-ORDER, ORDER + 1)]
