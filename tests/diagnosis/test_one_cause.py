@@ -333,10 +333,10 @@ def test_the_interval_of_the_depth_holds_whatever_the_front(curved):
 def test_a_crack_with_the_flexibilities_of_no_front_is_told():
     """By strips it yields along its front twice as much as by elasticity, which its interval allows for."""
     cause, (warning,) = named(depth_ratio=0.3, flexibility="strip_integration")
-    assert "flexibility factor" in warning and "another form" in warning
+    assert "along 0" in warning and "another form" in warning
     as_soft = 0.307  # by elasticity, as strips are 1.06 times as soft across the front there
     low, high = cause.parameters["depth_ratio"].interval_95
-    assert low < as_soft < high < 1.3 * low
+    assert low < as_soft < high < 1.35 * low
 
 
 @pytest.mark.usefixtures("few_places", "few_shapes")

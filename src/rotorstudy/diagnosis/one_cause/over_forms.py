@@ -128,7 +128,8 @@ def _weighted(shapes, starts):
     rows = {x: _distribution(known[x], along) for x in likely}
     best = min((known[x] for x in likely), key=lambda one: one.cost.min())
     best = best.part(np.argmin(best.cost))
-    return _Weighted(shapes.law, *_mixture(rows, shapes.ranges, shapes.held), best.amplitudes, float(best.cost))
+    whole, *drawn = _mixture(rows, shapes.ranges, shapes.held)
+    return _Weighted(shapes.law, whole + float(best.log_volume), *drawn, best.amplitudes, float(best.cost))
 
 
 def beside_likely(near, along):
@@ -161,13 +162,17 @@ def _places(cause, law, ranges, place):
 
 
 def _distribution(there, along):
-    """Along the position: (level, option and its log variance), and the logarithm of the evidence of the form."""
+    """Along the position: (level, option and its log variance), and the logarithm of the evidence of the form.
+
+    The posterior volume of amplitudes, depth and angle is taken to be the same everywhere: fits at nine places of a
+    shaft agree to 1.4 in its logarithm, while at a motion that is held it changes by 7 within an element.
+    """
     from scipy.interpolate import PchipInterpolator
 
     held, first = np.unique(there.points[:, along].round(9), return_index=True)
     there = there.part(first)
     spread = np.log(np.where(there.variances > 0, there.variances, 1.0))
-    rows = np.column_stack([there.points, spread, -there.log_evidence])
+    rows = np.column_stack([there.points, spread, there.cost / 2])
     curve = PchipInterpolator(held, rows)  # no overshoot where the misfit rises steeply
     x = np.unique(np.concatenate([np.linspace(a, b, 16) for a, b in pairwise(held)]))
     energy = curve(x)[:, -1]

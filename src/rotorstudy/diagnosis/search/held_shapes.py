@@ -33,8 +33,7 @@ class Shapes(NamedTuple):
     variances: np.ndarray  # (row, option) of them
     amplitudes: np.ndarray  # (row, unknown)
     cost: np.ndarray  # (row,) misfit and penalty
-    # (row,) of the form and the position, without the terms that are the same for all shapes and laws
-    log_evidence: np.ndarray
+    log_volume: np.ndarray  # (row,) of the posterior of the rest beside that of the prior
 
     def part(self, rows) -> "Shapes":
         """Some of the rows."""
@@ -134,7 +133,7 @@ class HeldShapes(NamedTuple):
             found.points[np.ix_(kept, free)] += np.where(is_close[:, None], here.step, 0.0)[is_better]
             found.variances[np.ix_(kept, free)] = here.variances[is_better]
             found.amplitudes[kept], found.cost[kept] = here.amplitudes[is_better], cost[is_better]
-            found.log_evidence[kept] = (here.log_volume - cost / 2)[is_better]
+            found.log_volume[kept] = here.log_volume[is_better]
             forward = np.clip(here.step, -LONGEST, LONGEST)
             back = found.points[active][:, free] - points[active][:, free]  # of which a quarter of the step is left
             step[active] = np.where(is_better[:, None], forward, 0.75 * back)
