@@ -210,7 +210,7 @@ CONTACTS = {"looseness": soft_foot, "support_clearance": oval_clearance}
 def test_a_contact_that_opens_gradually_by_another_law_is_named_alone(effect, monkeypatch, tmp_path):
     """Negative control: without the effect no other contact explains the records."""
     case, library = (
-        special(monkeypatch, 3, CONTACTS[effect], speeds=4),
+        special(monkeypatch, 3, CONTACTS[effect], speeds=6),
         {*OF_SHAPE, "support_clearance", "support_loss"},
     )
     others = sorted({name for name, one in registry().plugins["effect"].items() if one.candidate} - library)

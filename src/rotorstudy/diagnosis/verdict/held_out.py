@@ -122,7 +122,7 @@ def log_likelihood(one: Explanation, found: Search, held: Spectrum) -> float:
     """
     if not (changes := _changes(one, found, held)):
         return held_out_misfit(found, one, held).log_likelihood
-    off, columns = _independent(*_off_and_slopes(found, one, held))
+    off, columns = _off_and_slopes(found, one, held)
     return log_predictive(held, changes, one.form, off, columns, found.settings.form_error)
 
 
@@ -180,7 +180,7 @@ class HeldOutMisfit(NamedTuple):
 
 def held_out_misfit(found: Search, one: Explanation, held: Spectrum) -> HeldOutMisfit:
     """Misfit of the held-out speeds, given their noise and the posterior covariance of amplitudes and shapes."""
-    off, columns = _independent(*_off_and_slopes(found, one, held))
+    off, columns = _off_and_slopes(found, one, held)
     within, pull = np.eye(columns.shape[1]) + columns.T @ columns, columns.T @ off
     misfit = float(off @ off - pull @ np.linalg.solve(within, pull))
     volume = np.linalg.slogdet(within)[1] + held.log_shared_volume
@@ -188,17 +188,16 @@ def held_out_misfit(found: Search, one: Explanation, held: Spectrum) -> HeldOutM
 
 
 def _off_and_slopes(found, one, held):
-    """Whitened: measured less predicted (component,), slopes (component, parameter); and their covariance."""
+    """Whitened: measured less predicted (component,), and slopes (component, parameter) by independent parameters.
+
+    These have a variance of one.
+    """
     (shown, columns), covariance = _shown_and_slopes(found, one, held)
-    return held.whitened(held.amplitude - shown), held.whitened(columns).T, covariance
-
-
-def _independent(off, columns, covariance):
-    """The same with slopes by independent parameters of unit variance."""
     size = np.sqrt(np.diag(covariance))
     unit = np.where(size > 0, size, 1.0)
     variance, along = np.linalg.eigh(covariance / np.outer(unit, unit))
-    return off, columns @ (unit[:, None] * along * np.sqrt(np.maximum(variance, 0.0)))
+    root = unit[:, None] * along * np.sqrt(np.maximum(variance, 0.0))
+    return held.whitened(held.amplitude - shown), held.whitened(columns).T @ root
 
 
 def _shown_and_slopes(found, one, held):
