@@ -20,6 +20,7 @@ from rotorstudy.diagnosis.search.search import _fit_best, _moves, base_model, be
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.words import summary
+from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.inference.prior import Prior
@@ -268,6 +269,19 @@ def test_a_wrong_cause_is_exchanged_for_the_true_one():
     found = work.explain(best.causes, best.values)
     assert odds_of(found) > odds_of(wrong) + 5
     assert {frozenset(c.cause for c in one.causes) for one in removals(found)} == {frozenset({one}) for one in BOTH}
+
+
+def test_a_cause_is_exchanged_where_the_others_alone_allow_no_steady_motion(monkeypatch):
+    """Such as a rub beside a support that was wrongly softened; its error of form is then left out."""
+    work = begun()
+    wrong = work.explain([c for c in work.candidates if c.cause in WRONG], {})
+    usual = sorted(str(names(one.causes)) for one in exchanges(work, wrong))
+
+    def fails(*_):
+        raise NoSteadyState("no steady state at 25 rad/s")
+
+    monkeypatch.setattr(moves, "predicted", fails)
+    assert sorted(str(names(one.causes)) for one in exchanges(work, wrong)) == usual != []
 
 
 def with_a_mass(other, bow_rad, noise, off=0.0):

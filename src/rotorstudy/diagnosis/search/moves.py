@@ -6,6 +6,7 @@ scan finds.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
@@ -28,6 +29,7 @@ from rotorstudy.diagnosis.search.parts import (
 from rotorstudy.diagnosis.search.screening import screen, screen_each
 from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
+from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import predicted
 from rotorstudy.model.structure import Structure
@@ -209,11 +211,11 @@ def _with_error_of_form(work, plain, own, without):
     """
     bare = replace(work.spectrum, shared_error=None)
     held = dict(plain.values) | dict.fromkeys(without, 0.0)
-    shown = predicted(
-        plain.model, bare, np.array([held.get(n, v) for n, v in zip(plain.model.names, plain.theta, strict=True)])
-    )
-    largest = largest_errors(bare, bare.amplitude - shown, work.settings.form_error)
-    wide = bare.with_shared_error(np.hstack([largest, own]))
+    theta = np.array([held.get(n, v) for n, v in zip(plain.model.names, plain.theta, strict=True)])
+    with suppress(NoSteadyState):  # of the other causes, at values that they have beside what is taken out
+        left = bare.amplitude - predicted(plain.model, bare, theta)
+        own = np.hstack([largest_errors(bare, left, work.settings.form_error), own])
+    wide = bare.with_shared_error(own)
     return replace(work, spectrum=wide), fit(plain.model, wide, plain.prior, start=plain.theta, steps=0)
 
 
