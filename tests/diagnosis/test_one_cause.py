@@ -336,7 +336,7 @@ def test_a_crack_with_the_flexibilities_of_no_front_is_told():
     assert "along 0" in warning and "another form" in warning
     as_soft = 0.307  # by elasticity, as strips are 1.06 times as soft across the front there
     low, high = cause.parameters["depth_ratio"].interval_95
-    assert low < as_soft < high < 1.35 * low
+    assert low < as_soft < high < 1.35 * low  # over all fronts
 
 
 @pytest.mark.usefixtures("few_places", "few_shapes")

@@ -144,12 +144,12 @@ def additions(
             continue
         wide, fitted = _with_error_of_form(work, plain, own, without)
         if own is form:
-            widest = _log_volume(wide.spectrum)
+            widest = wide.spectrum.log_shared_volume
         elif fitted.cost < current.fit.cost + 2 * HIDES:
             continue
         free = slopes_of(wide, fitted, current.causes, without)
         projected, usable = wide.project(fitted, here, without, free)
-        more = current.fit.cost - projected.residual @ projected.residual + widest - _log_volume(wide.spectrum)
+        more = current.fit.cost - projected.residual @ projected.residual + widest - wide.spectrum.log_shared_volume
         base = odds_of(current) - work.prior_odds.log_odds(current.causes) + 0.5 * more
         judge = _Judge(wide, current.causes, fitted.values, base)
         alone = judge.alone(projected, usable)
@@ -194,12 +194,6 @@ def needs_fit(cause: Candidate, structure: Structure) -> bool:
 def _error_of_form(work, current):
     """Columns (component, error) of the error of form of an explanation; none of the rig without causes."""
     return current.form.columns if current.form else np.zeros((work.spectrum.data_count, 0))
-
-
-def _log_volume(spectrum):
-    """Log determinant of the covariance of whitened data with the errors that they share."""
-    columns = spectrum.shared_error
-    return np.linalg.slogdet(np.eye(columns.shape[1]) + columns.T @ columns)[1]
 
 
 def _with_error_of_form(work, plain, own, without):
