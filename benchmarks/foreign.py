@@ -7,8 +7,6 @@ Faults whose form is not the library's, half of the cases, and a fifth of pairs:
 
     python benchmarks/foreign.py --families forms --sizes 3 300 --seed 1 --cases 100 --records RECORDS --out OUT
 
-Named cases on which an earlier version failed: --families failures --cases 16.
-
 Development uses seeds 1 to 99; a number that is published comes from a seed of 7000 or more, used once.
 """
 
@@ -24,7 +22,6 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 from foreign_page import by_kind
 from many_cases import rows_of, run_case
-from named_machines.failures import FAILURES
 
 from rotorstudy.blind.criteria import judge, printed
 from rotorstudy.blind.injection import KINDS_OF_CASES, Order
@@ -64,13 +61,13 @@ def line(row):
 def orders(given):
     """The Order of every case asked for, by number."""
     forms = any(name == "forms" or name in FORMS or name.startswith("form_") for name in given.families)
-    kinds = [kind for name in given.families for kind in {"forms": MIX, "failures": FAILURES}.get(name, [name])]
+    kinds = [kind for name in given.families for kind in (MIX if name == "forms" else [name])]
     elements, speeds = ((2, 5), (6, 6)) if given.quick else (None, (6, 8) if forms else (8, 8))
     wanted = given.only or range(given.first, given.first + given.cases)
     return {
         number: Order(
             number, 100_000 * given.seed + number, kind, MACHINES if forms else {"any": 1.0}, elements, speeds,
-            QUICK if given.quick else None, tuple(given.sizes), named=FAILURES.get(kind),
+            QUICK if given.quick else None, tuple(given.sizes),
         )
         for number, kind in zip(range(max(wanted) + 1), cycle(kinds), strict=False)
         if number in wanted
@@ -84,11 +81,9 @@ def main():
     parser.add_argument("--first", type=int, default=0, help="number of the first case, to go on with a seed")
     parser.add_argument("--only", type=int, nargs="+", metavar="N", help="numbers of the cases to diagnose")
     parser.add_argument("--seed", type=int, default=1)
-    known = [*KINDS_OF_CASES, *FAILURES]
     parser.add_argument(
-        "--families", nargs="+", choices=[*known, "forms", "failures"], default=KINDS, metavar="FAMILY",
-        help=f"kinds in turn: {', '.join(known)}; 'forms' is a mixture of them on all machines, 'failures' all of "
-        "its last",
+        "--families", nargs="+", choices=[*KINDS_OF_CASES, "forms"], default=KINDS, metavar="FAMILY",
+        help=f"kinds in turn: {', '.join(KINDS_OF_CASES)}; 'forms' is a mixture of them on all machines",
     )  # fmt: skip
     parser.add_argument("--sizes", type=float, nargs=2, default=(0.0, np.inf), help="range of sizes that are drawn")
     parser.add_argument("--records", type=Path, help="folder that keeps the records, or has them already")

@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-from named_machines.failures import FAILURES
 from one_line_errors import refused
 
 from rotorstudy import RotorstudyError, measured_response, measured_spectrum, read_rig, registry
@@ -105,12 +104,6 @@ def test_the_base_absorbs_what_it_can_change_and_nothing_else(drawn):
     assert left_by_base(other, spectrum, columns) > 0.8 * whole
     # beside itself of unknown size nothing is left
     assert left_by_base(other, spectrum, columns, beside=2 * other) < 1e-3 * whole
-
-
-def test_named_failures_are_kinds_of_cases(tmp_path):
-    name = "element_by_curvature"
-    truth = draw(Order(0, 1, name, speeds=(3, 3), harmonics=(0, 1, -1, 2), named=FAILURES[name]), tmp_path)
-    assert truth["kind"] == name and truth["families"] == "crack_form" and truth["known"]
 
 
 def test_configuration_errors_say_what_is_wrong(tmp_path, config):

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from named_machines.failures import FAILURES
 
 from rotorstudy.blind.machines import cracks
 from rotorstudy.blind.machines.cases import draw_case
@@ -215,17 +214,3 @@ def test_a_law_without_a_unique_kink_is_refused():
     lagging = Form(100 * compliance(0.6), "whole", smooth_contact(0.01, 1.0))
     with pytest.raises(ValueError, match="no unique solution"):
         add_form(machine, POSITION, lagging, 0.7)
-
-
-@pytest.mark.parametrize("name", ["element_by_curvature", "bench_crack_with_bow"])
-def test_a_named_case_is_its_drawing(name):
-    case = FAILURES[name](1, speeds=2, steps=64, modes=4)
-    assert len(case.rotor.elements) == {"two_discs": 4, "bench": 10}[case.machine]
-    assert [one["family"] for one in case.effects] == ["crack_form", "bow"][: len(case.effects)]
-    if name == "element_by_curvature":  # 11 % of E I less along the edge, 23 % across it
-        (one,), part = case.effects, case.rotor.elements[1]
-        assert one["softened_m"] == part.length == pytest.approx(0.15)
-        lost = [
-            1 / (1 + part.length / part.bending_stiffness / one[f"{axis}_rad_per_N_m"]) for axis in ("along", "across")
-        ]
-        assert lost == pytest.approx([0.11, 0.23])

@@ -1,6 +1,5 @@
 """Cases of a blind test: a record of the independent simulator with a hidden effect, its rig file, and the truth."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import NamedTuple
@@ -47,7 +46,6 @@ class Order(NamedTuple):
     harmonics: tuple | None = None
     sizes: tuple = (0.0, np.inf)
     rig_error: float = 1.0  # over the usual
-    named: Callable | None = None  # like `machines.cases.draw_case` without its family, of a kind not in KINDS_OF_CASES
 
 
 def _one_of(names):
@@ -116,8 +114,6 @@ def _drawn(order, attempt, severity):
     seed = [*np.atleast_1d(order.seed).tolist(), attempt]
     rng, kind = np.random.default_rng([*seed, 1]), order.kind
     speeds = int(rng.integers(order.speeds[0], order.speeds[1] + 1))
-    if order.named:
-        return order.named(seed, visible=VISIBLE, speeds=speeds), kind, None
     family = KINDS_OF_CASES[kind](rng)
     fault, family = (family, "healthy") if family in CHAIN_FAULTS else (None, family)
     anywhere = family == "healthy" or family in FORMS

@@ -122,13 +122,13 @@ def visibility(case_steady, healthy, nodes):
 
 def draw_case(
     seed, family, speeds=8, steps=256, modes=10, chain_fault=None, mass=None, count=None, visible=0.0, tries=20,
-    machine="any", severity=1.0, known=KNOWN, machines=MACHINES,
+    machine="any", severity=1.0, known=KNOWN,
 ):  # fmt: skip
     """A random Case of `known` families, joined by "+"; after `tries` machines without steady motion NoSteadyState.
 
     steps, modes : of the integration, see `stepping.steady_state`;  mass, count : see `draw.draw_rotor`
     visible      : least change of some harmonic but 0X over the healthy 1X; of `SHOWN_BY_THE_MEAN` 0X counts too
-    severity     : times the usual size, of `forms.FORMS`;  known, machines : name -> function, as FAMILIES and MACHINES
+    severity     : times the usual size, of `forms.FORMS`;  known : name -> function, as FAMILIES
     """
     if chain_fault not in (None, *CHAIN_FAULTS):
         raise ValueError(f"no fault of the chain: {chain_fault}")
@@ -139,7 +139,7 @@ def draw_case(
         if attempt == tries:
             raise NoSteadyState(f"none of {tries} machines of {family} moves steadily and shows it")
         try:
-            rotor = draw_rotor(rng, mass, count) if machine == "any" else machines[machine](rng)
+            rotor = draw_rotor(rng, mass, count) if machine == "any" else MACHINES[machine](rng)
             frequency = first_frequency(rotor)
             unbalance = draw_unbalance(rng, rotor, frequency)
             speed = draw_speeds(rng, frequency, speeds)
