@@ -66,7 +66,7 @@ foreign: .venv/ready
 	.venv/bin/python benchmarks/foreign.py --cases 300 --processes 2 --out results/foreign
 
 cracks: .venv/ready
-	.venv/bin/python benchmarks/cracks.py --cases 200 --diagnose 10 --processes 2 --minutes 30 --out results/crack_cases
+	.venv/bin/python benchmarks/cracks.py --cases 200 --processes 2 --minutes 30 --out results/crack_cases
 
 elasticity: .venv-elasticity/ready
 	mkdir -p results/elasticity

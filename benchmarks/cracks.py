@@ -5,10 +5,9 @@ seven speeds in two planes with 1 % noise. The cracks are those of three-dimensi
 but with fronts that the library does not have, arcs of a circle of any curvature, with a residual stress that opens or
 closes them, and with a Poisson's ratio that the rig file does not state.
 
-Each takes the way of a user: record and rig file on disk, spectrum, and `identify --cause transverse_crack`; with
-`--diagnose N` two of N are also diagnosed with the whole library. One row a case goes to `cracks.csv`, the shares with
-their 95 % bounds to `summary.csv`. A run can be done in parts: cases that are in `cracks.csv` already are not repeated
-(another version of the package needs another folder).
+Each takes the way of a user: record and rig file on disk, spectrum, and `identify --cause transverse_crack`. One row a
+case goes to `cracks.csv`, the shares with their 95 % bounds to `summary.csv`. A run can be done in parts: cases that
+are in `cracks.csv` already are not repeated (another version of the package needs another folder).
 """
 
 import argparse
@@ -31,7 +30,6 @@ from rotorstudy.blind.machines.files import write_case
 from rotorstudy.blind.machines.measuring import Probe, record, surface_runout
 from rotorstudy.blind.machines.stepping import NoSteadyState
 from rotorstudy.blind.run import read_case
-from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.one_cause.answer import interval_of
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.errors import RotorstudyError
@@ -93,8 +91,8 @@ def cracked(law):
 
 
 def run_case(work):
-    """Row of one case: seed, crack or slot, and whether it is diagnosed with the whole library, too."""
-    seed, kind, diagnose = work
+    """Row of one case: seed, and crack or slot."""
+    seed, kind = work
     row = {"kind": kind}
     try:
         case = drawn(seed, kind)
@@ -107,9 +105,8 @@ def run_case(work):
     with tempfile.TemporaryDirectory() as files:
         write_case(case, files, seed=seed, harmonics=HARMONICS)
         try:
-            spectrum, model, settings, findings = read_case(Path(files))
+            spectrum, model, settings, _ = read_case(Path(files))
             row |= _identified(spectrum, model, settings, true)
-            row |= _diagnosed(spectrum, model, settings, findings, true) if diagnose else {}
         except (RotorstudyError, np.linalg.LinAlgError) as problem:
             return row | {"outcome": f"{type(problem).__name__}: {problem}"}
     return row | {"outcome": "done"}
@@ -147,26 +144,6 @@ def _right(errors, true):
     return [bool(abs(errors[name]) <= most) for name, most in zip(NAMES, accepted, strict=True)]
 
 
-def _diagnosed(spectrum, model, settings, findings, true):
-    """What the verdict of `diagnose` says."""
-    start = time.process_time()
-    verdict = investigate(spectrum, model, settings=settings, findings=findings).verdict
-    causes = verdict.causes if verdict.verdict in ("cause", "ambiguous") else []
-    row = {"verdict": verdict.verdict, "named": " + ".join(c.effect for c in causes), "verdict_breathing": ""}
-    row |= {"verdict_seconds": time.process_time() - start}
-    cracks = [c for c in causes if c.effect == "transverse_crack"]
-    if cracks:
-        depth, half = (
-            cracks[0].parameters["depth_ratio"],
-            HALF_INTERVAL * (cracks[0].parameters["depth_ratio"].std or 0),
-        )
-        low, high = depth.interval_95 or (depth.value - half, depth.value + half)
-        off = cracks[0].parameters["position_m"].value - true["position_m"]
-        row |= {"verdict_breathing": cracks[0].variant["breathing"], "verdict_position_error": off,
-                "verdict_depth": depth.value, "verdict_low": low, "verdict_high": high}  # fmt: skip
-    return row
-
-
 def summary(rows):
     """The shares that count, with 95 % bounds; cases that could not be drawn are left out."""
     rows = rows[~rows.outcome.str.startswith("not drawn")]
@@ -195,35 +172,20 @@ def summary(rows):
     for low, high in pairwise(BINS):
         here = cracks[(cracks.true_depth_ratio >= low) & (cracks.true_depth_ratio < high)]
         found[f"all three right, depth {100 * low:.0f} to {100 * high:.0f} %"] = here.all_right
-    if "verdict_depth" in rows:
-        told = rows[rows.verdict.notna()]
-        crack, slot = told[told.kind == "crack"], told[told.kind == "slot"]
-        alone = (crack.verdict == "cause") & (crack.named == "transverse_crack")
-        near = np.abs(crack.verdict_position_error) <= PLACE * crack.true_length_m
-        stated = crack[crack.verdict_depth.notna()]
-        held = (stated.verdict_low <= stated.true_depth_ratio) & (stated.true_depth_ratio <= stated.verdict_high)
-        found |= {
-            "diagnosed with the whole library: crack named alone, place within 5 %": alone & near,
-            "diagnosed: 95 % intervals that hold the depth": held,
-            "diagnosed: slots called a crack that opens and closes": slot.verdict_breathing.isin(["gradual", "sudden"]),
-        }
     return shares(found)
 
 
 def main():
-    """Draw, identify, diagnose, write."""
+    """Draw, identify, write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", type=int, default=50)
     parser.add_argument("--first", type=int, default=1, help="seed of the first case")
-    parser.add_argument("--diagnose", type=int, default=0, metavar="N", help="of N seeds diagnose two, too (0: none)")
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--minutes", type=float, default=np.inf, help="no case is begun later than that")
     parser.add_argument("--out", type=Path, default=Path("crack_cases"))
     given = parser.parse_args()
-    cases = {
-        seed: (seed, "crack" if seed % SLOTS else "slot", bool(given.diagnose) and seed % given.diagnose < 2)
-        for seed in range(given.first, given.first + given.cases)
-    }
+    seeds = range(given.first, given.first + given.cases)
+    cases = {seed: (seed, "crack" if seed % SLOTS else "slot") for seed in seeds}
     file = given.out / "cracks.csv"
     rows = rows_of(run_case, cases, file, key="seed", processes=given.processes, minutes=given.minutes)
     if not (rows.outcome == "done").any():
