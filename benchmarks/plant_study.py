@@ -2,8 +2,8 @@
 
 CASE is a machine (all its states) or machine/state of `plant.py`. The sound machine is diagnosed with the rig from
 drawings, which updates the rig, and the state is compared with it. With --limits the fault is diagnosed, by the rig
-from drawings, at twice the size that the verdict on the sound machine states as seen. A line of JSON for each goes to
-FOLDER/study.jsonl; what is there already is not repeated, and motions are kept.
+from drawings, at twice the size that the verdict on the sound machine states as seen. A row for each goes to
+FOLDER/study.csv; what is there already is not repeated, and motions are kept.
 """
 
 import argparse
@@ -11,16 +11,19 @@ import json
 import logging
 import os
 import time
+from functools import partial
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
+from many_cases import rows_of
 from plant import PLANTS, STATES, crack_place, motion, right_places, write
 
 from rotorstudy.blind.machines.stepping import NoSteadyState
 from rotorstudy.diagnosis.runs.compare import compare
+from rotorstudy.diagnosis.verdict import sought
 from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.diagnosis.verdict.hidden import with_hidden
 from rotorstudy.diagnosis.verdict.investigate import investigate
@@ -33,28 +36,21 @@ DEEPEST = 0.5  # of the diameter, of a crack
 LIMITED = ("clearance", "clearance_last", "crack", "crack_middle", "looseness", "hub_2X", "contact")  # states
 
 
-class Clock(logging.Handler):
-    """CPU seconds until the first answer."""
-
-    def __init__(self):
-        super().__init__()
-        self.start, self.first = time.process_time(), None
-
-    def emit(self, record):
-        if self.first is None and record.name.endswith("verdict.sought"):
-            self.first = round(time.process_time() - self.start, 1)
-
-
 def clocked(function, *arguments, **options):
     """What a function returns, and CPU seconds to the first answer and in all."""
-    clock, logger = Clock(), logging.getLogger("rotorstudy")
-    logger.addHandler(clock)
+    start, answered, logger = time.process_time(), [], logging.getLogger(sought.__name__)
+
+    def passed(record):
+        answered.append(time.process_time() - start)
+        return True
+
     logger.setLevel(logging.INFO)
+    logger.addFilter(passed)
     try:
         found = function(*arguments, **options)
     finally:
-        logger.removeHandler(clock)
-    return found, {"first_s": clock.first, "seconds": round(time.process_time() - clock.start, 1)}
+        logger.removeFilter(passed)
+    return found, {"first_s": min(answered, default=np.nan), "seconds": time.process_time() - start}
 
 
 def is_there(effect, where, plant, state):
@@ -90,94 +86,89 @@ def judged(plant, state, diagnosis):
     }  # fmt: skip
 
 
-class Study:
-    """The rows of a folder and a draw."""
+def records(asked, name, state, size, again=0):
+    """Paths of record and rig of a state, and the settings of its diagnosis."""
+    steady = motion(name, state, size, kept=asked.folder / "motions")
+    folder = asked.folder / f"{name}_{asked.draw}" / f"{state}_{size:g}_{again}"
+    record, rig = write(folder, name, state, asked.draw, steady, again)
+    return record, rig, RigFile(rig, read_yaml(rig)).given["diagnosis"]
 
-    def __init__(self, folder, draw):
-        self.folder, self.draw, self.file = Path(folder), draw, Path(folder) / "study.jsonl"
-        self.folder.mkdir(parents=True, exist_ok=True)
-        self.rows = [json.loads(line) for line in self.file.read_text().splitlines()] if self.file.exists() else []
 
-    def row(self, key, made):
-        """The row of a key, made by a function if it is new."""
-        key = key | {"draw": self.draw}
-        known = [row for row in self.rows if row | key == row]
-        if known:
-            return known[0]
-        row = key | made()
-        self.rows.append(row)
-        with open(self.file, "a", encoding="utf-8") as file:
-            file.write(json.dumps(row) + "\n")
-        print({name: value for name, value in row.items() if name != "hidden"}, flush=True)
-        return row
+def sound(asked, name):
+    """What the sound machine left in a folder when it was diagnosed: its updated rig, and its limits."""
+    return asked.folder / f"{name}_{asked.draw}" / "sound.json"
 
-    def records(self, name, state, size, again=0):
-        """Paths of record and rig of a state, and the settings of its diagnosis."""
-        steady = motion(name, state, size, kept=self.folder / "motions")
-        folder = self.folder / f"{name}_{self.draw}" / f"{state}_{size:g}_{again}"
-        record, rig = write(folder, name, state, self.draw, steady, again)
-        return record, rig, RigFile(rig, read_yaml(rig)).given["diagnosis"]
 
-    def diagnosed(self, name, state="healthy", size=0.0):
-        """Row of a diagnosis with the rig from drawings; that of the sound machine leaves the updated rig."""
+def diagnosed(case, asked):
+    """Row of a diagnosis with the rig from drawings."""
+    name, state, _ = case
+    record, rig, settings = records(asked, *case)
+    spectrum, model, _ = measured_spectrum([record], rig)
+    whole = with_hidden if state == "healthy" else lambda found: found
+    found, seconds = clocked(lambda: whole(investigate(spectrum, model, settings=settings)))
+    if state == "healthy":
+        hidden = [[one.effect, one.where, one.size] for one in found.verdict.hidden]
+        text = json.dumps({"rig": extended_rig(read_yaml(rig), found), "hidden": hidden})
+        sound(asked, name).write_text(text)
+    return judged(PLANTS[name](), state, found) | seconds
 
-        def made():
-            record, rig, settings = self.records(name, state, size)
-            spectrum, model, _ = measured_spectrum([record], rig)
-            whole = with_hidden if state == "healthy" else lambda found: found
-            found, seconds = clocked(lambda: whole(investigate(spectrum, model, settings=settings)))
-            if state == "healthy":
-                (rig.parent / "updated.json").write_text(json.dumps(extended_rig(read_yaml(rig), found)))
-            hidden = [[one.effect, one.where, one.size] for one in found.verdict.hidden]
-            return judged(PLANTS[name](), state, found) | seconds | {"hidden": hidden}
 
-        return self.row({"way": "diagnosed", "machine": name, "state": state, "size": size}, made)
+def compared(case, asked):
+    """Row of the comparison of a state with the sound machine, by the rig that this one updated."""
+    name, state, size = case
+    record, rig, settings = records(asked, name, "healthy", 0.0)
+    updated = RigFile(rig, json.loads(sound(asked, name).read_text())["rig"])
+    before, model, _ = measured_spectrum([record], updated)
+    after, model, _ = measured_spectrum([records(asked, name, state, size, 1)[0]], updated)
+    one, seconds = clocked(compare, before, after, model, settings=settings)
+    return judged(PLANTS[name](), state, one.diagnosis) | seconds
 
-    def compared(self, name, state):
-        """Row of the comparison of a state with the sound machine."""
 
-        def made():
-            self.diagnosed(name)
-            record, rig, settings = self.records(name, "healthy", 0.0)
-            updated = RigFile(rig, json.loads((rig.parent / "updated.json").read_text()))
-            before, model, _ = measured_spectrum([record], updated)
-            after, model, _ = measured_spectrum([self.records(name, state, STATES[state][0], 1)[0]], updated)
-            one, seconds = clocked(compare, before, after, model, settings=settings)
-            return judged(PLANTS[name](), state, one.diagnosis) | seconds
+def at_twice_its_limit(name, state, asked):
+    """Twice the size from which a fault is seen, nan where it is not, or cannot be that large.
 
-        return self.row({"way": "compared", "machine": name, "state": state, "size": STATES[state][0]}, made)
+    Where several places are right, the one at which it is seen worst counts.
+    """
+    plant, hidden = PLANTS[name](), json.loads(sound(asked, name).read_text())["hidden"]
+    limits = [s for effect, where, s in hidden if s and is_there(effect, where, plant, state)]
+    # of 2X a limit is of the forward part, half of the force; of a foot in N/m, of which a state is a share
+    unit = {"hub_2X": 2.0, "looseness": 1 / plant.blocks[0].stiffness[0]}.get(state, 1.0)
+    size = float(f"{2 * max(limits, default=np.inf) * unit:.3g}")
+    largest = {"looseness": 1.0, "crack": DEEPEST, "crack_middle": DEEPEST}.get(state, 1e9)
+    return size if size <= largest else np.nan
 
-    def at_twice_its_limit(self, name, state):
-        """Row of the diagnosis of a fault at twice its limit, None where it is not seen, or cannot be that large.
 
-        Where several places are right, the one at which it is seen worst counts.
-        """
-        plant = PLANTS[name]()
-        limits = [
-            s for effect, where, s in self.diagnosed(name)["hidden"] if s and is_there(effect, where, plant, state)
-        ]
-        # of 2X a limit is of the forward part, half of the force; of a foot in N/m, of which a state is a share
-        unit = {"hub_2X": 2.0, "looseness": 1 / plant.blocks[0].stiffness[0]}.get(state, 1.0)
-        size = float(f"{2 * max(limits, default=np.inf) * unit:.3g}")
-        largest = {"looseness": 1.0, "crack": DEEPEST, "crack_middle": DEEPEST}.get(state, 1e9)
-        return self.diagnosed(name, state, size) if size <= largest else print(name, state, "has no such limit", size)
+def row_of(case, asked, way):
+    """The row of a machine in a state, also of one that is not run."""
+    if np.isnan(case[-1]):
+        return {"verdict": "no such limit"}
+    try:
+        return way(case, asked)
+    except NoSteadyState as problem:
+        return {"verdict": f"not run: {problem}"}
 
 
 def main():
-    asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    asked.add_argument("folder")
-    asked.add_argument("cases", nargs="*", default=list(PLANTS))
-    asked.add_argument("--draw", type=int, default=1)
-    asked.add_argument("--limits", action="store_true")
-    asked = asked.parse_args()
-    study = Study(asked.folder, asked.draw)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("cases", nargs="*", default=list(PLANTS))
+    parser.add_argument("--draw", type=int, default=1)
+    parser.add_argument("--limits", action="store_true")
+    asked = parser.parse_args()
+
+    def rows(way, cases):
+        named = {f"{name} {state} {size:g}, {way.__name__}, draw {asked.draw}": (name, state, size)
+                 for name, state, size in cases}  # fmt: skip
+        rows_of(partial(row_of, asked=asked, way=way), named, asked.folder / "study.csv")
+
     for case in asked.cases:
         name, _, state = case.partition("/")
-        for one in [state] if state else LIMITED if asked.limits else STATES:
-            try:
-                (study.at_twice_its_limit if asked.limits else study.compared)(name, one)
-            except NoSteadyState as problem:  # such a machine is not run
-                print(case, problem)
+        rows(diagnosed, [(name, "healthy", 0.0)])
+        states = [state] if state else LIMITED if asked.limits else STATES
+        if asked.limits:
+            rows(diagnosed, [(name, one, at_twice_its_limit(name, one, asked)) for one in states])
+        else:
+            rows(compared, [(name, one, STATES[one][0]) for one in states])
 
 
 if __name__ == "__main__":
