@@ -83,12 +83,10 @@ def add_fault(machine, plant, state, size):
         selection[own] = block.motion_at(block.feet[0]).T
         machine.local.append(LocalForce(selection, one_sided(size * block.stiffness[0], np.inf, np.pi), "foot"))
     if state in ("parallel", "angular"):
-        selection, (lateral, bending) = np.zeros((machine.size, 2)), plant.coupling
-        rows, signs = ([0, 1], [1.0, 1.0]) if state == "parallel" else ([3, 2], [1.0, -1.0])
-        for node, sign in ((plant.hub, 1.0), (plant.other_hub, -1.0)):
-            if node is not None:
-                selection[4 * node + np.array(rows), [0, 1]] = sign * np.array(signs)
-        stiffness = lateral if state == "parallel" else bending
+        angular = state == "angular"
+        selection, stiffness = machine.plane(plant.hub, angular), plant.coupling[angular]
+        if plant.other_hub is not None:
+            selection = selection - machine.plane(plant.other_hub, angular)
         machine.stiffness -= stiffness * selection @ selection.T  # its mean is part of the sound machine
         law = coupling(stiffness, 0.1, size * np.exp(2j), 0.05 * size * np.exp(1j))
         machine.local.append(LocalForce(selection, law, state))

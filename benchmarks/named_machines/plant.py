@@ -85,8 +85,7 @@ class Plant:
 
     def against_block(self, machine, node):
         """Selection (coordinates, 2) of the motion along x and y of a node against its block."""
-        number, selection = self.block_at(node), np.zeros((machine.size, 2))
-        selection[[4 * node, 4 * node + 1], [0, 1]] = 1.0
+        number, selection = self.block_at(node), machine.plane(node)
         motion = self.blocks[number].motion_at(self.rotor.positions[node])
         selection[self.block_slice(machine, number)] = -motion.T
         return selection

@@ -65,11 +65,11 @@ def laws():
     add_crack(machine, 2, 0.5, 0.9, 0.3)
     contacts.add_rub(machine, 3, 1e6, 0.4, 0.2, 0.7, (0.1, -0.2), 0.8)
     contacts.add_one_sided_loss(machine, 0, 2.0, 0.7)
-    contacts.add_looseness(machine, 0, 2.0, 0.5, 0.4)
+    contacts.add_one_sided_loss(machine, 0, 2.0, 0.4, 0.5)
     contacts.add_cubic_bearing(machine, 0, 3.0)
     contacts.add_asymmetry(machine, [2], 0.1, 0.2)
-    contacts.add_parallel_misalignment(machine, 6, 5.0, 0.1 + 0.2j, 0.05j, 0.2)
-    contacts.add_angular_misalignment(machine, 6, 5.0, 0.1, 0.02, 0.1)
+    contacts.add_misalignment(machine, 6, 5.0, 0.1 + 0.2j, 0.05j, 0.2)
+    contacts.add_misalignment(machine, 6, 5.0, 0.1, 0.02, 0.1, angular=True)
     return machine.local
 
 
@@ -157,7 +157,7 @@ def test_seal_drives_forward_whirl_and_looseness_lifts():
     np.testing.assert_allclose(change[12:14, 12:14], 0.4 * 50.0 * 200.0 / 1e4 * block, rtol=1e-9, atol=1e-4)
     plain, loose = build(small_rotor()), build(small_rotor())
     speed = 0.6 * first_critical(plain)
-    contacts.add_looseness(loose, 0, 4e6, 1e-3, np.pi)
+    contacts.add_one_sided_loss(loose, 0, 4e6, np.pi, 1e-3)
     calm = [steady_state(m, speed, 32, 6).whirl(3, 0)[0] for m in (plain, loose)]
     assert calm[1] == pytest.approx(calm[0], rel=1e-9)
     for m in (plain, loose):

@@ -7,7 +7,7 @@ from machines import pedestal_resonance
 from foreign.small_cases import distance, exact_model, special
 from rotorstudy import make_term
 from rotorstudy.blind.machines.cases import draw_case
-from rotorstudy.blind.machines.contacts import add_angular_misalignment, add_parallel_misalignment
+from rotorstudy.blind.machines.contacts import add_misalignment
 from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_bow, add_pedestal, add_thermal_bow, bow_by_kink
 from rotorstudy.blind.machines.machine import build
@@ -87,11 +87,8 @@ def test_an_asymmetric_stretch_is_predicted():
     assert distance(case, [2], exact_model(case, effect)) > 0.1  # another direction
 
 
-@pytest.mark.parametrize(
-    ("kind", "add"),
-    [("parallel_misalignment", add_parallel_misalignment), ("angular_misalignment", add_angular_misalignment)],
-)
-def test_the_coupling_of_a_misaligned_shaft_acts_on_its_motion(kind, add, monkeypatch):
+@pytest.mark.parametrize("kind", ["parallel_misalignment", "angular_misalignment"])
+def test_the_coupling_of_a_misaligned_shaft_acts_on_its_motion(kind, monkeypatch):
     """k (1 + d e^{2jwt} conj) (o + r e^{jwt} - y): a constant part, 1X and 2X, and a stiffness with an asymmetry d."""
     share, turn = 0.2, np.exp(0.7j)
 
@@ -101,7 +98,7 @@ def test_the_coupling_of_a_misaligned_shaft_acts_on_its_motion(kind, add, monkey
         bending = kind == "angular_misalignment"
         size, stiffness = (4 * sag / length, 0.1 * first.bending_stiffness / first.length) if bending else (
             sag, 0.2 * draw.rotor.bearings[0].stiffness[0, 0])  # fmt: skip
-        add(draw.machine, 0, stiffness, size * turn, 0.1 * size, share)
+        add_misalignment(draw.machine, 0, stiffness, size * turn, 0.1 * size, share, bending)
         return {"stiffness": stiffness, "offset": size * turn, "run_out": 0.1 * size}
 
     case = special(monkeypatch, 1, misaligned, modes=None)

@@ -23,7 +23,6 @@ class Element:
     outer_diameter: float
     youngs_modulus: float
     density: float
-    inner_diameter: float = 0.0
     poissons_ratio: float = 0.3
     theory: str = "timoshenko"  # `timoshenko` (with shear) or `euler_bernoulli`
     internal_damping: float = 0.0  # proportional to stiffness, rotating, s
@@ -31,12 +30,12 @@ class Element:
     @property
     def area(self):
         """Cross-section, m²."""
-        return np.pi / 4 * (self.outer_diameter**2 - self.inner_diameter**2)
+        return np.pi / 4 * self.outer_diameter**2
 
     @property
     def second_moment(self):
         """Second moment of area about a diameter, m⁴."""
-        return np.pi / 64 * (self.outer_diameter**4 - self.inner_diameter**4)
+        return np.pi / 64 * self.outer_diameter**4
 
     @property
     def bending_stiffness(self):
@@ -50,11 +49,11 @@ class Element:
 
     @property
     def shear_parameter(self):
-        """12 E I / (kappa G A L²), zero without shear; kappa of a hollow round section after Cowper (1966)."""
+        """12 E I / (kappa G A L²), zero without shear; kappa of a round section after Cowper (1966)."""
         if self.theory == "euler_bernoulli":
             return 0.0
-        nu, m = self.poissons_ratio, (self.inner_diameter / self.outer_diameter) ** 2
-        kappa = 6 * (1 + nu) * (1 + m) ** 2 / ((7 + 6 * nu) * (1 + m) ** 2 + (20 + 12 * nu) * m)
+        nu = self.poissons_ratio
+        kappa = 6 * (1 + nu) / (7 + 6 * nu)
         shear_modulus = self.youngs_modulus / (2 * (1 + nu))
         return 12 * self.bending_stiffness / (kappa * shear_modulus * self.area * self.length**2)
 

@@ -11,13 +11,6 @@ from rotorstudy.blind.machines.effects import deformation_stiffness, element_def
 from rotorstudy.blind.machines.machine import LocalForce
 
 
-def at(machine, first, count=2):
-    """Selection of `count` neighbouring coordinates."""
-    selection = np.zeros((machine.size, count))
-    selection[range(first, first + count), range(count)] = 1.0
-    return selection
-
-
 class RubLaw:
     """Contact with a circular stator: F_n = k (r - clearance), friction mu F_n against the slip of the surface.
 
@@ -60,7 +53,7 @@ class RubLaw:
 def add_rub(machine, node, stiffness, clearance, friction, radius, centre=(0.0, 0.0), slip_speed=None):
     """Rub: a circular stator of `clearance` m about `centre` (m); stiffness N/m, shaft radius m at the contact."""
     law = RubLaw(stiffness, clearance, friction, radius, centre, slip_speed or 1e-2 * radius)
-    machine.local.append(LocalForce(at(machine, 4 * node), law, "rub"))
+    machine.local.append(LocalForce(machine.plane(node), law, "rub"))
     return law
 
 
@@ -78,18 +71,13 @@ def one_sided(loss, gap, angle):
     return law
 
 
-def add_one_sided_loss(machine, node, loss, angle):
-    """Support with `loss` N/m less towards `angle`, bilinear (F. F. Ehrich, J. Vib. Acoust. 110 (1988) 9-16)."""
-    machine.local.append(LocalForce(at(machine, 4 * node), one_sided(loss, np.inf, angle), "one-sided loss"))
+def add_one_sided_loss(machine, node, loss, angle, gap=np.inf):
+    """Support with `loss` N/m less towards `angle`, if it is loose until the bolts hold after `gap` m.
 
-
-def add_looseness(machine, coordinate, loss, gap, angle):
-    """Looseness at a coordinate: `loss` N/m less towards `angle` until the bolts hold after `gap` m.
-
-    Source: P. Goldman, A. Muszynska, "Analytical and experimental simulation of loose pedestal dynamic effects on a
-    rotating machine vibrational response", ASME DE 35 (1991) 11-17.
+    Sources: F. F. Ehrich, J. Vib. Acoust. 110 (1988) 9-16; P. Goldman, A. Muszynska, "Analytical and experimental
+    simulation of loose pedestal dynamic effects on a rotating machine vibrational response", ASME DE 35 (1991) 11-17.
     """
-    machine.local.append(LocalForce(at(machine, coordinate), one_sided(loss, gap, angle), "looseness"))
+    machine.local.append(LocalForce(machine.plane(node), one_sided(loss, gap, angle), "one-sided loss"))
 
 
 def add_cubic_bearing(machine, node, cubic):
@@ -100,7 +88,7 @@ def add_cubic_bearing(machine, node, cubic):
         by_y = -cubic * (square[:, :, None] * np.eye(2) + 2 * y[:, :, None] * y[:, None])
         return -cubic * square * y, by_y, np.zeros_like(by_y)
 
-    machine.local.append(LocalForce(at(machine, 4 * node), law, "cubic bearing"))
+    machine.local.append(LocalForce(machine.plane(node), law, "cubic bearing"))
 
 
 def turned(angle):
@@ -140,23 +128,15 @@ def coupling(stiffness, share, offset, run_out):
     return law
 
 
-def add_parallel_misalignment(machine, node, stiffness, offset, run_out=0.0, share=0.0):
-    """Parallel misalignment: the driver's shaft end is off by `offset` (m, x + j y, fixed) and `run_out` (m, turning).
+def add_misalignment(machine, node, stiffness, offset, run_out=0.0, share=0.0, angular=False):
+    """The driver's shaft end is off by `offset` (m, x + j y, fixed) and `run_out` (m, turning), or tilted by slopes.
 
-    Coupling of lateral `stiffness` N/m. Sources: C. B. Gibbons, "Coupling misalignment forces", Proc. 5th
-    Turbomachinery Symposium (1976) 111-116; A. S. Sekhar, B. S. Prabhu, "Effects of coupling misalignment on vibrations
-    of rotating machinery", J. Sound Vib. 185 (1995) 655-671.
+    Coupling of lateral `stiffness` N/m, or of bending stiffness in N m/rad if angular. Sources: C. B. Gibbons,
+    "Coupling misalignment forces", Proc. 5th Turbomachinery Symposium (1976) 111-116; A. S. Sekhar, B. S. Prabhu,
+    "Effects of coupling misalignment on vibrations of rotating machinery", J. Sound Vib. 185 (1995) 655-671.
     """
     law = coupling(stiffness, share, offset, run_out)
-    machine.local.append(LocalForce(at(machine, 4 * node), law, "parallel misalignment"))
-
-
-def add_angular_misalignment(machine, node, stiffness, tilt, run_out=0.0, share=0.0):
-    """The driver is tilted by slopes `tilt` (rad, dx/dz + j dy/dz, fixed) and `run_out` (turning); in N m/rad."""
-    selection = np.zeros((machine.size, 2))
-    selection[4 * node + 3, 0], selection[4 * node + 2, 1] = 1.0, -1.0
-    law = coupling(stiffness, share, tilt, run_out)
-    machine.local.append(LocalForce(selection, law, "angular misalignment"))
+    machine.local.append(LocalForce(machine.plane(node, angular), law, "misalignment"))
 
 
 def pushed(depth, stiffness, kind, scale):
@@ -213,7 +193,7 @@ def add_contact_ring(machine, node, stiffness, kind, clearance, scale, centre, f
         grip = sliding + (static - sliding) * np.exp(-((slip / stribeck) ** 2))
         return -push[:, None] * (normal + (grip * np.tanh(slip / (0.01 * speed_of)))[:, None] * tangent)
 
-    machine.local.append(LocalForce(at(machine, 4 * node), by_differences(force, scale, 0.01 * speed_of), "rub"))
+    machine.local.append(LocalForce(machine.plane(node), by_differences(force, scale, 0.01 * speed_of), "rub"))
 
 
 # Laws by which a contact opens gradually about x = 0, in its widths: function(x) -> rounded max(x, 0), and its slope.
@@ -235,7 +215,7 @@ def add_soft_foot(machine, node, loss, gap, width, angle, start, opening="logist
         by_y = (loss * (lifts - holds))[:, None, None] * np.outer(normal, normal)
         return (loss * width * (lifted - held))[:, None] * normal, by_y, np.zeros_like(by_y)
 
-    machine.local.append(LocalForce(at(machine, 4 * node), law, "soft foot"))
+    machine.local.append(LocalForce(machine.plane(node), law, "soft foot"))
 
 
 def add_clearance(machine, node, stiffness, clearance, width, centre=(0.0, 0.0), oval=(0.0, 0.0), opening="logistic"):
@@ -252,7 +232,7 @@ def add_clearance(machine, node, stiffness, clearance, width, centre=(0.0, 0.0),
         inside = r - width * opened((r - free) / width)[0]
         return stiffness * (inside / r)[:, None] * away
 
-    machine.local.append(LocalForce(at(machine, 4 * node), by_differences(force, clearance, clearance), "clearance"))
+    machine.local.append(LocalForce(machine.plane(node), by_differences(force, clearance, clearance), "clearance"))
 
 
 def add_stiffening(machine, node, quadratic, cubic, ratio):
@@ -265,7 +245,7 @@ def add_stiffening(machine, node, quadratic, cubic, ratio):
         by_y = -(stiffness[:, :, None] * np.diag(axes) + slope[:, :, None] * (axes * y)[:, :, None] * y[:, None])
         return -stiffness * axes * y, by_y, np.zeros_like(by_y)
 
-    machine.local.append(LocalForce(at(machine, 4 * node), law, "stiffening"))
+    machine.local.append(LocalForce(machine.plane(node), law, "stiffening"))
 
 
 def add_dry_friction(machine, node, size, slow):
@@ -276,20 +256,15 @@ def add_dry_friction(machine, node, size, slow):
         by_v = -size * (np.eye(2) / fast[:, :, None] - v[:, :, None] * v[:, None] / fast[:, :, None] ** 3)
         return -size * v / fast, np.zeros_like(by_v), by_v
 
-    machine.local.append(LocalForce(at(machine, 4 * node), law, "dry friction"))
+    machine.local.append(LocalForce(machine.plane(node), law, "dry friction"))
 
 
-def add_elliptic_forces(machine, node, forces, rotations=False):
+def add_elliptic_forces(machine, node, forces, slopes=False):
     """Forces of a coupling at multiples of the speed, each an ellipse: {(k, power): (forward, backward)} complex, N.
 
-    Force x + j y: forward e^{jk angle} + backward e^{-jk angle}, times speed^power; with `rotations` moments on the
-    slopes, N m. Source: M. Xu, R. D. Marangoni, J. Sound Vib. 176 (1994) 663-679.
+    Force x + j y: forward e^{jk angle} + backward e^{-jk angle}, times speed^power; with `slopes` moments on these,
+    N m. Source: M. Xu, R. D. Marangoni, J. Sound Vib. 176 (1994) 663-679.
     """
     for (k, power), (forward, backward) in forces.items():
-        vector = np.zeros(machine.size, complex)
         x, y = forward + np.conj(backward), -1j * (forward - np.conj(backward))
-        if rotations:
-            vector[4 * node + 3], vector[4 * node + 2] = x, -y
-        else:
-            vector[4 * node], vector[4 * node + 1] = x, y
-        machine.add_harmonic(k, power, vector)
+        machine.add_harmonic(k, power, machine.plane(node, slopes) @ [x, y])

@@ -18,7 +18,7 @@ def add_unbalance(machine, node, moment, angle=0.0):
 def add_couple_unbalance(machine, node, polar_moment, diametral_moment, tilt, angle=0.0):
     """A disc's axis tilted by `tilt` rad: moment (I_d - I_p) W² tilt on the slopes (Genta (2005), section 2.6)."""
     value = (diametral_moment - polar_moment) * tilt * np.exp(1j * angle)
-    machine.add_rotating(node, value, power=2, rotations=True)
+    machine.add_rotating(node, value, power=2, slopes=True)
 
 
 def add_added_mass(machine, node, mass, radius, length, eccentricity=0.0, angle=0.0):
@@ -53,15 +53,13 @@ def add_thermal_bow(machine, elements, difference, angle=0.0, expansion=1.2e-5):
         part = machine.rotor.elements[number]
         curvature = -expansion * difference / part.outer_diameter * np.exp(1j * angle)
         moment = part.bending_stiffness * curvature
-        machine.add_rotating(number, -moment, rotations=True)
-        machine.add_rotating(number + 1, moment, rotations=True)
+        machine.add_rotating(number, -moment, slopes=True)
+        machine.add_rotating(number + 1, moment, slopes=True)
 
 
 def add_preload(machine, node, force, angle):
     """Static preload: a constant force (N) along a fixed direction, as of a belt, a gear or misaligned bearings."""
-    vector = np.zeros(machine.size, complex)
-    vector[4 * node : 4 * node + 2] = force * np.cos(angle), force * np.sin(angle)
-    machine.add_harmonic(0, 0, vector)
+    machine.add_harmonic(0, 0, machine.plane(node) @ [force * np.cos(angle), force * np.sin(angle)])
 
 
 def add_seal(machine, node, direct, cross, damping, cross_damping, mass, swirl=0.0):

@@ -133,15 +133,14 @@ def misalignment(draw):
     sag = np.max(np.abs(draw.healthy.displacement[:, :, 0::4].mean(axis=1)))
     stiffness = 0.2 * draw.rotor.bearings[0].stiffness[0, 0]
     size = sag * between(rng, 0.3, 3.0)
-    add = contacts.add_parallel_misalignment
     if kind == "parallel":  # the mean lateral stiffness is part of the nominal support
         draw.machine.at_node(node, -stiffness * np.eye(2))
     else:
         size = size / draw.rotor.positions[-1] * 4
         stiffness = 0.1 * draw.rotor.elements[0].bending_stiffness / draw.rotor.elements[0].length
-        add = contacts.add_angular_misalignment
     offset = size * np.exp(1j * draw.angle())
-    add(draw.machine, node, stiffness, offset, turning * size * np.exp(1j * draw.angle()), share)
+    run_out = turning * size * np.exp(1j * draw.angle())
+    contacts.add_misalignment(draw.machine, node, stiffness, offset, run_out, share, kind == "angular")
     unit = ("m", "N_per_m") if kind == "parallel" else ("rad", "N_m_per_rad")
     what = {"node": node + 1, "kind": kind, f"offset_{unit[0]}": abs(offset), "angle_rad": float(np.angle(offset))}
     return {**what, f"stiffness_{unit[1]}": stiffness, "turning_share": turning, "anisotropic_share": share}
@@ -170,7 +169,7 @@ def looseness(draw):
     (_, bearing), angle = draw.bearing(), draw.angle()
     loss = along_of(bearing, angle)[1] * draw.rng.uniform(0.3, 0.8)
     gap = draw.swing(bearing.node) * between(draw.rng, 0.3, 10.0)
-    contacts.add_looseness(draw.machine, 4 * bearing.node, loss, gap, angle)
+    contacts.add_one_sided_loss(draw.machine, bearing.node, loss, angle, gap)
     return {"node": bearing.node + 1, "angle_rad": angle, "loss_N_per_m": loss, "gap_m": gap}
 
 

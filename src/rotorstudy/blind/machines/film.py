@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorstudy.blind.machines.contacts import at, by_differences
+from rotorstudy.blind.machines.contacts import by_differences
 from rotorstudy.blind.machines.machine import Bearing, LocalForce
 
 GAUSS = np.polynomial.legendre.leggauss(200)
@@ -81,4 +81,4 @@ def about_running(film, linear, speeds):
 
 def add_film(machine, film, linear, speeds):
     """The force of a film less weight and that of its bearing `linear`; displacements count from where it runs."""
-    machine.local.append(LocalForce(at(machine, 4 * film.node), about_running(film, linear, speeds), "film"))
+    machine.local.append(LocalForce(machine.plane(film.node), about_running(film, linear, speeds), "film"))

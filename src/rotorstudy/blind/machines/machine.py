@@ -185,14 +185,15 @@ class Machine:
         zero = np.zeros(self.size, complex)
         self.harmonic[k, power] = self.harmonic.get((k, power), zero) + vector
 
-    def add_rotating(self, node, value, power=0, rotations=False):
+    def plane(self, node, slopes=False):
+        """Selection (coordinates, 2) of the displacements of a node along x and y, or of its slopes b and -a there."""
+        selection = np.zeros((self.size, 2))
+        selection[[4 * node + 3, 4 * node + 2] if slopes else [4 * node, 4 * node + 1], [0, 1]] = 1.0
+        return selection * ([1.0, -1.0] if slopes else 1.0)
+
+    def add_rotating(self, node, value, power=0, slopes=False):
         """Add a force fx + j fy, N/(rad/s)^power, or a moment on the slopes, that turns with the shaft."""
-        vector = np.zeros(self.size, complex)
-        if rotations:
-            vector[4 * node + 3], vector[4 * node + 2] = value, 1j * value  # of slopes b and -a
-        else:
-            vector[4 * node], vector[4 * node + 1] = value, -1j * value
-        self.add_harmonic(1, power, vector)
+        self.add_harmonic(1, power, self.plane(node, slopes) @ [value, -1j * value])
 
     def add_dofs(self, count):
         """Append coordinates without mass or stiffness; returns the first one's number."""

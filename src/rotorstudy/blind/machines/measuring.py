@@ -14,7 +14,6 @@ class Probe:
     angle_error: float = 0.0
     runout: dict = field(default_factory=dict)  # complex amplitude (m) of exp(j k angle) of the surface, by k >= 1
     reversed: bool = False
-    gap: float = 0.0  # constant reading, m
 
 
 @dataclass(frozen=True)
@@ -89,7 +88,7 @@ def record(rng, steady, nodes, probes, chain, zero=None, orders=24):
             motion -= zero[4 * node : 4 * node + 2, None]
             for channel, probe in enumerate(probes[node]):
                 where = probe.angle + probe.angle_error
-                reading = np.cos(where) * motion[0] + np.sin(where) * motion[1] + probe.gap
+                reading = np.cos(where) * motion[0] + np.sin(where) * motion[1]
                 for k, value in probe.runout.items():
                     reading = reading + (value * np.exp(1j * k * seen)).real
                 out[s, i, channel] = probe.gain * reading * (-1 if probe.reversed else 1)
@@ -113,7 +112,7 @@ def expected_harmonics(steady, nodes, probes, chain, harmonics, zero=None):
         readings = []
         for probe in probes[node]:
             where = probe.angle + probe.angle_error
-            seen = np.cos(where) * lines[..., 0] + np.sin(where) * lines[..., 1] + probe.gap * (harmonics == 0)
+            seen = np.cos(where) * lines[..., 0] + np.sin(where) * lines[..., 1]
             for k, value in probe.runout.items():
                 seen = seen + value / 2 * (harmonics == k) + np.conj(value) / 2 * (harmonics == -k)
             readings.append(probe.gain * seen * (-1 if probe.reversed else 1) * late)

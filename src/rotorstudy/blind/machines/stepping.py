@@ -34,10 +34,6 @@ class Steady:
     multipliers: np.ndarray
     change: np.ndarray
 
-    def harmonic(self, coordinate, k):
-        """Complex amplitude of exp(j k angle) of a coordinate, (speeds,)."""
-        return np.mean(self.displacement[:, :, coordinate] * np.exp(-1j * k * self.angle), axis=1)
-
     def whirl(self, node, k):
         """Complex amplitude of exp(j k angle) of x + j y at a node, (speeds,)."""
         z = self.displacement[:, :, 4 * node] + 1j * self.displacement[:, :, 4 * node + 1]
