@@ -8,15 +8,12 @@ speed and probe.
 
 import argparse
 import json
-import os
 import tempfile
 from functools import partial
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
+import many_cases
 import numpy as np
-from many_cases import rows_of
 from named_machines.balancing import PLANES, PROBES, draw
 
 from rotorstudy.diagnosis.runs.balance import balance_files
@@ -93,7 +90,7 @@ def main():
     given = parser.parse_args()
     seeds = {seed: seed for seed in range(given.seed, given.seed + given.machines)}
     for updated in ("", "by these records", "by other records"):
-        rows = rows_of(partial(run_case, updated=updated), seeds, key="seed", processes=given.processes)
+        rows = many_cases.rows_of(partial(run_case, updated=updated), seeds, key="seed", processes=given.processes)
         for name in ("left", "next"):
             per = rows[name].dropna()
             std = per.std() / np.sqrt(len(per))

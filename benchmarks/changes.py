@@ -7,16 +7,13 @@ state alone. One line a case, then the shares.
 """
 
 import argparse
-import os
 import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
-
+import many_cases
 import numpy as np
-from many_cases import rows_of, shares
 
 from rotorstudy.blind.machines.cases import draw_case
 from rotorstudy.blind.machines.files import write_case
@@ -118,14 +115,14 @@ def main():
         given.first + i: (given.first + i, i >= given.unchanged, given.single)
         for i in range(given.unchanged + given.changed)
     }
-    rows = rows_of(run_case, cases, key="seed", processes=given.processes)
+    rows = many_cases.rows_of(run_case, cases, key="seed", processes=given.processes)
     rows = rows[~rows.verdict.str.startswith("not drawn")]
     still, moved = rows[~rows.changed], rows[rows.changed]
     found = {"nothing claimed where nothing changed": still.verdict == "nothing",
              "change found": moved.verdict != "nothing"}  # fmt: skip
     found |= {what: moved[name].dropna().infer_objects() for name, what in COLUMNS.items() if name in rows}
     found |= {"CPU time of a comparison (s)": rows.seconds}
-    print(shares(found).to_string(index=False))
+    print(many_cases.shares(found).to_string(index=False))
 
 
 if __name__ == "__main__":

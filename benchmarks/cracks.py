@@ -11,18 +11,14 @@ are in `cracks.csv` already are not repeated (another version of the package nee
 """
 
 import argparse
-import os
 import tempfile
 import time
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-
+import many_cases
 import numpy as np
-from many_cases import rows_of, shares
 
 from rotorstudy.blind.machines.cases import RUNOUT, draw_case, swing_of
 from rotorstudy.blind.machines.cracks import CURVATURES, add_form, arc_form, static_moment
@@ -172,7 +168,7 @@ def summary(rows):
     for low, high in pairwise(BINS):
         here = cracks[(cracks.true_depth_ratio >= low) & (cracks.true_depth_ratio < high)]
         found[f"all three right, depth {100 * low:.0f} to {100 * high:.0f} %"] = here.all_right
-    return shares(found)
+    return many_cases.shares(found)
 
 
 def main():
@@ -187,7 +183,7 @@ def main():
     seeds = range(given.first, given.first + given.cases)
     cases = {seed: (seed, "crack" if seed % SLOTS else "slot") for seed in seeds}
     file = given.out / "cracks.csv"
-    rows = rows_of(run_case, cases, file, key="seed", processes=given.processes, minutes=given.minutes)
+    rows = many_cases.rows_of(run_case, cases, file, key="seed", processes=given.processes, minutes=given.minutes)
     if not (rows.outcome == "done").any():
         raise SystemExit(f"No case was answered; the reasons are in {file}")
     table = summary(rows)

@@ -11,17 +11,13 @@ Development uses seeds 1 to 99; a number that is published comes from a seed of 
 """
 
 import argparse
-import os
 from functools import partial
 from itertools import cycle
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-
+import many_cases
 import numpy as np
 from foreign_page import by_kind
-from many_cases import rows_of, run_case
 
 from rotorstudy.blind.criteria import judge, printed
 from rotorstudy.blind.injection import KINDS_OF_CASES, Order
@@ -95,8 +91,8 @@ def main():
     file = given.out / "cases.csv"
     if not given.resume:
         file.unlink(missing_ok=True)
-    run = partial(run_case, out=given.out, records=given.records)
-    rows = rows_of(run, orders(given), file, processes=given.processes, line=line)
+    run = partial(many_cases.run_case, out=given.out, records=given.records)
+    rows = many_cases.rows_of(run, orders(given), file, processes=given.processes, line=line)
     criteria = judge(rows)
     write_text(given.out / "criteria.csv", criteria.to_csv(index=False))
     print(by_kind(rows).to_string())

@@ -1,4 +1,7 @@
-"""The loop of everything that has many cases, one case of the independent simulator, and shares with their bounds."""
+"""The loop of everything that has many cases, one case of the independent simulator, and shares with their bounds.
+
+Who imports it before numpy has one thread of BLAS, unless the environment states another number.
+"""
 
 import json
 import warnings
@@ -7,6 +10,10 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic
+
+from rotorstudy.studies.threads import use_one_thread_unless_stated
+
+use_one_thread_unless_stated()
 
 import numpy as np
 

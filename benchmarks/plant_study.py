@@ -9,16 +9,12 @@ FOLDER/study.csv; what is there already is not repeated, and motions are kept.
 import argparse
 import json
 import logging
-import os
 import time
 from functools import partial
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-
+import many_cases
 import numpy as np
-from many_cases import rows_of
 from plant import PLANTS, STATES, crack_place, motion, right_places, write
 
 from rotorstudy.blind.machines.stepping import NoSteadyState
@@ -159,7 +155,7 @@ def main():
     def rows(way, cases):
         named = {f"{name} {state} {size:g}, {way.__name__}, draw {asked.draw}": (name, state, size)
                  for name, state, size in cases}  # fmt: skip
-        rows_of(partial(row_of, asked=asked, way=way), named, asked.folder / "study.csv")
+        many_cases.rows_of(partial(row_of, asked=asked, way=way), named, asked.folder / "study.csv")
 
     for case in asked.cases:
         name, _, state = case.partition("/")

@@ -6,16 +6,13 @@ One line a comparison, then the scores.
 """
 
 import argparse
-import os
 import tempfile
 import time
 from itertools import combinations
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
-
+import many_cases
 import numpy as np
-from many_cases import rows_of, shares
 from rotor_kit import UPDATING, baseline_records, published, updated_rig
 from scipy.stats import chi2
 
@@ -89,14 +86,14 @@ def main():
         cases |= {f"baseline {i}, {j}": (one, other, None) for (i, one), (j, other) in pairs}
     with tempfile.TemporaryDirectory() as folder:
         rig = updated_rig(Path(folder))
-        rows = rows_of(lambda case: compared(rig, Path(folder), *case), cases, key="condition")
+        rows = many_cases.rows_of(lambda case: compared(rig, Path(folder), *case), cases, key="condition")
     still = rows.condition.str.startswith("baseline")
     changed = rows[~still & (rows.verdict != "nothing")]
     found = {"a change is found": rows[~still].verdict != "nothing"}
     found |= {f"of these: {what}": changed[name].astype(bool) for name, what in OF_CHANGES.items() if name in rows}
     found |= {what: rows[name].dropna().infer_objects() for name, what in OF_ALL.items() if name in rows}
     found |= {"nothing changed, and nothing claimed": rows[still].verdict == "nothing"}
-    print(shares(found).to_string(index=False))
+    print(many_cases.shares(found).to_string(index=False))
 
 
 if __name__ == "__main__":
