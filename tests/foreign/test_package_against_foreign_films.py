@@ -38,21 +38,28 @@ KNOWN = {"default": 0.01, "rotor": 0.0, "eccentricity": 0.05, "bearing_scale": 0
 STRICT = {"model_error": 1e-3, "model_floor": 1e-4, "nuisance": {}, "leave_out": SLOW, "candidates_per_round": 4}
 
 
+def motion_on(films, speeds, harmonics, heavier=1.0, add=None):
+    """Harmonics (speed, harmonic, sensor), m, on linear films; add(machine, speed) : what acts beside the unbalance."""
+    shown = np.empty((len(speeds), len(harmonics), len(NODES)), complex)
+    for i, speed in enumerate(speeds):
+        machine = build(Rotor((SHAFT,) * 6, DISCS, tuple(bearing(film, speed) for film in films)))
+        for node, value in UNBALANCE.items():
+            add_unbalance(machine, node, heavier * abs(value), np.angle(value))
+        if add:
+            add(machine, speed)
+        steady = steady_state(machine, [speed], steps=32)
+        shown[i] = [[steady.whirl(node, n)[0] for node in NODES] for n in harmonics]
+    return shown
+
+
 def true_spectrum(films, seed, noise=3e-9):
     """What the sensors show of the machine on these films, with noise, and without it."""
-    shown = np.empty((len(SPEEDS), len(HARMONICS), len(NODES)), complex)
-    for i, speed in enumerate(SPEEDS):
-        rotor = Rotor((SHAFT,) * 6, DISCS, tuple(bearing(film, speed) for film in films))
-        machine = build(rotor)
-        for node, value in UNBALANCE.items():
-            add_unbalance(machine, node, abs(value), np.angle(value))
-        steady = steady_state(machine, [speed], steps=32)
-        shown[i] = [[steady.whirl(node, n)[0] for node in NODES] for n in HARMONICS]
+    shown = motion_on(films, SPEEDS, HARMONICS)
     return readings(shown, SPEEDS, HARMONICS, [node + 1 for node in NODES], noise / np.sqrt(2), seed), shown
 
 
-def rig():
-    """The rig file of the machine on the films as drawn."""
+def rig(heavier=1.0, loads=True):
+    """The rig file of the machine on the films as drawn; without loads those of the weight are taken."""
     journal = {"kind": "short_journal", "diameter_m": 0.06, "length_m": 0.03, "radial_clearance_m": 1e-4}
     discs = [disc(d.node + 1, d.mass, d.polar_moment, d.diametral_moment) for d in DISCS]
     rotor = shaft(0.9, 6, *discs, outer_diameter_m=0.06, gravity_m_per_s2=GRAVITY)
@@ -60,7 +67,11 @@ def rig():
         {**journal, "node": film.node + 1, "label": label, "viscosity_Pa_s": film.viscosity, "load_N": film.load}
         for film, label in zip(FILMS, ("left", "right"), strict=True)
     ]
-    pushed = [unbalance(n + 1, abs(u), float(np.angle(u)), label=str(n), mass_kg=1.0) for n, u in UNBALANCE.items()]
+    for one in bearings if not loads else ():
+        del one["load_N"]
+    pushed = [
+        unbalance(n + 1, heavier * abs(u), float(np.angle(u)), label=str(n), mass_kg=1.0) for n, u in UNBALANCE.items()
+    ]
     return rig_of(rotor, bearings, *pushed, sensors=[node + 1 for node in NODES])
 
 
@@ -161,19 +172,14 @@ def on_true_films(speeds, harmonics, heavier, preload=0.0, twice=0.0, films=FILM
 
     heavier : times the unbalance;  preload, twice : constant force, and forward one at 2X, at node 4, N
     """
-    shown = np.empty((len(speeds), len(harmonics), len(NODES)), complex)
-    for i, speed in enumerate(speeds):
-        rotor = Rotor((SHAFT,) * 6, DISCS, tuple(bearing(film, speed) for film in films))
-        machine = build(rotor)
-        for film, linear in zip(films, rotor.bearings, strict=True):
+
+    def add(machine, speed):
+        for film, linear in zip(films, machine.rotor.bearings, strict=True):
             add_film(machine, film, linear, [speed])
-        for node, value in UNBALANCE.items():
-            add_unbalance(machine, node, heavier * abs(value), np.angle(value))
         add_preload(machine, 3, abs(preload), np.angle(preload))
-        add_elliptic_forces(machine, 3, {(2, 0): (twice, 0.0)}, False)
-        steady = steady_state(machine, [speed], steps=32)
-        shown[i] = [[steady.whirl(node, n)[0] for node in NODES] for n in harmonics]
-    return shown
+        add_elliptic_forces(machine, 3, {(2, 0): (twice, 0.0)})
+
+    return motion_on(films, speeds, harmonics, heavier, add)
 
 
 @pytest.mark.parametrize("effect", [
@@ -184,11 +190,7 @@ def on_true_films(speeds, harmonics, heavier, preload=0.0, twice=0.0, films=FILM
 def test_a_constant_force_changes_the_load_of_the_films_and_with_it_their_coefficients(effect):
     """In size and direction: up and aside, by more than half of the weight, it turns the load by 35 degrees."""
     speeds, harmonics, small = SPEEDS[[0, 4]], np.array([1, -1]), 0.3
-    true, files = on_true_films(speeds, harmonics, small, 400.0 * np.exp(1.9j)), rig()
-    for one in files["effects"]:
-        one["eccentricity_m"] *= small
-    for one in files["bearings"]:
-        del one["load_N"]  # so that it is that of the weight
+    true, files = on_true_films(speeds, harmonics, small, 400.0 * np.exp(1.9j)), rig(small, loads=False)
     model = build_model(files | {"effects": [*files["effects"], effect]})
     found = measured_response_and_jacobian(model, speeds, harmonics)
     size = np.abs(true).max()
@@ -205,11 +207,7 @@ def test_a_constant_force_changes_the_load_of_the_films_and_with_it_their_coeffi
 
 def test_the_place_of_a_force_that_changes_films_by_much_is_told_by_steps_of_a_fit(monkeypatch):
     """Up and aside, by more than the weight; what the rig with linear films promises is most at another node."""
-    force, files = 500.0 * np.exp(2.5j), rig()
-    for one in files["effects"]:
-        one["eccentricity_m"] *= 0.3
-    for one in files["bearings"]:
-        del one["load_N"]
+    force, files = 500.0 * np.exp(2.5j), rig(0.3, loads=False)
     shown = on_true_films(SPEEDS, np.array([1, -1]), 0.3, force)
     record = readings(shown, SPEEDS, np.array([1, -1]), [node + 1 for node in NODES], 1e-8)
     settings = Settings(leave_out=all_but("static_preload"), uncertainty=KNOWN, nuisance={})
@@ -230,13 +228,9 @@ def test_the_place_of_a_force_that_changes_films_by_much_is_told_by_steps_of_a_f
 
 def test_the_place_of_a_coupling_that_loads_films_is_told_by_steps_of_a_fit():
     """A misalignment at rest, of more than the weight, with amplitudes of all other harmonics and a stiffness."""
-    force, files, harmonics = 500.0 * np.exp(2.5j), rig(), np.array([1, -1, 2, -2])
-    for one in files["effects"]:
-        one["eccentricity_m"] *= 0.3
-    for one in files["bearings"]:
-        del one["load_N"]
-    shown = on_true_films(SPEEDS, harmonics, 0.3, force)
-    record = readings(shown, SPEEDS, harmonics, [node + 1 for node in NODES], 1e-8)
+    force, files = 500.0 * np.exp(2.5j), rig(0.3, loads=False)
+    shown = on_true_films(SPEEDS, HARMONICS, 0.3, force)
+    record = readings(shown, SPEEDS, HARMONICS, [node + 1 for node in NODES], 1e-8)
     settings = Settings(leave_out=all_but("parallel_misalignment"), uncertainty=KNOWN, nuisance={})
     work = begin(build_model(files), record, settings)
 
@@ -255,12 +249,8 @@ def test_the_place_of_a_coupling_that_loads_films_is_told_by_steps_of_a_fit():
 def test_three_films_share_a_constant_force_as_their_springs_do():
     """A third bearing at the force, which would carry it alone if it was rigid."""
     speeds, harmonics, small, force = SPEEDS[[0, 4]], np.array([1, -1]), 0.3, 100.0j
-    files = rig()
-    for one in files["effects"]:
-        one["eccentricity_m"] *= small
+    files = rig(small, loads=False)
     files["bearings"] = [{**files["bearings"][0], "node": n, "label": f"{n}"} for n in (1, 4, 7)]
-    for one in files["bearings"]:
-        del one["load_N"]
     model = build_model(files)
     loads = [film.load for film in model.structure.films]
     films = [replace(LEFT, node=n, load=load) for n, load in zip((0, 3, 6), loads, strict=True)]
@@ -282,9 +272,7 @@ def test_what_linear_films_leave_out_is_within_the_error_that_a_diagnosis_allows
     speeds, heavier = SPEEDS[[0, 4]], 20.0
     shown = on_true_films(speeds, HARMONICS, heavier)
     record = readings(shown, speeds, HARMONICS, [node + 1 for node in NODES], 1e-9)
-    files = rig()
-    for effect in files["effects"]:
-        effect["eccentricity_m"] *= heavier
+    files = rig(heavier)
     second, model = np.abs(HARMONICS) == 2, build_model(files)
 
     def left(spectrum):
@@ -294,9 +282,9 @@ def test_what_linear_films_leave_out_is_within_the_error_that_a_diagnosis_allows
 
     assert left(record) > 10  # negative control
     assert 0.1 < left(with_film_error(record, model)) < 2
-    growth, earlier = 0.25, [{**one, "eccentricity_m": one["eccentricity_m"] / 1.25} for one in files["effects"]]
+    growth = 0.25
     change = shown - on_true_films(speeds, HARMONICS, heavier / (1 + growth))
-    allowed = with_film_error(record, build_model(files | {"effects": earlier}), growth=np.full(2, growth))
+    allowed = with_film_error(record, build_model(rig(heavier / (1 + growth))), growth=np.full(2, growth))
     off = [np.sqrt(np.mean(one.by_harmonic(one.whitened(change))[:, second] ** 2)) for one in (record, allowed)]
     assert off[0] > 10 and 0.1 < off[1] < 2  # of 2X, which linear films do not change
     spring = {"kind": "linear", "bearing_stiffness_xx_N_per_m": 1e8}

@@ -23,29 +23,29 @@ from rotorstudy.model.rig import read_rig
 from rotorstudy.store import chunk_of, copied, dataset, provenance, save, write_text
 
 SALT_STREAM = 7  # separates the salts of seals from the random numbers of cases
-CASE_NUMBERS = {
-    "size": ("1", "size in standard deviations, of the smaller effect if two"),
-    "beside": ("1", "the same where the other of two effects is there, and of unknown size"),
-    "probability": ("1", "stated probability of the first cause"),
-    "gain_true": ("1", "error on held-out speeds after over before, against the signal without noise"),
-    "gain": ("1", "the same against the measurement"),
-    "seconds": ("s", "time of the diagnosis, of one core"),
-}
-CASE_TEXTS = ("group", "machine", "families", "verdict", "answer")
-CASE_FLAGS = ("known", "alone", "in_set", "wrong", "names_rotor")
-CRITERION_NUMBERS = {
-    "reached": "value reached",
-    "low": "lower 95 % bound",
-    "high": "upper 95 % bound",
-    "found": "count behind the value",
-    "cases": "cases, or intervals where these are counted",
-}
-CRITERION_TEXTS = {
-    "what": "quantity",
-    "kind": "share, calibration or median",
-    "needed": "values that are accepted",
-    "status": "how it is judged",
-    "reasons": "what went wrong most often",
+DESCRIBED = {  # columns of the result -> long name
+    "case": {
+        "size": "size in standard deviations, of the smaller effect if two",
+        "beside": "the same where the other of two effects is there, and of unknown size",
+        "probability": "stated probability of the first cause",
+        "gain_true": "error on held-out speeds after over before, against the signal without noise",
+        "gain": "the same against the measurement",
+        "seconds": "time of the diagnosis, of one core",
+        **{name: f"{name} of the case" for name in ("group", "machine", "families", "verdict", "answer")},
+        **{name: f"case is {name}" for name in ("known", "alone", "in_set", "wrong", "names_rotor")},
+    },
+    "criterion": {
+        "reached": "value reached",
+        "low": "lower 95 % bound",
+        "high": "upper 95 % bound",
+        "found": "count behind the value",
+        "cases": "cases, or intervals where these are counted",
+        "what": "quantity",
+        "kind": "share, calibration or median",
+        "needed": "values that are accepted",
+        "status": "how it is judged",
+        "reasons": "what went wrong most often",
+    },
 }
 
 log = logging.getLogger(__name__)
@@ -202,12 +202,12 @@ def pool(cores):
 
 def summary(rows, criteria):
     """All cases and criteria as a Dataset; rows : of `scoring.score`, criteria : of `criteria.judge`, DataFrames."""
-    case, one = ("case",), ("criterion",)
-    variables = {f"case_{name}": (case, rows[name].to_numpy(float), *said) for name, said in CASE_NUMBERS.items()}
-    variables |= {f"case_{n}": (case, rows[n].to_numpy(object), "1", f"{n} of the case") for n in CASE_TEXTS}
-    variables |= {f"case_{n}": (case, rows[n].to_numpy(bool).astype("i1"), "1", f"case is {n}") for n in CASE_FLAGS}
-    for names, kind in ((CRITERION_NUMBERS, float), (CRITERION_TEXTS, object)):
-        variables |= {f"criterion_{n}": (one, criteria[n].to_numpy(kind), "1", said) for n, said in names.items()}
+    variables = {}
+    for dim, table in (("case", rows), ("criterion", criteria)):
+        for name, said in DESCRIBED[dim].items():
+            kind = {"b": "i1", "O": object}.get(table[name].dtype.kind, float)
+            unit = "s" if name == "seconds" else "1"
+            variables[f"{dim}_{name}"] = ((dim,), table[name].to_numpy().astype(kind), unit, said)
     coordinates = {
         "case": (rows.case.to_numpy(int), "1", "number of the case"),
         "criterion": (criteria.key.to_numpy(object), "1", "key of the acceptance criterion"),
