@@ -1,4 +1,4 @@
-"""Opening functions of cracks: published factors, closed forms and their Fourier series."""
+"""Opening functions of cracks: published factors, closed forms, their Fourier series, and turned phase marks."""
 
 from dataclasses import replace
 from math import comb
@@ -105,6 +105,23 @@ def test_section_geometry_by_counting_small_squares():
     expected = (moments(disc) - moments(carries)) / fully[0]
     found = CRACKS["section_geometry"].function(angle, depth_ratio)
     assert np.abs(found - expected).max() < 2e-3 and np.abs(expected).min() > 0.05
+
+
+@pytest.mark.parametrize("name", CRACKS)
+@pytest.mark.parametrize("dominance", [True, False])
+def test_a_turned_phase_mark_turns_the_harmonics_and_nothing_else(name, dominance):
+    """All that is on the shaft moved by one angle ahead of the mark is the same motion, earlier: R_n e^{jn angle}."""
+    angle, speeds = 0.9, [120.0, 300.0, 700.0]
+
+    def turned(by):
+        second = crack("breathing", 5e4, angle_rad=1.0 + by, label="second", weight_dominance=dominance)
+        model = rig(crack(name, angle_rad=by, weight_dominance=dominance), second, unbalance_phase_rad=0.3 + by)
+        return harmonic_response(model, speeds, HARMONICS)[..., 0]
+
+    first, second = turned(0.0), turned(angle)
+    turn = np.exp(1j * angle * np.array(HARMONICS))
+    assert np.abs(second - first * turn).max() < 1e-11 * np.abs(first).max()
+    assert np.abs(second - first / turn).max() > 1e-2 * np.abs(first).max()
 
 
 def test_a_series_by_fourier_transform_is_as_good_as_said():
