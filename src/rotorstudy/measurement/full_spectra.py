@@ -25,7 +25,7 @@ def phase_from_reference(where, harmonics, amplitude, covariance):
     # the signal is real: its noise rotates n and -n by opposite angles and does not rotate the mean
     count, n = len(size), np.asarray(harmonics)
     power = np.diag(covariance)[:count] + np.diag(covariance)[count:]
-    std = np.where(n == 0, 0, np.sqrt(power / 2) / size)
+    std = np.sqrt(power / 2) / size
     mirrored = (n[:, None] == n).astype(float) - (n[:, None] == -n)
     return np.angle(amplitude), std[:, None] * std * mirrored
 
