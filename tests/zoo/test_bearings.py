@@ -5,7 +5,8 @@ import pytest
 from machines import disc, shaft
 from one_line_errors import refused
 
-from rotorstudy import Model, RotorstudyError, build_model, eigenvalues, harmonic_response, make_term
+from jobs.bearing_figures import bearing_coefficients, plot_bearing_coefficients
+from rotorstudy import Model, RotorstudyError, build_model, eigenvalues, harmonic_response, make_term, registry
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.response.integration import force_in_time
 
@@ -192,3 +193,18 @@ def test_a_kind_that_no_plugin_has_points_to_the_one_that_describes_it():
     words = "unknown bearing 'tilting_pad'", "'tilting pad' is described by speed_tabulated"
     refused(lambda: term({**ISOTROPIC, "kind": "tilting_pad"}), *words)
     assert "described" not in refused(lambda: term({**ISOTROPIC, "kind": "velcro"}), "unknown bearing 'velcro'")
+
+
+def test_every_bearing_is_compared_and_a_speed_it_refuses_is_left_out():
+    bearings = registry().plugins["bearing"].values()
+    data = bearing_coefficients(bearings, np.array([50 * np.pi, 900.0, 1200.0]))
+    assert list(data.bearing.values) == sorted(plugin.name for plugin in bearings)
+    journal = data.sel(bearing="short_journal").isel(speed=0)  # the textbook's example, see test_film_bearings
+    assert journal.stiffness.values / 1e6 == pytest.approx([8.815, 25.06, -16.39, 12.81], rel=4e-4)
+    assert journal.damping.values / 1e3 == pytest.approx([294.9, 81.92, 81.92, 232.9], rel=3e-4)
+    table = data.stiffness.sel(bearing="speed_tabulated", direction="xx").values  # ends at 1000 rad/s
+    assert table[:2] == pytest.approx(np.interp([50 * np.pi, 900.0], [0, 1000], [3e5, 2e5])) and np.isnan(table[2])
+    assert data.stiffness.attrs["units"] == "N/m" and data.damping.attrs["units"] == "N s/m"
+    picture = plot_bearing_coefficients(data)
+    assert len(picture.axes) == 2 * len(bearings)
+    assert all("(" in panel.get_ylabel() for panel in picture.axes)
