@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from machines import by_axes, disc, full_bearing, pedestal_resonance, shaft, unbalance
+from one_line_errors import refused
 
 from rotorstudy import build_model, harmonic_response
 from rotorstudy.errors import CannotAct
@@ -86,6 +87,17 @@ def test_pedestal_resonance_is_a_mass_on_a_spring_behind_the_bearing(bearing, ac
     assert same(response(plain, item), response(built), 1e-10)
     assert same(response(plain, item | {"frequency_ratio": 1.0}), response(built), 1e-10) == (across == 1)
     assert not same(response(plain), response(built), 1e-2)
+
+
+def test_an_undamped_pedestal_in_resonance_and_bad_numbers_are_refused():
+    pedestal = {"kind": "flexible_pedestal", "node": 1, "label": "1", "bearing_stiffness_N_per_m": {"xx": 2e6},
+                "pedestal_stiffness_N_per_m": {"xx": 2e6}, "pedestal_mass_kg": {"xx": 26.0}}  # fmt: skip
+    assert np.isfinite(response(pedestal)).all()
+    resonant = pedestal | {"pedestal_mass_kg": {"xx": 25.0}}
+    refused(lambda: response(resonant), match="speed 400 rad/s, harmonic -?1: the undamped pedestal at node 1")
+    for key, value in (("pedestal_stiffness_N_per_m", 0.0), ("pedestal_mass_kg", -1.0)):
+        refused(lambda: response({**pedestal, key: {"xx": value}}), f"{key}.xx = {value}")
+    refused(lambda: response({**pedestal, "pedestal_mass_kg": {"xx": 1.0, "zz": 1.0}}), "zz")
 
 
 def test_a_ring_that_touches_the_shaft_at_rest_is_refused():
