@@ -3,9 +3,20 @@
 import numpy as np
 import pytest
 from machines import jeffcott, jeffcott_rig, point
+from random_rotor import random_model
 
-from rotorstudy import Entry, Parameter, RotorstudyError, Term, build_model, harmonic_response, time_response
-from rotorstudy.response.stability import check_stable, eigenvalues, stability_threshold
+from rotorstudy import (
+    Entry,
+    Model,
+    Parameter,
+    RotorstudyError,
+    Term,
+    build_model,
+    eigenvalues,
+    harmonic_response,
+    time_response,
+)
+from rotorstudy.response.stability import check_stable, stability_threshold
 
 M, K = 2.0, 7.6e5
 NATURAL = np.sqrt(K / M)
@@ -124,3 +135,42 @@ def test_an_undamped_tilt_does_not_hide_the_threshold_of_the_translation():
 def test_the_threshold_does_not_depend_on_how_far_it_is_looked_for(up_to):
     """Up to 4e6 rad/s the first speed tried is far above it."""
     assert stability_threshold(rotor(JEFFCOTT, 20.0, 100.0), up_to) == pytest.approx(6 * NATURAL, rel=1e-8)
+
+
+TURNING = 400.0
+STEADY = ("external_damping", "internal_damping", "damping", "anisotropy", "added_mass", "unbalance", "couple")
+
+
+def in_x_and_y(on_z, on_conj):
+    """Matrix (2 dof, 2 dof) acting on real (x, y) as on_z acts on z = x + jy and on_conj on its conjugate."""
+    both, less = on_z + on_conj, on_z - on_conj
+    return np.block([[both.real, -less.imag], [both.imag, less.real]])
+
+
+def smallest_share(model, values):
+    """Smallest over largest singular value of s^2 M + s C + K at each s; zero where s is an eigenvalue."""
+    structure, zero = model.structure, np.zeros((3, 3), complex)
+    on_z = [structure.stiffness + 0j, -1j * TURNING * structure.gyroscopic, structure.mass + 0j]
+    on_conj = [zero, zero, zero]
+    for value, unknown in zip(model.theta, model.rotor_unknowns, strict=True):
+        for entry in (e for e in unknown.entries if e.on != "one"):
+            table = on_z if entry.on == "z" else on_conj
+            table[entry.order] = table[entry.order] - value * entry.gain_at(TURNING, 0) * entry.matrix
+    k, c, m = (in_x_and_y(*pair) for pair in zip(on_z, on_conj, strict=True))
+    singular = np.array([np.linalg.svd(s**2 * m + s * c + k, compute_uv=False) for s in values])
+    return singular[:, -1] / singular[:, 0]
+
+
+@pytest.fixture(params=range(1, 4), ids=lambda seed: f"seed {seed}")
+def steady(request):
+    """Gyroscopic, anisotropic, with both dampings and added mass, but nothing that varies in time."""
+    model = random_model(request.param)
+    return Model(model.structure, tuple(term for term in model.terms if term.kind in STEADY), model.sensors)
+
+
+def test_every_eigenvalue_solves_the_equations_in_x_and_y(steady):
+    values = eigenvalues(steady, [TURNING])[0]
+    assert len(values) == 12  # three coordinates in two planes, each with its mirror image
+    # round-off of 1e-16 times the ratio of the highest to the lowest mode, a few hundred
+    assert smallest_share(steady, values).max() < 1e-11
+    assert smallest_share(steady, values * (1 + 1e-6)).min() > 1e-9  # negative control

@@ -1,4 +1,4 @@
-"""Slow-roll vectors are subtracted, and a mean that no film can have is left out."""
+"""Repeats at one speed are averaged, slow-roll vectors subtracted, and a mean that no film can have left out."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from machines import film, readings, rig_of, shaft
 from one_line_errors import refused
 
 from rotorstudy import build_model, measured_spectrum
-from rotorstudy.measurement.corrections import without_missing_mean, without_slow_roll
+from rotorstudy.measurement.corrections import averaged, without_missing_mean, without_slow_roll
 
 SPEEDS, HARMONICS, NODES = np.array([30.0, 40.0, 200.0, 300.0]), np.array([0, 1, -1, 2]), (1, 3)
 RUNOUT = np.array([[1e-6, 2e-6], [3e-6j, 1e-6], [1e-6, -1e-6j], [2e-7, 0]])  # (harmonic, node)
@@ -62,3 +62,53 @@ def test_a_mean_that_is_zero_at_every_speed_is_none_on_films(bearing, mean, is_l
     found, notes = without_missing_mean(data, build_model(rig(bearing)), "records")
     assert (0 not in found.harmonics) == is_left_out and [n.name for n in notes] == ["AC coupling"] * is_left_out
     assert not is_left_out or without_missing_mean(found, build_model(rig(bearing)), "records") == (found, [])
+
+
+NOISE, SCATTER = 1e-8, 2e-7  # m, of each part
+
+
+def repeats(seed, scatter, speeds=(100.0, 150.0, 200.0), count=3):
+    """`count` records at each speed, whose speeds differ by 0.02 %."""
+    rng = np.random.default_rng(seed)
+    speed = np.repeat(speeds, count) * (1 + 2e-4 * rng.random(len(speeds) * count))
+    shape = (len(speed), 2, 2)
+    size = np.hypot(NOISE, scatter)
+    amplitude = 1e-5 + size * (rng.normal(size=shape) + 1j * rng.normal(size=shape))
+    return readings(amplitude, speed, [1, -1], (2, 4), NOISE)
+
+
+def test_the_mean_of_repeats_has_the_covariance_of_their_scatter():
+    """The standardised error of the mean is that of a unit normal variable, widened as few repeats are uncertain."""
+    off = []
+    for seed in range(60):
+        found, _ = averaged(repeats(seed, SCATTER), "x.csv")
+        assert found.amplitude.shape == (3, 2, 2)
+        off.append(found.whitened(found.amplitude - 1e-5))
+    spread = np.mean(np.square(off))
+    assert 0.8 < spread < 1.6  # freedom 12: variance overestimated by 12 / 10, and an inverse chi-square average
+
+
+def test_repeats_within_their_noise_are_a_note_and_those_beyond_a_warning():
+    (note,) = averaged(repeats(1, 0.0), "x.csv")[1]
+    assert (note.severity, note.name) == ("note", "repeats")
+    (warning,) = averaged(repeats(1, SCATTER), "x.csv")[1]
+    assert (warning.severity, warning.name) == ("warning", "repeats differ")
+
+
+def test_single_records_are_left_as_they_are():
+    spectrum = repeats(1, SCATTER, count=1)
+    found, findings = averaged(spectrum, "x.csv")
+    assert found is spectrum and findings == []
+
+
+def test_a_speed_measured_once_scatters_too():
+    spectrum = repeats(1, SCATTER)
+    part = spectrum.at_speeds(np.arange(7))  # the last speed once
+    found, _ = averaged(part, "x.csv")
+    std = np.sqrt(np.diagonal(found.covariance, axis1=-2, axis2=-1))
+    assert np.allclose(std[2] / std[0], np.sqrt(3), rtol=0.05)
+
+
+def test_the_same_record_twice_is_an_error():
+    spectrum = repeats(1, SCATTER)
+    refused(lambda: averaged(spectrum.at_speeds([0, 0, 3]), "x.csv"), "occurs twice")
