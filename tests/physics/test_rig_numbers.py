@@ -58,6 +58,11 @@ def rig_on(item):
 
 
 FILM = rig_on(JOURNAL) | {"sensors": [1, 3]}
+FRAME = {"kind": "foundation_block", "node": 1, "second_node": 5, "label": "frame", "radius_of_gyration_m": 0.3,
+         "centre_m": 0.2, "foundation_mass_kg": 200.0, "foundation_stiffness_xx_N_per_m": 3e7,
+         "foundation_stiffness_yy_N_per_m": 2e7, "foundation_damping_xx_N_s_per_m": 1e4,
+         "foundation_damping_yy_N_s_per_m": 1e4}  # fmt: skip
+ON_FRAME = {"rotor": HEAVY, "bearings": springs((1, 5), 2e7, 2e4), "foundation": [FRAME], "effects": [UNBALANCE]}
 
 
 def cases():
@@ -69,6 +74,7 @@ def cases():
             item["centring_stiffness_N_per_m"] = 1e7
         own = [one for one in numbers(build_model(rig_on(item))) if one.startswith("bearings[left]")]
         yield from (pytest.param(rig_on(item), {number: 0.07}, id=f"{name} {number}") for number in own)
+    yield pytest.param(ON_FRAME, {"bearings[frame].radius_of_gyration_m": 0.07}, id="foundation")
 
 
 def off(found, true):
