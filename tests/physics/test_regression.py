@@ -8,7 +8,7 @@ from machines import HARMONICS, OFFSET_DISC, jeffcott, jeffcott_rig, point, spec
 from one_line_errors import refused
 from random_rotor import four_coordinates
 
-from rotorstudy import Model, RotorstudyError, build_model
+from rotorstudy import RotorstudyError, build_model
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.linear import solve_linear
@@ -19,27 +19,10 @@ def solved(model, spectrum, names):
     return solve_linear(*regression(model, spectrum, names).real_system(), names)
 
 
-@pytest.mark.parametrize("from_unloaded_line", [False, True])
-@pytest.mark.parametrize("speeds", [[88.0], [50.0, 120.0, 199.0]])
-def test_identification_of_what_was_simulated_is_exact(speeds, from_unloaded_line):
-    model = replace(jeffcott(), from_unloaded_line=from_unloaded_line)
+def test_identification_from_the_unloaded_line_is_exact():
+    model = replace(jeffcott(), from_unloaded_line=True)
     # round-off of 1e-16, magnified by the spread of the scaled columns (under a thousand)
-    assert solved(model, spectrum_of(model, speeds, HARMONICS), model.names) == pytest.approx(model.theta, rel=1e-11)
-
-
-def test_a_wrong_known_quantity_shows():
-    """Negative control: one thousandth of mass off, and the estimates are off."""
-    model = jeffcott()
-    heavier = build_model({"rotor": {"kind": "jeffcott", "mass_kg": 2.002, "stiffness_N_per_m": 7.6e5}})
-    wrong = Model(heavier.structure, model.terms)
-    found = solved(wrong, spectrum_of(model, [88.0], HARMONICS), model.names)
-    assert np.abs(found / model.theta - 1).max() > 1e-4
-
-
-def test_the_full_crack_is_identified_when_all_coupled_harmonics_are_measured():
-    model = jeffcott(weight_dominance=False)
-    spectrum = spectrum_of(model, [50.0, 88.0], list(range(-15, 16)))
-    assert solved(model, spectrum, model.names) == pytest.approx(model.theta, rel=1e-10)
+    assert solved(model, spectrum_of(model, [88.0], HARMONICS), model.names) == pytest.approx(model.theta, rel=1e-11)
 
 
 def test_the_full_crack_needs_its_harmonics():
@@ -72,28 +55,19 @@ def free_crack():
     return build_model({"rotor": point(), "effects": [{"kind": kind} for kind in kinds]})
 
 
-def test_one_speed_cannot_tell_unbalance_from_the_crack_at_1X():
-    model, spectrum = free_crack(), spectrum_of(jeffcott(), [88.0], HARMONICS)
+def test_two_speeds_tell_unbalance_from_the_crack_at_1X_and_one_speed_cannot():
+    model = free_crack()
     with pytest.raises(UnidentifiableError, match="trade off") as caught:
-        solved(model, spectrum, model.names)
+        solved(model, spectrum_of(jeffcott(), [88.0], HARMONICS), model.names)
     assert set(caught.value.parameters) == {"eccentricity_real", "stiffness_loss_p1"}
-
-
-def test_two_speeds_can():
-    model, spectrum = free_crack(), spectrum_of(jeffcott(), [88.0, 120.0], HARMONICS)
-    assert solved(model, spectrum, model.names)[2] == pytest.approx(5e-6 * np.cos(np.pi / 6), rel=1e-8)
+    found = solved(model, spectrum_of(jeffcott(), [88.0, 120.0], HARMONICS), model.names)
+    assert found[2] == pytest.approx(5e-6 * np.cos(np.pi / 6), rel=1e-8)
 
 
 def test_too_few_equations_are_counted():
     model = free_crack()
     with pytest.raises(UnidentifiableError, match="4 equations for 13 unknowns"):
         solved(model, spectrum_of(jeffcott(), [88.0], [1, 2]), model.names)
-
-
-def test_a_parameter_the_data_do_not_see_is_named():
-    model, spectrum = jeffcott(), spectrum_of(jeffcott(), [88.0, 120.0], [2, 3])
-    with pytest.raises(UnidentifiableError, match="do not depend on eccentricity_real, eccentricity_imag"):
-        solved(model, spectrum, model.names)
 
 
 def test_a_model_with_an_unknown_nobody_asked_for_is_refused():
