@@ -15,5 +15,5 @@ def rotorstudy_effect():
         shaft_damping,
         source="Zorzi and Nelson 1977",
         positive=True,
-        checked="-beta K (dq/dt - j w q) in time to 1e-12; no force at +1X (tests/zoo/test_shaft_damping.py)",
+        checked="-beta K (dq/dt - j w q) in time to 1e-12, so no force at +1X",
     )

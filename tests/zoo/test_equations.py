@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from machines import OFFSET_DISC, point
+from one_line_errors import refused
 from scipy.linalg import sqrtm
 
-from rotorstudy import build_model, make_term, registry
+from rotorstudy import build_model, eigenvalues, harmonic_response, make_term, registry
 from rotorstudy.model.cracks import crack_parameters, crack_series, participation_factors
 from rotorstudy.model.entries import apply_entries
 
@@ -182,9 +183,19 @@ def test_breathing_crack_takes_stiffness_while_it_is_open(name, weight_dominance
 
 
 def test_hysteretic_damping_turns_its_sign_where_the_shaft_turns_with_the_whirl():
-    (entry,) = parameters_of("hysteretic_damping", ROTORS["plain"])[0].entries
-    factor = entry.gain_at(SPEEDS[:, None], HARMONICS) * entry.matrix[0, 0]
-    assert factor == pytest.approx(np.tile(-1j * 7.6e5 * np.sign(HARMONICS - 1), (len(SPEEDS), 1)))
+    shaft = ROTORS["tilting"]
+    (entry,) = parameters_of("hysteretic_damping", shaft)[0].entries
+    factor = entry.gain_at(SPEEDS[:, None], HARMONICS)[..., None, None] * entry.matrix
+    expected = -1j * np.sign(HARMONICS - 1)[:, None, None] * shaft.stiffness
+    assert factor == pytest.approx(np.tile(expected, (len(SPEEDS), 1, 1, 1)))
+
+
+def test_hysteretic_damping_exists_in_frequency_only():
+    damped = {"kind": "hysteretic_damping", "loss_factor": 0.01}
+    unbalance = {"kind": "unbalance", "eccentricity_m": 1e-5}
+    model = build_model({"rotor": point(), "effects": [damped, unbalance]})
+    assert np.isfinite(harmonic_response(model, [150.0], HARMONICS)).all()
+    refused(lambda: eigenvalues(model, [150.0]), "'loss_factor' makes the model time-varying or frequency-dependent")
 
 
 def test_ac_coupling_loses_the_mean_and_leads_by_45_degrees_at_its_corner():
