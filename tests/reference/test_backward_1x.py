@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from chapters import REFERENCE, replay
 
 from thesis.backward_1x import METHOD, READING_M, hypotheses, receptance_at
-from thesis.config import load_replay
 from thesis.replay import rounding_draws
 
 RIG = np.repeat([0, 1], 5)
@@ -50,12 +50,11 @@ def test_the_share_is_within_its_standard_deviation():
     assert np.std(np.real(off)) == pytest.approx(1, abs=0.15)  # 200 draws: 5 % standard deviation
 
 
-def test_published_readings_need_both_or_leave_a_force_possible(pytestconfig):
-    root = pytestconfig.rootpath / "workflow"
+def test_published_readings_need_both_or_leave_a_force_possible():
     rig, forward, backward, receptance = [], [], [], []
-    for number, name in enumerate(("chapter_3", "chapter_5")):
-        config = load_replay(root / "config" / f"{name}.yaml").model_copy(update={"trials": 100})
-        amplitude = rounding_draws(config, root / "reference", "fft").mean(axis=0)  # (case, harmonic)
+    for number, config in enumerate(map(replay, (3, 5))):
+        few = config.model_copy(update={"trials": 100})
+        amplitude = rounding_draws(few, REFERENCE, "fft").mean(axis=0)  # (case, harmonic)
         rig += [number] * len(amplitude)
         forward += list(amplitude[:, config.harmonics.index(1)])
         backward += list(amplitude[:, config.harmonics.index(-1)])
@@ -67,8 +66,7 @@ def test_published_readings_need_both_or_leave_a_force_possible(pytestconfig):
     assert found["p-value"][[1, 4]].min() > 1e-3  # doubtful, not excluded
 
 
-def test_the_receptance_is_that_of_a_jeffcott_rotor(pytestconfig):
-    config = load_replay(pytestconfig.rootpath / "workflow/config/chapter_3.yaml")
+def test_the_receptance_is_that_of_a_jeffcott_rotor():
     speed = np.array([20.0, 140.0])
     closed_form = 1 / (2.66e5 - 1.87 * speed**2)  # Table 3.3
-    assert receptance_at(config.model, speed) == pytest.approx(closed_form, rel=1e-9)
+    assert receptance_at(replay(3).model, speed) == pytest.approx(closed_form, rel=1e-9)

@@ -2,35 +2,33 @@
 
 from copy import deepcopy
 from dataclasses import replace
-from pathlib import Path
 
+import chapters
 import numpy as np
 import pytest
+from chapters import REFERENCE
 
 from rotorstudy import Problem, RotorstudyError, build_model, full_spectrum, registry
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.linear import solve_linear
 from rotorstudy.store import as_complex
-from rotorstudy.studies.config import load_study
 from rotorstudy.studies.identify import monte_carlo
 from rotorstudy.studies.simulate import case_records, kind_spectra
 from thesis import errata
 from thesis.chapter_tables import joint_share
-from thesis.config import load_replay
 from thesis.replay import records, replay_problem, rounding_draws, spectra
 
-ROOT = Path(__file__).parents[2]
-REFERENCE = ROOT / "workflow" / "reference"
 CASE = "20 to 50 Hz"
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def study():
-    return load_study(ROOT / "workflow" / "config" / "chapter_4.yaml")
+    return chapters.study(4)
 
 
 @pytest.fixture(scope="module")
-def noisy(study):
+def noisy():
+    study = chapters.study(4)
     few = study.monte_carlo.model_copy(update={"levels_percent": [1.0]})
     return monte_carlo(study.model_copy(update={"monte_carlo": few}), "physical", CASE).isel(record=0, noise=0)
 
@@ -69,7 +67,7 @@ def test_an_incomplete_record_without_reference_says_what_error_to_expect(study)
 
 
 def test_chapter_5_from_one_speed_names_the_pair():
-    replay = load_replay(ROOT / "workflow" / "config" / "chapter_5.yaml")
+    replay = chapters.replay(5)
     found = spectra(replay, records(replay, REFERENCE))
     compensated = as_complex(found.compensated.sel(version="corrected", data_set="fft", spectrum_method="regression"))
     draws = rounding_draws(replay, REFERENCE, "fft")

@@ -2,10 +2,11 @@
 
 from copy import deepcopy
 from dataclasses import replace
-from pathlib import Path
 
+import chapters
 import numpy as np
 import pytest
+from chapters import REFERENCE
 from one_line_errors import refused
 
 from rotorstudy import Problem, build_model, registry
@@ -13,18 +14,15 @@ from rotorstudy.inference.linear import solve_equations
 from rotorstudy.measurement.noise import standard_normal, with_noise
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.studies.analyses import variants
-from rotorstudy.studies.config import changed, load_study
+from rotorstudy.studies.config import changed
 from rotorstudy.studies.sensors import sensors
 from thesis import errata
 from thesis.scoreboard import published
 
-ROOT = Path(__file__).parents[2]
-REFERENCE = ROOT / "workflow" / "reference"
-
 
 @pytest.fixture(scope="module")
 def study():
-    return load_study(ROOT / "workflow" / "config" / "chapter_6.yaml")
+    return chapters.study(6)
 
 
 @pytest.fixture(scope="module")

@@ -1,25 +1,15 @@
 """Tables and figures of the chapters without any computation: what they are made of covers what is printed."""
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
+from chapters import REFERENCE, replay, study
 from machines import readings
 
 from rotorstudy.measurement.noise import MODELS, noise_std, with_noise
 from rotorstudy.studies.analyses import damping_along_x
-from rotorstudy.studies.config import load_study
 from thesis.chapter_tables import described, places
-from thesis.config import load_replay
 from thesis.scoreboard import PLACE, PRINTED, published, scored_tables, table_name
-
-ROOT = Path(__file__).parents[2]
-REFERENCE = ROOT / "workflow" / "reference"
-
-
-def study(number):
-    return load_study(ROOT / "workflow" / "config" / f"chapter_{number}.yaml")
 
 
 @pytest.mark.parametrize("number", [2, 4, 6])
@@ -59,8 +49,7 @@ def test_a_noise_model_is_its_attributes():
 
 
 def test_the_stiffness_losses_of_a_replay_are_those_of_its_rig():
-    for name in ("chapter_3", "chapter_5"):
-        config = load_replay(ROOT / "workflow" / "config" / f"{name}.yaml")
+    for config in map(replay, (3, 5)):
         assert set(config.losses.values()) == {n for n in config.model.names if "stiffness_loss" in n}
         assert config.thesis_names["dk p_-1"] == (config.losses[-1], 1.0)
 

@@ -1,20 +1,19 @@
 """What the published measurements show by themselves, and how estimates are shown."""
 
+import chapters
 import numpy as np
 import pandas as pd
 import pytest
 
 from thesis import checks
 from thesis.checks import largest_crack_response, physical_checks, shown_estimates, slow_roll_text, weight_text
-from thesis.config import load_replay
 from thesis.replay import BOTH_DAMPINGS, rounding_draws
 
 
-@pytest.fixture(scope="module", params=["chapter_3", "chapter_5"])
+@pytest.fixture(scope="module", params=[3, 5])
 def replay(request):
-    root = request.config.rootpath / "workflow"
-    config = load_replay(root / "config" / f"{request.param}.yaml").model_copy(update={"trials": 100})
-    return config, rounding_draws(config, root / "reference", "fft").mean(axis=0)
+    config = chapters.replay(request.param).model_copy(update={"trials": 100})
+    return config, rounding_draws(config, chapters.REFERENCE, "fft").mean(axis=0)
 
 
 def test_most_of_minus_1x_is_there_at_slow_roll_and_no_crack_can_do_it(replay):

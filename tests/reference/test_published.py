@@ -1,9 +1,8 @@
 """Printed values of the thesis, at full resolution of the records, without running the workflow."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from chapters import REFERENCE, WORKFLOW, replay, study
 from one_line_errors import refused
 from scipy.optimize import least_squares
 
@@ -12,23 +11,18 @@ from rotorstudy.inference.linear import solve_linear
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
-from rotorstudy.studies.config import load_study
-from thesis.config import load_replay
 from thesis.replay import printed_values, records, rounding_draws, spectra
 from thesis.scoreboard import published, score
-
-ROOT = Path(__file__).parents[2]
-REFERENCE = ROOT / "workflow" / "reference"
 
 
 @pytest.fixture(scope="module")
 def chapter_2():
-    return load_study(ROOT / "workflow" / "config" / "chapter_2.yaml")
+    return study(2)
 
 
 @pytest.fixture(scope="module")
 def chapter_3():
-    return load_replay(ROOT / "workflow" / "config" / "chapter_3.yaml")
+    return replay(3)
 
 
 def test_deflection_and_natural_frequency_are_those_printed(chapter_2):
@@ -91,7 +85,7 @@ def test_a_value_that_differs_needs_a_reason_and_another_one_does_not(table, cha
 
 
 def test_the_example_rig_is_the_rotor_of_table_2_1(chapter_2):
-    example, study = load_rig(ROOT / "examples" / "jeffcott.yaml"), chapter_2.rig("physical")
+    example, study = load_rig(WORKFLOW.parent / "examples" / "jeffcott.yaml"), chapter_2.rig("physical")
     assert dict(zip(example.names, example.theta, strict=True)) == dict(zip(study.names, study.theta, strict=True))
 
 

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import pandas as pd
@@ -234,32 +235,33 @@ def test_a_folder_that_cannot_be_written_to_is_a_mistake(tmp_path, monkeypatch, 
         read_settings({"results": "results"}, tmp_path)
 
 
-def test_a_changed_value_reruns_its_dependents_alone(built, snakemake, project, whole):
-    """Jobs are counted."""
-    path = project / "workflow" / "config" / "test" / "chapter_7.yaml"
+@contextmanager
+def edited(path, old, new):
+    """A file with the first of some text replaced, for a while; then it has its content and its date again."""
     before, text = path.stat(), path.read_text()
+    assert old in text
     try:
-        assert "trials: {count: 2" in text
-        path.write_text(text.replace("trials: {count: 2", "trials: {count: 3"))
-        plan = planned(snakemake(built, "--dry-run", config=whole))
+        path.write_text(text.replace(old, new, 1))
+        yield
     finally:
         path.write_text(text)
         os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+
+
+def test_a_changed_value_reruns_its_dependents_alone(built, snakemake, project, whole):
+    """Jobs are counted."""
+    path = project / "workflow" / "config" / "test" / "chapter_7.yaml"
+    with edited(path, "trials: {count: 2", "trials: {count: 3"):
+        plan = planned(snakemake(built, "--dry-run", config=whole))
     assert plan == {"crack_study": 1, "figures_crack_study": 1, "index": 1, "all": 1}
 
 
 def test_editing_a_plugin_reruns_what_used_it(built, snakemake, project, whole):
     """Snakemake is told which plugin files a job depends on: an estimator concerns identification, not records."""
-    future = time.time() + 5
     plugin = project / "plugins" / "estimators" / "maximum_likelihood.py"
-    before, text = plugin.stat(), plugin.read_text()
-    try:
-        plugin.write_text(text + "# touched by a test\n")
-        os.utime(plugin, (future, future))
+    with edited(plugin, "\n", "\n# touched by a test\n"):
+        os.utime(plugin, (time.time() + 5,) * 2)
         plan = planned(snakemake(built, "--dry-run", config=whole))
-    finally:
-        plugin.write_text(text)
-        os.utime(plugin, ns=(before.st_atime_ns, before.st_mtime_ns))
     assert {"monte_carlo_physical_chapter_2", "identify_chapter_2", "identify_chapter_3"} <= set(plan)
     assert not {"simulate_chapter_2", "spectra_chapter_2", "analyses_chapter_2", "records_chapter_3"} & set(plan)
 

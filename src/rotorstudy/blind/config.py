@@ -12,6 +12,7 @@ from rotorstudy.yaml_file import read_yaml
 KINDS = ("clean", "single", "form", "two", "chain", "outside")
 Share = Annotated[float, Field(ge=0, le=1)]
 PositiveNumber = Annotated[float, Field(gt=0)]
+ENDS = Field(min_length=2, max_length=2)  # of a range
 
 
 class BlindConfig(Strict):
@@ -22,10 +23,12 @@ class BlindConfig(Strict):
     seed: int = Field(ge=0)
     shares: dict[str, Share]  # of KINDS, sum 1; `form`: of another form than the library's, `outside`: not in it
     machines: dict[str, Share]
-    elements: tuple[int, int]
-    speeds: tuple[int, int]
+    elements: Annotated[list[int], ENDS]
+    speeds: Annotated[list[int], ENDS]
     harmonics: list[int]
-    size: tuple[PositiveNumber, PositiveNumber]  # of effects, in standard deviations of what the rig cannot absorb
+    size: Annotated[
+        list[PositiveNumber], Field(min_length=2, max_length=2)
+    ]  # of effects, in standard deviations of what the rig cannot absorb
     rig_error: float = Field(ge=0, le=10)  # over the usual (modulus 0.5 %, bearings 2 %, unbalance 5 %), as stated
     records: int = Field(ge=0)  # number of cases whose records are kept as NetCDF
 
@@ -44,10 +47,6 @@ class BlindConfig(Strict):
 
 def load_blind(path):
     """A BlindConfig from a YAML file; a mistake raises a one-line RotorstudyError."""
-    given = read_yaml(path)
-    for key in ("size", "elements", "speeds"):
-        if isinstance(given.get(key), list):
-            given[key] = tuple(given[key])
-    config = check_config(BlindConfig, given, str(path))
+    config = check_config(BlindConfig, read_yaml(path), str(path))
     check_harmonics(config.harmonics)
     return config
