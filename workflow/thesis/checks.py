@@ -15,7 +15,6 @@ from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.stability import eigenvalues
-from rotorstudy.store import as_complex
 from rotorstudy.units import percent
 from thesis.replay import BOTH_DAMPINGS, DAMPINGS
 
@@ -185,12 +184,6 @@ def largest_crack_response(config, n):
     bound, model = limits(config), config.model
     static = np.abs(model.structure.static_deflection[model.measured[0]])
     return bound["stiffness loss"] * largest_participation(n) * static / bound["stiffness"]
-
-
-def slow_roll_bow(config, spectra_data, data_set):
-    """Size of the 1X harmonic of the slow roll, m."""
-    one = spectra_data.compensated.sel(version="corrected", data_set=data_set, case=config.slow_roll, harmonic=1)
-    return float(np.abs(as_complex(one.sel(spectrum_method=data_set))))
 
 
 def refused_text(checks):

@@ -72,18 +72,12 @@ def case_problem(config, rig, case):
     return config.problem(model, config.clean_spectrum(model, config.cases[case].speeds))
 
 
-def _negated(config, rig, unit):
-    """(parameter,) amplitudes of a rig, those of one unit with reversed sign."""
-    model = config.rig(rig)
-    return np.where([own == unit for own in model.units], -1, 1) * model.theta
-
-
 def numbers_2(config, folder):
     """Numbers on the sign of the crack force, the omitted terms of its series, and Eq. (2.32)."""
     printed = published(folder, ["2.2", "2.3", "2.5"])
     spectra = printed[printed.method == "regression"]
     thesis, speeds = config.rig("thesis"), {"88 rad/s": 88.0}
-    right = _negated(config, "thesis", "N/m")
+    right = np.where([unit == "N/m" for unit in thesis.units], -1, 1) * thesis.theta  # the crack force reversed
     first = np.abs(measured_response(thesis, [88.0], [1], np.stack([thesis.theta, right]))[:, 0, 0, 0])
     physical = measured_response(config.rig("physical"), [88.0], HARMONICS)[0, :, 0]
     cut = measured_response(thesis, [88.0], HARMONICS, right)[0, :, 0]

@@ -124,7 +124,8 @@ def estimate_checks(config, reference, spectra, identification):
     ours = every[every.data_set == COLUMN].assign(source=lambda e: "here, " + e.estimator)
     ours = ours[["source", "group", "parameter", "estimate", "low", "high"]]
     thesis = printed_estimates(config, reference, list(identification.parameter.values))
-    bow = checks.slow_roll_bow(config, spectra, COLUMN)
+    still = shown_compensated(spectra)[list(config.cases).index(config.slow_roll)]
+    bow = float(np.abs(still[config.harmonics.index(1)]))
     return checks.physical_checks(config, pd.concat([ours, thesis], ignore_index=True), bow)
 
 

@@ -148,16 +148,11 @@ def in_table_order(scored):
     return scored.iloc[sorted(range(len(scored)), key=lambda i: numbers.iloc[i])].reset_index(drop=True)
 
 
-def in_micrometres(scored):
-    """Lengths in µm instead of m, for display."""
-    small = scored.unit == "m"
-    lengths = {key: (scored[key] * 1e6).round(9).where(small, scored[key]) for key in ("published", "computed")}
-    return scored.assign(**lengths, unit=scored.unit.where(~small, "µm"))
-
-
 def side_by_side(scored, rows, columns):
     """Rows of a scoreboard for readers: published and ours next to each other, lengths in µm, by key columns."""
-    scored = in_micrometres(scored)
+    small = scored.unit == "m"
+    lengths = {key: (scored[key] * 1e6).round(9).where(small, scored[key]) for key in ("published", "computed")}
+    scored = scored.assign(**lengths, unit=scored.unit.where(~small, "µm"))
     mixed = scored.groupby(columns, dropna=False).unit.nunique().max() > 1
     rows = [*rows, "unit"] if mixed else rows
     wide = scored.drop_duplicates([*rows, *columns], keep="first")

@@ -255,10 +255,6 @@ class StudyConfig(Strict):
                 f"chapter are of {count}; give {count}"
             )
 
-    def case_of(self, name):
-        """The case of a name or of a file name."""
-        return next(case for case in self.cases if file_name(case) == file_name(name))
-
 
 def changed(options, key, percent, where="the rotor"):
     """Options of a rotor with one number changed by per cent; key: "mass_kg", or "discs.0.mass_kg" inside a list."""

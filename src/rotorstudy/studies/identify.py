@@ -14,7 +14,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.store import chunk_of, dataset, gathered
 from rotorstudy.studies.common import parameter_coordinates, reported
-from rotorstudy.studies.config import changed
+from rotorstudy.studies.config import changed, file_name
 from rotorstudy.studies.simulate import SOURCES, case_records, kind_spectra, records_of
 from rotorstudy.units import HALF_INTERVAL
 
@@ -83,7 +83,7 @@ def _estimate(name, problem):
 
 def monte_carlo(config, rig, case, chunk=0, chunks=1):
     """A Dataset of estimates of a case under each record, model and noise level, or of a chunk of the levels."""
-    settings, case = config.monte_carlo, config.case_of(case)
+    settings, case = config.monte_carlo, next(one for one in config.cases if file_name(one) == file_name(case))
     own, model, speeds = settings.rigs[rig], config.rig(rig), config.cases[case].speeds
     kinds, levels = own.records or [STEADY], chunk_of(settings.levels_percent, chunk, chunks)
     estimators = [*own.estimators, *([CONDENSED] if own.condensed else [])]

@@ -60,13 +60,6 @@ def film_bearing(rng, film, error):
     return where | {"radial_clearance_m": clearance, "viscosity_Pa_s": viscosity}
 
 
-def bearings_section(rng, rotor, error):
-    """The nominal bearings."""
-    if rotor.films:
-        return [film_bearing(rng, film, FILM * error) for film in rotor.films]
-    return [linear_bearing(rng, bearing, error) for bearing in rotor.bearings]
-
-
 def point_rotor_section(rng, rotor, error):
     """The nominal rotor of one disc on a massless shaft."""
     stiffer, own = 1 + error * rng.normal(), rotor.disc
@@ -202,10 +195,11 @@ def write_records(path, records, nodes):
 
 def rig_of(case, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0, harmonics=None):
     """The rig file of the nominal machine as a dict; see `write_case`."""
-    rng = np.random.default_rng(seed)
+    rng, rotor = np.random.default_rng(seed), case.rotor
     return {
-        "rotor": rotor_section(rng, case.rotor, modulus_error),
-        "bearings": bearings_section(rng, case.rotor, bearing_error),
+        "rotor": rotor_section(rng, rotor, modulus_error),
+        "bearings": [film_bearing(rng, film, FILM * bearing_error) for film in rotor.films]
+        or [linear_bearing(rng, bearing, bearing_error) for bearing in rotor.bearings],
         "effects": effects_section(rng, case, unbalance_error),
         "sensors": [node + 1 for node in case.nodes],
         "measurement": measurement_section(case, harmonics),
