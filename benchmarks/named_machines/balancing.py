@@ -5,12 +5,12 @@ by what heat and fits move. The vibration at 1X is the solution of the linear eq
 (Genta, Dynamics of Rotating Systems (2005), section 4.4), as nothing here depends on the state.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import eigh
 
 from rotorstudy.blind.machines.beam import Element
+from rotorstudy.blind.machines.draw import first_frequency
 from rotorstudy.blind.machines.effects import add_bow, add_unbalance
 from rotorstudy.blind.machines.files import discs_section
 from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
@@ -79,7 +79,7 @@ def draw(seed):
     ends = (0, ELEMENTS)
     bearings = tuple(Bearing(n, np.diag(k), np.diag(c)) for n, k, c in zip(ends, stiffness, damping, strict=True))
     machine = build(Rotor((element,) * ELEMENTS, discs, bearings))
-    critical = np.sqrt(eigh(machine.stiffness, machine.mass, eigvals_only=True, subset_by_index=[0, 0])[0])
+    critical = first_frequency(machine.rotor)
     usual = 20e-6 * rng.lognormal(0, 0.5)  # eccentricity, m
     sizes = usual * masses * (rng.normal(size=3) + 1j * rng.normal(size=3)) / np.sqrt(2)
     sizes[1] *= rng.choice([0.0, 0.1, 0.4])  # that nobody states
@@ -127,4 +127,4 @@ def draw(seed):
              for part in ("real", "imag")]  # fmt: skip
     wide, narrow = 1e3 * 3 * usual * masses.max(), 1e3 * max(scatter, 1e-6 * usual)
     rig["prior"] = {"parameters": names, "standard_deviations": [float(wide)] * 4 + [float(narrow)] * 4}
-    return Balanced(machine, speeds, noise, scatter, found.gains, found.phase, rig)
+    return replace(found, noise=noise, rig=rig)

@@ -9,7 +9,6 @@ the radial thrust of a vertical pump.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import eigh
 
 from rotorstudy.blind.machines.beam import Element
 from rotorstudy.blind.machines.effects import add_preload, add_unbalance
@@ -41,11 +40,6 @@ class Foundation:
         mass = np.diag([self.mass] * 2 + [self.mass * self.radius_of_gyration**2] * 2)
         seen = [self.motion_at(foot) for foot in self.feet]
         return mass, *(sum(m.T @ np.diag(values) @ m for m in seen) for values in (self.stiffness, self.damping))
-
-    def frequencies(self):
-        """Natural frequencies of the block alone, Hz."""
-        mass, stiffness, _ = self.matrices()
-        return np.sqrt(eigh(stiffness, mass, eigvals_only=True)) / (2 * np.pi)
 
 
 @dataclass(frozen=True)

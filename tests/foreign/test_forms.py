@@ -11,7 +11,7 @@ from rotorstudy.blind.machines.draw import MACHINES, draw_point_rotor, draw_roto
 from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.blind.machines.film import Film, add_film, bearing, force
 from rotorstudy.blind.machines.forms import FORMS
-from rotorstudy.blind.machines.machine import LocalForce, PointRotor, build
+from rotorstudy.blind.machines.machine import LocalForce, PointRotor, build, shaft_stiffness
 from rotorstudy.blind.machines.stepping import steady_state
 
 TABLE = 1e-4  # of a kink by a table of 720 directions
@@ -119,16 +119,8 @@ def test_a_whole_element_of_less_rigidity_is_the_softened_length():
     reduced = machine.stiffness - softer * selection @ selection.T
     bent = np.zeros(machine.size)  # pure bending of the element: opposite rotations of its ends
     bent[[4 + 3, 8 + 3]] = -1.0, 1.0
-    whole_one = bent @ build_part(part) @ bent
+    whole_one = bent @ shaft_stiffness(ROTOR, [0, 1, 0, 0]) @ bent
     assert bent @ (machine.stiffness - reduced) @ bent == pytest.approx(share * whole_one, rel=1e-9)
-
-
-def build_part(part):
-    from rotorstudy.blind.machines.beam import both_planes, plane_matrices
-
-    full = np.zeros((4 * ROTOR.nodes,) * 2)
-    full[4:12, 4:12] = both_planes(plane_matrices(part)[0])
-    return full
 
 
 def test_shares_are_shares():
