@@ -2,8 +2,8 @@
 
 Both states are measured by the same chain: a runout of 20 µm, gains off by 5 % and angles of probes off by 5 degrees
 (one standard deviation each). In unchanged cases only the noise, the start and the scatter from run to run are drawn
-again. In changed ones an unbalance is added to the second state, a tenth of what `diagnose` is given to find in that
-state alone. One line a case, then the shares.
+again. In changed ones an unbalance is added to the second state, a tenth of what `diagnose` is given to find. One line
+a case, then the shares.
 """
 
 import argparse
@@ -20,7 +20,6 @@ from rotorstudy.blind.machines.files import write_case
 from rotorstudy.blind.machines.measuring import record, surface_runout
 from rotorstudy.blind.machines.stepping import NoSteadyState
 from rotorstudy.blind.run import read_case
-from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.errors import RotorstudyError
 
@@ -31,7 +30,6 @@ COLUMNS = {
     "in_set": "its cause and place are stated",
     "alone": "its cause and place are stated alone",
     "wrong": "another cause is named alone",
-    "in_set_of_one_state": "cause and place stated of the whole unbalance in one state",
     "size_error": "median relative error of its size",
 }
 
@@ -64,15 +62,15 @@ def measured(case, seed, share, folder):
 
 
 def run_case(work):
-    """Row of a seed: verdict on the change and CPU time (s), and on the second state alone with the whole unbalance."""
-    seed, changed, single = work
+    """Row of a seed: verdict on the change and CPU time (s)."""
+    seed, changed = work
     try:
-        return _row(drawn(seed, "unbalance" if changed else "healthy"), seed, changed, single) | {"changed": changed}
+        return _row(drawn(seed, "unbalance" if changed else "healthy"), seed, changed) | {"changed": changed}
     except (NoSteadyState, RotorstudyError) as error:
         return {"verdict": f"not drawn or refused: {str(error)[:100]}", "changed": changed}
 
 
-def _row(case, seed, changed, single):
+def _row(case, seed, changed):
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         before, model, known = measured(case, 2 * seed, 0.0, folder / "before")
@@ -90,10 +88,6 @@ def _row(case, seed, changed, single):
         for cause in (*found.causes, *found.ambiguous_with):
             if (cause.effect, cause.where.get("node")) == true:
                 row["size_error"] = abs(cause.parameters["unbalance"].value / (SHARE * effect["moment_kg_m"]) - 1)
-        if single:
-            spectrum, model, known = measured(case, 2 * seed + 1, 1.0, folder / "alone")
-            alone = investigate(spectrum, model, **known).verdict
-            row["in_set_of_one_state"] = true in names(alone)
     return row
 
 
@@ -108,13 +102,10 @@ def main():
     parser.add_argument("--first", type=int, default=7001, help="first seed (below 9000)")
     parser.add_argument("--unchanged", type=int, default=40)
     parser.add_argument("--changed", type=int, default=20)
-    parser.add_argument("--single", action="store_true", help="diagnose the second state alone, too")
     parser.add_argument("--processes", type=int, default=1)
     given = parser.parse_args()
-    cases = {
-        given.first + i: (given.first + i, i >= given.unchanged, given.single)
-        for i in range(given.unchanged + given.changed)
-    }
+    count = given.unchanged + given.changed
+    cases = {given.first + i: (given.first + i, i >= given.unchanged) for i in range(count)}
     rows = many_cases.rows_of(run_case, cases, key="seed", processes=given.processes)
     rows = rows[~rows.verdict.str.startswith("not drawn")]
     still, moved = rows[~rows.changed], rows[rows.changed]

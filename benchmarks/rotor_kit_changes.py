@@ -14,7 +14,6 @@ from pathlib import Path
 import many_cases
 import numpy as np
 from rotor_kit import UPDATING, baseline_records, published, updated_rig
-from scipy.stats import chi2
 
 from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.settings import read_settings
@@ -25,8 +24,6 @@ CONFIDENT = 0.95  # posterior probability
 OF_CHANGES = {"in_set": "unbalance among the causes stated", "places_in_set": "the discs that were loaded, too"}
 OF_ALL = {
     "confident_and_wrong": "named with more than 95 %, alone or not, and wrong",
-    "off_by": "error of the sum of both discs, as a vector (g mm), median",
-    "covered": "95 % regions of the sum that hold the truth",
     "seconds": "CPU time (s), median",
 }
 
@@ -51,7 +48,7 @@ def judged(verdict, true):
     names = {cause.effect for cause in stated}
     places = {cause.where.get("node") for cause in stated if cause.effect == "unbalance"}
     loaded = {node for node, one in zip(NODES, true, strict=True) if one}
-    row = {
+    return {
         "stated": [(c.effect, c.where.get("node"), round(float(c.posterior_probability), 3)) for c in stated],
         "in_set": "unbalance" in names,
         "places_in_set": loaded <= places or (verdict.resultant is not None and "unbalance" in names),
@@ -61,16 +58,6 @@ def judged(verdict, true):
             for c in verdict.causes
         ),
     }
-    if verdict.resultant:
-        found = verdict.resultant
-        size, angle = 1e6 * found.size.value, found.angle.value
-        expected = np.dot(found.weights, true)
-        off = size * np.exp(1j * (angle - np.angle(expected))) - abs(expected) if expected else size + 0j
-        turned = size * np.exp(1j * angle) - expected
-        along, across = (turned * np.exp(-1j * angle)).real, (turned * np.exp(-1j * angle)).imag
-        square = (along / (1e6 * found.size.std)) ** 2 + (across / (size * found.angle.std)) ** 2
-        row |= {"off_by": round(float(abs(off)), 2), "covered": bool(square < chi2.ppf(0.95, 2))}
-    return row
 
 
 def main():
