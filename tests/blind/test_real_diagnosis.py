@@ -21,7 +21,7 @@ ALWAYS = ("case", "kind", "group", "machine", "size", "families", "verdict", "an
 
 def quick(config, **changes):
     """The configuration on rotors that are diagnosed in a second or two."""
-    few = {"machines": {"any": 0.5, "jeffcott": 0.5}, "elements": (2, 2), "records": 0}
+    few = {"machines": {"any": 0.5, "jeffcott": 0.5}, "elements": [2, 2], "records": 0}
     return config.model_copy(update=few | changes)
 
 
@@ -76,7 +76,7 @@ def test_clean_records_are_not_accused(config, tmp_path):
 
 def test_most_large_effects_are_found_or_not_ruled_out(config, tmp_path):
     """Of most, not of all, as even a good diagnosis errs now and then; large is what the base cannot take over."""
-    large = quick(config, shares=only("single"), size=(8.0, 100.0))
+    large = quick(config, shares=only("single"), size=[8.0, 100.0])
     # one effect each, few fits of each round: pairs and unlikely candidates would take most of the time
     found = run(large, tmp_path, LARGE, FIXED_SEED, most_causes=1, candidates_per_round=2)
     check_always(*found, f"seed {FIXED_SEED}")
