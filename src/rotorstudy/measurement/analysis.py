@@ -18,7 +18,7 @@ from rotorstudy.measurement.harmonics import (
 )
 from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses, steady_turning
 from rotorstudy.measurement.records import Record, reference_signal
-from rotorstudy.measurement.run_up import find_sweep, is_swept, peaks, speed_grid, track
+from rotorstudy.measurement.run_up import FAST, LOST, find_sweep, is_swept, peaks, speed_grid, track
 from rotorstudy.response.series import rotating_basis
 from rotorstudy.units import RAD_PER_S, number, spin, um
 
@@ -27,7 +27,6 @@ SLOWEST = 0.2  # of the speed: what a velocity or an acceleration shows of slowe
 WHOLE_REVOLUTION = 0.01  # revolutions by which a record may fall short of a whole number: its marks are not exact
 PIECES = 50  # of a record, of which the loudest shows the state of the probes
 REVOLUTIONS = 8  # at least, in the pieces in which spikes are sought
-FAST = (0.1, 0.5)  # rate over the squared half-power bandwidth: beats to be corrected, too fast to be corrected
 
 
 @dataclass(frozen=True)
@@ -267,12 +266,12 @@ def check_sweep(speed, rate, amplitudes, harmonics, where):
     at, bandwidth, _ = min(resonances, key=lambda one: one[1])
     here = abs(float(np.interp(at, speed, rate)))
     ratio = here / bandwidth**2
-    if ratio <= FAST[0]:
+    if ratio <= FAST:
         return found
     beats = (
         f"near {number(at / rpm, 4)} rpm the speed changes by {number(here)} rad/s per second, {number(ratio, 2)} "
         f"times the square of the half-power bandwidth of {number(bandwidth)} rad/s: transient beats"
     )
-    slower = f"run through it at {number(FAST[0] * bandwidth**2, 2)} rad/s per second or less"
-    lost = " (lost)" * (ratio > FAST[1])
+    slower = f"run through it at {number(FAST * bandwidth**2, 2)} rad/s per second or less"
+    lost = " (lost)" * (ratio > LOST)
     return [*found, told(f"sweep too fast{lost}", where, beats=beats, slower=slower)]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorstudy.measurement.findings import told
-from rotorstudy.measurement.run_up import peaks
+from rotorstudy.measurement.run_up import FAST, peaks
 from rotorstudy.units import RAD_PER_S, as_certain_as, number
 
 MOST_MODES = 2
@@ -23,7 +23,6 @@ WIDEST = 4.0  # in ln, of a decay rate from that of the bandwidth that shows
 MUCH = 10.0  # in BIC, by which a mode or a sweep must improve the fit
 NEGLIGIBLE = 0.01  # of the largest amplitude: a smaller vector is noise
 LEAST_FACTOR = 2.5  # amplification factor of a critical speed by API 617; a lower one is no resonance
-FAST = 0.1  # rate over the squared half-power bandwidth, from which the vectors are not steady
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,7 @@ HALF_POWER = np.sqrt(0.5)
 PEAK = 3.0  # ratio of a resonance to the lowest response on either side
 SWEPT = 0.2  # relative change of the speed over a record from which it is a run-up or a coast-down
 FEWEST_MARKS = 40  # of a sweep
+FAST, LOST = 0.1, 0.5  # rate over the squared half-power bandwidth: beats show; they cannot be corrected
 
 
 class Tracked(NamedTuple):
