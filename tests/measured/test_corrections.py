@@ -107,8 +107,3 @@ def test_a_speed_measured_once_scatters_too():
     found, _ = averaged(part, "x.csv")
     std = np.sqrt(np.diagonal(found.covariance, axis1=-2, axis2=-1))
     assert np.allclose(std[2] / std[0], np.sqrt(3), rtol=0.05)
-
-
-def test_the_same_record_twice_is_an_error():
-    spectrum = repeats(1, SCATTER)
-    refused(lambda: averaged(spectrum.at_speeds([0, 0, 3]), "x.csv"), "occurs twice")

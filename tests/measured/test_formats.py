@@ -8,9 +8,8 @@ from machine import HARMONICS, PROBES, SPEEDS, channels, model, records, section
 from one_line_errors import refused
 from scipy.stats import chi2
 
-from rotorstudy import load_spectrum, measured_response, read_measurement
+from rotorstudy import measured_response, read_measurement
 from rotorstudy.measurement.conventions import Conventions, Keyphasor, Probe
-from rotorstudy.measurement.netcdf_files import measurement_dataset
 from rotorstudy.measurement.records import records_dataset
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.store import save
@@ -159,16 +158,6 @@ def test_the_examples_of_printed_spectra_are_those_of_the_reference(chapter, req
             if (chapter, i, n) != (3, 0, 0):  # a misprint of the phase
                 angle = value["phase"] - value["reference phase"]
                 assert found.spectrum.amplitude[i, k, 0] == pytest.approx(value["amplitude"] * np.exp(1j * angle))
-
-
-def test_the_spectrum_comes_back_from_its_file(tmp_path):
-    paths = [write("csv", tmp_path, record) for record in records()]
-    measurement = read_measurement(paths, write_rig(tmp_path / "rig.yaml"))
-    save(measurement_dataset(measurement), tmp_path / "spectrum.nc")
-    again, spectrum = load_spectrum(tmp_path / "spectrum.nc"), measurement.spectrum
-    assert np.array_equal(again.amplitude, spectrum.amplitude) and np.array_equal(again.covariance, spectrum.covariance)
-    assert np.array_equal(again.speed, spectrum.speed) and np.array_equal(again.harmonics, spectrum.harmonics)
-    assert again.sensors == spectrum.sensors
 
 
 @pytest.mark.parametrize(
