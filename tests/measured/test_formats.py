@@ -169,6 +169,7 @@ def test_the_examples_of_printed_spectra_are_those_of_the_reference(chapter, req
         ({"probes": [{"channel": "a", "angle": 3.0}]}, ["'angle'", "'angle_deg'", "probes[0]"]),
         ({"probes": {"channel": "a"}}, ["probes", "list"]),
         ({"probes": [{**p, "channel": "disc 1 lefd"} for p in section()["probes"]]}, ["'disc 1 left'", "lefd"]),
+        ({"probes": [{**p, "channel": "key"} for p in section()["probes"]]}, ["'key' is that of two probes"]),
         ({"probes": section()["probes"][:3], "harmonics": [1, 2]}, ["node 4", "single probe", "take both"]),
         ({"probes": [{**p, "unit": None} for p in section()["probes"]]}, ["no unit", "state 'unit:'"]),
         ({"probes": [{**p, "unit": "V"} for p in section()["probes"]]}, ["sensitivity_V_per_m"]),

@@ -106,23 +106,3 @@ def test_a_misspelt_file_of_a_stated_speed_is_named(named, told, tmp_path):
     found = read_measurement(path, rig_file(tmp_path, speeds_rpm={named: 955.0})).findings
     said = [one.text for one in found if one.name == "speed not used"]
     assert len(said) == told and all("'foriegn.nc'" in text and "speeds_rpm" in text for text in said)
-
-
-TIMES = np.arange(2000)
-WAVES = [TIMES / 2000, np.cos(TIMES / 20), np.cos(TIMES / 20 - 1.5708), 5 * (TIMES % 126 < 5)]
-
-
-@pytest.mark.parametrize(
-    ("angles", "channels", "answer"),
-    [((0, 90), "xy", None), ((30, 30), "xy", "probe angles"), ((0, 90), "xx", "'x' is that of two probes")],
-)
-def test_two_probes_have_two_signals_and_two_directions(angles, channels, answer, tmp_path):
-    np.savetxt(tmp_path / "run.csv", np.transpose(WAVES), delimiter=",", header="time,x,y,keyphasor", comments="")
-    pairs = zip(channels, angles, strict=True)
-    probes = [{"channel": name, "node": 1, "angle_deg": angle, "unit": "um"} for name, angle in pairs]
-    rig = rig_file(tmp_path, probes=probes)
-    if channels == "xx":
-        refused(lambda: read_measurement(tmp_path / "run.csv", rig), answer)
-        return
-    names = {finding.name for finding in read_measurement(tmp_path / "run.csv", rig).findings}
-    assert ("probe angles" in names) == (answer is not None)
