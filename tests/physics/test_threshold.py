@@ -14,7 +14,6 @@ from rotorstudy import (
     build_model,
     eigenvalues,
     harmonic_response,
-    time_response,
 )
 from rotorstudy.response.stability import check_stable, stability_threshold
 
@@ -86,37 +85,22 @@ def test_an_uneven_support_raises_the_threshold_by_its_closed_form(difference):
     assert expected > NATURAL * (1 + external / internal)
 
 
-def least_stable(internal, external, speed):
-    """Eigenvalue and shape of the mode that decays least, from the equations of motion written out here."""
+def slowest_decay(internal, external, speed):
+    """Growth rate of the mode that decays least, from the equations of motion written out here."""
     damp = np.diag([internal + external, 0.0]) - 1j * speed * np.diag([0.0, POLAR])
     stiff = np.array([[K - 1j * speed * internal, 2.0e4], [2.0e4, TILTING]])
     inertia = np.diag([M, DIAMETRAL])
     upper = np.hstack([np.zeros((2, 2)), np.eye(2)])
     lower = -np.linalg.solve(inertia, np.hstack([stiff, damp]))
-    values, shapes = np.linalg.eig(np.vstack([upper, lower]))
-    last = values.real.argmax()
-    return values[last], shapes[:2, last]
-
-
-@pytest.mark.parametrize(("share", "grows"), [(0.97, False), (1.03, True)])
-def test_a_gyroscopic_rotor_started_in_its_mode_decays_below_the_threshold_and_grows_above(share, grows):
-    internal, external = 200.0, 60.0
-    model = rotor({**OFF_MID_SPAN, "gravity_m_per_s2": 0.0}, internal, external)
-    speed = share * stability_threshold(model, 4000.0)
-    value, shape = least_stable(internal, external, speed)
-    shape = 1e-6 * shape / np.abs(shape[0])
-    late = time_response(model, speed, np.array([0.2]), start=(shape, value * shape))[0]
-    # the integrator's 1e-10 a step, a thousand steps
-    assert late == pytest.approx(shape * np.exp(value * 0.2), rel=1e-6)
-    assert (np.abs(late) > np.abs(shape)).all() == grows
+    return np.linalg.eigvals(np.vstack([upper, lower])).real.max()
 
 
 def test_the_threshold_of_a_gyroscopic_rotor_is_where_its_own_equations_stop_decaying():
     found = stability_threshold(rotor(OFF_MID_SPAN, 200.0, 60.0), 4000.0)
     # the root finder's 1e-9 rad/s over the slope of the growth, and round-off of eigenvalues near 1e3
-    assert abs(least_stable(200.0, 60.0, found)[0].real) < 1e-8
-    assert least_stable(200.0, 60.0, 0.999 * found)[0].real < -1e-4
-    assert least_stable(200.0, 60.0, 1.001 * found)[0].real > 1e-4
+    assert abs(slowest_decay(200.0, 60.0, found)) < 1e-8
+    assert slowest_decay(200.0, 60.0, 0.999 * found) < -1e-4
+    assert slowest_decay(200.0, 60.0, 1.001 * found) > 1e-4
 
 
 @pytest.mark.parametrize("external", [0.0, 100.0])
