@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate, candidate, form_ranges, freedom_of, variants_of
-from rotorstudy.diagnosis.search.held_shapes import CLOSER, UNLIKELY, HeldShapes, halfway, slopes_of
+from rotorstudy.diagnosis.search.held_shapes import CLOSER, UNLIKELY, HeldShapes, Shapes, halfway, slopes_of
 from rotorstudy.diagnosis.search.screening import Projection
 from rotorstudy.diagnosis.search.shape_fit import Work, ranges_of
 from rotorstudy.diagnosis.search.shape_scan import AtOwnMotions
@@ -59,7 +59,7 @@ class OverForms(NamedTuple):
     cause: Candidate
     intervals: dict[str, tuple[float, float]]
     cost: float  # misfit and penalty of the most probable law, where it explains most
-    # amplitudes (unknown,) and cost by the law of the cause itself; None if it explains too little
+    # amplitudes (unknown,) and cost by the law of the cause itself; None if it can act nowhere
     by_own_law: tuple[np.ndarray, float] | None
 
 
@@ -67,11 +67,12 @@ class _Weighted(NamedTuple):
     """A law with its evidence, (row, level) values of each option over all forms, and (row,) weights of these."""
 
     law: Candidate
-    log_evidence: float
-    values: dict[str, np.ndarray]
-    weight: np.ndarray
+    known: dict[float, Shapes]  # form -> in which it was fitted
     amplitudes: np.ndarray  # where it explains most
     cost: float  # there
+    log_evidence: float = -np.inf  # of one that explains too little, which has no values
+    values: dict[str, np.ndarray] = {}
+    weight: np.ndarray | None = None
 
 
 def over_forms(
@@ -93,7 +94,12 @@ def over_forms(
     judge = AtOwnMotions(projection, work.rig.structure, projection.motions_elsewhere, {})
     shapes = HeldShapes(work, judge, laws[0], ranges, tuple(list(ranges).index(name) for name in (*form, *place)))
     starts = shapes.searched(_places(cause, laws[0], ranges, *place))
-    found = list(filter(None, (_weighted(shapes._replace(law=law), starts) for law in laws)))
+    every, wider = [], None
+    for law in reversed(laws):  # the one with most freedom first, beside which the others may be unlikely everywhere
+        known = -2 * wider.log_evidence if wider else np.inf  # a law that leaves as much has less evidence
+        wider = _weighted(shapes._replace(law=law, known=known), starts, wider) or wider
+        every += [wider] if wider and wider.law is law else []
+    found = [one for one in every if one.weight is not None]
     if not found:
         return None
     best = max(found, key=lambda one: one.log_evidence)
@@ -104,50 +110,64 @@ def over_forms(
         low, shape[key], high = _quantiles(drawn, weight)
         spread[key] = float(np.sqrt(np.average((drawn - shape[key]) ** 2, weights=weight, axis=0).mean()))
         intervals[key] = low, high
-    own = next(((one.amplitudes, one.cost) for one in found if one.law is laws[0]), None)
+    own = next(((one.amplitudes, one.cost) for one in every if one.law is laws[0]), None)
     return OverForms(laws[0]._replace(shape=shape, shape_std=spread), intervals, best.cost, own)
 
 
-def _weighted(shapes, starts):
-    """The _Weighted of the law of some HeldShapes from points (row, option); None if too few explain the records."""
+def _weighted(shapes, starts, wider=None):
+    """The _Weighted of the law of some HeldShapes; None if it can act nowhere.
+
+    starts : points (row, option) of the first form
+    wider  : _Weighted of a law with more freedom, from whose likely shapes this one begins instead
+    """
     at, along = shapes.held
-    known = {starts[0, at]: shapes.over_places(starts)}
-    wanted = [x for x in FORMS if x not in known]
-    for _ in range(CLOSER):
+    begun, known = (wider.known if wider else {}), {}
+    wanted = [starts[0, at], *(x for x in FORMS if x != starts[0, at])]
+    for _ in range(1 + CLOSER):
         for x in wanted:
-            near = known[min(known, key=lambda other, x=x: abs(other - x))]
-            points = beside_likely(near, along)
-            points[:, at] = x
-            known[x] = shapes.over_places(points)
+            if x in begun:
+                start = beside_likely(begun[x], along)[0], None
+            elif known:
+                start = beside_likely(known[min(known, key=lambda other, x=x: abs(other - x))], along)
+                start[0][:, at] = x
+            else:
+                start = starts, None
+            known[x] = shapes.over_places(*start)
         forms = np.sort(list(known))
-        wanted = halfway(forms, np.array([known[x].cost.min(initial=np.inf) for x in forms]))[0]
-    least = min(one.cost.min(initial=np.inf) for one in known.values())
+        wanted = halfway(forms, np.array([known[x].cost.min(initial=np.inf) for x in forms]), shapes.known)[0]
+    best = min(known.values(), key=lambda one: one.cost.min(initial=np.inf))
+    if not len(best.cost):
+        return None
+    best = best.part([np.argmin(best.cost)])
+    least = min(float(best.cost[0]), shapes.known)
     likely = [x for x, one in sorted(known.items()) if np.sum(one.cost < least + UNLIKELY) >= FEWEST]
     if len(likely) < FEWEST:
-        return None
+        best = shapes._replace(known=np.inf).fitted(best.points)
+        return _Weighted(shapes.law, known, best.amplitudes[0], float(best.cost[0]))
     rows = {x: _distribution(known[x], along) for x in likely}
-    best = min((known[x] for x in likely), key=lambda one: one.cost.min())
-    best = best.part(np.argmin(best.cost))
-    whole, *drawn = _mixture(rows, shapes.ranges, shapes.held)
-    return _Weighted(shapes.law, whole + float(best.log_volume), *drawn, best.amplitudes, float(best.cost))
+    whole, values, weight = _mixture(rows, shapes.ranges, shapes.held)
+    evidence = whole + float(best.log_volume[0])
+    return _Weighted(shapes.law, known, best.amplitudes[0], float(best.cost[0]), evidence, values, weight)
 
 
 def beside_likely(near, along):
-    """Likely points of a form, and points beyond the ends of each stretch of them, up to its own length.
+    """Likely points of a form, and beyond the ends of each stretch of them, up to its own length; their amplitudes.
 
     With the form the likely positions move along the shaft.
     """
-    points = near.points[near.cost < near.cost.min(initial=np.inf) + 2 * UNLIKELY]
-    points = points[np.argsort(points[:, along])]
-    stretches = np.split(points, np.flatnonzero(np.diff(points[:, along]) > 1.5 / PLACES) + 1)
-    beyond = [points[:0]]
-    for part in (one for one in stretches if len(one) > 1):
-        reach = (part[-1, along] - part[0, along]) * np.array([0.25, 0.5, 1.0])
-        for end, way in ((part[0], -1), (part[-1], 1)):
-            more = np.tile(end, (len(reach), 1))
-            more[:, along] += way * reach
-            beyond.append(more[(more[:, along] > 0) & (more[:, along] < 1)])
-    return np.concatenate([points, *beyond])
+    near = near.part(near.cost < near.cost.min(initial=np.inf) + 2 * UNLIKELY)
+    near = near.part(np.argsort(near.points[:, along]))
+    points, amplitudes = [near.points], [near.amplitudes]
+    gaps = np.flatnonzero(np.diff(near.points[:, along]) > 1.5 / PLACES) + 1
+    for rows in (one for one in np.split(np.arange(len(near.cost)), gaps) if len(one) > 1):
+        reach = np.ptp(near.points[rows, along]) * np.array([0.25, 0.5, 1.0])
+        for end, way in ((rows[0], -1), (rows[-1], 1)):
+            x = near.points[end, along] + way * reach
+            x = x[(x > 0) & (x < 1)]
+            points.append(np.tile(near.points[end], (len(x), 1)))
+            points[-1][:, along] = x
+            amplitudes.append(np.tile(near.amplitudes[end], (len(x), 1)))
+    return np.concatenate(points), np.concatenate(amplitudes)
 
 
 def _places(cause, law, ranges, place):

@@ -44,14 +44,15 @@ class Shapes(NamedTuple):
         return Shapes(*(np.concatenate(both) for both in zip(self, other, strict=True)))
 
 
-def halfway(held, cost):
+def halfway(held, cost, known=np.inf):
     """Values halfway between neighbours (row,) of which one is likely and the misfit differs by much.
 
+    known   : misfit of another law, beside which one must be likely
     returns : them, and the row of the likelier one of both
     """
     order = np.argsort(held)
     held, cost = held[order], np.nan_to_num(cost[order], posinf=1e300)
-    cost = cost - cost.min(initial=np.inf)
+    cost = cost - cost.min(initial=known)
     first = np.flatnonzero((np.minimum(cost[:-1], cost[1:]) < UNLIKELY) & (np.abs(np.diff(cost)) > STEEP))
     first = first[np.diff(held)[first] > SAME]
     likelier = np.where(cost[first] < cost[first + 1], first, first + 1)
@@ -66,6 +67,7 @@ class HeldShapes(NamedTuple):
     law: Candidate
     ranges: dict
     held: tuple[int, ...]
+    known: float = np.inf  # misfit of another law: shapes that are unlikely beside it need not be fitted to the end
 
     @property
     def free(self) -> list[int]:
@@ -77,16 +79,19 @@ class HeldShapes(NamedTuple):
         """(option,) whether one that is not held is an angle."""
         return np.array([ends.goes_around for ends in self.ranges.values()])[self.free]
 
-    def over_places(self, points):
-        """Shapes from points (row, option), and at positions between them, all that are inside their ranges."""
-        along, found = self.held[1], self.fitted(points)
+    def over_places(self, points, amplitudes=None):
+        """Shapes from points (row, option), and at positions between them, all that are inside their ranges.
+
+        amplitudes : as of `fitted`
+        """
+        along, found = self.held[1], self.fitted(points, amplitudes)
         for _ in range(CLOSER):
-            x, near = halfway(found.points[:, along], found.cost)
+            x, near = halfway(found.points[:, along], found.cost, self.known)
             if not len(x):
                 break
             between = found.points[near]
             between[:, along] = x
-            found = found.with_more(self.fitted(between))
+            found = found.with_more(self.fitted(between, found.amplitudes[near]))
         free = np.array(self.free)[~self.around]
         return found.part(np.all((found.points[:, free] > 0) & (found.points[:, free] < 1), axis=1))
 
@@ -142,7 +147,7 @@ class HeldShapes(NamedTuple):
             moved = np.where(around, before + step[active], np.clip(before + step[active], 0, 1))
             points[np.ix_(active, free)] = moved
             is_stuck = np.abs(moved - before).max(axis=1) < SAME
-            active = active[~is_close & ~is_stuck & (here.least < found.cost.min() + reach)]
+            active = active[~is_close & ~is_stuck & (here.least < found.cost.min(initial=self.known) + reach)]
         return found.part(np.isfinite(found.cost))
 
     def reshaped(self, points, label="shape"):
