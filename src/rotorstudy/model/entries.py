@@ -267,8 +267,11 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
         if entry.reads_motion:
             row, column, n = harmonics_seen(entry.shift, entry.is_conjugate, order)
             seen = amplitudes[..., column, :].conj() if entry.is_conjugate else amplitudes[..., column, :]
-            factor = entry.gain_at(speed, np.array(order)[row]) * (1j * n * speed) ** entry.order
-            force[..., row, :] += (factor[..., None] * seen) @ matrix
+            if entry.gain is not None or entry.order:
+                factor = entry.gain_at(speed, np.array(order)[row]) * (1j * n * speed) ** entry.order
+                seen = factor[..., None] * seen
+            flat = seen.reshape(-1, len(matrix)) @ matrix  # faster than a product for each speed
+            force[..., row, :] += flat.reshape(*seen.shape[:-1], rows)
         if entry.is_constant or (reference is not None and entry.order == 0):
             still = np.conj(reference) if entry.is_conjugate else reference
             at_rest = entry.gain_at(speed, entry.shift) * (matrix if entry.is_constant else still @ matrix)

@@ -61,9 +61,8 @@ def elements_of(
             tables.setdefault((unknown.entries.basis, unknown.carries, motion[u]), []).append(u)
             continue
         for entry in (e for e in unknown.entries if chosen(unknown, e)):
-            row, column, value = entry.nonzero
-            k, first = place(entry, size * motion[u])
-            parts.append((np.full(len(row), u), np.full(len(row), k), row, column + first, value))
+            parts.append((u, *place(entry, size * motion[u]), *entry.nonzero))
+    found = [_in_one(parts)]
     for (basis, _, at), own in tables.items():
         factor = np.array([unknowns[u].entries.factor for u in own])
         factor[:, [not chosen(unknowns[own[0]], entry) for entry in basis.entries]] = 0
@@ -71,12 +70,17 @@ def elements_of(
         for i in np.flatnonzero(factor.any(axis=0)):
             k[i], first[i] = place(basis.entries[i], size * at)
         amplitude, entry, row, column, value = basis.elements(factor)
-        parts.append((np.array(own)[amplitude], k[entry], row, column + first[entry], value))
-    if not parts:
-        none = np.zeros(0, int)
-        return Elements(none, none, none, none, np.zeros(0, complex)), []
-    unknown, kind, row, column, value = map(np.concatenate, zip(*parts, strict=True))
-    return Elements(unknown, kind, row, column, value.astype(complex)), [entry for _, entry in kinds.values()]
+        found.append(Elements(np.array(own)[amplitude], k[entry], row, column + first[entry], value))
+    return Elements(*map(np.concatenate, zip(*found, strict=True))), [entry for _, entry in kinds.values()]
+
+
+def _in_one(parts):
+    """Elements of parts (amplitude, kind, first column, rows, columns, values)."""
+    numbers = np.array([part[:3] for part in parts], int).reshape(-1, 3)
+    unknown, kind, first = np.repeat(numbers, [len(part[3]) for part in parts], axis=0).T
+    none = (np.zeros(0, int), np.zeros(0, int), np.zeros(0, complex))
+    row, column, value = (np.concatenate(one) for one in zip(none, *(part[3:] for part in parts), strict=True))
+    return Elements(unknown, kind, row, column + first, value)
 
 
 def patterns_of(elements: Elements, kinds: list[Entry], size: int, *, turning: bool) -> list[Pattern]:

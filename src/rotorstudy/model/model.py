@@ -324,7 +324,7 @@ class Model(Assembled):
             For a term that was made for a rotor with another number of coordinates.
         """
         of_rotor = (term for term in terms if not term.acts_on_output)
-        sizes = {np.shape(e.matrix)[0] for term in of_rotor for u in term.unknowns for e in u.entries}
+        sizes = {np.shape(e.matrix)[0] for term in of_rotor for u in term.unknowns for e in u.unscaled}
         if sizes - {len(self.structure.mass)}:
             raise RigError(
                 f"a term for a rotor of {max(sizes - {len(self.structure.mass)})} coordinates, and this one has "

@@ -125,6 +125,11 @@ class Unknown:
         """What its entries act on, their order and shift."""
         return frozenset(entry.kind[:3] for entry in self.unscaled)
 
+    @cached_property
+    def rows(self) -> frozenset[int]:
+        """Coordinates that its entries act on."""
+        return frozenset(row for entry in self.unscaled for row in entry.nonzero[0].tolist())
+
 
 @dataclass(frozen=True)
 class Term:
@@ -199,7 +204,7 @@ def share_of(unknown: Unknown, other: Unknown) -> float:
     """How much of one unknown acts with each unit of another, by the least factor of entries; 0 of forces in time."""
     if unknown.force or other.force or not unknown.entries:
         return 0.0
-    if not unknown.kinds <= other.kinds:
+    if not (unknown.kinds <= other.kinds and unknown.rows <= other.rows):
         return 0.0  # before any matrices are compared
     return min(sum(_entry_share(mine, its) for its in other.entries) for mine in unknown.entries)
 

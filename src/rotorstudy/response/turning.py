@@ -6,9 +6,9 @@ coordinates: x = x0 + G K x, where x0 is the motion without them, K x their forc
 real and imaginary parts, as conj(x) enters.
 """
 
-from functools import lru_cache
-
 import numpy as np
+
+from rotorstudy.model.entries import harmonics_seen
 
 
 def turning(model, theta, speed, harmonics, solved, adjoint=False):
@@ -42,46 +42,24 @@ def replies(rows, lead, harmonics, solved):
 
 def _force_matrix(model, theta, speed, harmonics):
     """(..., speed or 1, component, component) real, N/m: from harmonics of motion to those of the turning forces."""
-    entries = [pattern.entry for pattern in model.table.turning_patterns]
-    alike = all(entry.gain is None and entry.order == 0 for entry in entries)
-    given = tuple(speed.tolist())[: 1 if alike else None]
-    weights = _force_weights(model.table, given, tuple(harmonics.tolist()))
-    own = theta[..., [p for p, _ in model.acting]]
-    size = 2 * len(harmonics) * len(model.table.turned)
-    found = weights @ own.reshape(-1, own.shape[-1]).T
-    return found.T.reshape(*own.shape[:-1], len(given), size, size)
-
-
-@lru_cache(maxsize=16)
-def _force_weights(table, speed, harmonics):
-    """Sparse (elements of the matrix at every speed, amplitude): the force matrix by one unit of each amplitude."""
-    from scipy.sparse import coo_array
-
-    touched, speed, harmonics = table.turned, np.array(speed), np.array(harmonics)
-    at, (order, count) = np.zeros(table.size, int), (len(harmonics) // 2, len(touched))
-    at[touched] = np.arange(count)
-    size, parts = len(harmonics) * count, []
-    for pattern in table.turning_patterns:
-        entry, element, unknown, value = pattern.entry, pattern.element, pattern.unknown, pattern.weight
-        i, j = at[pattern.row[element]], at[pattern.column[element]]
-        n = harmonics[np.abs(harmonics - entry.shift) <= order]
-        factor = entry.gain_at(speed[:, None], n) * (1j * (n - entry.shift) * speed[:, None]) ** entry.order
-        seen = (n - entry.shift) * (-1 if entry.is_conjugate else 1)
-        row, column = (n + order)[:, None] * count + i, (seen + order)[:, None] * count + j  # (harmonic, element)
-        found = factor[..., None] * value  # (speed, harmonic, element)
-        sign = -1 if entry.is_conjugate else 1  # of the imaginary part of the motion
-        for down, right, part in (
-            (0, 0, found.real),
-            (1, 0, found.imag),
-            (0, 1, -sign * found.imag),
-            (1, 1, sign * found.real),
-        ):
-            place = (row + down * size) * 2 * size + column + right * size
-            place = np.arange(len(speed))[:, None, None] * (2 * size) ** 2 + place
-            parts.append((place.ravel(), np.broadcast_to(unknown, part.shape).ravel(), part.ravel()))
-    place, unknown, value = (np.concatenate(part) for part in zip(*parts, strict=True))
-    shape = (len(speed) * (2 * size) ** 2, len(table.unknowns))
-    return coo_array((value, (place, unknown)), shape).tocsr()
+    patterns, touched = model.table.turning_patterns, model.table.turned
+    if all(pattern.entry.gain is None and pattern.entry.order == 0 for pattern in patterns):
+        speed = speed[:1]
+    own, count = theta[..., [p for p, _ in model.acting]], len(touched)
+    # on the motion, and on its conjugate
+    both = np.zeros((2, *own.shape[:-1], len(speed), len(harmonics), count, len(harmonics), count), complex)
+    for pattern in patterns:
+        entry = pattern.entry
+        matrix = np.zeros((*own.shape[:-1], 1, 1, count, count), complex)  # (..., speed, harmonic, row, column)
+        row, column = (np.searchsorted(touched, places) for places in (pattern.row, pattern.column))
+        matrix[..., row, column] = pattern.values(own)[..., None, None, :]
+        here, seen, n = harmonics_seen(entry.shift, entry.is_conjugate, tuple(harmonics.tolist()))
+        factor = entry.gain_at(speed[:, None], harmonics[here]) * (1j * n * speed[:, None]) ** entry.order
+        value = np.moveaxis(factor[..., None, None] * matrix, -3, 0)  # indices on both sides of a slice come first
+        both[int(entry.is_conjugate)][..., here, :, seen, :] += value
+    size = len(harmonics) * count
+    one, other = both.reshape(*both.shape[:-4], size, size)
+    return np.block([[(one + other).real, (other - one).imag], [(one + other).imag, (one - other).real]])
 
 
 def _components(motion):

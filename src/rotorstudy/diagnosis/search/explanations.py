@@ -11,8 +11,9 @@ from rotorstudy.diagnosis.search.candidates import Candidate, with_priors
 from rotorstudy.diagnosis.search.form import LocalForces
 from rotorstudy.diagnosis.search.form_fit import fitted_with_form
 from rotorstudy.diagnosis.search.free_force import FreeForce
-from rotorstudy.diagnosis.search.odds import LEAST_LOG_PROBABILITY, Explanation, PriorOdds, odds_of
+from rotorstudy.diagnosis.search.odds import LEAST_LOG_PROBABILITY, Explanation, PriorOdds, kind_of, odds_of
 from rotorstudy.diagnosis.search.screening import Projected, Screened, project, screen_each
+from rotorstudy.diagnosis.search.shape_fit import point_of
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit, fit, parameter_p_value
@@ -26,6 +27,7 @@ log = logging.getLogger(__name__)
 LIKELY_OUTSIDE = 0.5  # probability of a fault that the library lacks, above which a verdict is unknown
 LEAST_LOG_ODDS = 2.0  # log posterior odds that an explanation needs: seven to one that something is missing
 MODELS_KEPT = 32  # with causes
+NEAR = 0.05  # of the range of an option of a shape: fits from there end alike
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,7 @@ class Search:
     shapes: dict = field(default_factory=dict)
     # `kind_of` the causes -> Explanation, the best one of each kind that was fitted
     found: dict = field(default_factory=dict)
+    starts: dict = field(default_factory=dict)  # the same kinds -> shapes from which, and at which, a fit was made
     impossible: dict = field(default_factory=dict)  # the same of those that cannot be true, but may lead to others
     # names of causes that were not fitted -> (names of those of the same faults that were, log of their relative odds)
     unfitted: dict = field(default_factory=dict)
@@ -212,6 +215,7 @@ class Search:
         The best one of its kind is kept and returned.
         """
         log.debug("fitting %s (%d explanations)", " and ".join(c.cause for c in causes), len(self.found) - 1)
+        self._note_start(causes)
         try:
             one = fitted_with_form(self, tuple(causes), values)
         except (NoSteadyState, CannotAct):
@@ -219,10 +223,20 @@ class Search:
         except Exception as error:
             self.note_broken(causes, error)
             return None
+        self._note_start(one.causes)
         known = self.found.get(one.kind)
         if known is None or odds_of(one) > odds_of(known):
             self.found[one.kind] = known = one
         return known
+
+    def _note_start(self, causes):
+        self.starts.setdefault(kind_of(causes), []).append(_fractions(self, causes))
+
+    def was_fitted(self, causes: Sequence[Candidate]) -> bool:
+        """Whether a fit of the same causes began or ended in nearly their shapes, and so would end there again."""
+        here = _fractions(self, causes)
+        known = self.starts.get(kind_of(causes), ())
+        return any(np.abs(here - other).max(initial=0.0) < NEAR for other in known)
 
     def held(self, causes, values: dict, steps: int = 0, needed: float = np.inf) -> Fit | None:
         """The model with some causes at given values by name, base parameters included, or after some steps of a fit.
@@ -255,6 +269,12 @@ class Search:
                 del self.models[next(iter(self.models))]
             self.models[key] = self.model.plus(*(c.term for c in causes))
         return self.models[key]
+
+
+def _fractions(work, causes):
+    """Shapes of causes as fractions (option,) of their ranges, in an order that is always the same."""
+    points = [point_of(work, c) for c in sorted(causes, key=lambda c: c.cause) if c.shape]
+    return np.concatenate(points) if points else np.zeros(0)
 
 
 def _nothing(cause):

@@ -152,10 +152,10 @@ def additions(
         more = current.fit.cost - projected.residual @ projected.residual + widest - wide.spectrum.log_shared_volume
         base = odds_of(current) - work.prior_odds.log_odds(current.causes) + 0.5 * more
         judge = _Judge(wide, current.causes, fitted.values, base)
-        alone = judge.alone(projected, usable)
+        least = odds_of(current) + max(0.5 * more, 0.0) + WORTH_ADDING if current.causes else -np.inf
+        alone = judge.alone(projected, usable, least=least)
         judged = (judge.by_fits(alone, fitted.values) if without else alone) + judge.together(projected, usable)
         judged += judge.scanned(fitted, usable, plain, without, free, plain.excess if own is form else fitted.excess)
-        least = odds_of(current) + max(0.5 * more, 0.0) + WORTH_ADDING if current.causes else -np.inf
         found += [one for one in judged if one.log_odds > least]
     return found
 

@@ -1,8 +1,10 @@
 """Faults of several parts (the nodes of a bow, the harmonics of a runout): which parts the data support together."""
 
+import numpy as np
+
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.explanations import Search
-from rotorstudy.diagnosis.search.screening import Projected, screen
+from rotorstudy.diagnosis.search.screening import Projected, screen, screen_each
 from rotorstudy.model.registry import registry
 
 PLACES_OF_BROUGHT = 2  # at which a cause is tried together with what it brings
@@ -58,15 +60,13 @@ def _together(work, projected, faults):
 
 def _supported(work: Search, projected: Projected, parts: list[Candidate]) -> tuple[Candidate, ...]:
     """The parts of a fault with the highest odds, as found by adding one at a time."""
-
-    def odds(together):
-        return screen(projected, *together).evidence + work.prior_odds.log_odds(together)
-
     together, reached = (), float("-inf")
     while parts:
-        best = max(parts, key=lambda cause: odds((*together, cause)))
-        if odds((*together, best)) <= reached:
+        found = screen_each(projected, parts, together, reached)
+        odds = [one.evidence + work.prior_odds.log_odds((*together, c)) for one, c in zip(found, parts, strict=True)]
+        best = int(np.argmax(odds))
+        if odds[best] <= reached:
             break
-        together, reached = (*together, best), odds((*together, best))
-        parts = [cause for cause in parts if cause.cause != best.cause]  # each in one shape
+        together, reached = (*together, parts[best]), odds[best]
+        parts = [cause for cause in parts if cause.cause != parts[best].cause]  # each in one shape
     return together

@@ -256,6 +256,8 @@ def _fit_best(work, groups, possible=None):
     unfulfilled = 0
     for one in list(chosen.values())[: work.settings.candidates_per_round]:
         before = max(map(odds_of, work.explanations))
+        if work.was_fitted(one.causes):
+            continue
         if len({c.fault for c in one.causes}) == 1 and one.log_odds < _least(work):
             continue  # of two faults one may gain more than is promised, as the shape of the other one changes
         found = work.explain(one.causes, one.values)

@@ -141,6 +141,7 @@ def _with_one_cause(found, tested):
         screened=[],
         shapes={},
         found={frozenset(): Explanation((), tested.fit, 0.0)},
+        starts={},
         impossible={},
     )
     if not work.candidates:
