@@ -48,7 +48,9 @@ class Search:
     shapes: dict = field(default_factory=dict)
     # `kind_of` the causes -> Explanation, the best one of each kind that was fitted
     found: dict = field(default_factory=dict)
-    starts: dict = field(default_factory=dict)  # the same kinds -> shapes from which, and at which, a fit was made
+    # the same kinds -> shapes from which, and at which, a fit was made; shapes beside which others were exchanged
+    starts: dict = field(default_factory=dict)
+    rests: dict = field(default_factory=dict)
     impossible: dict = field(default_factory=dict)  # the same of those that cannot be true, but may lead to others
     # names of causes that were not fitted -> (names of those of the same faults that were, log of their relative odds)
     unfitted: dict = field(default_factory=dict)
@@ -215,7 +217,7 @@ class Search:
         The best one of its kind is kept and returned.
         """
         log.debug("fitting %s (%d explanations)", " and ".join(c.cause for c in causes), len(self.found) - 1)
-        self._note_start(causes)
+        self.note(self.starts, causes)
         try:
             one = fitted_with_form(self, tuple(causes), values)
         except (NoSteadyState, CannotAct):
@@ -223,20 +225,20 @@ class Search:
         except Exception as error:
             self.note_broken(causes, error)
             return None
-        self._note_start(one.causes)
+        self.note(self.starts, one.causes)
         known = self.found.get(one.kind)
         if known is None or odds_of(one) > odds_of(known):
             self.found[one.kind] = known = one
         return known
 
-    def _note_start(self, causes):
-        self.starts.setdefault(kind_of(causes), []).append(_fractions(self, causes))
+    def note(self, tried: dict, causes: Sequence[Candidate]) -> None:
+        """Keep the shapes of causes in `starts` or `rests`."""
+        tried.setdefault(kind_of(causes), []).append(_fractions(self, causes))
 
-    def was_fitted(self, causes: Sequence[Candidate]) -> bool:
-        """Whether a fit of the same causes began or ended in nearly their shapes, and so would end there again."""
+    def was_tried(self, tried: dict, causes: Sequence[Candidate]) -> bool:
+        """Whether the same causes were kept in nearly these shapes, from which a step leads to the same end."""
         here = _fractions(self, causes)
-        known = self.starts.get(kind_of(causes), ())
-        return any(np.abs(here - other).max(initial=0.0) < NEAR for other in known)
+        return any(np.abs(here - other).max(initial=0.0) < NEAR for other in tried.get(kind_of(causes), ()))
 
     def held(self, causes, values: dict, steps: int = 0, needed: float = np.inf) -> Fit | None:
         """The model with some causes at given values by name, base parameters included, or after some steps of a fit.

@@ -214,10 +214,13 @@ def _with_error_of_form(work, plain, own, without):
 
 
 def exchanges(work: Search, current: Explanation) -> list[Proposal]:
-    """Another cause in the place of each fault, judged at the motion with it."""
+    """Another cause in the place of each fault, judged at the motion with it; beside the same others once."""
     found, whole = [], work.held(current.causes, current.fit.values)
     for gone in faults_of(current.causes).values() if whole else ():
         rest = tuple(c for c in current.causes if c not in gone)
+        if rest and work.was_tried(work.rests, rest):
+            continue
+        work.note(work.rests, rest)
         own = tuple(n for c in gone for n in c.names)
         chosen = [c for c in work.candidates if c.fault != gone[0].fault and is_allowed(work, (*rest, c))]
         wide, fitted = _with_error_of_form(work, whole, _error_of_form(work, current), own)

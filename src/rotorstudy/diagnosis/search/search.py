@@ -131,7 +131,7 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
             tried.append(current)
             for one in current:
                 log.info("trying moves from %s (log odds %.1f)", " and ".join(one.named) or "the rig", odds_of(one))
-            _fit_best(work, [group for one in current for group in _moves(work, one)], possible)
+            _fit_best(work, [group for n, one in enumerate(current) for group in _moves(work, one, not n)], possible)
             if len(tried) == 1 and work.is_rejected:  # before two causes are tried
                 _fit_best(work, [loading_films(work)], possible)
     except KeyboardInterrupt as stop:
@@ -205,8 +205,10 @@ def _laws(explanation):
     return frozenset((c.cause, *c.variant.items()) for c in explanation.causes)
 
 
-def _moves(work, current):
+def _moves(work, current, is_best=True):
     """The Proposals from an explanation, in lists whose promises compare.
+
+    Two other faults in the place of one are sought at the motion of the best one alone, which is nearest to the true one.
 
     Without causes, each free force that explains the records is another motion at which causes are judged; those of
     many shapes, which take longest, at that of the best one and of one at their own place.
@@ -232,7 +234,7 @@ def _moves(work, current):
     if len(current.faults) > 1 or any(p.loads_films for c in current.causes for p in c.term.parameters):
         found += other_laws(work, current) + removals(current) + exchanges(work, current)
     found += additions(work, current, [current.fit])
-    return list(filter(None, [found, splits(work, current)]))
+    return list(filter(None, [found, splits(work, current) if is_best else []]))
 
 
 def _told_by(work, force):
@@ -256,7 +258,7 @@ def _fit_best(work, groups, possible=None):
     unfulfilled = 0
     for one in list(chosen.values())[: work.settings.candidates_per_round]:
         before = max(map(odds_of, work.explanations))
-        if work.was_fitted(one.causes):
+        if work.was_tried(work.starts, one.causes):
             continue
         if len({c.fault for c in one.causes}) == 1 and one.log_odds < _least(work):
             continue  # of two faults one may gain more than is promised, as the shape of the other one changes

@@ -142,6 +142,7 @@ def _with_one_cause(found, tested):
         shapes={},
         found={frozenset(): Explanation((), tested.fit, 0.0)},
         starts={},
+        rests={},
         impossible={},
     )
     if not work.candidates:
