@@ -9,7 +9,7 @@ from machines import SLOW, all_but, disc, film, jeffcott_rig, rig_of, shaft, spe
 
 from rotorstudy import build_model, make_term, registry
 from rotorstudy.diagnosis.search import moves
-from rotorstudy.diagnosis.search.candidates import candidates, with_shape
+from rotorstudy.diagnosis.search.candidates import candidate, candidates, with_shape
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form_fit import _Parameters
 from rotorstudy.diagnosis.search.moves import Proposal, additions, exchanges, other_laws, removals, splits
@@ -281,7 +281,18 @@ def test_a_cause_is_exchanged_where_the_others_alone_allow_no_steady_motion(monk
         raise NoSteadyState("no steady state at 25 rad/s")
 
     monkeypatch.setattr(moves, "predicted", fails)
-    assert sorted(str(names(one.causes)) for one in exchanges(work, wrong)) == usual != []
+    again = replace(work, rests={})  # beside which others were exchanged already
+    assert sorted(str(names(one.causes)) for one in exchanges(again, wrong)) == usual != []
+
+
+def test_causes_are_not_exchanged_nor_fitted_again_from_nearly_the_same_shapes():
+    """And again from other shapes, from which a fit may end elsewhere."""
+    work = begun()
+    wrong = work.explain([c for c in work.candidates if c.cause in WRONG], {})
+    assert exchanges(work, wrong) and not exchanges(work, wrong)
+    seals = [candidate(work.rig, "seal", {"node": 3}, {"swirl_ratio": ratio}) for ratio in (0.3, 0.32, 0.5)]
+    work.note(work.starts, seals[:1])
+    assert [work.was_tried(work.starts, [one]) for one in seals] == [True, True, False]
 
 
 def with_a_mass(other, bow_rad, noise, off=0.0):
