@@ -15,7 +15,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import candidates, with_shape, with_vibration
 from rotorstudy.diagnosis.search.explanations import Search
-from rotorstudy.diagnosis.search.form_fit import WITHIN
+from rotorstudy.diagnosis.search.form_fit import SETTLED, WITHIN
 from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.free_forces import with_vibrations
 from rotorstudy.diagnosis.search.impossible import grows, is_impossible
@@ -48,7 +48,8 @@ log = logging.getLogger(__name__)
 
 EXPLAINS = 2.0  # misfit for each datum that a free force at one place leaves, at most, if one fault may act there
 REACH = 10.0  # log odds below the best, beyond which an explanation cannot change a probability
-EXPANDED = 6  # rounds in which moves are tried, the first one from the rig
+EXPANDED = 6  # rounds in which moves are tried, the first one from the rig; after these, as long as each one gains
+LAST = 12  # round
 UNFULFILLED = 4  # proposals beside known causes that in succession do not raise the odds; the next promise less
 ALONE = 5  # single faults beside which a second one is sought, if none of them explains the records
 OF_AN_EFFECT = 2  # proposals of the same effects and laws that are fitted from one explanation
@@ -123,7 +124,8 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
         if known:
             _fit_best(work, [[_proposed_again(work, one) for one in known]], possible)
             tried += [[work.nothing]] if work.best.causes and not work.is_rejected else []
-        while len(tried) < EXPANDED:
+        has_gained = True
+        while len(tried) < EXPANDED or (has_gained and len(tried) < LAST):
             _drop_impossible(work, possible)
             current = _due(work, [_laws(e) for some in tried for e in some])
             if not current:
@@ -131,7 +133,9 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
             tried.append(current)
             for one in current:
                 log.info("trying moves from %s (log odds %.1f)", " and ".join(one.named) or "the rig", odds_of(one))
+            before = max(map(odds_of, work.explanations))
             _fit_best(work, [group for n, one in enumerate(current) for group in _moves(work, one, not n)], possible)
+            has_gained = max(map(odds_of, work.explanations)) > before + SETTLED
             if len(tried) == 1 and work.is_rejected:  # before two causes are tried
                 _fit_best(work, [loading_films(work)], possible)
     except KeyboardInterrupt as stop:
