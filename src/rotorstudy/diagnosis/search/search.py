@@ -212,7 +212,7 @@ def _laws(explanation):
 def _moves(work, current, is_best=True):
     """The Proposals from an explanation, in lists whose promises compare.
 
-    Two other faults in the place of one are sought at the motion of the best one alone, which is nearest to the true one.
+    Two other faults in the place of one are sought at the motion of the best one alone, which is nearest to the truth.
 
     Without causes, each free force that explains the records is another motion at which causes are judged; those of
     many shapes, which take longest, at that of the best one and of one at their own place.
