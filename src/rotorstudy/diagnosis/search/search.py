@@ -116,7 +116,7 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
     returns : Search without explanations that are impossible. A broken plugin raises nothing: see `Search.broken`.
               After Ctrl-C it has what was found so far.
     """
-    work = replace(begun, unstable=grows(begun.base, begun.spectrum.speed))
+    work = replace(begun, unstable=grows(begun.base, begun.spectrum.speed), starts={}, rests={})
     work.screened.extend(work.screen(work.base, work.candidates))
     log.info("searching %d candidates", len(work.candidates))
     tried, possible = [], {frozenset()}
