@@ -94,11 +94,12 @@ def over_forms(
     judge = AtOwnMotions(projection, work.rig.structure, projection.motions_elsewhere, {})
     shapes = HeldShapes(work, judge, laws[0], ranges, tuple(list(ranges).index(name) for name in (*form, *place)))
     starts = shapes.searched(_places(cause, laws[0], ranges, *place))
-    every, wider = [], None
+    every = []
     for law in reversed(laws):  # the one with most freedom first, beside which the others may be unlikely everywhere
+        wider = every[-1] if every else None
         known = -2 * wider.log_evidence if wider else np.inf  # a law that leaves as much has less evidence
-        wider = _weighted(shapes._replace(law=law, known=known), starts, wider) or wider
-        every += [wider] if wider and wider.law is law else []
+        one = _weighted(shapes._replace(law=law, known=known), starts, wider)
+        every += [one] if one else []
     found = [one for one in every if one.weight is not None]
     if not found:
         return None
