@@ -236,9 +236,12 @@ class Search:
         tried.setdefault(kind_of(causes), []).append(_fractions(self, causes))
 
     def was_tried(self, tried: dict, causes: Sequence[Candidate]) -> bool:
-        """Whether the same causes were kept in nearly these shapes, from which a step leads to the same end."""
-        here = _fractions(self, causes)
-        return any(np.abs(here - other).max(initial=0.0) < NEAR for other in tried.get(kind_of(causes), ()))
+        """Whether the same causes were kept in nearly these shapes, from which a step leads to the same end.
+
+        Not of causes without a shape: where a fit of these ends depends on the values of the rig from which it begins.
+        """
+        here, known = _fractions(self, causes), tried.get(kind_of(causes), ())
+        return len(here) > 0 and any(np.abs(here - other).max() < NEAR for other in known)
 
     def held(self, causes, values: dict, steps: int = 0, needed: float = np.inf) -> Fit | None:
         """The model with some causes at given values by name, base parameters included, or after some steps of a fit.
