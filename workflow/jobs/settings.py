@@ -76,8 +76,7 @@ def read_settings(given, root):
     """The Settings of a configuration (dict), with paths from a root; a mistake ends the process in one line."""
     try:
         _check_folders(str(given.get("results", "")))
-        config = check_config(WorkflowConfig, dict(given), "the workflow configuration")
-        config = WorkflowConfig(**_placed(config.model_dump(), root))
+        config = _placed(check_config(WorkflowConfig, dict(given), "the workflow configuration"), root)
         found = Settings(
             config,
             studies={name: load_study(path) for name, path in config.studies.items()},
@@ -95,16 +94,21 @@ def read_settings(given, root):
     return found
 
 
-NO_PATHS = ("results", "plugin_folders", "chunks", "replay")  # keys of the configuration
-
-
-def _placed(given, root):
+def _placed(config, root):
     """The configuration with every path but that of the results from the root of the file system."""
-    if isinstance(given, dict):
-        return {key: one if key in NO_PATHS else _placed(one, root) for key, one in given.items()}
-    if isinstance(given, list):
-        return [_placed(one, root) for one in given]
-    return str(root / given) if given else given
+
+    def place(stated):
+        return str(root / stated) if stated else stated
+
+    single = ("reference", "blind", "compare", "cracks", "crack_study", "published")
+    update = {key: place(getattr(config, key)) for key in single}
+    for key in ("studies", "replays", "independent_records"):
+        update[key] = {name: place(path) for name, path in getattr(config, key).items()}
+    update["diagnoses"] = {
+        name: item.model_copy(update={"records": [*map(place, item.records)], "rig": place(item.rig)})
+        for name, item in config.diagnoses.items()
+    }
+    return config.model_copy(update=update)
 
 
 def _check_folders(results):

@@ -26,9 +26,7 @@ class BlindConfig(Strict):
     elements: Annotated[list[int], ENDS]
     speeds: Annotated[list[int], ENDS]
     harmonics: list[int]
-    size: Annotated[
-        list[PositiveNumber], Field(min_length=2, max_length=2)
-    ]  # of effects, in standard deviations of what the rig cannot absorb
+    size: Annotated[list[PositiveNumber], ENDS]  # of effects, in standard deviations of what the rig cannot absorb
     rig_error: float = Field(ge=0, le=10)  # over the usual (modulus 0.5 %, bearings 2 %, unbalance 5 %), as stated
     records: int = Field(ge=0)  # number of cases whose records are kept as NetCDF
 

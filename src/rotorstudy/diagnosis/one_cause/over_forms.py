@@ -97,8 +97,8 @@ def over_forms(
     every = []
     for law in reversed(laws):  # the one with most freedom first, beside which the others may be unlikely everywhere
         wider = every[-1] if every else None
-        known = -2 * wider.log_evidence if wider else np.inf  # a law that leaves as much has less evidence
-        one = _weighted(shapes._replace(law=law, known=known), starts, wider)
+        other = -2 * wider.log_evidence if wider else np.inf  # a law that leaves as much has less evidence
+        one = _weighted(shapes._replace(law=law, other=other), starts, wider)
         every += [one] if one else []
     found = [one for one in every if one.weight is not None]
     if not found:
@@ -135,15 +135,15 @@ def _weighted(shapes, starts, wider=None):
                 start = starts, None
             known[x] = shapes.over_places(*start)
         forms = np.sort(list(known))
-        wanted = halfway(forms, np.array([known[x].cost.min(initial=np.inf) for x in forms]), shapes.known)[0]
+        wanted = halfway(forms, np.array([known[x].cost.min(initial=np.inf) for x in forms]), shapes.other)[0]
     best = min(known.values(), key=lambda one: one.cost.min(initial=np.inf))
     if not len(best.cost):
         return None
     best = best.part([np.argmin(best.cost)])
-    least = min(float(best.cost[0]), shapes.known)
+    least = min(float(best.cost[0]), shapes.other)
     likely = [x for x, one in sorted(known.items()) if np.sum(one.cost < least + UNLIKELY) >= FEWEST]
     if len(likely) < FEWEST:
-        best = shapes._replace(known=np.inf).fitted(best.points)
+        best = shapes._replace(other=np.inf).fitted(best.points)
         return _Weighted(shapes.law, known, best.amplitudes[0], float(best.cost[0]))
     rows = {x: _distribution(known[x], along) for x in likely}
     whole, values, weight = _mixture(rows, shapes.ranges, shapes.held)

@@ -44,15 +44,15 @@ class Shapes(NamedTuple):
         return Shapes(*(np.concatenate(both) for both in zip(self, other, strict=True)))
 
 
-def halfway(held, cost, known=np.inf):
+def halfway(held, cost, other=np.inf):
     """Values halfway between neighbours (row,) of which one is likely and the misfit differs by much.
 
-    known   : misfit of another law, beside which one must be likely
+    other   : misfit of another law, beside which one must be likely, too
     returns : them, and the row of the likelier one of both
     """
     order = np.argsort(held)
     held, cost = held[order], np.nan_to_num(cost[order], posinf=1e300)
-    cost = cost - cost.min(initial=known)
+    cost = cost - cost.min(initial=other)
     first = np.flatnonzero((np.minimum(cost[:-1], cost[1:]) < UNLIKELY) & (np.abs(np.diff(cost)) > STEEP))
     first = first[np.diff(held)[first] > SAME]
     likelier = np.where(cost[first] < cost[first + 1], first, first + 1)
@@ -67,7 +67,7 @@ class HeldShapes(NamedTuple):
     law: Candidate
     ranges: dict
     held: tuple[int, ...]
-    known: float = np.inf  # misfit of another law: shapes that are unlikely beside it need not be fitted to the end
+    other: float = np.inf  # misfit of another law: shapes that are unlikely beside it need not be fitted to the end
 
     @property
     def free(self) -> list[int]:
@@ -86,7 +86,7 @@ class HeldShapes(NamedTuple):
         """
         along, found = self.held[1], self.fitted(points, amplitudes)
         for _ in range(CLOSER):
-            x, near = halfway(found.points[:, along], found.cost, self.known)
+            x, near = halfway(found.points[:, along], found.cost, self.other)
             if not len(x):
                 break
             between = found.points[near]
@@ -147,7 +147,7 @@ class HeldShapes(NamedTuple):
             moved = np.where(around, before + step[active], np.clip(before + step[active], 0, 1))
             points[np.ix_(active, free)] = moved
             is_stuck = np.abs(moved - before).max(axis=1) < SAME
-            active = active[~is_close & ~is_stuck & (here.least < found.cost.min(initial=self.known) + reach)]
+            active = active[~is_close & ~is_stuck & (here.least < found.cost.min(initial=self.other) + reach)]
         return found.part(np.isfinite(found.cost))
 
     def reshaped(self, points, label="shape"):

@@ -218,7 +218,7 @@ def exchanges(work: Search, current: Explanation) -> list[Proposal]:
     found, whole = [], work.held(current.causes, current.fit.values)
     for gone in faults_of(current.causes).values() if whole else ():
         rest = tuple(c for c in current.causes if c not in gone)
-        if rest and work.was_tried(work.rests, rest):
+        if work.was_tried(work.rests, rest):
             continue
         work.note(work.rests, rest)
         own = tuple(n for c in gone for n in c.names)
