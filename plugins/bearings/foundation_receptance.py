@@ -7,6 +7,7 @@ from rotorstudy.plugins import Bearing, Parameter, RotorstudyError, hookimpl, pl
 
 ORDERS = {"receptance": 0, "mobility": 1, "accelerance": 2}  # derivative of the motion by time
 LARGEST_CONDITION = 1e10  # beyond it the dynamic stiffness has no certain digit
+UNSEEN = 1e-3  # of the stiffness: a mass that moves no more at the last frequency does not show
 Axis = Literal["x", "y", "z", "-x", "-y", "-z"]
 
 
@@ -26,7 +27,8 @@ def foundation_receptance(
     sets 58, which say it. A pair that is not measured is zero, or that of force and response exchanged. axes: which
     axis of the file x and y are, such as {x: -z, y: x}; point_of_node: what the file calls a node. The matrix is
     inverted at each frequency, and the dynamic stiffness interpolated; beyond the last frequency it stays as it is
-    there, below the first as its real part.
+    there, below the first as its real part. Of the free vibration the mass, damping and stiffness nearest to it are
+    part: all of it if the foundation is a rigid block.
     """
     node = structure.default_node() if node is None else node
     nodes, axes, names = [node, *(other_nodes or [])], axes or {}, point_of_node or {}
@@ -54,20 +56,41 @@ def foundation_receptance(
         )
     stiffness = np.linalg.inv(matrix)
     units, directions = [structure.unit(n) for n in nodes for _ in "xy"], "xy" * len(nodes)
-    entries = []
+    in_time, entries = _nearest_block(frequency, stiffness), []
     for i, k in np.ndindex(stiffness.shape[1:]):
-        pattern, gain = -np.outer(units[i], units[k]), _interpolated(frequency, stiffness[:, i, k])
-        entries += planar_entries(directions[i] + directions[k], pattern, gain=gain, frequency_only=True)
+        pattern, along, own = -np.outer(units[i], units[k]), directions[i] + directions[k], in_time[:, i, k]
+        for order in np.flatnonzero(own):
+            entries += planar_entries(along, own[order] * pattern, order=int(order))
+        gain = _rest(frequency, stiffness[:, i, k], own)
+        entries += planar_entries(along, pattern, gain=gain, frequency_only=True)
     return [Parameter("foundation_scale", "1", tuple(entries), typical=1.0, default=1.0)]
 
 
-def _interpolated(frequency, stiffness):
-    """The gain of an element of the dynamic stiffness (frequency,), N/m, over frequency (frequency,), rad/s."""
+def _nearest_block(frequency, stiffness):
+    """Stiffness, damping and mass (3, point, point) of a passive block, least squares of the shares they are off by."""
+    weight = 1 / np.linalg.norm(stiffness, axis=(1, 2))
+    flat = weight[:, None] * stiffness.reshape(len(frequency), -1)
+    still = np.column_stack([np.ones_like(frequency), -(frequency**2)]) * weight[:, None]
+    spring, mass = np.linalg.lstsq(still, flat.real)[0].reshape(2, *stiffness.shape[1:])
+    damping = np.linalg.lstsq((weight * frequency)[:, None], flat.imag)[0].reshape(mass.shape)
+    least = UNSEEN * np.linalg.norm(spring, 2) / frequency[-1] ** 2
+    return np.array([_at_least(0.0, spring), _at_least(0.0, damping), _at_least(least, mass)])
+
+
+def _at_least(least, matrix):
+    """The symmetric part of a matrix, its eigenvalues not below the least one."""
+    values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
+    return vectors * np.maximum(values, least) @ vectors.T
+
+
+def _rest(frequency, stiffness, in_time):
+    """The gain of an element of the dynamic stiffness, N/m, over frequency, rad/s, less what it is in time (3,), SI."""
     known = np.append(0.0, frequency), np.append(stiffness[0].real, stiffness)
 
     def gain(speed, harmonic):
-        found = np.interp(np.abs(speed * harmonic), *known)
-        return np.where(speed * harmonic < 0, found.conj(), found)
+        turning, (spring, damping, mass) = speed * harmonic, in_time
+        found = np.interp(np.abs(turning), *known)
+        return np.where(turning < 0, found.conj(), found) - (spring + 1j * turning * damping - turning**2 * mass)
 
     return gain
 

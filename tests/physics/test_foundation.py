@@ -34,6 +34,7 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.studies.rig_check import check_rig
+from rotorstudy.studies.rotor_analysis import analyse_rotor
 
 SPEEDS, NODES = np.array([90.0, 160.0, 280.0, 400.0]), (1, 5)
 RIG = {"rotor": shaft(1.0, 4, disc(3, 20.0, 0.1, 0.05), outer_diameter_m=0.05),
@@ -188,18 +189,28 @@ def test_a_measured_foundation_moves_as_the_block_that_it_was_measured_on(compre
     measured = {"kind": "foundation_receptance", "node": 4, "other_nodes": [10], "label": "frame", "file": "frame.csv",
                 "quantity": "mobility", "axes": {"x": "-z", "y": "x"}}  # fmt: skip
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig | {"foundation": [measured]}))
-    found = measured_response(load_rig(tmp_path / "rig.yaml"), SPEEDS, [1, -1])
+    by_table = load_rig(tmp_path / "rig.yaml")
+    found, criticals = measured_response(by_table, SPEEDS, [1, -1]), criticals_of(by_table)
     true = measured_response(model, SPEEDS, [1, -1])
     assert np.abs(found - true).max() < 1e-3 * np.abs(true).max()  # lines of 0.2 Hz, linear between them
-    wrong = dict(measured, file=str(tmp_path / "frame.csv"), axes={"x": "x", "y": "z"})
-    other = measured_response(build_model(rig | {"foundation": [wrong]}), SPEEDS, [1, -1])
+    assert len(criticals) == 4 and np.allclose(criticals, criticals_of(model), rtol=1e-3)
+    swapped = dict(measured, file=str(tmp_path / "frame.csv"), axes={"x": "x", "y": "z"})
+    wrong = build_model(rig | {"foundation": [swapped]})
+    other = measured_response(wrong, SPEEDS, [1, -1])
     assert np.abs(other - true).max() > 0.05 * np.abs(true).max()  # negative control
+    assert not np.allclose(criticals_of(wrong)[:4], criticals, rtol=1e-2)
     write_mobilities(tmp_path / "frame.uff", rows[1:], w)
     in_uff = {"kind": "foundation_receptance", "node": 4, "other_nodes": [10], "axes": {"x": "z", "y": "-x"}}
     in_uff["file"] = str(tmp_path / "frame.uff")
     found = measured_response(build_model(rig | {"foundation": [in_uff]}), SPEEDS, [1, -1])
     assert np.abs(found - true).max() < 1e-3 * np.abs(true).max()
-    refused(lambda: build_model(rig | {"foundation": [dict(wrong, axes={})]}), "no response at 4y")
+    in_uff["axes"] = {}
+    refused(lambda: build_model(rig | {"foundation": [in_uff]}), "no response at 4y")
+
+
+def criticals_of(model):
+    """That show as resonances below 450 rad/s."""
+    return [one.speed for one in analyse_rotor(model, 50.0, 450.0).resonant]
 
 
 def test_a_changed_foundation_is_one_built_otherwise():
