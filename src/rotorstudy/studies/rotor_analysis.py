@@ -134,7 +134,7 @@ def _check_held(still, speed):
     """Raise if the rotor can move at a speed (rad/s) without a restoring force."""
     slowest = np.abs(eigenvalues(still, [speed], shapes=few_shapes(still))).min()
     if slowest < UNHELD * still.structure.scales.frequency:
-        raise RigError("the rotor can move without a restoring force; add bearings, or stiffness or feet of a foundation")
+        raise RigError("the rotor can move without a restoring force; add bearings, or stiffness or feet below them")
 
 
 def _critical(still, speed):
