@@ -14,13 +14,14 @@ from rotorstudy import build_model, measured_spectrum, read_rig
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.runs import contradicting
 from rotorstudy.diagnosis.runs import joint as diagnosis_joint
-from rotorstudy.diagnosis.runs.contradicting import _moved_far, check_slow_roll
+from rotorstudy.diagnosis.runs.contradicting import _moved_far
 from rotorstudy.diagnosis.runs.joint import identify_runs, shared_names
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.joint import fit_runs
 from rotorstudy.inference.prediction import with_model_error
+from rotorstudy.measurement.corrections import check_slow_roll
 
 SPEEDS = np.array([80.0, 120.0, 150.0])
 KNOWN = {"default": 0.2, "rotor": 0, "rotor.youngs_modulus_Pa": 0.1, "eccentricity": 10.0}
@@ -252,7 +253,8 @@ def test_a_slow_roll_above_the_first_critical_speed_is_told(folder):
     soft = yaml.safe_load(yaml.safe_dump(RIG))
     for bearing in soft["bearings"]:
         bearing["bearing_stiffness_N_per_m"] /= 1000
-    found = check_slow_roll("slow", SPEEDS, build_model(soft))
+        bearing["bearing_damping_N_s_per_m"] /= 1000
+    found = check_slow_roll(SPEEDS, build_model(soft), "run 'slow'")
     assert [one.name for one in found] == [name] and "150 rad/s" in found[0].text
 
 

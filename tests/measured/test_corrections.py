@@ -7,7 +7,9 @@ from machines import film, readings, rig_of, shaft
 from one_line_errors import refused
 
 from rotorstudy import build_model, measured_spectrum
-from rotorstudy.measurement.corrections import averaged, without_missing_mean, without_slow_roll
+from rotorstudy.measurement.corrections import averaged, check_slow_roll, without_missing_mean, without_slow_roll
+from rotorstudy.studies.rotor_analysis import analyse_rotor
+from rotorstudy.units import spin
 
 SPEEDS, HARMONICS, NODES = np.array([30.0, 40.0, 200.0, 300.0]), np.array([0, 1, -1, 2]), (1, 3)
 RUNOUT = np.array([[1e-6, 2e-6], [3e-6j, 1e-6], [1e-6, -1e-6j], [2e-7, 0]])  # (harmonic, node)
@@ -21,6 +23,9 @@ def rig(bearing):
     return rig_of(shaft(0.6, 2, outer_diameter_m=0.05), bearings, loaded, sensors=[*NODES])
 
 
+RIG = build_model(rig(SPRING))
+
+
 def spectrum(amplitude, variance=1e-16):
     return readings(amplitude, SPEEDS, HARMONICS, NODES, variance**0.5)
 
@@ -28,15 +33,25 @@ def spectrum(amplitude, variance=1e-16):
 def test_the_vectors_are_the_mean_at_slow_roll_and_their_noise_is_counted():
     moving = np.array([0, 0, 1, 2])[:, None, None] * np.full((4, 4, 2), 1e-5)
     scatter = 1e-8 * np.array([1, -1, 0, 0])[:, None, None]
-    found, (note,) = without_slow_roll(spectrum(moving + RUNOUT + scatter), 400.0, "records")
+    found, (note,) = without_slow_roll(spectrum(moving + RUNOUT + scatter), RIG, 400.0, "records")
     assert found.speed.tolist() == [200.0, 300.0] and note.name == "slow roll subtracted"
     assert np.abs(found.amplitude[:, 1:] - moving[2:, 1:]).max() < 1e-18
     assert np.abs(found.amplitude[:, 0] - moving[2:, 0] - RUNOUT[0]).max() < 1e-18  # the mean is no runout
     variance = np.diagonal(found.covariance, axis1=-2, axis2=-1).reshape(2, 2, 2, 4)
     assert np.allclose(variance[..., 1:], 1.5e-16 / 2) and np.allclose(variance[..., 0], 1e-16 / 2)
-    assert without_slow_roll(found, None, "records") == (found, [])
+    assert without_slow_roll(found, RIG, None, "records") == (found, [])
     for below in (100.0, 1e4):
-        refused(lambda: without_slow_roll(spectrum(moving), below, "records"), "below it")
+        refused(lambda: without_slow_roll(spectrum(moving), RIG, below, "records"), "below it")
+
+
+@pytest.mark.parametrize("bearing", [FILM, SPRING])
+def test_a_slow_roll_beyond_a_critical_speed_is_told_and_the_half_speed_motion_of_films_is_none(bearing):
+    model = build_model(rig(bearing))
+    assert check_slow_roll(SPEEDS[:2], model, "records") == []
+    critical = analyse_rotor(model, 50.0, 2000.0).resonant[0].speed
+    assert check_slow_roll([0.95 * critical], model, "records") == []
+    (told,) = check_slow_roll([30.0, 1.05 * critical], model, "records")
+    assert told.severity == "warning" and spin(critical) in told.text
 
 
 def test_a_table_with_a_row_at_slow_roll(tmp_path):

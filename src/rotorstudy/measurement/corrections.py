@@ -8,6 +8,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.findings import Finding, told
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
+from rotorstudy.response.whirl import first_resonance
 from rotorstudy.units import RAD_PER_S, p_value, percent, quantity, spin, spins, um
 
 SAME_SPEED = 5e-4  # relative difference up to which records are repeats at one speed
@@ -75,7 +76,9 @@ def _findings(squares, expected, freedom, counts, where):
     return [told("repeats differ", where, times=float(np.sqrt(ratio.max())), p=p_value(p), **said)]
 
 
-def without_slow_roll(spectrum: Spectrum, below_rpm: float | None, where: str) -> tuple[Spectrum, list[Finding]]:
+def without_slow_roll(
+    spectrum: Spectrum, rig: Model, below_rpm: float | None, where: str
+) -> tuple[Spectrum, list[Finding]]:
     """The spectrum less the mean (with its noise) below a speed, which is runout and bow at rest; 0X is not changed."""
     if below_rpm is None:
         return spectrum, []
@@ -94,7 +97,20 @@ def without_slow_roll(spectrum: Spectrum, below_rpm: float | None, where: str) -
     rest = replace(rest, amplitude=rest.amplitude - vectors, covariance=rest.covariance + noise)
     first = np.abs(vectors[list(spectrum.harmonics).index(1)])
     sizes = ", ".join(f"node {n} {quantity(x, 'm')}" for n, x in zip(spectrum.sensors, first, strict=True))
-    return rest, [told("slow roll subtracted", where, speeds=spins(spectrum.speed[slow]), sizes=sizes)]
+    subtracted = told("slow roll subtracted", where, speeds=spins(spectrum.speed[slow]), sizes=sizes)
+    return rest, [subtracted, *check_slow_roll(spectrum.speed[slow], rig, where)]
+
+
+def check_slow_roll(speed: np.ndarray, rig: Model, where: str) -> list[Finding]:
+    """A finding if speeds (speed,), rad/s, of a slow roll are above a critical speed of the rig: it is not runout."""
+    fastest = float(np.max(speed))
+    try:
+        critical = first_resonance(rig, fastest)
+    except RotorstudyError:  # of a rotor whose motion is not free vibration, as of an asymmetric shaft
+        return []
+    if critical is None:
+        return []
+    return [told("slow roll above a critical speed", where, critical=spin(critical), fastest=spin(fastest))]
 
 
 def without_missing_mean(spectrum: Spectrum, rig: Model, where: str) -> tuple[Spectrum, list[Finding]]:

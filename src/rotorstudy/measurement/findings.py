@@ -104,6 +104,8 @@ warning: repeats differ: {records} records at {speeds} speeds; repeats are avera
     scatter is in the covariance
 note: slow roll subtracted: the vectors at {speeds} (forward 1X: {sizes}) are subtracted at all other speeds: runout,
     and the bow of the shaft at rest, of which only what the speed adds is left
+warning: slow roll above a critical speed: the rig has a critical speed at {critical}, below the slow roll at {fastest}:
+    1X is vibration there and not runout; roll more slowly, or state no slow roll
 note: AC coupling: the mean is below {share} of the vibration at every speed and node, but the oil films move the
     journals with the speed: the records are AC-coupled, or their mean was taken off. 0X is left out, and nothing is
     said of static loads. Record the gap voltage of the probes to have it

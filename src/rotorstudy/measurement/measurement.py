@@ -112,7 +112,7 @@ def measured_spectrum(
     check_spectrum(spectrum, where)
     spectrum, notes = averaged(spectrum, where)
     below = read_conventions(rig.given, str(rig.path)).slow_roll_below_rpm
-    spectrum, slow = without_slow_roll(spectrum, below, where)
+    spectrum, slow = without_slow_roll(spectrum, model, below, where)
     spectrum, coupled = without_missing_mean(spectrum, model, where)
     findings = worst_first([*findings, *notes, *slow, *coupled])
     for finding in findings:

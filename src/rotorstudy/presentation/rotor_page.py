@@ -8,9 +8,8 @@ import pandas as pd
 from rotorstudy.presentation.captions import ROTOR_FIGURES
 from rotorstudy.presentation.pages import cells, pictures, render
 from rotorstudy.presentation.rotor_figures import whirl_name
-from rotorstudy.response.whirl import required_margin, separation_margin
+from rotorstudy.response.whirl import RESONANT, required_margin, separation_margin
 from rotorstudy.studies.rig_check import TRIED
-from rotorstudy.studies.rotor_analysis import RESONANT
 from rotorstudy.studies.stability_margin import LEAST_DECREMENT, log_decrement
 from rotorstudy.units import number, percent, quantity, shown_amplitude, shown_speed
 

@@ -13,6 +13,7 @@ CREEPING = 0.1  # imaginary part over modulus: below it a motion creeps back ins
 JUMP = 1e-6  # of the highest speed: what an eigenvalue misses the line by where it jumps across it
 OVERDAMPED = 1e-6  # imaginary part over modulus of an eigenvalue; a smaller one is round-off of a motion without whirl
 HALF_POWER = np.sqrt(0.5)
+RESONANT = 0.5  # damping ratio up to which a critical speed shows as a resonance
 UNCRITICAL = 2.5  # amplification factor below which a resonance is critically damped and needs no margin
 
 
@@ -166,6 +167,17 @@ def critical_speeds(model, up_to, orders=(1,), theta=None, speeds=None):
         return np.sort(np.array(found))
 
     return [meeting(order) for order in orders]
+
+
+def first_resonance(model, up_to):
+    """The lowest critical speed below another one, rad/s, that shows as a resonance; None without."""
+    still, speeds = time_invariant(model), np.linspace(0.02 * up_to, up_to, 100)
+    for critical in critical_speeds(still, up_to, speeds=speeds)[0]:
+        values = eigenvalues(still, [critical], shapes=few_shapes(still))[0]
+        mode = values[np.abs(values - 1j * critical).argmin()]
+        if -mode.real <= RESONANT * abs(mode):
+            return float(critical)
+    return None
 
 
 def _followed(before, after):

@@ -27,7 +27,6 @@ NATURAL_FREQUENCIES = 3.5  # default highest speed, relative to the lowest natur
 LOWEST_SHARE = 0.02  # of the highest speed: default lowest speed
 SAME = 1e-6  # relative difference of whirl frequencies that are equal
 OSCILLATING = 0.3  # imaginary part over modulus of an eigenvalue whose motion swings through; slower ones creep back
-RESONANT = 0.5  # damping ratio up to which a critical speed shows as a resonance
 DENSER = 20  # speeds of the response over those of the whirl, where forces without it shift and damp the resonances
 UNHELD = 1e-6  # of the lowest natural frequency: eigenvalue of a motion that nothing holds
 
@@ -70,7 +69,7 @@ class RotorAnalysis(NamedTuple):
     @property
     def resonant(self):
         """The critical speeds that show as resonances; in film bearings most modes are overdamped."""
-        return [one for one in self.criticals if one.damping_ratio <= RESONANT]
+        return [one for one in self.criticals if one.damping_ratio <= whirl.RESONANT]
 
 
 def analyse_rotor(model, lowest=None, highest=None, reading=None, covered=0.0):
@@ -134,7 +133,7 @@ def _check_held(still, speed):
     """Raise if the rotor can move at a speed (rad/s) without a restoring force."""
     slowest = np.abs(eigenvalues(still, [speed], shapes=few_shapes(still))).min()
     if slowest < UNHELD * still.structure.scales.frequency:
-        raise RigError("the rotor can move without a restoring force; add bearings, or stiffness or feet below them")
+        raise RigError("the bearings and feet do not hold the rotor: no force restores it when it moves; add some")
 
 
 def _critical(still, speed):

@@ -4,16 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rotorstudy.errors import NoSteadyState, RotorstudyError
+from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.inference.joint import JointFit, Run, fit_runs
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.findings import Finding
-from rotorstudy.model.model import Model
-from rotorstudy.response.whirl import eigenvalues
-from rotorstudy.units import number, p_value, percent, quantity, spin
+from rotorstudy.units import number, p_value, percent, quantity
 
-ROUND_OFF = 1e-6  # of the speed: a whirl frequency below it is that of a rigid rotation
 FAR = 5.0  # standard deviations of the prior
 MOST_NAMED = 3
 TOLD_APART = ("known mass contradicted", "another machine")  # findings that say what is wrong
@@ -83,23 +80,6 @@ def unstated_forces() -> Finding:
         "the values and intervals are those with it. List it under 'effects:' to have it estimated"
     )
     return Finding("warning", "unstated unbalance or bow", "all runs", text)
-
-
-def check_slow_roll(name: str, speed: np.ndarray, model: Model) -> list[Finding]:
-    """A finding if a run at speeds (speed,), rad/s, called a slow roll, passed a critical speed: it is not runout."""
-    try:
-        whirl = np.abs(eigenvalues(model, speed).imag)
-    except RotorstudyError:  # of a rotor whose motion is not free vibration, as of an asymmetric shaft
-        return []
-    passed = (whirl > ROUND_OFF * speed[:, None]) & (whirl < speed[:, None])
-    if not passed.any():
-        return []
-    fastest, lowest = float(speed[passed.any(axis=1)].max()), float(whirl[passed].min())
-    text = (
-        f"{spin(fastest)} is above the whirl frequency {spin(lowest)} of the rig: the shaft has passed a "
-        "critical speed, and 1X is vibration and not runout; roll more slowly, or leave out 'slow_roll:'"
-    )
-    return [Finding("warning", "slow roll above a critical speed", f"run '{name}'", text)]
 
 
 def _p_value_of_parameters(joint):

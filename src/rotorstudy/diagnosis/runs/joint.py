@@ -20,7 +20,6 @@ import numpy as np
 
 from rotorstudy.diagnosis.runs.contradicting import (
     TOLD_APART,
-    check_slow_roll,
     contradictions,
     exceeds_noise,
     is_implausible,
@@ -37,6 +36,7 @@ from rotorstudy.inference.joint import JointFit, Run, fit_runs, independent_shar
 from rotorstudy.inference.prediction import whitened_prediction, with_model_error
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.conventions import Conventions, read_conventions
+from rotorstudy.measurement.corrections import check_slow_roll
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.spectrum import Spectrum
@@ -107,7 +107,7 @@ def identify_runs(runs_path: str | Path, rig: str | Path | RigFile) -> Identifie
         _check_distinct(item, spectrum, zip(items[:number], measured, strict=True))
         measured.append(spectrum)
         findings += [replace(one, where=f"run '{item.name}': {one.where}") for one in found]
-        findings += check_slow_roll(item.name, spectrum.speed, own_model) if item.slow_roll else []
+        findings += check_slow_roll(spectrum.speed, own_model, f"run '{item.name}'") if item.slow_roll else []
     check_names(settings, model, f"{rig.path}, diagnosis")
     conventions = read_conventions(rig.given, str(rig.path))
     return _updated(_Runs(items, measured, rig, model, settings, conventions), findings)
