@@ -17,6 +17,8 @@ def test_receptances_are_read_as_other_tables_are(tmp_path, end):
     path.write_text("\ufeff" + "\n".join([head, *(f"{row}{',' * (end == ',')}" for row in rows), end * (end != ",")]))
     _, found = receptances_in(path)
     assert found["4x", "4x"].tolist() == [1e-8 - 2e-9j, 3e-8 - 4e-9j]
+    path.write_text(RECEPTANCES.replace("-2e-9", "1e-10"))  # noise on little damping
+    assert len(receptances_in(path)[0]) == 2
 
 
 @pytest.mark.parametrize(
@@ -26,7 +28,10 @@ def test_receptances_are_read_as_other_tables_are(tmp_path, end):
         (("5,4x,4x,1e-8,", "5,4x,4x,"), "line 2: 4 cells"),
         (("1e-8", "x"), "line 2, column 'real': 'x' is not a number"),
         (("real", "Re"), "needs the columns frequency_Hz"),
-        (("6,4x", "5,4x"), "must increase"),
+        (("6,4x", "5,4x"), "must increase from above zero, and 5 Hz after 5 Hz"),
+        (("5,4x", "-5,4x"), "-5 Hz after 0 Hz"),
+        (("6,4x,4x,3e-8,-4e-9\n", ""), "fewer than two"),
+        (("8,-", "8,"), "the motion at 4x runs ahead of a force there at 100 % of the frequencies"),
     ],
 )
 def test_receptances_of_another_layout_are_refused(tmp_path, change, words):

@@ -1,13 +1,16 @@
 """Measured frequency responses of what bearings stand on: motion over force, as impact tests give them."""
 
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.uff import UFF_ORDERS, uff_sets
+from rotorstudy.units import percent
 
+AHEAD = 0.9  # share of the frequencies; of a foundation without damping, noise alone gives one half
 COLUMNS = ("frequency_Hz", "response", "force", "real", "imaginary")
 UFF_AXES, RESPONSE_FUNCTION = "xyz", 4  # codes of data set 58
 UFF_UNITS = {"abscissa": ("Hz",), "ordinate": ("m", "m/s", "m/s2"), "orddenom": ("n",)}  # that its labels may state
@@ -26,8 +29,10 @@ def _receptances(path, order, changed):
     """As `receptances_in`, of a file as it was changed last."""
     found = _of_uff(path) if path.suffix.lower() in (".uff", ".unv") else _of_csv(path, order)
     frequency = next(iter(found.values()), ((), (), 0))[0]
-    if len(frequency) < 2 or frequency[0] <= 0 or (np.diff(frequency) <= 0).any():
-        raise RotorstudyError(f"{path}: the frequencies must increase from above zero, two at least")
+    wrong = [f"{high:g} Hz after {low:g} Hz" for low, high in pairwise([0.0, *frequency]) if not high > low]
+    if len(frequency) < 2 or wrong:
+        said = wrong[0] if wrong else "fewer than two"
+        raise RotorstudyError(f"{path}: the frequencies must increase from above zero, and {said} is stated; sort them")
     for pair, (own, values, _) in found.items():
         if not len(own) == len(values) == len(frequency) or np.any(own != frequency) or not np.isfinite(values).all():
             raise RotorstudyError(
@@ -35,7 +40,15 @@ def _receptances(path, order, changed):
                 "frequencies than the first, or values that are no numbers; export all with the same frequencies"
             )
     omega = 2 * np.pi * frequency
-    return omega, {pair: values / (1j * omega) ** power for pair, (_, values, power) in found.items()}
+    receptances = {pair: values / (1j * omega) ** power for pair, (_, values, power) in found.items()}
+    for (response, force), values in receptances.items():
+        ahead = np.mean(values.imag > 0)
+        if response == force and ahead > AHEAD:
+            raise RotorstudyError(
+                f"{path}: the motion at {response} runs ahead of a force there at {percent(ahead)} of the frequencies, "
+                "which no foundation does; state its 'quantity:', or change the sign of the imaginary part"
+            )
+    return omega, receptances
 
 
 def _of_csv(path, order):
