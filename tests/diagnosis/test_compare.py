@@ -138,8 +138,15 @@ def test_states_that_cannot_be_compared():
 def test_a_speed_of_one_state_only_is_told():
     part = state(2).at_speeds([0, 1, 2])
     found = compare(state(1), part, build_model(RIG), settings=SETTINGS)
-    assert "speeds of one state" in [finding.name for finding in found.diagnosis.verdict.findings]
+    (told,) = [one for one in found.diagnosis.verdict.findings if one.name == "speeds of one state"]
+    assert told.severity == "note" and "3 others are" in told.text
     np.testing.assert_array_equal(found.difference.speed, SPEEDS[:3])
+
+
+def test_states_of_which_neither_is_compared_at_half_of_its_speeds_are_doubtful():
+    apart = state(2, speeds=SPEEDS * [1.0, 1.02, 1.02, 1.02])
+    verdict = compare(state(1), apart, build_model(RIG), settings=SETTINGS).diagnosis.verdict
+    assert "Check the records first: speeds of one state" in summary(verdict, of_change=True)
 
 
 def test_speeds_within_a_percent_are_those_of_the_other_state():

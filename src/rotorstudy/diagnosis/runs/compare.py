@@ -138,8 +138,9 @@ def _at_common_speeds(before, after):
     left = [*after.speed[~common], *(w for i, w in enumerate(before.speed) if i not in nearest[common])]
     notes = []
     if left:
-        text = f"{spins(left)} were measured in one state only and are not compared"
-        notes = [Finding("note", "speeds of one state", "both states", text)]
+        text = f"{spins(left)} were measured in one state only and are not compared; {common.sum()} others are"
+        severity = "note" if 2 * common.sum() >= min(len(before.speed), len(after.speed)) else "warning"
+        notes = [Finding(severity, "speeds of one state", "both states", text)]
     return before.at_speeds(nearest[common]), after.at_speeds(np.flatnonzero(common)), notes
 
 
