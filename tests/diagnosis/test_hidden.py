@@ -32,7 +32,7 @@ def settings(*effects):
 @pytest.fixture(scope="module")
 def rows():
     begun = begin(MODEL, records(MODEL, 1), settings(*FEARED))
-    return what_could_hide(begun)
+    return list(what_could_hide(begun))
 
 
 def test_every_feared_fault_has_a_size_or_a_measurement(rows):

@@ -9,11 +9,16 @@ from test_search import HARMONICS, JEFFCOTT, ONE, SPEEDS, hidden
 
 from rotorstudy import build_model
 from rotorstudy.commands.line import main
+from rotorstudy.commands.shared import conclude
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.search import begin, unsearched
 from rotorstudy.diagnosis.verdict.held_out import HeldOutMisfit
+from rotorstudy.diagnosis.verdict.hidden import with_hidden
 from rotorstudy.diagnosis.verdict.investigate import _best_sought, investigate
+from rotorstudy.diagnosis.verdict.result import Hidden
 from rotorstudy.diagnosis.verdict.sought import Sought, first_answer
+
+LIMIT = Hidden(effect="rub", where={"node": 1}, label="", parameter="rub_stiffness", size=1e6, unit="N/m", measure="")
 
 
 class Terminated(KeyboardInterrupt):
@@ -77,6 +82,25 @@ def test_the_status_of_a_stopped_diagnosis_is_that_of_an_interruption(spectrum, 
     monkeypatch.setattr(Search, "explain", interrupted)
     assert main(["diagnose", str(data), "--rig", str(rig), "--out", str(tmp_path / "out"), "--quiet"]) == 130
     assert "stopped before its end" in capsys.readouterr().out and (tmp_path / "out" / "verdict.json").exists()
+
+
+@pytest.mark.parametrize("signal", [KeyboardInterrupt, Terminated])
+def test_limits_that_are_stopped_leave_the_verdict_and_those_found(monkeypatch, signal):
+    def interrupted(search):
+        yield LIMIT
+        raise signal
+
+    clean = build_model(JEFFCOTT)
+    diagnosis = investigate(records(clean), clean, settings=ONE)
+    monkeypatch.setattr("rotorstudy.diagnosis.verdict.hidden.what_could_hide", interrupted)
+    if signal is Terminated:
+        with pytest.raises(Terminated):
+            with_hidden(diagnosis)
+        return
+    verdict = with_hidden(diagnosis).verdict
+    assert verdict.verdict == "nothing" and verdict.hidden == (LIMIT,) and "Rub is seen with 95 %" in verdict.summary
+    assert [finding.name for finding in verdict.findings] == ["limits stopped"]
+    assert conclude(verdict, "folder")[0] == 130
 
 
 @pytest.mark.usefixtures("unrendered", "unhidden")

@@ -77,7 +77,7 @@ def conclude(verdict, out):
     tell(verdict.findings)
     print(verdict.summary)
     print(f"wrote {Path(out) / 'index.html'}")
-    stopped = any(finding.name == "search stopped" for finding in verdict.findings)
+    stopped = any(finding.name in ("search stopped", "limits stopped") for finding in verdict.findings)
     return INTERRUPTED if stopped else 0, verdict.model_dump(mode="json")
 
 

@@ -7,6 +7,7 @@ what its odds need by `evidence.POWER`.
 """
 
 import logging
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache, partial
 from itertools import product
@@ -15,12 +16,14 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
+from rotorstudy.diagnosis.search.search import is_asked_to_stop
 from rotorstudy.diagnosis.verdict.evidence import POWER
 from rotorstudy.diagnosis.verdict.result import Hidden
 from rotorstudy.diagnosis.verdict.words import OF_DIAMETER, summary
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import carried_order, model_error_variance, predicted
+from rotorstudy.measurement.findings import Finding
 from rotorstudy.model.registry import registry, using
 from rotorstudy.response.harmonic import harmonic_response
 
@@ -34,19 +37,16 @@ NARROWED = 30.0  # by which the data narrow the range of a searched shape option
 UNITS = {"depth_ratio": OF_DIAMETER}
 
 
-def what_could_hide(work: Search) -> list[Hidden]:
+def what_could_hide(work: Search) -> Iterator[Hidden]:
     """The size of every feared fault that is seen with 95 % at its places, by a search that is over."""
     tried = {c.effect for c in work.candidates}
     base, spectrum = work.base, work.spectrum
     sound = spectrum.shown(predicted(base.model, spectrum, base.theta))
     cost = fit(base.model, spectrum.with_amplitude(sound), base.prior, start=base.theta).cost
     vibration = _vibration(work)
-    return [
-        row
-        for name, plugin in sorted(registry().plugins["effect"].items())
-        if plugin.feared and name in tried and name not in work.failures
-        for row in _of_fault(work, plugin, vibration, partial(_clearness, work, sound, cost))
-    ]
+    for name, plugin in sorted(registry().plugins["effect"].items()):
+        if plugin.feared and name in tried and name not in work.failures:
+            yield from _of_fault(work, plugin, vibration, partial(_clearness, work, sound, cost))
 
 
 def _vibration(work):
@@ -65,8 +65,17 @@ def with_hidden(diagnosis):
     if diagnosis.search.stopped:
         return diagnosis
     log.info("how large feared faults must be to be seen")
-    with using(registry()):
-        verdict = diagnosis.verdict.model_copy(update={"hidden": tuple(what_could_hide(diagnosis.search))})
+    rows, findings = [], diagnosis.verdict.findings
+    try:
+        with using(registry()):
+            for row in what_could_hide(diagnosis.search):
+                rows.append(row)
+    except KeyboardInterrupt as stop:
+        if not is_asked_to_stop(stop):
+            raise
+        text = "stopped before every feared fault had its limit: those without one may hide. Diagnose again for all"
+        findings = (*findings, Finding("note", "limits stopped", "diagnosis", text))
+    verdict = diagnosis.verdict.model_copy(update={"hidden": tuple(rows), "findings": findings})
     return replace(diagnosis, verdict=verdict.model_copy(update={"summary": summary(verdict)}))
 
 
