@@ -51,11 +51,27 @@ def test_gap_voltages_show_where_the_journal_runs(tmp_path):
     (moved,) = journals_moved(model, found, {1: (speed, place + 8e-6j)})
     assert same.name == "journal in place" and moved.name == "journal moved" and moved.where == "bearing 1"
     assert not list(journals_moved(model, found, {1: (speed * 1.1, place)}))  # at other speeds
+    (lost,) = journals_moved(model, found, {1: (speed, place + 3 * film.clearance)})
+    assert lost.name == "journal out of place" and lost.severity == "warning" and "'gap_at_rest_V'" in lost.text
 
 
 def test_gaps_in_another_unit_are_refused(tmp_path):
     (tmp_path / "t.csv").write_text("Speed (rpm),B1 X Gap (mil),B1 Y Gap (mil)\n1000,40,41\n")
     refused(lambda: gap_positions(tmp_path / "t.csv", read_conventions(RIG, "rig")), "is in 'mil'; gaps are read in V")
+
+
+def test_a_gap_at_rest_that_one_of_two_probes_lacks_is_asked_for(tmp_path):
+    """Without any the columns are not read."""
+    (tmp_path / "t.csv").write_text("Speed (rpm),B1 X Gap (V),B1 Y Gap (V)\n1000,-9,-9.1\n")
+    x, y, *others = RIG["measurement"]["probes"]
+    bare = [{key: value for key, value in one.items() if key != "gap_at_rest_V"} for one in (x, y)]
+
+    def read(*probes):
+        measurement = RIG["measurement"] | {"probes": [*probes, *others]}
+        return gap_positions(tmp_path / "t.csv", read_conventions(RIG | {"measurement": measurement}, "rig"))
+
+    refused(lambda: read(x, bare[1]), "column 'B1 Y Gap (V)': state 'gap_at_rest_V:' of this probe too")
+    assert read(*bare) == {} and set(read(x, y)) == {1}
 
 
 @pytest.mark.parametrize("share", [0.2, 0.45])

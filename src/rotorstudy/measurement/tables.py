@@ -244,6 +244,8 @@ def gap_positions(path, conventions: Conventions) -> dict[int, tuple[np.ndarray,
     turning = numbers_of(text, speed, path) * RAD_PER_S[unit.replace("rad_per_s", "rad/s")]
     for node in {p.node for p in probes}:
         own = [p for p in probes if p.node == node]
+        if left := [p.channel for p in conventions.probes if p.node == node and p.channel in columns and p not in own]:
+            raise RotorstudyError(f"{path}: column '{columns[left[0]]}': state 'gap_at_rest_V:' of this probe too")
         moved = [
             p.sign * (numbers_of(text, columns[p.channel], path) - p.gap_at_rest_V)
             / (p.sensitivity_V_per_m or USUAL_V_PER_M)

@@ -143,8 +143,8 @@ def _positions(analysis):
                       for z in (one.measured[i], expected))  # fmt: skip
         text = f"The journal at node {one.node} was measured at {seen} from gravity at {_speed(one.measured_speed[i])}"
         far = abs(one.measured[i] - expected) > FAR * one.clearance
-        hint = ": far off, so that load (alignment), clearance or oil are not as stated" if far else ""
-        found.append(f"{text}; its film of the rig runs at {film}{hint}.")
+        hint = one.doubt(i) or "far off, so that load (alignment), clearance or oil are not as stated"
+        found.append(f"{text}; its film of the rig runs at {film}{f': {hint}' if far else ''}.")
     return found
 
 

@@ -12,6 +12,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.units import number, spin
 
 SAME_SPEED = 0.01  # relative difference
+OUTSIDE = 2.0  # clearances from the middle, where no bearing is so worn that its journal runs there
 SAME_PLACE = 0.05  # of the clearance: gap voltages drift by that with temperature
 
 
@@ -24,6 +25,12 @@ class Centreline(NamedTuple):
     measured_speed: np.ndarray  # (row,), rad/s, empty if nothing was measured
     measured: np.ndarray  # (row,)
     expected: np.ndarray  # (row,) there, by the rig
+
+    def doubt(self, row):
+        """What to check if the journal was measured where it cannot be, else nothing."""
+        if abs(self.measured[row]) <= OUTSIDE * self.clearance:
+            return ""
+        return "outside the bearing: check 'gap_at_rest_V', 'sensitivity_V_per_m' and 'sign' of its probes"
 
 
 def centrelines(model: Model, speeds: np.ndarray, from_rest: dict) -> list[Centreline]:
@@ -55,9 +62,11 @@ def journals_moved(model: Model, before: dict, after: dict) -> Iterator[Finding]
         if abs(other.measured[k] - one.measured[i]) > SAME_PLACE * one.clearance:
             name = "journal moved"
             told = "load (alignment), clearance or oil of this bearing changed, whatever the vibration says"
+        if doubt := one.doubt(i) or other.doubt(k):
+            name, told = "journal out of place", doubt
         where = model.structure.label_at({"node": one.node}) or f"node {one.node}"
         at = f"its mean position at {spin(other.measured_speed[k])} was {' from gravity, and is '.join(places)}"
-        yield Finding("note", name, where, f"{at}: {told}")
+        yield Finding("warning" if doubt else "note", name, where, f"{at}: {told}")
 
 
 def _running(running, speed, options):
