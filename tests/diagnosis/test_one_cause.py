@@ -349,6 +349,20 @@ def test_a_law_near_that_of_the_library_is_allowed_for():
     assert low < TRUE["position_m"] < high
 
 
+@pytest.mark.usefixtures("few_places")
+def test_a_law_that_is_off_by_less_than_published_ones_is_taken_as_such():
+    """Negative control: without laws in between it is taken as one that may be off by as much as they are."""
+    law = {"any_law": True, "across_1": -0.06, "across_2": 0.075, "along_0": 0.07, "lagging_1": 0.05}
+    work, cause, fitted = as_usual(records(crack(**law)))
+    own, between, published = laws_of(work, cause)
+    every, middle, without, widest = (
+        over_forms(work, fitted, cause, some).cost
+        for some in ((own, between, published), (between,), (own, published), (published,))
+    )
+    assert widest + 2 < middle and every == pytest.approx(middle, abs=1)
+    assert without == pytest.approx(widest, abs=1)
+
+
 def test_an_open_crack_that_is_not_symmetric_may_face_beside_where_it_yields_most():
     """By 3 degrees here. Negative control: a law whose fronts are symmetric does not say so."""
     work, cause, fitted = as_usual(records(crack("none", any_law=True, skewed_0=0.04)), "none")

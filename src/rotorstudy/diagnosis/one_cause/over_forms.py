@@ -4,7 +4,8 @@ The depth of a crack, its position and the shape of its front trade off along a 
 a fit is only the tangent: near a bearing the moment grows in proportion to the distance, and the depth with a power of
 it. A crack on the other side of midspan may explain as much. So form and position are held at values over all their
 ranges, and the rest of the shape is fitted there with all amplitudes. So it is by the law of the library and by any
-near it, as far as the records tell them apart.
+near it, as far as the records tell them apart. How near is not known: a law taken as exact would place a crack of
+another one wrongly, and one that may be anything is too improbable beside it.
 """
 
 from collections.abc import Sequence
@@ -26,7 +27,7 @@ PLACES = 20  # of the position, evenly over the shaft
 ABOUT = 1.5 * np.arange(-4, 5)  # further positions about the one that was fitted, in its standard deviations
 FEWEST = 3  # likely values that a distribution needs
 FINE = 100  # of the weights between values held, and levels of a distribution
-OWN = 0.01  # error of the law of the library itself, over the spread of those near it
+SPREADS = (0.01, 0.3, 1.0)  # of laws of a cause, over that of published ones; the first is the law of the library
 LEVELS = 9  # of each normal distribution of a mixture
 INTERVAL = (0.025, 0.5, 0.975)
 
@@ -50,7 +51,7 @@ def in_form(work: Work, cause: Candidate, spread: float = 0.0) -> Candidate:
 def laws_of(work: Work, cause: Candidate) -> list[Candidate]:
     """A cause in the middle of its forms by its own law and, where it may have any near it, by these."""
     near = variants_of(registry().get("effect", cause.effect).any_form[2])
-    return [in_form(work, cause, one) for one in ((OWN, 1.0) if cause.variant in near else (0.0,))]
+    return [in_form(work, cause, one) for one in (SPREADS if cause.variant in near else (0.0,))]
 
 
 class OverForms(NamedTuple):
