@@ -14,6 +14,8 @@ from rotorstudy.diagnosis.verdict.wrong_convention import _accepted
 from rotorstudy.model.structure import Reading
 from rotorstudy.response.statics import static_deflection
 
+pytestmark = pytest.mark.usefixtures("begun_once")
+
 SPEEDS = np.array([60.0, 110.0, 180.0])
 HARMONICS = np.array([0, 1, -1, 2, -2])
 NOISE = 3e-8
@@ -96,7 +98,6 @@ def one_probe_at_45_degrees_halved(z):
     return (turned.real / 2 + 1j * turned.imag) * np.exp(0.25j * np.pi)
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_a_wrong_unit_beside_a_fault_is_told():
     """The fault would be found beside a gain error of the probes that no probe can have."""
     factor = 1 / 25.4
@@ -127,7 +128,6 @@ def refused(*begun):
     raise AssertionError("searched")
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_no_cause_is_searched_for_where_none_comes_near_a_convention(monkeypatch):
     monkeypatch.setattr("rotorstudy.diagnosis.verdict.sought.search", refused)
     verdict = investigate(read_wrongly(measured(), WRONG["turns in the other sense"]), MODEL, settings=QUICK).verdict
@@ -135,7 +135,6 @@ def test_no_cause_is_searched_for_where_none_comes_near_a_convention(monkeypatch
     assert verdict.candidates > 0 and verdict.detection_limit
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_causes_are_searched_for_where_one_is_the_same_change_of_the_records(monkeypatch):
     """Negative control: with one node a reversed probe is the other sense of rotation."""
     one_node = {**RIG, "sensors": [3]}

@@ -178,7 +178,7 @@ def findings_of(*given):
     return identified(*given).findings
 
 
-@pytest.mark.usefixtures("undrawn")
+@pytest.mark.usefixtures("begun_once")
 @pytest.mark.parametrize("scale", [{}, {"std_g_mm": 0.5}])
 def test_a_mass_on_the_wrong_side_of_the_disc_is_told(folder, found, scale):
     """With what the records show instead; as it was, nothing is told. A mass that was weighed may be wrong too."""
@@ -208,7 +208,7 @@ def test_parameters_that_run_away_are_fitted_again_and_named(folder, found, monk
     assert told.name == "far from the rig" and "eccentricity[disc" in told.text
 
 
-@pytest.mark.usefixtures("undrawn")
+@pytest.mark.usefixtures("begun_once")
 def test_a_rig_with_a_larger_error_than_stated_says_so_and_widens_the_intervals(folder, found, monkeypatch):
     """The modulus is 8 % too high and held. Negative controls: the rig without that error, and no larger one."""
     rig = yaml.safe_load(yaml.safe_dump(RIG))
@@ -258,7 +258,7 @@ def test_a_slow_roll_above_the_first_critical_speed_is_told(folder):
     assert [one.name for one in found] == [name] and "150 rad/s" in found[0].text
 
 
-@pytest.mark.usefixtures("undrawn")
+@pytest.mark.usefixtures("begun_once")
 def test_a_run_of_another_machine_is_told(folder):
     """A support half as stiff in one of three runs; two runs alone cannot tell which of them it is."""
     rig = yaml.safe_load(yaml.safe_dump(RIG))

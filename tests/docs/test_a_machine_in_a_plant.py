@@ -15,7 +15,7 @@ PAGE = (ROOT / "docs" / "a_machine_in_a_plant.md").read_text(encoding="utf-8")
 TRIED = ("bearing_change", "foundation_change", "unbalance")
 
 
-@pytest.mark.usefixtures("unrendered", "unhidden")
+@pytest.mark.usefixtures("unrendered", "unhidden", "few_speeds")
 def test_the_page_finds_the_worn_bearing(tmp_path, monkeypatch):
     """With two effects instead of all, to save time; the page was written with all."""
 

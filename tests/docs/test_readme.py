@@ -65,7 +65,7 @@ def test_the_python_example_runs_and_draws(tmp_path):
     assert (tmp_path / "full_spectrum.png").stat().st_size > 5000
 
 
-@pytest.mark.usefixtures("unrendered")  # the pictures of these commands are drawn in tests of each
+@pytest.mark.usefixtures("unrendered", "few_speeds")  # pictures and curves of these commands have tests of their own
 def test_the_shell_examples_run(tmp_path, monkeypatch):
     """In this process: as commands of their own, each would spend more than a second on imports."""
     monkeypatch.chdir(tmp_path)

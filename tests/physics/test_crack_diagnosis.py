@@ -11,7 +11,7 @@ from test_cracked_rotor import BETWEEN, LOSS, ORDERS, finite_elements, jeffcott,
 from rotorstudy import measured_response
 from rotorstudy.diagnosis.verdict.investigate import investigate
 
-pytestmark = pytest.mark.usefixtures("right_conventions")
+pytestmark = pytest.mark.usefixtures("right_conventions", "begun_once")
 
 NOISE = 4e-3  # of the rms vibration at 1X
 SPEEDS = np.array([90.0, 140.0, 180.0, 230.0, 280.0, 350.0, 420.0])

@@ -165,6 +165,7 @@ def test_velocities_and_accelerations_of_casings_are_read_as_displacements(in_fi
     assert spectrum.covariance[0, 1:, 4, 4].min() > 1e-9 > spectrum.covariance[0, 0, 4, 4]  # of the mean
 
 
+@pytest.mark.usefixtures("few_speeds")
 def test_a_measured_foundation_moves_as_the_block_that_it_was_measured_on(compressor, tmp_path):
     """Receptances of the block, by its equations written out: motion at the feet over force there."""
     machine, rig = compressor

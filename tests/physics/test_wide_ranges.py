@@ -26,7 +26,7 @@ def changed(section, **numbers):
     return RIG | {section: [RIG[section][0] | numbers, *RIG[section][1:]]}
 
 
-@pytest.mark.usefixtures("undrawn")
+@pytest.mark.usefixtures("begun_once")
 @pytest.mark.parametrize(
     ("true", "words"),
     [

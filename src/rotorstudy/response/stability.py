@@ -13,6 +13,7 @@ from rotorstudy.units import spin
 ROUND_OFF = 1e-12  # of the largest eigenvalue: real part of an undamped mode due to round-off
 RELATIVE_STEP = 1e-4  # of amplitudes, in the central difference of an eigenvalue
 NUMBERS_AT_ONCE = 2e6  # complex numbers in the state matrices of the speeds taken together, 32 MB
+SEARCHED = 400  # speeds of the search for a threshold
 SLOWEST_GROWTH = 1e-6  # per revolution; slower growth is round-off of an undamped mode
 
 
@@ -134,7 +135,7 @@ def stability_threshold(
     lowest = 1e-6 * up_to if lowest is None else lowest
     if not 0 < lowest < up_to:
         raise RotorstudyError(f"stability search from {lowest:g} to {up_to:g} rad/s: give 0 < lowest < up_to")
-    speeds = np.geomspace(lowest, up_to, 400)
+    speeds = np.geomspace(lowest, up_to, SEARCHED)
     unstable = growth_rate(model, speeds, theta) > 0
     if not unstable.any():
         return None
