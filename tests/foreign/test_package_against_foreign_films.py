@@ -182,15 +182,29 @@ def on_true_films(speeds, harmonics, heavier, preload=0.0, twice=0.0, films=FILM
     return motion_on(films, speeds, harmonics, heavier, add)
 
 
+@pytest.fixture(scope="module")
+def aside():
+    """A constant force up and aside, by more than half of the weight, at two speeds."""
+    return on_true_films(SPEEDS[[0, 4]], np.array([1, -1]), 0.3, 400.0 * np.exp(1.9j))
+
+
+@pytest.fixture(scope="module")
+def far_aside():
+    """A constant force up and aside, by more than the weight: the force and what the sensors show."""
+    force, speeds = 500.0 * np.exp(2.5j), SPEEDS[::2]
+    return force, readings(
+        on_true_films(speeds, HARMONICS, 0.3, force), speeds, HARMONICS, [n + 1 for n in NODES], 1e-8
+    )
+
+
 @pytest.mark.parametrize("effect", [
     {"kind": "static_preload", "node": 4, "static_preload_N": 400.0, "static_preload_phase_rad": 1.9},
     {"kind": "parallel_misalignment", "node": 4, "harmonics": [0],
      "misalignment_force_0X_N": 400.0, "misalignment_force_0X_phase_rad": 1.9},
 ])  # fmt: skip
-def test_a_constant_force_changes_the_load_of_the_films_and_with_it_their_coefficients(effect):
-    """In size and direction: up and aside, by more than half of the weight, it turns the load by 35 degrees."""
-    speeds, harmonics, small = SPEEDS[[0, 4]], np.array([1, -1]), 0.3
-    true, files = on_true_films(speeds, harmonics, small, 400.0 * np.exp(1.9j)), rig(small, loads=False)
+def test_a_constant_force_changes_the_load_of_the_films_and_with_it_their_coefficients(effect, aside):
+    """In size and direction, by 35 degrees."""
+    speeds, harmonics, true, files = SPEEDS[[0, 4]], np.array([1, -1]), aside, rig(0.3, loads=False)
     model = build_model(files | {"effects": [*files["effects"], effect]})
     found = measured_response_and_jacobian(model, speeds, harmonics)
     size = np.abs(true).max()
@@ -205,11 +219,10 @@ def test_a_constant_force_changes_the_load_of_the_films_and_with_it_their_coeffi
         assert np.abs(found.jacobian[..., p] - slope).max() < 1e-5 * np.abs(slope).max()
 
 
-def test_the_place_of_a_force_that_changes_films_by_much_is_told_by_steps_of_a_fit(monkeypatch):
-    """Up and aside, by more than the weight; what the rig with linear films promises is most at another node."""
-    force, files = 500.0 * np.exp(2.5j), rig(0.3, loads=False)
-    shown = on_true_films(SPEEDS, np.array([1, -1]), 0.3, force)
-    record = readings(shown, SPEEDS, np.array([1, -1]), [node + 1 for node in NODES], 1e-8)
+def test_the_place_of_a_force_that_changes_films_by_much_is_told_by_steps_of_a_fit(far_aside, monkeypatch):
+    """What the rig with linear films promises is most at another node."""
+    (force, record), files = far_aside, rig(0.3, loads=False)
+    record = record.at_harmonics([1, -1])
     settings = Settings(leave_out=all_but("static_preload"), uncertainty=KNOWN, nuisance={})
     work = begin(build_model(files), record, settings)
 
@@ -226,11 +239,9 @@ def test_the_place_of_a_force_that_changes_films_by_much_is_told_by_steps_of_a_f
     assert most_promising().causes[0].where != {"node": 4}
 
 
-def test_the_place_of_a_coupling_that_loads_films_is_told_by_steps_of_a_fit():
+def test_the_place_of_a_coupling_that_loads_films_is_told_by_steps_of_a_fit(far_aside):
     """A misalignment at rest, of more than the weight, with amplitudes of all other harmonics and a stiffness."""
-    force, files = 500.0 * np.exp(2.5j), rig(0.3, loads=False)
-    shown = on_true_films(SPEEDS, HARMONICS, 0.3, force)
-    record = readings(shown, SPEEDS, HARMONICS, [node + 1 for node in NODES], 1e-8)
+    (force, record), files = far_aside, rig(0.3, loads=False)
     settings = Settings(leave_out=all_but("parallel_misalignment"), uncertainty=KNOWN, nuisance={})
     work = begin(build_model(files), record, settings)
 
