@@ -43,7 +43,7 @@ def test_every_feared_fault_has_a_size_or_a_measurement(rows):
     assert set(depth) == {1, 2, 3, 4} and depth[2] < depth[1]  # the bending moment is larger between the discs
 
 
-@pytest.mark.usefixtures("usual_form")
+@pytest.mark.usefixtures("usual_form", "few_shapes")
 @pytest.mark.parametrize(
     "effect",
     ["angular_misalignment", "looseness", "parallel_misalignment", "rub", "support_clearance", "transverse_crack"],

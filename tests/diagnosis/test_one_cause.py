@@ -43,6 +43,14 @@ def few_starts(monkeypatch):
     monkeypatch.setattr(identify, "STARTS", 1)
 
 
+@pytest.fixture
+def few_places(monkeypatch):
+    """Intervals from fewer places and forms, where others hold the same from all of them."""
+    few = {"FORMS": (0.5, 0.0, 1.0), "PLACES": 8, "ABOUT": 2.0 * np.arange(-2, 3), "CLOSER": 1}
+    for name, value in few.items():
+        monkeypatch.setattr(over_forms_module, name, value)
+
+
 def rig(*effects, eccentricity=3e-5, sensors=(2, 4)):
     rotor, bearings = shaft(0.6, 4, disc(3, 3.0, 4e-3, 2e-3)), springs((1, 5), 2e6, 400.0)
     return rig_of(rotor, bearings, unbalance(3, eccentricity, 0.4, mass_kg=3.0), *effects, sensors=[*sensors])
@@ -132,6 +140,7 @@ def at_the_truth(spectrum, form, breathing="gradual", model=None, shape=TRUE, **
     return identified(work, fitted, [fitted])
 
 
+@pytest.mark.usefixtures("few_places")
 def test_a_curved_front_is_found_with_its_depth():
     """A front taken as straight has the flexibility of a shallower crack, far outside of its interval."""
     spectrum = records(crack(front_aspect_ratio=0.7))
@@ -149,6 +158,7 @@ def test_a_curved_front_is_found_with_its_depth():
     assert TRUE["depth_ratio"] - straight.shape["depth_ratio"] > 10 * straight.shape_std["depth_ratio"]
 
 
+@pytest.mark.usefixtures("few_places")
 def test_a_residual_stress_is_found_with_the_depth():
     """It closes the crack by 0.2 N m of 4.4 N m by the weight; a crack without it does not explain the records."""
     spectrum = records(crack(closing_moment_N_m=0.2))
@@ -242,14 +252,6 @@ def test_a_flexibility_far_from_that_of_the_depth_is_told(factor, away):
     )
 
 
-@pytest.fixture
-def few_places(monkeypatch):
-    """Intervals from fewer places and forms, for what is no claim about their ends."""
-    few = {"FORMS": (0.5, 0.0, 1.0), "PLACES": 8, "ABOUT": 2.0 * np.arange(-2, 3), "CLOSER": 1}
-    for name, value in few.items():
-        monkeypatch.setattr(over_forms_module, name, value)
-
-
 STRIPS = registry().get("depth", "strip_integration")
 ELASTICITY = registry().get("depth", "elasticity")
 
@@ -277,7 +279,7 @@ def test_the_depth_holds_where_strips_read_it_too_shallow(compliances, depth, wa
     At 1 % noise and five speeds. Negative control: by strips with a straight front no interval holds the depth.
     """
     law = "elasticity"
-    if warned:  # no claim about the interval
+    if compliances:
         request.getfixturevalue("few_places")
     if compliances:
         one = replace(STRIPS, name="law", function=compliances, partly_open=partial(closing_as_strips, compliances))
@@ -329,7 +331,7 @@ def test_the_interval_of_the_depth_holds_whatever_the_front(curved):
     assert f"(95 %: {1e3 * ends[0]:.2f} to {1e3 * ends[1]:.2f} mm)" in sizes(cause)["depth"]
 
 
-@pytest.mark.usefixtures("few_shapes")
+@pytest.mark.usefixtures("few_places", "few_shapes")
 def test_a_crack_with_the_flexibilities_of_no_front_is_told():
     """By strips it yields along its front twice as much as by elasticity, which its interval allows for."""
     cause, (warning,) = named(depth_ratio=0.3, flexibility="strip_integration")
