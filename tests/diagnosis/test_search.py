@@ -9,6 +9,7 @@ from machines import SLOW, all_but, disc, film, jeffcott_rig, rig_of, shaft, spe
 
 from rotorstudy import build_model, make_term, registry
 from rotorstudy.diagnosis.search import moves
+from rotorstudy.diagnosis.search import search as search_module
 from rotorstudy.diagnosis.search.candidates import candidate, candidates, with_shape
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form_fit import _Parameters
@@ -56,6 +57,21 @@ def with_3x(model, size):
     """Records of 20 um more unbalance, with some 3X (m) that no one cause explains together with it."""
     more = hidden(model, "unbalance", eccentricity_m=2e-5)
     return measured(model, more, hidden(model, "runout", node=1, harmonic=3, runout_3X_m=size), noise=2e-8)
+
+
+@pytest.mark.parametrize("fault", [None, {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 2e4}])
+def test_a_search_begins_again_where_its_rig_explains_more_from_other_values(monkeypatch, fault):
+    """One that ended far from the best; with a fault beside the best one it does not."""
+    model = build_model(JEFFCOTT)
+    data = with_model_error(measured(model, *([hidden(model, **fault)] if fault else [])), ONE)
+    best = begin(model, data, ONE).base
+    far = fit(best.model, data, best.prior, steps=0, start=best.theta * (1 if fault else 1.1))
+    assert fault or far.cost > best.cost + 100
+    again = []
+    monkeypatch.setattr(search_module, "begin", lambda *given: again.append(given) or begin(*given))
+    found = search(begin(model, data, ONE, far))
+    assert bool(again) == (not fault) and np.isclose(found.base.cost, best.cost, rtol=1e-2)
+    assert bool(found.best.causes) == bool(fault)
 
 
 @pytest.mark.parametrize(("size", "is_rejected"), [(0.0, False), (7e-7, True)])

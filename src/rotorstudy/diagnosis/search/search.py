@@ -14,7 +14,7 @@ from itertools import chain, zip_longest
 import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import candidates, with_shape, with_vibration
-from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.search.form_fit import SETTLED, WITHIN
 from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.free_forces import with_vibrations
@@ -36,7 +36,7 @@ from rotorstudy.diagnosis.search.run_to_run import of_change
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
-from rotorstudy.inference.fit import fit
+from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prior import Prior, prior_of, with_usual
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -74,17 +74,18 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
     return (whole, prior) if model.before is None else of_change(whole, prior, settings)
 
 
-def begin(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
+def begin(model: Model, spectrum: Spectrum, settings: Settings, base: Fit | None = None) -> Search:
     """The fit without causes, and the candidates of a search.
 
     model    : with a value for every amplitude
     spectrum : its covariance with the model error
+    base     : the fit without causes, if it is known
     returns  : Search in which nothing was searched yet
     raises   : RotorstudyError if the base model cannot be fitted
     """
     model = with_vibration(model, spectrum) if model.before is None else model
     whole, prior = base_model(model, settings)
-    base = fit(whole, spectrum, prior, from_afar=model.before is None)  # of a change that was done before
+    base = base or fit(whole, spectrum, prior, from_afar=model.before is None)  # of a change that was done before
     model = with_vibrations(model, base, spectrum)
     every, failures = candidates(model, settings)
     work = Search(
@@ -136,6 +137,9 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
             before = max(map(odds_of, work.explanations))
             _fit_best(work, [group for n, one in enumerate(current) for group in _moves(work, one, not n)], possible)
             has_gained = max(map(odds_of, work.explanations)) > before + SETTLED
+            if len(tried) == 1 and (nearer := _nearer_without_causes(work)):
+                log.info("the rig alone explains more from other values: searching again")
+                return search(begin(begun.rig, begun.spectrum, begun.settings, nearer), known)
             if len(tried) == 1 and work.is_rejected:  # before two causes are tried
                 _fit_best(work, [loading_films(work)], possible)
     except KeyboardInterrupt as stop:
@@ -148,6 +152,20 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
         work.explain(work.best.causes, work.best.fit.values)  # with the steps that its first fit did not have
         _drop_impossible(work, possible)
     return work
+
+
+def _nearer_without_causes(work):
+    """A better Fit without causes, from the rig of the best explanation, if the one of the search was far; else None.
+
+    Such a fit ended at a minimum of its own, and almost any cause explains what it leaves.
+    """
+    best = max(work.explanations, key=odds_of)
+    start = np.array([best.fit.values.get(name, value) for name, value in work.base.values.items()])
+    try:
+        found = fit(work.base.model, work.spectrum, work.prior, start=start)
+    except NoSteadyState:
+        return None
+    return found if found.cost < work.base.cost - 2 * LEAST_LOG_ODDS else None
 
 
 def without_impossible(work: Search) -> Search:
