@@ -1,9 +1,9 @@
 """What is found in the records of machines in a plant: python benchmarks/plant_study.py FOLDER [CASE ...] [--draw N]
 
 CASE is a machine (all its states) or machine/state of `plant.py`. The sound machine is diagnosed with the rig from
-drawings, which updates the rig, and the state is compared with it. With --limits the fault is diagnosed, by the rig
-from drawings, at twice the size that the verdict on the sound machine states as seen. A row for each goes to
-FOLDER/study.csv; what is there already is not repeated, and motions are kept.
+drawings, which updates the rig, and the state is compared with it. With --limits each fault has twice the size that is
+stated as seen: by the diagnosis of the sound machine, and by its comparison with other records of itself. A row for
+each goes to FOLDER/study.csv; what is there already is not repeated, and motions are kept.
 """
 
 import argparse
@@ -90,9 +90,19 @@ def records(asked, name, state, size, again=0):
     return record, rig, RigFile(rig, read_yaml(rig)).given["diagnosis"]
 
 
-def sound(asked, name):
-    """What the sound machine left in a folder when it was diagnosed: its updated rig, and its limits."""
-    return asked.folder / f"{name}_{asked.draw}" / "sound.json"
+def sound(asked, name, way):
+    """File of what the sound machine left when it was diagnosed or compared: its updated rig, and its limits."""
+    return asked.folder / f"{name}_{asked.draw}" / f"sound_{way.__name__}.json"
+
+
+def with_limits(found, rig, case, asked, way):
+    """A Diagnosis by a rig file; of a sound machine with its limits, which go to a file."""
+    name, state, _ = case
+    if state == "healthy":
+        found = with_hidden(found)
+        hidden = [[one.effect, one.where, one.size] for one in found.verdict.hidden]
+        sound(asked, name, way).write_text(json.dumps({"rig": extended_rig(rig, found), "hidden": hidden}))
+    return found
 
 
 def diagnosed(case, asked):
@@ -100,12 +110,8 @@ def diagnosed(case, asked):
     name, state, _ = case
     record, rig, settings = records(asked, *case)
     spectrum, model, _ = measured_spectrum([record], rig)
-    whole = with_hidden if state == "healthy" else lambda found: found
-    found, seconds = clocked(lambda: whole(investigate(spectrum, model, settings=settings)))
-    if state == "healthy":
-        hidden = [[one.effect, one.where, one.size] for one in found.verdict.hidden]
-        text = json.dumps({"rig": extended_rig(read_yaml(rig), found), "hidden": hidden})
-        sound(asked, name).write_text(text)
+    investigated = partial(investigate, spectrum, model, settings=settings)
+    found, seconds = clocked(lambda: with_limits(investigated(), read_yaml(rig), case, asked, diagnosed))
     return judged(PLANTS[name](), state, found) | seconds
 
 
@@ -113,19 +119,20 @@ def compared(case, asked):
     """Row of the comparison of a state with the sound machine, by the rig that this one updated."""
     name, state, size = case
     record, rig, settings = records(asked, name, "healthy", 0.0)
-    updated = RigFile(rig, json.loads(sound(asked, name).read_text())["rig"])
+    updated = RigFile(rig, json.loads(sound(asked, name, diagnosed).read_text())["rig"])
     before, model, _ = measured_spectrum([record], updated)
     after, model, _ = measured_spectrum([records(asked, name, state, size, 1)[0]], updated)
-    one, seconds = clocked(compare, before, after, model, settings=settings)
-    return judged(PLANTS[name](), state, one.diagnosis) | seconds
+    change = partial(compare, before, after, model, settings=settings)
+    found, seconds = clocked(lambda: with_limits(change().diagnosis, updated.given, case, asked, compared))
+    return judged(PLANTS[name](), state, found) | seconds
 
 
-def at_twice_its_limit(name, state, asked):
+def at_twice_its_limit(name, state, asked, way):
     """Twice the size from which a fault is seen, nan where it is not, or cannot be that large.
 
     Where several places are right, the one at which it is seen worst counts.
     """
-    plant, hidden = PLANTS[name](), json.loads(sound(asked, name).read_text())["hidden"]
+    plant, hidden = PLANTS[name](), json.loads(sound(asked, name, way).read_text())["hidden"]
     limits = [s for effect, where, s in hidden if s and is_there(effect, where, plant, state)]
     # of 2X a limit is of the forward part, half of the force; of a foot in N/m, of which a state is a share
     unit = {"hub_2X": 2.0, "looseness": 1 / plant.blocks[0].stiffness[0]}.get(state, 1.0)
@@ -162,7 +169,9 @@ def main():
         rows(diagnosed, [(name, "healthy", 0.0)])
         states = [state] if state else LIMITED if asked.limits else STATES
         if asked.limits:
-            rows(diagnosed, [(name, one, at_twice_its_limit(name, one, asked)) for one in states])
+            rows(compared, [(name, "healthy", 0.0)])
+            for way in (diagnosed, compared):
+                rows(way, [(name, one, at_twice_its_limit(name, one, asked, way)) for one in states])
         else:
             rows(compared, [(name, one, STATES[one][0]) for one in states])
 
