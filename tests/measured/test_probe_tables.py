@@ -111,6 +111,7 @@ def test_the_covariance_is_that_of_the_digits(tmp_path):
         ((), {"harmonics": [1, -1, 2, -2]}, ["harmonics", "2", "tables of probes have [1]"]),
         ((), {"probes": {}}, ["no probes", "list them"]),
         (("phase_deg", "phase_rad"), {}, ["'phase_rad' has", "more than two turns", "'phase_deg'"]),
+        (("\n", "\n-"), {}, ["line 2: the speed -", " rpm", "is not positive; correct it"]),
         (("left,", "left,-"), {}, ["line 2: the amplitude is negative; leave the cell empty"]),
     ],
 )

@@ -12,7 +12,7 @@ from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT, left_out
 from rotorstudy.measurement.tables import QUANTITY, VELOCITIES, harmonics_in
 from rotorstudy.measurement.text_table import MISSING, numbers_of, whole_numbers
-from rotorstudy.units import DERIVATIVES, LISTED, METRES, RAD_PER_S
+from rotorstudy.units import DERIVATIVES, LISTED, METRES, RAD_PER_S, spin
 
 PEAK = {"peak": 1.0, "peak_to_peak": 0.5, "rms": np.sqrt(2)}  # factor to the peak
 SPEEDS = {"speed_rad_per_s": "rad/s", "speed_Hz": "Hz", "speed_rpm": "rpm"}
@@ -279,8 +279,9 @@ def _dead(rows):
 
 
 def _check_rows(speed, harmonic, lines, where):
-    if (speed <= 0).any():
-        raise RotorstudyError(f"{where}, line {lines[speed <= 0][0]}: a speed is not positive")
+    if (wrong := speed <= 0).any():
+        said = f"line {lines[wrong][0]}: the speed {spin(speed[wrong].iloc[0])} is not positive"
+        raise RotorstudyError(f"{where}, {said}; correct it, or leave the line out")
     if (harmonic < 1).any():
         raise RotorstudyError(
             f"{where}, line {lines[harmonic < 1][0]}: harmonic {int(harmonic.min())}; a probe's signal is real, and "
