@@ -285,6 +285,7 @@ def test_a_rotor_on_a_soft_foundation_has_its_frequencies():
         (riding("DE"), "must be a bearing on the foundation"),
         (on_casing(node=3), "no node of the rotor"),
         (on_casing(bearing="XX"), "by its label or node"),
+        (on_casing(relative_to="DE"), "not both"),
         ({"foundation": [{"kind": "foundation_block", "node": 1, "second_node": 1}]}, "another bearing"),
     ],
 )

@@ -1,6 +1,7 @@
 """The facts stated by each plugin, as tables made from the registry alone."""
 
 import inspect
+from contextlib import suppress
 from dataclasses import fields
 from itertools import product
 from typing import get_args
@@ -8,6 +9,7 @@ from typing import get_args
 from typing_extensions import is_typeddict
 
 from rotorstudy.authoring.invariants.bench import bench_of, bench_structure, typical_term
+from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.kinds import KINDS
 from rotorstudy.model.options import annotations, choices, option_names
 from rotorstudy.model.registry import registry
@@ -75,7 +77,10 @@ def _parameters(kind, plugin):
     else:
         known = choices(plugin.function)
         options = (plugin.example | dict(zip(known, chosen, strict=True)) for chosen in product(*known.values()))
-        parameters = [p for chosen in options for p in plugin.function(bench_structure(), **chosen)]
+        parameters = []
+        for chosen in options:
+            with suppress(RotorstudyError):  # a choice that the file of the example excludes
+                parameters += plugin.function(bench_structure(), **chosen)
     found = {}
     for p in parameters:
         more = " and a phase" if p.is_complex else "" if p.default is None else f", by default {p.default:g}"

@@ -234,6 +234,8 @@ def _carried(key, rig, structure, sensors, where):
     called |= {node: node for node in structure.bearing_nodes} | {f"bearing {name}": at for name, at in called.items()}
     for i, probe in enumerate(probes):
         place, to = f"{where}, measurement.probes[{i}]", probe.get(key)
+        if probe.get("on") is not None and probe.get("relative_to") is not None:
+            raise RotorstudyError(f"{place}: give 'on:' (a casing) or 'relative_to:' (the shaft against one), not both")
         for node in [probe["node"]] if probe.get("node") is not None else sensors:
             housing = {**called, "bearing": node}.get(to) if to is not None else None
             if to is not None and housing not in structure.housings:
