@@ -28,9 +28,9 @@ def test_receptances_are_read_as_other_tables_are(tmp_path, end):
         (("5,4x,4x,1e-8,", "5,4x,4x,"), "line 2: 4 cells"),
         (("1e-8", "x"), "line 2, column 'real': 'x' is not a number"),
         (("real", "Re"), "needs the columns frequency_Hz"),
-        (("6,4x", "5,4x"), "must increase from above zero, and 5 Hz after 5 Hz"),
+        (("6,4x", "5,4x"), "must increase from above zero, but 5 Hz after 5 Hz"),
         (("5,4x", "-5,4x"), "-5 Hz after 0 Hz"),
-        (("6,4x,4x,3e-8,-4e-9\n", ""), "fewer than two"),
+        (("6,4x,4x,3e-8,-4e-9\n", ""), "give two or more"),
         (("8,-", "8,"), "the motion at 4x runs ahead of a force there at 100 % of the frequencies"),
     ],
 )

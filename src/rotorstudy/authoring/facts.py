@@ -77,9 +77,9 @@ def _parameters(kind, plugin):
     else:
         known = choices(plugin.function)
         options = (plugin.example | dict(zip(known, chosen, strict=True)) for chosen in product(*known.values()))
-        parameters = []
+        parameters = [*plugin.function(bench_structure(), **plugin.example)]
         for chosen in options:
-            with suppress(RotorstudyError):  # a choice that the file of the example excludes
+            with suppress(RotorstudyError):  # another choice, which the file of the example excludes
                 parameters += plugin.function(bench_structure(), **chosen)
     found = {}
     for p in parameters:

@@ -30,9 +30,10 @@ def _receptances(path, order, changed):
     found = _of_uff(path) if path.suffix.lower() in (".uff", ".unv") else _of_csv(path, order)
     frequency = next(iter(found.values()), ((), (), 0))[0]
     wrong = [f"{high:g} Hz after {low:g} Hz" for low, high in pairwise([0.0, *frequency]) if not high > low]
-    if len(frequency) < 2 or wrong:
-        said = wrong[0] if wrong else "fewer than two"
-        raise RotorstudyError(f"{path}: the frequencies must increase from above zero, and {said} is stated; sort them")
+    if wrong:
+        raise RotorstudyError(f"{path}: the frequencies must increase from above zero, but {wrong[0]} is stated")
+    if len(frequency) < 2:
+        raise RotorstudyError(f"{path}: one frequency tells no mass from a stiffness; give two or more")
     for pair, (own, values, _) in found.items():
         if not len(own) == len(values) == len(frequency) or np.any(own != frequency) or not np.isfinite(values).all():
             raise RotorstudyError(

@@ -13,6 +13,7 @@ CREEPING = 0.1  # imaginary part over modulus: below it a motion creeps back ins
 JUMP = 1e-6  # of the highest speed: what an eigenvalue misses the line by where it jumps across it
 OVERDAMPED = 1e-6  # imaginary part over modulus of an eigenvalue; a smaller one is round-off of a motion without whirl
 HALF_POWER = np.sqrt(0.5)
+SAME = 1e-6  # relative difference of whirl frequencies that are equal
 RESONANT = 0.5  # damping ratio up to which a critical speed shows as a resonance
 UNCRITICAL = 2.5  # amplification factor below which a resonance is critically damped and needs no margin
 
@@ -169,15 +170,27 @@ def critical_speeds(model, up_to, orders=(1,), theta=None, speeds=None):
     return [meeting(order) for order in orders]
 
 
+class Critical(NamedTuple):
+    """A critical speed, rad/s; direction : 1 forward circles, 0 straight lines, -1 backward circles"""
+
+    speed: float
+    damping_ratio: float
+    direction: float
+
+
+def critical_at(still, speed):
+    """The Critical at a critical speed, rad/s, of a time-invariant model."""
+    modes = damped_modes(still, [speed], 2 * len(still.structure.dofs))
+    near = np.abs(modes.frequency[0] - speed) < np.nanmin(np.abs(modes.frequency[0] - speed)) + SAME * speed
+    nearest = int(np.argmax(np.where(near, modes.direction[0], -np.inf)))  # unbalance drives a forward whirl
+    return Critical(float(speed), float(modes.damping_ratio[0, nearest]), float(modes.direction[0, nearest]))
+
+
 def first_resonance(model, up_to):
-    """The lowest critical speed below another one, rad/s, that shows as a resonance; None without."""
+    """The lowest critical speed up to another speed, rad/s, that shows as a resonance; None without one."""
     still, speeds = time_invariant(model), np.linspace(0.02 * up_to, up_to, 100)
-    for critical in critical_speeds(still, up_to, speeds=speeds)[0]:
-        values = eigenvalues(still, [critical], shapes=few_shapes(still))[0]
-        mode = values[np.abs(values - 1j * critical).argmin()]
-        if -mode.real <= RESONANT * abs(mode):
-            return float(critical)
-    return None
+    criticals = (critical_at(still, one) for one in critical_speeds(still, up_to, speeds=speeds)[0])
+    return next((one.speed for one in criticals if one.damping_ratio <= RESONANT), None)
 
 
 def _followed(before, after):

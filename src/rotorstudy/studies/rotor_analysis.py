@@ -25,18 +25,9 @@ SPEEDS = 150  # of the Campbell diagram
 MODES = 8  # shown, the lowest
 NATURAL_FREQUENCIES = 3.5  # default highest speed, relative to the lowest natural frequency
 LOWEST_SHARE = 0.02  # of the highest speed: default lowest speed
-SAME = 1e-6  # relative difference of whirl frequencies that are equal
 OSCILLATING = 0.3  # imaginary part over modulus of an eigenvalue whose motion swings through; slower ones creep back
 DENSER = 20  # speeds of the response over those of the whirl, where forces without it shift and damp the resonances
 UNHELD = 1e-6  # of the lowest natural frequency: eigenvalue of a motion that nothing holds
-
-
-class Critical(NamedTuple):
-    """A critical speed, rad/s; direction : 1 forward circles, 0 straight lines, -1 backward circles"""
-
-    speed: float
-    damping_ratio: float
-    direction: float
 
 
 class ProbePeak(NamedTuple):
@@ -51,7 +42,7 @@ class RotorAnalysis(NamedTuple):
     """Results of `analyse_rotor`."""
 
     data: object  # xarray.Dataset of whirl, response and growth rate over speed, and of the static deflection
-    criticals: list  # list of Critical
+    criticals: list  # list of whirl.Critical
     peaks: list  # list of ProbePeak, the resonances; with forces that whirl leaves out, every maximum of the response
     loads: list  # list of Load, static, of the bearings
     weight: float  # of the rotor, N
@@ -90,7 +81,7 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None, covered=0.0):
         raise RotorstudyError(f"speeds from {lowest:g} to {highest:g} rad/s: give 0 < lowest < highest")
     speeds = check_speed(np.linspace(lowest, highest, SPEEDS))
     log.info("whirl at %d speeds up to %.0f rad/s", len(speeds), highest)
-    criticals = [_critical(still, w) for w in whirl.critical_speeds(still, highest, speeds=speeds)[0]]
+    criticals = [whirl.critical_at(still, w) for w in whirl.critical_speeds(still, highest, speeds=speeds)[0]]
     unbalanced, unbalance = with_unbalance(steady, highest)
     fine = finer_speeds(np.linspace(lowest, highest, DENSER * SPEEDS) if timeless else speeds, criticals)
     log.info("unbalance response at %d speeds", len(fine))
@@ -134,13 +125,6 @@ def _check_held(still, speed):
     slowest = np.abs(eigenvalues(still, [speed], shapes=few_shapes(still))).min()
     if slowest < UNHELD * still.structure.scales.frequency:
         raise RigError("the bearings and feet do not hold the rotor: no force restores it when it moves; add some")
-
-
-def _critical(still, speed):
-    modes = whirl.damped_modes(still, [speed], 2 * len(still.structure.dofs))
-    near = np.abs(modes.frequency[0] - speed) < np.nanmin(np.abs(modes.frequency[0] - speed)) + SAME * speed
-    nearest = int(np.argmax(np.where(near, modes.direction[0], -np.inf)))  # unbalance drives a forward whirl
-    return Critical(float(speed), float(modes.damping_ratio[0, nearest]), float(modes.direction[0, nearest]))
 
 
 def _resonances(still, found, criticals, speeds):

@@ -27,7 +27,7 @@ PLACES = 20  # of the position, evenly over the shaft
 ABOUT = 1.5 * np.arange(-4, 5)  # further positions about the one that was fitted, in its standard deviations
 FEWEST = 3  # likely values that a distribution needs
 FINE = 100  # of the weights between values held, and levels of a distribution
-SPREADS = (0.01, 0.3, 1.0)  # of laws of a cause, over that of published ones; the first is the law of the library
+SPREADS = (0.01, 0.3, 1.0)  # of the laws tried, over that of published ones; the first is the law of the library
 LEVELS = 9  # of each normal distribution of a mixture
 INTERVAL = (0.025, 0.5, 0.975)
 
