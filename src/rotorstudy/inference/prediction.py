@@ -2,20 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
 from rotorstudy.errors import MissingValue
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
-from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
+from rotorstudy.response.measured import measured_response, measured_response_and_jacobian, recent
 from rotorstudy.response.neighbourhood import Neighbourhood
 
 BEYOND = 4  # harmonics carried beyond the highest measured one where a model couples them: off by 0.01 sigma (rms)
 BEYOND_JUMPS = 10  # where a law jumps: off by 0.2 sigma for a crack of 30 % that opens at once, 1.3 with BEYOND
 
-RECENT, LARGEST = 48, 50_000  # responses kept, and numbers in each with its derivatives
 LEAK = 0.3  # of what a cause changes at all harmonics: an error of its law by angle or deflection spreads over ten
 
 
@@ -60,23 +58,10 @@ def whitened_prediction(
         missing = [model.names[p] for p in np.flatnonzero(np.isnan(full).reshape(-1, full.shape[-1]).any(axis=0))]
         raise MissingValue(f"{', '.join(missing)}: neither among the unknowns nor given a value")
     order = carried_order(spectrum, model) if order is None else order
-    shown, change = _response(model, spectrum, full, order)
+    at = spectrum.speed, spectrum.harmonics, full
+    shown, change = recent(measured_response_and_jacobian, model, *at, order=order)
     found = spectrum.whitened(np.stack([shown, *np.moveaxis(change[..., position], -1, 0)]))
     return found[0], np.moveaxis(found[1:], 0, -1)
-
-
-def _response(model, spectrum, theta, order):
-    """The Linearised response at a spectrum, not to be changed; the last few are kept: fits begin where others end."""
-    if spectrum.amplitude.size * theta.size > LARGEST:
-        return measured_response_and_jacobian(model, spectrum.speed, spectrum.harmonics, theta, order=order)
-    at = (tuple(one.tolist()) for one in (spectrum.speed, spectrum.harmonics))
-    return _recent_response(model, *at, theta.shape, theta.tobytes(), order)
-
-
-@lru_cache(maxsize=RECENT)
-def _recent_response(model, speed, harmonics, shape, theta, order):
-    theta = np.frombuffer(theta).reshape(shape)
-    return measured_response_and_jacobian(model, np.array(speed), harmonics, theta, order=order)
 
 
 def predicted_derivatives(problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

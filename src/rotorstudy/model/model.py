@@ -190,14 +190,24 @@ class Assembled:
     @kept(4)
     def _placed(self, values):
         """The Model with its bearings at (name, value) of the amplitudes that carry load."""
-        terms = with_bearings_at(self.structure, self.terms, dict(values))
-        settled = (replace(t, is_bearing_number=False) if t.is_bearing_number else t for t in terms)
-        found = replace(self, terms=tuple(settled))
-        loading, given = (u for _, u in self.acting if u.carries), dict(values)
-        forces = (given[u.name] * np.asarray(e.matrix) for u in loading for e in u.entries if e.is_constant)
-        found.__dict__["constant_force"] = sum(forces, self.constant_force)
+        if self._extended:  # on the same bearings, which are then built once
+            model, more = self._extended
+            placed = model._placed(values)
+            found, force = placed.plus(*more), placed.constant_force
+        else:
+            terms = with_bearings_at(self.structure, self.terms, dict(values))
+            settled = (replace(t, is_bearing_number=False) if t.is_bearing_number else t for t in terms)
+            found = replace(self, terms=tuple(settled))
+            loading, given = (u for _, u in self.acting if u.carries), dict(values)
+            forces = (given[u.name] * np.asarray(e.matrix) for u in loading for e in u.entries if e.is_constant)
+            force = sum(forces, self.constant_force)
+        found.__dict__["constant_force"] = force
         found.__dict__["output_table"] = self.output_table  # bearings do not act on the output
         return found
+
+    @cached_property
+    def _extended(self):
+        """(Model, terms): what `plus` extended, by terms that neither load bearings nor change them; None if other."""
 
     @cached_property
     def constant_force(self) -> np.ndarray:
@@ -331,6 +341,8 @@ class Model(Assembled):
                 f"{len(self.structure.mass)}; make it for this rotor's structure"
             )
         found = replace(self, terms=self.terms + terms)
+        if not any(u.carries for term in terms for u in term.unknowns):
+            found.__dict__["_extended"] = self, terms
         if self.before is not None and not any(u.name in self.before for term in terms for u in term.unknowns):
             found.__dict__["earlier"] = self.earlier  # the same machine, whose tables are then formed once
         return found

@@ -1,6 +1,7 @@
 """What the sensors show: the response at the sensors changed by the output terms, and its derivatives."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +12,7 @@ from rotorstudy.response.coupling import COUPLED_ORDER
 from rotorstudy.response.harmonic import Linearised, carried_response, positions, response_inputs, with_its_bearings
 from rotorstudy.response.statics import static_deflection
 
+RECENT, LARGEST = 48, 50_000  # responses kept, and numbers in each with its derivatives
 EXACT_STEP = 1e-4  # of a typical amplitude: relative errors of the derivative of 1e-11, by truncation and round-off
 
 
@@ -85,18 +87,37 @@ def measured_response_and_jacobian(
 def _measured(model, speed, harmonics, theta, order, jacobian):
     """The Linearised response at the sensors, its Jacobian None unless asked for."""
 
-    def state(model, theta):
-        return _shown(model, speed, harmonics, theta, order, jacobian)
-
-    shown = with_its_bearings(state, model, theta)
+    shown = _state(model, speed, harmonics, theta, order, jacobian)
     if model.earlier is None:
         return shown
     place = model.position(model.earlier.names)
     theta = np.asarray(model.theta if theta is None else theta, float)
-    earlier = with_its_bearings(state, model.earlier, theta[..., place])
+    earlier = recent(_state, model.earlier, speed, harmonics, theta[..., place], order=order, jacobian=jacobian)
     if jacobian:
         shown.jacobian[..., place] -= earlier.jacobian
     return shown._replace(response=shown.response - earlier.response)
+
+
+def recent(response: Callable, model: Model, speed: np.ndarray, harmonics: np.ndarray, theta: np.ndarray, **options):
+    """What response(model, speed, harmonics, theta, **options) gives, not to be changed; the last few are kept."""
+    if len(speed) * len(harmonics) * len(model.sensors) * theta.size > LARGEST:
+        return response(model, speed, harmonics, theta, **options)
+    at = (tuple(np.asarray(one).tolist()) for one in (speed, harmonics))
+    return _recent(response, model, *at, theta.shape, theta.tobytes(), **options)
+
+
+@lru_cache(maxsize=RECENT)
+def _recent(response, model, speed, harmonics, shape, theta, **options):
+    return response(model, np.array(speed), np.array(harmonics), np.frombuffer(theta).reshape(shape), **options)
+
+
+def _state(model, speed, harmonics, theta, order, jacobian):
+    """The same of one state of the machine, with the bearings that it has."""
+
+    def state(model, theta):
+        return _shown(model, speed, harmonics, theta, order, jacobian)
+
+    return with_its_bearings(state, model, theta)
 
 
 def _shown(model, speed, harmonics, theta, order, jacobian):

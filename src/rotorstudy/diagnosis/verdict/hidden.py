@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache, partial
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,9 +30,10 @@ from rotorstudy.response.harmonic import harmonic_response
 
 log = logging.getLogger(__name__)
 
-STEPS = 6  # of the size, towards the one that is just seen
+STEPS = 7  # of the size, towards the one that is just seen
 CLOSE = 1.2  # of the clearness that is needed: near enough; what a linearised fit leaves is off by less
 MOST_PLACES = 20  # of a fault, evenly along the shaft: nearer nodes of a fine mesh are alike
+LITTLE = 0.1  # of the cost: less to gain by a further step is known well enough from the step itself
 SMALLEST = 1e-3  # of the largest size: a smaller one is stated as that
 NARROWED = 30.0  # by which the data narrow the range of a searched shape option: its share in the odds
 UNITS = {"depth_ratio": OF_DIAMETER}
@@ -86,6 +88,7 @@ def _of_fault(work, plugin, vibration, seen):
     if feared.places is not None:
         places = feared.places(structure)
     tried = np.linspace(0, len(places) - 1, min(len(places), MOST_PLACES)).astype(int)
+    near = first = _Near(feared.largest, 3.0 if feared.size in plugin.shape else 1.0)
     for where, options in (places[i] for i in tried):
         found = None
         for worst in (dict(zip(feared.worst, chosen, strict=True)) for chosen in product(*feared.worst.values())):
@@ -95,9 +98,10 @@ def _of_fault(work, plugin, vibration, seen):
                     name: factor * (there.get(scale) or structure.scales.usual(scale, where.get("node")))
                     for name, (factor, scale) in feared.shape.items()
                 }
-                size, unit = _just_seen(work, plugin, {**options, **shape, **worst}, seen)
+                one, scale, unit = _just_seen(work, plugin, {**options, **shape, **worst}, seen, near)
             except RotorstudyError:  # it cannot act there
                 break
+            near, size = one or first, one and one.size * scale
             found = (size if found is None or size is None or found[0] < size else found[0]), unit
             if size is None:
                 break
@@ -108,8 +112,15 @@ def _of_fault(work, plugin, vibration, seen):
             yield Hidden(**row, size=found[0], measure=measure)
 
 
-def _just_seen(work, plugin, options, seen):
-    """Size that is seen with 95 % at a place, None if none is, and its unit."""
+class _Near(NamedTuple):
+    """A size that is just seen, and the exponent with which its clearness grows: a search nearby begins there."""
+
+    size: float
+    exponent: float
+
+
+def _just_seen(work, plugin, options, seen, near):
+    """A _Near of the size that is seen with 95 % at a place, None if none is; its scale and unit."""
     feared = plugin.feared
     own = {name: value for name, value in options.items() if name != feared.size}
     is_option = feared.size in plugin.shape
@@ -133,33 +144,32 @@ def _just_seen(work, plugin, options, seen):
         values[parameter.name] = parameter.typical if is_option else size * scale
         return seen(replace(one.term, values=values), fitted)
 
-    found = _smallest(partial(clearness, fitted=False), needed, plugin, parameter)
-    seen_at = clearness(found or feared.largest, fitted=found is not None)
+    found = _smallest(partial(clearness, fitted=False), needed, near, feared.largest, parameter)
+    seen_at = clearness(found.size if found else feared.largest, fitted=found is not None)
     is_confirmed, is_out_of_reach = needed <= seen_at <= CLOSE**2 * needed, not found and seen_at < needed / CLOSE
     if not (is_confirmed or is_out_of_reach):
-        found = _smallest(partial(clearness, fitted=True), needed, plugin, parameter)
-    return found and found * scale, unit
+        begin = found or near._replace(size=feared.largest)
+        found = _smallest(partial(clearness, fitted=True), needed, begin, feared.largest, parameter)
+    return found, scale, unit
 
 
-def _smallest(clearness, needed, plugin, parameter):
-    """Size, about the smallest one, whose clearness is enough; None if the largest is not."""
-    feared = plugin.feared
-    size, exponent = feared.largest, 3.0 if feared.size in plugin.shape else 1.0
-    found, known = clearness(size), None
+def _smallest(clearness, needed, near, largest, parameter):
+    """A _Near of about the smallest size whose clearness is enough, None if that of the largest is not."""
+    (size, exponent), known, before = near, None, None
     for _ in range(STEPS):
+        found = clearness(size)
+        if before and 0 < found < np.inf and 0 < before[1] < np.inf and found != before[1]:
+            exponent = float(np.clip(np.log(found / before[1]) / np.log(size / before[0]), 0.3, 6.0))
         known = size if found >= needed else known
-        if known is None or needed <= found <= CLOSE * needed:
+        if needed <= found <= CLOSE * needed or (size == largest and known is None):
             break
         step = (np.sqrt(CLOSE) * needed / found) ** (1 / exponent) if 0 < found < np.inf else 0.5
         step = max(step, 0.5) if parameter.force else step  # a stiffer contact may be seen less
-        other = max(min(size * step, known), SMALLEST * feared.largest)
+        other = max(min(size * step, known or largest), SMALLEST * largest)
         if other in (size, known):
             break
-        now = clearness(other)
-        if 0 < now < np.inf and 0 < found < np.inf and now != found:
-            exponent = float(np.clip(np.log(now / found) / np.log(other / size), 0.3, 6.0))
-        size, found = other, now
-    return size if found >= needed else known
+        before, size = (size, found), other
+    return known and _Near(known, exponent)
 
 
 def _clearness(work, sound, cost, term, fitted):
@@ -181,9 +191,16 @@ def _clearness(work, sound, cost, term, fitted):
     shown = spectrum.shown(shown)
     errors = [model_error_variance(one, spectrum.harmonics, work.settings) for one in (shown, sound)]
     records = spectrum.with_amplitude(shown).with_error(np.maximum(errors[0] - errors[1], 0.0))
-    steps = {} if fitted else {"steps": 0}
-    found = fit(base.model, records, base.prior, start=base.theta, **steps)
-    whitener = base.prior.whitener
-    slope = found.jacobian.T @ found.residual + whitener.T @ whitener @ (base.prior.mean - found.free)
-    left = found.cost - slope @ found.covariance @ slope - cost
-    return float(np.sqrt(max(left, 0.0)))
+    found = fit(base.model, records, base.prior, start=base.theta, steps=1 if fitted else 0)
+    left, gain = _left(found)
+    if fitted and gain > LITTLE * left:
+        left, _ = _left(fit(base.model, records, base.prior, start=found.theta))
+    return float(np.sqrt(max(left - cost, 0.0)))
+
+
+def _left(found):
+    """The cost of a Fit once a last linear step is taken, and what this gains."""
+    whitener = found.prior.whitener
+    slope = found.jacobian.T @ found.residual + whitener.T @ whitener @ (found.prior.mean - found.free)
+    gain = slope @ found.covariance @ slope
+    return found.cost - gain, gain
