@@ -28,7 +28,7 @@ def foundation_receptance(
     axis of the file x and y are, such as {x: -z, y: x}; point_of_node: what the file calls a node. The matrix is
     inverted at each frequency, and the dynamic stiffness interpolated; beyond the last frequency it stays as it is
     there, below the first as its real part. Of the free vibration the mass, damping and stiffness nearest to it are
-    part: all of it if the foundation is a rigid block.
+    part, all of it if the foundation is a rigid block; of the decrement of the first forward mode all is part.
     """
     node = structure.default_node() if node is None else node
     nodes, axes, names = [node, *(other_nodes or [])], axes or {}, point_of_node or {}

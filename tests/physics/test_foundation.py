@@ -35,6 +35,7 @@ from rotorstudy.response.stability import eigenvalues, growth_of_free_motion
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.studies.rig_check import check_rig
 from rotorstudy.studies.rotor_analysis import analyse_rotor
+from rotorstudy.studies.stability_margin import stability_margin
 
 SPEEDS, NODES = np.array([90.0, 160.0, 280.0, 400.0]), (1, 5)
 RIG = {"rotor": shaft(1.0, 4, disc(3, 20.0, 0.1, 0.05), outer_diameter_m=0.05),
@@ -195,11 +196,14 @@ def test_a_measured_foundation_moves_as_the_block_that_it_was_measured_on(compre
     true = measured_response(model, SPEEDS, [1, -1])
     assert np.abs(found - true).max() < 1e-3 * np.abs(true).max()  # lines of 0.2 Hz, linear between them
     assert len(criticals) == 4 and np.allclose(criticals, criticals_of(model), rtol=1e-3)
+    margin, margin_of_block = (np.array(stability_margin(one, 400.0)) for one in (by_table, model))
+    assert np.allclose(margin, margin_of_block, rtol=1e-3)
     swapped = dict(measured, file=str(tmp_path / "frame.csv"), axes={"x": "x", "y": "z"})
     wrong = build_model(rig | {"foundation": [swapped]})
     other = measured_response(wrong, SPEEDS, [1, -1])
     assert np.abs(other - true).max() > 0.05 * np.abs(true).max()  # negative control
     assert not np.allclose(criticals_of(wrong)[:4], criticals, rtol=1e-2)
+    assert abs(stability_margin(wrong, 400.0).log_decrement / margin[2] - 1) > 0.05
     write_mobilities(tmp_path / "frame.uff", rows[1:], w)
     in_uff = {"kind": "foundation_receptance", "node": 4, "other_nodes": [10], "axes": {"x": "z", "y": "-x"}}
     in_uff["file"] = str(tmp_path / "frame.uff")

@@ -1,6 +1,7 @@
 """The stability margin in closed form, and what is said of it."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from machines import film, jeffcott_rig, point, shaft
 
 from rotorstudy import build_model
 from rotorstudy.presentation.rotor_page import summary
+from rotorstudy.response.whirl import time_invariant
 from rotorstudy.studies.rotor_analysis import analyse_rotor
 from rotorstudy.studies.stability_margin import first_forward, stability_margin
 
@@ -26,6 +28,27 @@ def test_the_margin_of_a_jeffcott_rotor():
     swirl = {"kind": "cross_coupling", "cross_coupling_N_per_m": 1.01 * DAMPING * FREQUENCY}
     unstable = build_model(JEFFCOTT | {"effects": [*JEFFCOTT["effects"], swirl]})
     assert stability_margin(unstable, 400.0).cross_coupling == 0.0
+
+
+def test_a_part_that_is_stated_in_frequency_only_acts_at_the_frequency_of_the_mode():
+    """A damper of gain j w c does as one of c d/dt; its share is not left out, nor that of a hysteretic one, K eta."""
+
+    def in_frequency(entry):
+        if not entry.order:
+            return entry
+        return replace(entry.times(1j), order=0, gain=lambda speed, harmonic: speed * harmonic, frequency_only=True)
+
+    model = build_model(JEFFCOTT)
+    there = [
+        replace(t, parameters=tuple(replace(p, entries=tuple(map(in_frequency, p.entries))) for p in t.parameters))
+        for t in model.terms
+    ]
+    found, true = stability_margin(replace(model, terms=tuple(there)), 400.0), stability_margin(model, 400.0)
+    assert np.allclose(found, true, rtol=1e-6)
+    assert time_invariant(replace(model, terms=tuple(there))).names != model.names  # negative control
+    loss = {"kind": "hysteretic_damping", "loss_factor": 0.01}
+    found = stability_margin(build_model(jeffcott_rig(None, rotor=point(MASS, STIFFNESS)) | {"effects": [loss]}), 400.0)
+    assert found.log_decrement == pytest.approx(0.01 * np.pi, rel=1e-3)
 
 
 def test_the_first_forward_mode_is_the_least_damped_one_below_the_speed():

@@ -9,7 +9,7 @@ from rotorstudy.presentation.charts import bode_charts, bode_pictures, curve, dr
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 from rotorstudy.presentation.probe_figures import probe_picture
 from rotorstudy.store import as_complex
-from rotorstudy.studies.stability_margin import LEAST_DECREMENT, first_forward, log_decrement
+from rotorstudy.studies.stability_margin import LEAST_DECREMENT
 from rotorstudy.units import shown_speed, spin
 
 MIXED = 0.5  # of the direction: between the two signs of it, the whirl is called elliptic
@@ -67,10 +67,7 @@ def campbell(analysis, bands=()):
 
 def stability(analysis):
     """Growth rate of the fastest growing free motion over speed, and the decrement of the first forward mode."""
-    data, (unit, per) = analysis.data, shown_speed()
-    modes = data.frequency.values, data.damping_ratio.values, data.direction.values
-    chosen = [first_forward(*one, w) for *one, w in zip(*modes, data.speed.values, strict=True)]
-    decrement = np.array([np.nan if i is None else log_decrement(modes[1][k, i]) for k, i in enumerate(chosen)])
+    data, (unit, per), decrement = analysis.data, shown_speed(), analysis.data.log_decrement.values
     speed, title = data.growth_speed.values * per, f"Stable up to {data.growth_speed.values[-1] * per:.0f} {unit}"
     edge, across = [{"y": 0}], ("speed", unit)
     if analysis.threshold:

@@ -74,11 +74,14 @@ def summary(analysis):
     if analysis.at_spin_speed:
         found.append(
             f"Stiffness and damping of {', '.join(analysis.timeless)} are those at the spin speed: exact for critical "
-            "speeds and unbalance response, approximate for whirl at other frequencies and for stability."
+            "speeds and unbalance response, approximate for whirl at other frequencies and for the growth rate."
         )
     elif analysis.timeless:
         left_out = f"what has no time-domain form of {', '.join(analysis.timeless)}"
-        found.append(f"Whirl and stability leave out {left_out}; the unbalance response includes it.")
+        found.append(
+            f"Whirl and growth rate leave out {left_out}; the decrement of the first forward mode and the unbalance "
+            "response include it."
+        )
     unbounded = dict.fromkeys(_speed(p.peak.speed) for p in analysis.peaks if np.isinf(p.peak.amplitude))
     if unbounded:
         found.append(f"No damping acts on the resonance at {', '.join(unbounded)}: its response has no bound.")

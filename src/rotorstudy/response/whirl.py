@@ -37,26 +37,35 @@ def is_held_in_frequency(model):
     return bool(held) and not in_time and not model.structure.is_supported
 
 
-def synchronous(model):
-    """The model with what is stated in frequency only as at the spin speed: exact for critical speeds of unbalance."""
+def synchronous(model, frequency=None):
+    """The model with what is stated in frequency only as at the spin speed: exact for critical speeds of unbalance.
+
+    frequency : rad/s, at which it is taken instead: exact for an undamped whirl there
+    """
 
     def split(parameter):
-        entries = [part for entry in parameter.entries for part in _stiffness_and_damping(entry)]
+        entries = [part for entry in parameter.entries for part in _stiffness_and_damping(entry, frequency)]
         return replace(parameter, entries=tuple(entries))
 
     return replace(model, terms=tuple(replace(t, parameters=tuple(map(split, t.parameters))) for t in model.terms))
 
 
-def _stiffness_and_damping(entry):
-    """An entry stated in frequency only as two with a form in time, g = k + j w c at the spin speed w; else itself."""
+def _stiffness_and_damping(entry, frequency):
+    """An entry stated in frequency only as two with a form in time, g = k + j w c both at w and at -w; else itself."""
     if not (entry.reads_motion and entry.frequency_only):
         return [entry]
 
+    def ends(speed):
+        whirl = speed if frequency is None else np.full_like(speed, frequency)
+        return (entry.gain(speed, sign * whirl / speed) for sign in (1, -1)), whirl
+
     def stiffness(speed):
-        return entry.gain(speed, np.ones_like(speed, int)).real
+        (ahead, behind), _ = ends(speed)
+        return (ahead + behind) / 2
 
     def damping(speed):
-        return entry.gain(speed, np.ones_like(speed, int)).imag / speed
+        (ahead, behind), whirl = ends(speed)
+        return (ahead - behind) / (2j * whirl)
 
     still = replace(entry, gain=stiffness, frequency_only=False)
     return [still, replace(still, gain=damping, order=entry.order + 1)]

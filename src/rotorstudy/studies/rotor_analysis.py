@@ -16,7 +16,7 @@ from rotorstudy.response.statics import static_deflection, static_loads
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import SPEED
 from rotorstudy.studies.growth import growth_over_speed
-from rotorstudy.studies.stability_margin import StabilityMargin
+from rotorstudy.studies.stability_margin import StabilityMargin, decrement_over_speed
 from rotorstudy.studies.unbalance_response import NARROWEST, finer_speeds, probe_vectors, unbounded, with_unbalance
 
 log = logging.getLogger(__name__)
@@ -92,11 +92,11 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None, covered=0.0):
     amplitudes = zip(probes, np.abs(read.T), strict=True)
     found = [ProbePeak(*probe, peak) for probe, one in amplitudes for peak in whirl.peaks(fine, one)]
     log.info("stability")
+    modes = whirl.damped_modes(still, speeds, MODES)
+    decrement = decrement_over_speed(model, speeds, modes)
     growing, growth, threshold = growth_over_speed(moving, still, speeds)
     return RotorAnalysis(
-        data=_dataset(
-            model, speeds, fine, whirl.damped_modes(still, speeds, MODES), probes, read, (growing, growth), deflection
-        ),
+        data=_dataset(model, speeds, fine, modes, decrement, probes, read, (growing, growth), deflection),
         criticals=criticals,
         peaks=found if timeless else _resonances(still, found, criticals, fine),
         loads=static_loads(at_rest, deflection, highest),
@@ -139,7 +139,7 @@ def _resonances(still, found, criticals, speeds):
     return [one for one in found if swings(one.peak.speed)]
 
 
-def _dataset(model, speeds, fine, modes, probes, read, growth, deflection):
+def _dataset(model, speeds, fine, modes, decrement, probes, read, growth, deflection):
     coordinates = {
         "speed": (speeds, *SPEED),
         "growth_speed": (growth[0], "rad/s", "spin speed of the growth rate"),
@@ -152,6 +152,7 @@ def _dataset(model, speeds, fine, modes, probes, read, growth, deflection):
         "frequency": (("speed", "mode"), modes.frequency, "rad/s", "damped whirl frequency"),
         "damping_ratio": (("speed", "mode"), modes.damping_ratio, "1", "damping ratio"),
         "direction": (("speed", "mode"), modes.direction, "1", "1 forward, 0 straight lines, -1 backward"),
+        "log_decrement": (("speed",), decrement, "1", "logarithmic decrement of the first forward mode"),
         "forward_shape": (("speed", "mode", "coordinate"), modes.forward, "1", "forward part of the mode"),
         "backward_shape": (("speed", "mode", "coordinate"), modes.backward, "1", "backward part of the mode"),
         "unbalance_response": (("response_speed", "probe"), read, "m", "1X of the probe, lead from the mark"),
