@@ -161,7 +161,7 @@ def _smallest(clearness, needed, near, largest, parameter):
         if before and 0 < found < np.inf and 0 < before[1] < np.inf and found != before[1]:
             exponent = float(np.clip(np.log(found / before[1]) / np.log(size / before[0]), 0.3, 6.0))
         known = size if found >= needed else known
-        if needed <= found <= CLOSE * needed or (size == largest and known is None):
+        if needed <= found <= CLOSE * needed:
             break
         step = (np.sqrt(CLOSE) * needed / found) ** (1 / exponent) if 0 < found < np.inf else 0.5
         step = max(step, 0.5) if parameter.force else step  # a stiffer contact may be seen less
@@ -169,6 +169,7 @@ def _smallest(clearness, needed, near, largest, parameter):
         if other in (size, known):
             break
         before, size = (size, found), other
+    known = largest if known is None and clearness(largest) >= needed else known
     return known and _Near(known, exponent)
 
 
