@@ -57,6 +57,13 @@ class Fit:
         return self.misfit + self.penalty
 
     @property
+    def gain(self) -> float:
+        """By which a further linear step would lower the cost."""
+        whitener = self.prior.whitener
+        slope = self.jacobian.T @ self.residual + whitener.T @ whitener @ (self.prior.mean - self.free)
+        return float(slope @ self.covariance @ slope)
+
+    @property
     def excess(self) -> float:
         """Cost above that expected of noise; zero if it is below."""
         return max(self.cost - len(self.residual), 0.0)

@@ -113,14 +113,10 @@ def _recent(response, model, speed, harmonics, shape, theta, **options):
 
 def _state(model, speed, harmonics, theta, order, jacobian):
     """The same of one state of the machine, with the bearings that it has."""
-
-    def state(model, theta):
-        return _shown(model, speed, harmonics, theta, order, jacobian)
-
-    return with_its_bearings(state, model, theta)
+    return with_its_bearings(lambda *at: _shown(*at, speed, harmonics, order, jacobian), model, theta)
 
 
-def _shown(model, speed, harmonics, theta, order, jacobian):
+def _shown(model, theta, speed, harmonics, order, jacobian):
     """The Linearised response of one state of the machine."""
     speed, harmonics, theta, blocks = response_inputs(model, speed, harmonics, theta, order)
     found, derivatives = carried_response(model, speed, theta, blocks, jacobian)

@@ -55,20 +55,13 @@ def _stiffness_and_damping(entry, frequency):
     if not (entry.reads_motion and entry.frequency_only):
         return [entry]
 
-    def ends(speed):
-        whirl = speed if frequency is None else np.full_like(speed, frequency)
-        return (entry.gain(speed, sign * whirl / speed) for sign in (1, -1)), whirl
+    def gain(order, speed):
+        whirl = speed if frequency is None else frequency + 0 * speed
+        ahead, behind = (entry.gain(speed, sign * whirl / speed) for sign in (1, -1))
+        return (ahead - behind) / (2j * whirl) if order else (ahead + behind) / 2
 
-    def stiffness(speed):
-        (ahead, behind), _ = ends(speed)
-        return (ahead + behind) / 2
-
-    def damping(speed):
-        (ahead, behind), whirl = ends(speed)
-        return (ahead - behind) / (2j * whirl)
-
-    still = replace(entry, gain=stiffness, frequency_only=False)
-    return [still, replace(still, gain=damping, order=entry.order + 1)]
+    given = {"gain": partial(gain, 0), "frequency_only": False}
+    return [replace(entry, **given), replace(entry, **given | {"gain": partial(gain, 1), "order": entry.order + 1})]
 
 
 def without_rotation(model):

@@ -1,5 +1,6 @@
 """Stability at one speed as API 617 asks for it: decrement of the first forward mode, and what it can bear."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ LEAST_DECREMENT = 0.1  # API 617, 8th edition, part 1, 4.8.5
 FORWARD = 0.2  # direction of a mode above which it is forward whirl
 OSCILLATING = 0.9  # damping ratio of a mode that still whirls: its logarithmic decrement is 13
 ROUNDS, SETTLED = 20, 1e-6  # of the frequency at which a measured foundation is taken; relative change of the last one
+ROUND_OFF = 1e-9  # of an eigenvalue: real part of an undamped mode due to round-off
 LARGEST = 10.0  # times the local stiffness: cross-coupling up to which the margin is looked for
 
 
@@ -31,7 +33,7 @@ def stability_margin(model: Model, speed: float) -> StabilityMargin | None:
     """The StabilityMargin of a rotor at a speed by API 617 (8th ed., part 1, 4.8.5), or None without forward whirl."""
     from scipy.optimize import brentq
 
-    mode, structure = whirl_mode(model, speed), model.structure
+    mode, structure = whirl_mode(model, speed, _first_forward), model.structure
     if mode is None:
         return None
     heaviest = max(structure.discs, key=lambda disc: disc.mass, default=None)
@@ -41,7 +43,8 @@ def stability_margin(model: Model, speed: float) -> StabilityMargin | None:
 
     def growth(size):
         term = Term("swirl", (swirl,), {"swirl": size}, label="stability margin")
-        return whirl_mode(model.plus(term), speed, _least_stable).real
+        least_stable = whirl_mode(model.plus(term), speed, lambda modes, _: np.nanargmax(modes.eigenvalue.real))
+        return least_stable.real - ROUND_OFF * abs(least_stable)
 
     largest, found = LARGEST * structure.scales.stiffness(node), None
     if growth(0.0) > 0:
@@ -53,56 +56,45 @@ def stability_margin(model: Model, speed: float) -> StabilityMargin | None:
     return StabilityMargin(speed, mode.imag, decrement, node, found, on_films)
 
 
-def whirl_mode(model: Model, speed: float, choose=None) -> complex | None:
-    """Eigenvalue, 1/s, of the first forward mode at a speed, or of one that is chosen; None without.
+def decrement_over_speed(model: Model, speed: np.ndarray, modes: Modes) -> np.ndarray:
+    """Logarithmic decrement (speed,) of the first forward mode, NaN without; modes : of what has a form in time."""
+    at_each = zip(speed, (Modes(*one) for one in zip(*modes, strict=True)), strict=True)
+    found = np.array([whirl_mode(model, w, _first_forward, one) or np.nan for w, one in at_each])
+    return log_decrement(-found.real / np.abs(found))
+
+
+def whirl_mode(model: Model, speed: float, choose: Callable, modes: Modes | None = None) -> complex | None:
+    """Eigenvalue, 1/s, of a mode at a speed, None without.
 
     What is stated in frequency only acts on a motion that decays as on one of its frequency that does not: exact where
     the decrement is zero, and off by its square elsewhere. It is taken at the frequency of the mode, round by round.
 
-    choose : function(Modes at one speed, speed) -> position, among the modes of what has a form in time
+    choose : function(Modes at the speed, speed) -> position, None without, among those of what has a form in time
+    modes  : these Modes, if they are known
     source : the p-k method of flutter, Hassig 1971, J. Aircraft 8(11)
     """
-    still, found = time_invariant(model), None
+    steady, found = without_rotation(model), None
+    in_time = all(is_in_time(term) for term in steady.terms if not term.acts_on_output)
     for _ in range(ROUNDS):
-        modes = damped_modes(still, [speed], 2 * len(still.structure.dofs))
-        value, direction = modes.eigenvalue[0], modes.direction[0]
+        if modes is None:
+            still = synchronous(steady, found.imag) if found else time_invariant(model)
+            modes = Modes(*(part[0] for part in damped_modes(still, [speed], 2 * len(still.structure.dofs))))
         if found is None:
-            i = (choose or _first_forward)(modes, speed)
-            turning = 0.0 if i is None else direction[i]
+            i = choose(modes, speed)
+            if i is None:
+                return None
+            turning = modes.direction[i]
         else:  # the same mode, not its neighbour that whirls the other way
-            i = np.nanargmin(np.where(np.abs(direction - turning) < 1, np.abs(value - found), np.inf))
-        if i is None:
-            return None
-        before, found = found, complex(value[i])
-        if acts_in_time(model) or (before and abs(found - before) < SETTLED * abs(found)):
+            off = np.where(np.abs(modes.direction - turning) < 1, np.abs(modes.eigenvalue - found), np.inf)
+            i = off.argmin()
+        before, found, modes = found, complex(modes.eigenvalue[i]), None
+        if in_time or (before and abs(found - before) < SETTLED * abs(found)):
             break
-        still = synchronous(without_rotation(model), found.imag)
     return found
 
 
-def acts_in_time(model: Model) -> bool:
-    """Whether all that whirl does not leave out has a form in time."""
-    return all(is_in_time(term) for term in without_rotation(model).terms if not term.acts_on_output)
-
-
-def decrement_over_speed(model: Model, speed: np.ndarray, modes: Modes) -> np.ndarray:
-    """Logarithmic decrement (speed,) of the first forward mode, NaN without; modes : of what has a form in time."""
-    if acts_in_time(model):
-        ratio, direction = modes.damping_ratio, modes.direction
-        chosen = [first_forward(*one) for one in zip(modes.frequency, ratio, direction, speed, strict=True)]
-        ratio = np.array([np.nan if i is None else ratio[k, i] for k, i in enumerate(chosen)])
-    else:
-        found = [whirl_mode(model, w) or np.nan for w in speed]
-        ratio = -np.real(found) / np.abs(found)
-    return log_decrement(ratio)
-
-
 def _first_forward(modes, speed):
-    return first_forward(modes.frequency[0], modes.damping_ratio[0], modes.direction[0], speed)
-
-
-def _least_stable(modes, _):
-    return int(np.nanargmax(modes.eigenvalue[0].real))
+    return first_forward(modes.frequency, modes.damping_ratio, modes.direction, speed)
 
 
 def first_forward(frequency: np.ndarray, ratio: np.ndarray, direction: np.ndarray, speed: float) -> int | None:

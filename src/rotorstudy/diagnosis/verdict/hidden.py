@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache, partial
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 
@@ -88,7 +87,7 @@ def _of_fault(work, plugin, vibration, seen):
     if feared.places is not None:
         places = feared.places(structure)
     tried = np.linspace(0, len(places) - 1, min(len(places), MOST_PLACES)).astype(int)
-    near = first = _Near(feared.largest, 3.0 if feared.size in plugin.shape else 1.0)
+    begin = near = feared.largest, 3.0 if feared.size in plugin.shape else 1.0  # a size, and how its clearness grows
     for where, options in (places[i] for i in tried):
         found = None
         for worst in (dict(zip(feared.worst, chosen, strict=True)) for chosen in product(*feared.worst.values())):
@@ -101,7 +100,7 @@ def _of_fault(work, plugin, vibration, seen):
                 one, scale, unit = _just_seen(work, plugin, {**options, **shape, **worst}, seen, near)
             except RotorstudyError:  # it cannot act there
                 break
-            near, size = one or first, one and one.size * scale
+            near, size = one or begin, one and one[0] * scale
             found = (size if found is None or size is None or found[0] < size else found[0]), unit
             if size is None:
                 break
@@ -112,15 +111,11 @@ def _of_fault(work, plugin, vibration, seen):
             yield Hidden(**row, size=found[0], measure=measure)
 
 
-class _Near(NamedTuple):
-    """A size that is just seen, and the exponent with which its clearness grows: a search nearby begins there."""
-
-    size: float
-    exponent: float
-
-
 def _just_seen(work, plugin, options, seen, near):
-    """A _Near of the size that is seen with 95 % at a place, None if none is; its scale and unit."""
+    """Size that is seen with 95 % at a place, with its growth, None if none is; its scale and unit.
+
+    near : such a size at a place nearby, with which the search begins
+    """
     feared = plugin.feared
     own = {name: value for name, value in options.items() if name != feared.size}
     is_option = feared.size in plugin.shape
@@ -145,16 +140,16 @@ def _just_seen(work, plugin, options, seen, near):
         return seen(replace(one.term, values=values), fitted)
 
     found = _smallest(partial(clearness, fitted=False), needed, near, feared.largest, parameter)
-    seen_at = clearness(found.size if found else feared.largest, fitted=found is not None)
+    seen_at = clearness(found[0] if found else feared.largest, fitted=found is not None)
     is_confirmed, is_out_of_reach = needed <= seen_at <= CLOSE**2 * needed, not found and seen_at < needed / CLOSE
     if not (is_confirmed or is_out_of_reach):
-        begin = found or near._replace(size=feared.largest)
-        found = _smallest(partial(clearness, fitted=True), needed, begin, feared.largest, parameter)
+        near = found or (feared.largest, near[1])
+        found = _smallest(partial(clearness, fitted=True), needed, near, feared.largest, parameter)
     return found, scale, unit
 
 
 def _smallest(clearness, needed, near, largest, parameter):
-    """A _Near of about the smallest size whose clearness is enough, None if that of the largest is not."""
+    """About the smallest size whose clearness is enough, and the exponent of its growth; None if the largest is not."""
     (size, exponent), known, before = near, None, None
     for _ in range(STEPS):
         found = clearness(size)
@@ -170,7 +165,7 @@ def _smallest(clearness, needed, near, largest, parameter):
             break
         before, size = (size, found), other
     known = largest if known is None and clearness(largest) >= needed else known
-    return known and _Near(known, exponent)
+    return known and (known, exponent)
 
 
 def _clearness(work, sound, cost, term, fitted):
@@ -193,15 +188,6 @@ def _clearness(work, sound, cost, term, fitted):
     errors = [model_error_variance(one, spectrum.harmonics, work.settings) for one in (shown, sound)]
     records = spectrum.with_amplitude(shown).with_error(np.maximum(errors[0] - errors[1], 0.0))
     found = fit(base.model, records, base.prior, start=base.theta, steps=1 if fitted else 0)
-    left, gain = _left(found)
-    if fitted and gain > LITTLE * left:
-        left, _ = _left(fit(base.model, records, base.prior, start=found.theta))
-    return float(np.sqrt(max(left - cost, 0.0)))
-
-
-def _left(found):
-    """The cost of a Fit once a last linear step is taken, and what this gains."""
-    whitener = found.prior.whitener
-    slope = found.jacobian.T @ found.residual + whitener.T @ whitener @ (found.prior.mean - found.free)
-    gain = slope @ found.covariance @ slope
-    return found.cost - gain, gain
+    if fitted and found.gain > LITTLE * found.cost:
+        found = fit(base.model, records, base.prior, start=found.theta)
+    return float(np.sqrt(max(found.cost - found.gain - cost, 0.0)))
