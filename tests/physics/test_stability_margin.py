@@ -9,7 +9,7 @@ from machines import film, jeffcott_rig, point, shaft
 
 from rotorstudy import build_model
 from rotorstudy.presentation.rotor_page import summary
-from rotorstudy.response.whirl import time_invariant
+from rotorstudy.response.whirl import Modes, time_invariant
 from rotorstudy.studies.rotor_analysis import analyse_rotor
 from rotorstudy.studies.stability_margin import first_forward, stability_margin
 
@@ -53,12 +53,16 @@ def test_a_part_that_is_stated_in_frequency_only_acts_at_the_frequency_of_the_mo
 
 def test_the_first_forward_mode_is_the_least_damped_one_below_the_speed():
     """A mode of the shaft far above, however little damped, is driven by no swirl; nor is a backward one."""
-    frequency, ratio = np.array([50.0, 120.0, 210.0, 9000.0]), np.array([0.3, 0.01, 0.05, 0.001])
-    direction = np.array([0.9, -0.9, 1.0, 1.0])
-    assert first_forward(frequency, ratio, direction, 400.0) == 2
-    assert first_forward(frequency, ratio, direction, 40.0) == 0
-    assert first_forward(frequency, ratio, -np.ones(4), 400.0) is None
-    assert first_forward(frequency, np.array([0.95, 0.01, 0.01, 0.01]), np.ones(4), 40.0) == 1  # the first is no whirl
+    frequency, mixed, forward = np.array([50.0, 120.0, 210.0, 9000.0]), np.array([0.9, -0.9, 1.0, 1.0]), np.ones(4)
+
+    def first(speed, direction, ratio=(0.3, 0.01, 0.05, 0.001)):
+        decay = np.divide(ratio, np.sqrt(1 - np.square(ratio)))
+        return first_forward(Modes(frequency * (1j - decay), None, None, direction), speed)
+
+    assert first(400.0, mixed) == 2
+    assert first(40.0, mixed) == 0
+    assert first(400.0, -forward) is None
+    assert first(40.0, forward, (0.95, 0.01, 0.01, 0.01)) == 1  # the first is no whirl
 
 
 def said(rig, operating):

@@ -33,7 +33,7 @@ def stability_margin(model: Model, speed: float) -> StabilityMargin | None:
     """The StabilityMargin of a rotor at a speed by API 617 (8th ed., part 1, 4.8.5), or None without forward whirl."""
     from scipy.optimize import brentq
 
-    mode, structure = whirl_mode(model, speed, _first_forward), model.structure
+    mode, structure = whirl_mode(model, speed, first_forward), model.structure
     if mode is None:
         return None
     heaviest = max(structure.discs, key=lambda disc: disc.mass, default=None)
@@ -59,7 +59,7 @@ def stability_margin(model: Model, speed: float) -> StabilityMargin | None:
 def decrement_over_speed(model: Model, speed: np.ndarray, modes: Modes) -> np.ndarray:
     """Logarithmic decrement (speed,) of the first forward mode, NaN without; modes : of what has a form in time."""
     at_each = zip(speed, (Modes(*one) for one in zip(*modes, strict=True)), strict=True)
-    found = np.array([whirl_mode(model, w, _first_forward, one) or np.nan for w, one in at_each])
+    found = np.array([whirl_mode(model, w, first_forward, one) or np.nan for w, one in at_each])
     return log_decrement(-found.real / np.abs(found))
 
 
@@ -93,13 +93,10 @@ def whirl_mode(model: Model, speed: float, choose: Callable, modes: Modes | None
     return found
 
 
-def _first_forward(modes, speed):
-    return first_forward(modes.frequency, modes.damping_ratio, modes.direction, speed)
-
-
-def first_forward(frequency: np.ndarray, ratio: np.ndarray, direction: np.ndarray, speed: float) -> int | None:
+def first_forward(modes: Modes, speed: float) -> int | None:
     """Position of the least damped forward mode below the speed, else the lowest forward one; None without."""
-    forward = np.flatnonzero((direction > FORWARD) & (ratio < OSCILLATING))
+    frequency, ratio = modes.frequency, modes.damping_ratio
+    forward = np.flatnonzero((modes.direction > FORWARD) & (ratio < OSCILLATING))
     if not len(forward):
         return None
     below = forward[frequency[forward] < speed]
