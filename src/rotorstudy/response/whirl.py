@@ -213,10 +213,9 @@ class Peak(NamedTuple):
 
 def peaks(speed, amplitude):
     """The Peaks of an amplitude over closely spaced speeds; amplification N_c / (N_2 - N_1), API RP 684, Figure 1-1."""
-    from scipy.signal import find_peaks
-
-    found = []
-    for top in find_peaks(amplitude)[0]:
+    apart = np.flatnonzero(np.append(True, np.diff(amplitude)))  # where it rests, the first point
+    rises, found = np.diff(amplitude[apart]) > 0, []
+    for top in apart[1:-1][rises[:-1] & ~rises[1:]]:
         below = _crossing(speed[: top + 1][::-1], amplitude[: top + 1][::-1])
         above = _crossing(speed[top:], amplitude[top:])
         found.append(Peak(float(speed[top]), float(amplitude[top]), float(speed[top] / (above - below))))
