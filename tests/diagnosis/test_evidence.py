@@ -104,14 +104,18 @@ def test_an_unbalance_is_expected_where_the_mass_is_whatever_the_mesh():
     assert of_the_disc(6, expected_place=0.0) == pytest.approx(1 / 13)
 
 
-def test_a_coupling_is_expected_at_an_end_of_the_shaft():
-    model = build_model({"rotor": shaft(0.6, 6, disc(4, 2.0)), "bearings": springs((2, 6), 1e7, 10.0)})
+@pytest.mark.parametrize(("soft", "more"), [(False, []), (True, [{"node": 3}, {"node": 4}, {"element": 3}])])
+def test_a_coupling_is_expected_at_an_end_of_the_shaft_or_at_a_softer_element(soft, more):
+    stretch = {"length_m": 0.1, "outer_diameter_m": 0.02}
+    softer = [{**stretch, "outer_diameter_m": 0.01 if soft and n == 2 else 0.02} for n in range(6)]
+    rotor = shaft(0.6, 6, disc(5, 2.0)) | {"elements": softer}
+    model = build_model({"rotor": rotor, "bearings": springs((2, 6), 1e7, 10.0)})
     for name in ("parallel_misalignment", "angular_misalignment"):
         found = [c for c in candidates(model, Settings())[0] if c.effect == name]
         odds = [PriorOdds(found, Settings(), model.structure).of(c) for c in found]
-        at_ends = [c.where in ({"node": 1}, {"node": 7}) for c in found]
-        assert sum(at_ends) == 2 and np.sum(odds, where=at_ends) > 0.9
-        assert np.max(odds, where=~np.array(at_ends), initial=0) < 0.02
+        expected = [c.where in [{"node": 1}, {"node": 7}, *more] for c in found]
+        assert sum(expected) == 2 + len(more) and np.sum(odds, where=expected) > 0.9
+        assert np.max(odds, where=~np.array(expected), initial=0) < 0.02
 
 
 def test_amplitudes_that_cannot_be_negative_say_so():

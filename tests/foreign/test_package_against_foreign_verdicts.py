@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import all_but
 
 from foreign.small_cases import small, special
 from rotorstudy import measured_spectrum, read_rig, registry
@@ -123,9 +124,12 @@ def bearing_stiff_along_x(draw):
     return {"node": 1}
 
 
+STIFFENED = 0.3  # of its stiffness, at the largest motion
+
+
 def usual_cube(draw):
     moved = draw.healthy.displacement[:, :, :2]
-    return 0.3 * draw.rotor.bearings[0].stiffness[0, 0] / np.max(np.sum(moved**2, axis=2))
+    return STIFFENED * draw.rotor.bearings[0].stiffness[0, 0] / np.max(np.sum(moved**2, axis=2))
 
 
 SIDE = np.deg2rad(200.0)
@@ -217,3 +221,20 @@ def test_a_contact_that_opens_gradually_by_another_law_is_named_alone(effect, mo
     node = case.effects[0]["node"]
     assert names(verdict_on(case, tmp_path, leave_out=others, most_causes=2)) == {(effect, node)}
     assert verdict_on(case, tmp_path, leave_out=[*others, effect]).verdict == "unknown"
+
+
+@pytest.mark.usefixtures("right_conventions")
+@pytest.mark.parametrize(("share", "further"), [(0.4, set()), (2.0, {("external_damping", 1)})])
+def test_a_small_second_cause_at_the_same_bearing_is_an_error_of_form(share, further, monkeypatch, tmp_path):
+    """A damping by its force over the cubic one; negative control: one that is larger than laws are uncertain."""
+
+    def add(draw):
+        damping = share * STIFFENED * draw.rotor.bearings[0].stiffness[0, 0] / draw.frequency
+        draw.machine.at_node(0, damping * np.eye(2), "damping")
+        return stiff_bearing(draw)
+
+    case, library = special(monkeypatch, 1, add), ("cubic_stiffness", "external_damping", "unbalance")
+    verdict = verdict_on(case, tmp_path, rig_error=0.0, leave_out=all_but(*library), most_causes=2)
+    assert verdict.verdict == "cause" and names(verdict) == {("cubic_stiffness", 1)} | further
+    told = [finding.text for finding in verdict.findings if finding.name == "form of the cause"]
+    assert [("external_damping, node 1" in text) for text in told] == [True] * (not further)

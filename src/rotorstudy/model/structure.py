@@ -275,9 +275,10 @@ def spacers(structure):
 
 
 def couples_a_driver(structure, node=None, element=None):
-    """How often a coupling is at a place, by `Effect.place_rate`: at an end of the shaft, or a softer element of it."""
-    nodes = [node for node, _ in structure.dofs]
-    return float(node in (min(nodes), max(nodes)) or element in structure.soft_elements)
+    """How often a coupling is at a place, by `place_rate`: an end of the shaft, a softer element or its hubs."""
+    nodes, soft = [node for node, _ in structure.dofs], structure.soft_elements
+    hubs = {min(nodes), max(nodes), *soft, *(first + 1 for first in soft)}
+    return float(node in hubs or element in soft)
 
 
 def sensor_unit(sensors, node=None):

@@ -52,6 +52,7 @@ class Change(NamedTuple):
     # (force, speed, harmonic, sensor) what free forces at its place show; none where it acts at several places
     forces: np.ndarray | None = None
     forced: np.ndarray | None = None  # (force,) position of the harmonic of each
+    of_motion: bool = True  # whether its forces depend on the motion
 
 
 def largest_error(effect: str, parameter: str, usual: float) -> float:
@@ -84,7 +85,8 @@ def changes_of(
             if own:
                 inexactness = max(own.values())
                 change = forces.near.changes_by_forces([([*own], motion)]) @ np.array([values[u.name] for u in own])
-                found.append(Change(change, inexactness, not of_motion and inexactness > 1.0, *forces.beside(parts)))
+                steady = not of_motion and inexactness > 1.0
+                found.append(Change(change, inexactness, steady, *forces.beside(parts), of_motion))
     return found
 
 
@@ -109,7 +111,7 @@ class LocalForces:
 
     def beside(self, parts: Sequence[Candidate]) -> tuple[np.ndarray | None, np.ndarray | None]:
         """`Change.forces` and `Change.forced` of the parts of a fault; None if they act at several places."""
-        acted = {dof for c in parts for parameter in c.term.parameters for dof in _acted(parameter)}
+        acted = acted_on(parts)
         key = frozenset(acted)
         if key not in self.known:
             self.known[key] = self._shown(acted)
@@ -123,6 +125,11 @@ class LocalForces:
                 forced = np.tile(np.arange(len(self.spectrum.harmonics)), 2 * len(rows))
                 return shown.reshape(-1, *shown.shape[2:]), forced
         return None, None
+
+
+def acted_on(parts: Sequence[Candidate]) -> set[int]:
+    """Positions of the coordinates on which the parts of a fault act themselves."""
+    return {dof for c in parts for parameter in c.term.parameters for dof in _acted(parameter)}
 
 
 def _acted(parameter):
@@ -140,7 +147,7 @@ def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple) -> tupl
     returns : independent errors of unit variance (error, speed, harmonic, sensor), m, and of which harmonic each is
     """
     found, at = [], []
-    for change, inexactness, steady, forces, forced in changes:
+    for change, inexactness, steady, forces, forced, _ in changes:
         modes = over_speeds(speed, STEADY, STEADY_LENGTH) if steady else over_speeds(speed, shares)
         size = np.linalg.norm(change, axis=-1)  # (speed, harmonic)
         if forces is None:

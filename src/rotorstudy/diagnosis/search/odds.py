@@ -31,6 +31,7 @@ class Explanation:
     spectrum: Spectrum | None = None  # with that error, to which they were fitted
     # (parameter, parameter) of the amplitudes of the fit and of the shapes as fractions of their ranges, if it has any
     covariance: np.ndarray | None = None
+    like: frozenset = frozenset()  # names of causes like which it errs in its form, if that is its most probable error
 
     @property
     def kind(self):

@@ -86,6 +86,16 @@ def within_uncertainty(found):
     return [Finding("note", "explained by the rig", "records and rig", text)]
 
 
+def form_like_another(best):
+    """A note if what the best Explanation leaves looks like another cause where it acts."""
+    text = (
+        f"what it leaves looks like {' and '.join(sorted(best.like))}, no larger than the form of such a fault is "
+        "uncertain: an error of its form, or a second fault at the same place that is small beside it. Repair it, and "
+        "measure again"
+    )
+    return [Finding("note", "form of the cause", " and ".join(sorted(best.named)), text)] if best.like else []
+
+
 def wrong_convention(chain):
     """The warning that a convention seems to be stated wrongly; chain : ChainHypothesis."""
     beside = f" with {place(chain.beside)}" if chain.beside else ""

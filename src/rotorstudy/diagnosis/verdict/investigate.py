@@ -20,6 +20,7 @@ from rotorstudy.diagnosis.verdict.evidence import (
 )
 from rotorstudy.diagnosis.verdict.findings import (
     far_from_the_rig,
+    form_like_another,
     others_held_out,
     stopped_early,
     within_uncertainty,
@@ -146,7 +147,7 @@ def _judged(one, settings, findings):
     if kind == "unknown" and not found.stopped and model.before is None:
         findings += free_parts(model, fitted, settings, base)
     findings += unstable_rig(found.unstable, best.fit, fitted.speed) + stopped_early(found)
-    findings += others_held_out(one.surprised) + odd
+    findings += others_held_out(one.surprised) + form_like_another(best) + odd
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
         verdict=kind,

@@ -8,6 +8,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.explanations import LIKELY_OUTSIDE, Search
 from rotorstudy.diagnosis.search.film_error import with_film_error
+from rotorstudy.diagnosis.search.form_by_law import with_other_laws
 from rotorstudy.diagnosis.search.search import begin, is_asked_to_stop, near_best, search, unsearched
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.held_out import HeldOutMisfit, expected_of, held_out_misfit, largest_of, with_held_out
@@ -74,7 +75,7 @@ def _judged(one: Sought) -> Sought:
     found, held, chain = one.found, one.held, one.chain
     if one.tested and not (chain or found.stopped):
         chain = chain_hypothesis(found, found.base, one.tested)
-    judged = replace(found, upheld=False) if chain else with_held_out(found, held)
+    judged = replace(found, upheld=False) if chain else with_other_laws(with_held_out(found, held))
     if held is None:
         return one._replace(judged=judged, chain=chain)
     best = judged.best

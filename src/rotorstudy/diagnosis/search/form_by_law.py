@@ -1,0 +1,73 @@
+"""An error of form that is like another law of the library.
+
+What a fault does beyond the form that the library gives it need not be smooth over the speeds, as in `form.py`: what a
+worn seat does beyond a gap may look like a softer support there. So a second cause that acts where a first one does,
+and changes no more than the form of that may be wrong, has two readings: another fault, or the error of the form of the
+first. The odds of the first one alone include the second reading. Only forces that depend on the motion err so.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.form import LEAK, SCALES, acted_on, changes_of
+from rotorstudy.diagnosis.search.form_fit import WITHIN
+from rotorstudy.diagnosis.search.odds import SCALES as WIDTHS
+from rotorstudy.diagnosis.search.odds import faults_of, odds_of
+from rotorstudy.response.neighbourhood import carried_motion
+
+# prior odds of such an error of form against a smooth one, whichever law it is like: of a hundred faults of another
+# form by the independent simulator about five err so
+BY_LAW = 0.1
+
+
+def with_other_laws(found: Search) -> Search:
+    """The Search with the odds of each fault alone including an error of its form that is like another law."""
+    every, weighed = found.explanations, {}
+    least = max(map(odds_of, every)) - WITHIN
+    pairs = sorted((e for e in every if len(e.faults) == 2 and odds_of(e) > least), key=odds_of)
+    for one in (e for e in every if len(e.faults) == 1):
+        like = [(odds_of(pair) + _relative_odds(found, pair, one), pair) for pair in pairs if one.named < pair.named]
+        odds = [odds_of(one), *(log_odds for log_odds, _ in like)]
+        most = like[int(np.argmax(odds[1:]))][1].named - one.named if like and max(odds) > odds[0] else frozenset()
+        weighed[one.kind] = replace(one, log_posterior_odds=float(np.logaddexp.reduce(odds)), like=most)
+    return replace(found, found=found.found | weighed)
+
+
+def _relative_odds(found, pair, one):
+    """Log odds that one fault of a pair has an error of form like the law of the other, against both; -inf if none."""
+    faults = faults_of(pair.causes)
+    (parts,), (others,) = ([faults[name] for name in faults if (name in one.faults) == own] for own in (True, False))
+    place = acted_on(parts)
+    is_there = acted_on(others) <= place or _are_neighbours(parts[0], others[0])
+    if not is_there or any(c.term.acts_on_output for c in pair.causes):
+        return -np.inf
+    near, fitted, usual = found.local_forces.near, pair.fit, found.settings.form_error
+    motion = carried_motion(fitted.model, near.speed, near.harmonics, fitted.theta, order=near.order)
+    changes, other = (changes_of(some, fitted.values, motion, found.local_forces, usual) for some in (parts, others))
+    inexact = [one for one in changes if one.of_motion]
+    if not inexact:
+        return -np.inf
+    size = _relative_size(found.spectrum, sum(one.change for one in inexact), sum(one.change for one in other))
+    laws = {c.effect for c in found.candidates if not c.term.acts_on_output and acted_on([c]) <= place}
+    std = usual * max(one.inexactness for one in inexact) * SCALES[1:]
+    of_form = np.mean(np.exp(-0.5 * (size / std) ** 2) * np.sqrt(2 / np.pi) / std)  # density of the size
+    of_fault = 1 / (size * np.log(WIDTHS[0] / WIDTHS[-1]))  # any size is equally likely, by order of magnitude
+    prior = found.prior_odds.log_odds(one.causes) - found.prior_odds.log_odds(pair.causes) + np.log(BY_LAW / len(laws))
+    with np.errstate(divide="ignore"):
+        return float(prior + np.log(of_form / of_fault))
+
+
+def _are_neighbours(cause, other):
+    """Whether two causes are one effect at nodes beside each other: what acts over a length shows at both."""
+    nodes = [one.where.get("node", np.inf) for one in (cause, other)]
+    return cause.effect == other.effect and abs(nodes[0] - nodes[1]) == 1
+
+
+def _relative_size(spectrum, change, other):
+    """Rms of another change over a change (speed, harmonic, sensor) with its `LEAK`, where the other one shows."""
+    own, squares = (np.sum(np.abs(x) ** 2, axis=(0, 2)) for x in (change, other))
+    each = np.eye(len(own))[:, None, :, None] * other  # harmonic, ...
+    shown = np.sum(spectrum.whitened(each) ** 2, axis=-1)
+    return float(np.sqrt(np.average(squares / (own + LEAK**2 * own.sum()), weights=shown)))
