@@ -69,11 +69,14 @@ def judged(plant, state, diagnosis):
     """What is said of a Diagnosis; sigma : what the rig without the fault leaves, in standard deviations."""
     verdict = diagnosis.verdict
     stated = [*verdict.causes, *verdict.ambiguous_with]
+    places = [c.parameters["position_m"] for c in stated if c.effect == "transverse_crack" and state.startswith("crack")]
+    ends = [one.interval_95 or one.value + one.std * np.array([-1.96, 1.96]) for one in places]
     right = [is_right(cause, plant, state) for cause in stated]
     return {
         "verdict": verdict.verdict, "sigma": round(float(np.sqrt(diagnosis.search.base.cost)), 1),
         "alone": verdict.verdict == "cause" and all(right),
         "in_set": verdict.verdict in ("cause", "ambiguous") and any(right),
+        "place_held": [bool(low <= crack_place(plant, state) <= high) for low, high in ends],
         "causes": [[c.effect, c.where, round(c.posterior_probability, 3),
                     {k: float(f"{p.value:.4g}") for k, p in c.parameters.items()}] for c in stated],
         "p_before": verdict.residual_p_value.before, "p_after": verdict.residual_p_value.after,

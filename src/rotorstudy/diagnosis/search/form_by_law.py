@@ -18,7 +18,7 @@ from rotorstudy.diagnosis.search.odds import faults_of, odds_of
 from rotorstudy.response.neighbourhood import carried_motion
 
 # prior odds of such an error of form against a smooth one, whichever law it is like: of a hundred faults of another
-# form by the independent simulator about five err so
+# form by the independent simulator about seven err so
 BY_LAW = 0.1
 
 
