@@ -69,7 +69,8 @@ def judged(plant, state, diagnosis):
     """What is said of a Diagnosis; sigma : what the rig without the fault leaves, in standard deviations."""
     verdict = diagnosis.verdict
     stated = [*verdict.causes, *verdict.ambiguous_with]
-    places = [c.parameters["position_m"] for c in stated if c.effect == "transverse_crack" and state.startswith("crack")]
+    cracks = [c for c in stated if c.effect == "transverse_crack" and state.startswith("crack")]
+    places = [c.parameters["position_m"] for c in cracks]
     ends = [one.interval_95 or one.value + one.std * np.array([-1.96, 1.96]) for one in places]
     right = [is_right(cause, plant, state) for cause in stated]
     return {
