@@ -80,6 +80,16 @@ def test_several_forces_at_a_place_share_the_error_of_form_in_any_unit():
     assert np.allclose(size[0], size[1:])
 
 
+def test_a_force_that_shows_by_round_off_alone_has_no_error_of_form():
+    """At 0X, of a foundation with the probes on it."""
+    change, forces = np.ones((4, 4, 2)) * [1, 2j], np.zeros((8, 4, 4, 2), complex)
+    for i in range(8):
+        forces[i, :, i % 4] = [1, 0.5] if i % 4 else [1e-20, 0]
+    errors, at = form_errors(SPEED, [Change(change, 1.0, False, forces, np.arange(8) % 4)], SHARES[0])
+    assert np.abs(errors[at == 0]).max() < 1e-15 and np.abs(errors[at == 1]).max() > 0.1
+    assert np.abs(errors).max() < 10 * np.abs(change).max()
+
+
 def test_what_a_form_explains_is_not_evidence_against_a_cause():
     spectrum = noisy(1e-9)
     change = spectrum.amplitude

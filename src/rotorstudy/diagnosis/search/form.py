@@ -161,7 +161,8 @@ def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple) -> tupl
         else:
             of_unit = np.linalg.norm(forces, axis=(2, 3))  # (force, speed)
             rows = len(forced) // (2 * size.shape[1])  # which share the error
-            acting = size[:, forced].T / np.where(of_unit > 0, np.sqrt(rows) * of_unit, np.inf)
+            shows = of_unit > ROUND_OFF * of_unit.max(initial=0.0)  # a foundation at rest moves with its probes
+            acting = size[:, forced].T / np.where(shows, np.sqrt(rows) * of_unit, np.inf)
             by_row = acting.reshape(rows, -1, acting.shape[1])  # a force and a moment have no size in common
             whole = np.sqrt(size.shape[1] * np.mean(by_row**2, axis=1, keepdims=True))
             shown = forces * _with_leak(by_row, whole).reshape(*acting.shape, 1, 1)
