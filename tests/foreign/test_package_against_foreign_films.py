@@ -11,11 +11,12 @@ from rotorstudy import Problem, build_model, measured_response, measured_respons
 from rotorstudy.blind.machines.beam import Element
 from rotorstudy.blind.machines.contacts import add_elliptic_forces
 from rotorstudy.blind.machines.effects import add_preload, add_unbalance
-from rotorstudy.blind.machines.film import Film, add_film, bearing
+from rotorstudy.blind.machines.film import Film, add_film, bearing, running_position
 from rotorstudy.blind.machines.machine import GRAVITY, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.diagnosis import investigate
-from rotorstudy.diagnosis.search import moves, search
+from rotorstudy.diagnosis.runs.compare import compare
+from rotorstudy.diagnosis.search import film_error, moves, search
 from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.moves import additions, loading_films
 from rotorstudy.diagnosis.search.search import begin
@@ -158,6 +159,62 @@ def test_a_change_of_films_is_promised_by_steps_of_a_fit_too(monkeypatch):
     assert not promised()
 
 
+CHANGED = replace(LEFT, clearance=1.35e-4)
+
+
+def moved_by(film, speeds):
+    """How far the sensors see the shaft from where it ran on LEFT, (speed, sensor), m, on another left film."""
+    moved = [np.subtract(*(running_position(one, w) for one in (film, LEFT))) @ [1, 1j] for w in speeds]
+    return np.outer(moved, [1, 2 / 3, 0])
+
+
+def test_a_film_that_changed_moves_its_journal():
+    """0X counts from where the journal ran, and the shaft tilts about the other film."""
+    change = {"kind": "bearing_change", "node": 1, "number": "radial_clearance_m", "bearing_change": 0.35}
+    model = build_model(rig() | {"effects": [*rig()["effects"], change]})
+    found, true = measured_response_and_jacobian(model, SPEEDS, [0]), moved_by(CHANGED, SPEEDS)
+    assert np.abs(found.response[:, 0] - true).max() < 1e-4 * np.abs(true).max() and np.abs(true).max() > 3e-5
+    up, down = (moved_by(replace(LEFT, clearance=(1.35 + step) * 1e-4), SPEEDS) for step in (1e-4, -1e-4))
+    (slope,) = np.moveaxis(found.jacobian[:, 0], -1, 0)[[name.startswith("bearing_change") for name in model.names]]
+    assert np.abs(slope - (up - down) / 2e-4).max() < 1e-4 * np.abs(slope).max()
+    # a rig with the other number counts from there (negative control)
+    worn = rig()
+    worn["bearings"][0]["radial_clearance_m"] = 1.35e-4
+    assert not measured_response(build_model(worn), SPEEDS, [0]).any()
+
+
+FEW = SPEEDS[[0, 2, 3, 5]]
+DRIFTED = np.outer(np.linspace(0, 1, 4), [5e-6j, 0, 0])  # at one bearing, up to 5 % of its clearance
+
+
+@pytest.mark.parametrize(
+    ("film", "means", "is_named"),
+    [
+        (CHANGED, moved_by(CHANGED, FEW), True),
+        (LEFT, moved_by(CHANGED, FEW), False),  # a journal that moved, and vibrates as before
+        (LEFT, DRIFTED, False),
+        (LEFT, DRIFTED, True),  # negative control: without the allowance for drift
+    ],
+)
+def test_means_are_data_of_a_comparison_as_far_as_probes_keep_their_place(film, means, is_named, monkeypatch):
+    """A film that changed is named; a drift names nothing."""
+    harmonics, nodes = np.array([0, 1, -1, 2, -2]), [node + 1 for node in NODES]
+    shown = np.array([on_true_films(FEW, harmonics, 1.0, films=(one, FILMS[1])) for one in (LEFT, film)])
+    shown[1, :, 0] += means
+    before, after = (readings(one, FEW, harmonics, nodes, 1e-7, seed) for seed, one in enumerate(shown))
+    settings = Settings(
+        leave_out=all_but("bearing_change", "bearing_coefficients", "static_preload"), uncertainty=KNOWN
+    )
+    if means is DRIFTED and is_named:
+        monkeypatch.setattr(film_error, "DRIFT", 0.0)
+        settings = settings.model_copy(update={"nuisance": settings.nuisance | {"sensor_gap": 1e-9}})
+    verdict = compare(before, after, build_model(rig()), settings=settings).diagnosis.verdict
+    assert (verdict.verdict != "nothing") == is_named
+    if film is CHANGED:
+        (cause,) = verdict.causes
+        assert cause.effect == "bearing_change" and cause.where == {"node": 1, "number": "radial_clearance_m"}
+
+
 def test_a_spring_at_the_film_is_no_change_of_its_numbers():
     spring = {"kind": "support_stiffness", "node": 1, "support_stiffness_N_per_m": 1e6}
     sprung = build_model({**rig(), "effects": [*rig()["effects"], spring]})
@@ -185,7 +242,7 @@ def on_true_films(speeds, harmonics, heavier, preload=0.0, twice=0.0, films=FILM
 @pytest.fixture(scope="module")
 def aside():
     """A constant force up and aside, by more than half of the weight, at two speeds."""
-    return on_true_films(SPEEDS[[0, 4]], np.array([1, -1]), 0.3, 400.0 * np.exp(1.9j))
+    return on_true_films(SPEEDS[[0, 4]], np.array([1, -1, 0]), 0.3, 400.0 * np.exp(1.9j))
 
 
 @pytest.fixture(scope="module")
@@ -203,18 +260,20 @@ def far_aside():
      "misalignment_force_0X_N": 400.0, "misalignment_force_0X_phase_rad": 1.9},
 ])  # fmt: skip
 def test_a_constant_force_changes_the_load_of_the_films_and_with_it_their_coefficients(effect, aside):
-    """In size and direction, by 35 degrees."""
-    speeds, harmonics, true, files = SPEEDS[[0, 4]], np.array([1, -1]), aside, rig(0.3, loads=False)
+    """In size and direction, by 35 degrees; and it moves the journals, by half of the clearance."""
+    speeds, harmonics, true, files = SPEEDS[[0, 4]], np.array([1, -1]), aside[:, :2], rig(0.3, loads=False)
     model = build_model(files | {"effects": [*files["effects"], effect]})
-    found = measured_response_and_jacobian(model, speeds, harmonics)
+    mean = measured_response(model, speeds, [0])[:, 0, ::2]  # at the films
+    assert np.abs(mean - aside[:, 2, ::2]).max() < 0.02 * np.abs(mean).max()  # what the orbit adds to the mean
+    found = measured_response_and_jacobian(model, speeds, [*harmonics, 0])
     size = np.abs(true).max()
-    assert np.abs(found.response - true).max() < 2e-3 * size  # of a film that is integrated over fewer points
+    assert np.abs(found.response[:, :2] - true).max() < 2e-3 * size  # of a film that is integrated over fewer points
     # negative control: with the load of the weight
     assert np.abs(measured_response(build_model(files), speeds, harmonics) - true).max() > 0.2 * size
     for p in np.flatnonzero([name.endswith(("_real", "_imag")) and "eccent" not in name for name in model.names]):
         step = np.zeros(len(model.names))
         step[p] = 0.5
-        ends = (measured_response(model, speeds, harmonics, model.theta + sign * step) for sign in (1, -1))
+        ends = (measured_response(model, speeds, [*harmonics, 0], model.theta + sign * step) for sign in (1, -1))
         slope = np.subtract(*ends)
         assert np.abs(found.jacobian[..., p] - slope).max() < 1e-5 * np.abs(slope).max()
 

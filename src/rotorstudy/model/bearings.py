@@ -6,11 +6,13 @@ of a bearing, between the housing and the ground; the bearing at that node then 
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.model.entries import apply_entries
+from rotorstudy.model.entries import Entry, apply_entries
+from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Parameter, Term
 
@@ -80,6 +82,44 @@ def weight_carried(structure, node=None):
             "downward, so state load_N (with forces of belts or gears) or another bearing"
         )
     return load
+
+
+def running_position(kind: str, options: dict) -> Callable | None:
+    """Function speed, rad/s -> where a journal runs in its bearing, m, complex, from the middle, real along gravity.
+
+    None of a bearing that does not know it.
+    """
+    running = getattr(registry().plugins["bearing"].get(kind), "running", None)
+    if running is None:
+        return None
+    given = {name: value for name, value in options.items() if name != "node"}
+
+    @lru_cache(maxsize=256)
+    def position(speed):
+        eccentricity, attitude = running(speed, **given)
+        return given["radial_clearance_m"] * eccentricity * np.exp(1j * attitude)
+
+    return position
+
+
+def journal_shift(structure: Structure, node: int, parameters: tuple, before: Callable, after: Callable, more: complex):
+    """The parameters of a film with the constant force that takes its journal from where it ran to where it runs.
+
+    Displacements count from p0, where the journal of the sound machine runs. With the stiffness K at p, where it runs
+    now, the film adds the force K (p - p0), less the load F that it carries more at p.
+
+    before, after : p0 and p, as `running_position` gives them;  more : F, N, complex
+    """
+    (film, *others), here = parameters, structure.index(node)
+    springs = [(e, -complex(np.asarray(e.matrix)[here, here])) for e in film.entries if e.reads_motion and not e.order]
+
+    def force(speed):
+        moved = np.reshape([after(w) - before(w) for w in np.ravel(speed).tolist()], np.shape(speed))
+        each = (size * e.gain_at(speed, 0) * (moved.conj() if e.is_conjugate else moved) for e, size in springs)
+        return sum(each) - more
+
+    entry = Entry(structure.unit(node), on="one", gain=force)
+    return replace(film, entries=(*film.entries, entry)), *others
 
 
 def springs_at_rest(structure: Structure, term: Term) -> np.ndarray:

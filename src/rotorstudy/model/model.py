@@ -199,8 +199,8 @@ class Assembled:
             settled = (replace(t, is_bearing_number=False) if t.is_bearing_number else t for t in terms)
             found = replace(self, terms=tuple(settled))
             loading, given = (u for _, u in self.acting if u.carries), dict(values)
-            forces = (given[u.name] * np.asarray(e.matrix) for u in loading for e in u.entries if e.is_constant)
-            force = sum(forces, self.constant_force)
+            forces = ((given[u.name], e) for u in loading for e in u.entries if e.is_constant and not e.gain)
+            force = sum((size * np.asarray(e.matrix) for size, e in forces), self.constant_force)
         found.__dict__["constant_force"] = force
         found.__dict__["output_table"] = self.output_table  # bearings do not act on the output
         return found

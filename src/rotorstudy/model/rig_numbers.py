@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import CannotAct, NoSteadyState, RotorstudyError, unknown_name
-from rotorstudy.model.bearings import at_housings, springs_at_rest
+from rotorstudy.model.bearings import at_housings, journal_shift, running_position, springs_at_rest
 from rotorstudy.model.entries import Entry, unscaled
 from rotorstudy.model.options import check_options
 from rotorstudy.model.registry import registry
@@ -237,17 +237,20 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
     for bearing, holder in bearings_of(terms):
         meant = {name: _number_meant(term, name, bearing, holder, structure) for name, term in changing.items()}
         own = {name: values[name] for name, number in meant.items() if number}
-        changes, carried = _together(own, meant), next(known).carried if pushing and _load(bearing) else None
+        causes = {name: 0.0 for name in own if "number" in changing[name].options}
+        carried = next(known).carried if pushing and _load(bearing) else None
         forces = () if carried is None else (force * _value(*at, values) for force, *at in pushing)
         more = sum(_load_by(force, carried) for force in forces)
+        changes, sound = (_together(one, meant) for one in (own, own | causes))
         if any(own.values()) or more:
-            built[id(bearing)] = _rebuilt(structure, bearing, holder, changes, more)
+            built[id(bearing)] = _rebuilt(structure, bearing, holder, changes, more, sound)
         theta = [values[unknown.name] for unknown in bearing.unknowns]
         for name in own:
-            ends = (_together({**own, name: own[name] + step}, meant) for step in (STEP, -STEP))
-            slopes[name] += _slopes((_rebuilt(structure, bearing, holder, end, more) for end in ends), theta)
+            each = ({**own, name: own[name] + step} for step in (STEP, -STEP))
+            ends = ((_together(end, meant), more, _together(end | causes, meant)) for end in each)
+            slopes[name] += _slopes((_rebuilt(structure, bearing, holder, *end) for end in ends), theta)
         if carried is not None:
-            films.append(_film(structure, bearing, holder, carried, theta, changes, more))
+            films.append(_film(structure, bearing, holder, carried, theta, changes, more, sound))
     built |= {id(term): _with_entries(term, slopes, films) for term in terms if term.is_bearing_number}
     return tuple(built.get(id(term), term) for term in terms)
 
@@ -322,12 +325,12 @@ def _value(term, parameter, values):
     return values[f"{name}_real"] + 1j * values[f"{name}_imag"] if parameter.is_complex else values[name]
 
 
-def _film(structure, bearing, holder, carried, theta, changes=None, more=0.0):
-    """The Film of a bearing with amplitudes, of numbers that have changed and a load, N, that is added."""
+def _film(structure, bearing, holder, carried, theta, changes=None, more=0.0, sound=None):
+    """The Film of a bearing with amplitudes; changes, more, sound : as of `_rebuilt`."""
     changes, derivatives = changes or {}, []
     size = holder.changed(changes)[_load(bearing)[0]]
     for step in (STEP * size, 1j * STEP * size):
-        ends = (_rebuilt(structure, bearing, holder, changes, more + part) for part in (step, -step))
+        ends = (_rebuilt(structure, bearing, holder, changes, more + part, sound) for part in (step, -step))
         derivatives.append(_slopes(ends, np.divide(theta, size)))
     return Film(size, carried, *derivatives)
 
@@ -380,8 +383,11 @@ def _together(changes, meant):
     return found
 
 
-def _rebuilt(structure, bearing, holder, changes, more=0.0):
-    """A bearing with other numbers, and a load that is added to its own, N, complex."""
+def _rebuilt(structure, bearing, holder, changes, more=0.0, sound=None):
+    """A bearing with other numbers, and a load that is added to its own, N, complex.
+
+    sound : changes of numbers without those of causes: displacements count from where the journal then runs
+    """
     lost = [name for name, change in changes.items() if not change > -1]
     if lost:
         raise NoSteadyState(f"{lost[0]} would be zero or negative")
@@ -392,7 +398,11 @@ def _rebuilt(structure, bearing, holder, changes, more=0.0):
         options = {**options, size: float(abs(load)), angle: float(np.angle(load))}
     with _none_with_these_numbers():
         given = check_options(function, options, f"bearing {bearing.kind}", ("structure",))
-        parameters = at_housings(structure, function(structure=structure, **given), from_ground=bearing.is_foundation)
+        parameters = function(structure=structure, **given)
+        if before := running_position(bearing.kind, holder.changed(sound or {})):
+            shifted = before, running_position(bearing.kind, options), more
+            parameters = journal_shift(structure, _at_node(bearing, structure), parameters, *shifted)
+        parameters = at_housings(structure, parameters, from_ground=bearing.is_foundation)
 
     @cache  # entries of one gain keep one
     def guard(gain):

@@ -7,8 +7,8 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.findings import Finding
+from rotorstudy.model.bearings import running_position
 from rotorstudy.model.model import Model
-from rotorstudy.model.registry import registry
 from rotorstudy.units import number, spin
 
 SAME_SPEED = 0.01  # relative difference
@@ -35,16 +35,15 @@ class Centreline(NamedTuple):
 
 def centrelines(model: Model, speeds: np.ndarray, from_rest: dict) -> list[Centreline]:
     """The Centreline, over speeds (rad/s), of every bearing that knows where its journal runs, measured or not."""
-    bearings, found = registry().plugins["bearing"], []
+    found = []
     for term in model.terms:
-        running = getattr(bearings.get(term.kind), "running", None)
-        if running is None or term.is_foundation:
+        position = running_position(term.kind, term.options)
+        if position is None or term.is_foundation:
             continue
-        options = {name: value for name, value in term.options.items() if name != "node"}
         node, clearance = term.options["node"], term.options["radial_clearance_m"]
         at, moved = from_rest.get(node, (np.zeros(0), np.zeros(0, complex)))
-        each = ([_running(running, w, options) for w in np.asarray(every, float)] for every in (speeds, at))
-        predicted, there = (clearance * np.array(places, complex) for places in each)
+        each = ([_running(position, w) for w in np.asarray(every, float)] for every in (speeds, at))
+        predicted, there = (np.array(places, complex) for places in each)
         found.append(Centreline(node, clearance, predicted, at, clearance + moved, there))
     return found
 
@@ -69,9 +68,8 @@ def journals_moved(model: Model, before: dict, after: dict) -> Iterator[Finding]
         yield Finding("warning" if doubt else "note", name, where, f"{at}: {told}")
 
 
-def _running(running, speed, options):
+def _running(position, speed):
     try:
-        eccentricity, attitude = running(speed, **options)
+        return position(speed)
     except RotorstudyError:  # no film
         return complex(np.nan)
-    return eccentricity * np.exp(1j * attitude)

@@ -17,7 +17,7 @@ from scipy.linalg import block_diag
 
 from rotorstudy.diagnosis.runs.turned_mark import without_turn, without_turn_beside_a_change
 from rotorstudy.diagnosis.search.candidates import with_vibration
-from rotorstudy.diagnosis.search.film_error import with_film_error
+from rotorstudy.diagnosis.search.film_error import with_film_error, with_offset_of_mean
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import Diagnosis, investigate
@@ -67,6 +67,7 @@ def compare(
              records
     """
     settings = of_changes(Settings(**settings) if isinstance(settings, dict) else settings or Settings())
+    settings = with_offset_of_mean(settings, before, model)
     before, after, lost = _with_common_probes(before, after)
     before, after, left = _at_common_speeds(before, after)
     if np.array_equal(before.amplitude, after.amplitude):

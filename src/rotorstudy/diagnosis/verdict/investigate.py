@@ -4,6 +4,7 @@ import logging
 from dataclasses import dataclass, replace
 
 from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.film_error import with_offset_of_mean
 from rotorstudy.diagnosis.search.impossible import unstable_rig
 from rotorstudy.diagnosis.search.odds import faults_of
 from rotorstudy.diagnosis.settings import Settings
@@ -84,6 +85,7 @@ def investigate(
     settings = Settings(**settings) if isinstance(settings, dict) else settings or Settings()
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
+    settings = with_offset_of_mean(settings, spectrum, model)
     chosen, failed = settings.hold_out_rad_s if hold_out is None else hold_out, {}
     with using(registry()):  # which is asked for at every shape
         while True:
