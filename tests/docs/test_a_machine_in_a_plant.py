@@ -33,6 +33,9 @@ def test_the_page_finds_the_worn_bearing(tmp_path, monkeypatch):
     said = (tmp_path / "analysis" / "index.html").read_text(encoding="utf-8")
     assert "first forward mode (2149.3 rpm, 54 % of the speed) has the logarithmic decrement 0.615" in said
     assert "measured at 0.19 of the clearance at 52° from gravity at 4002 rpm" in said
+    assert all(
+        "Shaft centreline" in Path(name, "index.html").read_text(encoding="utf-8") for name in ("sound", "change")
+    )
     sound, change = (json.loads(Path(name, "verdict.json").read_text()) for name in ("sound", "change"))
     assert sound["verdict"] == "nothing" and change["verdict"] == "cause"
     journals = {one["name"]: one for one in change["findings"] if one["name"].startswith("journal")}

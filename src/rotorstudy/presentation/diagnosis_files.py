@@ -17,13 +17,14 @@ from rotorstudy.model.estimated_rig import write_rig
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import named_plugins, read_rig
 from rotorstudy.model.shown_units import shown_for
-from rotorstudy.presentation.charts import axes_of
+from rotorstudy.presentation.charts import axes_of, drawn
 from rotorstudy.presentation.diagnosis_figures import both_states, diagnosis_figures, two_states
 from rotorstudy.presentation.diagnosis_page import diagnosis_page
 from rotorstudy.presentation.plots import save_pictures
+from rotorstudy.presentation.rotor_figures import centreline
 from rotorstudy.presentation.rotor_files import mean_positions
 from rotorstudy.store import provenance, save, whole_folder, write_text
-from rotorstudy.studies.centreline import journals_moved
+from rotorstudy.studies.centreline import centrelines, journals_moved
 
 
 def diagnose_files(
@@ -51,8 +52,10 @@ def diagnose_files(
     check_names(settings, model, f"{where}, diagnosis")
     with shown_for(rig, where):
         diagnosis = with_hidden(investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings))
+        places = mean_positions(records, read_conventions(rig, where), spectrum, model)
+        figures = _centreline(model, spectrum, {"measured": places})
     origin = {"records": ", ".join(map(str, records)), "rig": where}
-    return _write(diagnosis, spectrum, model, rig, origin, out, name=name, links=links)
+    return _write(diagnosis, spectrum, model, rig, origin, out, first=figures, name=name, links=links)
 
 
 def compare_files(before: list[str | Path], after: list[str | Path], rig_path: str | Path, out: str | Path) -> Verdict:
@@ -67,18 +70,27 @@ def compare_files(before: list[str | Path], after: list[str | Path], rig_path: s
     with shown_for(rig, where):
         conventions = read_conventions(rig, where)
         states = ((before, first), (after, second))
-        places = (mean_positions(paths, conventions, spectrum, model) for paths, spectrum in states)
+        places = [mean_positions(paths, conventions, spectrum, model) for paths, spectrum in states]
         findings = (*findings, *more, *journals_moved(model, *places))
         found = compare(first, second, model, settings=settings, findings=findings)
         diagnosis = with_hidden(found.diagnosis)
         said = summary(diagnosis.verdict, of_change=True)
         mark, both = model.structure.reading.mark_rad, (found.before, found.after)
         figures = {"two_states": two_states(*both, found.difference, mark)}
+        figures |= _centreline(model, second, dict(zip(("before", "after"), places, strict=True)))
         states = both_states(*both, json.loads(axes_of(model, rig)))
     names = [", ".join(map(str, paths)) for paths in (before, after)]
     origin = {"records": f"{names[1]} after {names[0]}", "rig": where}
     changed = {"summary": said, "first": figures, "states": states}
     return _write(diagnosis, found.difference, model, rig, origin, out, **changed)
+
+
+def _centreline(model, spectrum, measured):
+    """The figure of the shaft centreline, by name, if one was measured; measured : state -> `mean_positions`."""
+    every = zip(*(centrelines(model, spectrum.speed, places) for places in measured.values()), strict=True)
+    journals = [one for one in every if any(len(state.measured) for state in one)]
+    charts = [centreline(one, model.structure, tuple(measured), *later) for one, *later in journals]
+    return {"centreline": drawn([charts], 2.6, 2.6)} if charts else {}
 
 
 def _write(diagnosis, spectrum, model, rig, origin, out, summary=None, first=None, name=None, links=None, states=None):

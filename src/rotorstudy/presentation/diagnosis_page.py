@@ -7,7 +7,7 @@ import pandas as pd
 
 from rotorstudy.diagnosis.verdict import words
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable, sizes
-from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES
+from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES, ROTOR_FIGURES
 from rotorstudy.presentation.charts import along_probes, bode_charts, is_sweep, speed_view
 from rotorstudy.presentation.diagnosis_figures import shown_speed, worst_nodes
 from rotorstudy.presentation.pages import cells, pictures, render
@@ -72,7 +72,7 @@ def diagnosis_page(verdict, data, figures, title, links=None, states=None):
         alternatives=[_with_probability(cause_in_words(c), c) for c in verdict.ambiguous_with],
         excluded=words.excluded_in_words(verdict) if verdict.verdict in ("cause", "ambiguous") else [],
         separated=words.separated(verdict) if verdict.ambiguous_with else {},
-        figures=pictures(figures, CHANGE_FIGURES | DIAGNOSIS_FIGURES),
+        figures=pictures(figures, {**CHANGE_FIGURES, **DIAGNOSIS_FIGURES, "centreline": ROTOR_FIGURES["centreline"]}),
         left=_left(verdict),
         limits_note="The smallest amplitudes that are detected with a probability of 95 %, the lowest "
         f"{min(MOST_LIMITS, len(limits))} of {len(limits)} (all in verdict.json). Anything smaller may go undetected.",

@@ -86,14 +86,16 @@ def stability(analysis):
     return charts
 
 
-def centreline(one, structure):
-    """The path of a journal in the circle of its clearance, gravity downward, with the measured positions."""
-    path, seen = (places / one.clearance for places in (one.predicted, one.measured))
+def centreline(one, structure, states=("measured",), *later):
+    """The path of a journal in the circle of its clearance, gravity downward, with the positions measured in states."""
+    path = one.predicted / one.clearance
     series = [
         curve("film of the rig", 0, path.imag, -path.real, line=True),
         curve("lowest speed", 0, path.imag[:1], -path.real[:1], mark="circle", size=4),
-        *([curve("measured", 1, seen.imag, -seen.real, mark="cross", size=4)] if len(seen) else []),
     ]
+    for k, (state, seen) in enumerate(zip(states, (one, *later), strict=True), start=1):
+        place = seen.measured / one.clearance
+        series += [curve(state, k, place.imag, -place.real, mark="cross", size=4)] if len(place) else []
     title = structure.labels.get(one.node, f"node {one.node}")
     return plot(title, ("across", "clearance"), ("up", "clearance"), series, equal=True, circles=[1])
 
