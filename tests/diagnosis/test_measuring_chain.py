@@ -10,7 +10,7 @@ from machines import all_but, disc, rig_of, spectrum_of, springs, unbalance
 from rotorstudy import build_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.diagnosis.verdict.wrong_convention import _accepted
+from rotorstudy.diagnosis.verdict.wrong_convention import _accepted, _one_comes_near
 from rotorstudy.model.structure import Reading
 from rotorstudy.response.statics import static_deflection
 
@@ -168,3 +168,14 @@ def test_what_a_convention_leaves_is_excused_by_a_fault_once(beside, cost, is_to
     explained = SimpleNamespace(causes=(cause,) * beside, fit=fitted(cost), log_posterior_odds=0.0)
     work = SimpleNamespace(settings=Settings())
     assert (_accepted(tested, explained, fitted(2e6), 0.0, work) is not None) == is_told
+
+
+@pytest.mark.parametrize(("left", "comes_near"), [(1e5, False), (90.0, True)])
+def test_a_cause_where_a_force_comes_near_is_fitted_whatever_its_columns_explain(left, comes_near):
+    """A rig that is fitted far off has columns that explain little: a preload was then taken for a zero."""
+    cause = SimpleNamespace(names=["force"], where={"node": 2}, term=SimpleNamespace(acts_on_output=False))
+    force = SimpleNamespace(where={"node": 2}, left=left)
+    begun = SimpleNamespace(base=SimpleNamespace(cost=2e6), free_forces=[force], candidates=[cause] * 4,
+                            held=lambda causes, start, steps: SimpleNamespace(cost=start["force"]))  # fmt: skip
+    columns = [SimpleNamespace(explained=10.0 - n, start=[2e6 if n < 3 else 80.0]) for n in range(4)]
+    assert _one_comes_near(begun, columns, 900.0) == comes_near

@@ -69,13 +69,15 @@ def _one_comes_near(begun, screened, cost):
     """Whether some cause alone leaves less than a cost: linearised, or fitted.
 
     Fitted are those best when linearised, and those that act on the output, as an error of one probe can be the same
-    change of the records as a wrong convention: with one node, a reversed probe is the other sense of rotation.
+    change of the records as a wrong convention: with one node, a reversed probe is the other sense of rotation. So are
+    those where a free force comes near: columns of a rig that is fitted far off do not tell what they explain.
     """
     explained = np.array([one.explained for one in screened])
     if begun.base.cost - explained.max(initial=0.0) < cost:
         return True
-    on_output = np.flatnonzero([c.term.acts_on_output for c in begun.candidates])
-    for i in dict.fromkeys([*np.argsort(-explained)[:FITTED].tolist(), *on_output.tolist()]):
+    there = [force.where for force in begun.free_forces[:1] if force.left < cost]
+    others = np.flatnonzero([c.term.acts_on_output or c.where in there for c in begun.candidates])
+    for i in dict.fromkeys([*np.argsort(-explained)[:FITTED].tolist(), *others.tolist()]):
         cause = (begun.candidates[i],)
         start = dict(zip(cause[0].names, screened[i].start, strict=True))
         fitted = begun.held(cause, start, TRIAL_STEPS)
