@@ -15,6 +15,7 @@ def rotorstudy_effect():
         source="thesis section 3.4",
         acts_on="output",
         candidate=False,
+        nuisance="clearance",
         checked="a constant at 0X to 1e-12",
         confounders={"static_preload": "a preload deflects all sensors in a known shape, a gap is independent at each"},
     )

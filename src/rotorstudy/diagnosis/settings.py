@@ -13,7 +13,8 @@ from rotorstudy.model.rig_numbers import with_numbers
 
 def stated_nuisance():
     """Effect -> standard deviation of its amplitude, for effects that are part of every measuring chain."""
-    return {name: effect.nuisance for name, effect in registry().plugins["effect"].items() if effect.nuisance}
+    stated = {name: effect.nuisance for name, effect in registry().plugins["effect"].items()}
+    return {name: std for name, std in stated.items() if std and std != "clearance"}
 
 
 class Settings(Strict):

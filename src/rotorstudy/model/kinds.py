@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import pluggy
 
@@ -169,7 +169,8 @@ class Effect(Plugin):
                 mass that is eccentric)
     switches  : its force changes its law within a revolution; where it never does, it is a constant force and a
                 stiffness, and not considered as a cause
-    nuisance  : standard deviation of its amplitude in any measuring chain, where it is never exactly zero
+    nuisance  : standard deviation of its amplitude in any measuring chain, where it is never exactly zero; or
+                "clearance", the largest one of the oil films, where these carry the machine, anew in each run
     changes_bearing : its amplitude is the relative change of the option `number` of the bearings at its `node`, which
                 are built anew; its entries are the derivative
     together  : function(structure, one, other) of the options of two of them on a rotor, which raises CannotAct where
@@ -201,7 +202,7 @@ class Effect(Plugin):
     change_rate: float | None = None
     at_discs: bool = False
     place_rate: Callable | None = field(default=None, compare=False)
-    nuisance: float = 0.0
+    nuisance: float | Literal["clearance"] = 0.0
     changes_bearing: bool = False
     together: Callable | None = field(default=None, compare=False)
     feared: Feared | None = field(default=None, compare=False)

@@ -23,6 +23,7 @@ from rotorstudy.inference.prediction import neighbourhood
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.model import Model
+from rotorstudy.model.registry import registry
 
 GROWTH = 1.0  # half the relative change of the stiffness of a film per eccentricity ratio
 LARGEST = 1.0  # orbit over the clearance
@@ -32,11 +33,13 @@ DRIFT = 0.05  # of the clearance, of a mean position with the temperature, besid
 
 def with_offset_of_mean(settings: Settings, spectrum: Spectrum, model: Model) -> Settings:
     """The settings with an unknown offset of 0X at each sensor in every run, if films carry the machine."""
-    films = _films(model)
-    if not films or 0 not in spectrum.harmonics or "sensor_gap" in settings.nuisance:
+    films, effects = _films(model), registry().plugins["effect"]
+    offsets = [name for name in effects.keys() - settings.nuisance.keys() if effects[name].nuisance == "clearance"]
+    if not films or 0 not in spectrum.harmonics:
         return settings
-    nuisance = settings.nuisance | {"sensor_gap": max(film.options["radial_clearance_m"] for film in films)}
-    return settings.model_copy(update={"nuisance": nuisance, "run_to_run": [*settings.run_to_run, "sensor_gap"]})
+    std = max(film.options["radial_clearance_m"] for film in films)
+    nuisance = settings.nuisance | dict.fromkeys(offsets, std)
+    return settings.model_copy(update={"nuisance": nuisance, "run_to_run": [*settings.run_to_run, *offsets]})
 
 
 def _films(model):
