@@ -15,6 +15,7 @@ from rotorstudy.diagnosis.search.form import LEAK, SCALES, acted_on, changes_of
 from rotorstudy.diagnosis.search.form_fit import WITHIN
 from rotorstudy.diagnosis.search.odds import SCALES as WIDTHS
 from rotorstudy.diagnosis.search.odds import faults_of, odds_of
+from rotorstudy.errors import NoSteadyState
 from rotorstudy.response.neighbourhood import carried_motion
 
 # prior odds of such an error of form against a smooth one, whichever law it is like: of a hundred faults of another
@@ -40,23 +41,31 @@ def _relative_odds(found, pair, one):
     faults = faults_of(pair.causes)
     (parts,), (others,) = ([faults[name] for name in faults if (name in one.faults) == own] for own in (True, False))
     place = acted_on(parts)
-    is_there = acted_on(others) <= place or _are_neighbours(parts[0], others[0])
+    is_there = _acts_at(others, place) or _are_neighbours(parts[0], others[0])
     if not is_there or any(c.term.acts_on_output for c in pair.causes):
         return -np.inf
     near, fitted, usual = found.local_forces.near, pair.fit, found.settings.form_error
-    motion = carried_motion(fitted.model, near.speed, near.harmonics, fitted.theta, order=near.order)
-    changes, other = (changes_of(some, fitted.values, motion, found.local_forces, usual) for some in (parts, others))
-    inexact = [one for one in changes if one.of_motion]
-    if not inexact:
+    try:
+        motion = carried_motion(fitted.model, near.speed, near.harmonics, fitted.theta, order=near.order)
+    except NoSteadyState:
         return -np.inf
-    size = _relative_size(found.spectrum, sum(one.change for one in inexact), sum(one.change for one in other))
-    laws = {c.effect for c in found.candidates if not c.term.acts_on_output and acted_on([c]) <= place}
+    changes, other = (changes_of(some, fitted.values, motion, found.local_forces, usual) for some in (parts, others))
+    inexact, other = [one for one in changes if one.of_motion], sum(one.change for one in other)
+    if not inexact or not np.any(other) or not np.any(found.spectrum.whitened(other)):
+        return -np.inf
+    size = _relative_size(found.spectrum, sum(one.change for one in inexact), other)
+    laws = {c.effect for c in found.candidates if not c.term.acts_on_output and _acts_at([c], place)}
     std = usual * max(one.inexactness for one in inexact) * SCALES[1:]
     of_form = np.mean(np.exp(-0.5 * (size / std) ** 2) * np.sqrt(2 / np.pi) / std)  # density of the size
     of_fault = 1 / (size * np.log(WIDTHS[0] / WIDTHS[-1]))  # any size is equally likely, by order of magnitude
     prior = found.prior_odds.log_odds(one.causes) - found.prior_odds.log_odds(pair.causes) + np.log(BY_LAW / len(laws))
     with np.errstate(divide="ignore"):
         return float(prior + np.log(of_form / of_fault))
+
+
+def _acts_at(parts, place):
+    """Whether the parts of a fault act on some coordinates of a place, and on no others."""
+    return bool(acted_on(parts)) and acted_on(parts) <= place
 
 
 def _are_neighbours(cause, other):
