@@ -34,7 +34,7 @@ DRIFT = 0.05  # of the clearance, of a mean position with the temperature, besid
 def with_offset_of_mean(settings: Settings, spectrum: Spectrum, model: Model) -> Settings:
     """The settings with an unknown offset of 0X at each sensor in every run, if films carry the machine."""
     films, effects = _films(model), registry().plugins["effect"]
-    offsets = [name for name in effects.keys() - settings.nuisance.keys() if effects[name].nuisance == "clearance"]
+    offsets = [name for name, one in effects.items() if one.nuisance == "clearance" and name not in settings.nuisance]
     if not films or 0 not in spectrum.harmonics:
         return settings
     std = max(film.options["radial_clearance_m"] for film in films)

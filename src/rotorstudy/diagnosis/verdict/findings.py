@@ -93,7 +93,7 @@ def form_like_another(best):
         "uncertain: an error of its form, or a second fault at the same place that is small beside it. Repair it, and "
         "measure again"
     )
-    return [Finding("note", "form of the cause", " and ".join(sorted(best.named)), text)] if best.like else []
+    return [Finding("note", "error of form", " and ".join(sorted(best.named)), text)] if best.like else []
 
 
 def wrong_convention(chain):
