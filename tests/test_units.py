@@ -5,7 +5,7 @@ import pytest
 
 from rotorstudy import RotorstudyError
 from rotorstudy.model.shown_units import asked, shown_for
-from rotorstudy.units import interval, number, p_value, percent, probability, quantity, spins, um, with_interval
+from rotorstudy.units import interval, number, p_value, percent, quantity, spins, um, with_interval
 
 
 def test_numbers_are_written_with_the_digits_that_are_known():
@@ -32,9 +32,8 @@ def test_speeds_are_written_in_both_units():
     assert spins(np.linspace(100.0, 300.0, 20)) == "20 speeds from 954.9 rpm (100 rad/s) to 2865 rpm (300 rad/s)"
 
 
-def test_probabilities_and_p_values_say_what_they_do_not_resolve():
+def test_p_values_say_what_they_do_not_resolve():
     assert [p_value(p) for p in (1.0, 0.4, 0.0123, 1e-9)] == ["p = 1", "p = 0.4", "p = 0.012", "p < 1e-6"]
-    assert [probability(p) for p in (0.5, 0.9989, 0.9999)] == ["50 %", "99.9 %", "above 99.9 %"]
     assert percent(1.234, 2) == "120 %"
 
 

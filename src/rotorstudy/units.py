@@ -155,11 +155,6 @@ def percent(share: float, digits: int = 3) -> str:
     return f"{number(100 * share, digits)} %"
 
 
-def probability(value: float) -> str:
-    """A posterior probability in percent; the last tenth is not resolved."""
-    return "above 99.9 %" if value > 0.999 else percent(value)
-
-
 def p_value(value: float) -> str:
     """A p-value: p = 0.012, or p < 1e-6."""
     return "p < 1e-6" if value < 1e-6 else f"p = {value:.2g}"

@@ -55,7 +55,7 @@ def cause(one):
     known = {**SIZES.get(one["family"], {}), **({"position_m": "position_m"} if "position_m" in one else {})}
     stated = {parameter: one[key] for parameter, key in known.items() if key in one}
     parameters = {name: {"value": size, "std": 1e-9 + 1e-6 * abs(size)} for name, size in stated.items()}
-    return {"effect": name, "where": where, "parameters": parameters, "posterior_probability": 1.0}
+    return {"effect": name, "where": where, "parameters": parameters, "probability": 1.0}
 
 
 def oracle(truth):
@@ -90,5 +90,5 @@ def mute(truth):
 
 def accuser(truth):
     """Calls everything a motion of the base, quite sure."""
-    named = {"effect": "base_motion", "where": {}, "parameters": {}, "posterior_probability": 0.99}
+    named = {"effect": "base_motion", "where": {}, "parameters": {}, "probability": 0.99}
     return {"verdict": {"verdict": "cause", "causes": [named]}, "held_out": None, "seconds": 0.1}

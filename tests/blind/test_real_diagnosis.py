@@ -50,7 +50,7 @@ def check_always(rows, verdicts, truths, seals, where):
         for cause in [*verdict["causes"], *verdict["ambiguous_with"]]:
             assert set(cause) == set(Cause.model_fields), where
             assert cause["effect"] in registry().plugins["effect"], where
-            assert 0 <= cause["posterior_probability"] <= 1 + 1e-9, where
+            assert 0 <= cause["probability"] <= cause["posterior_probability"] <= 1 + 1e-9, where
             assert all(np.isfinite(value["value"]) for value in cause["parameters"].values()), where
         assert (verdict["verdict"] == "nothing") <= (not verdict["causes"]), where
         assert (verdict["verdict"] in ("cause", "ambiguous")) <= bool(verdict["causes"]), where
@@ -71,7 +71,7 @@ def test_clean_records_are_not_accused(config, tmp_path):
     check_always(*found, f"seed {FIXED_SEED}")
     rows = found[0]
     assert (rows.group == "clean").all()
-    assert ((rows.verdict == "nothing") | ~(rows.probability > 0.99)).all(), rows[["machine", "answer", "probability"]]
+    assert ((rows.verdict == "nothing") | ~(rows.probability > 0.91)).all(), rows[["machine", "answer", "probability"]]
 
 
 def test_most_large_effects_are_found_or_not_ruled_out(config, tmp_path):

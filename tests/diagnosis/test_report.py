@@ -101,6 +101,8 @@ def test_verdict_json_has_what_the_documentation_says(asymmetric):
     (cause,) = verdict["causes"]
     known = {"value", "std", "unit", "part", "interval_95"}
     assert 0.9 < cause["posterior_probability"] <= 1 and all(set(one) == known for one in cause["parameters"].values())
+    wrong = verdict["settings"]["model_inadequacy"]
+    assert cause["probability"] == pytest.approx((1 - wrong) * cause["posterior_probability"]) and wrong > 0.05
     assert {one["part"] for one in cause["parameters"].values()} == {"magnitude", "phase"}
     assert {"dead", "known_by_prior_alone", "traded_off"} <= set(verdict["identifiability"])
     assert {"before_m", "after_m", "before_sigma", "after_sigma", "rise_probability"} <= set(verdict["gain"])
@@ -258,7 +260,7 @@ def test_the_stiff_direction_is_an_angle_and_not_the_phase():
     phase = {"value": np.deg2rad(70.0), "std": np.deg2rad(2.0), "unit": "rad", "part": "phase"}
     parameters = {"support_anisotropy": size, "support_anisotropy_phase": phase}
     place = {"effect": "support_anisotropy", "where": {"node": 1}}
-    words = cause_in_words(Cause(**place, parameters=parameters, posterior_probability=1.0))
+    words = cause_in_words(Cause(**place, parameters=parameters, posterior_probability=1.0, probability=0.92))
     assert words == "support anisotropy at node 1 (20000 ± 100 N/m along 35.0 ± 1.0 °)"
     model = build_model({**RIG, "effects": [{"kind": "support_anisotropy", "support_anisotropy_N_per_m": 2e4,
                                              "support_anisotropy_phase_rad": np.deg2rad(70.0)}]})  # fmt: skip
@@ -291,18 +293,19 @@ def test_the_first_lines_say_what_to_do_next_whatever_the_verdict(kind, asymmetr
 def test_a_cause_that_is_not_in_doubt_is_said_first(asymmetric):
     """Beside one of two others; where all are in doubt, they are one explanation."""
     (sure,) = asymmetric[0]["causes"]
-    other = {**sure, "effect": "bow", "where": {"element": 1}, "parameters": {}, "posterior_probability": 0.8}
+    likely = {"posterior_probability": 0.8, "probability": 0.74}
+    other = {**sure, "effect": "bow", "where": {"element": 1}, "parameters": {}} | likely
     third = {**other, "effect": "runout", "where": {"node": 1}}
 
     def said(probability):
-        causes = [{**sure, "posterior_probability": probability}, other]
+        causes = [{**sure, "posterior_probability": probability, "probability": 0.92 * probability}, other]
         ambiguous = {**asymmetric[0], "verdict": "ambiguous", "causes": causes, "ambiguous_with": [third]}
         return summary(Verdict(**ambiguous))
 
     assert said(0.9995).startswith("Something is missing: shaft asymmetry (0.0")
-    likely = "(posterior probability above 99.9 %) and another cause, most likely (posterior probability 80 %) bow"
+    likely = "(probability 92 %) and another cause, most likely (probability 74 %) bow"
     assert likely in said(0.9995) and "But runout at node 1 cannot be ruled out." in said(0.9995)
-    assert "The most likely cause (posterior probability 80 %) is shaft asymmetry" in said(0.85)
+    assert "The most likely cause (probability 74 %) is shaft asymmetry" in said(0.85)
 
 
 def test_a_broken_plugin_is_named_on_the_page_and_in_the_words(asymmetric):
@@ -336,7 +339,7 @@ def test_a_phase_that_the_records_leave_open_is_not_written_as_a_number():
             "unbalance": {"value": 2e-6, "std": 1.5e-6, "unit": "kg m", "part": "magnitude"},
             "unbalance_phase": {"value": 0.5, "std": std, "unit": "rad", "part": "phase"},
         }
-        where = {"effect": "unbalance", "where": {"node": 1}, "posterior_probability": 1.0}
+        where = {"effect": "unbalance", "where": {"node": 1}, "posterior_probability": 1.0, "probability": 0.92}
         cause = Cause.model_validate({**where, "parameters": parameters})
         said[name] = sizes(cause), cause_in_words(cause)
     assert said["known"][0] == {
@@ -352,7 +355,7 @@ def test_a_cause_has_one_pair_of_brackets_and_units_instead_of_endings_of_names(
             name: {"value": value, "std": None, "unit": "", "part": "shape"} for name, value in shapes.items()
         }
         cause = Cause(effect="pedestal_resonance", where=where, label=label, parameters=parameters,
-                      posterior_probability=1.0)  # fmt: skip
+                      posterior_probability=1.0, probability=0.92)  # fmt: skip
         return cause_in_words(cause)
 
     shape = {"natural_frequency_rad_per_s": 1400.0, "bearing_time_s": 0.0005, "damping_ratio": 0.03}
@@ -379,5 +382,5 @@ def test_laws_within_reach_are_named_too(behind, others):
     found = _other_variants(best, best.causes[0], among, 0.99)
     assert found == others
     cause = Cause(effect="transverse_crack", where={}, parameters={}, variant=best.causes[0].variant,
-                  other_variants=found, posterior_probability=1.0)  # fmt: skip
+                  other_variants=found, posterior_probability=1.0, probability=0.92)  # fmt: skip
     assert cause_in_words(cause).endswith(f"breathing gradual{' or sudden' * bool(others)})")

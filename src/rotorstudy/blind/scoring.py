@@ -104,8 +104,8 @@ def _judged(truth, verdict):
         "wrong": kind == "cause" and any(not any(name or beside for name, _, beside in match[id(cause)])
                                          for cause in causes),
         "names_rotor": bool(stated) and not any(is_chain(cause["effect"]) for cause in stated),
-        # posterior among the effects of the library, times the probability that the truth is one of those stated
-        "probability": causes[0].get("posterior_probability", np.nan) * (1 - verdict.get("outside_probability", 0.0))
+        # among the effects of the library, times the probability that the truth is one of those
+        "probability": causes[0].get("probability", np.nan) * (1 - verdict.get("outside_probability", 0.0))
         if causes else np.nan,
         "first_right": bool(causes) and any(there for _, there, _ in match[id(causes[0])]),
     }  # fmt: skip

@@ -188,7 +188,7 @@ def _called(effect):
 
 
 def calibration_figure(rows):
-    """Share of true causes over their stated posterior probability."""
+    """Share of true causes over their stated probability."""
     picture, axes = figure(1, 1, height=2.8)
     axes = axes[0, 0]
     stated = rows[rows.probability.notna()]
@@ -200,7 +200,7 @@ def calibration_figure(rows):
     for x, y, n in zip(place, share, count[there], strict=True):
         axes.annotate(int(n), (x, y), textcoords="offset points", xytext=(-4, -9), fontsize=6, ha="right")
     axes.set(xlim=(0, 1.03), ylim=(0, 1.03), ylabel="share that is true")
-    axes.set_xlabel("stated posterior probability of the first cause")
+    axes.set_xlabel("stated probability of the first cause")
     axes.set_title(f"Stated probabilities are off by {error:.2f} on average" if len(stated) else "No cause was stated")
     axes.legend()
     return picture

@@ -38,7 +38,7 @@ BLIND_FIGURES = {
     "confusion": "A row for each hidden effect, a column for each answer; cases with at most one effect, of any size. "
     "Solid boxes: right answers; dashed: confounders that the effect declares. For effects far below size 3 "
     "'nothing' is an appropriate answer.",
-    "calibration": "Share of the causes named first that are true, over their stated posterior probability. On the "
+    "calibration": "Share of the causes named first that are true, over their stated probability. On the "
     "dotted line the probabilities are calibrated; above it they are too low, below it too high. Labels: numbers "
     "of cases.",
 }

@@ -12,7 +12,7 @@ from rotorstudy.presentation.charts import along_probes, bode_charts, is_sweep, 
 from rotorstudy.presentation.diagnosis_figures import shown_speed, worst_nodes
 from rotorstudy.presentation.pages import cells, pictures, render
 from rotorstudy.store import as_complex
-from rotorstudy.units import p_value, percent, probability, quantity, spins
+from rotorstudy.units import p_value, percent, quantity, spins
 
 MOST_LIMITS = 12  # detection limits on the page, the lowest first; all are in verdict.json
 LEAST_SAID = 1e-3  # probability that the true cause is no effect of the library that a reader should know
@@ -171,11 +171,11 @@ def _bode(data, axes):
 
 
 def _with_probability(text, cause):
-    return f"{text}; posterior probability {probability(cause.posterior_probability)}"
+    return f"{text}; probability {percent(cause.probability)}"
 
 
 def _glance(verdict, of_change):
-    """The verdict as rows (name, text): cause, place, size, posterior probability, gain; of an unknown one less."""
+    """The verdict as rows (name, text): cause, place, size, probability, gain; of an unknown one less."""
     rows, gain = [], verdict.gain
     if verdict.verdict == "unknown":
         rows = list(words.known_and_not(verdict, of_change).items())

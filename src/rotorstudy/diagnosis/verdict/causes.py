@@ -15,16 +15,17 @@ from rotorstudy.measurement.findings import Finding
 from rotorstudy.model.registry import registry
 
 
-def causes_of(explanation, probability, among, share, over):
+def causes_of(explanation, probability, inadequacy, among, share, over):
     """The Cause of every fault of an explanation; the parts of a fault are one cause.
 
-    among : explanations with which its variants are compared;  share : as for `_other_variants`
-    over  : OverForms of one of the causes, or None
+    inadequacy : `Settings.model_inadequacy`;  over : OverForms of one of the causes, or None
+    among      : explanations with which its variants are compared;  share : as for `_other_variants`
     """
-    return [
-        cause_of(parts, explanation.fit, probability[fault], _other_variants(explanation, parts[0], among, share), over)
-        for fault, parts in faults_of(explanation.causes).items()
-    ]
+    found = []
+    for fault, parts in faults_of(explanation.causes).items():
+        variants = _other_variants(explanation, parts[0], among, share)
+        found.append(cause_of(parts, explanation.fit, probability[fault], inadequacy, variants, over))
+    return found
 
 
 def _other_variants(explanation, cause, among, share):
@@ -41,8 +42,8 @@ def _other_variants(explanation, cause, among, share):
     return [dict(one) for one in needed if dict(one) != cause.variant]
 
 
-def cause_of(parts, fitted, probability, other_variants=(), over=None):
-    """The Cause of the parts of a fault, whose options are listed where they differ; over : as for `causes_of`."""
+def cause_of(parts, fitted, probability, inadequacy, other_variants=(), over=None):
+    """The Cause of the parts of a fault, whose options are listed where they differ; others : as for `causes_of`."""
     where = {}
     for key in dict.fromkeys(key for part in parts for key in part.where):
         values = sorted({part.where[key] for part in parts if key in part.where})
@@ -65,6 +66,7 @@ def cause_of(parts, fitted, probability, other_variants=(), over=None):
         variant=parts[0].variant,
         other_variants=other_variants,
         posterior_probability=probability,
+        probability=probability * (1 - inadequacy),
     )
 
 

@@ -132,7 +132,7 @@ def _judged(one, settings, findings):
     p_parameters = parameter_p_value(best.fit, found.prior.by_name)
     left = residual_share(*(misfit(one.model, fitted, one.theta) for one in (base, best.fit)), rows)
     weights = found.posterior()
-    probability = _probability(weights)
+    probability, inadequacy = _probability(weights), found.settings.model_inadequacy
     stated, gain = _stated(found.credible(STATED_SET), best), gain_of(found, held, expected)
     against = is_contradicted(found, expected, gain)
     kind = _kind(found, probability, is_alone=not stated, is_contradicted=against)
@@ -153,8 +153,8 @@ def _judged(one, settings, findings):
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
         verdict=kind,
-        causes=causes_of(best, probability, found.explanations, STATED_SET, over),
-        ambiguous_with=[cause_of(parts, e.fit, probability[fault]) for fault, parts, e in stated],
+        causes=causes_of(best, probability, inadequacy, found.explanations, STATED_SET, over),
+        ambiguous_with=[cause_of(parts, e.fit, probability[fault], inadequacy) for fault, parts, e in stated],
         resultant=resultant_of(found, best),
         separating_measurement=separating_measurements(best.causes, others, model.structure),
         next_runs=_next_runs(kind, found, measured, held),

@@ -71,6 +71,7 @@ class Cause(Place):
     variant: dict[str, str] = {}
     other_variants: list[dict[str, str]] = []
     posterior_probability: float  # of this effect at this place, among all explanations that were fitted
+    probability: float  # the same, less the share of such causes that are wrong (`Settings.model_inadequacy`)
 
 
 class SeparatingMeasurement(Result):

@@ -9,7 +9,7 @@ from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, read
 from rotorstudy.diagnosis.verdict.findings import CONTRADICTED
 from rotorstudy.diagnosis.verdict.result import ACTS_BY
 from rotorstudy.model.registry import registry
-from rotorstudy.units import number, p_value, percent, probability, quantity, spin, spins
+from rotorstudy.units import number, p_value, percent, quantity, spin, spins
 
 OF_DIAMETER = "of the diameter"  # unit of the depth of a crack
 FEW = 3  # detection limits, unexplained harmonics, or values of the rig, in a sentence
@@ -142,9 +142,9 @@ def _said(verdict, of_change):
 
 
 def _named(causes):
-    """The least posterior probability of causes, and the causes with their sizes, as texts."""
-    likely = probability(min(cause.posterior_probability for cause in causes))
-    return f"posterior probability {likely}", " together with ".join(map(cause_in_words, causes))
+    """The least probability of causes, and the causes with their sizes, as texts."""
+    likely = percent(min(cause.probability for cause in causes))
+    return f"probability {likely}", " together with ".join(map(cause_in_words, causes))
 
 
 def _ambiguous(verdict, something):
