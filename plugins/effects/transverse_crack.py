@@ -4,6 +4,7 @@ import numpy as np
 
 from rotorstudy.plugins import CannotAct, DepthRatio, Effect, Feared, NonNegative, Parameter, Share, crack_at, hookimpl
 
+FLEXIBILITY = {True: "strip_integration", False: "elasticity"}  # depth plugin of a law by the angle, as published
 ELEMENTS_TRIED = 10  # of a long shaft, to say which depth is seen
 Breathing = Literal["gradual", "sudden", "turning", "cosine", "switching", "none"]
 
@@ -58,8 +59,7 @@ def transverse_crack(
         raise CannotAct("closing_moment_N_m needs a crack that opens and closes by the instantaneous moment")
     if not by_moment and breathing != "none" and not np.any(structure.static_load):
         raise CannotAct("no weight opens and closes a crack here; breathing: gradual or sudden by the moment, or none")
-    if flexibility is None:
-        flexibility = "strip_integration" if breathing in ("cosine", "switching") else "elasticity"
+    flexibility = flexibility or FLEXIBILITY[breathing in ("cosine", "switching")]
     place = position_m, depth_ratio, angle_rad
     hinge = crack_at(structure, *place, flexibility, breathing == "sudden", front_aspect_ratio)
     jumps = breathing in ("sudden", "switching")
@@ -86,9 +86,14 @@ def transverse_crack(
     return found
 
 
-def depth_in_metres(structure, position_m, **others):
-    """The depth in m, by the diameter at its position."""
-    return {"depth_m": ("depth_ratio", structure.section_at(position_m).outer_diameter_m)}
+def depth_and_flexibility(
+    structure, position_m, depth_ratio, flexibility_factor=1.0, front_aspect_ratio=0.0, breathing="gradual"
+):
+    """The depth in m by the diameter at its position, and how far the open crack yields to the moment that opens it."""
+    by_angle = breathing in ("cosine", "switching")
+    hinge = crack_at(structure, position_m, depth_ratio, 0.0, FLEXIBILITY[by_angle], False, front_aspect_ratio)
+    depth = depth_ratio * hinge.section.outer_diameter_m
+    return {"depth_m": depth, "flexibility_rad_per_N_m": flexibility_factor * hinge.open_compliance[0]}
 
 
 def middles_of_elements(structure):
@@ -134,7 +139,7 @@ def rotorstudy_effect():
                 **{name: (0.0, std) for name, ((motion, _), std) in FORM.items() if motion == "skewed"},
             },
         ),
-        stated=depth_in_metres,
+        stated=depth_and_flexibility,
         alternatives={"breathing": lambda: ("gradual", "sudden", "none")},
         formulas={"breathing": lambda: ("turning", "cosine", "switching")},
         example={"position_m": 0.2},

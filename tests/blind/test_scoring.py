@@ -10,13 +10,11 @@ import pytest
 from one_line_errors import refused
 from scipy.stats import binom
 
-from rotorstudy import registry
 from rotorstudy.blind.config import KINDS
 from rotorstudy.blind.criteria import AT_A_GLANCE, OWN, judge, printed, sentences, statement
 from rotorstudy.blind.run import answer_case, answer_chunk, check_seal, gather_chunks, run_blind, salt_of, seal, summary
 from rotorstudy.blind.scoring import score, score_case, share_bounds
 from rotorstudy.measurement.findings import told
-from rotorstudy.model.cracks import compliance
 from rotorstudy.presentation.blind_page import criteria_page, write_pages
 from rotorstudy.presentation.captions import BLIND_FIGURES
 
@@ -60,15 +58,13 @@ def test_one_who_accuses_always_is_found_out(truths):
 
 def test_a_crack_is_judged_by_place_angle_and_flexibility(truths):
     truth = next(one for one in truths if one["kind"] == "form" and one["families"] == "crack_form")
-    plugin = registry().get("depth", "elasticity")
-    across = compliance(plugin, 0.2, diameter_m=0.02, youngs_modulus_Pa=2.1e11)[0]
-    truth = truth | {"true": [truth["true"][0] | {"across_rad_per_N_m": 1.1 * across}]}
+    truth = truth | {"true": [truth["true"][0] | {"across_rad_per_N_m": 1.1e-6}]}
 
-    def row(**changes):
-        stated = {"position_m": (0.31, 0.01), "depth_ratio": (0.2, 0.002), "angle_rad": (0.5, 0.01),
-                  "flexibility_factor": (1.0, 0.05)} | changes  # fmt: skip
-        named = cause(truth["true"][0])
+    def row(interval=None, **changes):
+        stated = {"position_m": (0.31, 0.01), "angle_rad": (0.5, 0.01), "flexibility_rad_per_N_m": (1e-6, 7e-8)}
+        named, stated = cause(truth["true"][0]), stated | changes
         named["parameters"] = {name: {"value": value, "std": std} for name, (value, std) in stated.items()}
+        named["parameters"]["flexibility_rad_per_N_m"]["interval_95"] = interval
         verdict = {"verdict": "cause", "causes": [named]}
         return score_case(truth, {"verdict": verdict, "held_out": None, "seconds": 1.0})
 
@@ -76,8 +72,8 @@ def test_a_crack_is_judged_by_place_angle_and_flexibility(truths):
     assert found["alone"] and found["place_error"] == pytest.approx(0.01)
     assert found["angle_error_deg"] == pytest.approx(np.rad2deg(0.1))
     assert found["flexibility_error"] == pytest.approx(1 / 1.1 - 1) and found["flexibility_held"] == 1
-    assert row(flexibility_factor=(1.0, 0.01))["flexibility_held"] == 0
-    assert row(flexibility_factor=(1.0, 0.01), depth_ratio=(0.2, 0.01))["flexibility_held"] == 1
+    assert row(flexibility_rad_per_N_m=(1e-6, 4e-8))["flexibility_held"] == 0
+    assert [row(ends)["flexibility_held"] for ends in ([9e-7, 1.05e-6], [1.05e-6, 1.2e-6])] == [0, 1]
     assert not row(position_m=(0.4, 0.01))["alone"]
 
 

@@ -15,7 +15,7 @@ from one_line_errors import refused
 from rotorstudy import RotorstudyError, build_model, measured_response, read_rig, registry
 from rotorstudy.diagnosis.one_cause import identify
 from rotorstudy.diagnosis.one_cause import over_forms as over_forms_module
-from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, identified, interval_of, intervals_of
+from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, identified, interval_of
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.search.candidates import candidate, freedom_of, with_shape
@@ -152,7 +152,7 @@ def test_a_curved_front_is_found_with_its_depth():
         assert low < found.cause.shape[name] < high and high - low == pytest.approx(
             3.92 * found.cause.shape_std[name], rel=0.4
         )
-    depth = dict(intervals_of(found))["depth_m"]
+    depth = found.intervals["depth_m"]
     assert depth == pytest.approx(0.02 * np.array(interval_of(found, "depth_ratio")))
     straight = at_the_truth(spectrum, {}).cause
     assert TRUE["depth_ratio"] - straight.shape["depth_ratio"] > 10 * straight.shape_std["depth_ratio"]

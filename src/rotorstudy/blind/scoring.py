@@ -5,14 +5,12 @@ import pandas as pd
 
 from rotorstudy.blind.machines.cases import CHAIN_FAULTS
 from rotorstudy.blind.meanings import ALL_SWAPPED, CONVENTIONS, CRACKS, REFUSED, SIZES, SWAPPED, compared
-from rotorstudy.model.cracks import compliance
 from rotorstudy.model.registry import registry
 from rotorstudy.units import HALF_INTERVAL
 
 PROBABILITY_EDGES = np.array([0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0])
 ANSWERS_WITHOUT_CAUSE = ("nothing", "unknown", "convention", "refused", "failed")
 CRACK_ANGLE = 10.0  # degrees, error of the angle of a crack that is found
-SLOPE = 0.01  # relative step of a depth, for the slope of its flexibility
 
 
 def share_bounds(found: int, of: int) -> tuple[float, float]:
@@ -154,7 +152,7 @@ def _sizes_judged(true, causes):
 def _crack_judged(truth, causes):
     """Errors of the first crack among some causes: place (of the length), angle (degrees), flexibility (relative).
 
-    The flexibility is that of its depth, by the library, times its factor; `held`: by the 95 % interval of both.
+    `held` : the stated 95 % interval holds the true flexibility.
     """
     found = dict.fromkeys(("place_error", "angle_error_deg", "flexibility_error", "flexibility_held"), np.nan)
     true = [one for one in truth["true"] if one["family"] in ("crack_form", "open_crack_form")]
@@ -162,26 +160,17 @@ def _crack_judged(truth, causes):
     if not true or not cracks:
         return found
     one = true[0]
-    stated, usual = cracks[0].get("parameters", {}), cracks[0].get("usual_form", {})
+    stated = cracks[0].get("parameters", {})
     fold = 2 if one["family"] == "open_crack_form" else 1
     if angle := stated.get("angle_rad", stated.get("crack_angle_rad")):
         off = np.angle(np.exp(1j * fold * (angle["value"] - one["phase_rad"]))) / fold
         found["angle_error_deg"] = float(np.rad2deg(off))
     if "position_m" in stated:
         found["place_error"] = abs(stated["position_m"]["value"] - one["position_m"]) / one["length_m"]
-    if "depth_ratio" in stated and "flexibility_factor" in stated:
-        depth, factor = usual.get("depth_ratio", stated["depth_ratio"]), stated["flexibility_factor"]
-        by_angle = (cracks[0].get("variant") or {}).get("breathing") in ("cosine", "switching")
-        plugin = registry().get("depth", "strip_integration" if by_angle else "elasticity")  # as the effect takes it
-        near = depth["value"] * np.array([1, 1 - SLOPE, 1 + SLOPE])
-        shaft = {"diameter_m": truth["diameter_m"], "youngs_modulus_Pa": truth["youngs_modulus_Pa"]}
-        low, high = plugin.valid
-        at, below, above = np.log([compliance(plugin, min(max(d, low), high), **shaft)[0] for d in near])
-        slope = (above - below) / (2 * SLOPE * depth["value"])
-        std = np.hypot(slope * (depth.get("std") or 0), (factor.get("std") or 0) / factor["value"])
-        error = at + np.log(abs(factor["value"])) - np.log(one["across_rad_per_N_m"])
-        held = float(abs(error) <= HALF_INTERVAL * std)
-        found |= {"flexibility_error": float(np.expm1(error)), "flexibility_held": held}
+    if yields := stated.get("flexibility_rad_per_N_m"):
+        true = one["across_rad_per_N_m"]
+        low, high = yields.get("interval_95") or yields["value"] + HALF_INTERVAL * yields["std"] * np.array([-1, 1])
+        found |= {"flexibility_error": yields["value"] / true - 1, "flexibility_held": float(low <= true <= high)}
     return found
 
 

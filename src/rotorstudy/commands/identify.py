@@ -106,7 +106,7 @@ def _chosen(spectrum, harmonics):
 
 def _run_cause(given, rig, spectrum, model):
     """Print the shape and the size of a cause with their intervals, and which of its alternatives fits."""
-    from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, intervals_of, shape_of
+    from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, shape_of
     from rotorstudy.diagnosis.one_cause.identify import identify_cause
     from rotorstudy.diagnosis.settings import check_names, read_settings
 
@@ -114,7 +114,7 @@ def _run_cause(given, rig, spectrum, model):
     check_names(settings, model, f"{given.rig}, diagnosis")
     found = identify_cause(spectrum, model, given.cause, settings, given.count)
     places = [{**cause.where, **cause.variant} for cause in found.causes]
-    rows = _rows(estimates_of(found), intervals_of(found))
+    rows = _rows(estimates_of(found), found.intervals)
     for place in places:
         print(given.cause + _told(place))
     _print_estimates(rows)

@@ -75,10 +75,11 @@ class Hinge:
     @property
     def _softer(self):
         """Kink (2,) of the open crack along xi and eta, as a share of the rotation that strains the shaft."""
-        return self.section.stiffness * self._open_compliance
+        return self.section.stiffness * self.open_compliance
 
     @property
-    def _open_compliance(self):
+    def open_compliance(self) -> np.ndarray:
+        """Compliance (2,) of the open crack along xi and eta, rad/(N m)."""
         return open_compliance(self.depth.name, float(self.depth_ratio), self._of_shaft)
 
     @cached_property
@@ -91,7 +92,7 @@ class Hinge:
     def force(self, closing_moment: float = 0.0, along: bool = False) -> NonlinearForce:
         """The moment, N m, by which the kink acts along `row` if the moment opens it against a closing one along xi."""
         stiffness = self.section.stiffness
-        scale, closing = np.divide(*self._open_compliance) if along else 1.0, closing_moment / stiffness
+        scale, closing = np.divide(*self.open_compliance) if along else 1.0, closing_moment / stiffness
 
         def moment(rotation, velocity, deflection, shaft_angle):
             imposed, turned, kinks = self._imposed(rotation, shaft_angle)
@@ -169,7 +170,7 @@ class Hinge:
         along : only (g - conj g) / 2 of a kink g in the frame of the crack, as large as the flexibility across makes it
         """
         if along:
-            shares = (shares - shares[::-1, ::-1]) * np.divide(*self._open_compliance) / 2  # shift k, and 2 - k
+            shares = (shares - shares[::-1, ::-1]) * np.divide(*self.open_compliance) / 2  # shift k, and 2 - k
         turned = np.exp(1j * SHIFTS * self.angle) * shares
         at_rest = turned.sum(axis=0) if self.section.own_moment else 0.0 * turned[0]
         basis = _basis(self.row.tobytes(), float(self.section.own_moment), float(self.section.stiffness))

@@ -150,8 +150,8 @@ class Effect(Plugin):
     form      : option -> (low, high), in which a real one differs from the default in an unknown way (the front of a
                 crack), any value as likely as another; then as the first two of `any_form`: `identify --cause`
                 fits these
-    stated    : function(structure, **shape) -> {name: (option, factor)}, further sizes of a verdict, each an option
-                of the shape times a factor: the depth of a crack in m by its share of the diameter
+    stated    : function of the structure, and of the options and amplitudes that it names -> {name: number}, further
+                sizes of a verdict, positive and in SI: the depth of a crack in m by its share of the diameter
     alternatives : option -> function() -> its possible values, of which diagnosis tries each; the cause is the same
     formulas  : option -> function() -> further values of an alternative, published formulas that are simpler than the
                 physics: `identify --cause` tries them where the others do not explain the records

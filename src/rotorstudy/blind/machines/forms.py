@@ -69,11 +69,11 @@ def add_crack(draw, position, length, compliance, law, share, angle, closing=0.0
         raise NoSteadyState(str(problem)) from problem
     what = {"position_m": float(position), "softened_m": float(length), "phase_rad": angle, "law": law}
     names = ("across", "along", "coupling")
-    numbers = compliance[0, 0], compliance[1, 1], compliance[0, 1]
-    what |= {f"{name}_rad_per_N_m": float(value) for name, value in zip(names, numbers, strict=True)}
+    numbers = a, b, both = compliance[0, 0], compliance[1, 1], compliance[0, 1]
     if law == "open":  # no record shows another direction than that in which it yields most
-        a, b, both = numbers
         what["phase_rad"] = float(angle + np.arctan2(2 * both, a - b) / 2)
+        numbers = *np.linalg.eigvalsh(compliance)[::-1], 0.0
+    what |= {f"{name}_rad_per_N_m": float(value) for name, value in zip(names, numbers, strict=True)}
     if draw.rotor.elements:
         element = int(np.searchsorted(draw.rotor.positions, position, side="right"))
         return what | {"element": min(element, len(draw.rotor.elements))}

@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
+from rotorstudy.diagnosis.one_cause.stated import stated_numbers
 from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges
 from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, as_fit, ranges_of, shaped
 from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.model.model import Model
-from rotorstudy.model.registry import registry
 from rotorstudy.units import HALF_INTERVAL
 
 LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
@@ -32,7 +32,8 @@ class Identified(NamedTuple):
     misfits: dict[str, float]  # alternatives of the effect (as a text) -> misfit and penalty beyond those of the best
     # other shapes (with their standard deviations) that explain the records as well, each (cause,)
     elsewhere: tuple[tuple[Candidate, ...], ...] = ()
-    # option of the shape of a cause over all forms -> ends of its 95 % interval
+    # of a cause over all forms: stated number -> value and standard deviation; option or such -> ends of 95 %
+    stated: dict[str, tuple[float, float]] = {}
     intervals: dict[str, tuple[float, float]] = {}
 
     @property
@@ -87,7 +88,7 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
         chi_square_p_value(best.cost, 2 * work.spectrum.amplitude.size),
         misfits,
         tuple(shaped(work, one) for one in elsewhere[1:]),
-        averaged.intervals if averaged else {},
+        *((averaged.stated, averaged.intervals) if averaged else ()),
     )
 
 
@@ -105,20 +106,6 @@ def interval_of(found: Identified, name: str) -> tuple[float, float]:
     return found.intervals.get(name, (value - half, value + half))
 
 
-def intervals_of(found: Identified) -> dict[str, tuple[float, float]]:
-    """Name of an estimate -> ends of its 95 % interval, where that is not the value and 1.96 standard deviations."""
-    if not found.intervals:
-        return {}
-    follows = _follows(found, found.cause).items()
-    return found.intervals | {name: tuple(x * end for end in found.intervals[key]) for name, (key, x) in follows}
-
-
-def _follows(found, cause):
-    """{name: (option, factor)} of what follows from the shape of a cause, such as the depth in m."""
-    stated = registry().get("effect", cause.effect).stated
-    return stated(found.model.structure, **cause.shape) if stated else {}
-
-
 def estimates_of(found: Identified) -> list[tuple[str, float, float, str]]:
     """(name, value, standard deviation, unit) of the shapes of the causes, what follows, and their amplitudes."""
     rows, std = [], np.sqrt(np.diag(found.covariance))
@@ -134,10 +121,12 @@ def estimates_of(found: Identified) -> list[tuple[str, float, float, str]]:
 
 def shape_of(found: Identified, cause: Candidate) -> list[tuple[str, float, float, str]]:
     """(name, value, standard deviation, unit) of the shape of a cause, and what follows from it."""
-    rows = [(name, value, cause.shape_std[name], _unit(name)) for name, value in cause.shape.items()]
-    for name, (option, factor) in _follows(found, cause).items():
-        rows.append((name, factor * cause.shape[option], factor * cause.shape_std[option], _unit(name)))
-    return rows
+    place = [found.names.index(name) for name in cause.names]
+    amplitudes, covariance = found.theta[place], found.covariance[np.ix_(place, place)]
+    stated = found.stated if found.stated and cause is found.cause else None
+    stated = stated or stated_numbers(found.model.structure, cause, amplitudes, covariance)
+    sizes = {name: (value, cause.shape_std[name]) for name, value in cause.shape.items()} | stated
+    return [(name, *one, _unit(name)) for name, one in sizes.items()]
 
 
 def far_amplitudes(causes: Sequence[Candidate], names: Sequence[str], theta: np.ndarray) -> dict[str, float]:
@@ -154,4 +143,5 @@ def far_amplitudes(causes: Sequence[Candidate], names: Sequence[str], theta: np.
 
 def _unit(name):
     """Unit of an option, by the end of its name."""
-    return next((unit for unit in ("rad", "m") if name.endswith(f"_{unit}")), "1")
+    endings = {"_rad_per_N_m": "rad/(N m)", "_rad": "rad", "_m": "m"}
+    return next((unit for ending, unit in endings.items() if name.endswith(ending)), "1")

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.diagnosis.one_cause.stated import stated_numbers
 from rotorstudy.diagnosis.search.candidates import Candidate, candidate, form_ranges, freedom_of, variants_of
 from rotorstudy.diagnosis.search.held_shapes import CLOSER, UNLIKELY, HeldShapes, Shapes, halfway, slopes_of
 from rotorstudy.diagnosis.search.screening import Projection
@@ -55,10 +56,11 @@ def laws_of(work: Work, cause: Candidate) -> list[Candidate]:
 
 
 class OverForms(NamedTuple):
-    """The cause with medians and standard deviations over all forms, and option -> ends of its 95 % interval."""
+    """The cause with medians and standard deviations over all forms."""
 
     cause: Candidate
-    intervals: dict[str, tuple[float, float]]
+    stated: dict[str, tuple[float, float]]  # name of a stated number -> median and standard deviation of it
+    intervals: dict[str, tuple[float, float]]  # option or stated number -> ends of its 95 % interval
     cost: float  # misfit and penalty of the most probable law, where it explains most
     # amplitudes (unknown,) and cost by the law of the cause itself; None if it can act nowhere
     by_own_law: tuple[np.ndarray, float] | None
@@ -72,7 +74,7 @@ class _Weighted(NamedTuple):
     amplitudes: np.ndarray  # where it explains most
     cost: float  # there
     log_evidence: float = -np.inf  # of one that explains too little, which has no values
-    values: dict[str, np.ndarray] = {}
+    values: dict[str, np.ndarray] = {}  # of each option and of each number that the effect states
     weight: np.ndarray | None = None
 
 
@@ -113,7 +115,8 @@ def over_forms(
         spread[key] = float(np.sqrt(np.average((drawn - shape[key]) ** 2, weights=weight, axis=0).mean()))
         intervals[key] = low, high
     own = next(((one.amplitudes, one.cost) for one in every if one.law is laws[0]), None)
-    return OverForms(laws[0]._replace(shape=shape, shape_std=spread), intervals, best.cost, own)
+    stated = {key: (shape.pop(key), spread.pop(key)) for key in [*shape] if key not in ranges}
+    return OverForms(laws[0]._replace(shape=shape, shape_std=spread), stated, intervals, best.cost, own)
 
 
 def _weighted(shapes, starts, wider=None):
@@ -146,8 +149,11 @@ def _weighted(shapes, starts, wider=None):
     if len(likely) < FEWEST:
         best = shapes._replace(other=np.inf).fitted(best.points)
         return _Weighted(shapes.law, known, best.amplitudes[0], float(best.cost[0]))
-    rows = {x: _distribution(known[x], along) for x in likely}
-    whole, values, weight = _mixture(rows, shapes.ranges, shapes.held)
+    rows = {}
+    for x in likely:
+        stated = _stated(shapes, known[x], least)
+        rows[x] = _distribution(known[x], along, [*stated.values()])
+    whole, values, weight = _mixture(rows, shapes.ranges, shapes.held, [*stated])
     evidence = whole + float(best.log_volume[0])
     return _Weighted(shapes.law, known, best.amplitudes[0], float(best.cost[0]), evidence, values, weight)
 
@@ -183,8 +189,29 @@ def _places(cause, law, ranges, place):
     return points[(x > 0) & (x < 1)]
 
 
-def _distribution(there, along):
-    """Along the position: (level, option and its log variance), and the logarithm of the evidence of the form.
+def _stated(shapes, there, least):
+    """Stated number -> (2, row) its logarithm and the variance of that; of unlikely rows as of those beside them.
+
+    least : misfit of the best
+    """
+    along, scale, found = shapes.held[1], np.ones(there.covariance.shape[1]), {}
+    likely = np.flatnonzero(there.cost < least + UNLIKELY)
+    likely = likely[np.argsort(there.points[likely, along])]
+    for row, cause in zip(likely, shapes.reshaped(there.points[likely])[0], strict=True):
+        slopes = [ends.slope(cause.shape[name]) for name, ends in shapes.ranges.items()]
+        scale[: len(slopes)] = slopes
+        covariance = there.covariance[row] * np.outer(scale, scale)
+        known = stated_numbers(shapes.work.rig.structure, cause, there.amplitudes[row], covariance)
+        for name, (value, std) in known.items():
+            found.setdefault(name, []).append((np.log(value), (std / value) ** 2))
+    at = there.points[:, along]
+    return {name: [np.interp(at, at[likely], x) for x in zip(*rows, strict=True)] for name, rows in found.items()}
+
+
+def _distribution(there, along, stated):
+    """Along the position: (level, number and its log variance), and the logarithm of the evidence of the form.
+
+    The numbers are the options and those stated, whose logarithms and variances are given.
 
     The posterior volume of amplitudes, depth and angle is taken to be the same everywhere: fits at nine places of a
     shaft agree to 1.4 in its logarithm, while at a motion that is held it changes by 7 within an element.
@@ -192,9 +219,11 @@ def _distribution(there, along):
     from scipy.interpolate import PchipInterpolator
 
     held, first = np.unique(there.points[:, along].round(9), return_index=True)
-    there = there.part(first)
-    spread = np.log(np.where(there.variances > 0, there.variances, 1.0))
-    rows = np.column_stack([there.points, spread, there.cost / 2])
+    values = np.column_stack([there.points, *(value for value, _ in stated)])
+    options = np.diagonal(there.covariance, axis1=1, axis2=2)[:, : there.points.shape[1]]
+    variances = np.column_stack([options, *(variance for _, variance in stated)])
+    spread = np.log(np.where(variances > 0, variances, 1.0))
+    rows = np.column_stack([values, spread, there.cost / 2])[first]
     curve = PchipInterpolator(held, rows)  # no overshoot where the misfit rises steeply
     x = np.unique(np.concatenate([np.linspace(a, b, 16) for a, b in pairwise(held)]))
     energy = curve(x)[:, -1]
@@ -204,8 +233,11 @@ def _distribution(there, along):
     return curve(at)[:, :-1], np.log(weight.sum()) - energy.min()
 
 
-def _mixture(rows, ranges, held):
-    """Log evidence, values and weights of a law from distributions (fraction of the form -> as `_distribution`)."""
+def _mixture(rows, ranges, held, stated):
+    """Log evidence, values and weights of a law from distributions (fraction of the form -> as `_distribution`).
+
+    stated : names of the stated numbers
+    """
     from scipy.interpolate import PchipInterpolator
     from scipy.special import ndtri
 
@@ -215,10 +247,11 @@ def _mixture(rows, ranges, held):
     weight = np.exp(evidence - evidence.max())
     parts = PchipInterpolator(forms, [one for one, _ in rows.values()])(x).reshape(FINE * FINE, -1)
     levels = ndtri((np.arange(LEVELS) + 0.5) / LEVELS)
-    drawn = {}
-    for i, (key, ends) in enumerate(ranges.items()):
-        std = 0.0 * parts[:, i] if i in held else np.exp(parts[:, len(ranges) + i] / 2)
-        drawn[key] = _values(ends, parts[:, i, None] + np.multiply.outer(std, levels))
+    drawn, count = {}, len(ranges) + len(stated)
+    for i, key in enumerate([*ranges, *stated]):
+        std = 0.0 * parts[:, i] if i in held else np.exp(parts[:, count + i] / 2)
+        values = parts[:, i, None] + np.multiply.outer(std, levels)
+        drawn[key] = _values(ranges[key], values) if key in ranges else np.exp(values)
     whole = evidence.max() + np.log(weight.sum() * (x[1] - x[0]))
     return whole, drawn, np.repeat(weight, FINE) / (weight.sum() * FINE)
 

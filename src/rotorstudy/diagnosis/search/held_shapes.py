@@ -30,8 +30,8 @@ class Shapes(NamedTuple):
     """A law of the cause in some shapes (row,), the rest of the shape fitted to the form and the position."""
 
     points: np.ndarray  # (row, option) fractions of the ranges
-    variances: np.ndarray  # (row, option) of them
     amplitudes: np.ndarray  # (row, unknown)
+    covariance: np.ndarray  # (row, option + unknown, option + unknown) of both, zero of options that are held
     cost: np.ndarray  # (row,) misfit and penalty
     log_volume: np.ndarray  # (row,) of the posterior of the rest beside that of the prior
 
@@ -120,7 +120,9 @@ class HeldShapes(NamedTuple):
         amplitudes = np.tile(mean, (rows, 1)) if amplitudes is None else amplitudes.copy()
         step = np.zeros((rows, len(free)))
         nowhere = np.full(rows, np.inf)
-        found = Shapes(points.copy(), np.zeros(points.shape), amplitudes.copy(), nowhere, -nowhere)
+        size = points.shape[1] + len(mean)
+        place = [*range(points.shape[1], size), *free]
+        found = Shapes(points.copy(), amplitudes.copy(), np.zeros((rows, size, size)), nowhere, -nowhere)
         active = np.arange(rows)
         for _ in range(STEPS):
             causes, usable = self.reshaped(points[active])
@@ -136,7 +138,7 @@ class HeldShapes(NamedTuple):
             kept = active[is_better]
             found.points[kept] = points[kept]
             found.points[np.ix_(kept, free)] += np.where(is_close[:, None], here.step, 0.0)[is_better]
-            found.variances[np.ix_(kept, free)] = here.variances[is_better]
+            found.covariance[np.ix_(kept, place, place)] = here.covariance[is_better]
             found.amplitudes[kept], found.cost[kept] = here.amplitudes[is_better], cost[is_better]
             found.log_volume[kept] = here.log_volume[is_better]
             forward = np.clip(here.step, -LONGEST, LONGEST)
@@ -199,11 +201,11 @@ def slopes_of(work: Work, fitted: Fit, causes: Sequence[Candidate], without: tup
 
 
 class _Solved(NamedTuple):
-    """Amplitudes (row, unknown) and the next step (row, option) of the shape, with its variances."""
+    """Amplitudes (row, unknown) and the next step (row, option) of the shape, with the covariance of both."""
 
     amplitudes: np.ndarray
     step: np.ndarray
-    variances: np.ndarray
+    covariance: np.ndarray
     cost: np.ndarray  # (row,) misfit and penalty at the shape
     least: np.ndarray  # after the step, to first order
     log_volume: np.ndarray  # (row,) of the posterior beside that of the prior
@@ -224,5 +226,6 @@ def _solved(residual, columns, slopes, mean, std, off):
     there = np.linalg.solve(precision[:, :count, :count], right[:, :count, None])[..., 0]
     cost, least = (whole - np.sum(one * right[:, : one.shape[1]], axis=1) for one in (there, best))
     volume = -0.5 * np.linalg.slogdet(precision)[1]
-    variances = np.diagonal(covariance, axis1=1, axis2=2)[:, count:]
-    return _Solved(mean + std * best[:, :count], best[:, count:], variances, cost, least, volume)
+    sizes = np.concatenate([std, np.ones(slopes.shape[1])])
+    covariance = covariance * np.outer(sizes, sizes)
+    return _Solved(mean + std * best[:, :count], best[:, count:], covariance, cost, least, volume)

@@ -8,7 +8,10 @@ from rotorstudy.units import ANY_ANGLE, interval, quantity
 
 FEW = 3  # amplitudes of a cause that are all said
 SMALL = 1e-3  # m; lengths below are said in µm
-ENDINGS = {"_rad_per_s": "rad/s", "_N_m": "N m", "_rad": "rad", "_m": "m", "_Pa_s": "Pa s", "_s": "s"}  # of options
+ENDINGS = {  # of options
+    "_rad_per_s": "rad/s", "_rad_per_N_m": "rad/(N m)", "_N_m": "N m", "_rad": "rad", "_m": "m", "_Pa_s": "Pa s",
+    "_s": "s",
+}  # fmt: skip
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
 
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.one_cause.answer import far_amplitudes
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
+from rotorstudy.diagnosis.one_cause.stated import stated_numbers
 from rotorstudy.diagnosis.search.candidates import form_ranges
 from rotorstudy.diagnosis.search.odds import faults_of, odds_of
 from rotorstudy.diagnosis.search.shape_fit import Work
@@ -12,7 +13,6 @@ from rotorstudy.diagnosis.verdict.result import Cause, ParameterEstimate
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.measurement.findings import Finding
-from rotorstudy.model.registry import registry
 
 
 def causes_of(explanation, probability, inadequacy, among, share, over):
@@ -56,7 +56,7 @@ def cause_of(parts, fitted, probability, inadequacy, other_variants=(), over=Non
     usual = {}
     if over and parts[0].cause == over.cause.cause:
         usual = _shape(parts[0], fitted)
-        parameters |= _shape(over.cause, fitted, over.intervals)
+        parameters |= _estimates(_sizes(over.cause) | over.stated, over.intervals)
     return Cause(
         effect=parts[0].effect,
         where=where,
@@ -89,25 +89,27 @@ def _parameters(candidate, fitted):
     return parameters | _shape(candidate, fitted)
 
 
-def _shape(candidate, fitted, intervals=None):
-    """{name: ParameterEstimate} of the shape of a candidate, and what follows from it.
+def _shape(candidate, fitted):
+    """{name: ParameterEstimate} of the shape of a candidate as fitted, and of what follows from it."""
+    place = [fitted.names.index(name) for name in candidate.names]
+    amplitudes, covariance = fitted.free[place], fitted.covariance[np.ix_(place, place)]
+    return _estimates(_sizes(candidate) | stated_numbers(fitted.model.structure, candidate, amplitudes, covariance))
 
-    intervals : option -> ends of its 95 % interval
-    """
-    parameters, intervals = {}, intervals or {}
-    for name, value in candidate.shape.items():
-        unit, std = "rad" if name.endswith("_rad") else "", candidate.shape_std.get(name)
-        parameters[name] = ParameterEstimate(
-            value=value, std=std, unit=unit, part="shape", interval_95=intervals.get(name)
+
+def _sizes(candidate):
+    """{option: (value, standard deviation or None)} of the shape of a candidate."""
+    return {name: (value, candidate.shape_std.get(name)) for name, value in candidate.shape.items()}
+
+
+def _estimates(sizes, intervals=None):
+    """{name: ParameterEstimate} of a shape; sizes : name -> (value, std);  intervals : name -> ends of 95 %."""
+    return {
+        name: ParameterEstimate(
+            value=value, std=std, unit="rad" if name.endswith("_rad") else "", part="shape",
+            interval_95=(intervals or {}).get(name),
         )
-    plugin = registry().get("effect", candidate.effect)
-    known = plugin.stated and set(plugin.shape) <= set(candidate.shape)  # not before its whole shape was searched
-    for name, (option, factor) in plugin.stated(fitted.model.structure, **candidate.shape).items() if known else ():
-        one = parameters[option]
-        std, ends = None if one.std is None else factor * one.std, one.interval_95
-        also = {"value": factor * one.value, "std": std, "interval_95": ends and tuple(factor * x for x in ends)}
-        parameters[name] = one.model_copy(update=also | {"unit": ""})
-    return parameters
+        for name, (value, std) in sizes.items()
+    }  # fmt: skip
 
 
 def over_its_forms(found):

@@ -1,0 +1,46 @@
+"""Numbers that follow from the shape and the amplitudes of a cause, such as the depth of a crack in metres."""
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.model.options import option_names
+from rotorstudy.model.registry import registry
+from rotorstudy.model.structure import Structure
+
+SMALL = 1e-6  # relative step of an option or an amplitude, for a slope
+
+
+def stated_numbers(
+    structure: Structure, cause: Candidate, amplitudes: np.ndarray, covariance: np.ndarray
+) -> dict[str, tuple[float, float]]:
+    """Name -> value and standard deviation of what the effect of a cause states (`Effect.stated`).
+
+    amplitudes : (unknown,) of the cause
+    covariance : (number, number) of its shape and then of these, or of these alone, beside `Candidate.shape_std`
+    returns    : nothing before its whole shape was searched
+    """
+    from scipy.linalg import block_diag
+
+    effect = registry().get("effect", cause.effect)
+    if effect.stated is None or not effect.shape.keys() <= cause.shape.keys():
+        return {}
+    if len(covariance) == len(amplitudes):
+        shape = [cause.shape_std.get(name) or 0.0 for name in cause.shape]
+        covariance = block_diag(np.diag(shape) ** 2, covariance)
+    names = [*cause.shape, *(name.partition("[")[0] for name in cause.names)]
+    values, std = np.array([*cause.shape.values(), *amplitudes]), np.sqrt(np.diag(covariance))
+    taken = [i for i, name in enumerate(names) if name in option_names(effect.stated)]
+    chosen = {name: one for name, one in cause.variant.items() if name in option_names(effect.stated)}
+
+    def logarithms(at):
+        stated = effect.stated(structure, **chosen, **{names[i]: float(at[i]) for i in taken})
+        return stated, np.log([*stated.values()])
+
+    stated, here = logarithms(values)
+    slopes = np.zeros((len(values), len(stated)))
+    for i in (i for i in taken if std[i] > 0):
+        step = np.zeros(len(values))
+        step[i] = -SMALL * (abs(values[i]) or std[i])
+        slopes[i] = (logarithms(values + step)[1] - here) / step[i]
+    variance = np.einsum("in,ij,jn->n", slopes, covariance, slopes)
+    return {name: (one, float(one * np.sqrt(v))) for (name, one), v in zip(stated.items(), variance, strict=True)}
