@@ -30,6 +30,7 @@ from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.noise import noise_std
+from rotorstudy.model.cracks import compliance
 from rotorstudy.studies.crack_study.fronts import equivalent_beam
 
 SPEEDS, HARMONICS = np.linspace(60.0, 190.0, 4), np.arange(-2, 3)
@@ -328,6 +329,9 @@ def test_the_interval_of_the_depth_holds_whatever_the_front(curved):
     assert usual.value + 5 * usual.std < TRUE["depth_ratio"]
     ends = cause.parameters["depth_m"].interval_95
     assert ends == pytest.approx([0.02 * end for end in depth.interval_95])
+    low, high = cause.parameters["flexibility_rad_per_N_m"].interval_95
+    true = compliance(registry().get("depth", "elasticity"), 0.21, diameter_m=0.02, front_aspect_ratio=0.7)[0]
+    assert low < true < high and np.log(high / low) < np.log(ends[1] / ends[0])
     assert f"(95 %: {1e3 * ends[0]:.2f} to {1e3 * ends[1]:.2f} mm)" in sizes(cause)["depth"]
 
 
