@@ -3,6 +3,7 @@
 from contextlib import contextmanager
 from difflib import get_close_matches
 
+UNITS = ("m", "um", "mm", "mil", "deg", "rad", "kg", "s", "rpm", "Hz", "Pa")  # the end of most keys
 LONGEST = 1500  # characters of a message; what it repeats of the input is cut in the middle
 
 
@@ -62,7 +63,9 @@ def reading(kind, path):
 def unknown_name(kind, name, known, where="", error=RotorstudyError):
     """The error for an unknown name, with the closest known one: `unknown crack 'swiching'; did you mean ...`."""
     near = get_close_matches(str(name), [str(k) for k in known], n=1)
-    hint = f"; did you mean '{near[0]}'?" if near else ""
+    stem, _, unit = near[0].rpartition("_") if near else ("", "", "")
+    other = unit in UNITS and str(name).rpartition("_")[0] == stem != ""  # as `length_mm` is of `length_m`
+    hint = f"; did you mean '{near[0]}'{' (its end is its unit)' * (other or str(name) == stem)}?" if near else ""
     if str(name) == "0" and "1" in map(str, known):
         hint = "; they are numbered from 1"
     place = f" in {where}" if where else ""

@@ -150,7 +150,7 @@ def test_impossible_numbers_from_python_are_refused_in_one_line(call, message):
 WITHOUT_CARE = {  # what nobody would type on purpose: the line that answers it
     "analyse examples/jeffcott.yaml --out {}/a --speeds 1e-300 1e300": "give two speeds from 0.001 to 1e+06",
     "simulate {}/units.yaml --speeds 100 --out {}/o.nc": "unknown unit '{{'length': 'mil'}}' in ",
-    "simulate {}/twice.yaml --speeds 100 --out {}/o.nc": "twice.yaml: two terms share the amplitude",
+    "simulate {}/twice.yaml --speeds 100 --out {}/o.nc": "twice.yaml: two items share the parameter",
     "new crack my_crack --folder {}/units.yaml": "units.yaml: File exists",
     "new rig machine --folder {} --records {}/wide.csv": "wide.csv: 20000 columns, at most 5000",
     "new rig machine --folder {} --records {}/workbook.csv": "workbook.csv: a workbook or a compressed file",

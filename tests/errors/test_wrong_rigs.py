@@ -44,11 +44,11 @@ def test_the_rig_itself_is_right():
         (("cracks", 0, "stiffness_loss_N_per_m"), "2.5e5", ["'2.5e5'", "without quotes"]),
         (("cracks", 0, "stiffness_loss"), 1.0, ["unknown key 'stiffness_loss'", "'stiffness_loss_N_per_m'"]),
         (("cracks", 0, "order"), -3, ["order = -3", "greater than or equal to 1"]),
-        (("effects", 1, "eccentricity_mm"), 1.0, ["unknown key 'eccentricity_mm'", "'eccentricity_m'"]),
+        (("effects", 1, "eccentricity_mm"), 1.0, ["did you mean 'eccentricity_m' (its end is its unit)?"]),
         (("effects", 1, "eccentricity_m"), DROP, ["eccentricity_phase_rad", "no magnitude", "eccentricity_m"]),
         (("effects", 1, "eccentricity_m"), float("nan"), ["eccentricity_m = nan", "finite"]),
         (("effects", 0, "external_damping_N_s_per_m"), DROP, ["no value for external_damping"]),
-        (("effects", 1, "node"), 3, ["unknown translation at node '3'", "known: 1"]),
+        (("effects", 1, "node"), 3, ["unknown node '3' in the rotor", "known: 1"]),
         (("sensors",), [2], ["node 2", "does not exist", "[1]"]),
         (("bearing",), [], ["unknown section 'bearing'", "did you mean 'bearings'"]),
         (("effects", 0), RIG["effects"][1], ["'eccentricity_real'", "label"]),
@@ -57,6 +57,11 @@ def test_the_rig_itself_is_right():
         (("sensors",), 1, ["rig.yaml", "sensors"]),
         (("sensors",), [1, 1], ["sensors", "1"]),  # twice the data that there are
         (("rotor", "kind"), ["jeffcott"], ["rig.yaml, rotor", "kind"]),
+        (
+            ("rotor",),
+            {"kind": "finite_element", "elements": [{"length_m": 0, 35: None}]},  # {length_m: 0,35}
+            ["35 is no key", "0.35 and not 0,35"],
+        ),
         (("effects", 0, "kind"), {}, ["rig.yaml, effects[0]", "kind"]),
         (("effects", 0), "unbalance", ["rig.yaml, effects[0]", "kind"]),
         (("effects", 0, "node"), "one", ["node = 'one'", "effects[0]", "integer"]),

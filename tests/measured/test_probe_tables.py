@@ -103,6 +103,8 @@ def test_the_covariance_is_that_of_the_digits(tmp_path):
     [
         (("amplitude_um", "amplitude_inch"), {}, ["unknown column 'amplitude_inch'", "amplitude_mil"]),
         (("amplitude_um", "velocity_mm"), {}, ["unknown column 'velocity_mm'", "did you mean 'velocity_mm_per_s'"]),
+        (("amplitude_um", "amplitude_inch"), {}, ["did you mean 'amplitude_mil' (its end is its unit)?"]),
+        (("phase_deg", "amplitude_um"), {}, ["two columns are named 'amplitude_um'; keep one"]),
         (("phase_deg", "phase_grad"), {}, ["unknown column 'phase_grad'"]),
         (("speed_rpm", "speed"), {}, ["unknown column 'speed'", "speed_rpm"]),
         (("amplitude_um", "amp_um"), {}, ["unknown column 'amp_um'", "did you mean 'amplitude_um'"]),
@@ -199,6 +201,13 @@ def read_wide(folder, text):
     return read(folder, text, "peak-to-peak, mil, lag", csv={"skip_rows": 2})
 
 
+def open_wide(folder, text):
+    """The probes and harmonics of a wide table."""
+    (folder / "table.csv").write_text(text)
+    rows = open_table(folder / "table.csv", CsvLayout(skip_rows=2)).text
+    return list(dict.fromkeys(zip(rows["probe"], rows["harmonic"], strict=True)))
+
+
 @pytest.mark.parametrize("row", [False, True])
 def test_a_table_with_a_column_for_each_probe_is_read(tmp_path, capsys, row):
     (tmp_path / "table.csv").write_text(wide(row=row))
@@ -212,6 +221,15 @@ def test_a_table_with_a_column_for_each_probe_is_read(tmp_path, capsys, row):
     assert [probe["channel"] for probe in section["probes"]] == list(PROBES)
     assert (section["table_amplitude"], section["table_phase"]) == ("peak_to_peak", "lag")
     assert section["csv"] == {"skip_rows": 2} | ({"unit_rows": 1} if row else {})
+
+
+def test_units_tell_the_columns_of_a_wide_table_without_the_words_amp_and_phase(tmp_path):
+    text = wide().replace("Amp (mil pp)", "[mils p-p]").replace("Phase (deg lag)", "[deg lag]")
+    text = text.replace("Speed (rpm)", "N [rpm]")
+    np.testing.assert_allclose(read_wide(tmp_path, text).spectrum.amplitude[:, 0, 0], FORWARD, atol=2e-11)
+    refused(lambda: read_wide(tmp_path, text.replace("deg lag", "deg lead")), "its header says lead")
+    alone = text.replace("right 1X [deg lag]", "right 1Y [deg lag]")  # a unit alone makes no half of a pair
+    assert [name for name, _ in open_wide(tmp_path, alone)] == ["left"]
 
 
 def test_the_header_of_a_wide_table_may_not_contradict_the_rig(tmp_path):
@@ -255,6 +273,7 @@ def test_units_and_speeds_of_the_rig_may_not_contradict_a_table(tmp_path):
         ["time", "DE 1X", "DE 1Y", "keyphasor"],
         ["speed_rpm", "probe", "harmonic", "amplitude_mil", "phase_deg"],
         ["Speed (rpm)", "DE X 1X Amp (mil pp)"],  # no phase
+        ["time [s]", "DE 1X [um]", "DE 2X [um]", "Speed [rpm]"],  # probes X of bearings 1 and 2
     ],
 )
 def test_other_files_are_no_wide_tables(names, tmp_path):

@@ -120,7 +120,7 @@ def test_a_tabulated_bearing_without_damping_and_some_directions_acts_in_those()
 
 BAD = [
     (FULL, ["nodes [1, 2, 3, 4, 5]", "choose one with 'node:'"]),
-    ({**FULL, "node": 6}, ["unknown translation at node '6'", "known: 1, 2, 3, 4, 5"]),
+    ({**FULL, "node": 6}, ["unknown node '6' in the rotor", "known: 1, 2, 3, 4, 5"]),
     ({**FULL, "node": "left"}, ["node = 'left'", "integer"]),
     ({**FULL, "node": 1, "coefficients": "orthotropic"}, ["coefficients = 'orthotropic'", "'isotropic'"]),
     ({**FULL, "node": 1, "coefficients": "isotropic"}, ["unknown key 'bearing_stiffness_xx_N_per_m'"]),
@@ -148,7 +148,7 @@ def test_a_rigid_support_has_no_bearing_and_two_bearings_need_labels():
     refused(lambda: term({**ISOTROPIC, "node": 1}, held), "unknown translation at node '1'")
     free = build_model({"rotor": SHAFT}).structure
     terms = [term({**ISOTROPIC, "node": node}, free) for node in (1, 5)]
-    refused(lambda: Model(free, tuple(terms)), match=r"share the amplitude 'bearing_stiffness'.*'label:'")
+    refused(lambda: Model(free, tuple(terms)), match=r"share the parameter 'bearing_stiffness'.*'label:'")
 
 
 def test_the_added_mass_of_a_table_has_inertia_and_no_weight():

@@ -37,8 +37,7 @@ def run(given):
     tell(shown.findings)
     if measurement.errors:
         raise RotorstudyError(
-            f"{len(measurement.errors)} of the findings are errors, so no spectrum was written; omit or correct these "
-            f"records (see {page})"
+            f"no spectrum was written, because of the errors above; omit or correct these records (see {page})"
         )
     attributes = {**provenance(rig.given, rig.plugins), "records": ", ".join(map(str, given.records))}
     attributes["measurement"] = read_conventions(rig.given, str(rig.path)).as_text()

@@ -63,7 +63,7 @@ def _from_channels(path, conventions, nodes, channels):
 
     def wanted(name, role):
         if f"{name} #1" in channels.names:
-            raise RotorstudyError(f"{path}: two columns are named '{name}'; the rig file calls the first '{name} #1'")
+            raise RotorstudyError(f"{path}: two columns are named '{name}'; in the rig file call the first '{name} #1'")
         if name not in channels.names:
             hint = layout_hint(path, conventions.csv) if kind_of(path) == "csv" else ""
             hint += "; state 'sample_rate_Hz:' if it has none" * (role == "time")

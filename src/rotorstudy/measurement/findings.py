@@ -13,7 +13,7 @@ error: no phase reference: neither keyphasor nor phase mark times; the phase of 
     one of them
 error: dead keyphasor: the keyphasor signal has no pulse above its noise that is shorter than 40 % of a revolution;
     check the connection and the channel name
-error: too few revolutions (marks): {count} phase marks; at least two are needed. Take a longer record, or check
+error: too few revolutions (marks): phase marks seen: {count}; at least two are needed. Take a longer record, or check
     threshold_V
 warning: keyphasor polarity: pulses last {duty:.0f} % of the time{asked}; the polarity is reversed, or threshold_V is
     wrong. Correct 'keyphasor: polarity' or 'threshold_V': the phase is off by up to half a revolution

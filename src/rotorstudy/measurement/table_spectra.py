@@ -108,6 +108,8 @@ def check_stated(table, conventions):
 
 def _check_columns(columns, path, by_probe):
     """RotorstudyError for a column that is none of a table of probes, or of orbits."""
+    if twice := next((name.removesuffix(" #1") for name in columns if name.endswith(" #1")), None):
+        raise RotorstudyError(f"{path}: two columns are named '{twice}'; keep one")
     known = {*SPEEDS, "harmonic", "probe" if by_probe else "node"}
     for quantity, units in (OF_PROBES if by_probe else OF_NODES).items():
         known |= {f"{quantity}_{unit}" for unit in (*units, "last_digit")}

@@ -4,6 +4,8 @@ The rows are harmonics of the orbit of a node, or of the signal of a probe, as b
 of monitoring systems have a column for each probe and harmonic, and the units there or in a row below:
 
     Speed (rpm),DE X 1X Amp (mil pp),DE X 1X Phase (deg),DE X 2X Amp (mil pp),DE X 2X Phase (deg),DE Y 1X Amp ...
+
+Without the words Amp and Phase the units of a pair of columns say what it holds: DE X 1X [mil pp],DE X 1X [deg].
 """
 
 import re
@@ -22,7 +24,8 @@ from rotorstudy.units import DERIVATIVES, METRES, RAD_PER_S
 
 USUAL_V_PER_M = 7874.0  # 200 mV/mil, of most eddy-current probes (API 670)
 WIDE = re.compile(
-    r"(?P<probe>.+?)[\s_:,;/-]+(?<!\s-)(?P<harmonic>\d{1,3})x[\s_:,;/-]*(?P<what>amp|mag|pha?s)[a-z]*\b(?P<unit>.*)",
+    r"(?P<probe>.+?)[\s_:,;/-]+(?<!\s-)(?P<harmonic>\d{1,3})x[\s_:,;/-]*"
+    r"(?:(?P<what>amp|mag|pha?s)[a-z]*\b(?P<unit>.*)|(?P<alone>[\[(].*[\])]))",
     re.IGNORECASE,
 )
 NO_HARMONIC = re.compile(r".+?[\s_:,;/-]+(amp|mag|pha?s)[a-z]*\b", re.IGNORECASE)
@@ -106,13 +109,14 @@ def _stated(texts, where):
 def _wide(names, units, where):
     """The _Wide of columns with the texts of units below them; None of another file; RotorstudyError if some lack."""
     found, texts = {}, {"amplitude": {}, "phase": {}}
+    vectors = _vectors(names)
     for name, below in zip(names, units, strict=True):
-        if match := WIDE.fullmatch(name):
-            what = "phase" if match["what"].lower().startswith("ph") else "amplitude"
-            own = found.setdefault((match["probe"].strip(), int(match["harmonic"])), {})
+        if name in vectors:
+            at, what, unit = vectors[name]
+            own = found.setdefault(at, {})
             if what in own:
                 raise RotorstudyError(f"{where}: columns '{own[what]}' and '{name}' are the same {what}; keep one")
-            own[what], texts[what][name] = name, (match["unit"], below)
+            own[what], texts[what][name] = name, (unit, below)
     speeds = _speed_columns(names, units)
     if all(len(own) == 1 for own in found.values()):
         of = {match[1][:2].lower(): name for name in names if (match := NO_HARMONIC.match(name))}
@@ -137,7 +141,7 @@ def _wide(names, units, where):
         texts["phase"], lambda unit: ANGLES.get(unit.removeprefix("angle")), "deg and rad, with lag or lead", where
     )
     own_units = [_one_unit(texts["amplitude"], SIZES.get, sizes, where), phase]
-    others = [name for name in names if not (WIDE.fullmatch(name) or GAP.fullmatch(name) or name in speeds)]
+    others = [name for name in names if not (name in vectors or GAP.fullmatch(name) or name in speeds)]
     return _Wide(
         speeds,
         found,
@@ -145,6 +149,23 @@ def _wide(names, units, where):
         _stated(texts, where),
         (*list(speeds)[1:], *(name for name in others if not name.startswith("Unnamed: "))),
     )
+
+
+def _vectors(names):
+    """{name: ((probe, harmonic), quantity, text of its unit)} of columns; of those told by units, whole pairs only."""
+    found = {}
+    for name in names:
+        if match := WIDE.fullmatch(name):
+            word, unit = (match["what"] or "").lower(), match["unit"] or match["alone"] or ""
+            turned = word.startswith("ph") if word else bare(unit) in ANGLES
+            if word or turned or bare(unit) in SIZES:
+                at = match["probe"].strip(), int(match["harmonic"])
+                found[name] = at, "phase" if turned else "amplitude", unit
+    held = {(at, what) for at, what, _ in found.values()}
+    other = {"phase": "amplitude", "amplitude": "phase"}
+    return {
+        name: one for name, one in found.items() if not WIDE.fullmatch(name)["alone"] or (one[0], other[one[1]]) in held
+    }
 
 
 def _one_unit(texts, unit_of, known, where):

@@ -300,7 +300,7 @@ class Model(Assembled):
         object.__setattr__(self, "terms", tuple(ordered))
         if len(set(self.names)) < len(self.names):
             doubled = [name for name in self.names if self.names.count(name) > 1]
-            raise RigError(f"two terms share the amplitude {doubled[0]!r}; give each its own 'label:'")
+            raise RigError(f"two items share the parameter {doubled[0]!r}; give each its own 'label:'")
 
     def without(self, kinds: Iterable[str]) -> "Model":
         """The model without the terms of some kinds.

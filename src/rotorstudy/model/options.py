@@ -121,6 +121,10 @@ def validation_message(error, where, model):
         elif problem["type"] == "extra_forbidden":
             known = [key.removesuffix(loc[-1]) + name for name in named_keys(model, loc)]
             messages.append(str(unknown_name("key", key, known, place)) if known else f"unknown key '{key}' in {place}")
+        elif problem["type"] == "invalid_key":
+            messages.append(
+                f"{place}: {loc[-1]!r} is no key; a number is written with a decimal point, 0.35 and not 0,35"
+            )
         else:
             said = problem["msg"].removeprefix("Value error, ").replace(" after validation", "")
             said = said[0].lower() + said[1:]

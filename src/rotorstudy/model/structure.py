@@ -187,7 +187,8 @@ class Structure(Shaft):
                     f"this rotor has no {motion} coordinates; a plugin that needs them offers the nodes that have one "
                     "by 'places='"
                 )
-            raise unknown_name(f"{motion} at node", node, known, "the rotor", CannotAct)
+            held = motion != "translation" or any(n == node for n, _ in self.dofs)
+            raise unknown_name(f"{motion} at node" if held else "node", node, known, "the rotor", CannotAct)
         return self.dofs.index((node, motion))
 
     def unit(self, node: int | None, motion: str = "translation") -> np.ndarray:

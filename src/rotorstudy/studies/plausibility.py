@@ -48,7 +48,7 @@ def _of_number(key, value):
     if key.endswith("_rad") and abs(value) > TURN:
         return f"is more than a turn; for degrees write {key.removesuffix('_rad')}_deg"
     known = next((name for name in PLAUSIBLE if key == name or key.startswith(f"{name}_")), None)
-    if known is None or value == 0:
+    if known is None or value == 0 or not np.isfinite(value):
         return None
     low, high, example = PLAUSIBLE[known]
     if low <= abs(value) <= high:

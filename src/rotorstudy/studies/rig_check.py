@@ -48,7 +48,8 @@ def check_rig(path):
         rig = read_rig(path)
         model = rig.model
     except RotorstudyError as error:
-        return RigCheck([Finding("error", "not valid", str(path), str(error)), *(_implausible(rig) if rig else ())])
+        said = str(error).removeprefix(f"{path}: ")
+        return RigCheck([Finding("error", "not valid", str(path), said), *(_implausible(rig) if rig else ())])
     findings = [*_sections(rig, model), *_implausible(rig), *odd_materials(rig.given["rotor"])]
     findings += odd_discs(model.structure)
     bearings = [item for item in rig.given.get("bearings") or [] if isinstance(item, dict)]
