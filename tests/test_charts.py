@@ -11,6 +11,7 @@ import pytest
 from page_checks import BROWSER
 
 from rotorstudy.commands.line import main
+from rotorstudy.presentation.pages import render
 
 try:
     from playwright.sync_api import sync_playwright
@@ -146,6 +147,16 @@ def test_charts_fit_a_narrow_window_in_light_and_dark(opened, name, scheme):
         "one.width, one.height).data).size)"
     )
     assert len(drawn) >= 3 and min(drawn) > 10  # not one colour: something is drawn in each
+
+
+def test_print_shows_the_whole_of_a_long_list(chromium):
+    page = chromium.new_page()
+    empty = {"figures": {}, "charts": {}, "tables": dict.fromkeys(("loads", "criticals", "peaks", "damping"))}
+    page.set_content(render("rotor.html", title="", summary=[f"line {i}" for i in range(9)], **empty))
+    assert page.locator("li:visible").count() == 6
+    page.emulate_media(media="print")
+    assert page.locator("li:visible").count() == 9
+    page.close()
 
 
 def test_print_shows_the_static_pictures(opened):

@@ -20,5 +20,5 @@ def rotorstudy_effect():
         source="Gasch, Nordmann, Pfuetzner, Rotordynamik, anisotropic bearings",
         fold=2,
         checked="with alpha = 0: x and y whirl apart with k_s + k and k_s - k, harmonics to 1e-12",
-        confounders={"support_loss": "a loss along one direction lowers the mean stiffness too; load it along both"},
+        confounders={"support_loss": "a loss along one direction lowers the mean stiffness too; load both directions"},
     )

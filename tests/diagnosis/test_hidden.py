@@ -73,7 +73,7 @@ def test_a_fault_of_twice_its_limit_is_found_and_a_far_smaller_one_is_not(rows, 
     assert found.verdict.verdict == "nothing"
     if effect == "transverse_crack":
         said = with_hidden(found).verdict.summary
-        assert "Transverse crack is seen with 95 % from " in said and "of the diameter (in element" in said
+        assert "Transverse crack is seen with 95 % probability above " in said and "of the diameter (in element" in said
 
 
 def test_a_fault_that_cannot_be_seen_at_any_size_is_said_so():

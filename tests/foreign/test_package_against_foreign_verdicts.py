@@ -236,5 +236,5 @@ def test_a_small_second_cause_at_the_same_bearing_is_an_error_of_form(share, fur
     case, library = special(monkeypatch, 1, add), ("cubic_stiffness", "external_damping", "unbalance")
     verdict = verdict_on(case, tmp_path, rig_error=0.0, leave_out=all_but(*library), most_causes=2)
     assert verdict.verdict == "cause" and names(verdict) == {("cubic_stiffness", 1)} | further
-    told = [finding.text for finding in verdict.findings if finding.name == "error of form"]
+    told = [finding.text for finding in verdict.findings if finding.name == "model-form error"]
     assert [("external_damping, node 1" in text) for text in told] == [True] * (not further)

@@ -149,7 +149,7 @@ def test_a_probe_at_a_node_of_a_mode_is_told(tmp_path):
     rig["measurement"]["probes"] = [{"channel": "x", "node": 3, "angle_deg": 0.0}]
     for bearing in rig["bearings"]:
         bearing |= {"bearing_stiffness_N_per_m": 3e5, "bearing_damping_N_s_per_m": 100.0}
-    found = [f for f in check(rig, tmp_path)[1].findings if f.name == "probe at a node"]
+    found = [f for f in check(rig, tmp_path)[1].findings if f.name == "probe at a nodal point"]
     assert found and all(f.severity == "warning" and "node 3" in f.text for f in found)
 
 

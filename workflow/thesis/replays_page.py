@@ -64,7 +64,7 @@ def notes_on(config, verdict, harmonics, left_out):
     return [
         f"{rig}, residual: fitted within the limits of its other measurements, the thesis's model has its largest "
         f"residuals at {where}; under noise alone {before}.",
-        f"{rig}, cause: {_explained(verdict)} The rest, under noise and the error of its form: {after}.",
+        f"{rig}, cause: {_explained(verdict)} The rest, under noise and the model-form error: {after}.",
         f"{rig}, error at a speed left out: adding the causes improves the prediction of {better} of {len(left_out)} "
         f"speeds; {gained}; in brackets the thesis's model with every parameter free. Named whichever speed is left "
         f"out: {', '.join(_always(left_out)) or 'no cause, so none of them is established'}.",

@@ -12,7 +12,7 @@ def add(parser):
     parser.add_argument("--planes", required=True, nargs="+", metavar="NODE", help=told)
     told = "only in N holes of each plane, at equal angles, the first at 0 degrees"
     parser.add_argument("--holes", type=int, metavar="N", help=told)
-    told = "with --holes: unbalances that one weight in a hole adds, g mm; at most two holes of a plane are used"
+    told = "with --holes: unbalances that a weight in one hole may add, g mm; at most two holes of a plane are used"
     parser.add_argument("--weights", type=float, nargs="+", metavar="G_MM", help=told)
     parser.add_argument("--out", metavar="FILE", help="NetCDF file for the corrections, and the vibration they leave")
 

@@ -23,7 +23,7 @@ NOTES = (
     "between the bounds is; otherwise it is undecided. To prove a share of 0.95 takes 72 cases without a failure, "
     "one of 0.99 takes 368. Criteria without cases are not listed.",
     "The stated set has the causes that are named and those that are not ruled out. A cause is right if effect and "
-    "place are; an effect of another form than the library's has its physics in another formula.",
+    "place are; an effect with another law than the library's is simulated by another formula.",
     "Outside the library are physics that it lacks, and effects that were left out of it.",
     "Errors on held-out speeds count against the signal without noise, which only a simulation knows. Against the "
     "measurement they cannot fall below its noise.",
@@ -146,7 +146,7 @@ def curves(rows, in_set):
     axes.axvline(LARGE, color="0.5", linewidth=0.8, linestyle=":")
     axes.set(xscale="log", ylim=(-0.03, 1.03), ylabel="share of cases, 95 % bounds")
     axes.set_xticks([1, 3, 10, 30, 100], ["1", "3", "10", "30", "100"])
-    axes.set_xlabel("size of the effect in standard deviations (1)")
+    axes.set_xlabel("size of the effect (standard deviations)")
     found = f"{in_set.found} of {in_set.cases} cases ({100 * in_set.low:.0f} to {100 * in_set.high:.0f} %)"
     picture.suptitle(f"In the stated set at size 3 and more: {found}", fontsize=8)
     axes.legend(loc="lower right")

@@ -201,7 +201,7 @@ def _left(verdict):
     p, share = p_value(verdict.residual_p_value.after), percent(verdict.residual_share)
     if not verdict.causes:
         return f"Nothing was added: residual {p}; {share} of the excess error (rms) is left."
-    said = f"With all causes and an error of their form: residual {p}. Without that error"
+    said = f"With all causes and a model-form error: residual {p}. Without that error"
     return f"{said} {share} of the excess error (rms) is left."
 
 

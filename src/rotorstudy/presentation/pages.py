@@ -104,8 +104,8 @@ def _grouped(names):
 
 
 def _heading(name):
-    """noise_percent -> noise (%), last_digit -> last digit; a symbol such as c_H stays."""
-    return re.sub(r"(?<=\w{3})_", " ", re.sub(r"_percent$", " (%)", name))
+    """noise_percent -> noise (%), last_digit -> last digit, ratio (1) -> ratio; a symbol such as c_H stays."""
+    return re.sub(r"(?<=\w{3})_", " ", re.sub(r"_percent$", " (%)", name.removesuffix(" (1)")))
 
 
 def _kind(column):

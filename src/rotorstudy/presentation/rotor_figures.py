@@ -80,7 +80,7 @@ def stability(analysis):
     if np.isfinite(decrement).any():
         needed = {"y": LEAST_DECREMENT, "label": f"API 617: {LEAST_DECREMENT:g}"}
         top, low = max([LEAST_DECREMENT, *decrement[decrement < 1]]), np.nanmin(decrement)
-        of_mode = {"label": "logarithmic decrement", "unit": "1", "range": [min(float(low), 0.0), 1.1 * float(top)]}
+        of_mode = {"label": "logarithmic decrement", "unit": "", "range": [min(float(low), 0.0), 1.1 * float(top)]}
         points = curve("first forward mode", 0, data.speed.values * per, decrement, mark="circle", size=1.6)
         charts.append(plot("First forward mode", across, of_mode, [points], lines=[*edge, needed]))
     return charts
@@ -218,7 +218,7 @@ def mode_shapes(structure, data, sensors=()):
         panel.set_title(f"{frequency:.3g} Hz, {whirl_name(float(data.direction[mode]))},\ndamping ratio {ratio:.2g}")
         panel.set_xlabel("position (m)")
     for panel in axes[:, 0]:
-        panel.set_ylabel("motion over its largest (1)")
+        panel.set_ylabel("motion relative to its largest")
     unit, per = shown_speed()
     picture.suptitle(f"At {float(data.speed) * per:.0f} {unit}")
     return picture

@@ -19,7 +19,7 @@ from rotorstudy.units import RAD_PER_S, number, percent
 
 TRIED = np.geomspace(0.1, 1e5, 121)  # rad/s, at which it is tried whether the bearings are defined
 HALVINGS = 30  # of the interval about an end of that range
-BLIND = 0.05  # of the largest motion in a mode: a probe that sees less is at a node of it
+BLIND = 0.05  # of the largest motion in a mode: a probe that sees less is at a nodal point of it
 UNDAMPED = 1e-4  # damping ratio below which a resonance is sharper than in any machine
 NO_SIZES = ("measurement", "diagnosis", "prior")  # sections
 FILM_ORBIT = 1 / 3  # semi-major axis over the clearance of a film, up to which it is nearly linear
@@ -233,7 +233,7 @@ def _probes_at_nodes(model, analysis, nodes):
             if part < BLIND:
                 severity = "warning" if max(seen.values()) < BLIND else "note"
                 text = (
-                    f"the probe at node {node} is at a node of this mode ({percent(part, 2)} of its largest motion, "
-                    f"which is at node {best})"
+                    f"the probe at node {node} is near a nodal point of this mode ({percent(part, 2)} of its largest "
+                    f"motion, which is at node {best})"
                 )
-                yield Finding(severity, "probe at a node", where, text)
+                yield Finding(severity, "probe at a nodal point", where, text)

@@ -39,7 +39,7 @@ def far_from_the_rig(found, moved, labels):
         if not cause.fixed and abs(theta[unknown.name]) > settings.prior_width * unknown.typical
     ]
     if found.form_error > UNUSUAL:
-        said.append(f"what the best explanation changes would be off by {percent(found.form_error)} (rms)")
+        said.append(f"the model-form error of the best explanation would be {percent(found.form_error)} (rms)")
     if len(best.faults) > 1:
         said.append(f"{len(best.faults)} faults would have to act at once")
     base = found.base
@@ -89,11 +89,11 @@ def within_uncertainty(found):
 def form_like_another(best):
     """A note if what the best Explanation leaves looks like another cause where it acts."""
     text = (
-        f"what it leaves looks like {' and '.join(sorted(best.like))}, no larger than the form of such a fault is "
-        "uncertain: an error of its form, or a second fault at the same place that is small beside it. Repair it, and "
-        "measure again"
+        f"what it leaves looks like {' and '.join(sorted(best.like))}, but is no larger than the form of such a fault "
+        "is uncertain: it may be a model-form error, or a second, smaller fault at the same place. Repair the first, "
+        "and measure again"
     )
-    return [Finding("note", "error of form", " and ".join(sorted(best.named)), text)] if best.like else []
+    return [Finding("note", "model-form error", " and ".join(sorted(best.named)), text)] if best.like else []
 
 
 def wrong_convention(chain):
@@ -121,5 +121,5 @@ def others_held_out(held):
     """A note if speeds, a Spectrum, are fitted after all, as they show what the others do not."""
     if held is None:
         return []
-    text = f"what explains the other speeds does not explain {spins(held.speed)}; these are fitted, and others held out"
+    text = f"what explains the other speeds does not explain {spins(held.speed)}: these are now fitted, others held out"
     return [Finding("note", "held-out speeds", "diagnosis", text)]

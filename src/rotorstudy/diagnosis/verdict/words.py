@@ -127,8 +127,7 @@ def _said(verdict, of_change):
     if verdict.verdict == "cause":
         likely, named = _named(verdict.causes)
         text = f"{something}, and it is most likely {named}; {likely}."
-        its = "its form" if len(verdict.causes) == 1 else "their forms"
-        text += f" The intervals include an error of {its} of {percent(verdict.form_error, 2)} (standard deviation)."
+        text += f" The intervals include a model-form error of {percent(verdict.form_error, 2)} (standard deviation)."
     elif verdict.verdict == "ambiguous":
         text = f"{_ambiguous(verdict, something)} {_not_ruled_out(verdict)}"
     else:
@@ -215,7 +214,7 @@ def hidden_in_words(verdict):
         text = ""
         if seen:
             ends = [f"{_hidden_size(row)} ({_where(row)})" for row in (seen[:1] + seen[1:][-1:])]
-            text = f"{name} is seen with 95 % from {' to '.join(ends)} on"
+            text = f"{name} is seen with 95 % probability above {' to '.join(ends)}"
         if blind := [row for row in places if row.size is None]:
             text += ("; " if seen else f"{name} is ") + (
                 f"not observable with these probes and speeds {_all_of(blind)}: measure {blind[0].measure}"
@@ -254,7 +253,9 @@ def _where(row):
 
 def gain_in_words(verdict):
     """What adding the causes gains at the held-out speeds, as a sentence."""
-    gain, it = verdict.gain, "it" if len(verdict.causes) == 1 else "them"
+    gain, several = verdict.gain, len(verdict.causes) > 1
+    its = {"ambiguous": f"the most likely {'causes' if several else 'cause'}", "unknown": "the closest explanation"}
+    it = its.get(verdict.verdict, "them" if several else "it")
     if gain is None:
         return f"No speed was held out, so the gain from adding {it} is not known."
     change = "lowers" if gain.ratio < 1 else "raises"
