@@ -2,16 +2,7 @@ from typing import NotRequired
 
 import numpy as np
 
-from rotorstudy.plugins import (
-    Bearing,
-    NonNegative,
-    Parameter,
-    Positive,
-    RotorstudyError,
-    TypedDict,
-    hookimpl,
-    planar_entries,
-)
+from rotorstudy.plugins import Bearing, NonNegative, Parameter, Positive, RotorstudyError, TypedDict, planar_entries
 
 
 class Stiffness(TypedDict):
@@ -28,6 +19,20 @@ class NonNegativeNumber(TypedDict):
     yy: NotRequired[NonNegative]
 
 
+@Bearing(
+    source="Kirk and Gunter 1972, effect of support flexibility and damping; two dynamic stiffnesses in series",
+    example={
+        "bearing_stiffness_N_per_m": {"xx": 2e6, "yy": 1.5e6},
+        "bearing_damping_N_s_per_m": {"xx": 400.0, "yy": 300.0},
+        "pedestal_stiffness_N_per_m": {"xx": 4e6, "yy": 1e6},
+        "pedestal_damping_N_s_per_m": {"xx": 500.0},
+        "pedestal_mass_kg": {"xx": 20.0},
+    },
+    checked="an explicit model with the pedestal as a further mass, at harmonics of both signs",
+    uncertain={"pedestal_stiffness_N_per_m.xx": 0.1, "pedestal_stiffness_N_per_m.yy": 0.1, "pedestal_mass_kg": 0.1},
+    positive_damping=True,
+    symmetric=True,
+)
 def flexible_pedestal(
     structure,
     bearing_stiffness_N_per_m: Stiffness,
@@ -74,23 +79,3 @@ def series(bearing_stiffness, bearing_damping, pedestal_stiffness, pedestal_damp
         return bearing * pedestal / (bearing + pedestal)
 
     return gain
-
-
-@hookimpl
-def rotorstudy_bearing():
-    return Bearing(
-        "flexible_pedestal",
-        flexible_pedestal,
-        source="Kirk and Gunter 1972, effect of support flexibility and damping; two dynamic stiffnesses in series",
-        example={
-            "bearing_stiffness_N_per_m": {"xx": 2e6, "yy": 1.5e6},
-            "bearing_damping_N_s_per_m": {"xx": 400.0, "yy": 300.0},
-            "pedestal_stiffness_N_per_m": {"xx": 4e6, "yy": 1e6},
-            "pedestal_damping_N_s_per_m": {"xx": 500.0},
-            "pedestal_mass_kg": {"xx": 20.0},
-        },
-        checked="an explicit model with the pedestal as a further mass, at harmonics of both signs",
-        uncertain={"pedestal_stiffness_N_per_m.xx": 0.1, "pedestal_stiffness_N_per_m.yy": 0.1, "pedestal_mass_kg": 0.1},
-        positive_damping=True,
-        symmetric=True,
-    )

@@ -2,9 +2,15 @@ from itertools import chain
 
 import numpy as np
 
-from rotorstudy.plugins import Bearing, Entry, Parameter, Positive, RotorstudyError, hookimpl, planar_entries
+from rotorstudy.plugins import Bearing, Entry, Parameter, Positive, RotorstudyError, planar_entries
 
 
+@Bearing(
+    source="Newton for a rigid body; Vance, Zeidan and Murphy 2010, Machinery Vibration and Rotordynamics",
+    checked="equations of motion written out by hand; records of an independent simulator with such a block",
+    positive_damping=True,
+    symmetric=True,
+)
 def foundation_block(
     structure,
     node: int | None = None,
@@ -50,15 +56,3 @@ def foundation_block(
             each = (planar_entries(direction, -np.outer(row, row) / len(feet), order) for row in feet)
             parameters.append(Parameter(f"foundation_{name}_{direction}", unit, tuple(chain(*each)), typical))
     return parameters
-
-
-@hookimpl
-def rotorstudy_bearing():
-    return Bearing(
-        "foundation_block",
-        foundation_block,
-        source="Newton for a rigid body; Vance, Zeidan and Murphy 2010, Machinery Vibration and Rotordynamics",
-        checked="equations of motion written out by hand; records of an independent simulator with such a block",
-        positive_damping=True,
-        symmetric=True,
-    )

@@ -3,7 +3,7 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.plugins import Bearing, Parameter, RotorstudyError, hookimpl, planar_entries, receptances_in
+from rotorstudy.plugins import Bearing, Parameter, RotorstudyError, planar_entries, receptances_in
 
 ORDERS = {"receptance": 0, "mobility": 1, "accelerance": 2}  # derivative of the motion by time
 LARGEST_CONDITION = 1e10  # beyond it the dynamic stiffness has no certain digit
@@ -11,6 +11,13 @@ UNSEEN = 1e-3  # of the stiffness: a mass that moves no more at the last frequen
 Axis = Literal["x", "y", "z", "-x", "-y", "-z"]
 
 
+@Bearing(
+    source="Ewins 2000, Modal Testing; Lees and Friswell 1997, rotor imbalance in flexibly mounted machines",
+    example={"file": str(Path(__file__).with_suffix(".csv"))},
+    checked="a table of the receptance of foundation_block gives the motion on that block",
+    positive_damping=True,
+    symmetric=True,
+)
 def foundation_receptance(
     structure,
     file: str,
@@ -93,16 +100,3 @@ def _rest(frequency, stiffness, in_time):
         return np.where(turning < 0, found.conj(), found) - (spring + 1j * turning * damping - turning**2 * mass)
 
     return gain
-
-
-@hookimpl
-def rotorstudy_bearing():
-    return Bearing(
-        "foundation_receptance",
-        foundation_receptance,
-        source="Ewins 2000, Modal Testing; Lees and Friswell 1997, rotor imbalance in flexibly mounted machines",
-        example={"file": str(Path(__file__).with_suffix(".csv"))},
-        checked="a table of the receptance of foundation_block gives the motion on that block",
-        positive_damping=True,
-        symmetric=True,
-    )

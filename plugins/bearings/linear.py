@@ -2,11 +2,17 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.plugins import Bearing, Entry, NonNegative, Parameter, hookimpl, planar_entries
+from rotorstudy.plugins import Bearing, Entry, NonNegative, Parameter, planar_entries
 
 DIRECTIONS = {"isotropic": (), "anisotropic": ("xx", "yy"), "full": ("xx", "xy", "yx", "yy")}
 
 
+@Bearing(
+    source="Nelson and McVaugh 1976; thesis Chapter 6",
+    checked="closed forms: force on an elliptic orbit, unbalance response and whirl threshold of one mass",
+    positive_damping=True,
+    symmetric=True,
+)
 def linear(
     structure,
     node: int | None = None,
@@ -34,15 +40,3 @@ def linear(
         inertia = Entry(-mass_kg * here, order=2)
         parameters.append(Parameter("bearing_mass_scale", "1", (inertia,), typical=1.0, default=1.0))
     return parameters
-
-
-@hookimpl
-def rotorstudy_bearing():
-    return Bearing(
-        "linear",
-        linear,
-        source="Nelson and McVaugh 1976; thesis Chapter 6",
-        checked="closed forms: force on an elliptic orbit, unbalance response and whirl threshold of one mass",
-        positive_damping=True,
-        symmetric=True,
-    )

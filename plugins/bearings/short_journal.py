@@ -3,46 +3,10 @@ from math import log, sqrt
 
 import numpy as np
 
-from rotorstudy.plugins import Bearing, Parameter, Positive, RotorstudyError, film_entries, hookimpl, weight_carried
+from rotorstudy.plugins import Bearing, Parameter, Positive, RotorstudyError, film_entries, weight_carried
 
 LONGEST = 0.5  # length over diameter: beyond, the neglect of the circumferential flow exceeds 10 % of the stiffness
 ECCENTRICITY = (1e-6, 1 - 1e-6)  # search range; outside, there is no film or it carries no load
-
-
-def short_journal(
-    structure,
-    diameter_m: Positive,
-    length_m: Positive,
-    radial_clearance_m: Positive,
-    viscosity_Pa_s: Positive,
-    load_N: Positive | None = None,
-    load_angle_rad: float = 0.0,
-    node: int | None = None,
-):
-    """Oil film of a short plain journal bearing (Ocvirk, half film) about its running position, times bearing_scale.
-
-    load_N is the static load on this bearing, at load_angle_rad from gravity; by default what it carries of the weight
-    if all bearings are rigid, which is exact for two. Effects that are constant forces change its size and direction.
-    Displacements are measured from the equilibrium position of the journal at each speed. This offset, of 0 to 1 radial
-    clearances, is part neither of the displacements nor of the static deflection, which follows from the stiffness; the
-    bending of the shaft is correct if the bearings share the load as stated.
-    """
-    if length_m > 1.001 * LONGEST * diameter_m:  # a derivative by the length steps over the limit
-        raise RotorstudyError(
-            f"short_journal: length_m / diameter_m = {length_m / diameter_m:g}; the short-bearing theory is limited to "
-            f"{LONGEST:g}, where its stiffness is up to 1.1 times too large, and 1.3 times at 1; plain_journal takes "
-            "the same keys for lengths of up to two diameters"
-        )
-    node = structure.default_node() if node is None else node
-    film = diameter_m * length_m**3 * viscosity_Pa_s / (8 * load_N * radial_clearance_m**2)  # Ocvirk number / speed
-
-    def at(speed):
-        eccentricity = eccentricity_ratio(film * speed, f"at {speed:g} rad/s the journal at node {node}")
-        stiffness, damping = coefficients(eccentricity)
-        return load_N / radial_clearance_m * stiffness, load_N / (radial_clearance_m * speed) * damping
-
-    entries = film_entries(structure.unit(node), at, load_angle_rad)
-    return [Parameter("bearing_scale", "1", entries, typical=1.0, default=1.0)]
 
 
 def running(speed, diameter_m, length_m, radial_clearance_m, viscosity_Pa_s, load_N, load_angle_rad):
@@ -94,23 +58,53 @@ def coefficients(e):
     return h0 * np.array([[a_vv, -a_vu], [-a_uv, a_uu]]), h0 * np.array([[b_vv, -b_uv], [-b_uv, b_uu]])
 
 
-@hookimpl
-def rotorstudy_bearing():
-    return Bearing(
-        "short_journal",
-        short_journal,
-        source="Ocvirk 1952, NACA TN 2808; Friswell, Penny, Garvey and Lees 2010, Dynamics of Rotating Machines, 5.5.1",
-        example={
-            "load_N": 525.0,
-            "diameter_m": 0.1,
-            "length_m": 0.03,
-            "radial_clearance_m": 1e-4,
-            "viscosity_Pa_s": 0.1,
-        },
-        checked="Friswell et al. 2010, Example 5.5.1; numerical Reynolds film; Lund's threshold",
-        defaults={"load_N": weight_carried},
-        changeable=("radial_clearance_m", "viscosity_Pa_s"),
-        load=("load_N", "load_angle_rad"),
-        running=running,
-        positive_damping=True,
-    )
+@Bearing(
+    source="Ocvirk 1952, NACA TN 2808; Friswell, Penny, Garvey and Lees 2010, Dynamics of Rotating Machines, 5.5.1",
+    example={
+        "load_N": 525.0,
+        "diameter_m": 0.1,
+        "length_m": 0.03,
+        "radial_clearance_m": 1e-4,
+        "viscosity_Pa_s": 0.1,
+    },
+    checked="Friswell et al. 2010, Example 5.5.1; numerical Reynolds film; Lund's threshold",
+    defaults={"load_N": weight_carried},
+    changeable=("radial_clearance_m", "viscosity_Pa_s"),
+    load=("load_N", "load_angle_rad"),
+    running=running,
+    positive_damping=True,
+)
+def short_journal(
+    structure,
+    diameter_m: Positive,
+    length_m: Positive,
+    radial_clearance_m: Positive,
+    viscosity_Pa_s: Positive,
+    load_N: Positive | None = None,
+    load_angle_rad: float = 0.0,
+    node: int | None = None,
+):
+    """Oil film of a short plain journal bearing (Ocvirk, half film) about its running position, times bearing_scale.
+
+    load_N is the static load on this bearing, at load_angle_rad from gravity; by default what it carries of the weight
+    if all bearings are rigid, which is exact for two. Effects that are constant forces change its size and direction.
+    Displacements are measured from the equilibrium position of the journal at each speed. This offset, of 0 to 1 radial
+    clearances, is part neither of the displacements nor of the static deflection, which follows from the stiffness; the
+    bending of the shaft is correct if the bearings share the load as stated.
+    """
+    if length_m > 1.001 * LONGEST * diameter_m:  # a derivative by the length steps over the limit
+        raise RotorstudyError(
+            f"short_journal: length_m / diameter_m = {length_m / diameter_m:g}; the short-bearing theory is limited to "
+            f"{LONGEST:g}, where its stiffness is up to 1.1 times too large, and 1.3 times at 1; plain_journal takes "
+            "the same keys for lengths of up to two diameters"
+        )
+    node = structure.default_node() if node is None else node
+    film = diameter_m * length_m**3 * viscosity_Pa_s / (8 * load_N * radial_clearance_m**2)  # Ocvirk number / speed
+
+    def at(speed):
+        eccentricity = eccentricity_ratio(film * speed, f"at {speed:g} rad/s the journal at node {node}")
+        stiffness, damping = coefficients(eccentricity)
+        return load_N / radial_clearance_m * stiffness, load_N / (radial_clearance_m * speed) * damping
+
+    entries = film_entries(structure.unit(node), at, load_angle_rad)
+    return [Parameter("bearing_scale", "1", entries, typical=1.0, default=1.0)]

@@ -2,7 +2,7 @@ from typing import NotRequired
 
 import numpy as np
 
-from rotorstudy.plugins import AtLeastOne, Bearing, Parameter, RotorstudyError, TypedDict, hookimpl, planar_entries
+from rotorstudy.plugins import AtLeastOne, Bearing, Parameter, RotorstudyError, TypedDict, planar_entries
 
 
 class Table(TypedDict):
@@ -14,6 +14,16 @@ class Table(TypedDict):
     yy: NotRequired[list[float]]
 
 
+@Bearing(
+    source="Lund 1987, Review of the concept of dynamic coefficients for fluid film journal bearings",
+    example={
+        "speeds_rad_per_s": [0.0, 1000.0],
+        "stiffness_N_per_m": {"xx": [3e5, 2e5], "xy": [5e4, 9e4], "yx": [-4e4, -7e4], "yy": [2e5, 3e5]},
+        "damping_N_s_per_m": {"xx": [300.0, 200.0], "yy": [200.0, 200.0]},
+    },
+    checked="equal to the linear bearing at its coefficients between two speeds of the table",
+    positive_damping=True,
+)
 def speed_tabulated(
     structure,
     speeds_rad_per_s: AtLeastOne[float],
@@ -59,19 +69,3 @@ def interpolation(speeds, values, node):
         return np.interp(speed, speeds, values)
 
     return gain
-
-
-@hookimpl
-def rotorstudy_bearing():
-    return Bearing(
-        "speed_tabulated",
-        speed_tabulated,
-        source="Lund 1987, Review of the concept of dynamic coefficients for fluid film journal bearings",
-        example={
-            "speeds_rad_per_s": [0.0, 1000.0],
-            "stiffness_N_per_m": {"xx": [3e5, 2e5], "xy": [5e4, 9e4], "yx": [-4e4, -7e4], "yy": [2e5, 3e5]},
-            "damping_N_s_per_m": {"xx": [300.0, 200.0], "yy": [200.0, 200.0]},
-        },
-        checked="equal to the linear bearing at its coefficients between two speeds of the table",
-        positive_damping=True,
-    )

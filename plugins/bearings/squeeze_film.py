@@ -2,9 +2,23 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.plugins import Bearing, Entry, Fraction, Parameter, Positive, hookimpl, outer
+from rotorstudy.plugins import Bearing, Entry, Fraction, Parameter, Positive, outer
 
 
+@Bearing(
+    source="Vance 1988, Rotordynamics of Turbomachinery; San Andres, Modern Lubrication Theory, notes 13",
+    example={
+        "diameter_m": 0.1,
+        "length_m": 0.02,
+        "radial_clearance_m": 2e-4,
+        "viscosity_Pa_s": 0.01,
+        "eccentricity_ratio": 0.4,
+    },
+    checked="numerical integration of the Reynolds film pressure of an orbit, both films",
+    changeable=("radial_clearance_m", "viscosity_Pa_s"),
+    positive_damping=True,
+    symmetric=True,
+)
 def squeeze_film(
     structure,
     diameter_m: Positive,
@@ -40,23 +54,3 @@ def coefficients(e, film):
     """Stiffness over whirl frequency, and damping, in units of viscosity radius (length / clearance)^3."""
     half = np.pi / 2 * (1 - e * e) ** -1.5
     return (2 * e / (1 - e * e) ** 2, half) if film == "pi" else (0.0, 2 * half)
-
-
-@hookimpl
-def rotorstudy_bearing():
-    return Bearing(
-        "squeeze_film",
-        squeeze_film,
-        source="Vance 1988, Rotordynamics of Turbomachinery; San Andres, Modern Lubrication Theory, notes 13",
-        example={
-            "diameter_m": 0.1,
-            "length_m": 0.02,
-            "radial_clearance_m": 2e-4,
-            "viscosity_Pa_s": 0.01,
-            "eccentricity_ratio": 0.4,
-        },
-        checked="numerical integration of the Reynolds film pressure of an orbit, both films",
-        changeable=("radial_clearance_m", "viscosity_Pa_s"),
-        positive_damping=True,
-        symmetric=True,
-    )

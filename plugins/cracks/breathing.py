@@ -1,15 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import Crack, Share, hookimpl
-
-
-def breathing(angle, eta_share: Share = 0.0):
-    """Crack that opens and closes gradually: sigma = (1 + cos(angle)) / 2.
-
-    eta_share: ratio of the loss along eta to that along xi.
-    """
-    breathing = (1 + np.cos(angle)) / 2
-    return np.stack([breathing, eta_share * breathing, 0 * breathing])
+from rotorstudy.plugins import Crack, Share
 
 
 def series(order, eta_share=0.0):
@@ -17,14 +8,17 @@ def series(order, eta_share=0.0):
     return {k: s * np.array([1, eta_share, 0]) for k, s in {0: 0.5, 1: 0.25, -1: 0.25}.items()}
 
 
-@hookimpl
-def rotorstudy_crack():
-    return Crack(
-        "breathing",
-        breathing,
-        source="Mayes and Davies 1984",
-        series=series,
-        symmetric=True,
-        example={"eta_share": 0.2},
-        checked="participation factors of harmonics -1 to 3 in closed form, 1/8, 1/4, 1/4, 1/4, 1/8",
-    )
+@Crack(
+    source="Mayes and Davies 1984",
+    series=series,
+    symmetric=True,
+    example={"eta_share": 0.2},
+    checked="participation factors of harmonics -1 to 3 in closed form, 1/8, 1/4, 1/4, 1/4, 1/8",
+)
+def breathing(angle, eta_share: Share = 0.0):
+    """Crack that opens and closes gradually: sigma = (1 + cos(angle)) / 2.
+
+    eta_share: ratio of the loss along eta to that along xi.
+    """
+    breathing = (1 + np.cos(angle)) / 2
+    return np.stack([breathing, eta_share * breathing, 0 * breathing])

@@ -1,10 +1,15 @@
 import numpy as np
 
-from rotorstudy.plugins import Crack, DepthRatio, hookimpl
+from rotorstudy.plugins import Crack, DepthRatio
 
 GAUSS = np.polynomial.legendre.leggauss(10)  # integrates sines and cosines up to order 5 over 90 degrees to round-off
 
 
+@Crack(
+    source="after Al-Shudeifat and Butcher 2011; neutral axis through the centroid at each angle",
+    symmetric=True,
+    checked="closed forms: area moments of the open crack, angles where closing begins and ends; square sections",
+)
 def section_geometry(angle, depth_ratio: DepthRatio = 0.25):
     """Straight-edged crack, open where bending by the weight causes tension: loss of area moments of a round section.
 
@@ -57,14 +62,3 @@ def _loss(area, first, second):
     """Loss of the central area moments xi xi, eta eta and xi eta of the section."""
     carrying = np.pi - area
     return second + np.array([first[0] ** 2, first[1] ** 2, first[0] * first[1]]) / carrying
-
-
-@hookimpl
-def rotorstudy_crack():
-    return Crack(
-        "section_geometry",
-        section_geometry,
-        source="after Al-Shudeifat and Butcher 2011; neutral axis through the centroid at each angle",
-        symmetric=True,
-        checked="closed forms: area moments of the open crack, angles where closing begins and ends; square sections",
-    )

@@ -3,30 +3,10 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorstudy.plugins import CrackDepth, PoissonsRatio, Positive, Share, hookimpl
+from rotorstudy.plugins import CrackDepth, PoissonsRatio, Positive, Share
 
 TABLE = Path(__file__).with_suffix(".csv")
 SHALLOWEST = 1e-9  # depth ratio; what is shallower counts as this
-
-
-def elasticity(
-    depth_ratio,
-    diameter_m: Positive,
-    youngs_modulus_Pa: Positive = 2.1e11,
-    poissons_ratio: PoissonsRatio = 0.3,
-    front_aspect_ratio: Share = 0.0,
-):
-    """Crack in a round shaft by three-dimensional elasticity: a table of finite elements, accurate to 1 %.
-
-    front_aspect_ratio: depth over half the width of the ellipse about a point of the surface that the front is a part
-    of; 1 is a circle, 0 a straight front.  The table has depths of 2 to 60 % and Poisson's ratios of 0.25 to 0.33;
-    beyond, the powers of the depth at 2 % and the parabola of the logarithm are continued.
-    """
-    (xi, eta), _ = _crack(depth_ratio, front_aspect_ratio, poissons_ratio)
-    if not depth_ratio:
-        return 0.0, 0.0
-    scale = youngs_modulus_Pa * (diameter_m / 2) ** 3
-    return xi / scale, eta / scale
 
 
 def partly_open(
@@ -101,14 +81,28 @@ def _slimness(depth_ratio, front_aspect_ratio):
     return np.log1p(front_aspect_ratio * np.sqrt(1 / depth_ratio - 1))
 
 
-@hookimpl
-def rotorstudy_depth():
-    return CrackDepth(
-        "elasticity",
-        elasticity,
-        source="computed by benchmarks/elasticity/crack_compliance.py with gmsh and scikit-fem",
-        valid=(0.0, 0.6),
-        partly_open=partly_open,
-        example={"diameter_m": 0.02},
-        checked="plane strain at small depth; strips within 10 % in xi; refinement of the mesh; depths left out",
-    )
+@CrackDepth(
+    source="computed by benchmarks/elasticity/crack_compliance.py with gmsh and scikit-fem",
+    valid=(0.0, 0.6),
+    partly_open=partly_open,
+    example={"diameter_m": 0.02},
+    checked="plane strain at small depth; strips within 10 % in xi; refinement of the mesh; depths left out",
+)
+def elasticity(
+    depth_ratio,
+    diameter_m: Positive,
+    youngs_modulus_Pa: Positive = 2.1e11,
+    poissons_ratio: PoissonsRatio = 0.3,
+    front_aspect_ratio: Share = 0.0,
+):
+    """Crack in a round shaft by three-dimensional elasticity: a table of finite elements, accurate to 1 %.
+
+    front_aspect_ratio: depth over half the width of the ellipse about a point of the surface that the front is a part
+    of; 1 is a circle, 0 a straight front.  The table has depths of 2 to 60 % and Poisson's ratios of 0.25 to 0.33;
+    beyond, the powers of the depth at 2 % and the parabola of the logarithm are continued.
+    """
+    (xi, eta), _ = _crack(depth_ratio, front_aspect_ratio, poissons_ratio)
+    if not depth_ratio:
+        return 0.0, 0.0
+    scale = youngs_modulus_Pa * (diameter_m / 2) ** 3
+    return xi / scale, eta / scale

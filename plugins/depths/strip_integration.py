@@ -1,24 +1,9 @@
 import numpy as np
 
-from rotorstudy.plugins import CrackDepth, PoissonsRatio, Positive, hookimpl
+from rotorstudy.plugins import CrackDepth, PoissonsRatio, Positive
 
 GAUSS = np.polynomial.legendre.leggauss(40)  # 12 digits
 FEWER = np.polynomial.legendre.leggauss(16)  # where the line K = 0 lies between points: relative error 4e-4
-
-
-def strip_integration(
-    depth_ratio, diameter_m: Positive, youngs_modulus_Pa: Positive = 2.1e11, poissons_ratio: PoissonsRatio = 0.3
-):
-    """Straight-edged crack in a round shaft, from the stress intensity factors of parallel strips.
-
-    In xi each strip is in bending (F2), in eta in tension (F1), with the stress of the uncracked shaft at its edge:
-    c = 64 (1 - nu^2) / (pi E R^3) * integral of y (1 - x^2) F2^2 (xi) or y x^2 F1^2 (eta) over half the crack, R = 1.
-    In eta the paper includes only the half in tension, 32 instead of 64; here the weight keeps both halves open. That
-    half is 0.58, 0.64, 0.85 and 1.26 times the eta of three-dimensional elasticity at depths of 0.05, 0.1, 0.25, 0.4.
-    """
-    area, bent, pulled = _strips(depth_ratio)
-    scale = _scale(diameter_m, youngs_modulus_Pa, poissons_ratio)
-    return scale * np.sum(area * bent**2), scale * np.sum(area * pulled**2)
 
 
 def partly_open(
@@ -67,15 +52,24 @@ def _points(low, high, gauss):
     return low + half * (1 + gauss[0]), half * gauss[1]
 
 
-@hookimpl
-def rotorstudy_depth():
-    return CrackDepth(
-        "strip_integration",
-        strip_integration,
-        source="Papadopoulos and Dimarogonas 1987; stress intensity of Tada, Paris, Irwin; range: Papadopoulos 2004; "
-        "closing along a line: Darpe, Gupta, Chawla 2004",
-        valid=(0.0, 0.5),
-        partly_open=partly_open,
-        example={"diameter_m": 0.02},
-        checked="tabulated coefficients c55, and twice c44, of that method in ROSS (petrobras/ross, PAPADOPOULOS.csv)",
-    )
+@CrackDepth(
+    source="Papadopoulos and Dimarogonas 1987; stress intensity of Tada, Paris, Irwin; range: Papadopoulos 2004; "
+    "closing along a line: Darpe, Gupta, Chawla 2004",
+    valid=(0.0, 0.5),
+    partly_open=partly_open,
+    example={"diameter_m": 0.02},
+    checked="tabulated coefficients c55, and twice c44, of that method in ROSS (petrobras/ross, PAPADOPOULOS.csv)",
+)
+def strip_integration(
+    depth_ratio, diameter_m: Positive, youngs_modulus_Pa: Positive = 2.1e11, poissons_ratio: PoissonsRatio = 0.3
+):
+    """Straight-edged crack in a round shaft, from the stress intensity factors of parallel strips.
+
+    In xi each strip is in bending (F2), in eta in tension (F1), with the stress of the uncracked shaft at its edge:
+    c = 64 (1 - nu^2) / (pi E R^3) * integral of y (1 - x^2) F2^2 (xi) or y x^2 F1^2 (eta) over half the crack, R = 1.
+    In eta the paper includes only the half in tension, 32 instead of 64; here the weight keeps both halves open. That
+    half is 0.58, 0.64, 0.85 and 1.26 times the eta of three-dimensional elasticity at depths of 0.05, 0.1, 0.25, 0.4.
+    """
+    area, bent, pulled = _strips(depth_ratio)
+    scale = _scale(diameter_m, youngs_modulus_Pa, poissons_ratio)
+    return scale * np.sum(area * bent**2), scale * np.sum(area * pulled**2)

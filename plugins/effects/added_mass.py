@@ -2,7 +2,7 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, TypedDict, hookimpl, outer
+from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, TypedDict, outer
 
 Motion = Literal["translation", "tilt"]
 
@@ -15,6 +15,18 @@ class Place(TypedDict):
     lever_m: float
 
 
+@Effect(
+    source="Newton; plane y for thesis Tables 6.2 to 6.7",
+    brings=("unbalance",),
+    checked="response equal to that of a rotor built with M + m to 1e-11; thesis Tables 6.2 to 6.7 with plane y",
+    confounders={
+        "pedestal_resonance": "a mass acts at all frequencies alike; measure the motion of the pedestal",
+        "seal": "the mass of the fluid comes with its damping, and only in the full machine",
+        "stiffness_error": "stiffness dominates below the critical speed, mass above it; a mass has weight (0X)",
+        "speed_error": "equal if all masses are off by the same share and nothing tilts; use a second tachometer",
+        "gyroscopic_error": "gyroscopic moments change sign between forward and backward harmonics, inertia not",
+    },
+)
 def added_mass(
     structure, node: int | None = None, places: AtLeastOne[Place] | None = None, plane: Literal["both", "y"] = "both"
 ):
@@ -34,21 +46,3 @@ def added_mass(
     if plane == "y":
         entries = (Entry(-pattern / 2, order=2), Entry(pattern / 2, on="conj", order=2))
     return [Parameter("added_mass", "kg", entries, typical=0.05 * structure.scales.mass)]
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "added_mass",
-        added_mass,
-        source="Newton; plane y for thesis Tables 6.2 to 6.7",
-        brings=("unbalance",),
-        checked="response equal to that of a rotor built with M + m to 1e-11; thesis Tables 6.2 to 6.7 with plane y",
-        confounders={
-            "pedestal_resonance": "a mass acts at all frequencies alike; measure the motion of the pedestal",
-            "seal": "the mass of the fluid comes with its damping, and only in the full machine",
-            "stiffness_error": "stiffness dominates below the critical speed, mass above it; a mass has weight (0X)",
-            "speed_error": "equal if all masses are off by the same share and nothing tilts; use a second tachometer",
-            "gyroscopic_error": "gyroscopic moments change sign between forward and backward harmonics, inertia not",
-        },
-    )

@@ -1,20 +1,27 @@
-from rotorstudy.plugins import (
-    AtLeastOne,
-    Effect,
-    Entry,
-    Feared,
-    Parameter,
-    across,
-    couples_a_driver,
-    hookimpl,
-    outer,
-    spacers,
-)
+from rotorstudy.plugins import AtLeastOne, Effect, Entry, Feared, Parameter, across, couples_a_driver, outer, spacers
 
 HARMONICS = (1, 2)
 ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 0)
 
 
+@Effect(
+    source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
+    places=lambda structure, sensors: [
+        *({"node": node} for node, motion in structure.dofs if motion == "tilt"),
+        *spacers(structure),
+    ],
+    place_rate=couples_a_driver,
+    positive=("coupling_stiffness",),
+    feared=Feared("misalignment_moment_2X", 10.0),
+    hypothesis={"harmonics": list(ALL_HARMONICS), "coupled": True},
+    checked="equal to two opposite parallel forces l apart with moment F l to 5e-3",
+    # its moments change with the torque, which grows with up to the square of the speed
+    form_error={f"misalignment_moment_{n}X": 0.3 for n in ALL_HARMONICS},
+    confounders={
+        "couple_unbalance": "a couple grows with the square of the speed; that of a coupling does not, and has 2X",
+        "parallel_misalignment": "a force and a moment at the same node: a second measuring plane separates them",
+    },
+)
 def angular_misalignment(
     structure,
     node: int | None = None,
@@ -43,27 +50,3 @@ def angular_misalignment(
         Parameter("coupling_stiffness", "N m", (Entry(-pattern),), usual),
         Parameter("coupling_asymmetry", "N m", (Entry(-pattern, on="conj", shift=2),), usual, is_complex=True),
     ]
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "angular_misalignment",
-        angular_misalignment,
-        source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
-        places=lambda structure, sensors: [
-            *({"node": node} for node, motion in structure.dofs if motion == "tilt"),
-            *spacers(structure),
-        ],
-        place_rate=couples_a_driver,
-        positive=("coupling_stiffness",),
-        feared=Feared("misalignment_moment_2X", 10.0),
-        hypothesis={"harmonics": list(ALL_HARMONICS), "coupled": True},
-        checked="equal to two opposite parallel forces l apart with moment F l to 5e-3",
-        # its moments change with the torque, which grows with up to the square of the speed
-        form_error={f"misalignment_moment_{n}X": 0.3 for n in ALL_HARMONICS},
-        confounders={
-            "couple_unbalance": "a couple grows with the square of the speed; that of a coupling does not, and has 2X",
-            "parallel_misalignment": "a force and a moment at the same node: a second measuring plane separates them",
-        },
-    )

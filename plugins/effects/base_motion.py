@@ -1,8 +1,17 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
+from rotorstudy.plugins import Effect, Entry, Parameter
 
 
+@Effect(
+    source="Newton, in a frame that accelerates; Genta 2005, Dynamics of Rotating Systems",
+    places=lambda structure, sensors: [{"harmonic": n} for n in (1, -1, 2, -2)],
+    parts=("harmonic",),
+    checked="motion solved in the frame at rest to 1e-9",
+    confounders={
+        "unbalance": "base motion accelerates all masses alike; equal on a rotor of one mass: measure the base"
+    },
+)
 def base_motion(structure, harmonic: int = 1):
     """Foundation that carries the probes and moves by z_b at a harmonic: force m n^2 w^2 z_b on every mass.
 
@@ -11,18 +20,3 @@ def base_motion(structure, harmonic: int = 1):
     along = np.array([float(motion == "translation") for _, motion in structure.dofs])
     entry = Entry(structure.mass @ along, on="one", shift=harmonic, gain=lambda speed: (harmonic * speed) ** 2)
     return [Parameter(f"base_motion_{harmonic}X", "m", (entry,), 0.2 * structure.scales.length, is_complex=True)]
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "base_motion",
-        base_motion,
-        source="Newton, in a frame that accelerates; Genta 2005, Dynamics of Rotating Systems",
-        places=lambda structure, sensors: [{"harmonic": n} for n in (1, -1, 2, -2)],
-        parts=("harmonic",),
-        checked="motion solved in the frame at rest to 1e-9",
-        confounders={
-            "unbalance": "base motion accelerates all masses alike; equal on a rotor of one mass: measure the base"
-        },
-    )

@@ -1,32 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import CannotAct, Effect, Entry, Parameter, hookimpl
-
-
-def bow(structure, node: int | None = None, element: int | None = None, last_element: int | None = None):
-    """Permanent bend r_0 that rotates with the shaft: force K r_0 e^{jwt}.
-
-    At a node: its deflection there, in the shape due to a load there, from the bearing line; for a shaft without rigid
-    supports, from the line through its ends. In an element, or in all up to a last one: bow_angle is the angle by which
-    the stretch is bent with a constant curvature, its middle towards the phase (a shaft that is hotter on that side);
-    bow_angle_skew adds a curvature that grows linearly along it, from minus to plus that of this angle. The shaft is
-    straight elsewhere.
-    """
-    if element is not None:
-        stretch = range(element, (element if last_element is None else last_element) + 1)
-        usual = 1.6 * structure.scales.length / structure.length
-        forces = zip(("bow_angle", "bow_angle_skew"), bent(structure, stretch), strict=True)
-        return [Parameter(name, "rad", (Entry(f, on="one", shift=1),), usual, is_complex=True) for name, f in forces]
-    node = structure.default_node() if node is None else node
-    here, shape = structure.unit(node), np.zeros(len(structure.dofs))
-    ends = [] if structure.is_supported else [structure.index(structure.nodes[0]), structure.index(structure.nodes[-1])]
-    ends += [structure.index(housing, "housing") for housing in structure.housings]  # the shaft alone is bent
-    free = np.setdiff1d(np.arange(len(here)), ends)
-    if not here[free].any():
-        raise CannotAct(f"bow: node {node} is an end of the shaft, from which a bow is measured; choose one in between")
-    shape[free] = np.linalg.solve(structure.stiffness[np.ix_(free, free)], here[free])
-    force = structure.stiffness @ shape / (here @ shape)
-    return [Parameter("bow", "m", (Entry(force, on="one", shift=1),), 0.4 * structure.scales.length, is_complex=True)]
+from rotorstudy.plugins import CannotAct, Effect, Entry, Parameter
 
 
 def length_of(structure, element):
@@ -61,17 +35,37 @@ def between_the_ends_or_a_stretch(structure, sensors):
     return [{"node": node} for node in nodes] + stretches
 
 
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "bow",
-        bow,
-        source="Nicholas, Gunter, Allaire 1976; of a shaft hotter on one side: Boley and Weiner 1960",
-        places=between_the_ends_or_a_stretch,
-        parts=("node", "element", "last_element"),
-        checked="whirl b / |1 - eta^2| of a Jeffcott rotor to 1e-12; a bent stretch rests in its shape to 1e-9",
-        confounders={
-            "unbalance": "an unbalance grows with the square of the speed and vanishes at slow roll, a bow does not",
-            "runout": "equal at slow roll; a bow is amplified at the critical speed, a runout is not",
-        },
-    )
+@Effect(
+    source="Nicholas, Gunter, Allaire 1976; of a shaft hotter on one side: Boley and Weiner 1960",
+    places=between_the_ends_or_a_stretch,
+    parts=("node", "element", "last_element"),
+    checked="whirl b / |1 - eta^2| of a Jeffcott rotor to 1e-12; a bent stretch rests in its shape to 1e-9",
+    confounders={
+        "unbalance": "an unbalance grows with the square of the speed and vanishes at slow roll, a bow does not",
+        "runout": "equal at slow roll; a bow is amplified at the critical speed, a runout is not",
+    },
+)
+def bow(structure, node: int | None = None, element: int | None = None, last_element: int | None = None):
+    """Permanent bend r_0 that rotates with the shaft: force K r_0 e^{jwt}.
+
+    At a node: its deflection there, in the shape due to a load there, from the bearing line; for a shaft without rigid
+    supports, from the line through its ends. In an element, or in all up to a last one: bow_angle is the angle by which
+    the stretch is bent with a constant curvature, its middle towards the phase (a shaft that is hotter on that side);
+    bow_angle_skew adds a curvature that grows linearly along it, from minus to plus that of this angle. The shaft is
+    straight elsewhere.
+    """
+    if element is not None:
+        stretch = range(element, (element if last_element is None else last_element) + 1)
+        usual = 1.6 * structure.scales.length / structure.length
+        forces = zip(("bow_angle", "bow_angle_skew"), bent(structure, stretch), strict=True)
+        return [Parameter(name, "rad", (Entry(f, on="one", shift=1),), usual, is_complex=True) for name, f in forces]
+    node = structure.default_node() if node is None else node
+    here, shape = structure.unit(node), np.zeros(len(structure.dofs))
+    ends = [] if structure.is_supported else [structure.index(structure.nodes[0]), structure.index(structure.nodes[-1])]
+    ends += [structure.index(housing, "housing") for housing in structure.housings]  # the shaft alone is bent
+    free = np.setdiff1d(np.arange(len(here)), ends)
+    if not here[free].any():
+        raise CannotAct(f"bow: node {node} is an end of the shaft, from which a bow is measured; choose one in between")
+    shape[free] = np.linalg.solve(structure.stiffness[np.ix_(free, free)], here[free])
+    force = structure.stiffness @ shape / (here @ shape)
+    return [Parameter("bow", "m", (Entry(force, on="one", shift=1),), 0.4 * structure.scales.length, is_complex=True)]

@@ -1,8 +1,26 @@
 import numpy as np
 
-from rotorstudy.plugins import CannotAct, Effect, crack_parameters, hookimpl, registry
+from rotorstudy.plugins import CannotAct, Effect, crack_parameters, registry
 
 
+@Effect(
+    source="thesis Eqs. (2.16) to (2.18); Gasch 1993",
+    # of a solid shaft: transverse_crack
+    places=lambda structure, sensors: [] if structure.is_solid else structure.crack_places(),
+    shape={"crack_angle_rad": (-np.pi, np.pi)},
+    alternatives={"crack": lambda: sorted(registry().plugins["crack"])},
+    hypothesis={"isotropic": True},
+    positive=True,
+    checked="force in time is sigma dk times the motion along the crack, to 1e-12; integrated x-y motion to 1e-6",
+    form_error=0.2,  # published laws of breathing differ
+    confounders={
+        "shaft_asymmetry": "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too; an "
+        "open crack also lowers the mean stiffness",
+        "parallel_misalignment": "a misaligned coupling acts at its own node and has no 0X related to 2X; run the "
+        "rotor uncoupled",
+        "looseness": "the force of a loose support depends on the amplitude: change the unbalance",
+    },
+)
 def breathing_crack(
     structure,
     crack: str = "switching",
@@ -22,27 +40,3 @@ def breathing_crack(
     law = registry().get("crack", crack, "breathing_crack")
     place = {"node": node, "element": element, "angle_rad": crack_angle_rad}
     return crack_parameters(law, structure, False, isotropic=isotropic, **place)
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "breathing_crack",
-        breathing_crack,
-        source="thesis Eqs. (2.16) to (2.18); Gasch 1993",
-        # of a solid shaft: transverse_crack
-        places=lambda structure, sensors: [] if structure.is_solid else structure.crack_places(),
-        shape={"crack_angle_rad": (-np.pi, np.pi)},
-        alternatives={"crack": lambda: sorted(registry().plugins["crack"])},
-        hypothesis={"isotropic": True},
-        positive=True,
-        checked="force in time is sigma dk times the motion along the crack, to 1e-12; integrated x-y motion to 1e-6",
-        form_error=0.2,  # published laws of breathing differ
-        confounders={
-            "shaft_asymmetry": "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too; an "
-            "open crack also lowers the mean stiffness",
-            "parallel_misalignment": "a misaligned coupling acts at its own node and has no 0X related to 2X; run the "
-            "rotor uncoupled",
-            "looseness": "the force of a loose support depends on the amplitude: change the unbalance",
-        },
-    )

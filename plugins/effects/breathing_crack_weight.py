@@ -1,6 +1,16 @@
-from rotorstudy.plugins import Effect, crack_parameters, hookimpl, registry
+from rotorstudy.plugins import Effect, crack_parameters, registry
 
 
+@Effect(
+    source="thesis Eqs. (2.16) to (2.20); Mayes and Davies 1984",
+    places=lambda structure, sensors: structure.crack_places(),
+    candidate=False,  # the limit of breathing_crack at small vibration: one cause, one name
+    positive=True,
+    checked="force in time is sigma dk u_x along the crack to 1e-12, with and without tilt",
+    confounders={
+        "crack_force": "a crack has one stiffness loss for all harmonics, free forces have one amplitude each"
+    },
+)
 def breathing_crack_weight(
     structure,
     crack: str = "switching",
@@ -15,19 +25,3 @@ def breathing_crack_weight(
     """
     law = registry().get("crack", crack, "breathing_crack_weight")
     return crack_parameters(law, structure, True, node=node, element=element, angle_rad=crack_angle_rad)
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "breathing_crack_weight",
-        breathing_crack_weight,
-        source="thesis Eqs. (2.16) to (2.20); Mayes and Davies 1984",
-        places=lambda structure, sensors: structure.crack_places(),
-        candidate=False,  # the limit of breathing_crack at small vibration: one cause, one name
-        positive=True,
-        checked="force in time is sigma dk u_x along the crack to 1e-12, with and without tilt",
-        confounders={
-            "crack_force": "a crack has one stiffness loss for all harmonics, free forces have one amplitude each"
-        },
-    )

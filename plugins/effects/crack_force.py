@@ -1,8 +1,13 @@
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, unknown_name
+from rotorstudy.plugins import Effect, Entry, Parameter, unknown_name
 
 THESIS_HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)
 
 
+@Effect(
+    source="thesis Eqs. (2.19), (2.20), (3.2)",
+    candidate=False,
+    checked="equal to a crack plugin with the same participation factors to 1e-12",
+)
 def crack_force(
     structure,
     participation: dict[int, float] | None = None,
@@ -28,14 +33,3 @@ def crack_force(
             entries = tuple(Entry(p * pattern, on="static", shift=n) for n, p in participation.items())
             parameters.append(Parameter(name, unit, entries, typical=typical))
     return parameters
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "crack_force",
-        crack_force,
-        source="thesis Eqs. (2.19), (2.20), (3.2)",
-        candidate=False,
-        checked="equal to a crack plugin with the same participation factors to 1e-12",
-    )

@@ -2,9 +2,21 @@ from functools import partial
 
 import numpy as np
 
-from rotorstudy.plugins import Effect, NonlinearForce, Parameter, hookimpl
+from rotorstudy.plugins import Effect, NonlinearForce, Parameter
 
 
+@Effect(
+    source="Duffing 1918; Yamamoto and Ishida 2001, Linear and Nonlinear Rotordynamics",
+    hypothesis={"quadratic": True, "axes": True},
+    positive=("cubic_stiffness", "quadratic_stiffness"),
+    checked="circular whirl without weight: stiffness k r^2 to 1e-10; 2X due to weight; time integration to 1e-6",
+    form_error=0.2,  # supports stiffen by other powers, too
+    confounders={
+        "support_stiffness": "cubic stiffness depends on the amplitude: change the unbalance",
+        "rub": "a rub begins at its clearance and has friction; cubic stiffness always acts",
+        "looseness": "looseness softens in one direction, cubic stiffness stiffens in all directions",
+    },
+)
 def cubic_stiffness(structure, node: int | None = None, quadratic: bool = False, axes: bool = False):
     """Support whose stiffness grows with the square of its deflection: force -k |r|^2 r, r from the bearing line.
 
@@ -36,21 +48,3 @@ def cubic_stiffness(structure, node: int | None = None, quadratic: bool = False,
         for name, power in powers.items()
         for direction, axis in directions.items()
     ]
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "cubic_stiffness",
-        cubic_stiffness,
-        source="Duffing 1918; Yamamoto and Ishida 2001, Linear and Nonlinear Rotordynamics",
-        hypothesis={"quadratic": True, "axes": True},
-        positive=("cubic_stiffness", "quadratic_stiffness"),
-        checked="circular whirl without weight: stiffness k r^2 to 1e-10; 2X due to weight; time integration to 1e-6",
-        form_error=0.2,  # supports stiffen by other powers, too
-        confounders={
-            "support_stiffness": "cubic stiffness depends on the amplitude: change the unbalance",
-            "rub": "a rub begins at its clearance and has friction; cubic stiffness always acts",
-            "looseness": "looseness softens in one direction, cubic stiffness stiffens in all directions",
-        },
-    )

@@ -1,6 +1,27 @@
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, outer
+from rotorstudy.plugins import Effect, Entry, Parameter, outer
 
 
+def where_the_shaft_is_damped(structure, sensors):
+    """The node of a rotor that has only one, on a shaft carried rigidly; else each stretch of elements.
+
+    Damping of the whole shaft is `shaft_damping`.
+    """
+    if len(structure.nodes) == 1:
+        return [{"node": structure.nodes[0]}]
+    return structure.stretches()
+
+
+@Effect(
+    source="Tondl 1965; thesis Eq. (2.7)",
+    places=where_the_shaft_is_damped,
+    positive=True,
+    checked="-c (dz/dt - j w z) in time to 1e-12; onset at w_n (1 + c_e / c_i) in tests/physics/test_threshold.py",
+    confounders={
+        "seal": "equal with external damping on a rotor of one coordinate; a seal depends on its pressure drop",
+        "shaft_damping": "equal on a rotor of one coordinate; internal damping acts in one element",
+        "phase_reference": "a wrong mark also shifts the phase far from resonance, where damping does little",
+    },
+)
 def internal_damping(structure, node: int | None = None, element: int | None = None, last_element: int | None = None):
     """Viscous damping in the rotating shaft: force -c (dz/dt - j w z), that is -j (n - 1) w c z_n on harmonic n.
 
@@ -15,30 +36,3 @@ def internal_damping(structure, node: int | None = None, element: int | None = N
         here, unit, typical = outer(at), "N s/m", 0.008 * structure.scales.critical_damping(node)
     entries = (Entry(-here, order=1), Entry(1j * here, gain=lambda speed: speed))
     return [Parameter("internal_damping", unit, entries, typical)]
-
-
-def where_the_shaft_is_damped(structure, sensors):
-    """The node of a rotor that has only one, on a shaft carried rigidly; else each stretch of elements.
-
-    Damping of the whole shaft is `shaft_damping`.
-    """
-    if len(structure.nodes) == 1:
-        return [{"node": structure.nodes[0]}]
-    return structure.stretches()
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "internal_damping",
-        internal_damping,
-        source="Tondl 1965; thesis Eq. (2.7)",
-        places=where_the_shaft_is_damped,
-        positive=True,
-        checked="-c (dz/dt - j w z) in time to 1e-12; onset at w_n (1 + c_e / c_i) in tests/physics/test_threshold.py",
-        confounders={
-            "seal": "equal with external damping on a rotor of one coordinate; a seal depends on its pressure drop",
-            "shaft_damping": "equal on a rotor of one coordinate; internal damping acts in one element",
-            "phase_reference": "a wrong mark also shifts the phase far from resonance, where damping does little",
-        },
-    )

@@ -1,17 +1,33 @@
 import numpy as np
 
-from rotorstudy.plugins import (
-    Effect,
-    Feared,
-    NonlinearForce,
-    Parameter,
-    Positive,
-    at_supports,
-    hookimpl,
-    mean_overlap,
+from rotorstudy.plugins import Effect, Feared, NonlinearForce, Parameter, Positive, at_supports, mean_overlap
+
+
+def places(structure, sensors):
+    """Every bearing, and what it stands on where that moves."""
+    return at_supports(structure, sensors) + [{"foundation": node} for node in structure.housings]
+
+
+@Effect(
+    source="bilinear support as in Chu and Tang 2001; Muszynska and Goldman 1995; Greenwood and Williamson 1966",
+    places=places,
+    shape={
+        "lift_m": (-3.0, 3.0, "vibration"),
+        "direction_rad": (-np.pi, np.pi),
+        "play_m": (0.05, 10.0, "vibration"),
+        "gap_spread_m": (0.01, 3.0, "vibration"),
+    },
+    example={"lift_m": 0.0},
+    positive=True,
+    switches=True,
+    feared=Feared("stiffness_lost_in_lift", 10.0),
+    checked="time integration to 2e-3 of its effect; no force below the lift to 1e-12; the mean rises",
+    form_error=0.2,  # feet and bolts do not lift off at once
+    confounders={
+        "support_loss": "a support that lifts depends on the amplitude and gives multiples of 1X",
+        "support_stiffness": "looseness gives multiples of 1X and depends on the amplitude",
+    },
 )
-
-
 def looseness(
     structure,
     node: int | None = None,
@@ -41,34 +57,3 @@ def looseness(
 
     usual = 0.13 * structure.scales.stiffness(own, motion)
     return [Parameter("stiffness_lost_in_lift", "N/m", (), typical=usual, force=NonlinearForce(here[None], lifted))]
-
-
-def places(structure, sensors):
-    """Every bearing, and what it stands on where that moves."""
-    return at_supports(structure, sensors) + [{"foundation": node} for node in structure.housings]
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "looseness",
-        looseness,
-        source="bilinear support as in Chu and Tang 2001; Muszynska and Goldman 1995; Greenwood and Williamson 1966",
-        places=places,
-        shape={
-            "lift_m": (-3.0, 3.0, "vibration"),
-            "direction_rad": (-np.pi, np.pi),
-            "play_m": (0.05, 10.0, "vibration"),
-            "gap_spread_m": (0.01, 3.0, "vibration"),
-        },
-        example={"lift_m": 0.0},
-        positive=True,
-        switches=True,
-        feared=Feared("stiffness_lost_in_lift", 10.0),
-        checked="time integration to 2e-3 of its effect; no force below the lift to 1e-12; the mean rises",
-        form_error=0.2,  # feet and bolts do not lift off at once
-        confounders={
-            "support_loss": "a support that lifts depends on the amplitude and gives multiples of 1X",
-            "support_stiffness": "looseness gives multiples of 1X and depends on the amplitude",
-        },
-    )

@@ -1,6 +1,22 @@
-from rotorstudy.plugins import Effect, NonNegative, Parameter, Positive, at_supports, hookimpl, outer, planar_entries
+from rotorstudy.plugins import Effect, NonNegative, Parameter, Positive, at_supports, outer, planar_entries
 
 
+@Effect(
+    source="Kirk and Gunter 1972, effect of support flexibility and damping; two dynamic stiffnesses in series",
+    shape={
+        "natural_frequency_rad_per_s": (0.1, 10.0, "frequency"),
+        "frequency_ratio": (0.4, 2.5),
+        "damping_ratio": (0.005, 0.5),
+        "bearing_time_s": (0.0, 1.0, "time"),
+    },
+    places=at_supports,
+    positive=("stiffness_loss_at_rest_xx", "stiffness_loss_at_rest_yy"),
+    checked="a rotor on flexible_pedestal, with and without damping of the bearing, to 1e-10",
+    confounders={
+        "support_stiffness": "equal far below its resonance; tap the pedestal, or measure its motion",
+        "support_anisotropy": "equal far below its resonance; tap the pedestal, or measure its motion",
+    },
+)
 def pedestal_resonance(
     structure,
     node: int | None = None,
@@ -46,25 +62,3 @@ def pedestal_resonance(
         )
         for direction, gain in (("xx", along_x), ("yy", along_y), ("xy", both), ("yx", both))
     ]
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "pedestal_resonance",
-        pedestal_resonance,
-        source="Kirk and Gunter 1972, effect of support flexibility and damping; two dynamic stiffnesses in series",
-        shape={
-            "natural_frequency_rad_per_s": (0.1, 10.0, "frequency"),
-            "frequency_ratio": (0.4, 2.5),
-            "damping_ratio": (0.005, 0.5),
-            "bearing_time_s": (0.0, 1.0, "time"),
-        },
-        places=at_supports,
-        positive=("stiffness_loss_at_rest_xx", "stiffness_loss_at_rest_yy"),
-        checked="a rotor on flexible_pedestal, with and without damping of the bearing, to 1e-10",
-        confounders={
-            "support_stiffness": "equal far below its resonance; tap the pedestal, or measure its motion",
-            "support_anisotropy": "equal far below its resonance; tap the pedestal, or measure its motion",
-        },
-    )

@@ -1,8 +1,19 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, probe_axis, sensor_unit
+from rotorstudy.plugins import Effect, Entry, Parameter, probe_axis, sensor_unit
 
 
+@Effect(
+    source="API 670 (incremental scale factor within 5 %)",
+    acts_on="output",
+    nuisance=5e-3,
+    checked="x (1 + g + m) and y (1 + g - m) in time to 1e-12",
+    confounders={
+        "unbalance": "a wrong gain scales every harmonic, an unbalance only 1X",
+        "support_anisotropy": "a mismatch mirrors the same share of every harmonic, anisotropy does not",
+        "reversed_probe": "a reversed probe mirrors the entire signal, a gain mismatch a few per cent of it",
+    },
+)
 def probe_gain(sensors, structure, node: int | None = None):
     """Gain errors of the probes, g + m of x and g - m of y: z is measured as (1 + g) z + m conj(z).
 
@@ -15,20 +26,3 @@ def probe_gain(sensors, structure, node: int | None = None):
         Parameter("gain_error", "1", (Entry(here),), typical=0.05),
         Parameter("gain_mismatch", "1", (Entry(mirrored * here, on="conj"),), typical=0.05),
     ]
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "probe_gain",
-        probe_gain,
-        source="API 670 (incremental scale factor within 5 %)",
-        acts_on="output",
-        nuisance=5e-3,
-        checked="x (1 + g + m) and y (1 + g - m) in time to 1e-12",
-        confounders={
-            "unbalance": "a wrong gain scales every harmonic, an unbalance only 1X",
-            "support_anisotropy": "a mismatch mirrors the same share of every harmonic, anisotropy does not",
-            "reversed_probe": "a reversed probe mirrors the entire signal, a gain mismatch a few per cent of it",
-        },
-    )

@@ -1,8 +1,16 @@
 from typing import Literal
 
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, probe_axis, sensor_unit
+from rotorstudy.plugins import Effect, Entry, Parameter, probe_axis, sensor_unit
 
 
+@Effect(
+    source="API 670 (brackets of probes are rigid); Bently and Hatch 2002",
+    acts_on="output",
+    candidate=False,  # a runout, forward and backward, of one probe: one cause, one name
+    places=lambda structure, sensors: [{"node": n, "probe": probe} for n in sensors for probe in ("x", "y")],
+    checked="the reading of one probe in time to 1e-12",
+    confounders={"runout": "both probes see a runout; a bracket that vibrates is seen by one probe"},
+)
 def probe_vibration(sensors, structure, node: int | None = None, probe: Literal["x", "y"] = "x"):
     """One probe moves on its bracket, or picks up a disturbance: its reading gets c cos wt - s sin wt at all speeds.
 
@@ -16,17 +24,3 @@ def probe_vibration(sensors, structure, node: int | None = None, probe: Literal[
         Parameter("probe_vibration_cosine", "m", cosine, usual),
         Parameter("probe_vibration_sine", "m", sine, usual),
     ]
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "probe_vibration",
-        probe_vibration,
-        source="API 670 (brackets of probes are rigid); Bently and Hatch 2002",
-        acts_on="output",
-        candidate=False,  # a runout, forward and backward, of one probe: one cause, one name
-        places=lambda structure, sensors: [{"node": n, "probe": probe} for n in sensors for probe in ("x", "y")],
-        checked="the reading of one probe in time to 1e-12",
-        confounders={"runout": "both probes see a runout; a bracket that vibrates is seen by one probe"},
-    )

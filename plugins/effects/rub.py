@@ -1,8 +1,23 @@
 import numpy as np
 
-from rotorstudy.plugins import CannotAct, Effect, Feared, NonlinearForce, NonNegative, Parameter, Positive, hookimpl
+from rotorstudy.plugins import CannotAct, Effect, Feared, NonlinearForce, NonNegative, Parameter, Positive
 
 
+@Effect(
+    source="Choy and Padovan 1987, J. Sound Vib.; Muszynska 2005, Rotordynamics",
+    shape={
+        "clearance_m": (0.02, 5.0, "vibration"),
+        "friction_ratio": (0.0, 0.5),
+        "offset_ratio": (0.0, 0.98),
+        "contact_angle_rad": (-np.pi, np.pi),
+    },
+    example={"clearance_m": 2e-6},
+    positive=True,
+    feared=Feared("rub_stiffness", 10.0, {"clearance_m": (0.8, "vibration")}),
+    checked="full annular rub in closed form to 1e-9; partial rub by time integration to 2e-3 of its effect",
+    form_error=0.2,  # contact stiffness grows with the depth, friction falls with the slip
+    confounders={"looseness": "at large amplitudes a rub stiffens, looseness softens"},
+)
 def rub(
     structure,
     node: int | None = None,
@@ -32,24 +47,3 @@ def rub(
 
     usual = 0.13 * structure.scales.stiffness(node)
     return [Parameter("rub_stiffness", "N/m", (), typical=usual, force=NonlinearForce(here, contact))]
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "rub",
-        rub,
-        source="Choy and Padovan 1987, J. Sound Vib.; Muszynska 2005, Rotordynamics",
-        shape={
-            "clearance_m": (0.02, 5.0, "vibration"),
-            "friction_ratio": (0.0, 0.5),
-            "offset_ratio": (0.0, 0.98),
-            "contact_angle_rad": (-np.pi, np.pi),
-        },
-        example={"clearance_m": 2e-6},
-        positive=True,
-        feared=Feared("rub_stiffness", 10.0, {"clearance_m": (0.8, "vibration")}),
-        checked="full annular rub in closed form to 1e-9; partial rub by time integration to 2e-3 of its effect",
-        form_error=0.2,  # contact stiffness grows with the depth, friction falls with the slip
-        confounders={"looseness": "at large amplitudes a rub stiffens, looseness softens"},
-    )

@@ -1,6 +1,14 @@
-from rotorstudy.plugins import Effect, Entry, Parameter, Share, hookimpl, outer
+from rotorstudy.plugins import Effect, Entry, Parameter, Share, outer
 
 
+@Effect(
+    source="Black 1969, J. Mech. Eng. Sci. 11; Childs 1993, Turbomachinery Rotordynamics; Muszynska 2005",
+    shape={"swirl_ratio": (0.0, 0.8)},
+    base_rate=0.2,  # five numbers describe what a simpler effect explains too
+    positive=("seal_damping", "seal_fluid_mass"),
+    checked="the forces of Childs' five coefficients along x and y to 1e-12; unstable from w = w_n / lambda",
+    confounders={"support_stiffness": "a seal also damps, and its stiffness changes with the pressure drop"},
+)
 def seal(structure, node: int | None = None, swirl_ratio: Share = 0.45):
     """Annular seal, a fluid that rotates at lambda w: force -K z - C (z' - j lambda w z) - M (d/dt - j lambda w)^2 z.
 
@@ -23,17 +31,3 @@ def seal(structure, node: int | None = None, swirl_ratio: Share = 0.45):
         Parameter("seal_cross_stiffness", "N/m", (Entry(1j * here),), typical=0.007 * stiffness),
         Parameter("seal_cross_damping", "N s/m", (Entry(1j * here, order=1),), typical=0.004 * damping),
     ]
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "seal",
-        seal,
-        source="Black 1969, J. Mech. Eng. Sci. 11; Childs 1993, Turbomachinery Rotordynamics; Muszynska 2005",
-        shape={"swirl_ratio": (0.0, 0.8)},
-        base_rate=0.2,  # five numbers describe what a simpler effect explains too
-        positive=("seal_damping", "seal_fluid_mass"),
-        checked="the forces of Childs' five coefficients along x and y to 1e-12; unstable from w = w_n / lambda",
-        confounders={"support_stiffness": "a seal also damps, and its stiffness changes with the pressure drop"},
-    )

@@ -1,6 +1,19 @@
-from rotorstudy.plugins import Effect, Entry, Parameter, Whole, hookimpl, sensor_unit
+from rotorstudy.plugins import Effect, Entry, Parameter, Whole, sensor_unit
 
 
+@Effect(
+    source="API 670",
+    acts_on="output",
+    hypothesis={"highest": 4},
+    base_rate=1e-5,  # its many numbers describe what the runout of one plane explains too
+    checked="the same harmonics at every speed to 1e-12",
+    confounders={
+        "runout": "that of one plane is zero at the others",
+        "unbalance": "a runout is the same at all speeds, also at slow roll and at the critical speed",
+        "bow": "equal at slow roll; a bow is amplified at the critical speed, a runout is not",
+        "parallel_misalignment": "a runout is not amplified where harmonic n meets a natural frequency",
+    },
+)
 def shaft_runout(sensors, structure, highest: Whole = 1):
     """Surface of the shaft measured as motion at all probes: each harmonic up to the highest the same at all speeds.
 
@@ -19,22 +32,3 @@ def shaft_runout(sensors, structure, highest: Whole = 1):
         for order in range(1, highest + 1)
         for harmonic in (order, -order)
     ]
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "shaft_runout",
-        shaft_runout,
-        source="API 670",
-        acts_on="output",
-        hypothesis={"highest": 4},
-        base_rate=1e-5,  # its many numbers describe what the runout of one plane explains too
-        checked="the same harmonics at every speed to 1e-12",
-        confounders={
-            "runout": "that of one plane is zero at the others",
-            "unbalance": "a runout is the same at all speeds, also at slow roll and at the critical speed",
-            "bow": "equal at slow roll; a bow is amplified at the critical speed, a runout is not",
-            "parallel_misalignment": "a runout is not amplified where harmonic n meets a natural frequency",
-        },
-    )

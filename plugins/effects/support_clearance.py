@@ -9,11 +9,30 @@ from rotorstudy.plugins import (
     Positive,
     Share,
     at_supports,
-    hookimpl,
     mean_overlap,
 )
 
 
+@Effect(
+    source="Ehrich 1988, J. Vib. Acoust. 110, 9-16; Yamamoto and Ishida 2001, Linear and Nonlinear Rotordynamics",
+    places=at_supports,
+    shape={
+        "clearance_m": (0.05, 5.0, "vibration"),
+        "rest_ratio": (0.0, 2.0),
+        "rest_angle_rad": (-np.pi, np.pi),
+        "spread_ratio": (0.02, 0.5),
+    },
+    example={"clearance_m": 2e-6},
+    positive=True,
+    switches=True,
+    feared=Feared("stiffness_lost_in_clearance", 10.0, {"clearance_m": (0.8, "vibration")}),
+    checked="circular whirl inside and outside in closed form to 1e-9; time integration to 2e-4 of its effect",
+    form_error=0.2,  # seats are not round
+    confounders={
+        "looseness": "a foot lifts in one direction; a clearance is alike in all directions",
+        "rub": "a rub adds stiffness and friction; a clearance takes stiffness away below its size",
+    },
+)
 def support_clearance(
     structure,
     node: int | None = None,
@@ -42,29 +61,3 @@ def support_clearance(
     usual = 0.13 * structure.scales.stiffness(node)
     force = NonlinearForce(here, without_support)
     return [Parameter("stiffness_lost_in_clearance", "N/m", (), typical=usual, force=force)]
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "support_clearance",
-        support_clearance,
-        source="Ehrich 1988, J. Vib. Acoust. 110, 9-16; Yamamoto and Ishida 2001, Linear and Nonlinear Rotordynamics",
-        places=at_supports,
-        shape={
-            "clearance_m": (0.05, 5.0, "vibration"),
-            "rest_ratio": (0.0, 2.0),
-            "rest_angle_rad": (-np.pi, np.pi),
-            "spread_ratio": (0.02, 0.5),
-        },
-        example={"clearance_m": 2e-6},
-        positive=True,
-        switches=True,
-        feared=Feared("stiffness_lost_in_clearance", 10.0, {"clearance_m": (0.8, "vibration")}),
-        checked="circular whirl inside and outside in closed form to 1e-9; time integration to 2e-4 of its effect",
-        form_error=0.2,  # seats are not round
-        confounders={
-            "looseness": "a foot lifts in one direction; a clearance is alike in all directions",
-            "rub": "a rub adds stiffness and friction; a clearance takes stiffness away below its size",
-        },
-    )

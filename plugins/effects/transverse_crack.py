@@ -2,7 +2,7 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.plugins import CannotAct, DepthRatio, Effect, Feared, NonNegative, Parameter, Share, crack_at, hookimpl
+from rotorstudy.plugins import CannotAct, DepthRatio, Effect, Feared, NonNegative, Parameter, Share, crack_at
 
 FLEXIBILITY = {True: "strip_integration", False: "elasticity"}  # depth plugin of a law by the angle, as published
 ELEMENTS_TRIED = 10  # of a long shaft, to say which depth is seen
@@ -25,6 +25,77 @@ FORM = {
 }
 
 
+def depth_and_flexibility(
+    structure, position_m, depth_ratio, flexibility_factor=1.0, front_aspect_ratio=0.0, breathing="gradual"
+):
+    """The depth in m by the diameter at its position, and how far the open crack yields to the moment that opens it."""
+    by_angle = breathing in ("cosine", "switching")
+    hinge = crack_at(structure, position_m, depth_ratio, 0.0, FLEXIBILITY[by_angle], False, front_aspect_ratio)
+    depth = depth_ratio * hinge.section.outer_diameter_m
+    return {"depth_m": depth, "flexibility_rad_per_N_m": flexibility_factor * hinge.open_compliance[0]}
+
+
+def middles_of_elements(structure):
+    """The middle of every element; of a long shaft of at most so many, evenly along it."""
+    ends = sorted(structure.node_positions.values())
+    ends = ends if len(ends) > 1 else [0.0, *ends, structure.length]  # the spans beside a single disc
+    elements = np.unique(np.linspace(0, len(ends) - 2, ELEMENTS_TRIED).astype(int))
+    return [({"element": int(i) + 1}, {"position_m": (ends[i] + ends[i + 1]) / 2}) for i in elements]
+
+
+def two_cracks(structure, one, other):
+    """Each has the flexibility of a crack alone, a diameter or more away, and is condensed in an element of its own."""
+    first, second = sorted((one["position_m"], other["position_m"]))
+    diameter = structure.section_at(first).outer_diameter_m
+    if second - first < diameter:
+        raise CannotAct(
+            f"cracks at {first:g} and {second:g} m are nearer than a diameter ({diameter:g} m) and relieve each other, "
+            "which is not modelled; state them as one, or further apart"
+        )
+    ends = sorted(structure.node_positions.values())
+    if np.searchsorted(ends, first) == np.searchsorted(ends, second):
+        both = f"cracks at {first:g} and {second:g} m"
+        raise CannotAct(f"{both} are in the same element; divide it, so that a node is between them")
+
+
+@Effect(
+    source="Papadopoulos and Dimarogonas 1987; Darpe, Gupta, Chawla 2004; Mayes and Davies 1984; Gasch 1993",
+    places=lambda structure, sensors: [{}] if structure.section_at else [],  # its position is an option
+    shape={"position_m": (0.0, 1.0, "shaft"), "depth_ratio": (0.02, 0.5), "angle_rad": (-np.pi, np.pi)},
+    form=(
+        {"front_aspect_ratio": (0.0, 1.0)},
+        {"any_flexibility": True},
+        # errors of the table, of fronts that are no ellipses (an arc as flexible across differs by this along), and
+        # of the closing by residual stress
+        {
+            "flexibility_factor": (1.0, 0.02),
+            "excess_flexibility_along": (0.0, 0.001),
+            "closing_moment_share": (0.0, 0.1),
+            **{name: (0.0, std) for name, ((motion, _), std) in FORM.items() if motion == "skewed"},
+        },
+    ),
+    stated=depth_and_flexibility,
+    alternatives={"breathing": lambda: ("gradual", "sudden", "none")},
+    formulas={"breathing": lambda: ("turning", "cosine", "switching")},
+    example={"position_m": 0.2},
+    positive=("flexibility_factor",),
+    fixed=True,
+    form_error=0.2,  # laws of opening differ by more where the vibration, not the weight, opens the crack
+    any_form=(
+        {"any_law": True},
+        {name: (0.0, std) for name, (_, std) in FORM.items()},
+        {"breathing": lambda: ("gradual", "turning", "none")},
+    ),
+    together=two_cracks,
+    feared=Feared(
+        "depth_ratio",
+        0.5,
+        worst={"angle_rad": (0.0, np.pi / 2)},
+        places=middles_of_elements,
+        measure="2X and 3X near a half and a third of a critical speed, or nearer to it",
+    ),
+    checked="two beams joined by a spring to 1e-9; integrated x-y motion to 5e-3 of its effect; 4 to 40 elements",
+)
 def transverse_crack(
     structure,
     position_m: NonNegative,
@@ -84,80 +155,3 @@ def transverse_crack(
         force = hinge.force_of_form(*which) if by_moment else None
         found.append(Parameter(name, "1", entries, typical=1.0, force=force, default=0.0))
     return found
-
-
-def depth_and_flexibility(
-    structure, position_m, depth_ratio, flexibility_factor=1.0, front_aspect_ratio=0.0, breathing="gradual"
-):
-    """The depth in m by the diameter at its position, and how far the open crack yields to the moment that opens it."""
-    by_angle = breathing in ("cosine", "switching")
-    hinge = crack_at(structure, position_m, depth_ratio, 0.0, FLEXIBILITY[by_angle], False, front_aspect_ratio)
-    depth = depth_ratio * hinge.section.outer_diameter_m
-    return {"depth_m": depth, "flexibility_rad_per_N_m": flexibility_factor * hinge.open_compliance[0]}
-
-
-def middles_of_elements(structure):
-    """The middle of every element; of a long shaft of at most so many, evenly along it."""
-    ends = sorted(structure.node_positions.values())
-    ends = ends if len(ends) > 1 else [0.0, *ends, structure.length]  # the spans beside a single disc
-    elements = np.unique(np.linspace(0, len(ends) - 2, ELEMENTS_TRIED).astype(int))
-    return [({"element": int(i) + 1}, {"position_m": (ends[i] + ends[i + 1]) / 2}) for i in elements]
-
-
-def two_cracks(structure, one, other):
-    """Each has the flexibility of a crack alone, a diameter or more away, and is condensed in an element of its own."""
-    first, second = sorted((one["position_m"], other["position_m"]))
-    diameter = structure.section_at(first).outer_diameter_m
-    if second - first < diameter:
-        raise CannotAct(
-            f"cracks at {first:g} and {second:g} m are nearer than a diameter ({diameter:g} m) and relieve each other, "
-            "which is not modelled; state them as one, or further apart"
-        )
-    ends = sorted(structure.node_positions.values())
-    if np.searchsorted(ends, first) == np.searchsorted(ends, second):
-        both = f"cracks at {first:g} and {second:g} m"
-        raise CannotAct(f"{both} are in the same element; divide it, so that a node is between them")
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "transverse_crack",
-        transverse_crack,
-        source="Papadopoulos and Dimarogonas 1987; Darpe, Gupta, Chawla 2004; Mayes and Davies 1984; Gasch 1993",
-        places=lambda structure, sensors: [{}] if structure.section_at else [],  # its position is an option
-        shape={"position_m": (0.0, 1.0, "shaft"), "depth_ratio": (0.02, 0.5), "angle_rad": (-np.pi, np.pi)},
-        form=(
-            {"front_aspect_ratio": (0.0, 1.0)},
-            {"any_flexibility": True},
-            # errors of the table, of fronts that are no ellipses (an arc as flexible across differs by this along), and
-            # of the closing by residual stress
-            {
-                "flexibility_factor": (1.0, 0.02),
-                "excess_flexibility_along": (0.0, 0.001),
-                "closing_moment_share": (0.0, 0.1),
-                **{name: (0.0, std) for name, ((motion, _), std) in FORM.items() if motion == "skewed"},
-            },
-        ),
-        stated=depth_and_flexibility,
-        alternatives={"breathing": lambda: ("gradual", "sudden", "none")},
-        formulas={"breathing": lambda: ("turning", "cosine", "switching")},
-        example={"position_m": 0.2},
-        positive=("flexibility_factor",),
-        fixed=True,
-        form_error=0.2,  # laws of opening differ by more where the vibration, not the weight, opens the crack
-        any_form=(
-            {"any_law": True},
-            {name: (0.0, std) for name, (_, std) in FORM.items()},
-            {"breathing": lambda: ("gradual", "turning", "none")},
-        ),
-        together=two_cracks,
-        feared=Feared(
-            "depth_ratio",
-            0.5,
-            worst={"angle_rad": (0.0, np.pi / 2)},
-            places=middles_of_elements,
-            measure="2X and 3X near a half and a third of a critical speed, or nearer to it",
-        ),
-        checked="two beams joined by a spring to 1e-9; integrated x-y motion to 5e-3 of its effect; 4 to 40 elements",
-    )

@@ -1,16 +1,13 @@
 import numpy as np
 
-from rotorstudy.plugins import (
-    Estimator,
-    hookimpl,
-    in_chunks,
-    linear_estimate,
-    solve_equations,
-    solve_truncated,
-    undetermined,
+from rotorstudy.plugins import Estimator, in_chunks, linear_estimate, solve_equations, solve_truncated, undetermined
+
+
+@Estimator(
+    source="Golub and Van Loan, Matrix Computations, 2013, section 5.5 (rank deficiency by SVD)",
+    checked="least_squares at full rank, whose checks hold for it",
+    handles_rank_deficiency=True,
 )
-
-
 def column_scaled_least_squares(problem):
     """Least squares by SVD that estimates the determined parameters; the others are NaN with infinite variance.
 
@@ -24,14 +21,3 @@ def column_scaled_least_squares(problem):
     covariance[lost], covariance[:, lost] = 0, 0
     covariance[lost, lost] = np.inf
     return linear_estimate(problem, np.where(lost, np.nan, theta), covariance)
-
-
-@hookimpl
-def rotorstudy_estimator():
-    return Estimator(
-        "column_scaled_least_squares",
-        column_scaled_least_squares,
-        source="Golub and Van Loan, Matrix Computations, 2013, section 5.5 (rank deficiency by SVD)",
-        checked="least_squares at full rank, whose checks hold for it",
-        handles_rank_deficiency=True,
-    )

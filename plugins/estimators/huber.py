@@ -1,12 +1,19 @@
 from dataclasses import replace
 
-from rotorstudy.plugins import Estimator, hookimpl, output_error_fit
+from rotorstudy.plugins import Estimator, output_error_fit
 
 CLIP = 1.345  # standard deviations; 95 % efficiency under normal noise
 STEPS = 60  # twenty are typical; a record that needs hundreds is too far from the model for a valid estimate
 SPREAD = 0.9597 / 0.95  # mean weight under normal noise over the efficiency: correction of the weighted covariance
 
 
+@Estimator(
+    source="Huber and Ronchetti, Robust Statistics, 2009, ch. 7",
+    checked="efficiency 95 % against the Cramer-Rao bound (Huber 1964)",
+    uses_covariance=True,
+    fits_output=True,
+    tolerates_outliers=True,
+)
 def huber(problem):
     """Output-error fit with Huber's loss: linear instead of quadratic beyond 1.345 standard deviations.
 
@@ -15,16 +22,3 @@ def huber(problem):
     """
     found = output_error_fit(problem, iterations=STEPS, clip=CLIP)
     return replace(found, covariance=SPREAD * found.covariance)
-
-
-@hookimpl
-def rotorstudy_estimator():
-    return Estimator(
-        "huber",
-        huber,
-        source="Huber and Ronchetti, Robust Statistics, 2009, ch. 7",
-        checked="efficiency 95 % against the Cramer-Rao bound (Huber 1964)",
-        uses_covariance=True,
-        fits_output=True,
-        tolerates_outliers=True,
-    )

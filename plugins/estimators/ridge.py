@@ -3,7 +3,6 @@ import numpy as np
 from rotorstudy.plugins import (
     Estimator,
     by_speed,
-    hookimpl,
     in_chunks,
     invert,
     linear_estimate,
@@ -15,6 +14,12 @@ from rotorstudy.plugins import (
 PRIOR_WIDTH = 10.0  # standard deviation of the prior, in typical sizes of the unknown
 
 
+@Estimator(
+    source="Hoerl and Kennard 1970, Technometrics 12, 55-67; as a prior, Gelman et al., Bayesian Data Analysis",
+    checked="Cramer-Rao bound where the prior is weak",
+    uses_covariance=True,
+    handles_rank_deficiency=True,
+)
 def ridge(problem):
     """Weighted least squares with a weak normal prior: posterior mode and covariance.
 
@@ -41,15 +46,3 @@ def _prior(problem):
     model = problem.model
     place = model.position(problem.names)
     return np.nan_to_num(model.stated)[place], PRIOR_WIDTH * model.typical[place]
-
-
-@hookimpl
-def rotorstudy_estimator():
-    return Estimator(
-        "ridge",
-        ridge,
-        source="Hoerl and Kennard 1970, Technometrics 12, 55-67; as a prior, Gelman et al., Bayesian Data Analysis",
-        checked="Cramer-Rao bound where the prior is weak",
-        uses_covariance=True,
-        handles_rank_deficiency=True,
-    )

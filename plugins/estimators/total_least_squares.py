@@ -3,7 +3,6 @@ import numpy as np
 from rotorstudy.plugins import (
     Estimator,
     NoConvergenceError,
-    hookimpl,
     in_chunks,
     invert,
     linear_estimate,
@@ -17,6 +16,11 @@ from rotorstudy.plugins import (
 STEPS = 50
 
 
+@Estimator(
+    source="Van Huffel and Vandewalle, The Total Least Squares Problem, 1991, ch. 8 (generalized)",
+    checked="Cramer-Rao bound",
+    uses_covariance=True,
+)
 def total_least_squares(problem):
     """Least squares that accounts for noise in the columns: minimises |A theta - b|^2 over its variance at theta.
 
@@ -50,14 +54,3 @@ def _compensated(columns, right_side, names, noise):
         if np.all(np.abs(theta - before) <= 1e-9 * np.abs(theta)):
             return theta
     raise NoConvergenceError(f"total least squares did not converge in {STEPS} steps; the noise is too large")
-
-
-@hookimpl
-def rotorstudy_estimator():
-    return Estimator(
-        "total_least_squares",
-        total_least_squares,
-        source="Van Huffel and Vandewalle, The Total Least Squares Problem, 1991, ch. 8 (generalized)",
-        checked="Cramer-Rao bound",
-        uses_covariance=True,
-    )

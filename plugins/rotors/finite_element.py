@@ -15,7 +15,6 @@ from rotorstudy.plugins import (
     Structure,
     TypedDict,
     Whole,
-    hookimpl,
     unknown_name,
 )
 
@@ -83,6 +82,16 @@ class StaticForce(TypedDict):
     force_N: float
 
 
+@Rotor(
+    source="Nelson and McVaugh 1976; Nelson 1980; thesis Chapter 6; sign of the gyroscopic moment corrected",
+    checked="closed-form beams by order of convergence; thesis Tables 6.2 to 6.7 within 0.05 %",
+    uncertain={"youngs_modulus_Pa": 0.005, "density_kg_per_m3": 0.005, "discs": 0.005},
+    example={
+        "elements": [{"length_m": 0.6, "count": 3}],
+        "outer_diameter_m": 0.02,
+        "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}],
+    },
+)
 def finite_element(
     elements: AtLeastOne[Stretch],
     outer_diameter_m: Positive | None = None,
@@ -414,20 +423,4 @@ def _matrices(element):
         _line_inertia(element) * (tilt @ tilt.T),
         rigidity * (curvature @ curvature.T) + np.outer(sliding, sliding),
         element["axial_force_N"] * (slope @ slope.T),
-    )
-
-
-@hookimpl
-def rotorstudy_rotor():
-    return Rotor(
-        "finite_element",
-        finite_element,
-        source="Nelson and McVaugh 1976; Nelson 1980; thesis Chapter 6; sign of the gyroscopic moment corrected",
-        checked="closed-form beams by order of convergence; thesis Tables 6.2 to 6.7 within 0.05 %",
-        uncertain={"youngs_modulus_Pa": 0.005, "density_kg_per_m3": 0.005, "discs": 0.005},
-        example={
-            "elements": [{"length_m": 0.6, "count": 3}],
-            "outer_diameter_m": 0.02,
-            "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}],
-        },
     )

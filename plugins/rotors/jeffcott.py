@@ -1,8 +1,14 @@
 import numpy as np
 
-from rotorstudy.plugins import NonNegative, Positive, Rotor, Structure, hookimpl
+from rotorstudy.plugins import NonNegative, Positive, Rotor, Structure
 
 
+@Rotor(
+    source="Jeffcott 1919; thesis Eqs. (2.7), (2.18)",
+    checked="response and estimates of thesis Tables 2.2 and 2.3, 18 of 18 printed regression values",
+    uncertain={"stiffness_N_per_m": 0.005},
+    example={"mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+)
 def jeffcott(mass_kg: Positive, stiffness_N_per_m: Positive, gravity_m_per_s2: NonNegative = 9.81):
     """Disc at mid-span of a massless shaft on rigid bearings: m z'' + k z = m g (two real degrees of freedom)."""
     return Structure(
@@ -13,16 +19,4 @@ def jeffcott(mass_kg: Positive, stiffness_N_per_m: Positive, gravity_m_per_s2: N
         dofs=((1, "translation"),),
         stiffness_loss={"stiffness_loss": (np.eye(1), "N/m", 0.3 * stiffness_N_per_m)},
         gravity=gravity_m_per_s2,
-    )
-
-
-@hookimpl
-def rotorstudy_rotor():
-    return Rotor(
-        "jeffcott",
-        jeffcott,
-        source="Jeffcott 1919; thesis Eqs. (2.7), (2.18)",
-        checked="response and estimates of thesis Tables 2.2 and 2.3, 18 of 18 printed regression values",
-        uncertain={"stiffness_N_per_m": 0.005},
-        example={"mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
     )

@@ -3,12 +3,25 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.plugins import NonNegative, Positive, Rotor, RotorstudyError, Section, Structure, hookimpl
+from rotorstudy.plugins import NonNegative, Positive, Rotor, RotorstudyError, Section, Structure
 
 POISSONS_RATIO = 0.3  # of steel; the flexibility of a crack changes by 3 % between 0.25 and 0.33
 NEXT_TO_BEARING = 1e-6  # of a span: nearer to a bearing, where a kink meets no resistance, it is taken to be so far
 
 
+@Rotor(
+    source="thesis section 4.2 (Table 4.1); sign of the gyroscopic moment corrected",
+    checked="thesis Tables 4.2 to 4.9: 250 of 252 printed values, with the printed gyroscopic sign",
+    uncertain={"youngs_modulus_Pa": 0.005, "k22_N_per_m": 0.005, "k24_N": 0.005, "k44_N_m": 0.005},
+    example={
+        "mass_kg": 2.0,
+        "polar_moment_kg_m2": 0.0048,
+        "diametral_moment_kg_m2": 0.0024,
+        "a_m": 0.2,
+        "b_m": 0.16,
+        "diameter_m": 0.015,
+    },
+)
 def offset_disc(
     mass_kg: Positive,
     polar_moment_kg_m2: Positive,
@@ -86,22 +99,3 @@ def _located(position, a, b):
     if not 0 <= position <= a + b:
         raise RotorstudyError(f"offset_disc: position {position:g} m is not on the shaft of 0 to {a + b:g} m")
     return (a, position, 1) if position <= a else (b, a + b - position, -1)
-
-
-@hookimpl
-def rotorstudy_rotor():
-    return Rotor(
-        "offset_disc",
-        offset_disc,
-        source="thesis section 4.2 (Table 4.1); sign of the gyroscopic moment corrected",
-        checked="thesis Tables 4.2 to 4.9: 250 of 252 printed values, with the printed gyroscopic sign",
-        uncertain={"youngs_modulus_Pa": 0.005, "k22_N_per_m": 0.005, "k24_N": 0.005, "k44_N_m": 0.005},
-        example={
-            "mass_kg": 2.0,
-            "polar_moment_kg_m2": 0.0048,
-            "diametral_moment_kg_m2": 0.0024,
-            "a_m": 0.2,
-            "b_m": 0.16,
-            "diameter_m": 0.015,
-        },
-    )

@@ -3,7 +3,6 @@ import numpy as np
 from rotorstudy.plugins import (
     SpectrumMethod,
     fit_basis,
-    hookimpl,
     rotating_basis,
     shaft_angle,
     shared_error_covariance,
@@ -12,6 +11,13 @@ from rotorstudy.plugins import (
 )
 
 
+@SpectrumMethod(
+    source="Fyfe and Munck 1997, MSSP 11, 187-205 (computed order tracking)",
+    checked="closed form: records of known harmonics at drifting speed, with and without jitter of the marks",
+    any_length=True,
+    uses_marks=True,
+    tolerates_wrong_speed=True,
+)
 def order_tracking(signal, time, speed, harmonics, marks):
     """Least squares on e^{jn angle(t)}, with the shaft angle from the keyphasor marks: the speed may drift.
 
@@ -30,16 +36,3 @@ def order_tracking(signal, time, speed, harmonics, marks):
     turned = (1j * np.asarray(harmonics) * amplitude) @ basis
     change = -(turned @ through.T).reshape(*amplitude.shape, slope.shape[1])
     return amplitude, noise + shared_error_covariance(change, angle_covariance)
-
-
-@hookimpl
-def rotorstudy_spectrum():
-    return SpectrumMethod(
-        "order_tracking",
-        order_tracking,
-        source="Fyfe and Munck 1997, MSSP 11, 187-205 (computed order tracking)",
-        checked="closed form: records of known harmonics at drifting speed, with and without jitter of the marks",
-        any_length=True,
-        uses_marks=True,
-        tolerates_wrong_speed=True,
-    )

@@ -1,13 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import (
-    SpectrumMethod,
-    fit_basis,
-    hookimpl,
-    rotating_basis,
-    spectral_lines,
-    white_noise_covariance,
-)
+from rotorstudy.plugins import SpectrumMethod, fit_basis, rotating_basis, spectral_lines, white_noise_covariance
 
 HUBER, TUKEY = 1.345, 4.685  # clipping in standard deviations, for 95 % efficiency under normal noise
 STEPS = 8, 20  # at most, of each; a step reduces the error to a fifth or less
@@ -15,6 +8,12 @@ SIGNALS_AT_ONCE = 25  # fit into the processor's cache
 CONVERGED = 1e-4  # convergence tolerance, in standard deviations of an amplitude
 
 
+@SpectrumMethod(
+    source="Huber and Ronchetti, Robust Statistics, 2009, ch. 7; Yohai 1987, Ann. Statist. 15 (two stages)",
+    checked="variance under normal noise 1/0.95 of least squares (Maronna et al., Robust Statistics, 2006, ch. 2)",
+    any_length=True,
+    tolerates_outliers=True,
+)
 def robust_regression(signal, time, speed, harmonics):
     """Robust regression of x and of y: Huber's estimate, then Tukey's, which ignores spikes.
 
@@ -60,15 +59,3 @@ def _tukey(t):
     square = (t / TUKEY) ** 2
     inside = np.where(square < 1, 1 - square, 0.0)
     return t * inside**2 / np.mean(inside * (1 - 5 * square), axis=-1, keepdims=True)
-
-
-@hookimpl
-def rotorstudy_spectrum():
-    return SpectrumMethod(
-        "robust_regression",
-        robust_regression,
-        source="Huber and Ronchetti, Robust Statistics, 2009, ch. 7; Yohai 1987, Ann. Statist. 15 (two stages)",
-        checked="variance under normal noise 1/0.95 of least squares (Maronna et al., Robust Statistics, 2006, ch. 2)",
-        any_length=True,
-        tolerates_outliers=True,
-    )

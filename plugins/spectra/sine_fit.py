@@ -4,7 +4,6 @@ from rotorstudy.plugins import (
     SpectrumMethod,
     circular_covariance,
     fit_basis,
-    hookimpl,
     noise_power,
     rotating_basis,
     shared_error_covariance,
@@ -17,6 +16,12 @@ STEPS = 3  # Gauss-Newton converges quadratically from within one line of the tr
 CONVERGED = 1e-7  # convergence tolerance, rad at the end of the record
 
 
+@SpectrumMethod(
+    source="IEEE Std 1057-2017, four-parameter fit, here of several harmonics",
+    checked="phase variance at the first sample four times that at known speed (Rife and Boorstyn 1974)",
+    any_length=True,
+    tolerates_wrong_speed=True,
+)
 def sine_fit(signal, time, speed, harmonics):
     """Least squares on e^{jnwt} with the speed w unknown too; the covariance includes the uncertainty of the speed.
 
@@ -71,15 +76,3 @@ def _ratio(a, b):
 
 def _limited(w, speed):
     return np.clip(w, (1 - LABEL_TOLERANCE) * speed, (1 + LABEL_TOLERANCE) * speed)
-
-
-@hookimpl
-def rotorstudy_spectrum():
-    return SpectrumMethod(
-        "sine_fit",
-        sine_fit,
-        source="IEEE Std 1057-2017, four-parameter fit, here of several harmonics",
-        checked="phase variance at the first sample four times that at known speed (Rife and Boorstyn 1974)",
-        any_length=True,
-        tolerates_wrong_speed=True,
-    )

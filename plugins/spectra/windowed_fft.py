@@ -4,13 +4,17 @@ from rotorstudy.plugins import (
     SpectrumMethod,
     circular_covariance,
     fit_basis,
-    hookimpl,
     noise_power,
     rotating_basis,
     spectral_lines,
 )
 
 
+@SpectrumMethod(
+    source="Harris 1978, Proc. IEEE 66, 51-83 (windows)",
+    checked="equivalent noise bandwidth of the Hann window, 1.5 (Harris 1978, Table I)",
+    any_length=True,
+)
 def windowed_fft(signal, time, speed, harmonics):
     """Fourier sums with a Hann window, corrected for leakage between the harmonics; other lines leak little.
 
@@ -25,14 +29,3 @@ def windowed_fft(signal, time, speed, harmonics):
     beside = np.unique((lines + np.arange(-1, 2)[:, None]) % len(time))  # lines in the window's main lobe
     power = noise_power(residual, beside, window)
     return amplitude, power[..., None, None] * circular_covariance(noise)
-
-
-@hookimpl
-def rotorstudy_spectrum():
-    return SpectrumMethod(
-        "windowed_fft",
-        windowed_fft,
-        source="Harris 1978, Proc. IEEE 66, 51-83 (windows)",
-        checked="equivalent noise bandwidth of the Hann window, 1.5 (Harris 1978, Table I)",
-        any_length=True,
-    )

@@ -1,6 +1,6 @@
 """All that a plugin file imports, from one place that stays when the modules behind it change.
 
-    from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
+    from rotorstudy.plugins import Effect, Entry, Parameter
 
 The names below are imported when first used, so that a plugin costs no more than what it needs.
 """
@@ -8,7 +8,7 @@ The names below are imported when first used, so that a plugin costs no more tha
 from rotorstudy import lazily
 
 _HOME = {
-    "model.kinds": "Bearing Crack CrackDepth Effect Estimator Feared Rotor SpectrumMethod hookimpl",
+    "model.kinds": "Bearing Crack CrackDepth Effect Estimator Feared Rotor SpectrumMethod",
     "model.rig_numbers": "changeable_numbers number_slope",
     "model.bearings": "weight_carried",
     "model.entries": "Entry film_entries outer planar_entries",

@@ -175,14 +175,7 @@ def test_a_free_force_at_the_node_gives_its_motion():
 
 BROKEN = """import numpy as np
 
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
-
-
-def broken(structure, node: int | None = None):
-    \"\"\"Fails {when}.\"\"\"
-    {body}
-    here = -np.outer(structure.unit(node), structure.unit(node))
-    return [Parameter("broken", "N/m", (Entry(here, on="conj", gain=gain),), typical=1e4, is_complex=True)]
+from rotorstudy.plugins import Effect, Entry, Parameter
 
 
 def stated(structure):
@@ -190,9 +183,12 @@ def stated(structure):
     return {{}}
 
 
-@hookimpl
-def rotorstudy_effect():
-    return Effect("broken", broken, source="a test", confounders=(), stated=stated)
+@Effect(source="a test", stated=stated)
+def broken(structure, node: int | None = None):
+    \"\"\"Fails {when}.\"\"\"
+    {body}
+    here = -np.outer(structure.unit(node), structure.unit(node))
+    return [Parameter("broken", "N/m", (Entry(here, on="conj", gain=gain),), typical=1e4, is_complex=True)]
 """
 
 
@@ -202,11 +198,11 @@ FEW = all_but("support_anisotropy", "external_damping", "unbalance", "bow")
 @pytest.mark.parametrize(
     ("when", "body", "words", "line"),
     [
-        ("when its table is made", "gain = structure.no_such_thing", "", 8),
-        ("when its table is used", "gain = lambda speed: speed.no_such_thing()", "", 8),
-        ("with NaN", "gain = lambda speed: np.nan * speed", "", 8),
-        ("by leaving", "gain = lambda speed: exit(3)", "", 8),
-        ("when it is put in words", "gain = None", "structure.no_such_thing", 14),
+        ("when its table is made", "gain = structure.no_such_thing", "", 14),
+        ("when its table is used", "gain = lambda speed: speed.no_such_thing()", "", 14),
+        ("with NaN", "gain = lambda speed: np.nan * speed", "", 14),
+        ("by leaving", "gain = lambda speed: exit(3)", "", 14),
+        ("when it is put in words", "gain = None", "structure.no_such_thing", 7),
         ("not", "gain = None", "", None),  # negative control
     ],
 )

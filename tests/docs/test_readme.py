@@ -30,7 +30,7 @@ def run(arguments, folder, **environment):
 
 
 def test_the_crack_in_one_file_is_found_and_used(tmp_path, monkeypatch, capsys, command):
-    code = next(block for block in blocks("python") if "rotorstudy_crack" in block)
+    code = next(block for block in blocks("python") if "@Crack" in block)
     (place,) = re.findall(r"Save this as `(\S+)`", README)
     (tmp_path / place).parent.mkdir()
     (tmp_path / place).write_text(code)
@@ -50,7 +50,7 @@ def test_the_crack_in_one_file_is_found_by_an_installed_package_too(tmp_path):
     install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation", "--target"]
     done = run([*install, str(tmp_path / "site"), str(ROOT)], tmp_path)
     assert done.returncode == 0, done.stderr
-    code = next(block for block in blocks("python") if "rotorstudy_crack" in block)
+    code = next(block for block in blocks("python") if "@Crack" in block)
     (tmp_path / "rotorstudy_plugins").mkdir()
     (tmp_path / "rotorstudy_plugins" / "jammed.py").write_text(code)
     shown = [sys.executable, "-m", "rotorstudy", "plugins", "--kind", "crack"]

@@ -23,25 +23,21 @@ from rotorstudy.response.stability import periodic_growth_rate
 
 FILE = '''import numpy as np
 
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
-
-
-def asymmetric_disc(structure, node: int = 1):
-    """A disc whose diametral moments of inertia differ: M = -d/dt (A e^{2jwt} conj(dpsi/dt))."""
-    tilt = structure.unit(node, "tilt")
-    here = -np.outer(tilt, tilt)
-    entries = Entry(here, "conj", 2, 2), Entry(2j * here, "conj", 1, 2, gain=lambda speed: speed)
-    return [Parameter("inertia_difference", "kg m2", entries, typical=TYPICAL, is_complex=True)]
+from rotorstudy.plugins import Effect, Entry, Parameter
 
 
 def tilting_nodes(structure, sensors):
     return [{"node": node} for node, motion in structure.dofs if motion == "tilt"]
 
 
-@hookimpl
-def rotorstudy_effect():
-    return Effect("asymmetric_disc", asymmetric_disc, source="Yamamoto and Ishida 2012, ch. 5", confounders=(), fold=2,
-                  checked="the speeds between which it is unstable", places=tilting_nodes)
+@Effect(source="Yamamoto and Ishida 2012, ch. 5", fold=2, checked="the speeds between which it is unstable",
+        places=tilting_nodes)
+def asymmetric_disc(structure, node: int = 1):
+    """A disc whose diametral moments of inertia differ: M = -d/dt (A e^{2jwt} conj(dpsi/dt))."""
+    tilt = structure.unit(node, "tilt")
+    here = -np.outer(tilt, tilt)
+    entries = Entry(here, "conj", 2, 2), Entry(2j * here, "conj", 1, 2, gain=lambda speed: speed)
+    return [Parameter("inertia_difference", "kg m2", entries, typical=TYPICAL, is_complex=True)]
 '''
 TRANSVERSE, POLAR, DIFFERENCE = 0.004, 0.0025, 3e-4 * np.exp(0.7j)
 TILTING = replace(tilting_bench(), mass=np.diag([2.0, TRANSVERSE]), gyroscopic=np.diag([0.0, POLAR]))

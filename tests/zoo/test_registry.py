@@ -11,17 +11,13 @@ from rotorstudy.commands.line import main
 from rotorstudy.errors import PluginError
 from rotorstudy.model.registry import Registry, plugin_folders
 
-CRACK = '''from rotorstudy.plugins import Crack, hookimpl
+CRACK = '''from rotorstudy.plugins import Crack
 
 
+@Crack(source="a test", series=lambda order: {{0: 1.0}})
 def {name}(angle):
     """Always open."""
     return 0 * angle + 1
-
-
-@hookimpl
-def rotorstudy_crack():
-    return Crack("{name}", {name}, source="a test", series=lambda order: {{0: 1.0}})
 '''
 
 
@@ -63,17 +59,17 @@ def test_a_file_in_a_folder_is_found_and_its_version_changes_with_it(tmp_path):
     assert alone(tmp_path).get("crack", "mine").version != first
 
 
-HOOK = "from rotorstudy.plugins import Crack, Effect, hookimpl\n\n@hookimpl\ndef rotorstudy_crack():\n    return "
 WRONG = [
-    (CRACK.format(name="wrong").replace("def rotorstudy_crack", "def rotorstudy_crak"), "rotorstudy_crak"),
-    (CRACK.format(name="wrong").replace("@hookimpl\n", ""), "write @hookimpl above"),
-    (f"{HOOK}1 / 0\n", "a_broken.py:5: ZeroDivisionError"),
+    (CRACK.format(name="wrong").replace("@Crack", "@Crak"), "a_broken.py:4: NameError: name 'Crak'"),
+    (CRACK.format(name="wrong").replace('"a test"', '""'), "Crack 'wrong' has no source; name the paper"),
+    (CRACK.format(name="wrong").replace('"a test"', "1 / 0"), "a_broken.py:4: ZeroDivisionError"),
+    (CRACK.format(name="wrong").replace('source="a test"', 'sourse="a test"'), "a_broken.py:4: TypeError"),
+    ("from rotorstudy.plugins import Crack\n\n@Crack\ndef f(angle):\n    return 1\n", "write @Crack(source=...)"),
     ("import numpy as np\n\nx = undefined_name\n", "a_broken.py:3: NameError"),
     ("def f(:\n", "a_broken.py:1: SyntaxError"),
     ("raise ValueError\n", "a_broken.py:1: ValueError"),
     ("raise RuntimeError('')\n", "a_broken.py:1: RuntimeError"),
     ("raise RuntimeError('a\\nb')\n", "a_broken.py:1: RuntimeError: a"),
-    *((f"{HOOK}{what}\n", "must return a Crack") for what in ("None", "Crack", "[3]", "Effect('e', len, source='a')")),
 ]
 
 
@@ -134,7 +130,7 @@ def test_the_variable_names_further_folders(tmp_path, monkeypatch):
     ("text", "words"),
     [
         ("\nimport a_module_nobody_has\n", "a_module_nobody_has"),
-        (CRACK.format(name="wrong").replace("rotorstudy_crack", "rotorstudy_crak"), "rotorstudy_crak"),
+        (CRACK.format(name="wrong").replace("@Crack", "@Crak"), "name 'Crak' is not defined"),
     ],
 )
 def test_an_installed_distribution_that_is_wrong_is_named_and_the_next_loads(installed, text, words):
@@ -145,9 +141,9 @@ def test_an_installed_distribution_that_is_wrong_is_named_and_the_next_loads(ins
     assert {"switching", "installed"} <= set(zoo.plugins["crack"])
 
 
-def test_a_list_of_plugins_is_taken_from_a_folder_below(tmp_path):
-    text = CRACK.format(name="one").replace("return Crack(", "return [Crack(").rstrip()
-    write(tmp_path / "below" / "deeper", "both", f"{text}, Crack('two', one, source='a test', series=None)]\n")
+def test_two_plugins_of_one_function_are_taken_from_a_folder_below(tmp_path):
+    text = CRACK.format(name="one").replace("@Crack", "@Crack(name='two', source='a test')\n@Crack")
+    write(tmp_path / "below" / "deeper", "both", text)
     assert set(alone(tmp_path).plugins["crack"]) == {"one", "two"}
 
 

@@ -1,32 +1,40 @@
-"""Plugin kinds, what each states and claims, and the hooks by which a plugin file registers them."""
+"""Plugin kinds, what each states and claims: decorators of the functions of a plugin file."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Literal, NamedTuple
 
-import pluggy
-
+from rotorstudy.errors import PluginError
 from rotorstudy.model.options import option_names
-
-hookimpl = pluggy.HookimplMarker("rotorstudy")
 
 
 @dataclass(frozen=True)
 class Plugin:
-    """What every plugin states: its name, the function that is the model, and the source of its equation.
+    """What every plugin states, as the decorator of the function that is the model: `@Crack(source="a paper")`.
 
+    name    : by default that of the function
+    source  : of its equation: a paper, a book
     example : options for its checks, where some have no default
     checked : the published or closed-form numbers it was checked against
     """
 
-    name: str
-    function: Callable
-    source: str
+    name: str = ""
+    function: Callable = None
+    source: str = ""
     example: dict = field(default_factory=dict, compare=False, kw_only=True)
     checked: str = field(default="", kw_only=True)
+
+    def __post_init__(self):
+        if callable(self.name):
+            raise PluginError(f"write @{type(self).__name__}(source=...) above the function, with brackets")
+
+    def __call__(self, function):
+        """The function, marked as the model of this plugin, by which the registry finds it."""
+        plugin = replace(self, name=self.name or function.__name__, function=function)
+        function.plugins = [*getattr(function, "plugins", ()), plugin]
+        return function
 
     @property
     def summary(self):
@@ -210,8 +218,9 @@ class Effect(Plugin):
     form_error: float | dict = 0.0
 
     def __post_init__(self):
+        super().__post_init__()
         object.__setattr__(self, "confounders", dict(self.confounders))
-        if self.places is None:
+        if self.places is None and self.function:
             object.__setattr__(self, "places", self._usual_places)
 
     @property
@@ -285,17 +294,3 @@ KINDS = {
     "spectrum": SpectrumMethod,
     "estimator": Estimator,
 }
-
-
-def _hook(kind, gives):
-    """Specification of the hook of a kind; historic: each file is called when it is registered, to blame it alone."""
-
-    def hook():
-        pass
-
-    hook.__name__ = f"rotorstudy_{kind}"
-    hook.__doc__ = f"{gives.__name__}, or a list of them: {gives.__doc__.splitlines()[0]}"
-    return pluggy.HookspecMarker("rotorstudy")(historic=True)(hook)
-
-
-Hooks = SimpleNamespace(**{f"rotorstudy_{kind}": _hook(kind, gives) for kind, gives in KINDS.items()})

@@ -1,11 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import Crack, hookimpl
-
-
-def from_a_distribution(angle):
-    """Opens like the fourth power of a cosine: sigma = cos(angle / 2)^4."""
-    return np.cos(angle / 2) ** 4
+from rotorstudy.plugins import Crack
 
 
 def series(order):
@@ -14,7 +9,7 @@ def series(order):
     return {k: s for k, s in coefficients.items() if abs(k) <= order}
 
 
-@hookimpl
-def rotorstudy_crack():
-    said = {"source": "a test", "checked": "its closed-form series, three coefficients"}
-    return Crack("from_a_distribution", from_a_distribution, series=series, symmetric=True, **said)
+@Crack(source="a test", checked="its closed-form series, three coefficients", series=series, symmetric=True)
+def from_a_distribution(angle):
+    """Opens like the fourth power of a cosine: sigma = cos(angle / 2)^4."""
+    return np.cos(angle / 2) ** 4

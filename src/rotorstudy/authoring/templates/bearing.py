@@ -1,8 +1,13 @@
 import numpy as np
 
-from rotorstudy.plugins import Bearing, Entry, Parameter, hookimpl
+from rotorstudy.plugins import Bearing, Entry, Parameter
 
 
+@Bearing(
+    source="the paper and equation it comes from",
+    checked="the published or closed-form numbers it was compared with",
+    positive_damping=True,  # a claim; `rotorstudy check` checks each claim both ways
+)
 def my_model(structure, node: int | None = None):
     """Spring with cross-coupling, and a damper: force -(k (1 + j/10) + c d/dt) z."""
     # Arguments after `structure` are options in the rig file; put the unit of a number in its name, as `length_m`.
@@ -17,14 +22,3 @@ def my_model(structure, node: int | None = None):
             "bearing_damping", "N s/m", (Entry(-here, order=1),), typical=0.4 * structure.scales.critical_damping(node)
         ),
     ]
-
-
-@hookimpl
-def rotorstudy_bearing():
-    return Bearing(
-        "my_model",
-        my_model,
-        source="the paper and equation it comes from",
-        checked="the published or closed-form numbers it was compared with",
-        positive_damping=True,  # a claim; `rotorstudy check` checks each claim both ways
-    )

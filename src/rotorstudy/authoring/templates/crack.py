@@ -1,13 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import Crack, hookimpl
-
-
-def my_model(angle):
-    """Opens gradually and stays open for less than half a revolution: sigma = ((1 + cos(angle)) / 2)^2."""
-    # angle (...) in rad is 0 where the crack points down: the weight keeps it open there and closed at pi.
-    # Return the share of the stiffness loss: 0 closed, 1 open.
-    return ((1 + np.cos(angle)) / 2) ** 2
+from rotorstudy.plugins import Crack
 
 
 def series(order):
@@ -16,13 +9,14 @@ def series(order):
     return {k: s for k, s in coefficients.items() if abs(k) <= order}
 
 
-@hookimpl
-def rotorstudy_crack():
-    return Crack(
-        "my_model",
-        my_model,
-        source="the paper and equation it comes from",
-        checked="the published or closed-form numbers it was compared with",
-        series=series,
-        symmetric=True,  # a claim: it opens as it closes; `rotorstudy check` checks each claim both ways
-    )
+@Crack(
+    source="the paper and equation it comes from",
+    checked="the published or closed-form numbers it was compared with",
+    series=series,
+    symmetric=True,  # a claim: it opens as it closes; `rotorstudy check` checks each claim both ways
+)
+def my_model(angle):
+    """Opens gradually and stays open for less than half a revolution: sigma = ((1 + cos(angle)) / 2)^2."""
+    # angle (...) in rad is 0 where the crack points down: the weight keeps it open there and closed at pi.
+    # Return the share of the stiffness loss: 0 closed, 1 open.
+    return ((1 + np.cos(angle)) / 2) ** 2

@@ -1,8 +1,12 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
+from rotorstudy.plugins import Effect, Entry, Parameter
 
 
+@Effect(
+    source="the paper and equation it comes from",
+    checked="the published or closed-form numbers it was compared with",
+)
 def my_model(structure, node: int | None = None):
     """Drag that grows with the spin speed: force -c (w / 100) dz/dt, w in rad/s."""
     # Arguments after `structure` are options in the rig file; put the unit of a number in its name, as `length_m`.
@@ -12,13 +16,3 @@ def my_model(structure, node: int | None = None):
     drag = Entry(-np.outer(here, here), order=1, gain=lambda speed: speed / 100)
     # What is typical is a share of a size of the rotor, so that it holds for small and large ones.
     return [Parameter("drag", "N s/m", (drag,), typical=0.02 * structure.scales.critical_damping(node))]
-
-
-@hookimpl
-def rotorstudy_effect():
-    return Effect(
-        "my_model",
-        my_model,
-        source="the paper and equation it comes from",
-        checked="the published or closed-form numbers it was compared with",
-    )

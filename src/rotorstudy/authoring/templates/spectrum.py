@@ -1,8 +1,12 @@
 import numpy as np
 
-from rotorstudy.plugins import SpectrumMethod, hookimpl, rotating_basis, spectral_lines, white_noise_covariance
+from rotorstudy.plugins import SpectrumMethod, rotating_basis, spectral_lines, white_noise_covariance
 
 
+@SpectrumMethod(
+    source="the paper and equation it comes from",
+    checked="the published or closed-form numbers it was compared with",
+)
 def my_model(signal, time, speed, harmonics):
     """Fourier sum at each harmonic: mean of signal e^{-jnwt} over the samples."""
     # signal (..., time) is complex; amplitudes (..., harmonic) have the phase at the first sample.
@@ -11,13 +15,3 @@ def my_model(signal, time, speed, harmonics):
     amplitude = signal @ basis.conj().T / samples
     # The covariance of the real parts, then the imaginary parts, must be correct under white noise.
     return amplitude, white_noise_covariance(signal - amplitude @ basis, np.eye(len(lines)) / samples, lines)
-
-
-@hookimpl
-def rotorstudy_spectrum():
-    return SpectrumMethod(
-        "my_model",
-        my_model,
-        source="the paper and equation it comes from",
-        checked="the published or closed-form numbers it was compared with",
-    )
