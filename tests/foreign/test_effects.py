@@ -66,7 +66,7 @@ def laws():
     contacts.add_rub(machine, 3, 1e6, 0.4, 0.2, 0.7, (0.1, -0.2), 0.8)
     contacts.add_one_sided_loss(machine, 0, 2.0, 0.7)
     contacts.add_one_sided_loss(machine, 0, 2.0, 0.4, 0.5)
-    contacts.add_cubic_bearing(machine, 0, 3.0)
+    contacts.add_stiffening(machine, 0, 0.0, 3.0)
     contacts.add_asymmetry(machine, [2], 0.1, 0.2)
     contacts.add_misalignment(machine, 6, 5.0, 0.1 + 0.2j, 0.05j, 0.2)
     contacts.add_misalignment(machine, 6, 5.0, 0.1, 0.02, 0.1, angular=True)
@@ -185,7 +185,7 @@ def test_a_steady_revolution_against_a_general_integrator():
     machine, speed = build(small_rotor(2)), 150.0
     effects.add_unbalance(machine, 1, 3e-4)
     add_crack(machine, 0, 0.7, 0.8, 0.3)
-    contacts.add_cubic_bearing(machine, 2, 1e15)
+    contacts.add_stiffening(machine, 2, 0.0, 1e15)
     steady = steady_state(machine, speed, 256, 2)
     stepper = Stepper(machine, speed, 256, 2)
     shapes, r = stepper.shapes, stepper.shapes.shape[1]

@@ -8,9 +8,8 @@ from foreign.small_cases import small, special
 from rotorstudy import measured_spectrum, read_rig, registry
 from rotorstudy.blind.machines.contacts import (
     add_clearance,
-    add_cubic_bearing,
+    add_one_sided_loss,
     add_rub,
-    add_soft_foot,
     add_stiffening,
 )
 from rotorstudy.blind.machines.cracks import add_form, arc_form
@@ -114,7 +113,7 @@ def mass_at_a_node(draw):
 
 def stiff_bearing(draw):
     """It moves far less than the shaft: its cubic force is usual in units of its own motion."""
-    add_cubic_bearing(draw.machine, 0, usual_cube(draw))
+    add_stiffening(draw.machine, 0, 0.0, usual_cube(draw))
     return {"node": 1}
 
 
@@ -193,7 +192,8 @@ def soft_foot(draw):
     node, stiffness = draw.support()
     swing, along = draw.swing(node), np.array([np.cos(0.7), np.sin(0.7)])
     start = float(draw.rest(node) @ along) + 0.1 * swing
-    add_soft_foot(draw.machine, node, 0.5 * stiffness, 3 * swing, 0.15 * swing, 0.7, start, "ball")
+    gradual = {"start": start, "width": 0.15 * swing, "opening": "ball"}
+    add_one_sided_loss(draw.machine, node, 0.5 * stiffness, 0.7, 3 * swing, **gradual)
     return {"node": node + 1}
 
 

@@ -11,7 +11,7 @@ from rotorstudy import Entry, NonlinearForce, Problem, build_model, harmonic_res
 from rotorstudy.authoring.invariants.base import BrokenInvariant
 from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
 from rotorstudy.authoring.invariants.effect import check_steady_state
-from rotorstudy.blind.machines.contacts import add_cubic_bearing, add_rub, by_differences, one_sided
+from rotorstudy.blind.machines.contacts import add_rub, add_stiffening, by_differences, one_sided
 from rotorstudy.blind.machines.effects import add_preload
 from rotorstudy.blind.machines.machine import LocalForce
 from rotorstudy.errors import PluginError
@@ -108,7 +108,7 @@ def ring(clearance, away=0.0, preload=0.0):
         pytest.param([BOLTED], lossy(np.pi + 2.0, -3e-6, 8e-6), 450.0, 2e-4, id="looseness held by bolts"),
         pytest.param([UNEVEN], scattered(seat, 4e-6, lifting), 450.0, 2e-4, id="looseness of an uneven seat"),
         pytest.param([WORN], scattered(support, 2e-6, from_the_centre), 450.0, 2e-4, id="support with clearance"),
-        pytest.param([CUBIC], lambda machine, rest: add_cubic_bearing(machine, 0, 2e13), 300.0, 1e-5, id="cubic"),
+        pytest.param([CUBIC], lambda machine, rest: add_stiffening(machine, 0, 0.0, 2e13), 300.0, 1e-5, id="cubic"),
     ],
 )
 def test_steady_state_is_that_of_the_independent_simulator(effects, add, w, tolerance):

@@ -57,38 +57,37 @@ def add_rub(machine, node, stiffness, clearance, friction, radius, centre=(0.0, 
     return law
 
 
-def one_sided(loss, gap, angle):
-    """Law of a stiffness lost along a direction n while 0 < n y < gap: force +loss min(max(n y, 0), gap) n."""
+# Laws by which a contact opens gradually about x = 0, in its widths: function(x) -> rounded max(x, 0), and its slope.
+# With logistic tails, for gaps spread evenly, or with a stiffness that grows as the square root of the depth (a ball)
+OPENINGS = {
+    "logistic": lambda x: (np.logaddexp(0.0, x), 0.5 + 0.5 * np.tanh(x / 2)),
+    "even": lambda x: (np.clip(x + 3, 0, 6) ** 2 / 12 + np.maximum(x - 3, 0), np.clip(x + 3, 0, 6) / 6),
+    "ball": lambda x: (np.clip(x, 0, 4) ** 1.5 / 3 + np.maximum(x - 4, 0), np.clip(x, 0, 4) ** 0.5 / 2),
+}
+
+
+def one_sided(loss, gap, angle, start=0.0, width=1.0, opening=None):
+    """Law of a stiffness lost along a direction n from n y = start on until `gap` m more, at once or over `width` m."""
     normal = np.array([np.cos(angle), np.sin(angle)])
+    opened = OPENINGS[opening] if opening else lambda x: (np.maximum(x, 0.0), np.where(x > 0, 1.0, 0.0))
 
     def law(turn, y, v, speed):
-        w = y @ normal
-        force = loss * np.clip(w, 0.0, gap)[:, None] * normal
-        slope = np.where((w > 0) & (w < gap), loss, 0.0)
-        by_y = slope[:, None, None] * np.outer(normal, normal)
-        return force, by_y, np.zeros_like(by_y)
+        w = (y @ normal - start) / width
+        (lifted, lifts), (held, holds) = opened(w), opened(w - gap / width)
+        by_y = (loss * (lifts - holds))[:, None, None] * np.outer(normal, normal)
+        return (loss * width * (lifted - held))[:, None] * normal, by_y, np.zeros_like(by_y)
 
     return law
 
 
-def add_one_sided_loss(machine, node, loss, angle, gap=np.inf):
-    """Support with `loss` N/m less towards `angle`, if it is loose until the bolts hold after `gap` m.
+def add_one_sided_loss(machine, node, loss, angle, gap=np.inf, **gradual):
+    """Support with `loss` N/m less towards `angle`, if it is loose until the bolts hold after `gap` m; see `one_sided`.
 
     Sources: F. F. Ehrich, J. Vib. Acoust. 110 (1988) 9-16; P. Goldman, A. Muszynska, "Analytical and experimental
     simulation of loose pedestal dynamic effects on a rotating machine vibrational response", ASME DE 35 (1991) 11-17.
     """
-    machine.local.append(LocalForce(machine.plane(node), one_sided(loss, gap, angle), "one-sided loss"))
-
-
-def add_cubic_bearing(machine, node, cubic):
-    """Bearing stiffer with displacement: force -cubic r² y, cubic in N/m³ (Yamamoto and Ishida (2001), chapter 6)."""
-
-    def law(angle, y, v, speed):
-        square = np.sum(y**2, axis=1)[:, None]
-        by_y = -cubic * (square[:, :, None] * np.eye(2) + 2 * y[:, :, None] * y[:, None])
-        return -cubic * square * y, by_y, np.zeros_like(by_y)
-
-    machine.local.append(LocalForce(machine.plane(node), law, "cubic bearing"))
+    law = one_sided(loss, gap, angle, **gradual)
+    machine.local.append(LocalForce(machine.plane(node), law, "one-sided loss"))
 
 
 def turned(angle):
@@ -196,28 +195,6 @@ def add_contact_ring(machine, node, stiffness, kind, clearance, scale, centre, f
     machine.local.append(LocalForce(machine.plane(node), by_differences(force, scale, 0.01 * speed_of), "rub"))
 
 
-# Laws by which a contact opens gradually about x = 0, in its widths: function(x) -> rounded max(x, 0), and its slope.
-# With logistic tails, for gaps spread evenly, or with a stiffness that grows as the square root of the depth (a ball)
-OPENINGS = {
-    "logistic": lambda x: (np.logaddexp(0.0, x), 0.5 + 0.5 * np.tanh(x / 2)),
-    "even": lambda x: (np.clip(x + 3, 0, 6) ** 2 / 12 + np.maximum(x - 3, 0), np.clip(x + 3, 0, 6) / 6),
-    "ball": lambda x: (np.clip(x, 0, 4) ** 1.5 / 3 + np.maximum(x - 4, 0), np.clip(x, 0, 4) ** 0.5 / 2),
-}
-
-
-def add_soft_foot(machine, node, loss, gap, width, angle, start, opening="logistic"):
-    """Foot that lifts: `loss` N/m less towards `angle` beyond `start` m until `gap` m more, over `width` m."""
-    normal, opened = np.array([np.cos(angle), np.sin(angle)]), OPENINGS[opening]
-
-    def law(turn, y, v, speed):
-        w = (y @ normal - start) / width
-        (lifted, lifts), (held, holds) = opened(w), opened(w - gap / width)
-        by_y = (loss * (lifts - holds))[:, None, None] * np.outer(normal, normal)
-        return (loss * width * (lifted - held))[:, None] * normal, by_y, np.zeros_like(by_y)
-
-    machine.local.append(LocalForce(machine.plane(node), law, "soft foot"))
-
-
 def add_clearance(machine, node, stiffness, clearance, width, centre=(0.0, 0.0), oval=(0.0, 0.0), opening="logistic"):
     """Support without `stiffness` N/m in a circle, smooth over `width` m (Ehrich, J. Vib. Acoust. 110 (1988) 9-16).
 
@@ -235,8 +212,8 @@ def add_clearance(machine, node, stiffness, clearance, width, centre=(0.0, 0.0),
     machine.local.append(LocalForce(machine.plane(node), by_differences(force, clearance, clearance), "clearance"))
 
 
-def add_stiffening(machine, node, quadratic, cubic, ratio):
-    """Support that stiffens: force -(quadratic r + cubic r²) (x, ratio y), N/m² and N/m³."""
+def add_stiffening(machine, node, quadratic, cubic, ratio=1.0):
+    """Support that stiffens: force -(quadratic r + cubic r²) (x, ratio y), N/m² and N/m³ (Yamamoto, Ishida 2001, 6)."""
 
     def law(angle, y, v, speed):
         r = np.sqrt(np.sum(y**2, axis=1) + 1e-30)[:, None]

@@ -242,7 +242,7 @@ def cubic_bearing(draw):
     _, bearing = draw.bearing()
     u = draw.healthy.displacement[:, :, 4 * bearing.node : 4 * bearing.node + 2]
     cubic = bearing.stiffness[0, 0] * between(draw.rng, 0.05, 0.5) / np.max(np.sum(u**2, axis=2))
-    contacts.add_cubic_bearing(draw.machine, bearing.node, cubic)
+    contacts.add_stiffening(draw.machine, bearing.node, 0.0, cubic)
     return {"node": bearing.node + 1, "cubic_N_per_m3": cubic}
 
 

@@ -110,7 +110,8 @@ def looseness_form(draw):
     start, width = rest + swing * rng.uniform(-0.8, 0.7), swing * between(rng, 0.05, 0.6)
     gap = swing * between(rng, 0.5, 10.0)
     opening = str(rng.spawn(1)[0].choice(list(contacts.OPENINGS)))  # by numbers of its own: the rest of a draw stays
-    contacts.add_soft_foot(draw.machine, node, loss, gap, width, angle, start, opening)
+    gradual = {"start": start, "width": width, "opening": opening}
+    contacts.add_one_sided_loss(draw.machine, node, loss, angle, gap, **gradual)
     what = {"node": node + 1, "angle_rad": angle, "loss_N_per_m": loss, "gap_m": gap}
     return what | {"start_m": start, "width_m": width, "opening": opening}
 
