@@ -3,18 +3,14 @@ import numpy as np
 from rotorstudy.plugins import CannotAct, Effect, Entry, Parameter
 
 
-def length_of(structure, element):
-    """Length of an element, m: a tilt of one end by 1 rad is a mean curvature of one over the length."""
-    return 1 / (structure.curvature_at(element) @ structure.unit(element + 1, "tilt"))
-
-
 def bent(structure, stretch):
     """Forces (dof,) of a stretch of elements bent by 1 rad, N (N m), one of constant and one of linear curvature.
 
     A curvature a + b s over an element, s from its middle, tilts its ends by b l^2 / 12 -+ a l / 2 against its chord.
     The middle of the stretch moves against its curvature, which is negative for a positive angle.
     """
-    lengths = np.array([length_of(structure, element) for element in stretch])
+    # a tilt of one end by 1 rad is a mean curvature of one over the length
+    lengths = np.array([1 / (structure.curvature_at(i) @ structure.unit(i + 1, "tilt")) for i in stretch])
     total, constant, linear = lengths.sum(), 0.0, 0.0
     middles = np.cumsum(lengths) - lengths / 2
     for element, length, middle in zip(stretch, lengths, middles, strict=True):

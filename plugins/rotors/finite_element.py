@@ -15,6 +15,7 @@ from rotorstudy.plugins import (
     Structure,
     TypedDict,
     Whole,
+    check_known,
     unknown_name,
 )
 
@@ -137,7 +138,7 @@ def finite_element(
     forces_at, every = [force["node"] for force in static_forces], range(1, len(cut) + 2)
     stated = {"discs": discs_at, "point_masses": masses_at, "static_forces": forces_at, "pinned_nodes": pinned_nodes}
     for name, nodes in {**stated, "clamped_nodes": clamped_nodes}.items():
-        _check_nodes(name, nodes, every)
+        check_known("node", nodes, every, f"{name} of the finite_element rotor")
     fixed = {(n, "translation") for n in [*pinned_nodes, *clamped_nodes]} | {(n, "tilt") for n in clamped_nodes}
     shaft = _Shaft(cut, fixed, discs_at, gravity_m_per_s2)
     mass, stiffness, gyroscopic, weight = _assembled(
@@ -182,12 +183,6 @@ def _disc(given, density):
     mass = given.get("density_kg_per_m3", density) * np.pi / 4 * (outer**2 - inner**2) * thickness
     polar = mass / 8 * (outer**2 + inner**2)
     return RigidDisc(given["node"], mass, polar, polar / 2 + mass * thickness**2 / 12)
-
-
-def _check_nodes(name, given, nodes):
-    for node in given:
-        if node not in nodes:
-            raise unknown_name("node", node, nodes, f"{name} of the finite_element rotor")
 
 
 class _Shaft:
@@ -314,7 +309,8 @@ def _cut(stretch, shear):
     found = []
     for place in (np.arange(count) + 0.5) / count if last != first else [0.0]:
         element = common | {key: float(value + place * (last[key] - value)) for key, value in first.items()}
-        found.append({**element, "shear": _shear(element) if shear else 0.0})
+        bent, slid = 12 * _rigidity(element), _shear_rigidity(element) * element["length_m"] ** 2
+        found.append({**element, "shear": bent / slid if shear else 0.0})  # 12 E I / (kappa G A l^2)
     return found if last != first else found * count
 
 
@@ -375,11 +371,6 @@ def _fourth_powers(section):
 
 def _area(section):
     return np.pi / 4 * (section["outer_diameter_m"] ** 2 - section["inner_diameter_m"] ** 2)
-
-
-def _shear(element):
-    """12 E I / (kappa G A l^2)."""
-    return 12 * _rigidity(element) / (_shear_rigidity(element) * element["length_m"] ** 2)
 
 
 def _deflection(x, element):

@@ -196,23 +196,21 @@ def _acting_as(case, one):
 
 def _seen(case, steady, harmonics):
     """Measured harmonics (speed, harmonic, node) of a motion by the probes of a case without gross faults, m."""
-    sound = replace(case.chain, swapped=(), phase_offset=0.0, delay=0.0)
-    return expected_harmonics(steady, case.nodes, _good(case.probes), sound, harmonics, None)
+    return expected_harmonics(steady, case.nodes, *_sound(case), harmonics, None)
 
 
-def _good(probes):
-    return {
-        node: tuple(replace(p, gain=1.0, angle_error=0.0, reversed=False, runout={}) for p in pair)
-        for node, pair in probes.items()
-    }
+def _sound(case):
+    """Probes and chain of a case without errors."""
+    right = {"gain": 1.0, "angle_error": 0.0, "reversed": False, "runout": {}}
+    probes = {node: tuple(replace(probe, **right) for probe in pair) for node, pair in case.probes.items()}
+    return probes, replace(case.chain, swapped=(), phase_offset=0.0, delay=0.0)
 
 
 def change_of(case, harmonics):
     """What each effect alone changes of the measured harmonics (speed, harmonic, node), without noise, m."""
     if case.fault is None:
         return [_seen(case, one, harmonics) - _seen(case, case.healthy, harmonics) for one in case.alone]
-    sound = replace(case.chain, swapped=(), phase_offset=0.0, delay=0.0)
-    probes = (case.probes, case.chain, case.zero), (_good(case.probes), sound, case.sag)
+    probes = (case.probes, case.chain, case.zero), (*_sound(case), case.sag)
     ways = ((case.healthy, case.nodes, pair, chain, harmonics, zero) for pair, chain, zero in probes)
     shown, right = (expected_harmonics(*way) for way in ways)
     return [shown - right]

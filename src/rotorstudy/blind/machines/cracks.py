@@ -31,18 +31,11 @@ from rotorstudy.blind.machines.beam import both_planes, plane_matrices
 from rotorstudy.blind.machines.machine import LocalForce
 
 
-def strip_tension(ratio):
-    """F of K = F stress sqrt(pi depth) for an edge crack in a strip in tension; ratio = depth/width (Tada)."""
+def strip_factors(ratio):
+    """F of K = F stress sqrt(pi depth), of an edge crack in a strip in bending, and in tension; depth/width (Tada)."""
     angle = np.pi * ratio / 2
-    front = np.sqrt(np.tan(angle) / angle)
-    return front * (0.752 + 2.02 * ratio + 0.37 * (1 - np.sin(angle)) ** 3) / np.cos(angle)
-
-
-def strip_bending(ratio):
-    """F of K = F stress sqrt(pi depth) for an edge crack in a strip in bending (Tada)."""
-    angle = np.pi * ratio / 2
-    front = np.sqrt(np.tan(angle) / angle)
-    return front * (0.923 + 0.199 * (1 - np.sin(angle)) ** 4) / np.cos(angle)
+    front, left = np.sqrt(np.tan(angle) / angle), 1 - np.sin(angle)
+    return front * [0.923 + 0.199 * left**4, 0.752 + 2.02 * ratio + 0.37 * left**3] / np.cos(angle)
 
 
 def crack_face(depth_ratio, count=120):
@@ -56,9 +49,8 @@ def crack_face(depth_ratio, count=120):
     depth = deepest[:, None] * (points + 1) / 2
     area = dx[:, None] * deepest[:, None] * weights / 2
     ratio = np.maximum(depth / (2 * arch[:, None]), 1e-12)
-    opening = arch[:, None] * np.sqrt(depth) * strip_bending(ratio)
-    sideways = x[:, None] * np.sqrt(depth) * strip_tension(ratio)
-    return area, opening, sideways
+    bending, tension = strip_factors(ratio)
+    return area, arch[:, None] * np.sqrt(depth) * bending, x[:, None] * np.sqrt(depth) * tension
 
 
 def dimensionless_compliance(depth_ratio):
