@@ -84,17 +84,12 @@ SPECTRA = {
 }
 
 
-@pytest.mark.parametrize("name", RECORDS)
-def test_damaged_records_are_refused_in_one_line(name, files, tmp_path, capsys):
-    change, word = RECORDS[name]
-    save(change(load(files[0])), tmp_path / "bad.nc")
-    assert word in refused(tmp_path / "bad.nc", capsys, tmp_path)
+DAMAGED = [(i, *damage) for i, damages in enumerate((RECORDS, SPECTRA)) for damage in damages.values()]
 
 
-@pytest.mark.parametrize("name", SPECTRA)
-def test_damaged_spectra_are_refused_in_one_line(name, files, tmp_path, capsys):
-    change, word = SPECTRA[name]
-    save(change(load(files[1])), tmp_path / "bad.nc")
+@pytest.mark.parametrize(("file", "change", "word"), DAMAGED, ids=[*RECORDS, *SPECTRA])
+def test_damaged_records_and_spectra_are_refused_in_one_line(file, change, word, files, tmp_path, capsys):
+    save(change(load(files[file])), tmp_path / "bad.nc")
     assert word in refused(tmp_path / "bad.nc", capsys, tmp_path)
 
 
