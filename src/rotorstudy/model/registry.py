@@ -62,8 +62,8 @@ class Registry:
         for kind, plugin in found:
             namesake = self.plugins[kind].get(plugin.name)
             same = namesake and Path(namesake.file).read_bytes() == Path(plugin.file).read_bytes()
-            if same and _is_in(namesake.file, PACKAGED):  # of an installed package, and of the clone it is from
-                continue
+            if same and (namesake is plugin or _is_in(namesake.file, PACKAGED)):
+                continue  # imported by two modules, or of an installed package and of the clone it is from
             if namesake:
                 both = f"{namesake.file} and {plugin.file}"
                 raise PluginError(f"two plugins are called {kind} '{plugin.name}': {both}; rename one")
