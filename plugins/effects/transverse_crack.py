@@ -5,6 +5,7 @@ import numpy as np
 from rotorstudy.plugins import CannotAct, DepthRatio, Effect, Feared, NonNegative, Parameter, Share, crack_at
 
 FLEXIBILITY = {True: "strip_integration", False: "elasticity"}  # depth plugin of a law by the angle, as published
+ALONG = 0.2  # standard deviation of the flexibility along the front, over that across: published ratios are 0.05 to 0.6
 ELEMENTS_TRIED = 10  # of a long shaft, to say which depth is seen
 Breathing = Literal["gradual", "sudden", "turning", "cosine", "switching", "none"]
 
@@ -83,7 +84,7 @@ def two_cracks(structure, one, other):
     form_error=0.2,  # laws of opening differ by more where the vibration, not the weight, opens the crack
     any_form=(
         {"any_law": True},
-        {name: (0.0, std) for name, (_, std) in FORM.items()},
+        {"excess_flexibility_along": (0.0, ALONG), **{name: (0.0, std) for name, (_, std) in FORM.items()}},
         {"breathing": lambda: ("gradual", "turning", "none")},
     ),
     together=two_cracks,
@@ -136,7 +137,7 @@ def transverse_crack(
     jumps = breathing in ("sudden", "switching")
     law = "weight" if breathing in ("gradual", "sudden") else breathing
     found, flexibilities = [], {"flexibility_factor": False}
-    if any_flexibility and breathing != "sudden":
+    if (any_flexibility or any_law) and breathing != "sudden":
         flexibilities["excess_flexibility_along"] = True
     for name, along in flexibilities.items():
         force = hinge.force(closing_moment_N_m, along=along) if by_moment else None

@@ -68,11 +68,12 @@ def add_crack(draw, position, length, compliance, law, share, angle, closing=0.0
     except ValueError as problem:  # a law without a unique kink
         raise NoSteadyState(str(problem)) from problem
     what = {"position_m": float(position), "softened_m": float(length), "phase_rad": angle, "law": law}
-    names = ("across", "along", "coupling")
-    numbers = a, b, both = compliance[0, 0], compliance[1, 1], compliance[0, 1]
+    names, turn = ("across", "along", "coupling"), np.linspace(-np.pi, np.pi, 721)
+    opened = compliance * (np.max(share(turn)) if share else 1.0)  # as far as it ever does
+    numbers = a, b, both = opened[0, 0], opened[1, 1], opened[0, 1]
     if law == "open":  # no record shows another direction than that in which it yields most
         what["phase_rad"] = float(angle + np.arctan2(2 * both, a - b) / 2)
-        numbers = *np.linalg.eigvalsh(compliance)[::-1], 0.0
+        numbers = *np.linalg.eigvalsh(opened)[::-1], 0.0
     what |= {f"{name}_rad_per_N_m": float(value) for name, value in zip(names, numbers, strict=True)}
     if draw.rotor.elements:
         element = int(np.searchsorted(draw.rotor.positions, position, side="right"))

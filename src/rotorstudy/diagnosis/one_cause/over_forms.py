@@ -43,8 +43,8 @@ def in_form(work: Work, cause: Candidate, spread: float = 0.0) -> Candidate:
         freedoms = (freedom_of(cause.effect, any_form=False),)
     if form and spread:
         (options, law), own = freedom_of(cause.effect, any_form=True), freedoms[0][1]
-        law = {name: (mean, spread * std) for name, (mean, std) in law.items()}
-        freedoms += ((options, law | {name: own[name] for name in law.keys() & own}),)
+        law = {name: (mean, max(spread * std, own.get(name, (mean, 0.0))[1])) for name, (mean, std) in law.items()}
+        freedoms += ((options, law),)
     shape, width = cause.shape | form, work.settings.prior_width
     return candidate(work.rig, cause.effect, cause.where, shape, cause.term.label, width, cause.variant, freedoms)
 
