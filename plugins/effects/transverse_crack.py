@@ -17,7 +17,7 @@ FORM = {
     f"{motion}_{order}": ((motion, order), std)
     for motion, spreads in {
         "across": {1: 0.2, 2: 0.25, 3: 0.2, 4: 0.1, 5: 0.1},
-        "along": {0: 0.25, 1: 0.2, 2: 0.2, 3: 0.1},
+        "along": {0: 0.25, 1: 0.2, 2: 0.2, 3: 0.1, 4: 0.05, 5: 0.05},
         "coupled": {1: 0.1, 2: 0.1, 3: 0.1},
         "skewed": {0: 0.05, 1: 0.05},  # a front that is not symmetric yields most 5 degrees from its middle
         "lagging": {1: 0.15, 2: 0.15, 3: 0.1},
