@@ -19,6 +19,7 @@ _HOME = {
     "build_model": "model.rig",
     "make_term": "model.rig_items",
     "registry": "model.registry",
+    "hookimpl": "model.kinds",
     "harmonic_response": "response.harmonic",
     "measured_response": "response.measured",
     "harmonic_response_and_jacobian": "response.harmonic",

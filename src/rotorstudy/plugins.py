@@ -8,7 +8,7 @@ The names below are imported when first used, so that a plugin costs no more tha
 from rotorstudy import lazily
 
 _HOME = {
-    "model.kinds": "Bearing Crack CrackDepth Effect Estimator Feared Rotor SpectrumMethod",
+    "model.kinds": "Bearing Crack CrackDepth Effect Estimator Feared Rotor SpectrumMethod hookimpl",
     "model.rig_numbers": "changeable_numbers number_slope",
     "model.bearings": "weight_carried",
     "model.entries": "Entry film_entries outer planar_entries",

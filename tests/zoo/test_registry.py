@@ -59,7 +59,14 @@ def test_a_file_in_a_folder_is_found_and_its_version_changes_with_it(tmp_path):
     assert alone(tmp_path).get("crack", "mine").version != first
 
 
+HOOK = "from rotorstudy.plugins import Crack, Effect, hookimpl\n\n@hookimpl\ndef rotorstudy_crack():\n    return "
+MADE = f"{HOOK}[Crack(name, lambda angle: 1 + 0 * angle, 'a test') for name in ('one', 'two')]\n"
 WRONG = [
+    (MADE.replace("def rotorstudy_crack", "def rotorstudy_crak"), "rotorstudy_crak"),
+    (MADE.replace("@hookimpl\n", ""), "write @hookimpl above"),
+    (f"{HOOK}1 / 0\n", "a_broken.py:5: ZeroDivisionError"),
+    (MADE + CRACK.format(name="wrong"), "rotorstudy_crack and @Crack above a function; state"),
+    *((f"{HOOK}{what}\n", "must return a Crack") for what in ("None", "Crack", "[3]", "Effect('e', len, source='a')")),
     (CRACK.format(name="wrong").replace("@Crack", "@Crak"), "a_broken.py:4: NameError: name 'Crak'"),
     (CRACK.format(name="wrong").replace('"a test"', '""'), "Crack 'wrong' has no source; name the paper"),
     (CRACK.format(name="wrong").replace('"a test"', "1 / 0"), "a_broken.py:4: ZeroDivisionError"),
@@ -139,6 +146,11 @@ def test_an_installed_distribution_that_is_wrong_is_named_and_the_next_loads(ins
     zoo = Registry(plugin_folders())
     assert len(zoo.failures) == 1 and "a_fake_plugin" in zoo.failures[0] and words in zoo.failures[0]
     assert {"switching", "installed"} <= set(zoo.plugins["crack"])
+
+
+def test_a_module_that_makes_its_plugins_implements_the_hook_of_pluggy(tmp_path):
+    write(tmp_path, "made", MADE)
+    assert set(alone(tmp_path).plugins["crack"]) == {"one", "two"}
 
 
 def test_two_plugins_of_one_function_are_taken_from_a_folder_below(tmp_path):
