@@ -254,7 +254,7 @@ def _where(row):
 def gain_in_words(verdict):
     """What adding the causes gains at the held-out speeds, as a sentence."""
     gain, several = verdict.gain, len(verdict.causes) > 1
-    its = {"ambiguous": f"the most likely {'causes' if several else 'cause'}", "unknown": "the closest explanation"}
+    its = {"ambiguous": f"the most likely {'causes' if several else 'cause'}", "unknown": "the best explanation tried"}
     it = its.get(verdict.verdict, "them" if several else "it")
     if gain is None:
         return f"No speed was held out, so the gain from adding {it} is not known."
