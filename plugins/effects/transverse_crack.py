@@ -4,7 +4,7 @@ import numpy as np
 
 from rotorstudy.plugins import CannotAct, DepthRatio, Effect, Feared, NonNegative, Parameter, Share, crack_at
 
-FLEXIBILITY = {True: "strip_integration", False: "elasticity"}  # depth plugin of a law by the angle, as published
+STRIPS = dict.fromkeys(("cosine", "switching"), "strip_integration")  # depth plugins as published with these laws
 ALONG = 0.2  # standard deviation of the flexibility along the front, over that across: published ratios are 0.05 to 0.6
 ELEMENTS_TRIED = 10  # of a long shaft, to say which depth is seen
 Breathing = Literal["gradual", "sudden", "turning", "cosine", "switching", "none"]
@@ -30,8 +30,8 @@ def depth_and_flexibility(
     structure, position_m, depth_ratio, flexibility_factor=1.0, front_aspect_ratio=0.0, breathing="gradual"
 ):
     """The depth in m by the diameter at its position, and how far the open crack yields to the moment that opens it."""
-    by_angle = breathing in ("cosine", "switching")
-    hinge = crack_at(structure, position_m, depth_ratio, 0.0, FLEXIBILITY[by_angle], False, front_aspect_ratio)
+    flexibility = STRIPS.get(breathing, "elasticity")
+    hinge = crack_at(structure, position_m, depth_ratio, 0.0, flexibility, False, front_aspect_ratio)
     depth = depth_ratio * hinge.section.outer_diameter_m
     return {"depth_m": depth, "flexibility_rad_per_N_m": flexibility_factor * hinge.open_compliance[0]}
 
@@ -131,7 +131,7 @@ def transverse_crack(
         raise CannotAct("closing_moment_N_m needs a crack that opens and closes by the instantaneous moment")
     if not by_moment and breathing != "none" and not np.any(structure.static_load):
         raise CannotAct("no weight opens and closes a crack here; breathing: gradual or sudden by the moment, or none")
-    flexibility = flexibility or FLEXIBILITY[breathing in ("cosine", "switching")]
+    flexibility = flexibility or STRIPS.get(breathing, "elasticity")
     place = position_m, depth_ratio, angle_rad
     hinge = crack_at(structure, *place, flexibility, breathing == "sudden", front_aspect_ratio)
     jumps = breathing in ("sudden", "switching")

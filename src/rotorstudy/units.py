@@ -18,6 +18,10 @@ SHOWN = {"rad": ("°", 180 / np.pi), "s": ("ms", 1e3), "1": ("", 1.0)}
 LENGTHS = {"um": ("µm", 1e6), "mil": ("mil", 1 / 2.54e-5)}
 UNBALANCES = {"g mm": ("g mm", 1e6), "oz in": ("oz in", 1 / (0.028349523125 * 0.0254))}
 AMPLITUDES = {"peak_to_peak": ("pp", 2.0), "peak": ("peak", 1.0)}
+ENDINGS = {  # of names of options and stated numbers -> unit
+    "_rad_per_s": "rad/s", "_rad_per_N_m": "rad/(N m)", "_N_m": "N m", "_rad": "rad", "_m": "m", "_Pa_s": "Pa s",
+    "_s": "s",
+}  # fmt: skip
 SMALL_LENGTH = 1e-3  # m
 ANY_ANGLE = np.deg2rad(90.0)  # standard deviation of an angle from which on it may be any
 HALF_INTERVAL = 1.959964  # standard deviations: a half of a 95 % interval
@@ -148,6 +152,11 @@ def with_interval(
     value, std, low, high = as_certain_as((value, std, max(low, least), high), std)
     own = "" if unit == "1" else f" {unit}"
     return f"{value:>9} ± {std}{own} (95 %: {low} to {high})"
+
+
+def unit_ending(name: str) -> tuple[str, str]:
+    """The ending of a name that states a unit, and that unit: ("_rad_per_s", "rad/s"); empty without one."""
+    return next(((ending, unit) for ending, unit in ENDINGS.items() if name.endswith(ending)), ("", ""))
 
 
 def percent(share: float, digits: int = 3) -> str:

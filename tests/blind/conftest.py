@@ -41,7 +41,7 @@ def truths(drawn):
             numbers = {"case": len(drawn) + len(more), "kind": kind, "true": true, "size": 9.0, "beside": None}
             numbers |= {"families": "+".join(one["family"] for one in true), "known": kind != "outside"}
             numbers |= {"fault": "runout" if kind == "chain" else None}
-            more.append(first | numbers | {"diameter_m": 0.02, "youngs_modulus_Pa": 2.1e11})
+            more.append(first | numbers)
     return [truth for truth, _ in drawn] + more
 
 

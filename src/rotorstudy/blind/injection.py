@@ -157,7 +157,6 @@ def _truth(order, case, kind, fault, true, size, beside, without_noise):
         "case": order.number, "seed": seed[0] if len(seed) == 1 else seed, "kind": kind, "fault": fault, "true": true,
         "families": "+".join(one["family"] for one in true), "machine": case.machine,
         "speeds_rad_per_s": case.steady.speed.tolist(), "mass_kg": float(case.rotor.mass),
-        "diameter_m": float(case.rotor.diameter), "youngs_modulus_Pa": float(case.rotor.youngs_modulus),
         "elements": len(case.rotor.elements), "probed_nodes": len(case.nodes),
         "size": None if np.isnan(size) else size, "beside": None if np.isnan(beside) else beside,
         "known": not outside and all(in_library(one["family"]) for one in true),

@@ -11,7 +11,7 @@ from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges
 from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, as_fit, ranges_of, shaped
 from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.model.model import Model
-from rotorstudy.units import HALF_INTERVAL
+from rotorstudy.units import HALF_INTERVAL, unit_ending
 
 LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
 SAME = 3.0  # standard deviations of the shape, within which two fits are one
@@ -126,7 +126,7 @@ def shape_of(found: Identified, cause: Candidate) -> list[tuple[str, float, floa
     stated = found.stated if found.stated and cause is found.cause else None
     stated = stated or stated_numbers(found.model.structure, cause, amplitudes, covariance)
     sizes = {name: (value, cause.shape_std[name]) for name, value in cause.shape.items()} | stated
-    return [(name, *one, _unit(name)) for name, one in sizes.items()]
+    return [(name, *one, unit_ending(name)[1] or "1") for name, one in sizes.items()]
 
 
 def far_amplitudes(causes: Sequence[Candidate], names: Sequence[str], theta: np.ndarray) -> dict[str, float]:
@@ -139,9 +139,3 @@ def far_amplitudes(causes: Sequence[Candidate], names: Sequence[str], theta: np.
             if abs(away) > FAR:
                 off[name] = away
     return off
-
-
-def _unit(name):
-    """Unit of an option, by the end of its name."""
-    endings = {"_rad_per_N_m": "rad/(N m)", "_rad": "rad", "_m": "m"}
-    return next((unit for ending, unit in endings.items() if name.endswith(ending)), "1")

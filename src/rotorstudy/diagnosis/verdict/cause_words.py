@@ -4,14 +4,10 @@ import numpy as np
 
 from rotorstudy.diagnosis.verdict.result import Place
 from rotorstudy.model.registry import registry
-from rotorstudy.units import ANY_ANGLE, interval, quantity
+from rotorstudy.units import ANY_ANGLE, interval, quantity, unit_ending
 
 FEW = 3  # amplitudes of a cause that are all said
 SMALL = 1e-3  # m; lengths below are said in µm
-ENDINGS = {  # of options
-    "_rad_per_s": "rad/s", "_rad_per_N_m": "rad/(N m)", "_N_m": "N m", "_rad": "rad", "_m": "m", "_Pa_s": "Pa s",
-    "_s": "s",
-}  # fmt: skip
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
 
 
@@ -104,19 +100,14 @@ def cause_in_words(cause):
 
 def without_unit(name, own=""):
     """Readable name of a parameter; its unit, or that of its ending, is said with its value."""
-    ending, unit = _ending(name)
+    ending, unit = unit_ending(name)
     return readable(name.removesuffix(ending) if unit == (own or unit) else name)
-
-
-def _ending(name):
-    """The ending of a name that states a unit, and that unit: ("_rad_per_s", "rad/s"); empty without one."""
-    return next(((ending, unit) for ending, unit in ENDINGS.items() if name.endswith(ending)), ("", ""))
 
 
 def _in_its_unit(name, estimate):
     """Value, unit and standard deviation of a parameter; of a length in its shape in mm, or in m where it is small."""
     value, std = estimate.value, estimate.std
-    unit = estimate.unit or (_ending(name)[1] if estimate.part == "shape" else "")
+    unit = estimate.unit or (unit_ending(name)[1] if estimate.part == "shape" else "")
     if estimate.part != "shape" or unit != "m" or abs(value) < SMALL:
         return value, unit, std
     return 1e3 * value, "mm", None if std is None else 1e3 * std
