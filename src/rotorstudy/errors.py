@@ -69,8 +69,8 @@ def unknown_name(kind, name, known, where="", error=RotorstudyError):
     if str(name) == "0" and "1" in map(str, known):
         hint = "; they are numbered from 1"
     place = f" in {where}" if where else ""
-    allowed = ", ".join(sorted(map(str, known), key=_in_order)) or "none"
-    return error(f"unknown {kind} '{name}'{place}{hint} (known: {allowed})")
+    in_order = sorted(map(str, known), key=lambda one: (0, int(one), "") if one.isdecimal() else (1, 0, one))
+    return error(f"unknown {kind} '{name}'{place}{hint} (known: {', '.join(in_order) or 'none'})")
 
 
 def check_known(kind, names, known, where="", error=RotorstudyError):
@@ -78,11 +78,6 @@ def check_known(kind, names, known, where="", error=RotorstudyError):
     for name in names:
         if name not in known:
             raise unknown_name(kind, name, known, where, error)
-
-
-def _in_order(name):
-    """Key that sorts names, and numbers by their size before them."""
-    return (0, int(name), "") if name.isdecimal() else (1, 0, name)
 
 
 class NoConvergenceError(RotorstudyError):

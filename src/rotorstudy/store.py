@@ -85,12 +85,6 @@ def write_text(path, text):
         temporary.write_text(text, encoding="utf-8")
 
 
-def complex_variable(dims, values, unit, long_name):
-    """An xarray variable tuple for complex values: real and imaginary parts along `part`."""
-    values = np.asarray(values)
-    return (*dims, "part"), np.stack([values.real, values.imag], axis=-1), {"units": unit, "long_name": long_name}
-
-
 def as_complex(array):
     """Complex numpy array of a variable with a dimension `part`, which is removed."""
     values = array.transpose(..., "part").values
@@ -104,11 +98,11 @@ def dataset(variables, coordinates, **attributes):
     data = {}
     for name, (dims, values, unit, long_name) in variables.items():
         if np.iscomplexobj(values):
-            data[name] = complex_variable(dims, values, unit, long_name)
-        else:
-            data[name] = (dims, values, {"units": unit, "long_name": long_name})
-    described = ((name, *one) for name, one in coordinates.items())
-    coords = {name: (name, values, {"units": unit, "long_name": long}) for name, values, unit, long in described}
+            dims, values = (*dims, "part"), np.stack([np.real(values), np.imag(values)], axis=-1)
+        data[name] = (dims, values, {"units": unit, "long_name": long_name})
+    coords = {
+        name: (name, values, {"units": unit, "long_name": long}) for name, (values, unit, long) in coordinates.items()
+    }
     if any("part" in value[0] for value in data.values()):
         coords["part"] = ("part", list(PART), {"units": "1", "long_name": "real and imaginary part"})
     return xr.Dataset(data, coords, attributes)

@@ -60,11 +60,9 @@ def units_shown() -> Units:
 
 def shown_unit(unit: str) -> tuple[str, float]:
     """The display unit of an SI unit, and the factor to it."""
-    if unit == "m":
-        return LENGTHS[units_shown().length]
-    if unit == "rad/s":
-        return shown_speed()
-    return UNBALANCES[units_shown().unbalance] if unit == "kg m" else SHOWN.get(unit, (unit, 1.0))
+    wanted = units_shown()
+    own = {"m": LENGTHS[wanted.length], "kg m": UNBALANCES[wanted.unbalance], "rad/s": shown_speed()}
+    return (SHOWN | own).get(unit, (unit, 1.0))
 
 
 def shown_speed() -> tuple[str, float]:
@@ -129,10 +127,9 @@ def interval(
     value: float, unit: str, std: float, least: float = -np.inf, ends: tuple[float, float] | None = None
 ) -> str:
     """The 95 % interval of a normally distributed value, or of its ends: 11.80 to 12.20 µm; all in SI."""
-    from scipy.special import ndtri
-
     unit, factor = shown_unit(unit)
-    ends = factor * np.maximum(value + std * ndtri([0.025, 0.975]) if ends is None else ends, least)
+    ends = (value - HALF_INTERVAL * std, value + HALF_INTERVAL * std) if ends is None else ends
+    ends = factor * np.maximum(ends, least)
     return f"{' to '.join(as_certain_as(ends, std * factor))} {unit}".strip()
 
 

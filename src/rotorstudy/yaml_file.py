@@ -3,6 +3,8 @@
 import re
 from pathlib import Path
 
+import yaml
+
 from rotorstudy.errors import RotorstudyError, unknown_name
 
 MOST_BYTES = 5_000_000
@@ -10,13 +12,13 @@ MOST_VALUES = 200_000  # aliases and merge keys written out
 DEEPEST = 40  # lists and mappings within each other
 LARGEST_WHOLE = 10**15  # exactly a floating-point number; longer ones are slow to read
 KINDS = {str: "text", list: "list", int: "number", float: "number"}
+# several times faster where the installed package has the one in C
+SafeLoader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 NUMBER = re.compile(r"[-+]?(\d[\d_]*\.?[\d_]*|\.\d[\d_]*)[eE][-+]?\d+$")
 
 
 def read_yaml(path):
     """A YAML file as a dict."""
-    import yaml
-
     path = Path(path)
     if path.is_dir():
         raise RotorstudyError(f"'{path}' is a folder; give a YAML file in it")
@@ -27,7 +29,7 @@ def read_yaml(path):
     try:
         text = path.read_text(encoding="utf-8")
         _check_depth(text)
-        loader = _loader()(text)
+        loader = Loader(text)
         node = loader.get_single_node()
         _check_expansion(node)
         found = loader.construct_document(node) if node is not None else None
@@ -71,10 +73,8 @@ def _changed(base, changes, path):
 
 def _check_depth(text):
     """Raise if lists and mappings are nested too deeply for the reader, which calls itself for each."""
-    import yaml
-
     depth = 0
-    for event in yaml.parse(text, Loader=_safe_loader()):
+    for event in yaml.parse(text, Loader=SafeLoader):
         if isinstance(event, yaml.CollectionStartEvent):
             depth += 1
         elif isinstance(event, yaml.CollectionEndEvent):
@@ -85,8 +85,6 @@ def _check_depth(text):
 
 def _check_expansion(root):
     """Raise if the values, aliases written out, are too many, or one contains itself."""
-    import yaml
-
     sizes, inside = {}, set()
 
     def size(node):
@@ -108,54 +106,43 @@ def _check_expansion(root):
 
 
 def _refused(problem, mark):
-    import yaml
-
     return yaml.constructor.ConstructorError(None, None, problem, mark)
 
 
-def _safe_loader():
-    """YAML's safe loader: the one in C, several times faster, where the installed package has it."""
-    import yaml
-
-    return getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-
-
-def _loader():
-    """The safe loader, with an error for a key given twice, for dates and for numbers that are not decimal or huge.
+class Loader(SafeLoader):
+    """YAML's safe loader, with an error for a key given twice, for dates and for numbers not decimal or huge.
 
     50e-6 and 2e5 are read as the numbers they are; YAML 1.1 takes them as text, for lack of a point or of a sign.
     """
-    import yaml
 
-    class Loader(_safe_loader()):
-        def construct_mapping(self, node, deep=False):
-            seen = set()
-            for key, _ in node.value:
-                if key.tag.endswith(":bool"):  # `on:`, a truth to YAML 1.1
-                    key.tag = "tag:yaml.org,2002:str"
-                if not isinstance(key, yaml.ScalarNode) or key.tag.rsplit(":")[-1] in ("null", "float"):
-                    raise _refused("a key must be a text or a whole number", key.start_mark)
-                if key.value in seen:
-                    raise _refused(f"key '{key.value}' is given twice", key.start_mark)
-                seen.add(key.value)
-            return super().construct_mapping(node, deep)
+    def construct_mapping(self, node, deep=False):
+        seen = set()
+        for key, _ in node.value:
+            if key.tag.endswith(":bool"):  # `on:`, a truth to YAML 1.1
+                key.tag = "tag:yaml.org,2002:str"
+            if not isinstance(key, yaml.ScalarNode) or key.tag.rsplit(":")[-1] in ("null", "float"):
+                raise _refused("a key must be a text or a whole number", key.start_mark)
+            if key.value in seen:
+                raise _refused(f"key '{key.value}' is given twice", key.start_mark)
+            seen.add(key.value)
+        return super().construct_mapping(node, deep)
 
-        def decimal(self, node):
-            if re.search(r"^[-+]?0[\dbox]|[_:]", node.value):  # 010, 0x10 and 1:30 are 8, 16 and 90 to YAML 1.1
-                raise _refused(f"'{node.value}': write a number in decimal digits, a text in quotes", node.start_mark)
-            return self.construct_yaml_float(node)
+    def decimal(self, node):
+        if re.search(r"^[-+]?0[\dbox]|[_:]", node.value):  # 010, 0x10 and 1:30 are 8, 16 and 90 to YAML 1.1
+            raise _refused(f"'{node.value}': write a number in decimal digits, a text in quotes", node.start_mark)
+        return self.construct_yaml_float(node)
 
-        def whole(self, node):
-            if len(node.value) > 30 or abs(value := self.decimal(node)) > LARGEST_WHOLE:
-                raise _refused(f"whole number beyond {LARGEST_WHOLE:.0e}", node.start_mark)
-            return int(value)
+    def whole(self, node):
+        if len(node.value) > 30 or abs(value := self.decimal(node)) > LARGEST_WHOLE:
+            raise _refused(f"whole number beyond {LARGEST_WHOLE:.0e}", node.start_mark)
+        return int(value)
 
-        def unusual(self, node):
-            raise _refused(f"a value of type {node.tag.rsplit(':')[-1]}; write a text in quotes", node.start_mark)
+    def unusual(self, node):
+        raise _refused(f"a value of type {node.tag.rsplit(':')[-1]}; write a text in quotes", node.start_mark)
 
-    Loader.add_implicit_resolver("tag:yaml.org,2002:float", NUMBER, list("-+.0123456789"))
-    Loader.add_constructor("tag:yaml.org,2002:int", Loader.whole)
-    Loader.add_constructor("tag:yaml.org,2002:float", Loader.decimal)
-    for name in ("timestamp", "binary", "set", "omap", "pairs"):
-        Loader.add_constructor(f"tag:yaml.org,2002:{name}", Loader.unusual)
-    return Loader
+
+Loader.add_implicit_resolver("tag:yaml.org,2002:float", NUMBER, list("-+.0123456789"))
+Loader.add_constructor("tag:yaml.org,2002:int", Loader.whole)
+Loader.add_constructor("tag:yaml.org,2002:float", Loader.decimal)
+for name in ("timestamp", "binary", "set", "omap", "pairs"):
+    Loader.add_constructor(f"tag:yaml.org,2002:{name}", Loader.unusual)

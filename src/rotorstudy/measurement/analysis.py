@@ -29,7 +29,7 @@ PIECES = 50  # of a record, of which the loudest shows the state of the probes
 REVOLUTIONS = 8  # at least, in the pieces in which spikes are sought
 
 
-@dataclass(frozen=True)
+@dataclass
 class Analysed:
     """Result of one raw record, or of one speed of a table; without harmonics after an error."""
 
@@ -43,21 +43,22 @@ class Analysed:
     is_tracked: bool = False  # whether it is of a run-up or coast-down
 
 
-def _steady(raw, pulses, marks, with_signals):
-    """The Analysed of a record at one speed: harmonics with covariance, the clean record if wanted, facts, findings."""
-    where, harmonics = raw.where, np.array(raw.conventions.harmonics)
-    facts = RecordFacts(where, {node: NodeFacts() for node in raw.nodes})
+def _steady(found, raw, pulses, marks, with_signals):
+    """Adds to the Analysed of a record at one speed: harmonics, the clean record if wanted, facts, findings."""
+    where, harmonics, facts = raw.where, np.array(raw.conventions.harmonics), found.facts
     facts.label = np.nan if raw.label is None else raw.label
     turning, findings = _turning(raw, pulses, marks)
+    found.findings += findings
     if turning is None:
-        return Analysed(facts, findings)
+        return
     by_marks = raw.keyphasor is not None or raw.marks is not None
     angle = turning.angle(raw.time) + (raw.conventions.mark_rad if by_marks else 0.0)
     step = np.median(np.diff(raw.time))
     held = (angle[-1] - angle[0]) / (2 * np.pi) + turning.speed(raw.time[-1]) * step / (2 * np.pi)
-    wrong = quality.check_sampling(len(raw.time), held + WHOLE_REVOLUTION, harmonics, where)
+    wrong = list(quality.check_sampling(len(raw.time), held + WHOLE_REVOLUTION, harmonics, where))
+    found.findings += wrong
     if wrong:
-        return Analysed(facts, [*findings, *wrong])
+        return
     revolutions = int(np.floor(held + WHOLE_REVOLUTION))
     whole = angle - angle[0] < 2 * np.pi * revolutions - 1e-9
     time, angle, signals = raw.time[whole], angle[whole], raw.displacement[:, whole]
@@ -69,33 +70,29 @@ def _steady(raw, pulses, marks, with_signals):
     facts.jitter, facts.mark_resolution = turning.jitter_rad, speed * turning.resolution_s
     facts.missing_pulses, facts.doubled_pulses = turning.missing, turning.doubled
     facts.missing_samples = float(np.mean(~np.isfinite(signals)))
-    findings += quality.check_drift(facts.speed_drift, where)
-    checked, dead = check_channels(raw, whole, angle, harmonics)
-    findings += checked
-    if dead:
-        return Analysed(facts, findings, dead=dead)
-    findings += quality.check_gaps(facts.missing_samples, float(np.max(np.diff(raw.time))) / step, where)
-    if facts.missing_samples > quality.GAP[1]:
-        return Analysed(facts, findings)
+    found.findings += quality.check_drift(facts.speed_drift, where)
+    _check_signals(found, raw, whole, angle, facts.missing_samples)
+    if found.dead or facts.missing_samples > quality.GAP[1]:
+        return
     try:
         psi = None if by_marks else _reference_phase(raw, whole, angle, harmonics)
     except RotorstudyError as error:
-        return Analysed(facts, [*findings, told("reference signal", where, problem=error)])
+        found.findings.append(told("reference signal", where, problem=error))
+        return
     mark_variance = turning.jitter_rad**2 / len(turning.marks) + facts.mark_resolution**2
-    of_node, noted = _harmonics_of_nodes(raw, facts, signals, angle, psi, mark_variance)
-    findings += noted
+    of_node, findings = _harmonics_of_nodes(raw, facts, signals, angle, psi, mark_variance)
+    found.findings += findings
     if facts.blocks < FEWEST_BLOCKS:
-        findings.append(told("few revolutions", where, revolutions=revolutions, needed=FEWEST_BLOCKS))
-    if errors_among(findings):
-        return Analysed(facts, findings)
-    single = {node: float(a) for node, a in zip(raw.nodes, raw.directions, strict=True) if np.isfinite(a)}
+        found.findings.append(told("few revolutions", where, revolutions=revolutions, needed=FEWEST_BLOCKS))
+    if errors_among(found.findings):
+        return
+    found.speed, found.harmonics = speed, of_node
     if not with_signals:
-        return Analysed(facts, findings, speed, of_node, None, single)
+        return
     lead = (angle.mean() - speed * time.mean()) / speed - (0 if psi is None else psi[0][harmonics == 1][0] / speed)
     marks = turning.whole_marks - raw.conventions.mark_rad / speed + lead if by_marks else None
     reference = reference_signal(speed, harmonics, time + lead)
-    record = Record(time + lead, signals, speed, raw.nodes, reference, None, where, marks)
-    return Analysed(facts, findings, speed, of_node, record, single)
+    found.record = Record(time + lead, signals, speed, raw.nodes, reference, None, where, marks)
 
 
 def integrated(signals, orders, time, speed):
@@ -123,9 +120,8 @@ def _turning(raw, pulses, marks):
     turning = count_revolutions(marks, 0.0 if pulses is None else pulses.resolution)
     if turning is None:
         return None, [told("too few revolutions (marks)", where, count=len(marks))]
-    findings = quality.check_pulses(pulses, turning, raw.conventions.keyphasor.polarity, where)
-    findings += quality.check_speed_label(raw.label, float(turning.speed(np.mean(raw.time))), where)
-    return turning, findings
+    findings = [*quality.check_pulses(pulses, turning, raw.conventions.keyphasor.polarity, where)]
+    return turning, [*findings, *quality.check_speed_label(raw.label, float(turning.speed(np.mean(raw.time))), where)]
 
 
 def _harmonics_of_nodes(raw, facts, signals, angle, psi, mark_variance):
@@ -158,21 +154,13 @@ def _reference_phase(raw, whole, angle, harmonics):
     return phase_from_reference(raw.where, harmonics, amplitude, covariance)
 
 
-def check_channels(raw, chosen, angle, harmonics):
-    """Findings on each probe from some samples (time,) mask, and the dead ones {(node, channel)}."""
-    findings, dead = [], set()
-    channels = [(node, channel) for node in raw.nodes for channel in raw.at(node)]
-    readings = np.array([channel.readings[chosen] for _, channel in channels])
-    seen_by_all = quality.seen_by(readings, angle, harmonics)
-    for node in raw.nodes:
-        own = [i for i, (place, _) in enumerate(channels) if place == node]
-        for i in own:
-            channel, others = channels[i][1], [seen_by_all[k] for k in own if k != i]
-            found = quality.check_channel(channel.name, node, readings[i], seen_by_all[i], others, raw.where)
-            findings += found
-            if any(finding.name == "dead probe" for finding in found):
-                dead.add((node, channel.name))
-    return findings, frozenset(dead)
+def _check_signals(found, raw, chosen, angle, missing):
+    """Adds to an Analysed its dead probes and findings on the signals. missing : fraction of the samples."""
+    findings, found.dead = quality.check_channels(raw, chosen, angle)
+    found.findings += findings
+    if not found.dead:
+        steps = np.diff(raw.time)
+        found.findings += quality.check_gaps(missing, float(np.max(steps)) / np.median(steps), raw.where)
 
 
 def analyse_each(raw, with_signals=True):
@@ -183,11 +171,13 @@ def analyse_each(raw, with_signals=True):
         marks = None if pulses is None else pulses.time
     marks = None if marks is None else np.asarray(marks, float)
     raw, findings = _without_spikes(raw, 1 if marks is None else len(marks) // REVOLUTIONS)
-    if marks is None or not is_swept(marks):
-        first, *others = [_steady(raw, pulses, marks, with_signals)]
-    else:
-        first, *others = _tracked(raw, pulses, marks)
-    return [replace(first, findings=findings + first.findings), *others]
+    single = {node: float(a) for node, a in zip(raw.nodes, raw.directions, strict=True) if np.isfinite(a)}
+    facts = RecordFacts(raw.where, {node: NodeFacts() for node in raw.nodes})
+    found = Analysed(facts, findings, directions=single)
+    if marks is not None and is_swept(marks):
+        return _tracked(found, raw, pulses, marks)
+    _steady(found, raw, pulses, marks, with_signals)
+    return [found]
 
 
 def _without_spikes(raw, pieces):
@@ -195,42 +185,37 @@ def _without_spikes(raw, pieces):
     channels, findings = [], []
     for channel in raw.channels:
         odd = quality.spikes(channel.readings, int(np.clip(pieces, 1, PIECES)))
-        place = f"{raw.where}, node {channel.node}, channel '{channel.name}'"
         if odd.any():
+            place = quality.place_of(raw.where, channel.node, channel.name)
             value = um(channel.readings[odd][0], 4)
             findings.append(told("spikes", place, count=odd.sum(), value=value, first=int(odd.argmax()) + 1))
         channels.append(channel._replace(readings=np.where(odd, np.nan, channel.readings)))
     return (replace(raw, channels=channels) if findings else raw), findings
 
 
-def _tracked(raw, pulses, marks):
-    """Analysed of each speed of a sweep; one without harmonics after an error."""
-    sweep = find_sweep(marks, 0.0 if pulses is None else pulses.resolution)
-    findings = quality.check_pulses(pulses, sweep, raw.conventions.keyphasor.polarity, raw.where)
-    facts = RecordFacts(raw.where, {node: NodeFacts() for node in raw.nodes})
+def _tracked(whole, raw, pulses, marks):
+    """The Analysed of each speed of a sweep, given that of the whole without harmonics; that alone after an error."""
+    sweep, findings = find_sweep(marks, 0.0 if pulses is None else pulses.resolution), whole.findings
+    findings += quality.check_pulses(pulses, sweep, raw.conventions.keyphasor.polarity, raw.where)
     harmonics = np.array(raw.conventions.harmonics)
     grid, step = speed_grid(sweep), np.median(np.diff(raw.time))
     fastest = grid.speed.max() / (2 * np.pi)
     findings += quality.check_sampling(len(raw.time), len(raw.time) * step * fastest, harmonics, raw.where)
     angle = sweep.angle(raw.time) + raw.conventions.mark_rad
-    loudest = _loudest(raw, sweep)
-    checked, dead = check_channels(raw, loudest, angle[loudest], harmonics)
-    findings += checked
-    missing = float(np.mean(~np.isfinite(raw.displacement)))
-    if not dead:
-        findings += quality.check_gaps(missing, float(np.max(np.diff(raw.time))) / step, raw.where)
+    loudest, missing = _loudest(raw, sweep), float(np.mean(~np.isfinite(raw.displacement)))
+    _check_signals(whole, raw, loudest, angle[loudest], missing)
     if raw.orders.any():
         findings.append(told("no displacement", raw.where))
     if errors_among(findings):
-        return [Analysed(facts, findings, dead=dead)]
+        return [whole]
     variance = sweep.jitter_rad**2 / np.median(grid.length * grid.speed / (2 * np.pi))
     resolution = (grid.speed[grid.given].mean() * sweep.resolution_s) ** 2
     nodes = track(raw.displacement, raw.time, angle, grid, harmonics, raw.directions, variance + resolution)
     speed, rate = grid.speed[grid.given], grid.rate[grid.given]
     findings += check_sweep(speed, rate, [one.amplitude for one in nodes], harmonics, raw.where)
+    whole.is_tracked = True
     if errors_among(findings):
-        return [Analysed(facts, findings, is_tracked=True)]
-    single = {node: float(a) for node, a in zip(raw.nodes, raw.directions, strict=True) if np.isfinite(a)}
+        return [whole]
     tracked, found = dict(zip(raw.nodes, nodes, strict=True)), []
     for k, w in enumerate(speed):
         of_node = {node: (one.amplitude[k], one.covariance[k]) for node, one in tracked.items()}
@@ -240,7 +225,8 @@ def _tracked(raw, pulses, marks):
         facts.samples_per_revolution = 2 * np.pi / w / step
         facts.jitter, facts.missing_samples = sweep.jitter_rad, missing
         facts.missing_pulses, facts.doubled_pulses = sweep.missing, sweep.doubled
-        found.append(Analysed(facts, [] if k else findings, float(w), of_node, None, single, is_tracked=True))
+        own = [] if k else findings
+        found.append(replace(whole, facts=facts, findings=own, speed=float(w), harmonics=of_node))
     return found
 
 
@@ -258,20 +244,20 @@ def check_sweep(speed, rate, amplitudes, harmonics, where):
     """A note on a sweep (speed, rate: (speed,)), and whether it is too fast for its narrowest resonance."""
     kind, rpm = "run-up" if rate.mean() > 0 else "coast-down", RAD_PER_S["rpm"]
     first, last = (number(speed[i] / rpm, 4) for i in (0, -1))
-    found = [told(kind, where, rate=number(abs(np.median(rate))), count=len(speed), first=first, last=last)]
+    yield told(kind, where, rate=number(abs(np.median(rate))), count=len(speed), first=first, last=last)
     first = np.flatnonzero(np.abs(harmonics) == 1)
     resonances = peaks(speed, np.sqrt(sum(np.sum(np.abs(one[:, first]) ** 2, axis=1) for one in amplitudes)))
     if not resonances:
-        return found
+        return
     at, bandwidth, _ = min(resonances, key=lambda one: one[1])
     here = abs(float(np.interp(at, speed, rate)))
     ratio = here / bandwidth**2
     if ratio <= FAST:
-        return found
+        return
     beats = (
         f"near {number(at / rpm, 4)} rpm the speed changes by {number(here)} rad/s per second, {number(ratio, 2)} "
         f"times the square of the half-power bandwidth of {number(bandwidth)} rad/s: transient beats"
     )
     slower = f"run through it at {number(FAST * bandwidth**2, 2)} rad/s per second or less"
     lost = " (lost)" * (ratio > LOST)
-    return [*found, told(f"sweep too fast{lost}", where, beats=beats, slower=slower)]
+    yield told(f"sweep too fast{lost}", where, beats=beats, slower=slower)

@@ -68,16 +68,15 @@ def _expected(rig, spectrum):
 
 def check_units(fluctuating, expected, where):
     """Whether rms amplitudes (speed, node), m, without the mean are plausible for a shaft; expected : m, or None."""
-    largest = float(np.max(fluctuating))
-    if largest == 0:
-        return [told("units (still)", where)]
-    size, confused = um(largest, 3), _fitting(largest, expected)
+    if not (largest := float(np.max(fluctuating))):
+        yield told("units (still)", where)
+        return
+    said = {"size": um(largest, 3), "confused": _fitting(largest, expected)}
     if largest > HUGE_M or largest < TINY_M:
         what = "more than a shaft can move" if largest > HUGE_M else "less than a probe can resolve"
-        return [told("units (impossible)", where, size=size, what=what, confused=confused)]
-    if expected and not expected / SCALE < largest < expected * SCALE:
-        return [told("units", where, size=size, expected=um(expected), confused=confused)]
-    return []
+        yield told("units (impossible)", where, what=what, **said)
+    elif expected and not expected / SCALE < largest < expected * SCALE:
+        yield told("units", where, expected=um(expected), **said)
 
 
 def _fitting(size, expected):
@@ -106,10 +105,8 @@ def check_detected(amplitude, std, expected, nodes, where):
 def check_speeds(speed, rig, where):
     """Whether the fastest of speeds (speed,) rad/s is far above or below the lowest natural frequency of the rig."""
     fastest, lowest = float(np.max(speed)), rig.structure.scales.frequency
-    if SLOW * lowest <= fastest <= FAST * lowest:
-        return []
-    times = fastest / lowest
-    return [told("unusual speed", where, fastest=spin(fastest), times=times, lowest=spin(lowest))]
+    if not SLOW * lowest <= fastest <= FAST * lowest:
+        yield told("unusual speed", where, fastest=spin(fastest), times=fastest / lowest, lowest=spin(lowest))
 
 
 def check_labels(paths, conventions, where):
@@ -130,9 +127,8 @@ def check_mean(mean, expected, fluctuating, nodes, where):
 
 def check_sense(forward, backward, expected_backward, nodes, where):
     """Whether backward 1X exceeds forward, (speed, node), m, at nodes (node,) where the rig does not predict it."""
-    size = np.sqrt(np.sum(forward**2, axis=0)), np.sqrt(np.sum(backward**2, axis=0))
-    turned = (size[1] > BACKWARD * size[0]) & ~expected_backward
-    ratio = size[1] / np.maximum(size[0], 1e-300)
+    size, back = (np.sqrt(np.sum(one**2, axis=0)) for one in (forward, backward))
+    turned, ratio = (back > BACKWARD * size) & ~expected_backward, back / np.maximum(size, 1e-300)
     if len(nodes) and turned.all():
         return [told("sense of rotation", where, ratio=ratio.min(), remedy=REMEDY)]
     swapped = np.flatnonzero(turned)
@@ -141,14 +137,12 @@ def check_sense(forward, backward, expected_backward, nodes, where):
 
 def check_probes(probes, where):
     """Whether the probes of a node are too close to one line to be meant so, or sensitivities are in other units."""
-    found = []
     for node in dict.fromkeys(probe.node for probe in probes):  # None: at every node of a NetCDF file
         angles = np.array([probe.angle_deg for probe in probes if probe.node == node])
         widest = np.abs((angles[:, None] - angles + 90) % 180 - 90).max()
         if len(angles) > 1 and widest < CLOSE_DEG:
-            found.append(told("probe angles", where if node is None else f"{where}, node {node}", apart=widest))
+            yield told("probe angles", where if node is None else f"{where}, node {node}", apart=widest)
     for probe in probes:
         given, (low, high) = probe.sensitivity_V_per_m, SENSITIVITY
         if given is not None and not low <= given <= high:
-            found.append(told("sensitivity", where, channel=probe.channel, given=given, low=low, high=high))
-    return found
+            yield told("sensitivity", where, channel=probe.channel, given=given, low=low, high=high)

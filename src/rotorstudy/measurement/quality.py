@@ -44,49 +44,49 @@ LIKELY_WRONG = (  # speed by the marks over the stated one, and a likely reason
 
 def check_pulses(pulses, turning, asked, where):
     """Findings on the regularity of the keyphasor. pulses : Pulses, or None if the file has the mark times."""
-    found = []
     if pulses is not None and pulses.duty > LONGEST_PULSE:
-        severity, said = "warning", ""
-        if asked != "auto":
-            severity, said = "error", f" if they are {asked}, as in the rig file"
-        found.append(told("keyphasor polarity", where, severity, duty=100 * pulses.duty, asked=said))
+        stated = f" if they are {asked}, as in the rig file" * (asked != "auto")
+        severity = "error" if stated else "warning"
+        yield told("keyphasor polarity", where, severity, duty=100 * pulses.duty, asked=stated)
     elif pulses is not None and asked == "auto" and pulses.opposite > OPPOSITE:
         sign, share = ("positive", "negative")[pulses.polarity < 0], 100 * pulses.opposite
-        found.append(told("keyphasor polarity (both)", where, share=share, sign=sign))
+        yield told("keyphasor polarity (both)", where, share=share, sign=sign)
     marks = len(turning.marks)
     for count, name in ((turning.missing, "missing pulses"), (turning.doubled, "doubled pulses")):
         if count:
             many = " (many)" * (count > IRREGULAR * marks)
-            found.append(told(f"{name}{many}", where, count=count, marks=marks, every=marks + count))
+            yield told(f"{name}{many}", where, count=count, marks=marks, every=marks + count)
     if turning.jitter_rad > JITTER_RAD:
         scatter, usual = np.rad2deg([turning.jitter_rad, JITTER_RAD])
-        found.append(told("keyphasor jitter", where, scatter=scatter, usual=usual))
-    return found
+        yield told("keyphasor jitter", where, scatter=scatter, usual=usual)
 
 
 def check_speed_label(label, speed, where):
     """Whether the stated speed is within 2 % of that of the marks (rad/s)."""
-    if label is None or abs(label / speed - 1) <= LABEL_OFF:
-        return []
-    fitting = [why for ratio, why in LIKELY_WRONG if abs(speed / label / ratio - 1) < LABEL_OFF]
-    hint, off = (fitting or ["correct the label"])[-1], 100 * (speed / label - 1)
-    said = {"label": spin(label, 6), "speed": spin(speed, 6), "off": off, "allowed": 100 * LABEL_OFF, "hint": hint}
-    return [told("speed label", where, **said)]
+    if label is not None and abs(label / speed - 1) > LABEL_OFF:
+        *_, hint = (
+            "correct the label",
+            *(why for ratio, why in LIKELY_WRONG if abs(speed / label / ratio - 1) < LABEL_OFF),
+        )
+        off, allowed = 100 * (speed / label - 1), 100 * LABEL_OFF
+        yield told(
+            "speed label", where, label=spin(label, 6), speed=spin(speed, 6), off=off, allowed=allowed, hint=hint
+        )
 
 
 def check_drift(drift, where):
     """Whether the speed is steady. drift : its relative change over the record."""
-    if abs(drift) <= DRIFT[0]:
-        return []
-    severity = "error" if abs(drift) > DRIFT[1] else "warning"
-    return [told("speed drift", where, severity, drift=100 * drift, steady=100 * DRIFT[0])]
+    if abs(drift) > DRIFT[0]:
+        severity = "error" if abs(drift) > DRIFT[1] else "warning"
+        yield told("speed drift", where, severity, drift=100 * drift, steady=100 * DRIFT[0])
 
 
 def check_gaps(part, irregular, where):
     """Whether samples are missing. part : fraction that is NaN;  irregular : longest over median time step."""
-    severity = "error" if part > GAP[1] else "warning"
-    found = [told("gaps", where, severity, part=100 * part, most=100 * GAP[1])] if part > GAP[0] else []
-    return found + ([told("time steps", where, steps=irregular)] if irregular > 1.5 else [])
+    if part > GAP[0]:
+        yield told("gaps", where, "error" if part > GAP[1] else "warning", part=100 * part, most=100 * GAP[1])
+    if irregular > 1.5:
+        yield told("time steps", where, steps=irregular)
 
 
 def spikes(readings, pieces):
@@ -137,31 +137,48 @@ def _seen(fit, orders):
     return Seen(np.linalg.norm(lines), noise, np.sqrt(2 * LOUD / samples) * noise, lines.max())
 
 
-def check_channel(name, node, readings, seen, others, where):
+def check_channels(raw, chosen, angle):
+    """Findings on each probe by some samples (time,) mask of a RawRecord, and the dead ones {(node, channel)}."""
+    channels, findings, dead = sorted(raw.channels, key=lambda channel: channel.node), [], set()
+    readings = np.array([channel.readings[chosen] for channel in channels])
+    both = list(zip(channels, seen_by(readings, angle, raw.conventions.harmonics), strict=True))
+    for values, (channel, seen) in zip(readings, both, strict=True):
+        others = [one for other, one in both if other.node == channel.node and other is not channel]
+        found = list(_check_channel(values, seen, others, place_of(raw.where, channel.node, channel.name)))
+        findings += found
+        dead |= {(channel.node, channel.name) for one in found if one.name == "dead probe"}
+    return findings, frozenset(dead)
+
+
+def place_of(where, node, channel):
+    """A channel of a record in words."""
+    return f"{where}, node {node}, channel '{channel}'"
+
+
+def _check_channel(readings, seen, others, place):
     """Findings on a probe, readings (time,), m: dead, weak beside the others (Seen by each) of its node, clipped."""
-    place, missing = f"{where}, node {node}, channel '{name}'", float(np.mean(~np.isfinite(readings)))
+    missing, readings = float(np.mean(~np.isfinite(readings))), readings[np.isfinite(readings)]
     if missing > EMPTY:
-        return [told("dead probe (gaps)", place, missing=100 * missing)]
-    readings = readings[np.isfinite(readings)]
+        yield told("dead probe (gaps)", place, missing=100 * missing)
+        return
     if np.ptp(readings) <= 1e-9 * max(np.abs(readings).max(), 1e-300):
-        return [told("dead probe (constant)", place, value=um(readings[0], 3))]
-    found, moving = [], max((one.moving for one in others), default=0.0)
+        yield told("dead probe (constant)", place, value=um(readings[0], 3))
+        return
+    moving = max((one.moving for one in others), default=0.0)
     shown = max((np.hypot(one.moving, one.noise) for one in others), default=np.inf)
     if seen.greatest < seen.resolved:
         if moving > DEAD * seen.resolved or seen.noise > DEAD * shown:
-            found.append(told("dead probe (noise)", place, noise=um(seen.noise), others=um(moving)))
+            yield told("dead probe (noise)", place, noise=um(seen.noise), others=um(moving))
     elif seen.moving < WEAK * moving:
-        found.append(told("weak probe", place, own=um(seen.moving), others=um(moving)))
+        yield told("weak probe", place, own=um(seen.moving), others=um(moving))
     for side, sign in (("top", 1), ("bottom", -1)):
-        values = sign * readings
-        if flat_top(values):
-            found.append(told("clipping", place, side=side, value=um(sign * values.max(), 4)))
-    return found
+        if flat_top(sign * readings):
+            yield told("clipping", place, side=side, value=um(sign * (sign * readings).max(), 4))
 
 
 def left_out(dead, where):
     """Warnings on the dead probes {(node, channel)} that are left out."""
-    return [told("dead probe (left out)", f"{where}, node {node}, channel '{name}'") for node, name in sorted(dead)]
+    return [told("dead probe (left out)", place_of(where, node, name)) for node, name in sorted(dead)]
 
 
 def flat_top(values):
@@ -181,28 +198,25 @@ def check_sampling(samples, revolutions, harmonics, where):
     needed, highest = 2 * len(harmonics) + 1, max(abs(int(n)) for n in harmonics)
     per_revolution = samples / revolutions
     if samples < needed:
-        return [told("too few samples", where, samples=samples, count=len(harmonics), needed=needed)]
-    if revolutions < 1:
-        return [told("too few revolutions", where, revolutions=revolutions)]
-    if per_revolution <= 2 * highest * (1 + 1e-9):
-        possible = max(0, int(np.ceil(per_revolution / 2 - 1e-9)) - 1)
-        both = {"there": per_revolution, "possible": possible}
-        return [told("sampling rate", where, highest=highest, needed=2 * highest, **both)]
-    return []
+        yield told("too few samples", where, samples=samples, count=len(harmonics), needed=needed)
+    elif revolutions < 1:
+        yield told("too few revolutions", where, revolutions=revolutions)
+    elif per_revolution <= 2 * highest * (1 + 1e-9):
+        both = {"there": per_revolution, "possible": max(0, int(np.ceil(per_revolution / 2 - 1e-9)) - 1)}
+        yield told("sampling rate", where, highest=highest, needed=2 * highest, **both)
 
 
 def check_noise(amplitude, covariance, blocks, harmonics, where):
     """Whether harmonics (harmonic,) exceed the noise, and are steady over the blocks (block, harmonic); complex, m."""
-    found, moving = [], np.asarray(harmonics) != 0
+    moving = np.asarray(harmonics) != 0
     std = np.sqrt(np.diag(covariance).reshape(2, -1).sum(axis=0))
     if np.max(np.abs(amplitude[moving]) / np.maximum(std[moving], 1e-300)) <= SIGNIFICANT:
-        found.append(told("noise floor", where))
+        yield told("noise floor", where)
     if len(blocks) < FEWEST_BLOCKS:
-        return found
+        return
     place = np.arange(len(blocks)) - (len(blocks) - 1) / 2
     change = np.abs(place @ blocks) / (place @ place) * len(blocks)
     scale = np.abs(blocks.mean(axis=0))[moving].max()
     if change.max() >= CHANGE * scale and trend_probability(blocks) <= STEADY:
         n = int(np.asarray(harmonics)[change.argmax()])
-        found.append(told("not steady", where, n=n, change=um(change.max())))
-    return found
+        yield told("not steady", where, n=n, change=um(change.max()))
