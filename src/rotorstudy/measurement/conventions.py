@@ -42,20 +42,16 @@ class Probe(Strict):
 
     def metres(self, where):
         """Signed factor from the channel to m, m/s or m/s^2."""
-        unit = self.unit
+        unit, channel = self.unit, f"{where}: channel '{self.channel}'"
         if unit in DERIVATIVES:
             return self.sign * DERIVATIVES[unit][1]
-        if unit == "V":
-            if self.sensitivity_V_per_m is None:
-                raise RotorstudyError(f"{where}: channel '{self.channel}' is in V; give sensitivity_V_per_m")
-            return self.sign / self.sensitivity_V_per_m
-        if unit not in METRES:
-            raise RotorstudyError(
-                f"{where}: channel '{self.channel}' has no unit; state 'unit:' in the rig file ({', '.join(METRES)}, V)"
-            )
-        if self.sensitivity_V_per_m is not None:
-            raise RotorstudyError(f"{where}: channel '{self.channel}' is in {unit}; remove sensitivity_V_per_m, of V")
-        return self.sign * METRES[unit]
+        if unit not in (*METRES, "V"):
+            raise RotorstudyError(f"{channel} has no unit; state 'unit:' in the rig file ({', '.join(METRES)}, V)")
+        if unit == "V" and self.sensitivity_V_per_m is None:
+            raise RotorstudyError(f"{channel} is in V; give sensitivity_V_per_m")
+        if unit != "V" and self.sensitivity_V_per_m is not None:
+            raise RotorstudyError(f"{channel} is in {unit}; remove sensitivity_V_per_m, of V")
+        return self.sign / self.sensitivity_V_per_m if unit == "V" else self.sign * METRES[unit]
 
 
 class Keyphasor(Strict):
@@ -151,18 +147,21 @@ class Conventions(Strict):
         check_known("node label", [str(label)], known, f"{where}; list it under 'measurement: node_of_label:'")
         return known[str(label)]
 
+    @property
+    def stated_speeds(self):
+        """[(name of a file, key that states its speed, rad/s)]."""
+        given = {f"speeds_{unit.replace('/', '_per_')}": factor for unit, factor in RAD_PER_S.items()}
+        return [(name, key, w * factor) for key, factor in given.items() for name, w in getattr(self, key).items()]
+
     def label_rad_per_s(self, path, own=None):
         """The speed stated for a file, and by the file itself (`own`), in rad/s, or None; RotorstudyError if two."""
-        for given, unit in ((self.speeds_rad_per_s, "rad/s"), (self.speeds_Hz, "Hz"), (self.speeds_rpm, "rpm")):
-            if path.name in given:
-                stated = given[path.name] * RAD_PER_S[unit]
-                if own is not None and not abs(own / stated - 1) <= SAME_SPEED:
-                    raise RotorstudyError(
-                        f"{path}: the file states a speed of {spin(own)}, the rig {spin(stated)}; correct or leave out "
-                        "'measurement: speeds_...' or 'speed_channel:'"
-                    )
-                return stated
-        return own
+        stated = next((speed for name, _, speed in self.stated_speeds if name == path.name), None)
+        if None not in (own, stated) and not abs(own / stated - 1) <= SAME_SPEED:
+            raise RotorstudyError(
+                f"{path}: the file states a speed of {spin(own)}, the rig {spin(stated)}; correct or leave out "
+                "'measurement: speeds_...' or 'speed_channel:'"
+            )
+        return own if stated is None else stated
 
 
 def one_unit(channel, stated, section, key, known, where):
@@ -189,7 +188,7 @@ def read_conventions(rig, where):
     found = check_config(Conventions, {} if rig.get("measurement") is None else rig["measurement"], where)
     if 1 not in check_harmonics(found.harmonics, f"{where}.harmonics"):
         raise RotorstudyError(f"{where}.harmonics: harmonic 1 is missing, which the checks of the record need")
-    named = [*found.speeds_rad_per_s, *found.speeds_Hz, *found.speeds_rpm]
+    named = [name for name, *_ in found.stated_speeds]
     twice = sorted({name for name in named if named.count(name) > 1})
     if twice:
         raise RotorstudyError(f"{where}: the speed of '{twice[0]}' is given in two units; keep one")

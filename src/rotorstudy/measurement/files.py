@@ -82,10 +82,8 @@ def _from_channels(path, conventions, nodes, channels):
     check_once(conventions.probes, path)
     length = len(readings[0][2])
     time = _times(path, conventions, channels, wanted, length)
-    key = conventions.keyphasor.channel
-    keyphasor = channels.values(key) if key in channels.names else None
-    if keyphasor is None and "keyphasor" in conventions.model_fields_set:
-        wanted(key, "keyphasor")
+    key, is_stated = conventions.keyphasor.channel, "keyphasor" in conventions.model_fields_set
+    keyphasor = wanted(key, "keyphasor") if is_stated or key in channels.names else None
     own = None
     if (name := conventions.speed_channel) is not None:
         speed = wanted(name, "speed")
@@ -221,15 +219,12 @@ def open_uff(path, conventions):
     sets, kinds = uff_sets(path)
     if not sets:
         raise RotorstudyError(f"{path}: no data set 58 (found: {sorted(set(kinds))}); export time signals")
-    letters = {1: "x", 2: "y", 3: "z"}
-    names = {}
+    letters, names = {1: "x", 2: "y", 3: "z"}, {}
     for one in sets:
-        direction = int(one["rsp_dir"])
+        direction, label = int(one["rsp_dir"]), " ".join(str(one["id1"]).split())
         place = f"{int(one['rsp_node'])} {'-' if direction < 0 else '+'}{letters.get(abs(direction), abs(direction))}"
-        names.setdefault(place, []).append(one)
-        label = re.sub(r"\s+", " ", str(one["id1"])).strip()
-        if label and label.upper() != "NONE":
-            names.setdefault(label, []).append(one)
+        for name in (place, label) if label and label.upper() != "NONE" else (place,):
+            names.setdefault(name, []).append(one)
     names["time"] = sets[:1]
 
     def channel(name):

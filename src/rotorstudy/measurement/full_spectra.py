@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from rotorstudy.errors import PluginError, RotorstudyError, check_known
+from rotorstudy.measurement.harmonics import shared_error_covariance
 from rotorstudy.measurement.keyphasor import mark_times, phase_at_start, phase_from_keyphasor
 from rotorstudy.measurement.records import Record, check_record, cut_to_whole_revolutions
 from rotorstudy.measurement.spectrum import Spectrum
@@ -32,16 +33,10 @@ def phase_from_reference(where, harmonics, amplitude, covariance):
 
 def compensate(amplitude, covariance, phase, phase_covariance):
     """R_n e^{-j psi_n} (sensor, harmonic), m, with its covariance, phase noise included (thesis Eq. 2.30)."""
-    turned = amplitude * np.exp(-1j * phase)
-    count = len(phase)
-    rotation = np.zeros((2 * count, 2 * count))
-    index = np.arange(count)
-    rotation[index, index] = rotation[count + index, count + index] = np.cos(phase)
-    rotation[index, count + index], rotation[count + index, index] = np.sin(phase), -np.sin(phase)
-    slope = np.zeros((*amplitude.shape[:-1], 2 * count, count))
-    slope[..., index, index], slope[..., count + index, index] = turned.imag, -turned.real
-    moved = rotation @ covariance @ rotation.T
-    return turned, moved + slope @ phase_covariance @ np.swapaxes(slope, -1, -2)
+    turned, cosine, sine = amplitude * np.exp(-1j * phase), np.diag(np.cos(phase)), np.diag(np.sin(phase))
+    rotation = np.block([[cosine, sine], [-sine, cosine]])
+    change = -1j * turned[..., None] * np.eye(len(phase))
+    return turned, rotation @ covariance @ rotation.T + shared_error_covariance(change, phase_covariance)
 
 
 def _no_reference(record, harmonics):

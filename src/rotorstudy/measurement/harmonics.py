@@ -7,7 +7,7 @@ import numpy as np
 
 from rotorstudy.measurement.angle_fit import Fit, fit_amplitude, fit_harmonics
 from rotorstudy.measurement.lines import Line, line_basis, orders_of_lines
-from rotorstudy.measurement.spectrum import along_probe, seen_components, seen_rows
+from rotorstudy.measurement.spectrum import along_probe, seen_rows
 from rotorstudy.response.series import rotating_basis
 
 MOST_BLOCKS = 32
@@ -128,8 +128,8 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None, 
 
 def _covariance_of_probe(parts, harmonics, direction):
     """Covariance of blocks (block, component) of the motion along one probe, shrunk as its own data; shrinkage."""
-    seen, rows = seen_components(harmonics, direction), seen_rows(harmonics, direction)
-    own, covariance = parts @ rows.T, np.zeros(rows.shape)
+    rows = seen_rows(harmonics, direction)
+    seen, own, covariance = rows.any(axis=1), parts @ rows.T, np.zeros(rows.shape)
     covariance[np.ix_(seen, seen)], shrinkage = shrunk_covariance(own[:, seen])
     return rows.T @ with_slow_noise(covariance, own, harmonics, seen) @ rows, shrinkage
 

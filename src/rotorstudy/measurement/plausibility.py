@@ -23,7 +23,6 @@ REMEDY = (
     "If the shaft does whirl backward here (between the two critical speeds of anisotropic bearings), give the rig the "
     "values of its bearings, so that it predicts this"
 )
-SPEED_KEYS = ("speeds_rad_per_s", "speeds_Hz", "speeds_rpm")
 ABOVE_1X = 20.0  # ratio of another harmonic at every speed; at half a critical speed alone 2X of a crack may be larger
 ONE_SIGNAL = 1e-6  # relative difference of +1X and -1X that noise does not leave
 APART = 3.0  # times the sag plus the rms vibration: a mean further from the predicted one is a probe gap
@@ -111,7 +110,7 @@ def check_speeds(speed, rig, where):
 
 def check_labels(paths, conventions, where):
     """Whether a file without a stated speed may be one that is named otherwise in the rig file."""
-    every = {name: key for key in SPEED_KEYS for name in getattr(conventions, key)}
+    every = {name: key for name, key, _ in conventions.stated_speeds}
     absent = [name for name in every if name not in {path.name for path in paths}]
     unnamed = [path.name for path in paths if path.name not in every]
     near = [(name, like[0]) for name in absent if (like := get_close_matches(name, unnamed, n=1))]

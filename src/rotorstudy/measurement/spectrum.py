@@ -37,8 +37,8 @@ class Whitened:
     @cached_property
     def _seen(self):
         """(sensor, component) whether a component is a datum, and (sensor, component, component) rows of the data."""
-        both = [[one(self.harmonics, a) for a in self.directions] for one in (seen_components, seen_rows)]
-        return tuple(map(np.array, both))
+        rows = np.array([seen_rows(self.harmonics, a) for a in self.directions])
+        return rows.any(axis=-1), rows
 
     @property
     def data_count(self) -> int:
@@ -89,11 +89,9 @@ class Whitened:
     @property
     def log_volume(self) -> float:
         """Logarithm of the determinant of the whitener, of the data."""
-        seen, rows = self._seen
-        if seen.all():
-            return float(np.linalg.slogdet(self.whitener)[1].sum())
-        parts = zip(np.moveaxis(self.whitener, 1, 0), seen, rows, strict=True)
-        return float(sum(np.linalg.slogdet(w[:, data] @ a[data].T)[1].sum() for w, data, a in parts))
+        parts = zip(np.moveaxis(self.whitener, 1, 0), *self._seen, strict=True)
+        found = [np.linalg.slogdet(w[:, data] @ rows[data].T)[1] for w, data, rows in parts]
+        return float(np.stack(found, axis=1).sum())
 
     @property
     def log_shared_volume(self) -> float:
@@ -104,11 +102,9 @@ class Whitened:
 
     def log_change(self, matrix: np.ndarray) -> float:
         """Logarithm of the determinant of a linear change (sensor, component, component) of the data of all speeds."""
-        seen, rows = self._seen
-        if seen.all():
-            return float(len(self.speed) * np.linalg.slogdet(matrix)[1].sum())
-        parts = zip(matrix, seen, rows, strict=True)
-        return float(len(self.speed) * sum(np.linalg.slogdet(a[data] @ m @ a[data].T)[1] for m, data, a in parts))
+        parts = zip(matrix, *self._seen, strict=True)
+        found = [np.linalg.slogdet(rows[data] @ m @ rows[data].T)[1] for m, data, rows in parts]
+        return float(len(self.speed) * np.sum(found))
 
     def whitened(self, amplitude: np.ndarray) -> np.ndarray:
         """Harmonics (..., speed, harmonic, sensor), m, as the data (..., component) in their standard deviations."""
@@ -323,23 +319,12 @@ def along_probes(amplitude, harmonics, directions):
     return shown
 
 
-def seen_components(harmonics, direction):
-    """(component,) whether a component is a datum: all of an orbit, of a single probe those of n >= 0 that have -n.
-
-    Components are the real parts of all harmonics, then the imaginary parts; the mean of a probe has no imaginary part.
-    """
-    if np.isnan(direction):
-        return np.ones(2 * len(harmonics), bool)
-    harmonics = np.asarray(harmonics)
-    paired = np.isin(-harmonics, harmonics)
-    return np.concatenate([paired & (harmonics >= 0), paired & (harmonics > 0)])
-
-
 def seen_rows(harmonics, direction):
     """(component, component) from the harmonics of an orbit to the data: sqrt(2) r_n for n > 0, and r_0.
 
-    With these factors its rows are orthonormal, and white noise of the probe has the same variance in all; the rows of
-    components that are not data are zero. Of an orbit it is the identity.
+    Components are the real parts of all harmonics, then the imaginary parts. With these factors the rows are
+    orthonormal, and white noise of the probe has the same variance in all; the rows of components that are not data
+    are zero: of n < 0, of n without -n, and the imaginary part of the mean. Of an orbit it is the identity.
     """
     count = len(harmonics)
     if np.isnan(direction):

@@ -10,12 +10,11 @@ from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.measurement.conventions import check_once, combine, measured_direction, one_unit
 from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT, left_out
-from rotorstudy.measurement.tables import QUANTITY, VELOCITIES, harmonics_in
+from rotorstudy.measurement.tables import QUANTITY, SPEEDS, VELOCITIES, harmonics_in
 from rotorstudy.measurement.text_table import MISSING, numbers_of, whole_numbers
 from rotorstudy.units import DERIVATIVES, LISTED, METRES, RAD_PER_S, spin
 
 PEAK = {"peak": 1.0, "peak_to_peak": 0.5, "rms": np.sqrt(2)}  # factor to the peak
-SPEEDS = {"speed_rad_per_s": "rad/s", "speed_Hz": "Hz", "speed_rpm": "rpm"}
 ANGLES = {"rad": 1.0, "deg": np.pi / 180}
 OF_NODES = {"amplitude": METRES, "phase": ANGLES, "reference_phase": ANGLES}  # quantity -> {unit: factor to SI}
 OF_PROBES = {"amplitude": METRES, "velocity": VELOCITIES, "phase": ANGLES}
@@ -41,7 +40,7 @@ def read_table(table, conventions, nodes):
         raise RotorstudyError(f"{path}: columns of an amplitude and of a velocity; keep one")
     column = _one_of(SPEEDS, text.columns, path)
     _check_groups(text[column], path)
-    speed = numbers_of(text, column, path) * RAD_PER_S[SPEEDS[column]]
+    speed = numbers_of(text, column, path) * SPEEDS[column]
     rows = pd.DataFrame({"speed": speed, "harmonic": harmonics_in(text, path)})
     if by_probe:
         _check_rows(rows.speed, rows.harmonic, text.index, path)

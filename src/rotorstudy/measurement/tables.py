@@ -31,14 +31,13 @@ WIDE = re.compile(
 NO_HARMONIC = re.compile(r".+?[\s_:,;/-]+(amp|mag|pha?s)[a-z]*\b", re.IGNORECASE)
 QUANTITY = re.compile(r"^(speed|amplitude|velocity|phase|reference_phase)_")
 GAP = re.compile(r"(?P<probe>.+?)[\s_:,;/-]+(?:dc[\s_:,;/-]*)?gap\b.*", re.IGNORECASE)  # "DE X Gap (V)"
-SPEED_UNITS = {unit: unit.replace("/", "_per_") for unit in RAD_PER_S}  # as in `speed_rpm`
+SPEEDS = {f"speed_{unit.replace('/', '_per_')}": factor for unit, factor in RAD_PER_S.items()}
+SPEED_OF = dict(zip(RAD_PER_S, SPEEDS, strict=True))  # unit -> column of a long table
 VELOCITIES = {unit.replace("/", "_per_"): factor for unit, (order, factor) in DERIVATIVES.items() if order == 1}
 SIZES = {unit: f"amplitude_{unit}" for unit in METRES} | {u.replace("_per_", "/"): f"velocity_{u}" for u in VELOCITIES}
 SIZES = {word: SIZES[unit] for word, unit in UNIT_OF.items() if unit in SIZES}
-ANGLES = dict.fromkeys(
-    ("", "deg", "degs", "degree", "degrees", "°", "º"), "phase_deg"
-)  # of none is degrees; gon is none
-ANGLES |= dict.fromkeys(("rad", "radian", "radians"), "phase_rad")
+DEGREES = ("", "deg", "degs", "degree", "degrees", "°", "º")  # no unit is degrees; gon is none of them
+ANGLES = dict.fromkeys(DEGREES, "phase_deg") | dict.fromkeys(("rad", "radian", "radians"), "phase_rad")
 STATED = {  # key of `measurement:` -> the quantity whose unit says it, and its values
     "table_amplitude": ("amplitude", ("peak_to_peak", "rms", "peak")),
     "table_phase": ("phase", ("lag", "lead")),
@@ -55,32 +54,19 @@ class Table(NamedTuple):
     unread: tuple = ()  # names of other columns, which are not read
 
 
-class _Wide(NamedTuple):
-    """A wide table: {column of a speed: unit}, {(probe, harmonic): {quantity: column}}, and names in long form."""
-
-    speeds: dict
-    pairs: dict
-    columns: list
-    stated: dict
-    unread: tuple
-
-
 def open_table(path, layout):
     """The Table in a file; None if the file has signals in time."""
     if SUFFIXES.get(path.suffix.lower()) != "csv" or not path.is_file():
         return None
     names, units, _ = header_of(path, layout)
-    wide = _wide(names, units, path)
-    columns = wide.columns if wide else names
-    shown = any(name.startswith(("amplitude_", "velocity_")) for name in columns)
-    turned = any(name.startswith("phase") for name in columns)
-    by_probe = ("probe" in columns and (shown or turned)) or (shown and not {"harmonic", "node"} & set(columns))
-    if not by_probe and "harmonic" not in columns:
+    if wide := _wide(names, units, path, layout):
+        return wide
+    shown = any(name.startswith(("amplitude_", "velocity_")) for name in names)
+    turned = any(name.startswith("phase") for name in names)
+    by_probe = ("probe" in names and (shown or turned)) or (shown and not {"harmonic", "node"} & set(names))
+    if not by_probe and "harmonic" not in names:
         return None
-    text = text_in(path, layout)
-    if wide:
-        return Table(path, _in_rows(text, wide, path), True, *wide[-2:])
-    return Table(path, text, by_probe, _stated_below(names, units, path) if by_probe else {})
+    return Table(path, text_in(path, layout), by_probe, _stated_below(names, units, path) if by_probe else {})
 
 
 def _stated_below(names, units, where):
@@ -106,17 +92,15 @@ def _stated(texts, where):
     return found
 
 
-def _wide(names, units, where):
-    """The _Wide of columns with the texts of units below them; None of another file; RotorstudyError if some lack."""
+def _wide(names, units, where, layout):
+    """The Table of columns with the texts of units below them; None of another file; RotorstudyError if some lack."""
     found, texts = {}, {"amplitude": {}, "phase": {}}
-    vectors = _vectors(names)
-    for name, below in zip(names, units, strict=True):
-        if name in vectors:
-            at, what, unit = vectors[name]
-            own = found.setdefault(at, {})
-            if what in own:
-                raise RotorstudyError(f"{where}: columns '{own[what]}' and '{name}' are the same {what}; keep one")
-            own[what], texts[what][name] = name, (unit, below)
+    vectors, below = _vectors(names), dict(zip(names, units, strict=True))
+    for name, (at, what, unit) in vectors.items():
+        own = found.setdefault(at, {})
+        if what in own:
+            raise RotorstudyError(f"{where}: columns '{own[what]}' and '{name}' are the same {what}; keep one")
+        own[what], texts[what][name] = name, (unit, below[name])
     speeds = _speed_columns(names, units)
     if all(len(own) == 1 for own in found.values()):
         of = {match[1][:2].lower(): name for name in names if (match := NO_HARMONIC.match(name))}
@@ -135,20 +119,21 @@ def _wide(names, units, where):
                 f"{where}: column '{name}' is the {have} of probe '{probe}' at {harmonic}X, and no column is its "
                 f"{lack}, such as '{probe} {harmonic}X {word}'; add it, or take the {have} out"
             )
-    unit = next(iter(speeds.values()))
     sizes = f"{', '.join(METRES)}, mm/s, m/s, in/s with pp, pk or rms, as in 'DE X 1X Amp (mil pp)'"
     phase = _one_unit(
         texts["phase"], lambda unit: ANGLES.get(unit.removeprefix("angle")), "deg and rad, with lag or lead", where
     )
-    own_units = [_one_unit(texts["amplitude"], SIZES.get, sizes, where), phase]
-    others = [name for name in names if not (name in vectors or GAP.fullmatch(name) or name in speeds)]
-    return _Wide(
-        speeds,
-        found,
-        [f"speed_{unit}", "probe", "harmonic", *own_units],
-        _stated(texts, where),
-        (*list(speeds)[1:], *(name for name in others if not name.startswith("Unnamed: "))),
-    )
+    columns = [
+        next(iter(speeds.values())),
+        "probe",
+        "harmonic",
+        _one_unit(texts["amplitude"], SIZES.get, sizes, where),
+        phase,
+    ]
+    stated, text = _stated(texts, where), text_in(where, layout)
+    read = {*vectors, *speeds, *filter(GAP.fullmatch, names), *(name for name in names if name.startswith("Unnamed: "))}
+    unread = (*list(speeds)[1:], *(name for name in names if name not in read))
+    return Table(where, _in_rows(text, speeds, found, columns, where), True, stated, unread)
 
 
 def _vectors(names):
@@ -191,23 +176,22 @@ def _one_unit(texts, unit_of, known, where):
 
 
 def _speed_columns(names, units):
-    """{name: unit as in `speed_rpm`} of the columns of speeds."""
+    """{name: column of a long table, as `speed_rpm`} of the columns of speeds."""
     found = {}
     for name, below, stated in zip(names, units, stated_units(names, units), strict=True):
         if SPEED_WORDS & set(words_in(name)) and not WIDE.fullmatch(name):
             units_in = [stated] if stated else [UNIT_OF.get(word) for word in words_in(f"{name} {below}")]
-            found |= {name: SPEED_UNITS[unit]} if (unit := next(filter(SPEED_UNITS.get, units_in), None)) else {}
+            found |= {name: SPEED_OF[unit]} if (unit := next(filter(SPEED_OF.get, units_in), None)) else {}
     return found
 
 
-def _in_rows(text, wide, where):
-    """The cells of a wide table with a row for each speed, probe and harmonic."""
-    probes, harmonics = zip(*wide.pairs, strict=True)
-    cells = [text[[own[what] for own in wide.pairs.values()]] for what in ("amplitude", "phase")]
+def _in_rows(text, speeds, pairs, columns, where):
+    """The cells of a wide table with a row for each speed, probe and harmonic, by the columns of a long one."""
+    probes, harmonics = zip(*pairs, strict=True)
+    cells = [text[[own[what] for own in pairs.values()]] for what in ("amplitude", "phase")]
     for name in [*cells[0], *cells[1]]:
         numbers_of(text, name, where, may_lack=True)
-    units = {name: RAD_PER_S[unit.replace("rad_per_s", "rad/s")] for name, unit in wide.speeds.items()}
-    turning = {name: numbers_of(text, name, where, may_lack=True) * factor for name, factor in units.items()}
+    turning = {name: numbers_of(text, name, where, may_lack=True) * SPEEDS[own] for name, own in speeds.items()}
     first, *others = turning
     for name in others:
         if (np.abs(turning[name] - turning[first]) > SAME_SPEED * np.abs(turning[first])).any():
@@ -215,14 +199,9 @@ def _in_rows(text, wide, where):
                 f"{where}: columns '{first}' and '{name}' are speeds that differ; take out what is not the shaft's own"
             )
     rows, count = len(text), len(probes)
-    columns = [
-        np.repeat(text[first].to_numpy(), count),
-        np.tile(probes, rows),
-        np.tile([str(n) for n in harmonics], rows),
-        *(part.to_numpy().ravel() for part in cells),
-    ]
-    found = dict(zip(wide.columns, columns, strict=True))
-    return pd.DataFrame(found, index=np.repeat(text.index, count), dtype=object)
+    values = [np.repeat(text[first].to_numpy(), count), np.tile(probes, rows), np.tile(list(map(str, harmonics)), rows)]
+    values += [part.to_numpy().ravel() for part in cells]
+    return pd.DataFrame(dict(zip(columns, values, strict=True)), np.repeat(text.index, count), dtype=object)
 
 
 def harmonics_in(text, path):
@@ -261,8 +240,8 @@ def gap_positions(path, conventions: Conventions) -> dict[int, tuple[np.ndarray,
     probes = [p for p in conventions.probes if p.channel in columns and p.gap_at_rest_V is not None]
     if not probes or not speeds:
         return {}
-    text, found, (speed, unit) = text_in(path, conventions.csv), {}, next(iter(speeds.items()))
-    turning = numbers_of(text, speed, path) * RAD_PER_S[unit.replace("rad_per_s", "rad/s")]
+    text, found, (speed, column) = text_in(path, conventions.csv), {}, next(iter(speeds.items()))
+    turning = numbers_of(text, speed, path) * SPEEDS[column]
     for node in {p.node for p in probes}:
         own = [p for p in probes if p.node == node]
         if left := [p.channel for p in conventions.probes if p.node == node and p.channel in columns and p not in own]:
