@@ -85,20 +85,19 @@ def _check_depth(text):
 
 def _check_expansion(root):
     """Raise if the values, aliases written out, are too many, or one contains itself."""
-    sizes, inside = {}, set()
+    sizes = {}  # of each node, 0 while its parts are counted
 
     def size(node):
-        if id(node) in inside:
-            raise _refused("an alias contains itself", node.start_mark)
         if id(node) not in sizes:
-            inside.add(id(node))
+            sizes[id(node)] = 0
             children = node.value if isinstance(node, yaml.CollectionNode) else []
             if isinstance(node, yaml.MappingNode):
                 children = [part for pair in children for part in pair]
-            sizes[id(node)] = 1 + sum(size(child) for child in children)
-            inside.discard(id(node))
+            sizes[id(node)] = 1 + sum(map(size, children))
             if sizes[id(node)] > MOST_VALUES:
                 raise _refused(f"more than {MOST_VALUES} values with the aliases written out", node.start_mark)
+        elif not sizes[id(node)]:
+            raise _refused("an alias contains itself", node.start_mark)
         return sizes[id(node)]
 
     if root is not None:

@@ -113,7 +113,7 @@ def test_vectors_of_zero_have_no_resonance():
     spectrum = Spectrum(
         np.zeros((2, 2, 1), complex), np.array([100.0, 200.0]), np.array([1, -1]), (1,), np.zeros((2, 1, 4, 4))
     )
-    assert check_resonances(spectrum, True, "table") == []
+    assert list(check_resonances(spectrum, True, "table")) == []
 
 
 def test_orbits_on_anisotropic_supports_show_both_critical_speeds():

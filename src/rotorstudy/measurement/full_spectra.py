@@ -39,16 +39,6 @@ def compensate(amplitude, covariance, phase, phase_covariance):
     return turned, rotation @ covariance @ rotation.T + shared_error_covariance(change, phase_covariance)
 
 
-def _no_reference(record, harmonics):
-    """What to do without a reference signal, and which error to expect without any phase reference."""
-    step, highest = np.rad2deg(record.speed * (record.time[1] - record.time[0])), max(abs(int(n)) for n in harmonics)
-    return (
-        f"{record.where}: no reference signal; record one, or use the keyphasor. Without either (phase 'none') the "
-        "angle of the first sample is unknown, and its error rotates harmonic n n times as far: each missing sample is "
-        f"{step:.2g} degrees at 1X and {highest * step:.2g} at {highest}X, which a fit takes for damping"
-    )
-
-
 def harmonics_by(method, signal, time, speed, harmonics, marks=None):
     """Amplitude (..., harmonic) and covariance of a signal (..., time) by a SpectrumMethod, or PluginError."""
     found = method.function(signal, time, speed, harmonics, *([marks] if method.uses_marks else []))
@@ -134,7 +124,12 @@ def _harmonics_of(record, harmonics, method, phases, whole_revolutions):
 
     with_reference, found = "reference" in phases, {}
     if with_reference and record.reference is None:
-        raise RotorstudyError(_no_reference(record, harmonics))
+        step, highest = np.rad2deg(record.speed * (record.time[1] - record.time[0])), max(map(abs, harmonics))
+        raise RotorstudyError(
+            f"{record.where}: no reference signal; record one, or use the keyphasor. Without either (phase 'none') the "
+            "angle of the first sample is unknown, and its error rotates harmonic n n times as far: each missing "
+            f"sample is {step:.2g} degrees at 1X and {highest * step:.2g} at {highest}X, which a fit takes for damping"
+        )
     signals = np.array([*record.displacement, *([record.reference] if with_reference else [])])
     every = harmonics_by(method, signals, record.time, record.speed, harmonics, marks)  # of each signal by itself
     own = tuple(part[: len(record.displacement)] for part in every)

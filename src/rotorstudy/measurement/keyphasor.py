@@ -62,12 +62,10 @@ def find_pulses(signal, time, settings):
     part = min(1.0, float(np.median(steps))) if len(steps) else 1.0
     resolution = float(part**3 * np.median(np.diff(time)) / np.sqrt(12))
     opposite = max(0.0, float(min(up_to, down_to) - PULSE_OVER_NOISE * noise) / height)
-    if settings.edge == "rising":  # of the voltage, whatever the polarity
-        return Pulses(begins if polarity > 0 else ends, polarity, duty, resolution, opposite)
-    if settings.edge == "falling":
-        return Pulses(ends if polarity > 0 else begins, polarity, duty, resolution, opposite)
-    if len(begins) and len(ends):
-        ends = ends[ends > begins[0]]
+    if settings.edge != "center":  # of the voltage, whatever the polarity
+        instants = begins if (settings.edge == "rising") == (polarity > 0) else ends
+        return Pulses(instants, polarity, duty, resolution, opposite)
+    ends = ends[ends > begins[0]] if len(begins) else ends
     pairs = min(len(begins), len(ends))
     return Pulses((begins[:pairs] + ends[:pairs]) / 2, polarity, duty, resolution / np.sqrt(2), opposite)
 

@@ -195,9 +195,10 @@ def likely_kind(speeds, orders, seen):
         steady = tracks = True  # one speed does not tell
     kinds = []
     if steady:
-        multiple = next((m for f in MAINS_HZ if (m := _mains(seen.hertz, f))), None)
-        if multiple:
-            kinds.append(f"hum of the mains: {multiple} at any speed")
+        multiples = [(times, mains) for mains in MAINS_HZ for times in range(1, MOST_MAINS + 1)]
+        near = [f"{m} x {mains:g} Hz" for m, mains in multiples if abs(seen.hertz / (m * mains) - 1) < MAINS_OFF]
+        if near:
+            kinds.append(f"hum of the mains: {near[0]} at any speed")
         elif not tracks:
             known = "the same frequency at all speeds, not of the mains"
             kinds.append(f"a natural frequency, excited or unstable (whip): {known}")
@@ -221,10 +222,3 @@ def likely_kind(speeds, orders, seen):
             "as in a rolling bearing, behind a belt or gear, or the field of an induction motor on an inverter"
         )
     return "Its kind is not clear: neither its frequency nor its ratio to the speed is the same in all records"
-
-
-def _mains(hertz, mains):
-    """'2 x 50 Hz' for a frequency that is a multiple of that of the mains, else ''."""
-    multiple = round(hertz / mains)
-    near = 1 <= multiple <= MOST_MAINS and abs(hertz / (multiple * mains) - 1) < MAINS_OFF
-    return f"{multiple} x {mains:g} Hz" if near else ""

@@ -162,16 +162,11 @@ def _spectrum_by(method, measurement):
         speeds = {record.speed for record in measurement.records}
         table = next(one.where for one in measurement.facts if one.measured_speed not in speeds)
         raise _no_record_for(method, table, "is a table of harmonics or a run-up")
-    spectra = [
-        full_spectrum(
-            [record],
-            measurement.spectrum.harmonics,
-            method,
-            "reference" if record.marks is None else "keyphasor",
-            whole_revolutions=False,  # already cut
-        )
-        for record in measurement.records
-    ]
+    spectra = []
+    for record in measurement.records:  # already cut to whole revolutions
+        phase = "reference" if record.marks is None else "keyphasor"
+        harmonics = measurement.spectrum.harmonics
+        spectra.append(full_spectrum([record], harmonics, method, phase, whole_revolutions=False))
     together = {name: np.concatenate([getattr(one, name) for one in spectra]) for name in ("amplitude", "covariance")}
     return replace(measurement.spectrum, **together)
 
@@ -244,27 +239,24 @@ def read_measurement(
 
 def _analysed_records(paths, conventions, nodes, with_signals):
     """Analysed of records, one in memory at a time, without probes dead in all; their conventions; findings."""
+
+    def analysed(dead):
+        for path in paths:
+            log.info("reading %s and fitting its harmonics", path)
+            for raw in read_file(path, conventions, nodes):
+                left = [channel for channel in raw.channels if (channel.node, channel.name) not in dead]
+                yield raw, analyse_each(replace(raw, channels=left), with_signals)
+
     found, stated, probes, first = [], [], [], None
-    for raw in _raw_records(paths, conventions, nodes):
-        found += analyse_each(raw, with_signals)
+    for raw, own in analysed(dead=()):
+        found += own
         stated.append(raw.conventions)
         probes.append({(channel.node, channel.name) for channel in raw.channels})
         first = first or raw.where
     dead = frozenset.intersection(*(one.dead for one in found)) if found else frozenset()
     if not dead or any(names <= dead for names in probes):
         return found, stated, []
-    found = []
-    for raw in _raw_records(paths, conventions, nodes):
-        left = [channel for channel in raw.channels if (channel.node, channel.name) not in dead]
-        found += analyse_each(replace(raw, channels=left), with_signals)
-    return found, stated, quality.left_out(dead, first)
-
-
-def _raw_records(paths, conventions, nodes):
-    """The raw records of some files, one after another."""
-    for path in paths:
-        log.info("reading %s and fitting its harmonics", path)
-        yield from read_file(path, conventions, nodes)
+    return [one for _, own in analysed(dead) for one in own], stated, quality.left_out(dead, first)
 
 
 def _of_table(path, conventions, speed, of_node, single):
@@ -278,38 +270,32 @@ def _spectrum_of(analysed, harmonics, sensors, directions):
     """The Spectrum of several Analysed."""
     parts = ([[one.harmonics[node][part] for node in sensors] for one in analysed] for part in (0, 1))
     amplitude, covariance = map(np.array, parts)
-    speed = np.array([one.speed for one in analysed])
-    amplitude = np.swapaxes(amplitude, 1, 2)
+    speed, amplitude = np.array([one.speed for one in analysed]), np.swapaxes(amplitude, 1, 2)
     return Spectrum(amplitude, speed, np.array(harmonics), tuple(sensors), covariance, directions)
 
 
 def common_probes(found):
     """Nodes of all records, and {node: rad} of the single probes of usable ones; RotorstudyError if they differ."""
     usable = [one for one in found if one.harmonics is not None]
-    nodes = [(one.facts.where, f"nodes {sorted(one.facts.nodes)}") for one in found]
-    for told in (nodes, [(one.facts.where, _single(one.directions)) for one in usable]):
-        for where, has in told:
-            if has != told[0][1]:
-                raise RotorstudyError(
-                    f"{where} has {has}, {told[0][0]} has {told[0][1]}; all records of one measurement need the same "
-                    "probes (is a row of a table missing?)"
-                )
+    nodes, single = [(one.facts.where, f"nodes {sorted(one.facts.nodes)}") for one in found], []
+    for one in usable:
+        each = [f"{node} ({np.rad2deg(angle):.6g}° from x)" for node, angle in sorted(one.directions.items())]
+        single.append((one.facts.where, f"a single probe at node {', '.join(each)}" if each else "no single probe"))
+    for where, has, (first, had) in ((*one, told[0]) for told in (nodes, single) for one in told):
+        if has != had:
+            raise RotorstudyError(
+                f"{where} has {has}, {first} has {had}; all records of one measurement need the same probes (is a row "
+                "of a table missing?)"
+            )
     return set(found[0].facts.nodes), usable[0].directions if usable else {}
-
-
-def _single(directions):
-    """Where records have only one probe, and its direction, in words. directions : {node: rad}"""
-    each = [f"{node} ({np.rad2deg(angle):.6g}° from x)" for node, angle in sorted(directions.items())]
-    return f"a single probe at node {', '.join(each)}" if each else "no single probe"
 
 
 def wanted_sensors(rig, measured):
     """Sensors of the rig: those in the rig file, which must have been measured, or all measured nodes."""
     wanted = rig.given.get("sensors") or sorted(measured)
-    for node in wanted:
-        if node not in measured:
-            known = f"the records have nodes {sorted(measured)}"
-            raise RotorstudyError(f"{rig.path}: 'sensors' has node {node}, but {known}; leave it out")
+    for node in (node for node in wanted if node not in measured):
+        known = f"the records have nodes {sorted(measured)}"
+        raise RotorstudyError(f"{rig.path}: 'sensors' has node {node}, but {known}; leave it out")
     return wanted
 
 

@@ -183,33 +183,24 @@ def measurement_dataset(measurement):
     return dataset(variables, coordinates, title="measured spectrum", displacement_zero=zero)
 
 
-def _check_imported(path, data):
-    """Raise RotorstudyError unless a Dataset is what `measurement_dataset` gives."""
-
-    def refused(problem):
-        return RotorstudyError(f"{path}: {problem}. Write the file with 'rotorstudy import'")
-
-    for name in ("amplitude", "covariance"):
-        if name not in data:
-            raise refused(f"no variable '{name}'")
+def _problems(data):
+    """What keeps a Dataset from being one of `measurement_dataset`, the worst first."""
+    yield from (f"no variable '{name}'" for name in ("amplitude", "covariance") if name not in data)
     findings = [f"finding_{name}" for name in OF_FINDING]
-    for name in findings if "finding_name" in data else []:
-        if name not in data or data[name].dims != ("finding",):
-            raise refused(f"the findings need the variables {', '.join(findings)}, each along the dimension finding")
+    if "finding_name" in data and any(name not in data or data[name].dims != ("finding",) for name in findings):
+        yield f"the findings need the variables {', '.join(findings)}, each along the dimension finding"
     for name, dims in OF_SPECTRUM.items():
-        if name not in data.variables:
-            if name == "probe_direction":
-                continue
-            raise refused(f"no coordinate '{name}'")
-        if wrong := wrong_variable(data, name, dims):
-            raise refused(wrong)
+        if name in data.variables:
+            yield wrong_variable(data, name, dims)
+        elif name != "probe_direction":
+            yield f"no coordinate '{name}'"
     check_harmonics(data.harmonic.values.tolist())
     if (np.abs(data.node) > LARGEST_NODE).any() or (data.node % 1 != 0).any():
-        raise refused(f"node = {data.node.values.tolist()}; needed are whole numbers")
+        yield f"node = {data.node.values.tolist()}; needed are whole numbers"
     if {data.sizes["component"], data.sizes["other_component"]} != {2 * data.sizes["harmonic"]}:
-        raise refused(f"{data.sizes['component']} components; needed are twice {data.sizes['harmonic']}")
+        yield f"{data.sizes['component']} components; needed are twice {data.sizes['harmonic']}"
     if "probe_direction" in data and np.isinf(data.probe_direction).any():
-        raise refused("a probe_direction is infinite")
+        yield "a probe_direction is infinite"
 
 
 def is_spectrum(path):
@@ -244,7 +235,8 @@ def load_imported(path):
     """The Spectrum in a file that `rotorstudy import` wrote, its Findings, its zero, and its conventions as text."""
     with netcdf(path) as opened:
         data = opened.load()
-    _check_imported(path, data)
+    for problem in filter(None, _problems(data)):
+        raise RotorstudyError(f"{path}: {problem}. Write the file with 'rotorstudy import'")
     spectrum = Spectrum(
         as_complex(data.amplitude.transpose(*OF_SPECTRUM["amplitude"])),
         data.speed.values,

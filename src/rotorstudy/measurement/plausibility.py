@@ -36,21 +36,25 @@ def check_together(spectrum, rig, where):
     std = np.sqrt(spectrum.variance)[:, moving]
     rms = np.sqrt(np.sum(fluctuating**2, axis=1))
     largest, expected, mean = _expected(rig, spectrum)
-    findings = [*check_units(rms, largest, where), *check_order(fluctuating, spectrum.harmonics[moving], where)]
-    findings += check_detected(fluctuating, std, expected.max(axis=0), nodes, where)
-    if 0 in harmonics:
-        findings += check_mean(spectrum.amplitude[:, harmonics.index(0)], mean, rms, nodes, where)
+    yield from _check_units(rms, largest, where)
+    yield from check_order(fluctuating, spectrum.harmonics[moving], where)
+    silent, expected_rms = (fluctuating <= SIGNIFICANT * std).all(axis=(0, 1)), expected.max(axis=0)
+    for i in np.flatnonzero(silent & (expected_rms > DEAD * SIGNIFICANT * std.max(axis=(0, 1)))):
+        yield told("dead probe (predicted)", f"{where}, node {nodes[i]}", expected=um(expected_rms[i]))
+    if 0 in harmonics:  # most proximity probes include their gap in the mean
+        off, most = np.median(np.abs(spectrum.amplitude[:, harmonics.index(0)] - mean), axis=0), rms.max(axis=0)
+        for i in np.flatnonzero(off > APART * (np.abs(np.atleast_2d(mean)).max(axis=0) + most)):
+            yield told("probe gap", f"{where}, node {nodes[i]}", off=um(off[i]), rms=um(most[i]))
     if -1 in harmonics:
         orbits = np.isnan(spectrum.directions)
         forward, turned = (np.abs(spectrum.amplitude[:, harmonics.index(n), orbits]) for n in (1, -1))
         backward = (expected[1] > expected[0])[orbits]
         nodes = [node for node, whole in zip(nodes, orbits, strict=True) if whole]
-        findings += check_sense(forward, turned, backward, nodes, where)
+        yield from check_sense(forward, turned, backward, nodes, where)
         same = (np.abs(forward - turned) <= ONE_SIGNAL * forward).all(axis=0) & (forward > 0).all(axis=0)
-        findings += [told("one signal", f"{where}, node {node}") for node, one in zip(nodes, same, strict=True) if one]
+        yield from (told("one signal", f"{where}, node {node}") for node in np.array(nodes)[same])
     if spectrum.single_probes:
-        findings.append(told("single probe", where, nodes=", ".join(map(str, sorted(spectrum.single_probes)))))
-    return findings
+        yield told("single probe", where, nodes=", ".join(map(str, sorted(spectrum.single_probes))))
 
 
 def _expected(rig, spectrum):
@@ -65,7 +69,7 @@ def _expected(rig, spectrum):
     return float(size.max()) or sag, np.sqrt(np.mean(size**2, axis=0)), shown[:, 2]
 
 
-def check_units(fluctuating, expected, where):
+def _check_units(fluctuating, expected, where):
     """Whether rms amplitudes (speed, node), m, without the mean are plausible for a shaft; expected : m, or None."""
     if not (largest := float(np.max(fluctuating))):
         yield told("units (still)", where)
@@ -94,13 +98,6 @@ def check_order(amplitude, harmonics, where):
     return [] if n is None else [told("phase mark", where, n=n, times=ABOVE_1X, turns=n)]
 
 
-def check_detected(amplitude, std, expected, nodes, where):
-    """Whether amplitudes (speed, harmonic, node), m, show a vibration where the rig expects one, (node,) m rms."""
-    silent = (amplitude <= SIGNIFICANT * std).all(axis=(0, 1))
-    lost = np.flatnonzero(silent & (expected > DEAD * SIGNIFICANT * std.max(axis=(0, 1))))
-    return [told("dead probe (predicted)", f"{where}, node {nodes[i]}", expected=um(expected[i])) for i in lost]
-
-
 def check_speeds(speed, rig, where):
     """Whether the fastest of speeds (speed,) rad/s is far above or below the lowest natural frequency of the rig."""
     fastest, lowest = float(np.max(speed)), rig.structure.scales.frequency
@@ -110,18 +107,11 @@ def check_speeds(speed, rig, where):
 
 def check_labels(paths, conventions, where):
     """Whether a file without a stated speed may be one that is named otherwise in the rig file."""
-    every = {name: key for name, key, _ in conventions.stated_speeds}
-    absent = [name for name in every if name not in {path.name for path in paths}]
-    unnamed = [path.name for path in paths if path.name not in every]
-    near = [(name, like[0]) for name in absent if (like := get_close_matches(name, unnamed, n=1))]
-    return [told("speed not used", where, name=name, record=record, section=every[name]) for name, record in near]
-
-
-def check_mean(mean, expected, fluctuating, nodes, where):
-    """Whether 0X (speed, node), m, is near the predicted static position: most proximity probes include their gap."""
-    off, rms = np.median(np.abs(mean - expected), axis=0), fluctuating.max(axis=0)
-    far = np.flatnonzero(off > APART * (np.abs(np.atleast_2d(expected)).max(axis=0) + rms))
-    return [told("probe gap", f"{where}, node {nodes[i]}", off=um(off[i]), rms=um(rms[i])) for i in far]
+    every, given = {name: key for name, key, _ in conventions.stated_speeds}, [path.name for path in paths]
+    unnamed = [name for name in given if name not in every]
+    for name in (name for name in every if name not in given):
+        for record in get_close_matches(name, unnamed, n=1):
+            yield told("speed not used", where, name=name, record=record, section=every[name])
 
 
 def check_sense(forward, backward, expected_backward, nodes, where):

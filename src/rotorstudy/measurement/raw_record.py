@@ -43,10 +43,12 @@ class RawRecord:
         Without its mean if 0X is not wanted: the gap of a probe is hundreds of times its vibration, and no record is a
         whole number of revolutions to the sample, so that it would leak into the harmonics and their covariance.
         """
-        found = []
-        for node in self.nodes:
-            found.append(combine([c.direction for c in self.at(node)], [c.readings for c in self.at(node)]))
-        return np.array(found) if 0 in self.conventions.harmonics else np.array([_without_mean(z) for z in found])
+        channels = [self.at(node) for node in self.nodes]
+        found = np.array([combine([c.direction for c in own], [c.readings for c in own]) for own in channels])
+        for signal in found if 0 not in self.conventions.harmonics else ():
+            there = np.isfinite(signal)
+            signal -= signal[there].mean() if there.any() else 0.0
+        return found
 
     @property
     def orders(self):
@@ -100,12 +102,6 @@ def assemble(readings, conventions, nodes, time, label, keyphasor, marks, refere
     if label is not None and not 0 < label < np.inf:
         raise RotorstudyError(f"{where}: the stated speed is {label:g} rad/s; it must be positive and finite")
     return RawRecord(time, channels, label, keyphasor, marks, reference, where, conventions)
-
-
-def _without_mean(signal):
-    """(time,) a signal minus the mean of its finite samples."""
-    finite = np.isfinite(signal)
-    return signal - signal[finite].mean() if finite.any() else signal
 
 
 def _within_reach(values):

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.channel_names import unit_of
 from rotorstudy.measurement.uff import UFF_ORDERS, uff_sets
 from rotorstudy.units import percent
 
@@ -74,21 +75,14 @@ def _of_uff(path):
             ends = [(one[f"{end}_node"], one[f"{end}_dir"]) for end in ("rsp", "ref")]
             pair = tuple(f"{node}{UFF_AXES[abs(direction) - 1]}" for node, direction in ends)
             order = UFF_ORDERS.get(one["ordinate_spec_data_type"], 0)
-            _check_units(path, pair, one)
+            for axis, known in UFF_UNITS.items():
+                unit = unit_of(str(one.get(f"{axis}_axis_units_lab") or ""))
+                if unit not in (None, *known):
+                    raise RotorstudyError(
+                        f"{path}: the response at {pair[0]} to a force at {pair[1]} is in '{unit}'; export it in SI "
+                        "units (Hz, m, m/s or m/s2 per N)"
+                    )
             found[pair] = one["x"], one["data"] * np.sign(ends[0][1] * ends[1][1]), order
     if not found:
         raise RotorstudyError(f"{path} has no frequency response function in a data set 58")
     return found
-
-
-def _check_units(path, pair, one):
-    """RotorstudyError for a data set 58 whose labels state other units than those of SI."""
-    from rotorstudy.measurement.channel_names import unit_of
-
-    for axis, known in UFF_UNITS.items():
-        unit = unit_of(str(one.get(f"{axis}_axis_units_lab") or ""))
-        if unit not in (None, *known):
-            raise RotorstudyError(
-                f"{path}: the response at {pair[0]} to a force at {pair[1]} is in '{unit}'; export it in SI "
-                "units (Hz, m, m/s or m/s2 per N)"
-            )

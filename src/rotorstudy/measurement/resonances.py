@@ -70,25 +70,22 @@ def vectors_1x(spectrum):
 def check_resonances(spectrum, swept, where):
     """Findings on the critical speeds that 1X over speed shows, and on a sweep that its vectors were measured in."""
     if not {1, -1} <= set(spectrum.harmonics.tolist()):
-        return []
+        return
     order, vectors = np.argsort(spectrum.speed), list(vectors_1x(spectrum).values())
     found = find_resonances(spectrum.speed[order], np.array(vectors)[:, order], swept) if vectors else None
     if found is None:
-        return []
+        return
     rpm, (rate_std, speed_std, factor_std) = RAD_PER_S["rpm"], found.std
     each = [
         f"{_with(speed / rpm, std / rpm)} rpm (amplification factor {_with(factor, spread)})"
         for speed, std, factor, spread in zip(found.speed, speed_std, found.amplification, factor_std, strict=True)
         if factor >= LEAST_FACTOR
     ]
-    if not each:
-        return []
-    notes = [told("critical speeds", where, each=" and ".join(each), residual=number(1e6 * found.noise, 2))]
+    if each:
+        yield told("critical speeds", where, each=" and ".join(each), residual=number(1e6 * found.noise, 2))
     ratio = abs(found.rate) / (2 * found.decay.min()) ** 2
-    if ratio > FAST:
-        rate = _with(found.rate, rate_std)
-        notes.append(told("sweep too fast (vectors)", where, rate=rate, times=number(ratio, 2)))
-    return notes
+    if each and ratio > FAST:
+        yield told("sweep too fast (vectors)", where, rate=_with(found.rate, rate_std), times=number(ratio, 2))
 
 
 def _with(value, std):

@@ -75,7 +75,15 @@ def read_table(table, conventions, nodes):
             if by_probe and np.isfinite(single := measured_direction(angles)):
                 directions[int(node)] = single
         spectra.append((float(speed), of_node, directions))
-    return spectra, [*findings, *left_out(dead, path), *_notes(table, conventions.table_noise_m, inferred)]
+    findings += left_out(dead, path)
+    if names := table.unread:
+        more = f" and {len(names) - LISTED} more" * (len(names) > LISTED)
+        findings.append(told("columns not read", path, columns=", ".join(names[:LISTED]) + more))
+    if not conventions.table_noise_m:
+        findings.append(told("rounding only", path))
+    if inferred:
+        findings.append(told("last digits", path))
+    return spectra, findings
 
 
 def check_stated(table, conventions):
@@ -263,10 +271,9 @@ def _check_zeros(rows, where):
         large = size > DEAD * std
         odd = np.flatnonzero((size[1:-1] == 0) & large[:-2] & large[2:]) + 1
         found += [(own.speed.iloc[i] / RAD_PER_S["rpm"], n, repr(probe) if probe else f"node {node}") for i in odd]
-    if not found or 3 * len(found) > len(rows):
-        return []
-    rpm, n, place = found[0]
-    return [told("readings of zero", where, count=len(found), rpm=rpm, n=n, place=place)]
+    if found and 3 * len(found) <= len(rows):
+        rpm, n, place = found[0]
+        yield told("readings of zero", where, count=len(found), rpm=rpm, n=n, place=place)
 
 
 def _dead(rows):
@@ -280,13 +287,14 @@ def _dead(rows):
 
 
 def _check_rows(speed, harmonic, lines, where):
+    """RotorstudyError for a speed or a harmonic that no row of a probe can have."""
     if (wrong := speed <= 0).any():
         said = f"line {lines[wrong][0]}: the speed {spin(speed[wrong].iloc[0])} is not positive"
         raise RotorstudyError(f"{where}, {said}; correct it, or leave the line out")
     if (harmonic < 1).any():
         raise RotorstudyError(
-            f"{where}, line {lines[harmonic < 1][0]}: harmonic {int(harmonic.min())}; a probe's signal is real, and "
-            "its harmonics count from 1 (the mean is not in these tables)"
+            f"{where}, line {lines[harmonic < 1][0]}: harmonic {harmonic.min()}; a probe's signal is real, and its "
+            "harmonics count from 1 (the mean is not in these tables)"
         )
 
 
@@ -317,13 +325,3 @@ def _of_node(rows, angles, wanted, where):
         both = [*places, *(len(wanted) + place for place in places)]
         covariance[np.ix_(both, both)] += spread @ spread.T
     return amplitude, covariance
-
-
-def _notes(table, noise, inferred):
-    """Notes on columns that are not read, and on the covariance of a table."""
-    found, names = [], table.unread
-    if names:
-        more = f" and {len(names) - LISTED} more" * (len(names) > LISTED)
-        found.append(told("columns not read", table.path, columns=", ".join(names[:LISTED]) + more))
-    found += [] if noise else [told("rounding only", table.path)]
-    return found + ([told("last digits", table.path)] if inferred else [])

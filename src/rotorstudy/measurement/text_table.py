@@ -7,7 +7,7 @@ import json
 import re
 import warnings
 from array import array
-from collections import Counter
+from collections import Counter, deque
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -89,33 +89,31 @@ def layout_hint(path, stated):
 
 def header_of(path, layout):
     """Names of the columns, the text of the row of units below each, and the number of lines above the numbers."""
-    names, units, before = None, [], []
     with _opened(path) as file:
-        for above, line in enumerate(file, start=1):
-            cells = _names(line, layout.separator)
-            before = cells if above == layout.skip_rows else before
-            if names is None and above > layout.skip_rows and cells:
-                names, numbers = cells, above + layout.unit_rows
-            elif names is not None and above <= numbers:
-                numeric = sum(_is_number(cell, layout.decimal) and cell != "1" for cell in cells)
-                are_numbers = numeric and numeric >= sum(map(bool, cells)) / 2
-                if are_numbers and not line.lstrip().startswith(COMMENTS):
-                    raise RotorstudyError(f"{path}, line {above}: numbers, and not units; correct 'csv: unit_rows'")
-                units = units or ([] if are_numbers else cells)
-            if names is not None and above >= numbers:
-                break
+        above = deque(islice(file, layout.skip_rows), maxlen=1)
+        lines = enumerate(file, start=layout.skip_rows + 1)
+        header, names = next(((i, cells) for i, line in lines if (cells := _names(line, layout.separator))), (0, None))
+        below = list(islice(lines, layout.unit_rows))
     if names is None:
         raise RotorstudyError(f"{path}: no header from line {layout.skip_rows + 1} on; check 'csv: skip_rows'")
+    units = []
+    for number, line in below:
+        cells = _names(line, layout.separator)
+        numeric = sum(_is_number(cell, layout.decimal) and cell != "1" for cell in cells)
+        are_numbers = numeric and numeric >= sum(map(bool, cells)) / 2
+        if are_numbers and not line.lstrip().startswith(COMMENTS):
+            raise RotorstudyError(f"{path}, line {number}: numbers, and not units; correct 'csv: unit_rows'")
+        units = units or ([] if are_numbers else cells)
     if len(names) > MOST_COLUMNS:
         raise RotorstudyError(f"{path}: {len(names)} columns, at most {MOST_COLUMNS} are read; is a row a sample?")
-    if len(before) == len(names) and _are_units(before):
-        units = units or before
+    for before in (_names(line, layout.separator) for line in above):
+        units = units or (before if len(before) == len(names) and _are_units(before) else [])
     names = [name or f"Unnamed: {i}" for i, name in enumerate(names)]
     count, seen = Counter(names), Counter()
     for i, name in enumerate(names):  # a rig file has to say which one it means
         seen[name] += 1
         names[i] = f"{name} #{seen[name]}" if count[name] > 1 else name
-    return names, [*units, *[""] * len(names)][: len(names)], numbers
+    return names, [*units, *[""] * len(names)][: len(names)], header + layout.unit_rows
 
 
 def rows_of(path, layout):
