@@ -4,7 +4,7 @@ import os
 from contextlib import contextmanager
 from glob import escape
 from pathlib import Path
-from shutil import rmtree
+from shutil import copyfile, rmtree
 
 import numpy as np
 
@@ -51,9 +51,8 @@ def whole_folder(path):
 
 def copied(source, path):
     """Copy a file, whole or not at all; RotorstudyError if it cannot be written."""
-    text = Path(source).read_bytes()
     with atomic(path) as temporary:
-        temporary.write_bytes(text)
+        copyfile(source, temporary)
 
 
 def partial_path(path):
@@ -115,7 +114,8 @@ def provenance(configuration, plugins=(), seed=None):
 
     from rotorstudy import __version__
 
-    digest = hashlib.sha256(json.dumps(_text_keys(configuration), sort_keys=True, default=str).encode()).hexdigest()
+    text = json.loads(json.dumps(configuration, default=str))  # all keys are texts: others cannot be sorted with them
+    digest = hashlib.sha256(json.dumps(text, sort_keys=True).encode()).hexdigest()
     found = {
         "Conventions": "CF-1.11",
         "rotorstudy_version": __version__,
@@ -124,13 +124,6 @@ def provenance(configuration, plugins=(), seed=None):
         "plugins": ", ".join(sorted({f"{plugin.name} {plugin.version}" for plugin in plugins})),
     }
     return found if seed is None else {**found, "seed": int(seed)}
-
-
-def _text_keys(given):
-    """A configuration whose keys are texts: numbers and texts in one mapping, as labels of nodes, cannot be sorted."""
-    if isinstance(given, dict):
-        return {str(key): _text_keys(value) for key, value in given.items()}
-    return [_text_keys(value) for value in given] if isinstance(given, (list, tuple)) else given
 
 
 def _git_commit():
