@@ -4,7 +4,7 @@ import os
 from contextlib import contextmanager
 from glob import escape
 from pathlib import Path
-from shutil import copyfile, rmtree
+from shutil import rmtree
 
 import numpy as np
 
@@ -51,8 +51,9 @@ def whole_folder(path):
 
 def copied(source, path):
     """Copy a file, whole or not at all; RotorstudyError if it cannot be written."""
+    text = Path(source).read_bytes()
     with atomic(path) as temporary:
-        copyfile(source, temporary)
+        temporary.write_bytes(text)
 
 
 def partial_path(path):
