@@ -2,8 +2,8 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import NamedTuple
+from functools import cached_property, partial
+from operator import attrgetter
 
 import numpy as np
 
@@ -27,13 +27,12 @@ AT_ONCE = 200_000  # derivatives of the data in all fits that are made at once, 
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
-    """A model fitted within a prior."""
+class Posterior:
+    """Parameters fitted within a prior, and how well."""
 
-    model: Model
-    theta: np.ndarray  # (parameter,) in the order of `model.names`
     prior: Prior  # of the free ones, in the order of `names`
-    covariance: np.ndarray  # (free, free) of the posterior
+    free: np.ndarray  # (free,) their values
+    covariance: np.ndarray  # (free, free)
     misfit: float  # weighted sum of squares of the data
     penalty: float  # likewise, of the distance from the prior mean
     residual: np.ndarray  # (component,) whitened measured minus predicted
@@ -47,14 +46,14 @@ class Fit:
         return self.prior.names
 
     @property
-    def values(self) -> dict[str, float]:
-        """Name -> value of every amplitude of the model."""
-        return dict(zip(self.model.names, self.theta.tolist(), strict=True))
-
-    @property
     def cost(self) -> float:
         """Misfit plus penalty."""
         return self.misfit + self.penalty
+
+    @property
+    def p_value(self) -> float:
+        """Probability that noise alone leaves as much."""
+        return chi_square_p_value(self.cost, len(self.residual))
 
     @property
     def gain(self) -> float:
@@ -70,19 +69,29 @@ class Fit:
 
     def is_rejected(self, significance: float) -> bool:
         """Whether a cost this large is less likely by noise alone than `significance`."""
-        return chi_square_p_value(self.cost, len(self.residual)) < significance
+        return self.p_value < significance
+
+
+@dataclass(frozen=True, eq=False)
+class Fit(Posterior):
+    """A model fitted within a prior."""
+
+    model: Model
+
+    @cached_property
+    def theta(self) -> np.ndarray:
+        """(parameter,) values in the order of `model.names`."""
+        return self.model.filled(self.names, self.free)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Name -> value of every amplitude of the model."""
+        return dict(zip(self.model.names, self.theta.tolist(), strict=True))
 
     @property
     def stated_theta(self) -> np.ndarray:
         """(parameter,) values with the free parameters at the mean of their prior."""
-        theta = self.theta.copy()
-        theta[self.model.position(self.names)] = self.prior.mean
-        return theta
-
-    @property
-    def free(self) -> np.ndarray:
-        """(free,) values of the free parameters."""
-        return self.theta[self.model.position(self.names)]
+        return self.model.filled(self.names, self.prior.mean)
 
 
 def chi_square_p_value(cost: float, freedom: int) -> float:
@@ -135,20 +144,7 @@ def fit(
     given = partial(whitened_prediction, model, spectrum, prior.names), spectrum.whitened(spectrum.amplitude), prior
     first = prior.mean if start is None else start[model.position(prior.names)]
     found = fit_from_afar(*given, first) if from_afar else fit_each(*given, [first], steps, needed)[0]
-    return Fit(model, model.filled(prior.names, found.free), prior, *found[1:])
-
-
-class Posterior(NamedTuple):
-    """Parameters fitted within a prior, and how well; `free` (free,) are their values, the others as in `Fit`."""
-
-    free: np.ndarray
-    covariance: np.ndarray
-    misfit: float
-    penalty: float
-    residual: np.ndarray
-    jacobian: np.ndarray
-    evidence: float
-    converged: bool
+    return Fit(**vars(found), model=model)
 
 
 def fit_each(
@@ -171,7 +167,7 @@ def fit_each(
         misfit, penalty = float(residual @ residual), float(np.sum(whole[rows:] ** 2))
         evidence = -0.5 * (misfit + penalty + log_narrowing(jacobian, prior.factor))
         covariance = invert(slope.T @ slope)
-        found.append(Posterior(theta, covariance, misfit, penalty, residual, jacobian, evidence, bool(done)))
+        found.append(Posterior(prior, theta, covariance, misfit, penalty, residual, jacobian, evidence, bool(done)))
     return found
 
 
@@ -183,30 +179,21 @@ def fit_from_afar(predict: Callable, measured: np.ndarray, prior: Prior, start: 
     """
     (found,) = fit_each(predict, measured, prior, None if start is None else [start])
     p_penalty = chi_square_p_value(found.penalty, len(prior.names))
-    if _explains(found, measured) < DOUBTFUL or p_penalty < IMPLAUSIBLE:
+    if found.p_value < DOUBTFUL or p_penalty < IMPLAUSIBLE:
         found = min(found, _gradually(predict, measured, prior), key=_with_preference(found))
-    if _explains(found, measured) > CERTAIN:
+    if found.p_value > CERTAIN:
         return found
     draws = np.random.default_rng(SEED).normal(size=(DRAWS, len(prior.names))) @ prior.factor.T + prior.mean
-    nearest = sorted(_from_each(predict, measured, prior, draws, DRAW_STEPS), key=_cost)[:REFINED]
+    nearest = sorted(_from_each(predict, measured, prior, draws, DRAW_STEPS), key=attrgetter("cost"))[:REFINED]
     starts, needed = np.array([one.free for one in nearest]), chi_square_cost(DOUBTFUL, len(measured))
     others = _from_each(predict, measured, prior, starts, HYPOTHESIS.steps, needed)
-    others = [one for one in others if _cost(one) <= needed]
+    others = [one for one in others if one.cost <= needed]
     return min([found, *others], key=_with_preference(found))
-
-
-def _cost(posterior):
-    return posterior.misfit + posterior.penalty
-
-
-def _explains(posterior, measured):
-    """Probability that noise alone leaves as much."""
-    return chi_square_p_value(_cost(posterior), len(measured))
 
 
 def _with_preference(found):
     """The cost, of another one than found as if it were larger by as much as counts."""
-    return lambda one: _cost(one) * (1 if one is found else 1 / LESS)
+    return lambda one: one.cost * (1 if one is found else 1 / LESS)
 
 
 def _from_each(predict, measured, prior, starts, steps, needed=np.inf):

@@ -230,11 +230,10 @@ def _explanation(work, parameters, theta, response, form, evidence, converged):
             spread = {n: ends.slope(cause.shape[n]) * x for (n, ends), x in zip(ranges.items(), std, strict=True)}
             cause = cause._replace(shape_std=spread)
         causes.append(cause)
-    model = work.model.plus(*(cause.term for cause in causes))
     fitted = Fit(
-        model=model,
-        theta=model.filled(parameters.prior.names, amplitudes),
+        model=work.model.plus(*(cause.term for cause in causes)),
         prior=parameters.prior,
+        free=amplitudes,
         covariance=covariance[:free, :free],
         misfit=float(residual @ residual),
         penalty=float(distance @ distance),

@@ -114,9 +114,7 @@ def _best_run(found, measured, fits, weights, speeds, trial, decided):
 
 def with_term(fitted: Fit, term: Term) -> Fit:
     """A fit with a term, with a value for every parameter, added to its model."""
-    model = fitted.model.plus(term)  # whose amplitudes of the measuring chain remain the last ones
-    values = fitted.values | dict(zip((unknown.name for unknown in term.unknowns), term.theta, strict=True))
-    return replace(fitted, model=model, theta=np.array([values[name] for name in model.names]))
+    return replace(fitted, model=fitted.model.plus(term))
 
 
 def further_run(
