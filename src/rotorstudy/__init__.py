@@ -37,7 +37,7 @@ _HOME = {
     "Spectrum": "measurement.spectrum",
     "Problem": "inference.problem",
     "Estimate": "inference.estimate",
-    "cramer_rao_bound": "inference.bounds",
+    "cramer_rao_bound": "inference.output_error",
     "magnitude_and_phase": "inference.estimate",
     "plot_full_spectrum": "presentation.plots",
     "RotorstudyError": "errors",

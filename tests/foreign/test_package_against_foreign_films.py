@@ -22,7 +22,7 @@ from rotorstudy.diagnosis.search.moves import additions, loading_films
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
-from rotorstudy.inference.rig_estimate import estimate_rig
+from rotorstudy.inference.estimate import estimate_rig
 from rotorstudy.model.rig_numbers import with_numbers
 
 pytestmark = pytest.mark.usefixtures("right_conventions")

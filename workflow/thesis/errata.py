@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.linear import solve_linear
+from rotorstudy.inference.output_error import cramer_rao_bound
 from rotorstudy.measurement.noise import with_noise
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import build_model

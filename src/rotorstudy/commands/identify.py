@@ -40,9 +40,8 @@ def run(given):
     """Print the estimates with their intervals, and the misfit."""
     import numpy as np
 
-    from rotorstudy.inference.estimate import magnitude_and_phase
+    from rotorstudy.inference.estimate import estimate_rig, magnitude_and_phase
     from rotorstudy.inference.problem import Problem
-    from rotorstudy.inference.rig_estimate import estimate_rig
     from rotorstudy.measurement.measurement import measured_spectrum
     from rotorstudy.model.estimated_rig import rig_with_estimate, write_rig
     from rotorstudy.model.rig import read_rig

@@ -1,13 +1,19 @@
-"""The result of an estimator plugin, with its shapes checked; amplitudes as magnitude and phase."""
+"""The result of an estimator plugin, with its shapes checked, also of a rig that is built again with its numbers."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rotorstudy.errors import PluginError
 from rotorstudy.inference.problem import Problem
+from rotorstudy.model.estimated_rig import rig_with_values
 from rotorstudy.model.kinds import Estimator
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_numbers import is_number, with_numbers
+
+SETTLED = 1e-2  # standard deviations by which a number of a rotor still changes when it is built again
+REBUILDS = 10
 
 
 @dataclass(frozen=True)
@@ -67,6 +73,23 @@ def estimate_by(estimator: Estimator, problem: Problem) -> Estimate:
 def linear_estimate(problem: Problem, theta: np.ndarray, covariance: np.ndarray) -> Estimate:
     """The Estimate of a linear estimator, which has no misfit; shapes as in `Estimate`."""
     return Estimate(problem.names, theta, covariance, np.full(theta.shape[:-1], np.nan))
+
+
+def estimate_rig(estimator: Estimator, problem: Problem, rig: dict) -> Estimate:
+    """The Estimate of some parameters of a rig; with new numbers of its rotor it is built again and that repeated."""
+    found = estimate_by(estimator, problem)
+    own = np.array([is_number(name) for name in problem.names])
+    ratio = np.ones(len(own))
+    for _ in range(REBUILDS if own.any() else 0):
+        if np.all(np.abs(found.theta[own]) <= SETTLED * found.std[own]):
+            break
+        ratio = np.where(own, ratio * (1 + found.theta), 1)
+        values = {name: value for name, value in zip(found.names, found.theta, strict=True) if np.isfinite(value)}
+        rig = {**rig_with_values(rig, problem.model, values), "sensors": list(problem.model.sensors)}
+        problem = replace(problem, model=with_numbers(build_model(rig), problem.names))
+        found = estimate_by(estimator, problem)
+    theta = np.where(own, ratio * (1 + found.theta) - 1, found.theta)
+    return replace(found, theta=theta, covariance=found.covariance * np.outer(ratio, ratio))
 
 
 def magnitude_and_phase(

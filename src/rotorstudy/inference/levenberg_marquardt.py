@@ -156,14 +156,14 @@ def _bounded_solution(matrices, right, low, high):
     """Solutions (trial, parameter) of linear systems between bounds; a parameter that would go beyond is held there."""
     held = ((low >= 0) & (right < 0)) | ((high <= 0) & (right > 0))  # at a bound, and drawn out of it
     right = np.where(held, 0.0, right)
-    matrices = np.where(held[..., None], np.eye(right.shape[-1]), matrices)
-    found = np.linalg.solve(matrices, right[..., None])[..., 0]
-    while (beyond := ~held & ((found < low) | (found > high))).any():
-        held |= beyond
-        right = np.where(held, np.clip(found, low, high), right)
+    while True:
         matrices = np.where(held[..., None], np.eye(right.shape[-1]), matrices)
         found = np.linalg.solve(matrices, right[..., None])[..., 0]
-    return found
+        beyond = ~held & ((found < low) | (found > high))
+        if not beyond.any():
+            return found
+        held |= beyond
+        right = np.where(held, np.clip(found, low, high), right)
 
 
 def _loss(residual, clip):

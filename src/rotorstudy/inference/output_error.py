@@ -1,4 +1,4 @@
-"""Output-error estimates: predicted harmonics fitted to measured ones from the data alone, many trials at once."""
+"""Output-error estimates from the data alone, and the smallest covariance that any unbiased estimate can have."""
 
 from dataclasses import replace
 from functools import partial
@@ -8,7 +8,7 @@ import numpy as np
 from rotorstudy.errors import NoConvergenceError, RotorstudyError
 from rotorstudy.inference.estimate import Estimate
 from rotorstudy.inference.levenberg_marquardt import ESTIMATE, levenberg_marquardt
-from rotorstudy.inference.linear import invert, solve_equations, whitened
+from rotorstudy.inference.linear import check_identifiable, invert, solve_equations, whitened
 from rotorstudy.inference.prediction import predicted_derivatives
 from rotorstudy.inference.problem import Problem
 
@@ -83,3 +83,32 @@ def output_error_fit(
     covariance[converged] = invert(normal[converged])
     theta, covariance = theta.reshape(*shape, count), covariance.reshape(*shape, count, count)
     return Estimate(problem.names, theta, covariance, cost.reshape(shape))
+
+
+def cramer_rao_bound(problem: Problem, theta: np.ndarray) -> np.ndarray:
+    """The Cramer-Rao bound of the unknowns of a problem, from the data alone.
+
+    Parameters
+    ----------
+    problem : Problem
+        Model, spectrum and unknowns.
+    theta : array (parameter,)
+        The true amplitudes in the units of the parameters.
+
+    Returns
+    -------
+    array (parameter, parameter)
+        Covariance in the units of the parameters.
+
+    Raises
+    ------
+    UnidentifiableError
+        If the data cannot tell the unknowns apart.
+
+    References
+    ----------
+    Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, ch. 3.
+    """
+    _, jacobian = predicted_derivatives(problem, np.asarray(theta, float))
+    check_identifiable(jacobian, problem.names)
+    return invert(jacobian.T @ jacobian)

@@ -6,7 +6,7 @@ NonlinearForce.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -198,6 +198,12 @@ class Term:
             value = self.values.get(parameter.name, complex(np.nan, np.nan) if parameter.is_complex else np.nan)
             found += [np.real(value), np.imag(value)] if parameter.is_complex else [value]
         return np.array(found, float)
+
+
+def with_entries(term: Term, change: Callable) -> Term:
+    """The term with each entry of its parameters replaced by those of a function of it."""
+    parameters = (replace(p, entries=tuple(one for e in p.entries for one in change(e))) for p in term.parameters)
+    return replace(term, parameters=tuple(parameters))
 
 
 def share_of(unknown: Unknown, other: Unknown) -> float:

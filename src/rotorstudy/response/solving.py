@@ -34,8 +34,13 @@ def _of_rotor(model, theta, speed, blocks, band=None):
     if band is not None:
         parts = ("mass", "stiffness", "gyroscopic")
         matrices = matrices._replace(**{name: stored_by_band(getattr(matrices, name), band) for name in parts})
-    # of the harmonic that an equation is of: n for q_n, -n for w_n
-    return [_uncoupled(matrices, own_harmonic(group, blocks.harmonics), speed) for group in blocks.groups]
+    mass, stiffness, gyroscopic = (one[..., None, None, None, :, :] for one in matrices[:3])
+    found = []
+    for group in blocks.groups:
+        nw = own_harmonic(group, blocks.harmonics) * speed  # of the equation: n for q_n, -n for w_n
+        base = stiffness - (nw**2)[..., None, None] * mass
+        found.append(base + (nw * speed)[..., None, None] * gyroscopic)
+    return found
 
 
 def _of_entries(patterns, model, theta, speed, blocks, touched, adjoint, band=None):
@@ -75,14 +80,6 @@ def _factors(kind, speed, blocks):
         entry.gain_at(speed, n) * (1j * (n - entry.shift) * speed) ** entry.order if len(n) else None
         for n, *_ in linked_members(blocks, entry.is_conjugate, entry.shift)
     ]
-
-
-def _uncoupled(matrices, n, speed):
-    """Dynamic stiffness (..., harmonics and speeds, dof, dof) of the rotor alone; n and speed broadcast together."""
-    nw = n * speed
-    lead = (..., *[None] * nw.ndim, slice(None), slice(None))
-    base = matrices.stiffness[lead] - (nw**2)[..., None, None] * matrices.mass[lead]
-    return base + (nw * speed)[..., None, None] * matrices.gyroscopic[lead]
 
 
 def solver(model, theta, speed, blocks, *, adjoint=False):

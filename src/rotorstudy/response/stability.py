@@ -24,9 +24,7 @@ def state_matrix(model, speed, theta=None, shapes=None):
 
     matrices = model.matrices(theta)[:3]
     mass, stiffness, gyroscopic = matrices if shapes is None else (shapes.T @ one @ shapes for one in matrices)
-    shape = (len(speed), *mass.shape)
-    on_z = {order: np.zeros(shape, complex) for order in range(3)}
-    on_conj = {order: np.zeros(shape, complex) for order in range(3)}
+    on_z, on_conj = np.zeros((2, 3, len(speed), *mass.shape), complex)  # by the order of the derivative
     on_z[0] += stiffness
     on_z[1] -= 1j * speed[:, None, None] * gyroscopic
     on_z[2] += mass
@@ -38,21 +36,14 @@ def state_matrix(model, speed, theta=None, shapes=None):
                 wrong = "makes the model time-varying or frequency-dependent"
                 raise RotorstudyError(f"{unknown.name!r} {wrong}; it has no eigenvalues")
             target = on_conj if entry.is_conjugate else on_z
-            matrix = entry.matrix if shapes is None else _reduced(entry, shapes)
+            row, column, value = entry.nonzero
+            matrix = entry.matrix if shapes is None else shapes[row].T @ (value[:, None] * shapes[column])
             target[entry.order] -= theta[position] * entry.gain_at(speed, 0)[:, None, None] * matrix
-    if any(np.any(part) for part in on_conj.values()):
-        pairs = zip(on_z.values(), on_conj.values(), strict=True)
-        k, c, m = (np.block([[a, b], [b.conj(), a.conj()]]) for a, b in pairs)
-    else:
-        k, c, m = on_z[0], on_z[1], on_z[2]
+    k, c, m = on_z
+    if on_conj.any():
+        k, c, m = (np.block([[a, b], [b.conj(), a.conj()]]) for a, b in zip(on_z, on_conj, strict=True))
     identity = np.broadcast_to(np.eye(k.shape[-1]), k.shape)
     return np.block([[np.zeros_like(k), identity], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])
-
-
-def _reduced(entry, shapes):
-    """Matrix (shape, shape) of an entry on the motion, which is summed over its few elements."""
-    row, column, value = entry.nonzero
-    return shapes[row].T @ (value[:, None] * shapes[column])
 
 
 def eigenvalues(

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.model.terms import with_entries
 from rotorstudy.response.few_shapes import few_shapes
 from rotorstudy.response.stability import eigenvalues, state_matrix
 
@@ -43,11 +44,8 @@ def synchronous(model, frequency=None):
     frequency : rad/s, at which it is taken instead: exact for an undamped whirl there
     """
 
-    def split(parameter):
-        entries = [part for entry in parameter.entries for part in _stiffness_and_damping(entry, frequency)]
-        return replace(parameter, entries=tuple(entries))
-
-    return replace(model, terms=tuple(replace(t, parameters=tuple(map(split, t.parameters))) for t in model.terms))
+    split = partial(_stiffness_and_damping, frequency=frequency)
+    return replace(model, terms=tuple(with_entries(term, split) for term in model.terms))
 
 
 def _stiffness_and_damping(entry, frequency):
@@ -77,11 +75,7 @@ def is_in_time(term):
 
 def _in_time(term):
     """A term without its entries that are stated in frequency only, such as the stiffness of a squeeze film."""
-    parameters = [
-        replace(p, entries=tuple(e for e in p.entries if not (e.reads_motion and e.frequency_only)))
-        for p in term.parameters
-    ]
-    return replace(term, parameters=tuple(parameters))
+    return with_entries(term, lambda entry: [] if entry.reads_motion and entry.frequency_only else [entry])
 
 
 def without_damping(model):

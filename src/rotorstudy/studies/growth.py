@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from rotorstudy.errors import NoSteadyState
+from rotorstudy.model.terms import with_entries
 from rotorstudy.response.floquet import periodic_growth_rate, varies_in_time
 from rotorstudy.response.stability import SLOWEST_GROWTH, growth_rate, stability_threshold
 from rotorstudy.response.whirl import damped_modes, is_in_time
@@ -57,12 +58,7 @@ def parametric_resonances(model, speeds):
 
 def _mean_over_a_turn(model):
     """The model with the mean of what rotates with the shaft, and without nonlinear forces."""
-
-    def mean(parameter):
-        kept = tuple(e for e in parameter.entries if not (e.reads_motion and e.shift))
-        return replace(parameter, entries=kept)
-
-    terms = (replace(term, parameters=tuple(map(mean, term.parameters))) for term in model.terms)
+    terms = (with_entries(t, lambda e: [] if e.reads_motion and e.shift else [e]) for t in model.terms)
     return replace(model, terms=tuple(t for t in terms if any(u.entries for u in t.unknowns)))
 
 

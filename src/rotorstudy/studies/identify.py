@@ -6,8 +6,8 @@ from itertools import product
 import numpy as np
 
 from rotorstudy.errors import NoConvergenceError, NoSteadyState
-from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.estimate import estimate_by, magnitude_and_phase
+from rotorstudy.inference.output_error import cramer_rao_bound
 from rotorstudy.measurement.full_spectra import PHASES
 from rotorstudy.measurement.noise import MODELS, standard_normal, with_noise
 from rotorstudy.model.registry import registry

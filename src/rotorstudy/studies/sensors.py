@@ -6,9 +6,8 @@ from itertools import product
 import numpy as np
 
 from rotorstudy.errors import NoConvergenceError, NoSteadyState, UnidentifiableError
-from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.estimate import magnitude_and_phase
-from rotorstudy.inference.output_error import output_error_fit
+from rotorstudy.inference.output_error import cramer_rao_bound, output_error_fit
 from rotorstudy.measurement.noise import standard_normal, with_noise
 from rotorstudy.model.rig import build_model
 from rotorstudy.store import dataset

@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from rotorstudy.errors import PluginError, RotorstudyError
-from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.estimate import estimate_by, magnitude_and_phase
+from rotorstudy.inference.output_error import cramer_rao_bound
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.noise import with_noise
 from rotorstudy.measurement.spectrum import Spectrum
