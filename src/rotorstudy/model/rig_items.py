@@ -10,7 +10,7 @@ import numpy as np
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.bearings import at_housings
 from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters, keys_from_depth
-from rotorstudy.model.entries import LARGE, Entry, Multiples, compacted
+from rotorstudy.model.entries import Entry, Multiples, compacted
 from rotorstudy.model.kinds import Bearing
 from rotorstudy.model.options import Whole, check_options, choices, number_hint, option_names, plain
 from rotorstudy.model.registry import registry
@@ -144,21 +144,16 @@ def _parameters(plugin, function, fixed, options, where, is_foundation=False):
     """The parameters that a plugin gives, checked, of supports where these are."""
     with named(where):
         found = function(**fixed, **options)
-    parameters, on_output = _checked_parameters(found, plugin, where), getattr(plugin, "acts_on", "rotor") == "output"
-    size = len(fixed["sensors"]) if on_output else len(fixed["structure"].dofs)
-    _check_shapes(parameters, size, plugin, where)
+    size = len(fixed["sensors"]) if "sensors" in fixed else len(fixed["structure"].dofs)
+    parameters = _checked_parameters(found, size, plugin, where)
     if getattr(plugin, "acts_on", None) == "rotor":
         parameters = loading_films(parameters, fixed["structure"].films)
     if isinstance(plugin, Bearing) or getattr(plugin, "places", None) is at_supports:
         return at_housings(fixed["structure"], parameters, from_ground=is_foundation)
     return tuple(
-        p if _is_compact(p, size) else replace(p, entries=tuple(map(compacted, p.entries))) for p in parameters
+        p if isinstance(p.entries, Multiples) else replace(p, entries=tuple(map(compacted, p.entries)))
+        for p in parameters
     )
-
-
-def _is_compact(parameter, size):
-    """Whether the table of a parameter on so many coordinates is kept as it is."""
-    return isinstance(parameter.entries, Multiples) or (size < LARGE and isinstance(parameter.entries, tuple))
 
 
 @contextmanager
@@ -243,67 +238,54 @@ def check_structure(structure, plugin, where):
             raise PluginError(f"{who} gives {name} with NaN or infinite values")
 
 
-def _checked_parameters(found, plugin, where):
-    """The parameters returned by a plugin as a tuple, or PluginError unless each is a Parameter with entries."""
+def _checked_parameters(found, size, plugin, where):
+    """The parameters returned by a plugin as a tuple; PluginError unless each has finite entries that fit the rotor."""
     found = [found] if isinstance(found, Parameter) else found
     who = f"plugin '{plugin.name}' ({plugin.file}) in {where}"
     if not isinstance(found, (list, tuple)) or not all(isinstance(one, Parameter) for one in found):
         inside = f" of {type(found[0]).__name__}" if isinstance(found, (list, tuple)) and found else ""
         raise PluginError(f"{who} gives {type(found).__name__}{inside}; it must give a list of Parameter")
     for parameter in found:
+        name, entries, local = parameter.name, parameter.entries, parameter.force
         if not parameter.unit:
-            raise PluginError(f"{who}: '{parameter.name}' has no unit; write it as 'N s/m', or '1' for a pure number")
+            raise PluginError(f"{who}: '{name}' has no unit; write it as 'N s/m', or '1' for a pure number")
         if not isfinite(parameter.typical) or not isfinite(parameter.default or 0.0):
             numbers = f"typical = {parameter.typical}, default = {parameter.default}"
-            raise PluginError(f"{who}: '{parameter.name}' has {numbers}; they must be finite")
-        entries = parameter.entries
-        if isinstance(entries, Multiples):
-            continue
-        if not isinstance(entries, (list, tuple)) or not all(isinstance(e, Entry) for e in entries):
+            raise PluginError(f"{who}: '{name}' has {numbers}; they must be finite")
+        is_table = isinstance(entries, Multiples)
+        if not (is_table or (isinstance(entries, (list, tuple)) and all(isinstance(e, Entry) for e in entries))):
             raise PluginError(
-                f"{who}: the entries of '{parameter.name}' are {type(parameter.entries).__name__}; they must be a "
-                "tuple of Entry, a single one written with a comma: (Entry(...),)"
+                f"{who}: the entries of '{name}' are {type(entries).__name__}; they must be a tuple of Entry, a single "
+                "one written with a comma: (Entry(...),)"
             )
+        on_output = getattr(plugin, "acts_on", "rotor") != "rotor"
+        if local and (parameter.is_complex or entries or on_output or np.shape(local.matrix)[1:] != (size,)):
+            raise PluginError(
+                f"{who}: '{name}' multiplies a force in time: it must be real, act on the rotor, and have no entries "
+                f"and a matrix (coordinate, {size}) here"
+            )
+        if is_table and not np.isfinite(entries.factor).all():
+            raise PluginError(f"{who}: an entry of '{name}' is not finite")
+        for i, entry in enumerate(() if is_table else entries):
+            _check_entry(entry, size, f"{who}: entry {i} of '{name}'")
     return tuple(found)
 
 
-def _check_shapes(parameters, size, plugin, where):
-    """Raise PluginError unless the matrices of a plugin fit the rotor and are finite."""
-    who = f"plugin '{plugin.name}' ({plugin.file}) in {where}"
-    for parameter in parameters:
-        local = parameter.force
-        if local and (
-            parameter.is_complex
-            or parameter.entries
-            or getattr(plugin, "acts_on", "rotor") != "rotor"
-            or np.shape(local.matrix)[1:] != (size,)
-        ):
-            raise PluginError(
-                f"{who}: '{parameter.name}' multiplies a force in time: it must be real, act on the rotor, and have no "
-                f"entries and a matrix (coordinate, {size}) here"
-            )
-        if isinstance(parameter.entries, Multiples):
-            if not np.isfinite(parameter.entries.factor).all():
-                raise PluginError(f"{who}: an entry of '{parameter.name}' is not finite")
-            continue
-        for i, entry in enumerate(parameter.entries):
-            needed = (size,) if entry.is_constant else (size, size)
-            if np.shape(entry.matrix) != needed:
-                raise PluginError(
-                    f"{who}: entry {i} of '{parameter.name}' has a matrix of shape {np.shape(entry.matrix)}; on "
-                    f"'{entry.on}' it must be {needed} here"
-                )
-            whole = all(isinstance(n, (int, np.integer)) for n in (entry.order, entry.shift)) and entry.order >= 0
-            if entry.on not in ACTS_ON or not whole or entry.nonzero[-1].dtype.kind not in "biufc":
-                raise PluginError(
-                    f"{who}: entry {i} of '{parameter.name}' has on = {entry.on!r}, order = {entry.order!r}, shift = "
-                    f"{entry.shift!r}; `on` must be one of {', '.join(ACTS_ON)}, `order` a whole number from 0, "
-                    "`shift` a whole number, and the matrix of numbers"
-                )
-        values = [entry.nonzero[-1] for entry in parameter.entries]
-        if values and not np.isfinite(np.concatenate(values)).all():
-            i = next(i for i, one in enumerate(values) if not np.isfinite(one).all())
-            raise PluginError(f"{who}: entry {i} of '{parameter.name}' is not finite")
+def _check_entry(entry, size, who):
+    """Raise PluginError unless the matrix of an entry fits the rotor and is finite."""
+    needed = (size,) if entry.is_constant else (size, size)
+    if np.shape(entry.matrix) != needed:
+        raise PluginError(
+            f"{who} has a matrix of shape {np.shape(entry.matrix)}; on '{entry.on}' it must be {needed} here"
+        )
+    whole = all(isinstance(n, (int, np.integer)) for n in (entry.order, entry.shift)) and entry.order >= 0
+    if entry.on not in ACTS_ON or not whole or entry.nonzero[-1].dtype.kind not in "biufc":
+        raise PluginError(
+            f"{who} has on = {entry.on!r}, order = {entry.order!r}, shift = {entry.shift!r}; `on` must be one of "
+            f"{', '.join(ACTS_ON)}, `order` a whole number from 0, `shift` a whole number, and the matrix of numbers"
+        )
+    if not np.isfinite(entry.nonzero[-1]).all():
+        raise PluginError(f"{who} is not finite")
 
 
 def in_si(given, known, where):
