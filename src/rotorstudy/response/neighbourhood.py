@@ -26,11 +26,7 @@ class Motion(NamedTuple):
 
 def carried_motion(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
     """The Motion of a model at all harmonics that are carried; arguments as for `Neighbourhood`."""
-    model, theta = model.at(theta)
-    speed, harmonics, theta, _ = response_inputs(model, speed, harmonics, theta, order)
-    blocks = layout(model, np.union1d(np.arange(-order, order + 1), harmonics), order)
-    deflection = static_deflection(model, speed, theta[: len(model.rotor_unknowns)]).value
-    return Motion(carried_response(model, speed, theta, blocks, False)[0], deflection)
+    return Neighbourhood(model, speed, harmonics, theta, order=order).motion
 
 
 class Neighbourhood:
@@ -45,22 +41,25 @@ class Neighbourhood:
     @cached_property
     def motion(self):
         """The Motion of the model itself."""
-        return carried_motion(self.model, self.speed, self.harmonics, self.theta, order=self.order)
+        deflection = static_deflection(self.model, self.speed, self._of_rotor).value
+        return Motion(carried_response(self.model, self.speed, self.theta, self.blocks, False)[0], deflection)
 
-    def _solver(self, *, adjoint=False):
-        own = self.theta[: len(self.model.rotor_unknowns)]
-        return solver(self.model, own, self.speed, self.blocks, adjoint=adjoint)
+    @property
+    def _of_rotor(self):
+        """Amplitudes (rotor parameter,)."""
+        return self.theta[: len(self.model.rotor_unknowns)]
 
     @cached_property
     def _solved(self):
-        return self._solver()
+        return solver(self.model, self._of_rotor, self.speed, self.blocks)
 
     @cached_property
     def shown_by_units(self):
         """Harmonics (coordinate, speed, component, harmonic * sensor) by unit forces, m/N, by one adjoint each."""
         carried, dof, speeds = len(self.blocks.harmonics), len(self.model.structure.dofs), len(self.speed)
         sensors, shown = self.model.seen(np.eye(dof)).T, positions(self.harmonics, self.blocks)
-        solved, count = self._solver(adjoint=True), len(shown) * len(sensors)
+        solved = solver(self.model, self._of_rotor, self.speed, self.blocks, adjoint=True)
+        count = len(shown) * len(sensors)
         found = np.empty((dof, speeds, 2 * carried, count), complex)
         together = max(1, FORCES_AT_ONCE // (2 * speeds * carried * dof))
         for first in range(0, count, together):
@@ -116,10 +115,9 @@ class Neighbourhood:
 
     def changes_by_output(self, groups):
         """As `changes_by_forces`, of amplitudes that act on the output."""
-        carried, shown = self.blocks.harmonics, positions(self.harmonics, self.blocks)
-        own, found = self.theta[: len(self.model.rotor_unknowns)], [self._no_changes]
+        carried, shown, found = self.blocks.harmonics, positions(self.harmonics, self.blocks), [self._no_changes]
         for unknowns, motion in (group for group in groups if group[0]):
-            true, _ = at_sensors(self.model, self.speed, own, carried, (motion or self.motion).amplitude)
+            true, _ = at_sensors(self.model, self.speed, self._of_rotor, carried, (motion or self.motion).amplitude)
             found.append(EntryTable(unknowns, true.shape[-1]).dense_columns(true, self.speed, carried)[:, shown])
         return np.concatenate(found, axis=-1)
 
