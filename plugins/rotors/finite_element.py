@@ -212,7 +212,7 @@ class _Shaft:
             here = np.searchsorted(self.free, ends[free])
             pattern[np.ix_(here, here)] = self.matrices[element - 1][2][np.ix_(free, free)]
             return {"stiffness_loss": (pattern, "1", 0.1)}
-        rigidity = self.length / sum(element["length_m"] / _rigidity(element) for element in self.elements)
+        rigidity = self.length / sum(element["length_m"] / element["rigidity"] for element in self.elements)
         losses = {}
         for name, motion, unit, typical in (
             ("stiffness_loss_22", "translation", "N/m", 5 * rigidity / self.length**3),
@@ -236,7 +236,7 @@ class _Shaft:
             raise CannotAct(f"position_m = {position:g}: a disc is there, at node {at_node[0]}; choose one beside it")
         element = self.elements[i]
         span, phi = element["length_m"], element["shear"]
-        rigidity, weight = _rigidity(element), self.gravity * _line_mass(element)
+        rigidity, weight = element["rigidity"], self.gravity * element["line_mass"]
         return Section(
             position=position,
             **{key: element[key] for key in Section._fields if key in element},
@@ -291,7 +291,7 @@ def _assembled(shaft, shaft_inertia, bodies):
 
 
 def _cut(stretch, shear):
-    """The elements of a section, each with its `shear`; impossible diameters and moduli are errors."""
+    """The elements of a stretch, with sums over their layers and `shear`; impossible diameters or moduli are errors."""
     count, first = stretch.get("count", 1), {key: stretch[key] for key in Diameters.__annotations__}
     last = first | stretch.get("end", {})
     if first["outer_diameter_m"] is None:
@@ -309,7 +309,9 @@ def _cut(stretch, shear):
     found = []
     for place in (np.arange(count) + 0.5) / count if last != first else [0.0]:
         element = common | {key: float(value + place * (last[key] - value)) for key, value in first.items()}
-        bent, slid = 12 * _rigidity(element), _shear_rigidity(element) * element["length_m"] ** 2
+        *own, slid = (_section(element) + sum(map(_section, element["layers"]))).tolist()
+        element |= dict(zip(("rigidity", "line_mass", "line_inertia"), own, strict=True))
+        bent, slid = 12 * element["rigidity"], slid * element["length_m"] ** 2
         found.append({**element, "shear": bent / slid if shear else 0.0})  # 12 E I / (kappa G A l^2)
     return found if last != first else found * count
 
@@ -332,45 +334,15 @@ def _poissons_ratio(material):
     return found
 
 
-def _over_sections(function):
-    """Sum of a function of a section over the shaft and its layers."""
-
-    def total(element):
-        return function(element) + sum(function(layer) for layer in element["layers"])
-
-    return total
-
-
-@_over_sections
-def _rigidity(section):
-    return section["youngs_modulus_Pa"] * np.pi / 64 * _fourth_powers(section)
-
-
-@_over_sections
-def _line_mass(section):
-    return section["density_kg_per_m3"] * _area(section)
-
-
-@_over_sections
-def _line_inertia(section):
-    return section["density_kg_per_m3"] * np.pi / 64 * _fourth_powers(section)
-
-
-@_over_sections
-def _shear_rigidity(section):
-    """kappa G A, with the shear coefficient kappa of Cowper (1966), solid or hollow."""
+def _section(section):
+    """E I, rho A, rho I and kappa G A, with the shear coefficient kappa of Cowper (1966), solid or hollow."""
     outer, inner, ratio = (section[key] for key in ("outer_diameter_m", "inner_diameter_m", "poissons_ratio"))
+    modulus, density = section["youngs_modulus_Pa"], section["density_kg_per_m3"]
+    area, fourth_powers = np.pi / 4 * (outer**2 - inner**2), outer**4 - inner**4
     hollow = (1 + (inner / outer) ** 2) ** 2
     kappa = 6 * (1 + ratio) * hollow / ((7 + 6 * ratio) * hollow + (20 + 12 * ratio) * (inner / outer) ** 2)
-    return kappa * (section["youngs_modulus_Pa"] / (2 * (1 + ratio))) * _area(section)
-
-
-def _fourth_powers(section):
-    return section["outer_diameter_m"] ** 4 - section["inner_diameter_m"] ** 4
-
-
-def _area(section):
-    return np.pi / 4 * (section["outer_diameter_m"] ** 2 - section["inner_diameter_m"] ** 2)
+    bent, inertia = (size * np.pi / 64 * fourth_powers for size in (modulus, density))
+    return np.array([bent, density * area, inertia, kappa * (modulus / (2 * (1 + ratio))) * area])
 
 
 def _deflection(x, element):
@@ -399,7 +371,7 @@ def _matrices(element):
     it is the Euler-Bernoulli beam.
     """
     length, phi = element["length_m"], element["shear"]
-    rigidity = _rigidity(element)
+    rigidity = element["rigidity"]
     x, root = (1 + GAUSS[0]) / 2, np.sqrt(GAUSS[1] / 2 * length)
     deflection = _deflection(x, element) * (1 + phi)
     turned = 6 * (x**2 - x) / length
@@ -410,8 +382,8 @@ def _matrices(element):
     rows = (np.array(part) * root / (1 + phi) for part in (deflection, tilt, curvature, slope))
     deflection, tilt, curvature, slope = rows
     return (
-        _line_mass(element) * (deflection @ deflection.T),
-        _line_inertia(element) * (tilt @ tilt.T),
+        element["line_mass"] * (deflection @ deflection.T),
+        element["line_inertia"] * (tilt @ tilt.T),
         rigidity * (curvature @ curvature.T) + np.outer(sliding, sliding),
         element["axial_force_N"] * (slope @ slope.T),
     )
