@@ -14,8 +14,8 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.options import check_options, plain
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_items import check_structure, kind_of, make_term, named, without_kind
-from rotorstudy.model.rig_numbers import films_of
-from rotorstudy.model.structure import Origin, Reading
+from rotorstudy.model.rig_numbers import Holder, films_of
+from rotorstudy.model.structure import Reading
 from rotorstudy.model.uncertainty import with_uncertainty
 from rotorstudy.yaml_file import read_yaml
 
@@ -139,7 +139,7 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
     with named(place):
         check_structure(plugin.function(**options), plugin, place)
     function = on_housings(plugin.function, _housings(rig, where))
-    structure, origin = function(**options), Origin(function, options, plugin.uncertain)
+    structure, origin = function(**options), Holder("rotor", "", function, options, plugin.uncertain)
     bearing_nodes = tuple(item["node"] for item in _at_nodes(rig.get("bearings")))
     for node in bearing_nodes:
         if node not in structure.nodes:

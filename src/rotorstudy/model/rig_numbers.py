@@ -13,7 +13,7 @@ their coefficients: by equilibrium on the springs of all bearings, whose stiffne
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache
@@ -77,10 +77,16 @@ def scaled(options: object, pattern: re.Pattern, factor: float, path: str = "") 
 
 @dataclass(frozen=True, eq=False)
 class Holder:
-    """What has numbers: the rotor (`which` is empty), or a bearing by its label, else its place; options in SI."""
+    """What has numbers: the rotor, or a bearing.
+
+    which     : label of a bearing, else its place; empty for the rotor
+    function  : builds it of its options, which are in SI
+    uncertain : path -> usual relative standard deviation
+    """
 
     section: str
     which: str
+    function: Callable
     options: dict
     uncertain: dict
 
@@ -157,7 +163,7 @@ def rig_with_changes(rig: dict, model, changes: dict[str, float]) -> dict:
     found = dict(rig)
     sections, every = {_section_of(name) for name in changes}, bearings_of(model.terms)
     if "rotor" in sections:
-        found["rotor"] = changed(rig["rotor"], _rotor(model.structure))
+        found["rotor"] = changed(rig["rotor"], model.structure.origin)
     if "bearings" in sections:
         for section in ("bearings", "foundation"):
             holders = [holder for term, holder in every if term.is_foundation == (section == "foundation")]
@@ -168,12 +174,8 @@ def rig_with_changes(rig: dict, model, changes: dict[str, float]) -> dict:
 
 def _holders(model):
     """What has numbers in a model, the rotor first."""
-    rotor = [_rotor(model.structure)] if model.structure.origin else []
+    rotor = [model.structure.origin] if model.structure.origin else []
     return rotor + [holder for _, holder in bearings_of(model.terms)]
-
-
-def _rotor(structure):
-    return Holder("rotor", "", structure.origin.options, structure.origin.uncertain)
 
 
 def _check_known(model, name, where):
@@ -198,12 +200,10 @@ def _acts(model, name):
 
 def _rotor_term(structure, names, where):
     """The Term whose amplitudes are relative changes of numbers of the rotor."""
-    rotor = _rotor(structure)
-
-    def build(changes):
-        return structure.origin.function(**rotor.changed(dict(zip(names, changes, strict=True)))).matrices
-
-    variation = Variation(build, len(names))
+    rotor = structure.origin
+    variation = Variation(
+        lambda changes: rotor.function(**rotor.changed(dict(zip(names, changes, strict=True)))).matrices, len(names)
+    )
     slopes, parameters = variation.slopes_at(np.zeros(len(names))), []
     for name, *parts in zip(names, *slopes, strict=True):
         slope = Matrices(*parts)
@@ -221,12 +221,11 @@ def _rotor_term(structure, names, where):
 
 def bearings_of(terms: Iterable[Term]) -> list[tuple[Term, Holder]]:
     """The terms of bearings in the order of the rig, each with its numbers."""
-    found = [term for term in terms if term.carries and not term.is_bearing_number]
-    plugins = [registry().get("bearing", term.kind) for term in found]
-    return [
-        (term, Holder("bearings", str(term.label if term.label != "" else place), term.options, plugin.uncertain))
-        for place, (term, plugin) in enumerate(zip(found, plugins, strict=True))
-    ]
+    found = []
+    for term in (term for term in terms if term.carries and not term.is_bearing_number):
+        plugin, which = registry().get("bearing", term.kind), str(term.label if term.label != "" else len(found))
+        found.append((term, Holder("bearings", which, plugin.function, term.options, plugin.uncertain)))
+    return found
 
 
 def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict[str, float]) -> tuple[Term, ...]:
@@ -391,14 +390,14 @@ def _rebuilt(structure, bearing, holder, changes, more=0.0, sound=None):
     lost = [name for name, change in changes.items() if not change > -1]
     if lost:
         raise NoSteadyState(f"{lost[0]} would be zero or negative")
-    function, options = registry().get("bearing", bearing.kind).function, holder.changed(changes)
+    options = holder.changed(changes)
     if more:
         size, angle = _load(bearing)
         load = options[size] * np.exp(1j * options[angle]) + more
         options = {**options, size: float(abs(load)), angle: float(np.angle(load))}
     with _none_with_these_numbers():
-        given = check_options(function, options, f"bearing {bearing.kind}", ("structure",))
-        parameters = function(structure=structure, **given)
+        given = check_options(holder.function, options, f"bearing {bearing.kind}", ("structure",))
+        parameters = holder.function(structure=structure, **given)
         if before := running_position(bearing.kind, holder.changed(sound or {})):
             shifted = before, running_position(bearing.kind, options), more
             parameters = journal_shift(structure, _at_node(bearing, structure), parameters, *shifted)

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -12,14 +12,6 @@ from rotorstudy.model.scales import Scales
 from rotorstudy.model.shaft import RigidDisc, Shaft
 from rotorstudy.model.terms import Term
 from rotorstudy.model.variation import Matrices
-
-
-class Origin(NamedTuple):
-    """What a structure was built from: a function, its options, and path -> usual relative standard deviation."""
-
-    function: Callable
-    options: dict
-    uncertain: dict
 
 
 @dataclass(frozen=True)
@@ -65,7 +57,7 @@ class Structure(Shaft):
     support     : (dof, dof) static stiffness of the bearings, N/m; for usual sizes alone, as bearings are terms
     vibration   : usual vibration in the records to be explained, m; for usual sizes alone
     vibrations  : node -> largest vibration there that these tell of, m; likewise
-    origin      : the Origin, set where a rig is read; None for a structure without a plugin
+    origin      : the Holder of its numbers, see `rotorstudy.model.rig_numbers`, set where a rig is read; else None
     riding      : node with a sensor -> node on whose housing it rides
     foundation  : the Terms of what the bearings stand on
     films       : the Films, see `rotorstudy.model.rig_numbers`, set where a rig is read
@@ -93,7 +85,7 @@ class Structure(Shaft):
     support: np.ndarray | None = None
     vibration: float = 0.0
     vibrations: dict = field(default_factory=dict)
-    origin: Origin | None = None
+    origin: Any = None
     riding: dict = field(default_factory=dict)
     casings: dict = field(default_factory=dict)
     foundation: tuple = ()
