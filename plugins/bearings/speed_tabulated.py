@@ -41,10 +41,9 @@ def speed_tabulated(
         raise RotorstudyError(f"speed_tabulated: speeds_rad_per_s = {speeds_rad_per_s} must be strictly increasing")
     node = structure.default_node() if node is None else node
     here, entries = np.outer(structure.unit(node), structure.unit(node)), []
-    tables = (("stiffness_N_per_m", stiffness_N_per_m, 0), ("damping_N_s_per_m", damping_N_s_per_m or {}, 1))
-    tables = (*tables, ("mass_kg", mass_kg or {}, 2))
-    for name, table, order in tables:
-        for direction, values in table.items():
+    tables = {"stiffness_N_per_m": stiffness_N_per_m, "damping_N_s_per_m": damping_N_s_per_m, "mass_kg": mass_kg}
+    for order, (name, table) in enumerate(tables.items()):
+        for direction, values in (table or {}).items():
             if len(values) != len(speeds):
                 raise RotorstudyError(
                     f"speed_tabulated: {name}.{direction} has {len(values)} values for {len(speeds)} speeds; "

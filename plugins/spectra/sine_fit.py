@@ -43,13 +43,11 @@ def sine_fit(signal, time, speed, harmonics):
 
 
 def _fit(signal, t, w, speed, harmonics):
-    _, _, _, score, information, _ = _derivatives(signal, t, w, harmonics)  # one basis suffices for the first step
-    w = _limited(w + _ratio(score, information)[:, None], speed)
-    for _ in range(STEPS - 1):
+    for number in range(STEPS):  # one basis suffices for the first step
         _, _, _, score, information, _ = _derivatives(signal, t, w, harmonics)
         step = _ratio(score, information)[:, None]
         w = _limited(w + step, speed)
-        if np.all(np.abs(step) * t[-1] < CONVERGED):
+        if number and np.all(np.abs(step) * t[-1] < CONVERGED):
             break
     amplitude, inverse, residual, _, information, change = _derivatives(signal, t, w, harmonics)
     power = noise_power(residual, spectral_lines(t, speed, harmonics))

@@ -80,14 +80,15 @@ class Hinge:
     @property
     def open_compliance(self) -> np.ndarray:
         """Compliance (2,) of the open crack along xi and eta, rad/(N m)."""
-        return open_compliance(self.depth.name, float(self.depth_ratio), self._of_shaft)
+        return open_compliance(*self._stated)
 
     @cached_property
-    def _of_shaft(self):
-        """Options of the depth plugin."""
+    def _stated(self):
+        """The depth plugin, the depth ratio, and the options of the plugin."""
         section = self.section
         shaft = section.outer_diameter_m, section.youngs_modulus_Pa, section.poissons_ratio
-        return (*zip(("diameter_m", "youngs_modulus_Pa", "poissons_ratio"), shaft, strict=True), *self.options)
+        options = *zip(("diameter_m", "youngs_modulus_Pa", "poissons_ratio"), shaft, strict=True), *self.options
+        return self.depth.name, float(self.depth_ratio), options
 
     def force(self, closing_moment: float = 0.0, along: bool = False) -> NonlinearForce:
         """The moment, N m, by which the kink acts along `row` if the moment opens it against a closing one along xi."""
@@ -159,9 +160,7 @@ class Hinge:
 
     def _law(self, breathing):
         """What `shares_of` takes."""
-        section = ()
-        if breathing == "weight":
-            section = self.depth.name, float(self.depth_ratio), self._of_shaft, float(self.section.stiffness)
+        section = (*self._stated, float(self.section.stiffness)) if breathing == "weight" else ()
         return breathing, tuple(self._softer.tolist()), self.side, self.sudden, section
 
     def _entries(self, shares, along):
@@ -192,7 +191,7 @@ class Hinge:
 
     @property
     def _series(self):
-        return series_of(self.depth.name, float(self.depth_ratio), self._of_shaft, float(self.section.stiffness))
+        return series_of(*self._stated, float(self.section.stiffness))
 
     def _tangent(self, imposed):
         """Function from a small change of an imposed rotation (...) to that of the kink; from itself to the kink."""
