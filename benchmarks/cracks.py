@@ -20,10 +20,10 @@ from pathlib import Path
 import many_cases
 import numpy as np
 
-from rotorstudy.blind.machines.cases import RUNOUT, draw_case, swing_of
+from rotorstudy.blind.machines.cases import RUNOUT, draw_case, ordinary_probes, swing_of
 from rotorstudy.blind.machines.cracks import CURVATURES, add_form, arc_form, static_moment
 from rotorstudy.blind.machines.files import write_case
-from rotorstudy.blind.machines.measuring import Probe, record, surface_runout
+from rotorstudy.blind.machines.measuring import record
 from rotorstudy.blind.machines.stepping import NoSteadyState
 from rotorstudy.blind.run import read_case
 from rotorstudy.diagnosis.one_cause.answer import interval_of
@@ -54,14 +54,8 @@ def drawn(seed, kind):
     case = draw_case(seed, family, speeds=SPEEDS, count=count, known=known)
     first = int(rng.choice([disc.node for disc in case.rotor.discs]))
     nodes = sorted([first, int(rng.choice([node for node in range(case.rotor.nodes) if node != first]))])
-    swing, probes = swing_of(case.healthy, nodes), {}
-    angles = [probe.angle for probe in next(iter(case.probes.values()))]
-    for node in nodes:
-        runout = surface_runout(rng, angles, swing * RUNOUT)
-        probes[node] = tuple(
-            Probe(angle, gain=1 + 5e-3 * rng.normal(), angle_error=np.deg2rad(0.5) * rng.normal(), runout=profile)
-            for angle, profile in zip(angles, runout, strict=True)
-        )
+    swing, angles = swing_of(case.healthy, nodes), [probe.angle for probe in next(iter(case.probes.values()))]
+    probes = {node: ordinary_probes(rng, angles, swing * RUNOUT) for node in nodes}
     chain = replace(case.chain, noise=NOISE * swing / 2**0.5, coloured_noise=0.0, quantum=0.0)
     records = record(rng, case.steady, nodes, probes, chain, case.zero)
     return replace(case, nodes=nodes, probes=probes, chain=chain, records=records)

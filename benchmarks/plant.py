@@ -16,7 +16,7 @@ import numpy as np
 from named_machines.plant import PLANTS
 
 from rotorstudy.blind.machines import rig_items
-from rotorstudy.blind.machines.contacts import RubLaw, add_elliptic_forces, coupling, one_sided
+from rotorstudy.blind.machines.contacts import add_elliptic_forces, coupling, one_sided, rub_law
 from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_preload, add_thermal_bow
 from rotorstudy.blind.machines.files import discs_section, page, stretches, write_records
@@ -98,7 +98,7 @@ def add_fault(machine, plant, state, size):
         gap, stiffness = (1 - size) * radius.max(), plant.rotor.mass * float(np.mean(plant.speeds)) ** 2
         if state == "contact":
             gap, stiffness = 0.8 * np.median(radius), size
-        law = RubLaw(stiffness, gap, 0.1, 0.1, centre, 1e-3)
+        law = rub_law(stiffness, gap, 0.1, 0.1, centre, 1e-3)
         machine.local.append(LocalForce(selection, law, "rub"))
 
 

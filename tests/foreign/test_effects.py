@@ -96,17 +96,20 @@ def test_balance_of_energy_of_a_rub():
     free = steady_state(machine, speed, 32, 6)
     swing = np.abs(free.whirl(3, 1))[0]
     sag = free.whirl(3, 0)[0]
-    law = contacts.add_rub(machine, 3, 1e5, 0.9 * swing, 0.08, 0.01, (sag.real + 0.2 * swing, 0.1 * swing), 1e-2)
+    centre = np.array([sag.real + 0.2 * swing, 0.1 * swing])
+    contact, clearance, coefficient, radius, slip_speed = 1e5, 0.9 * swing, 0.08, 0.01, 1e-2
+    contacts.add_rub(machine, 3, contact, clearance, coefficient, radius, centre, slip_speed)
     steady = steady_state(machine, speed, 256, 4)
     u, v = steady.displacement[0], steady.velocity[0]
     y, w = u[:, 12:14], v[:, 12:14]
-    force, _, _ = law(0.0, y, w, np.full(256, speed))
-    normal, tangent, _, depth, slip = law.slip(y, w, np.full(256, speed))
+    force, _, _ = machine.local[-1].law(0.0, y, w, np.full(256, speed))
+    normal, tangent, r, slip = contacts.at_stator(y, w, np.full(256, speed), centre, radius)
+    depth = np.maximum(r - clearance, 0.0)
     assert 0.1 < np.mean(depth > 0) <= 1.0
-    elastic = np.mean(np.sum(normal * w, axis=1) * law.stiffness * depth)
+    elastic = np.mean(np.sum(normal * w, axis=1) * contact * depth)
     friction = np.mean(np.sum(force * w, axis=1)) + elastic
-    heat = np.mean(law.friction * law.stiffness * depth * np.tanh(slip / law.slip_speed) * slip)
-    drive = np.mean(-np.sum(force * tangent, axis=1)) * speed * law.radius
+    heat = np.mean(coefficient * contact * depth * np.tanh(slip / slip_speed) * slip)
+    drive = np.mean(-np.sum(force * tangent, axis=1)) * speed * radius
     vector = machine.harmonic[1, 2] * speed**2
     driven = np.mean(np.sum((vector * np.exp(1j * steady.angle[:, None])).real * v, axis=1))
     _, damping, stiffness = machine.linear(speed)

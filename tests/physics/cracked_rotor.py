@@ -6,7 +6,7 @@ The crack's edge is at `angle` from the phase mark. A crack opens where bending 
 import numpy as np
 from machines import point_machine, stepped
 
-from rotorstudy.blind.machines.beam import X_PLANE, Y_PLANE, Y_SIGNS, Element, plane_matrices
+from rotorstudy.blind.machines.beam import Element, by_plane, plane_matrices
 from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.blind.machines.machine import Bearing, Disc, LocalForce, Rotor, build
 
@@ -61,8 +61,7 @@ def cracked_shaft(speeds, orders, discs, bearings, unbalances, element, loss, an
     rest = machine.sag()
     for node, size in unbalances.items():
         add_unbalance(machine, node - 1, abs(size), np.angle(size))
-    planes, bend = np.zeros((2, 8, 4)), np.array([0.0, -1.0, 0.0, 1.0])
-    planes[0, X_PLANE, range(4)], planes[1, Y_PLANE, range(4)] = 1.0, Y_SIGNS
+    planes, bend = np.array(np.hsplit(by_plane(np.eye(4)), 2)), np.array([0.0, -1.0, 0.0, 1.0])
     selection = np.eye(20)[:, 4 * element - 4 : 4 * element + 4]
     machine.local.append(softer(selection, planes, loss * plane_matrices(PART)[0], angle, opening, bend))
     return stepped(machine, speeds, orders, 256, rest)

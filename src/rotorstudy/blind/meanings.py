@@ -85,12 +85,13 @@ ALIKE = {
     "preload": ("parallel_misalignment",),  # whose force has a constant part
     "external_damping": ("seal",),  # whose fluid does not turn
 }
+OF_A_SUPPORT = (*CONTACTS, *ALIKE["support_loss"], *MEANS["support_loss"][0])
 ALIKE |= {
     "crack_form": ("shaft_asymmetry",),
     "open_crack_form": ALIKE["open_crack"],
-    "looseness_form": (*CONTACTS, *ALIKE["support_loss"], *MEANS["support_loss"][0]),
-    "clearance_form": (*CONTACTS, *ALIKE["support_loss"], *MEANS["support_loss"][0]),
-    "stiffening_form": (*CONTACTS, *ALIKE["support_loss"], *MEANS["support_loss"][0]),
+    "looseness_form": OF_A_SUPPORT,
+    "clearance_form": OF_A_SUPPORT,
+    "stiffening_form": OF_A_SUPPORT,
     "rub_form": CONTACTS,
     "coupling_form": ALIKE["misalignment"],
     "dry_friction_form": ("external_damping", "bearing_coefficients"),
@@ -101,13 +102,15 @@ CONVENTIONS = {"unloaded_zero": "displacements count from the unloaded line"}
 REFUSED, SWAPPED, ALL_SWAPPED = ("swapped", "reversed"), "swapped probes", "the probes of all nodes swapped or of the"
 
 
+OF_A_CRACK = {"position_m": "position_m", "depth_ratio": "depth_ratio", "angle_rad": "phase_rad"}
+OF_A_FORM = {"position_m": "position_m", "angle_rad": "phase_rad", "crack_angle_rad": "phase_rad"}
 # Truth -> {parameter of its effect: true value}, where both state the same number. Phases are those of the moment.
 SIZES = {
     "unbalance": {"eccentricity_phase": "phase_rad"},
-    "crack": {"position_m": "position_m", "depth_ratio": "depth_ratio", "angle_rad": "phase_rad"},
-    "open_crack": {"position_m": "position_m", "depth_ratio": "depth_ratio", "angle_rad": "phase_rad"},
-    "crack_form": {"position_m": "position_m", "angle_rad": "phase_rad", "crack_angle_rad": "phase_rad"},
-    "open_crack_form": {"position_m": "position_m", "angle_rad": "phase_rad", "crack_angle_rad": "phase_rad"},
+    "crack": OF_A_CRACK,
+    "open_crack": OF_A_CRACK,
+    "crack_form": OF_A_FORM,
+    "open_crack_form": OF_A_FORM,
     "added_mass": {"added_mass": "mass_kg"},
     "preload": {"static_preload": "force_N", "static_preload_phase": "angle_rad"},
     "cubic_bearing": {"cubic_stiffness": "cubic_N_per_m3"},

@@ -121,10 +121,7 @@ def _held_out_errors(truth, held_out):
 
 
 def _errors_of(true, causes):
-    """(parameter, error, whether the 95 % interval holds the truth) of every size that a named true effect states.
-
-    Errors of angles are in (-pi, pi].
-    """
+    """(parameter, error, whether the 95 % interval holds the truth) of every size that a named true effect states."""
     found = []
     for one in true:
         for cause in causes:
@@ -133,12 +130,22 @@ def _errors_of(true, causes):
                 if stated is None or not stated.get("std") or key not in one:
                     continue
                 error = stated["value"] - one[key]
-                fold = 2 if one["family"].startswith("open_crack") else 1  # which faces either way
-                error = np.angle(np.exp(1j * fold * error)) / fold if key.endswith("_rad") else error
-                half = HALF_INTERVAL * stated["std"]
-                low, high = stated.get("interval_95") or (stated["value"] - half, stated["value"] + half)
+                error = _turned(one, error) if key.endswith("_rad") else error
+                low, high = interval(stated)
                 found.append((name, float(error), low <= stated["value"] - error <= high))
     return found
+
+
+def _turned(true, error):
+    """Error of an angle (rad) in (-pi, pi], of a slot, which faces either way, in (-pi/2, pi/2]."""
+    fold = 2 if true["family"].startswith("open_crack") else 1
+    return np.angle(np.exp(1j * fold * error)) / fold
+
+
+def interval(stated):
+    """Ends of the 95 % interval of a parameter of a verdict."""
+    ways = (-HALF_INTERVAL, HALF_INTERVAL)
+    return stated.get("interval_95") or [stated["value"] + way * stated["std"] for way in ways]
 
 
 def _sizes_judged(true, causes):
@@ -161,15 +168,12 @@ def _crack_judged(truth, causes):
         return found
     one = true[0]
     stated = cracks[0].get("parameters", {})
-    fold = 2 if one["family"] == "open_crack_form" else 1
     if angle := stated.get("angle_rad", stated.get("crack_angle_rad")):
-        off = np.angle(np.exp(1j * fold * (angle["value"] - one["phase_rad"]))) / fold
-        found["angle_error_deg"] = float(np.rad2deg(off))
+        found["angle_error_deg"] = float(np.rad2deg(_turned(one, angle["value"] - one["phase_rad"])))
     if "position_m" in stated:
         found["place_error"] = abs(stated["position_m"]["value"] - one["position_m"]) / one["length_m"]
     if yields := stated.get("flexibility_rad_per_N_m"):
-        true = one["across_rad_per_N_m"]
-        low, high = yields.get("interval_95") or yields["value"] + HALF_INTERVAL * yields["std"] * np.array([-1, 1])
+        true, (low, high) = one["across_rad_per_N_m"], interval(yields)
         found |= {"flexibility_error": yields["value"] / true - 1, "flexibility_held": float(low <= true <= high)}
     return found
 

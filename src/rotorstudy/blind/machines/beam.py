@@ -10,10 +10,6 @@ from functools import lru_cache
 
 import numpy as np
 
-X_PLANE = [0, 3, 4, 7]  # x and its slope dx/dz = b
-Y_PLANE = [1, 2, 5, 6]  # y and its slope dy/dz = -a
-Y_SIGNS = np.array([1.0, -1.0, 1.0, -1.0])
-
 
 @dataclass(frozen=True)
 class Element:
@@ -100,19 +96,24 @@ def plane_matrices(element):
 
 
 def both_planes(plane):
-    """Matrix 8x8 of the element (x1, y1, a1, b1, x2, ...) of the same 4x4 in the x and the y plane."""
-    full = np.zeros((8, 8))
-    full[np.ix_(X_PLANE, X_PLANE)] = plane
-    full[np.ix_(Y_PLANE, Y_PLANE)] = plane * np.outer(Y_SIGNS, Y_SIGNS)
-    return full
+    """Matrix of x1, y1, a1, b1, x2, ... of the same matrix of deflection and slope (w1, p1, w2, ...) in both planes."""
+    along_x, along_y = np.hsplit(by_plane(np.eye(len(plane))), 2)
+    return along_x @ plane @ along_x.T + along_y @ plane @ along_y.T
+
+
+def by_plane(columns):
+    """Columns (n, k) of deflections and slopes (w1, p1, w2, ...) in x1, y1, a1, b1, x2, ...: along x, then along y."""
+    columns = np.asarray(columns)
+    count = columns.shape[1]
+    pairs, full = columns.reshape(-1, 2, count), np.zeros((len(columns) // 2, 4, 2 * count), columns.dtype)
+    full[:, [0, 3], :count], full[:, [1, 2], count:] = pairs, pairs * [[1.0], [-1.0]]  # dx/dz = b, dy/dz = -a
+    return full.reshape(2 * len(columns), 2 * count)
 
 
 def gyroscopic_planes(plane):
     """Gyroscopic matrix 8x8 for spin 1 rad/s: +G on the x rows by y velocities, -G on the y rows by x velocities."""
-    full = np.zeros((8, 8))
-    full[np.ix_(X_PLANE, Y_PLANE)] = plane * Y_SIGNS
-    full[np.ix_(Y_PLANE, X_PLANE)] = -plane * Y_SIGNS[:, None]
-    return full
+    along_x, along_y = np.hsplit(by_plane(np.eye(len(plane))), 2)
+    return along_x @ plane @ along_y.T - along_y @ plane @ along_x.T
 
 
 def quarter_turn(nodes):

@@ -1,7 +1,7 @@
 """Cases: a random machine with one effect, its records as measured, and the truth about it."""
 
 from collections import ChainMap
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -68,6 +68,15 @@ def swing_of(healthy, nodes):
     return float(np.median([np.ptp(healthy.displacement[:, :, 4 * node], axis=1).mean() / 2 for node in nodes]))
 
 
+def ordinary_probes(rng, angles, rough):
+    """Probes at one node, of ordinary quality, on a surface with a runout of `rough` m."""
+    runout = surface_runout(rng, angles, rough)
+    return [
+        Probe(float(angle), 1 + 5e-3 * rng.normal(), np.deg2rad(0.5) * rng.normal(), profile)
+        for angle, profile in zip(angles, runout, strict=True)
+    ]
+
+
 def draw_chain(rng, healthy, nodes, fault=None):
     """Probes, chain of ordinary quality with a gross fault if named, and the node, from 0, of a faulty probe."""
     swing = swing_of(healthy, nodes)
@@ -76,18 +85,16 @@ def draw_chain(rng, healthy, nodes, fault=None):
     wrong, probes = int(rng.choice(nodes)), {}
     for node in nodes:
         rough = rng.uniform(0.1, 0.4) if fault == "runout" and node == wrong else RUNOUT
-        runout = surface_runout(rng, angles, swing * rough)
-        more = [{"gain": 1 + 5e-3 * rng.normal(), "angle_error": np.deg2rad(0.5) * rng.normal()} for _ in angles]
+        probes[node] = pair = ordinary_probes(rng, angles, swing * rough)
         if node == wrong:
             at = int(rng.integers(2))
             if fault == "reversed":
-                more[at]["reversed"] = True
+                pair[at] = replace(pair[at], reversed=True)
             if fault == "gain":
-                more[at]["gain"] *= rng.choice([0.8, 1.25])
+                pair[at] = replace(pair[at], gain=pair[at].gain * rng.choice([0.8, 1.25]))
             if fault == "angle_error":
-                more[at]["angle_error"] += np.deg2rad(rng.choice([-15, 15]))
-        pair = zip(angles, runout, more, strict=True)
-        probes[node] = tuple(Probe(float(angle), runout=profile, **extra) for angle, profile, extra in pair)
+                error = pair[at].angle_error + np.deg2rad(rng.choice([-15, 15]))
+                pair[at] = replace(pair[at], angle_error=error)
     quality = swing * 10 ** rng.uniform(-3.5, -2)
     slowest, fastest = healthy.speed.min(), healthy.speed.max()
     chain = Chain(

@@ -8,53 +8,51 @@ reference line; rad.
 import numpy as np
 
 from rotorstudy.blind.machines.effects import deformation_stiffness, element_deformation
-from rotorstudy.blind.machines.machine import LocalForce
+from rotorstudy.blind.machines.machine import LocalForce, linear_law
 
 
-class RubLaw:
-    """Contact with a circular stator: F_n = k (r - clearance), friction mu F_n against the slip of the surface.
+def at_stator(y, v, speed, centre, radius):
+    """Unit normal and tangent, distance from the centre (m), and speed of the shaft's surface (`radius`) there, m/s."""
+    away = y - centre
+    r = np.maximum(np.hypot(away[:, 0], away[:, 1]), 1e-300)
+    normal = away / r[:, None]
+    tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+    return normal, tangent, r, np.sum(tangent * v, axis=1) + speed * radius
+
+
+def rub_law(stiffness, clearance, friction, radius, centre, slip_speed):
+    """Law of a circular stator: F_n = k (r - clearance), friction mu F_n against the slip of the surface.
 
     Friction is Coulomb's, made smooth over a slip speed (tanh). Source: A. Muszynska, Rotordynamics (2005), chapter 5;
     F. Chu, Z. Zhang, "Bifurcation and chaos in a rub-impact Jeffcott rotor system", J. Sound Vib. 210 (1998) 1-18.
     """
+    centre = np.asarray(centre)
 
-    def __init__(self, stiffness, clearance, friction, radius, centre, slip_speed):
-        self.stiffness, self.clearance, self.friction = stiffness, clearance, friction
-        self.radius, self.centre, self.slip_speed = radius, np.asarray(centre), slip_speed
-
-    def slip(self, y, v, speed):
-        """Unit normal, penetration (m, zero without contact) and speed of the surface against the stator, m/s."""
-        away = y - self.centre
-        r = np.maximum(np.hypot(away[:, 0], away[:, 1]), 1e-300)
-        normal = away / r[:, None]
-        tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
-        slip = np.sum(tangent * v, axis=1) + speed * self.radius
-        return normal, tangent, r, np.maximum(r - self.clearance, 0.0), slip
-
-    def __call__(self, angle, y, v, speed):
-        normal, tangent, r, depth, slip = self.slip(y, v, speed)
-        smooth = np.tanh(slip / self.slip_speed)
-        steep = (1 - smooth**2) / self.slip_speed
-        push, touch = self.stiffness * depth, depth > 0
-        share = self.friction * smooth
+    def law(angle, y, v, speed):
+        normal, tangent, r, slip = at_stator(y, v, speed, centre, radius)
+        depth = np.maximum(r - clearance, 0.0)
+        smooth = np.tanh(slip / slip_speed)
+        steep = (1 - smooth**2) / slip_speed
+        push, share = stiffness * depth, friction * smooth
         force = -push[:, None] * (normal + share[:, None] * tangent)
         outer_nn = normal[:, :, None] * normal[:, None]
         outer_tn = tangent[:, :, None] * normal[:, None]
         outer_tt = tangent[:, :, None] * tangent[:, None]
         outer_nt = normal[:, :, None] * tangent[:, None]
-        slope = np.where(touch, self.stiffness, 0.0)[:, None, None]
+        slope = np.where(depth > 0, stiffness, 0.0)[:, None, None]
         turn = (push / r)[:, None, None]
-        share, grip = share[:, None, None], (push * self.friction * steep)[:, None, None]
+        share, grip = share[:, None, None], (push * friction * steep)[:, None, None]
         radial = (np.sum(normal * v, axis=1) / r)[:, None, None]
         by_y = -slope * (outer_nn + share * outer_tn) - turn * (outer_tt - share * outer_nt) + grip * radial * outer_tt
         return force, by_y, -grip * outer_tt
 
+    return law
+
 
 def add_rub(machine, node, stiffness, clearance, friction, radius, centre=(0.0, 0.0), slip_speed=None):
     """Rub: a circular stator of `clearance` m about `centre` (m); stiffness N/m, shaft radius m at the contact."""
-    law = RubLaw(stiffness, clearance, friction, radius, centre, slip_speed or 1e-2 * radius)
+    law = rub_law(stiffness, clearance, friction, radius, centre, slip_speed or 1e-2 * radius)
     machine.local.append(LocalForce(machine.plane(node), law, "rub"))
-    return law
 
 
 # Laws by which a contact opens gradually about x = 0, in its widths: function(x) -> rounded max(x, 0), and its slope.
@@ -103,12 +101,7 @@ def add_asymmetry(machine, elements, share, angle=0.0):
     for number in elements:
         part = machine.rotor.elements[number]
         stiffness = share * deformation_stiffness(part)
-
-        def law(turn, y, v, speed, stiffness=stiffness):
-            matrix = -np.kron(turned(turn + angle), stiffness)
-            by_y = np.broadcast_to(matrix, (len(y), 4, 4))
-            return y @ matrix.T, by_y, np.zeros_like(by_y)
-
+        law = linear_law(lambda turn, stiffness=stiffness: -np.kron(turned(turn + angle), stiffness))
         machine.local.append(LocalForce(element_deformation(part, machine.size, number), law, "asymmetry"))
 
 
@@ -118,13 +111,11 @@ def coupling(stiffness, share, offset, run_out):
     K(angle) = stiffness (1 + share turned(angle)); `offset` is fixed (misalignment), `run_out` turns with the shaft.
     """
 
-    def law(angle, y, v, speed):
+    def driver(angle):
         off = offset + run_out * np.exp(1j * angle)
-        matrix = stiffness * (np.eye(2) + share * turned(angle))
-        by_y = np.broadcast_to(-matrix, (len(y), 2, 2))
-        return (np.array([off.real, off.imag]) - y) @ matrix.T, by_y, np.zeros_like(by_y)
+        return np.array([off.real, off.imag])
 
-    return law
+    return linear_law(lambda angle: -stiffness * (np.eye(2) + share * turned(angle)), driver)
 
 
 def add_misalignment(machine, node, stiffness, offset, run_out=0.0, share=0.0, angular=False):
@@ -183,12 +174,8 @@ def add_contact_ring(machine, node, stiffness, kind, clearance, scale, centre, f
     centre = np.asarray(centre)
 
     def force(angle, y, v, speed):
-        away = y - centre
-        r = np.maximum(np.hypot(away[:, 0], away[:, 1]), 1e-300)
-        normal = away / r[:, None]
-        tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+        normal, tangent, r, slip = at_stator(y, v, speed, centre, radius)
         push = pushed(r - clearance, stiffness, kind, scale)
-        slip = np.sum(tangent * v, axis=1) + speed * radius
         grip = sliding + (static - sliding) * np.exp(-((slip / stribeck) ** 2))
         return -push[:, None] * (normal + (grip * np.tanh(slip / (0.01 * speed_of)))[:, None] * tangent)
 

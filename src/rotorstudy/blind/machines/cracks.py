@@ -27,8 +27,8 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from rotorstudy.blind.machines.beam import both_planes, plane_matrices
-from rotorstudy.blind.machines.machine import LocalForce
+from rotorstudy.blind.machines.beam import both_planes, by_plane, plane_matrices
+from rotorstudy.blind.machines.machine import LocalForce, linear_law
 
 
 def strip_factors(ratio):
@@ -63,55 +63,16 @@ def dimensionless_compliance(depth_ratio):
     return 32 * np.sum(area * opening**2), 32 * np.sum(area * sideways**2)
 
 
-class TabulatedHinge:
-    """Law of the kink in an element: moment if there were no kink, to kink.
-
-    The moment is m = y - k kink, k the element's own stiffness against a kink; the kink is the crack's compliance of m.
-    Laws of degree one in m are solved beforehand: the direction of y alone decides, and a table by that direction holds
-    the solution. A residual stress that closes the crack shifts both m and y by its moment.
-
-    moments, kinks : (count, 2) unit moments (opening, sideways) around the circle, in N m, and their kinks, in rad
-    angle          : of the middle of the cracked side from the shaft's reference line, rad
-    kink_stiffness : k, N m/rad;  closing : moment that just opens the crack, N m
-    """
-
-    def __init__(self, moments, kinks, angle, kink_stiffness, closing=0.0, count=1440):
-        self.angle, self.closing = angle, np.array([closing, 0.0])
-        y = moments + kink_stiffness * kinks
-        direction = np.unwrap(np.arctan2(y[:, 1], y[:, 0]))
-        if np.any(np.diff(direction) <= 0):
-            raise ValueError("the crack's law has no unique solution")
-        ratio = kinks / np.hypot(y[:, 0], y[:, 1])[:, None]
-        self.grid = 2 * np.pi * np.arange(count + 1) / count
-        self.table = np.stack([np.interp(self.grid, direction, ratio[:, i], period=2 * np.pi) for i in (0, 1)], axis=1)
-        self.slope = np.diff(self.table, axis=0) * count / (2 * np.pi)
-
-    def kink(self, y):
-        """Kink (opening, sideways) for y (speeds, 2) in the same axes, and its derivative (speeds, 2, 2)."""
-        size = np.maximum(np.hypot(y[:, 0], y[:, 1]), 1e-300)
-        unit = y / size[:, None]
-        direction = np.mod(np.arctan2(y[:, 1], y[:, 0]), 2 * np.pi)
-        number = np.minimum((direction / self.grid[1]).astype(int), len(self.slope) - 1)
-        slope = self.slope[number]
-        value = self.table[number] + slope * (direction - self.grid[number])[:, None]
-        around = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
-        return size[:, None] * value, value[:, :, None] * unit[:, None] + slope[:, :, None] * around[:, None]
-
-    def __call__(self, angle, y, v, speed):
-        """Local law: y are the moments of the slopes in x and y (N m), the result is the kink of the slopes (rad)."""
-        cos, sin = np.cos(angle + self.angle), np.sin(angle + self.angle)
-        to_crack = -np.array([[cos, sin], [-sin, cos]])  # opening is against `across`
-        kink, slope = self.kink(y @ to_crack.T - self.closing)
-        return kink @ to_crack, to_crack.T @ slope @ to_crack, np.zeros_like(slope)
+def to_crack(angle):
+    """Moments in x and y to (opening, sideways) of a crack at an angle; opening is against `across`."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    return -np.array([[cos, sin], [-sin, cos]])
 
 
 def hinge_selection(size, part, element, kink):
     """Selection (size, 2) of the moments in x and y at a kink, by what it moves the ends of its element (4,)."""
-    shape = np.zeros((8, 2))
-    shape[[0, 3, 4, 7], 0] = kink
-    shape[[1, 2, 5, 6], 1] = kink * [1, -1, 1, -1]
     selection = np.zeros((size, 2))
-    selection[4 * element : 4 * element + 8] = both_planes(plane_matrices(part)[0]) @ shape
+    selection[4 * element : 4 * element + 8] = both_planes(plane_matrices(part)[0]) @ by_plane(kink[:, None])
     return selection
 
 
@@ -155,37 +116,62 @@ def trapezoid(half_open, ramp, lag=0.0):
 
 
 def tabulated(form, angle, stiffness, count=1440):
-    """Law of a form that depends on the moment."""
+    """Law of a form that depends on the moment.
+
+    The moment is m = y - k kink, k the element's own `stiffness` against a kink and y what it were without one; the
+    kink is the crack's compliance of m. Laws of degree one in m are solved beforehand: the direction of y alone
+    decides, and a table by that direction holds the solution. A residual stress that closes the crack shifts both m
+    and y by its moment.
+    """
     turn = 2 * np.pi * np.arange(count) / count
     moments = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     share = np.ones(count) if form.law == "open" else form.share(turn)
-    yielded = share[:, None] * (moments @ form.compliance)
+    kinks = share[:, None] * (moments @ form.compliance)
     if form.law == "energy":  # e = share m.C m / 2 of degree two in m: its gradient is 2 e along m and e' across
-        energy = np.sum(moments * yielded, axis=1) / 2
+        energy = np.sum(moments * kinks, axis=1) / 2
         lines = np.fft.rfft(energy)
         slope = np.fft.irfft(1j * np.arange(len(lines)) * lines, count)
         around = np.stack([-moments[:, 1], moments[:, 0]], axis=1)
-        yielded = 2 * energy[:, None] * moments + slope[:, None] * around
-    return TabulatedHinge(moments, yielded, angle, stiffness, form.closing)
+        kinks = 2 * energy[:, None] * moments + slope[:, None] * around
+    solved = moments + stiffness * kinks
+    direction = np.unwrap(np.arctan2(solved[:, 1], solved[:, 0]))
+    if np.any(np.diff(direction) <= 0):
+        raise ValueError("the crack's law has no unique solution")
+    ratio = kinks / np.hypot(solved[:, 0], solved[:, 1])[:, None]
+    grid = 2 * np.pi * np.arange(count + 1) / count
+    table = np.stack([np.interp(grid, direction, ratio[:, i], period=2 * np.pi) for i in (0, 1)], axis=1)
+    slopes, closing = np.diff(table, axis=0) * count / (2 * np.pi), np.array([form.closing, 0.0])
+
+    def law(turn, y, v, speed):
+        axes = to_crack(turn + angle)
+        y = y @ axes.T - closing
+        size = np.maximum(np.hypot(y[:, 0], y[:, 1]), 1e-300)
+        unit = y / size[:, None]
+        direction = np.mod(np.arctan2(y[:, 1], y[:, 0]), 2 * np.pi)
+        number = np.minimum((direction / grid[1]).astype(int), len(slopes) - 1)
+        slope = slopes[number]
+        value = table[number] + slope * (direction - grid[number])[:, None]
+        around = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
+        by_y = value[:, :, None] * unit[:, None] + slope[:, :, None] * around[:, None]
+        return size[:, None] * value @ axes, axes.T @ by_y @ axes, np.zeros_like(by_y)
+
+    return law
 
 
 def by_angle(form, angle, stiffness, stretched):
     """Law of a form that depends on the shaft's angle alone; `stretched`: angle of the side in tension at rest."""
     softer, one = stiffness * form.compliance, np.eye(2)
 
-    def law(turn, y, v, speed):
-        cos, sin = np.cos(turn + angle), np.sin(turn + angle)
-        to_crack = -np.array([[cos, sin], [-sin, cos]])
+    def yielded(turn):
         share = form.share(turn + angle - stretched)
         if form.law == "flexibility_by_angle":
             kink = np.linalg.solve(one + share * softer, share * form.compliance)
         else:
             kink = share * np.linalg.solve(one + softer, form.compliance)
-        matrix = to_crack.T @ kink @ to_crack
-        by_y = np.broadcast_to(matrix, (len(y), 2, 2))
-        return y @ matrix.T, by_y, np.zeros_like(by_y)
+        axes = to_crack(turn + angle)
+        return axes.T @ kink @ axes
 
-    return law
+    return linear_law(yielded)
 
 
 def pieces(machine, position, length):

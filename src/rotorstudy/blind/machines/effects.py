@@ -6,7 +6,7 @@ in rad.
 
 import numpy as np
 
-from rotorstudy.blind.machines.beam import plane_matrices
+from rotorstudy.blind.machines.beam import by_plane, plane_matrices
 from rotorstudy.blind.machines.machine import Disc, add_disc, shaft_stiffness
 
 
@@ -36,9 +36,7 @@ def add_bow(machine, shape):
             flexible rotor", J. Eng. Power 98 (1976) 171-181.
     """
     vector = np.zeros(machine.size, complex)
-    count = 4 * machine.rotor.nodes
-    vector[0:count:4], vector[1:count:4] = shape[:, 0], -1j * shape[:, 0]
-    vector[3:count:4], vector[2:count:4] = shape[:, 1], 1j * shape[:, 1]
+    vector[: 4 * machine.rotor.nodes] = by_plane(shape.reshape(-1, 1)) @ [1, -1j]
     machine.add_harmonic(1, 0, shaft_stiffness(machine.rotor, size=machine.size) @ vector)
 
 
@@ -109,8 +107,7 @@ def element_deformation(element, size, number):
     length = element.length
     plane = np.array([[1 / length, 1.0, -1 / length, 0.0], [1 / length, 0.0, -1 / length, 1.0]]).T
     full = np.zeros((size, 4))
-    full[4 * number + np.array([0, 3, 4, 7]), :2] = plane
-    full[4 * number + np.array([1, 2, 5, 6]), 2:] = plane * np.array([1, -1, 1, -1])[:, None]
+    full[4 * number : 4 * number + 8] = by_plane(plane)
     return full
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rotorstudy.blind.machines.beam import both_planes, gyroscopic_planes, plane_matrices, quarter_turn
+from rotorstudy.blind.machines.beam import both_planes, by_plane, gyroscopic_planes, plane_matrices, quarter_turn
 
 GRAVITY = 9.80665  # m/s²
 
@@ -116,15 +116,6 @@ class PointRotor:
         cross = rigidity * (a**2 - b**2) / (a * b) ** 2
         return np.array([[rigidity * (a**3 + b**3) / (a * b) ** 3, cross], [cross, rigidity * (a + b) / (a * b)]])
 
-    @property
-    def both_planes(self):
-        """The same 4x4 of x, y, a, b."""
-        k = self.plane_stiffness
-        full = np.zeros((4, 4))
-        full[np.ix_([0, 3], [0, 3])] = k
-        full[np.ix_([1, 2], [1, 2])] = k * [[1, -1], [-1, 1]]
-        return full
-
     def hinge(self, position):
         """Selection (4, 2) of the moments at a kink of the shaft at a position (m), and its stiffness, N m/rad."""
         length, a = self.length, self.first
@@ -134,16 +125,14 @@ class PointRotor:
         if position == a:  # at the disc, which tilts by the mean of both sides
             kink = np.array([-a * self.second, (a - self.second) / 2]) / length
         moment = self.plane_stiffness @ kink
-        selection = np.zeros((4, 2))
-        selection[[0, 3], 0], selection[[1, 2], 1] = moment, moment * [1, -1]
-        return selection, float(kink @ moment)
+        return by_plane(moment[:, None]), float(kink @ moment)
 
     def build(self, gravity):
         """Its machine."""
         zeros = [np.zeros((4, 4)) for _ in range(5)]
         machine = Machine(self, *zeros)
         add_disc(machine, self.disc, gravity)
-        machine.stiffness += self.both_planes
+        machine.stiffness += both_planes(self.plane_stiffness)
         machine.at_node(0, (self.external + self.internal) * np.eye(2), "damping")
         machine.at_node(0, self.internal * np.array([[0.0, 1.0], [-1.0, 0.0]]), "circulatory")
         tilt = 0.01 * np.sqrt(self.plane_stiffness[1, 1] * self.disc.diametral_moment)  # in the middle it never moves
@@ -161,6 +150,17 @@ class LocalForce:
     selection: np.ndarray
     law: Callable
     name: str
+
+
+def linear_law(matrix_of, zero_of=None):
+    """Law of the force matrix_of(angle) @ (y - zero_of(angle)), which is linear in y."""
+
+    def law(angle, y, v, speed):
+        matrix = matrix_of(angle)
+        by_y = np.broadcast_to(matrix, (len(y), *matrix.shape))
+        return (y if zero_of is None else y - zero_of(angle)) @ matrix.T, by_y, np.zeros_like(by_y)
+
+    return law
 
 
 @dataclass

@@ -15,6 +15,14 @@ class Probe:
     runout: dict = field(default_factory=dict)  # complex amplitude (m) of exp(j k angle) of the surface, by k >= 1
     reversed: bool = False
 
+    def reading(self, x, y, turning):
+        """What it shows of a motion along x and y, m; turning(k, amplitude) : that of a harmonic of its runout."""
+        where = self.angle + self.angle_error
+        seen = np.cos(where) * x + np.sin(where) * y
+        for k, amplitude in self.runout.items():
+            seen = seen + turning(k, amplitude)
+        return self.gain * seen * (-1 if self.reversed else 1)
+
 
 @dataclass(frozen=True)
 class Chain:
@@ -80,6 +88,10 @@ def record(rng, steady, nodes, probes, chain, zero=None, orders=24):
         angle, rate = shaft_angle(rng, chain, steady.speed[s], time)
         means[s], pulses[s] = (angle[-1] - angle[0]) / time[-1], keyphasor(angle, chain)
         seen = angle - rate * chain.delay
+
+        def turning(k, amplitude, seen=seen):
+            return (amplitude * np.exp(1j * k * seen)).real
+
         swing, shift = 1 + chain.amplitude_scatter * rng.normal(), chain.phase_scatter * rng.normal()
         planes = np.array([steady.displacement[s][:, 4 * node : 4 * node + 2].T for node in nodes])
         rests, turned = planes.mean(axis=-1, keepdims=True), at_angle(planes, seen + shift, orders)
@@ -87,11 +99,7 @@ def record(rng, steady, nodes, probes, chain, zero=None, orders=24):
             motion = rests[i] + swing * (turned[i] - rests[i])
             motion -= zero[4 * node : 4 * node + 2, None]
             for channel, probe in enumerate(probes[node]):
-                where = probe.angle + probe.angle_error
-                reading = np.cos(where) * motion[0] + np.sin(where) * motion[1]
-                for k, value in probe.runout.items():
-                    reading = reading + (value * np.exp(1j * k * seen)).real
-                out[s, i, channel] = probe.gain * reading * (-1 if probe.reversed else 1)
+                out[s, i, channel] = probe.reading(*motion, turning)
     for i, node in enumerate(nodes):
         if node in chain.swapped:
             out[:, i] = out[:, i, ::-1].copy()
@@ -106,16 +114,14 @@ def expected_harmonics(steady, nodes, probes, chain, harmonics, zero=None):
     harmonics, zero = np.asarray(harmonics), np.zeros(steady.displacement.shape[-1]) if zero is None else zero
     out = np.empty((len(steady.speed), len(harmonics), len(nodes)), complex)
     late = np.exp(-1j * harmonics * (chain.phase_offset + steady.speed[:, None] * chain.delay))
+
+    def turning(k, amplitude):
+        return amplitude / 2 * (harmonics == k) + np.conj(amplitude) / 2 * (harmonics == -k)
+
     for i, node in enumerate(nodes):
         xy = steady.displacement[:, :, 4 * node : 4 * node + 2] - zero[4 * node : 4 * node + 2]
         lines = np.mean(xy[:, :, None] * np.exp(-1j * np.outer(steady.angle, harmonics))[None, :, :, None], axis=1)
-        readings = []
-        for probe in probes[node]:
-            where = probe.angle + probe.angle_error
-            seen = np.cos(where) * lines[..., 0] + np.sin(where) * lines[..., 1]
-            for k, value in probe.runout.items():
-                seen = seen + value / 2 * (harmonics == k) + np.conj(value) / 2 * (harmonics == -k)
-            readings.append(probe.gain * seen * (-1 if probe.reversed else 1) * late)
+        readings = [probe.reading(lines[..., 0], lines[..., 1], turning) * late for probe in probes[node]]
         readings = readings[::-1] if node in chain.swapped else readings
         meant = np.array([[np.cos(probe.angle), np.sin(probe.angle)] for probe in probes[node]])
         x, y = np.einsum("dp,psh->dsh", np.linalg.inv(meant), np.array(readings))
