@@ -16,7 +16,7 @@ from rotorstudy.response.stability import eigenvalues, stability_threshold
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.response.whirl import critical_speeds, time_invariant, without_damping
 from rotorstudy.store import dataset
-from rotorstudy.studies.common import HARMONIC, SPEED, parameter_coordinates, reported
+from rotorstudy.studies.common import ESTIMATE, RELATIVE_ERROR, SPEED, reported, sweep
 from rotorstudy.studies.config import ExtraMeasurement
 
 ORDERS = (1, 2, 3, -1)  # whose critical speeds are sought
@@ -70,23 +70,24 @@ def stability(config, ratios=(0.5, 1.0, 2.0, 5.0), up_to=8.0):
     )
     undamped = np.abs(eigenvalues(model, [1.0], without_damping(model)).imag).min()
     relative = np.linspace(0.05, up_to, 160)
-    growth, threshold = [], []
-    for ratio in ratios:
+
+    def at(ratio):
         theta = model.theta.copy()
         theta[internal] = external / ratio
-        growth.append(eigenvalues(model, relative * undamped, theta).real.max(axis=-1))
+        growth = eigenvalues(model, relative * undamped, theta).real.max(axis=-1)
         found = stability_threshold(model, up_to * undamped, theta)
-        threshold.append(np.nan if found is None else found)
+        return {"growth_rate": growth, "threshold": np.nan if found is None else found}
+
     coordinates = {
         "damping_ratio": (np.array(ratios), "1", "external over internal damping"),
         "relative_speed": (relative, "1", "speed over natural frequency"),
     }
-    variables = {
-        "growth_rate": (tuple(coordinates), np.array(growth), "1/s", "largest real part of the eigenvalues"),
-        "threshold": (("damping_ratio",), np.array(threshold), "rad/s", "speed where a whirl mode stops decaying"),
-        "natural_frequency": ((), undamped, "rad/s", "undamped natural frequency"),
+    told = {
+        "growth_rate": (("relative_speed",), "1/s", "largest real part of the eigenvalues"),
+        "threshold": ((), "rad/s", "speed where a whirl mode stops decaying"),
     }
-    return dataset(variables, coordinates, title=f"{config.title}: stability")
+    natural = {"natural_frequency": ((), undamped, "rad/s", "undamped natural frequency")}
+    return sweep(coordinates, ("damping_ratio",), at, told, natural, title=f"{config.title}: stability")
 
 
 def first_crack(config, rig):
@@ -117,10 +118,7 @@ def weight_dominance(config):
     coordinates = {
         "crack": (["weight dominant", "full"], "1", "what the crack's stiffness loss acts on"),
         "crack_scale": (scales, "1", "stiffness loss over that of the rig"),
-        "case": (list(config.cases), "1", "speeds used together"),
-        "harmonic": (np.array(config.harmonics), *HARMONIC),
-        "speed": (np.array(config.shown_speeds_rad_s, float), *SPEED),
-        **parameter_coordinates(config.reported),
+        **{name: config.coordinates[name] for name in ("case", "harmonic", "speed", "parameter")},
     }
     shown = np.moveaxis(np.array(shown), 0, 1)
     variables = {
@@ -140,30 +138,22 @@ def held_model(model, speeds, percent):
 
 def variants(config):
     """A Dataset of the estimates of every variant and case, without noise, and their errors."""
-    estimates, true = [], []
-    for variant in config.variants.values():
+
+    def solved(variant, case):
+        variant, speeds = config.variants[variant], config.cases[case].speeds
         source, model, held = config.rig(variant.simulated), config.rig(variant.identified), variant.held_with_percent
-        for case in config.cases.values():
-            used = model if held is None else held_model(model, case.speeds, held)
-            problem = config.problem(used, config.clean_spectrum(source, case.speeds))
-            problem = replace(problem, condensation=variant.condensation)
-            exact = variant.condensation == "exact"
-            theta = solve_equations(problem) if exact else solve_linear(*problem.equations(), problem.names)
-            estimates.append(magnitude_and_phase(config.unknowns, theta, np.eye(len(theta)))[1])
-            true.append(config.true_values(source))
-    coordinates = {
-        "variant": (list(config.variants), "1", "how the equations are solved"),
-        "case": (list(config.cases), "1", "speeds used together"),
-        **parameter_coordinates(config.reported),
-    }
-    dims, shape = tuple(coordinates), [len(values) for values, *_ in coordinates.values()]
-    errors = config.relative_error(np.array(estimates), np.array(true)).reshape(shape)
-    variables = {
-        "estimate": (dims, np.array(estimates).reshape(shape), "SI", "estimated parameter"),
-        "relative_error": (dims, errors, "1", "relative error; of phases the difference in rad"),
-        "true": (("parameter",), config.true_values(config.rig(config.main_rig)), "SI", "value assumed"),
-    }
-    return dataset(variables, coordinates, title=f"{config.title}: variants of least squares")
+        used = model if held is None else held_model(model, speeds, held)
+        problem = config.problem(used, config.clean_spectrum(source, speeds))
+        problem = replace(problem, condensation=variant.condensation)
+        exact = variant.condensation == "exact"
+        theta = solve_equations(problem) if exact else solve_linear(*problem.equations(), problem.names)
+        estimate = magnitude_and_phase(config.unknowns, theta, np.eye(len(theta)))[1]
+        return {"estimate": estimate, "relative_error": config.relative_error(estimate, config.true_values(source))}
+
+    told = {"estimate": ESTIMATE, "relative_error": RELATIVE_ERROR}
+    coordinates = config.coordinates | {"variant": (list(config.variants), "1", "how the equations are solved")}
+    true, title = config.true_variable(config.main_rig), f"{config.title}: variants of least squares"
+    return sweep(coordinates, ("variant", "case"), solved, told, true, title=title)
 
 
 def probe_noise(config, model, speeds):
@@ -203,9 +193,9 @@ def identifiability(config):
     inflation = np.sqrt(np.diagonal(np.linalg.inv(correlation), axis1=-2, axis2=-1))
     scale = np.where([unit == "rad" for unit in units.values()], 1, np.abs(config.true_values(model)))
     coordinates = {
-        "case": (list(config.cases), "1", "speeds used together"),
+        "case": config.coordinates["case"],
         "measurement": (list(options), "1", "what is measured besides"),
-        **parameter_coordinates(units),
+        "parameter": config.coordinates["parameter"],
         "other_parameter": (list(units), "1", "identified parameter"),
     }
     pair, one = ("case", "parameter", "other_parameter"), ("case", "parameter")

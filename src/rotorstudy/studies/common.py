@@ -1,4 +1,6 @@
-"""Common to the stages of a study: reported estimates, and the spectrum without noise."""
+"""Common to the stages of a study: sweeps, reported estimates, and the spectrum without noise."""
+
+from itertools import product
 
 import numpy as np
 
@@ -6,9 +8,33 @@ from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.stability import check_stable
+from rotorstudy.store import dataset
 
 SPEED = ("rad/s", "spin speed")
+ESTIMATE = (("parameter",), "SI", "estimated parameter")
+RELATIVE_ERROR = (("parameter",), "1", "relative error; of phases the difference in rad")
 HARMONIC = ("1", "harmonic of the spin speed, positive forward")
+
+
+def sweep(coordinates, along, result, told, constant=None, **attributes):
+    """A Dataset of what a function gives for every combination of values along some dimensions.
+
+    coordinates : name -> (values, unit, long name) of all dimensions; those of no variable are left out
+    along       : dimensions swept, the first ones of each variable that is told
+    result      : function(value along each) -> {variable: real array over its further dimensions}, NaN where missing
+    told        : variable -> (further dimensions, unit, long name);  constant : others, as `store.dataset` takes them
+    """
+    size, variables = {name: len(values) for name, (values, *_) in coordinates.items()}, {}
+    for name, (dims, unit, long_name) in told.items():
+        dims = (*along, *dims)
+        variables[name] = (dims, np.full([size[dim] for dim in dims], np.nan), unit, long_name)
+    for place in product(*(range(size[name]) for name in along)):
+        values = (coordinates[name][0][i] for name, i in zip(along, place, strict=True))
+        for name, value in result(*values).items():
+            variables[name][1][place] = value
+    variables |= constant or {}
+    used = {dim for dims, *_ in variables.values() for dim in dims}
+    return dataset(variables, {dim: one for dim, one in coordinates.items() if dim in used}, **attributes)
 
 
 def reported(problem, estimate):

@@ -9,12 +9,13 @@ from pydantic import Field
 from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.problem import Problem
+from rotorstudy.measurement.full_spectra import PHASES
 from rotorstudy.measurement.noise import MODELS
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.coupling import check_harmonics
-from rotorstudy.studies.common import clean_spectrum
+from rotorstudy.studies.common import HARMONIC, SPEED, clean_spectrum, parameter_coordinates
 from rotorstudy.yaml_file import read_study
 
 PositiveNumber = Annotated[float, Field(gt=0)]
@@ -162,10 +163,27 @@ class StudyConfig(Strict):
         names, *_ = magnitude_and_phase(self.unknowns, np.ones(count), np.eye(count))
         return dict(zip(names, self.rig(self.main_rig).reported_units(names), strict=True))
 
+    @property
+    def coordinates(self):
+        """Coordinates of the Datasets of its stages: name -> (values, unit, long name)."""
+        return {
+            "case": (list(self.cases), "1", "speeds used together"),
+            "spectrum_method": (self.spectra, "1", "spectrum method"),
+            "phase_reference": (list(PHASES), "1", "what the phase is compensated by"),
+            "estimator": (self.estimators, "1", "parameter estimator"),
+            "speed": (np.array(self.shown_speeds_rad_s, float), *SPEED),
+            "harmonic": (np.array(self.harmonics), *HARMONIC),
+            **parameter_coordinates(self.reported),
+        }
+
     def true_values(self, model):
         """(parameter,) the values that a model has of the reported unknowns."""
         theta = model.theta[model.position(self.unknowns)]
         return magnitude_and_phase(self.unknowns, theta, np.eye(len(theta)))[1]
+
+    def true_variable(self, rig):
+        """The values that a rig has of the reported unknowns, as a variable of a Dataset, by its name."""
+        return {"true": (("parameter",), self.true_values(self.rig(rig)), "SI", "value assumed")}
 
     def relative_error(self, theta, true):
         """(..., parameter) relative errors of reported unknowns; of phases the differences in rad."""

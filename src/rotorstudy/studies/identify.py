@@ -1,7 +1,7 @@
 """Identification of every case of a study: without noise, under noise, and with wrong known quantities."""
 
 from dataclasses import replace
-from itertools import product
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -12,57 +12,50 @@ from rotorstudy.measurement.full_spectra import PHASES
 from rotorstudy.measurement.noise import MODELS, standard_normal, with_noise
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
-from rotorstudy.store import chunk_of, dataset, gathered
-from rotorstudy.studies.common import parameter_coordinates, reported
+from rotorstudy.store import chunk_of, gathered
+from rotorstudy.studies.common import ESTIMATE, RELATIVE_ERROR, parameter_coordinates, reported, sweep
 from rotorstudy.studies.config import changed, file_name
 from rotorstudy.studies.simulate import SOURCES, case_records, kind_spectra, records_of
 from rotorstudy.units import HALF_INTERVAL
 
 STEADY, CONDENSED = "steady state", "least_squares, condensed"
-UNDER_NOISE = (  # at one noise level: name, dimensions, unit, long name
-    ("estimate", ("estimator", "trial", "parameter"), "SI", "estimated parameter"),
-    ("stated_std", ("estimator", "parameter"), "SI", "stated standard deviation"),
-    ("coverage", ("estimator", "parameter"), "1", "share of 95 % intervals that hold"),
-    ("cramer_rao", ("parameter",), "SI", "Cramer-Rao bound of the standard deviation"),
-)
+UNDER_NOISE = {  # at one noise level: dimensions, unit, long name
+    "estimate": (("estimator", "trial", "parameter"), "SI", "estimated parameter"),
+    "stated_std": (("estimator", "parameter"), "SI", "stated standard deviation"),
+    "coverage": (("estimator", "parameter"), "1", "share of 95 % intervals that hold"),
+    "cramer_rao": (("parameter",), "SI", "Cramer-Rao bound of the standard deviation"),
+}
 
 
 def identify(config, rig):
     """A Dataset of the estimates of every case from records of all its speeds, without noise; NaN where a fit fails."""
-    methods, estimators = config.spectra, [registry().get("estimator", name) for name in config.estimators]
-    model, taken, rows = config.rig(rig), config.record, []
-    names = list(config.reported)
-    kinds = [taken.kinds[name] for name in taken.identified]
-    for case, source in product(config.cases.values(), taken.identified_from):
-        delays = {kind.late_samples for kind in kinds}
-        signals = {late: SOURCES[source](config, model, case.speeds, late) for late in delays}
-        for kind in kinds:
-            records = records_of(config, model, case.speeds, kind, signals[kind.late_samples])
-            spectra = {method: kind_spectra(config, kind, records, method, PHASES) for method in methods}
-            for phase, method, estimator in product(PHASES, methods, estimators):
-                problem = config.problem(model, spectra[method][phase])
-                try:
-                    theta, std = reported(problem, estimate_by(estimator, problem))
-                except (NoConvergenceError, NoSteadyState):  # uncompensated phases may fit no model
-                    theta = std = np.full(len(names), np.nan)
-                rows.append((theta, std))
-    coordinates = {
-        "case": (list(config.cases), "1", "speeds used together"),
+    model, taken = config.rig(rig), config.record
+
+    @lru_cache(len(taken.kinds))
+    def signals(case, source, late):
+        return SOURCES[source](config, model, config.cases[case].speeds, late)
+
+    @cache
+    def spectra(case, source, record, method):
+        kind, speeds = taken.kinds[record], config.cases[case].speeds
+        records = records_of(config, model, speeds, kind, signals(case, source, kind.late_samples))
+        return kind_spectra(config, kind, records, method, PHASES)
+
+    def found(case, source, record, phase, method, estimator):
+        problem = config.problem(model, spectra(case, source, record, method)[phase])
+        try:
+            return dict(zip(told, _estimate(estimator, problem), strict=True))
+        except (NoConvergenceError, NoSteadyState):  # uncompensated phases may fit no model
+            return {}
+
+    told = {"estimate": ESTIMATE, "standard_deviation": (("parameter",), "SI", "its stated standard deviation")}
+    coordinates = config.coordinates | {
         "source": (taken.identified_from, "1", "how the record was made"),
         "record": (taken.identified, "1", "how the record was taken"),
-        "phase_reference": (list(PHASES), "1", "what the phase is compensated by"),
-        "spectrum_method": (methods, "1", "spectrum method"),
-        "estimator": (config.estimators, "1", "parameter estimator"),
-        **parameter_coordinates(names),
     }
-    shape = [len(values) for values, *_ in coordinates.values()]
-    theta, std = (np.array(part).reshape(shape) for part in zip(*rows, strict=True))
-    variables = {
-        "estimate": (tuple(coordinates), theta, "SI", "estimated parameter"),
-        "standard_deviation": (tuple(coordinates), std, "SI", "its stated standard deviation"),
-        "true": (("parameter",), config.true_values(model), "SI", "value assumed"),
-    }
-    return dataset(variables, coordinates, title=f"{config.title}: identification without noise, rig {rig}")
+    along = ("case", "source", "record", "phase_reference", "spectrum_method", "estimator")
+    title = f"{config.title}: identification without noise, rig {rig}"
+    return sweep(coordinates, along, found, told, config.true_variable(rig), title=title)
 
 
 def _spectrum_without_noise(config, model, speeds, record):
@@ -89,15 +82,18 @@ def monte_carlo(config, rig, case, chunk=0, chunks=1):
     estimators = [*own.estimators, *([CONDENSED] if own.condensed else [])]
     size = (2, len(speeds), len(config.harmonics), len(model.sensors))
     numbers = standard_normal(settings.seed, list(config.cases).index(case), settings.trials, size)
-    exact, cells = [], []
-    for kind in kinds:
-        clean, samples = _spectrum_without_noise(config, model, speeds, kind)
-        weighted = with_noise(clean, 0.01, own.models[0], samples)
-        exact.append([_estimate(name, config.problem(model, weighted))[0] for name in estimators])
-        for noise_model, level in product(own.models, levels):
-            noise, has_bound = (level / 100, noise_model, samples), not MODELS[noise_model].one_draw
-            problem = config.problem(model, with_noise(clean, *noise))
-            cells.append(_under_noise(problem, with_noise(clean, *noise, numbers), estimators, has_bound))
+    clean = {kind: _spectrum_without_noise(config, model, speeds, kind) for kind in kinds}
+
+    def at(kind, noise_model, level):
+        spectrum, samples = clean[kind]
+        noise, has_bound = (level / 100, noise_model, samples), not MODELS[noise_model].one_draw
+        problem = config.problem(model, with_noise(spectrum, *noise))
+        return _under_noise(problem, with_noise(spectrum, *noise, numbers), estimators, has_bound)
+
+    exact = []
+    for spectrum, samples in clean.values():
+        weighted = config.problem(model, with_noise(spectrum, 0.01, own.models[0], samples))
+        exact.append([_estimate(name, weighted)[0] for name in estimators])
     coordinates = {
         "record": (kinds, "1", "what the noise is added to"),
         "noise_model": (list(own.models), "1", "noise model"),
@@ -106,16 +102,10 @@ def monte_carlo(config, rig, case, chunk=0, chunks=1):
         "trial": (np.arange(settings.trials), "1", "trial"),
         **parameter_coordinates(config.reported),
     }
-    grid = tuple(coordinates)[:3]
-    lead = [len(coordinates[name][0]) for name in grid]
-    variables = {
-        key: ((*grid, *dims), np.reshape(values, (*lead, *np.shape(values[0]))), unit, long_name)
-        for values, (key, dims, unit, long_name) in zip(zip(*cells, strict=True), UNDER_NOISE, strict=True)
-    } | {
-        "without_noise": (("record", "estimator", "parameter"), np.array(exact), "SI", "estimate without noise"),
-        "true": (("parameter",), config.true_values(model), "SI", "value assumed"),
-    }
-    return dataset(variables, coordinates, title=f"{config.title}: {case}, rig {rig}, under noise", seed=settings.seed)
+    constant = {"without_noise": (("record", "estimator", "parameter"), exact, "SI", "estimate without noise")}
+    constant, title = constant | config.true_variable(rig), f"{config.title}: {case}, rig {rig}, under noise"
+    along = ("record", "noise_model", "noise")
+    return sweep(coordinates, along, at, UNDER_NOISE, constant, title=title, seed=settings.seed)
 
 
 def _under_noise(problem, trials, estimators, has_bound):
@@ -129,7 +119,7 @@ def _under_noise(problem, trials, estimators, has_bound):
         coverage = np.mean(np.abs(estimate - true) <= HALF_INTERVAL * std, axis=0)
         found.append((estimate, np.median(std, axis=0), coverage))
     bound = np.sqrt(np.diag(bound)) if has_bound else np.full(len(true), np.nan)
-    return *map(np.array, zip(*found, strict=True)), bound
+    return dict(zip(UNDER_NOISE, (*map(np.array, zip(*found, strict=True)), bound), strict=True))
 
 
 def gather_monte_carlo(config, case, chunks, parts):
@@ -139,28 +129,27 @@ def gather_monte_carlo(config, case, chunks, parts):
 
 def bias(config):
     """A Dataset of errors of the estimates if a known quantity of the main rotor is wrong by some per cent."""
-    rig, settings, names = config.main_rig, config.bias, list(config.reported)
-    model, estimators = config.rig(rig), [registry().get("estimator", name) for name in config.estimators]
-    rows = []
-    for key, percent in product(settings.keys, settings.percent):
+    rig, settings = config.main_rig, config.bias
+    model = config.rig(rig)
+    true = config.true_values(model)
+
+    @cache
+    def with_wrong(key, percent, case):
         wrong = {**config.rigs[rig], "rotor": changed(config.rigs[rig]["rotor"], key, percent)}
         held = build_model(wrong, where=f"study {config.name}, {key} {percent:+g} %")
-        for case in config.cases.values():
-            clean = config.clean_spectrum(model, case.speeds)  # weighted as if the model were correct
-            problem = config.problem(held, with_noise(clean, 0.01, "white in time", config.record.samples))
-            for estimator in estimators:
-                try:
-                    rows.append(reported(problem, estimate_by(estimator, problem))[0])
-                except (NoConvergenceError, NoSteadyState):
-                    rows.append(np.full(len(names), np.nan))
-    coordinates = {
+        clean = config.clean_spectrum(model, config.cases[case].speeds)  # weighted as if the model were correct
+        return config.problem(held, with_noise(clean, 0.01, "white in time", config.record.samples))
+
+    def error(key, percent, case, estimator):
+        try:
+            estimate, _ = _estimate(estimator, with_wrong(key, percent, case))
+        except (NoConvergenceError, NoSteadyState):
+            return {}
+        return {"relative_error": config.relative_error(estimate, true)}
+
+    coordinates = config.coordinates | {
         "known": (settings.keys, "1", "quantity held wrong"),
         "percent": (np.array(settings.percent), "percent", "error of the known quantity"),
-        "case": (list(config.cases), "1", "speeds used together"),
-        "estimator": (config.estimators, "1", "parameter estimator"),
-        **parameter_coordinates(names),
     }
-    shape = [len(values) for values, *_ in coordinates.values()]
-    off = config.relative_error(np.reshape(rows, shape), config.true_values(model))
-    variables = {"relative_error": (tuple(coordinates), off, "1", "relative error; of phases the difference in rad")}
-    return dataset(variables, coordinates, title=f"{config.title}: bias of known quantities, rig {rig}")
+    along, title = ("known", "percent", "case", "estimator"), f"{config.title}: bias of known quantities, rig {rig}"
+    return sweep(coordinates, along, error, {"relative_error": RELATIVE_ERROR}, title=title)

@@ -1,7 +1,7 @@
 """Output-error identification from few sensors: convergence, accuracy under noise, and the Cramer-Rao bound."""
 
 from dataclasses import replace
-from itertools import product
+from functools import partial
 
 import numpy as np
 
@@ -10,8 +10,7 @@ from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.output_error import cramer_rao_bound, output_error_fit
 from rotorstudy.measurement.noise import standard_normal, with_noise
 from rotorstudy.model.rig import build_model
-from rotorstudy.store import dataset
-from rotorstudy.studies.common import parameter_coordinates
+from rotorstudy.studies.common import sweep
 
 NOISE = 0.01  # white in time, relative to each sensor's rms
 STARTS = 10
@@ -20,34 +19,25 @@ START_OFF = 0.3  # relative error of each starting amplitude, of either sign
 
 def sensors(config):
     """A Dataset of fits for every set of sensors and case: exact from 30 % off, noisy from the best of these."""
-    rig = config.main_rig
-    model, names = config.rig(rig), list(config.reported)
-    shape = (len(config.sensor_sets), len(config.cases))
-    found = {name: np.full((*shape, len(names)), np.nan) for name in ("bound", "scatter")}
-    found |= {"start_error": np.full((*shape, STARTS), np.nan), "fitted": np.full(shape, np.nan)}
-    for (s, nodes), (c, case) in product(enumerate(config.sensor_sets.values()), enumerate(config.cases.values())):
-        few = build_model({**config.rigs[rig], "sensors": nodes})
-        for name, values in _fits(config, few, config.clean_spectrum(few, case.speeds), s, c).items():
-            found[name][s, c] = values
-    coordinates = {
+    coordinates = config.coordinates | {
         "sensors": (list(config.sensor_sets), "1", "nodes with probes"),
-        "case": (list(config.cases), "1", "speeds used together"),
-        **parameter_coordinates(names),
         "start": (np.arange(STARTS), "1", "start of the fit, every amplitude 30 % off"),
     }
-    dims = ("sensors", "case", "parameter")
-    variables = {
-        "bound": (dims, found["bound"], "1", "Cramer-Rao bound over the value, of phases in rad, 1 % white noise"),
-        "scatter": (dims, found["scatter"], "1", "rms error of maximum likelihood over the value, of phases in rad"),
-        "start_error": ((*dims[:2], "start"), found["start_error"], "1", "largest relative error from exact data"),
-        "fitted": (dims[:2], found["fitted"], "1", "share of the noisy fits that converged"),
-        "true": (("parameter",), config.true_values(model), "SI", "value assumed"),
+    told = {
+        "bound": (("parameter",), "1", "Cramer-Rao bound over the value, of phases in rad, 1 % white noise"),
+        "scatter": (("parameter",), "1", "rms error of maximum likelihood over the value, of phases in rad"),
+        "start_error": (("start",), "1", "largest relative error from exact data"),
+        "fitted": ((), "1", "share of the noisy fits that converged"),
     }
-    return dataset(variables, coordinates, title=f"{config.title}: few sensors", seed=config.monte_carlo.seed)
+    true, title, along = config.true_variable(config.main_rig), f"{config.title}: few sensors", ("sensors", "case")
+    return sweep(coordinates, along, partial(_fits, config), told, true, title=title, seed=config.monte_carlo.seed)
 
 
-def _fits(config, model, clean, s, c):
+def _fits(config, sensors, case):
     """The results of `sensors` for one set of sensors and case, by name, as far as the fits go."""
+    s, c = list(config.sensor_sets).index(sensors), list(config.cases).index(case)
+    model = build_model({**config.rigs[config.main_rig], "sensors": config.sensor_sets[sensors]})
+    clean = config.clean_spectrum(model, config.cases[case].speeds)
     theta_true = model.theta[model.position(config.unknowns)]
     true, seed = config.true_values(model), config.monte_carlo.seed
     scale = np.where([unit == "rad" for unit in config.reported.values()], 1, np.abs(true))

@@ -9,7 +9,6 @@ from rotorstudy.measurement.records import Record, keyphasor_signal, reference_s
 from rotorstudy.model.registry import registry
 from rotorstudy.response.integration import time_response, transient_response
 from rotorstudy.store import as_complex, dataset
-from rotorstudy.studies.common import HARMONIC, SPEED
 
 
 def steady_state(config, model, speeds, late_samples=0.0):
@@ -40,7 +39,7 @@ def simulate(config, rig):
     model, speeds = config.rig(rig), config.shown_speeds_rad_s
     coordinates = {
         "source": (list(SOURCES), "1", "how the record was made"),
-        "speed": (np.array(speeds), *SPEED),
+        "speed": config.coordinates["speed"],
         "node": (np.array(model.sensors), "1", "node"),
         "time": (config.record.time, "s", "time from the first sample"),
     }
@@ -78,10 +77,7 @@ def spectra(config, rig, records):
     coordinates = {
         "source": (records.source.values, "1", "how the record was made"),
         "record": (list(kinds), "1", "how the record was taken"),
-        "spectrum_method": (methods, "1", "spectrum method"),
-        "phase_reference": (list(PHASES), "1", "what the phase is compensated by"),
-        "speed": (speeds, *SPEED),
-        "harmonic": (np.array(config.harmonics), *HARMONIC),
+        **{name: config.coordinates[name] for name in ("spectrum_method", "phase_reference", "speed", "harmonic")},
         "node": (np.array(sensors), "1", "node"),
     }
     found = np.zeros([len(values) for values, *_ in coordinates.values()], complex)

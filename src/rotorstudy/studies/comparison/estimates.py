@@ -1,7 +1,6 @@
 """Accuracy of estimators on the harmonics of every spectrum method."""
 
 from dataclasses import replace
-from itertools import product
 from time import perf_counter
 from types import SimpleNamespace
 
@@ -14,22 +13,20 @@ from rotorstudy.inference.output_error import cramer_rao_bound
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.noise import with_noise
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.store import as_complex, dataset
+from rotorstudy.store import as_complex
 from rotorstudy.studies import identify
-from rotorstudy.studies.common import parameter_coordinates
+from rotorstudy.studies.common import parameter_coordinates, sweep
 from rotorstudy.studies.comparison.config import measured_without_noise
 from rotorstudy.units import HALF_INTERVAL
 
-BY_PARAMETER = {
-    "bias": ("SI", "mean error"),
-    "scatter": ("SI", "standard deviation over trials"),
-    "rmse": ("SI", "root mean square error"),
-    "efficiency": ("1", "Cramer-Rao variance over mean square error"),
-    "coverage": ("1", "share of stated 95 % intervals that hold the truth"),
-}
-BY_CELL = {
-    "failed": ("1", "share of trials without an estimate"),
-    "seconds": ("s", "time for one estimate; differs from run to run"),
+ACCURACY = {
+    "bias": (("parameter",), "SI", "mean error"),
+    "scatter": (("parameter",), "SI", "standard deviation over trials"),
+    "rmse": (("parameter",), "SI", "root mean square error"),
+    "efficiency": (("parameter",), "1", "Cramer-Rao variance over mean square error"),
+    "coverage": (("parameter",), "1", "share of stated 95 % intervals that hold the truth"),
+    "failed": ((), "1", "share of trials without an estimate"),
+    "seconds": ((), "s", "time for one estimate; differs from run to run"),
 }
 
 
@@ -40,28 +37,24 @@ def estimates(config, name, rotor, by_method, estimator):
     theta_true = model.theta[model.position(unknowns)]
     names, true, _ = magnitude_and_phase(unknowns, theta_true, np.eye(len(unknowns)))
     is_angle = np.array(model.reported_units(names)) == "rad"
-    shape = (len(by_method), len(faults), len(levels))
-    found = {key: np.full((*shape, len(names)), np.nan) for key in BY_PARAMETER}
-    found |= {key: np.full(shape, np.nan) for key in BY_CELL}
     bound = _bound(config, rotor, theta_true)
     asked = rotor._replace(model=without_values(model, unknowns))
-    for (m, data), (f, fault), (n, level) in product(
-        enumerate(by_method.values()), enumerate(faults), enumerate(levels)
-    ):
-        if level in config.levels(fault):
-            cell = data.sel(fault=fault, noise=level)
-            for key, value in _accuracy(asked, cell, estimator, true, is_angle, level * bound).items():
-                found[key][m, f, n] = value
-    dims = ("spectrum_method", "fault", "noise", "parameter")
-    variables = {key: (dims[: values.ndim], values, *(BY_PARAMETER | BY_CELL)[key]) for key, values in found.items()}
-    variables["true"] = (("parameter",), true, "SI", "value assumed")
+
+    def accuracy(method, fault, level):
+        if level not in config.levels(fault):
+            return {}
+        cell = by_method[method].sel(fault=fault, noise=level)
+        return _accuracy(asked, cell, estimator, true, is_angle, level * bound)
+
     coordinates = {
         "spectrum_method": (list(by_method), "1", "spectrum method"),
         "fault": (faults, "1", "what is wrong with the record"),
         "noise": (np.array(levels, float), "percent", "white noise on each sample, of the rms of the vibration"),
         **parameter_coordinates(names),
     }
-    return dataset(variables, coordinates, title=f"{config.title}: {name}, {estimator.name}")
+    constant = {"true": (("parameter",), true, "SI", "value assumed")}
+    title, along = f"{config.title}: {name}, {estimator.name}", ("spectrum_method", "fault", "noise")
+    return sweep(coordinates, along, accuracy, ACCURACY, constant, title=title)
 
 
 def _accuracy(rotor, cell, estimator, true, is_angle, bound):

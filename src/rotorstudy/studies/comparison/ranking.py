@@ -10,6 +10,7 @@ VALID = (0.90, 0.99)  # mean coverage of valid 95 % intervals; 100 trials determ
 SELDOM = 0.02  # largest share of failed trials of a recommended pair: a failure is noticed, another pair can be used
 AS_GOOD = 1.05  # errors within this factor count as equal: 100 trials determine the mean of two or more to 5 %
 FIRST = "use this if"  # a column; the first of its rows that are alike is the first choice
+WORST, TYPICAL = "error over bound, worst rotor and noise", "error over bound, median"  # columns
 ANY_FAULT = "not known which"
 ABBREVIATION = re.compile("[b-df-hj-np-tv-xz]{3,}")  # a word without a vowel
 
@@ -43,45 +44,29 @@ def advice(ranked):
     keys = ["fault", "spectrum_method", "estimator"]
     every = every[every.groupby(keys).failed.transform("max") <= SELDOM]
     groups, error = every.groupby(keys, sort=False), "error over bound"
-    table = groups.agg(
-        worst=(error, "max"),
-        typical=(error, "median"),
-        lowest_coverage=("coverage", "min"),
-        highest_coverage=("coverage", "max"),
-        failed=("failed", "max"),
-        ms=("time per estimate (ms)", "median"),
-    ).reset_index()
+    table = groups[error].max().to_frame(WORST)
     cells = every.loc[groups[error].idxmax()]
-    table["suffers"] = cells["which parameter"].to_numpy()
-    table["worst_in"] = [f"{rotor}, {noise:g} %" for rotor, noise in zip(cells.rotor, cells.noise, strict=True)]
-    table["intervals"] = [
-        "valid" if VALID[0] <= low and high <= VALID[1] else "too narrow" if low < VALID[0] else "too wide"
-        for low, high in zip(table.lowest_coverage, table.highest_coverage, strict=True)
+    table["worst rotor and noise"] = [
+        f"{rotor}, {noise:g} %" for rotor, noise in zip(cells.rotor, cells.noise, strict=True)
     ]
+    table["worst parameter there"] = cells["which parameter"].to_numpy()
+    table[TYPICAL] = groups[error].median()
+    low, high = groups.coverage.min(), groups.coverage.max()
+    table["intervals"] = np.select([low < VALID[0], ~(high <= VALID[1])], ["too narrow", "too wide"], "valid")
+    table["lowest coverage"], table["highest coverage"] = low, high
+    table["failed, largest share"] = groups.failed.max()
+    table["time per estimate (ms)"] = groups["time per estimate (ms)"].median()
     rows = []
-    for _, same in table.groupby(keys[:2], sort=False):
-        good = same[same.worst <= AS_GOOD * same.worst.min()]
-        good = good.assign(invalid=good.intervals != "valid", fails=good.failed > 0)
-        good = good.sort_values(["invalid", "fails", "worst"], kind="stable")
-        rows.append({**good.iloc[0], "as_good": ", ".join(good.estimator[1:]) or "none"})
-    best = pd.DataFrame(rows, columns=[*table.columns, "as_good"])
+    for _, same in table.reset_index().groupby(keys[:2], sort=False):
+        good = same[same[WORST] <= AS_GOOD * same[WORST].min()]
+        good = good.assign(invalid=good.intervals != "valid", fails=good["failed, largest share"] > 0)
+        good = good.sort_values(["invalid", "fails", WORST], kind="stable")
+        rows.append({**good.iloc[0], "equally good estimators": ", ".join(good.estimator[1:]) or "none"})
+    best = pd.DataFrame(rows, columns=[*keys, "equally good estimators", *table.columns])
     best["last"] = best.fault == ANY_FAULT
-    best["step"] = np.round(np.log(best.worst.astype(float)) / np.log(AS_GOOD))  # equals: by the median
-    best = best.sort_values(["last", "fault", "step", "typical"], kind="stable").groupby("fault", sort=False).head(3)
-    shown = {
-        **{key: key for key in keys},
-        "as_good": "equally good estimators",
-        "worst": "error over bound, worst rotor and noise",
-        "worst_in": "worst rotor and noise",
-        "suffers": "worst parameter there",
-        "typical": "error over bound, median",
-        "intervals": "intervals",
-        "lowest_coverage": "lowest coverage",
-        "highest_coverage": "highest coverage",
-        "failed": "failed, largest share",
-        "ms": "time per estimate (ms)",
-    }
-    return best[list(shown)].rename(columns=shown).reset_index(drop=True)
+    best["step"] = np.round(np.log(best[WORST].astype(float)) / np.log(AS_GOOD))  # equals: by the median
+    best = best.sort_values(["last", "fault", "step", TYPICAL], kind="stable").groupby("fault", sort=False).head(3)
+    return best.drop(columns=["last", "step"]).reset_index(drop=True)
 
 
 def with_words(told, use_if):
@@ -102,8 +87,7 @@ def in_sentences(told):
             "spectrum method": named(row["spectrum_method"]),
             "estimator": named(row["estimator"]),
             "equally good": named(row["equally good estimators"]),
-            "error, times the least possible": f"typically {row['error over bound, median']:.2g}, "
-            f"at worst {row['error over bound, worst rotor and noise']:.2g}",
+            "error, times the least possible": f"typically {row[TYPICAL]:.2g}, at worst {row[WORST]:.2g}",
             "at worst": f"{row['worst rotor and noise']} noise, {named(row['worst parameter there'])}",
             "its 95 % intervals": row["intervals"],
         }
