@@ -194,7 +194,7 @@ def test_an_undamped_resonance_has_no_bound():
     shown = [(p.peak.speed, p.peak.amplitude, p.peak.amplification) for p in found.peaks]
     assert shown == [(pytest.approx(NATURAL), np.inf, np.inf)] * 2
     assert "No damping acts" in summary(found)[-1]
-    rows = resonances(found, (100, 200))
+    rows = resonances(found._replace(operating=(100, 200)))
     assert [(row["amplification factor (1)"], row["required (API 617)"]) for row in rows] == [(None, "26 %")] * 2
     damped = {"kind": "external_damping", "external_damping_N_s_per_m": 10.0}
     bounded = analyse_rotor(build_model(jeffcott(UNBALANCE, damped)), 100.0, 696.0)

@@ -29,7 +29,7 @@ def run(given):
     said = summary(analysis)
     print("\n".join([*said, f"wrote {given.out}/index.html"]))
     found = {"summary": said, "criticals": criticals(analysis), "loads": loads(analysis)}
-    return found | {"resonances": resonances(analysis, operating), "damping": analysis.damping}
+    return found | {"resonances": resonances(analysis), "damping": analysis.damping}
 
 
 def _range(given, rpm, option):

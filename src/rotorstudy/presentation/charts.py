@@ -47,7 +47,7 @@ def bode_charts(name, speed, curves, points=None, lines=(), bands=(), points_spe
             if points:
                 drawn += [(f"{probe} measured", points_speed, points[node][probe], {"mark": "circle", "hollow": True})]
             for label, at, values, style in drawn:
-                kept = _thinned(len(at), MOST_POINTS)
+                kept = thinned(len(at), MOST_POINTS)
                 x, values, about = per * at[kept], factor * values[kept], (label, i % 6)
                 behind = phase_lag(values)
                 behind += 360 * np.round((np.interp(at[kept], speed, known) - behind) / 360)  # beside the curve
@@ -80,7 +80,7 @@ def speed_view(name, speed, node, harmonic, spectra, std, start=(0, 0), axes=Non
     signals : position of a speed -> what to show of each node instead of the sum of the harmonics, or None
     """
     unit, factor = shown_unit("m")
-    kept, axes = _thinned(len(speed), MOST_SPEEDS), axes or {}
+    kept, axes = thinned(len(speed), MOST_SPEEDS), axes or {}
     says = [f"{spin(w)}{', ' + text if text else ''}" for w, text in zip(speed, told or [""] * len(speed), strict=True)]
     found = {
         "name": name,
@@ -138,7 +138,7 @@ def rounded(values):
     return float(f"{values:.{DIGITS}g}") if isfinite(values) else None
 
 
-def _thinned(count, most):
+def thinned(count, most):
     """Positions of at most `most` of `count`, evenly spaced."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 

@@ -7,7 +7,7 @@ from textwrap import fill, shorten
 import numpy as np
 
 from rotorstudy import units
-from rotorstudy.presentation.charts import speed_view
+from rotorstudy.presentation.charts import speed_view, thinned
 from rotorstudy.presentation.plots import COLOURS, figure, harmonic_axis, plot_orbit
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
@@ -25,6 +25,7 @@ SMALL = 1e-3  # m; shorter lengths are written in µm
 MOST_TICKS = 12
 ROW, LINE = 0.25, 0.125  # inches: least height of a row of `causes`, height of a line of its text
 SHAPE = re.compile(r"(\w+?)_(rad_per_s|N_m|rad|m|s) (-?\d[\w.+-]*)")  # an option of a cause with its value in SI
+ORBITS = ((1, "--"), (0, "-"), (6, ":"))  # colour and line of the first, second and third drawn
 BASE, EXTENDED, MEASURED = COLOURS[1], COLOURS[0], COLOURS[6]
 SHOWN = {"base": "rig as given, fitted", "extended": "with what was added"}
 
@@ -47,8 +48,7 @@ def worst_nodes(data, count):
 
 def some_speeds(data, most):
     """The data at no more than so many of its speeds, evenly among them."""
-    count = data.sizes["speed"]
-    return data.isel(speed=np.linspace(0, count - 1, min(count, most)).round().astype(int))
+    return data.isel(speed=thinned(data.sizes["speed"], most))
 
 
 def what_is_wrong(data):
@@ -62,6 +62,9 @@ def what_is_wrong(data):
     sigma = {when: data[f"residual_{when}"].values for when in ("before", "after")}
     force = {when: np.abs(as_complex(data[f"equivalent_residual_force_{when}"])) for when in ("before", "after")}
     largest = max(force["before"].max(), 1e-12)
+    step = int(np.ceil(data.sizes["speed"] / MOST_TICKS))
+    marked = zip(data.speed.values, data.held_out.values, strict=True)
+    labels = [own_unit(w) + "*" * int(held) for w, held in marked]
     scales = (LogNorm(1, max(10.0, sigma["before"].max())), LogNorm(1e-3 * largest, largest))
     for column, (values, when) in enumerate([(v, when) for v in (sigma, force) for when in ("before", "after")]):
         for row, node in enumerate(nodes):
@@ -69,7 +72,8 @@ def what_is_wrong(data):
             ax = axes[row, column]
             image = ax.pcolormesh(shown, norm=scales[column // 2], cmap="viridis" if column < 2 else "magma")
             ax.grid(False)
-            _map_axes(ax, data, order)
+            ax.set_xticks(np.arange(len(order)) + 0.5, [f"{n}X" for n in data.harmonic.values[order]], rotation=90)
+            ax.set_yticks(np.arange(len(labels))[::step] + 0.5, labels[::step])
             if column:
                 ax.set_yticklabels([])
             else:
@@ -85,15 +89,6 @@ def what_is_wrong(data):
     held += f"; {data.sizes['speed']} of {count} speeds" if data.sizes["speed"] < count else ""
     picture.suptitle(f"Speed over harmonic (backward < 0 < forward){held}", fontsize=8)
     return picture
-
-
-def _map_axes(ax, data, order):
-    harmonics, speeds = data.harmonic.values[order], data.speed.values
-    ax.set_xticks(np.arange(len(harmonics)) + 0.5, [f"{n}X" for n in harmonics], rotation=90)
-    step = int(np.ceil(len(speeds) / MOST_TICKS))
-    held_out = data.held_out.values
-    labels = [own_unit(w) + "*" * int(held) for w, held in zip(speeds, held_out, strict=True)]
-    ax.set_yticks(np.arange(len(speeds))[::step] + 0.5, labels[::step])
 
 
 def own_unit(speed):
@@ -186,7 +181,6 @@ def before_and_after(data):
     std = here.standard_deviation.values
     floor = 0.3 * min(std.min() if std.min() > 0 else np.inf, np.abs(measured[measured != 0]).min())
     axes_of = json.loads(data.attrs.get("axes", "{}"))
-    time = (axes_of.get("mark_rad", 0.0) + np.linspace(0, 2 * np.pi, 400)) / w
     picture, axes = figure(len(nodes), 2, height=2.5, width=3.6, width_ratios=(2, 1))
     for row, node in enumerate(nodes):
         ax, orbit = axes[row]
@@ -202,13 +196,8 @@ def before_and_after(data):
         ax.set_ylim(bottom=factor * floor)
         ax.set_ylabel(f"node {data.node.values[node]}: amplitude ({unit})")
         harmonic_axis(ax, harmonics)
-        for values, index, name, line in (
-            (spectra["base"], 1, "base", "--"),
-            (spectra["extended"], 0, "extended", "-"),
-            (measured, 6, "measured", ":"),
-        ):
-            signal = synthesize(np.where(harmonics == 0, 0, values[:, node]), w, harmonics, time)
-            plot_orbit(signal, orbit, index=index, label=name, linestyle=line, mark=True)
+        of_node = [values[:, node] for values in (spectra["base"], spectra["extended"], measured)]
+        _orbits(orbit, of_node, ("base", "extended", "measured"), harmonics, w, axes_of.get("mark_rad", 0.0))
         if row == 0:
             seen = "held out of every fit" if data.held_out.values[speed] else "fitted"
             ax.set_title(f"{spin(w)}, {seen}")
@@ -259,6 +248,8 @@ def gain(data):
 
 def two_states(before, after, difference, mark=0.0):
     """Orbits at the speed of the largest change, and 1X at all speeds, a row per node, of two Spectra; mark : rad."""
+    from matplotlib.patches import Circle
+
     moving = difference.harmonics != 0
     change = np.sum(np.abs(difference.amplitude[:, moving]) ** 2, axis=1)  # (speed, sensor)
     speed = int(change.sum(axis=1).argmax())
@@ -268,17 +259,19 @@ def two_states(before, after, difference, mark=0.0):
     unit, factor = shown_unit("m")
     reach = factor * REACH * np.sqrt(variance[..., first])
     w = float(after.speed[speed])
-    time = (mark + np.linspace(0, 2 * np.pi, 400)) / w
     picture, axes = figure(len(nodes), 2, height=3.0, width=3.4)
     for row, node in enumerate(nodes):
         orbit, vectors = axes[row]
-        for one, name, index, line in ((before, "before", 1, "--"), (after, "after", 0, "-")):
-            motion = np.where(moving, one.amplitude[speed, :, node], 0)
-            signal = synthesize(motion, w, one.harmonics, time)
-            plot_orbit(signal, orbit, index=index, label=name, linestyle=line, mark=True)
+        of_node = [one.amplitude[speed, :, node] for one in (before, after)]
+        _orbits(orbit, of_node, ("before", "after"), after.harmonics, w, mark)
+        for one, name, index in ((before, "before", 1), (after, "after", 0)):
             vector = factor * one.amplitude[:, first, node]
             vectors.plot(vector.real, vector.imag, "o" if index else "s", color=COLOURS[index], label=name)
-        _changes(vectors, before, difference, first, node, reach[:, node])
+        ends = [factor * one.amplitude[:, first, node] for one in (before, difference)]
+        for start, change, radius in zip(*ends, reach[:, node], strict=True):  # each change with its 95 % circle
+            end, arrow = start + change, {"arrowstyle": "->", "color": COLOURS[2], "linewidth": 0.8}
+            vectors.annotate("", (end.real, end.imag), (start.real, start.imag), arrowprops=arrow)
+            vectors.add_patch(Circle((end.real, end.imag), radius, fill=False, color=COLOURS[2], linewidth=0.6))
         orbit.set_title(f"node {after.sensors[node]}: orbits at {spin(w)}")
         vectors.set_title("1X at all speeds, arrow: its change")
         vectors.set_aspect("equal", adjustable="datalim")
@@ -290,6 +283,14 @@ def two_states(before, after, difference, mark=0.0):
     return picture
 
 
+def _orbits(axes, motions, names, harmonics, speed, mark):
+    """One revolution of motions (harmonic,) about their means, in the style of each, from the phase mark on."""
+    time = (mark + np.linspace(0, 2 * np.pi, 400)) / speed
+    for motion, name, (index, line) in zip(motions, names, ORBITS, strict=False):
+        signal = synthesize(np.where(harmonics == 0, 0, motion), speed, harmonics, time)
+        plot_orbit(signal, axes, index=index, label=name, linestyle=line, mark=True)
+
+
 def both_states(before, after, axes):
     """Charts of both states side by side; axes : of `charts.axes_of`."""
     amplitude = {name: one.amplitude.transpose(0, 2, 1) for name, one in (("before", before), ("after", after))}
@@ -298,17 +299,3 @@ def both_states(before, after, axes):
     std = {name: np.sqrt(one.variance).transpose(0, 2, 1) for name, one in (("before", before), ("after", after))}
     start = tuple(map(int, np.unravel_index(change.argmax(), change.shape)))
     return speed_view("states", after.speed, after.sensors, after.harmonics, spectra, std, start, axes)
-
-
-def _changes(axes, before, difference, first, node, reach):
-    """An arrow from each vector of the state before along its change, and the 95 % circle of the change at its end."""
-    from matplotlib.patches import Circle
-
-    factor = shown_unit("m")[1]
-    for start, change, radius in zip(
-        factor * before.amplitude[:, first, node], factor * difference.amplitude[:, first, node], reach, strict=True
-    ):
-        end = start + change
-        arrow = {"arrowstyle": "->", "color": COLOURS[2], "linewidth": 0.8}
-        axes.annotate("", (end.real, end.imag), (start.real, start.imag), arrowprops=arrow)
-        axes.add_patch(Circle((end.real, end.imag), radius, fill=False, color=COLOURS[2], linewidth=0.6))

@@ -1,7 +1,10 @@
 """From records, of one state or two, and a rig file to a folder: verdict, data, extended rig, figures and a page."""
 
 import json
+from itertools import chain
 from pathlib import Path
+
+import numpy as np
 
 from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.settings import check_names, read_settings
@@ -45,11 +48,7 @@ def diagnose_files(
     links    : text -> address, relative to index.html, of pages to go to from its top
     raises   : RotorstudyError for files that cannot be read and for findings that are errors; nothing is written then
     """
-    rig_file = read_rig(rig_path)
-    rig, where = rig_file.given, str(rig_path)
-    settings = read_settings(rig, where)
-    spectrum, model, findings = measured_spectrum(records, rig_file)
-    check_names(settings, model, f"{where}, diagnosis")
+    rig, where, settings, model, (spectrum,), findings = _read(rig_path, records)
     with shown_for(rig, where):
         diagnosis = with_hidden(investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings))
         places = mean_positions(records, read_conventions(rig, where), spectrum, model)
@@ -60,18 +59,12 @@ def diagnose_files(
 
 def compare_files(before: list[str | Path], after: list[str | Path], rig_path: str | Path, out: str | Path) -> Verdict:
     """Compare the records of two states and write everything into the folder `out`."""
-    rig_file = read_rig(rig_path)
-    rig, where = rig_file.given, str(rig_path)
-    settings = read_settings(rig, where)
-    first, model, findings = measured_spectrum(before, rig_file)
-    second, other, more = measured_spectrum(after, rig_file)
-    model = other if len(second.single_probes) > len(first.single_probes) else model  # it has the probes of both states
-    check_names(settings, model, f"{where}, diagnosis")
+    rig, where, settings, model, (first, second), findings = _read(rig_path, before, after)
     with shown_for(rig, where):
         conventions = read_conventions(rig, where)
         states = ((before, first), (after, second))
         places = [mean_positions(paths, conventions, spectrum, model) for paths, spectrum in states]
-        findings = (*findings, *more, *journals_moved(model, *places))
+        findings = (*findings, *journals_moved(model, *places))
         found = compare(first, second, model, settings=settings, findings=findings)
         diagnosis = with_hidden(found.diagnosis)
         said = summary(diagnosis.verdict, of_change=True)
@@ -83,6 +76,16 @@ def compare_files(before: list[str | Path], after: list[str | Path], rig_path: s
     origin = {"records": f"{names[1]} after {names[0]}", "rig": where}
     changed = {"summary": said, "first": figures, "states": states}
     return _write(diagnosis, found.difference, model, rig, origin, out, **changed)
+
+
+def _read(rig_path, *states):
+    """A rig as a dict, its path and settings, the Model with the probes of all states; their spectra and Findings."""
+    rig, where = read_rig(rig_path), str(rig_path)
+    settings = read_settings(rig.given, where)
+    spectra, models, findings = zip(*(measured_spectrum(records, rig) for records in states), strict=True)
+    model = models[np.argmax([len(spectrum.single_probes) for spectrum in spectra])]
+    check_names(settings, model, f"{where}, diagnosis")
+    return rig.given, where, settings, model, spectra, tuple(chain(*findings))
 
 
 def _centreline(model, spectrum, measured):

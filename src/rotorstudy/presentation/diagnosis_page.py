@@ -2,6 +2,7 @@
 
 import json
 import re
+from itertools import product
 
 import pandas as pd
 
@@ -156,17 +157,10 @@ def _bode(data, axes):
     nodes, harmonics, speed = here.node.values.tolist(), here.harmonic.values, here.speed.values
     of = {n: along_probes(axes, nodes, harmonics, as_complex(here[n])) for n in ("measured", "base", "extended")}
 
-    def beside(names):
-        return {
-            node: {
-                f"{probe}, {label}": one
-                for name, label in zip(names, ("rig", "with cause"), strict=True)
-                for probe, one in of[name][node].items()
-            }
-            for node in nodes
-        }
-
-    curves, points = beside(("base", "extended")), beside(("measured", "measured"))
+    curves, points = {node: {} for node in nodes}, {node: {} for node in nodes}
+    for node, (name, label) in product(nodes, (("base", "rig"), ("extended", "with cause"))):
+        curves[node] |= {f"{probe}, {label}": one for probe, one in of[name][node].items()}
+        points[node] |= {f"{probe}, {label}": one for probe, one in of["measured"][node].items()}
     return bode_charts("bode", speed, curves, points, points_speed=speed)
 
 

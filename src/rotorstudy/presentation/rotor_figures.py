@@ -18,9 +18,9 @@ SHAPES = 4  # modes drawn
 TURN = np.linspace(0, 2 * np.pi, 60)
 
 
-def rotor_charts(analysis, structure, operating=None, measured=None):
+def rotor_charts(analysis, structure, measured=None):
     """All charts by name; measured : speeds, rad/s, and 1X of the probes (speed, probe), m."""
-    data, bands = analysis.data, [operating] if operating else []
+    data, bands = analysis.data, [analysis.operating] if analysis.operating else []
     curves = by_probe(data, as_complex(data.unbalance_response))
     points = {"points": by_probe(data, measured[1]), "points_speed": measured[0]} if measured else {}
     marks = [one.speed for one in analysis.resonant]
@@ -113,7 +113,7 @@ def by_probe(data, vectors):
     return found
 
 
-def rotor_figures(rig, analysis, charts, operating=None):
+def rotor_figures(rig, analysis, charts):
     """All figures, {name: figure}; charts : of `rotor_charts`."""
     first = {name: data["views"][0]["charts"] for name, data in charts.items()}
     found = {
@@ -125,7 +125,7 @@ def rotor_figures(rig, analysis, charts, operating=None):
         found["centreline"] = drawn([first["centreline"]], 2.6, 2.6)
     if len(rig.model.structure.node_positions) > 1:  # else nothing is known of the shaft between nodes
         found = {"rotor": rotor(rig), **found}
-        highest = operating[1] if operating else analysis.data.speed[-1]
+        highest = analysis.operating[1] if analysis.operating else analysis.data.speed[-1]
         modes = analysis.data.sel(speed=highest, method="nearest")
         if np.isfinite(modes.frequency.values).any():
             found["mode_shapes"] = mode_shapes(rig.model.structure, modes, rig.model.sensors)

@@ -50,12 +50,12 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
     analysis = analysis._replace(centrelines=centrelines(model, shown, from_rest))
     with whole_folder(out) as folder, shown_for(rig.given, str(rig_path)):
         log.info("drawing")
-        charts = rotor_charts(analysis, model.structure, operating, measured)
-        png = save_pictures(rotor_figures(rig, analysis, charts, operating), folder / "figures")
+        charts = rotor_charts(analysis, model.structure, measured)
+        png = save_pictures(rotor_figures(rig, analysis, charts), folder / "figures")
         attributes = {**provenance(rig.given, rig.plugins), "rig": str(rig_path)}
         save(analysis.data.assign_attrs(attributes), folder / "rotor.nc")
         captions = ROTOR_FIGURES | (MEASURED_FIGURES if measured else {})
-        write_text(folder / "index.html", rotor_page(analysis, png, charts, rig.path.stem, operating, captions))
+        write_text(folder / "index.html", rotor_page(analysis, png, charts, rig.path.stem, captions))
     return analysis
 
 

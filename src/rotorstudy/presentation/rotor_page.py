@@ -5,7 +5,6 @@ from dataclasses import asdict
 import numpy as np
 import pandas as pd
 
-from rotorstudy.presentation.captions import ROTOR_FIGURES
 from rotorstudy.presentation.pages import cells, pictures, render
 from rotorstudy.presentation.rotor_figures import whirl_name
 from rotorstudy.response.whirl import RESONANT, required_margin, separation_margin
@@ -22,17 +21,17 @@ FAR = 0.15  # of the clearance: three times what an error of 10 % in clearance o
 SAME_RESONANCE = 0.05  # a peak of a probe within this of a critical speed is that of its mode
 
 
-def rotor_page(analysis, figures, charts, title, operating=None, captions=ROTOR_FIGURES):
+def rotor_page(analysis, figures, charts, title, captions):
     """The page as HTML, of figures name -> PNG (path or bytes), and charts of `rotor_charts`."""
     changes, heading = list(analysis.damping.items())[:MOST_EFFECTS], "change of the growth rate (1/s)"
-    found = {"criticals": criticals(analysis), "peaks": resonances(analysis, operating), "loads": loads(analysis)}
+    found = {"criticals": criticals(analysis), "peaks": resonances(analysis), "loads": loads(analysis)}
     found["damping"] = [{"effect": name, heading: value} for name, value in changes]
     return render(
         "rotor.html",
         title=f"Rotordynamic analysis of {title}",
         analysis=analysis,
         summary=summary(analysis),
-        operating=operating and " to ".join(_speed(w) for w in operating),
+        operating=analysis.operating and " to ".join(map(_speed, analysis.operating)),
         figures=pictures(figures, captions),
         charts=charts,
         tables={name: cells(pd.DataFrame(rows), 4) if rows else None for name, rows in found.items()},
@@ -52,9 +51,8 @@ def summary(analysis):
     found = [f"Critical speeds up to {last}: {', '.join(named) or _none(analysis)}."]
     hidden = len(analysis.criticals) - len(analysis.resonant)
     if hidden:
-        text = f"{hidden} more are overdamped and do not show"
-        text = text if hidden > 1 else "1 more is overdamped and does not show"
-        found.append(f"{text} (damping ratio above {RESONANT:g}).")
+        text = f"{hidden} more are overdamped and do not" if hidden > 1 else "1 more is overdamped and does not"
+        found.append(f"{text} show (damping ratio above {RESONANT:g}).")
     speed, growth = analysis.data.growth_speed.values, analysis.data.growth_rate.values
     if analysis.threshold is None:
         shown = f", as far as {len(speed)} speeds show, parametric resonances of the lowest modes included"
@@ -117,14 +115,12 @@ def _margins(analysis):
         return []
     found = []
     for one in analysis.resonant:
-        margin = separation_margin(one.speed, analysis.operating)
+        margin, text = separation_margin(one.speed, analysis.operating), f"The critical speed {_speed(one.speed)} is"
         near = [p.peak for p in analysis.peaks if abs(p.peak.speed / one.speed - 1) < SAME_RESONANCE]
         needed = [required_margin(peak, analysis.operating) for peak in near]
         needed = max((share for share in needed if np.isfinite(share)), default=None)
         place = "below" if one.speed < analysis.operating[0] else "above"
-        text = f"The critical speed {_speed(one.speed)} is {percent(margin)} {place} the operating range"
-        if not margin:
-            text = f"The critical speed {_speed(one.speed)} is inside the operating range"
+        text += f" {percent(margin)} {place} the operating range" if margin else " inside the operating range"
         if needed is None:
             found.append(f"{text}; its amplification is not known, or no probe shows it.")
         elif margin >= needed:
@@ -172,8 +168,8 @@ def criticals(analysis):
     return rows
 
 
-def resonances(analysis, operating=None):
-    """A row for each resonance of a probe, with separation margins if the operating range (rad/s) is given."""
+def resonances(analysis):
+    """A row for each resonance of a probe, with separation margins if the operating range is stated."""
     rows, (unit, factor), (speed_unit, per) = [], shown_amplitude(), shown_speed()
     for node, probe, peak in analysis.peaks:
         row = {
@@ -182,7 +178,7 @@ def resonances(analysis, operating=None):
             f"1X ({unit})": factor * peak.amplitude if np.isfinite(peak.amplitude) else None,
             "amplification factor (1)": peak.amplification if np.isfinite(peak.amplification) else None,
         }
-        if operating:
+        if operating := analysis.operating:
             row["separation margin"] = percent(separation_margin(peak.speed, operating))
             needed = required_margin(peak, operating)
             row["required (API 617)"] = "not known" if np.isnan(needed) else percent(needed)

@@ -51,26 +51,23 @@ def check_rig(path):
         said = str(error).removeprefix(f"{path}: ")
         return RigCheck([Finding("error", "not valid", str(path), said), *(_implausible(rig) if rig else ())])
     findings = [*_sections(rig, model), *_implausible(rig), *odd_materials(rig.given["rotor"])]
-    findings += odd_discs(model.structure)
     bearings = [item for item in rig.given.get("bearings") or [] if isinstance(item, dict)]
     loads = _loads(model.structure)
-    findings += [*stated_loads(bearings, loads), *odd_films(bearings, loads)]
-    valid = speed_range(model)
+    findings += [*odd_discs(model.structure), *stated_loads(bearings, loads), *odd_films(bearings, loads)]
+    valid, analysis = speed_range(model), None
     if valid is None:
         findings.append(Finding("error", "speeds", str(path), "there is no speed at which all bearings are defined"))
-    missing = model.unstated
-    if missing:
+    if missing := model.unstated:
         text = f"no value for {', '.join(missing)}: `identify` estimates them; the other commands need one"
         findings.append(Finding("note", "unknown", str(path), text))
-    if missing or valid is None:
-        return RigCheck(worst_first(findings), None, valid, model)
-    try:
-        analysis = _analysed(model, valid)
-    except RotorstudyError as error:
-        findings.append(Finding("error", "rotor", str(path), str(error)))
-        return RigCheck(worst_first(findings), None, valid, model)
-    findings += _wide_orbits(model, analysis)
-    findings += [*_of_analysis(analysis, str(path)), *_probes_at_nodes(model, analysis, _probe_nodes(rig, model))]
+    elif valid:
+        try:
+            analysis = _analysed(model, valid)
+        except RotorstudyError as error:
+            findings.append(Finding("error", "rotor", str(path), str(error)))
+        else:
+            findings += [*_wide_orbits(model, analysis), *_of_analysis(analysis, str(path))]
+            findings += _probes_at_nodes(model, analysis, _probe_nodes(rig, model))
     return RigCheck(worst_first(findings), analysis, valid, model)
 
 
@@ -89,21 +86,15 @@ def speed_range(model):
     good = np.flatnonzero([defined(w) for w in TRIED])
     if not len(good):
         return None
-    ends = []
-    for inside, outside in ((good[0], good[0] - 1), (good[-1], good[-1] + 1)):
-        low_or_high = TRIED[inside]
-        if 0 <= outside < len(TRIED):
-            low_or_high = _end(defined, TRIED[inside], TRIED[outside])
-        ends.append(float(low_or_high))
-    return tuple(ends)
 
+    def end(inside, outside):
+        inside, outside = TRIED[[inside, np.clip(outside, 0, len(TRIED) - 1)]].tolist()
+        for _ in range(HALVINGS if inside != outside else 0):
+            middle = (inside + outside) / 2
+            inside, outside = (middle, outside) if defined(middle) else (inside, middle)
+        return inside
 
-def _end(defined, inside, outside):
-    """Where a range of speeds ends between one inside and one outside."""
-    for _ in range(HALVINGS):
-        middle = (inside + outside) / 2
-        inside, outside = (middle, outside) if defined(middle) else (inside, middle)
-    return inside
+    return end(good[0], good[0] - 1), end(good[-1], good[-1] + 1)
 
 
 def _analysed(model, valid):

@@ -91,6 +91,11 @@ class Rotor(NamedTuple):
     harmonics: list
     speeds: np.ndarray
 
+    @property
+    def without_noise(self):
+        """Its steady-state Spectrum without noise, at the harmonics that a spectrum method estimates."""
+        return clean_spectrum(self.model, self.speeds, self.measured)
+
 
 def make_rotor(compared, model, unknowns, harmonics, speeds):
     """The Rotor of a Compared; harmonics : those of its source;  speeds : (speed,) rad/s."""
@@ -101,10 +106,5 @@ def make_rotor(compared, model, unknowns, harmonics, speeds):
 
 def study_rotor(compared, study):
     """The Rotor of the main rig of a study."""
-    model, unknowns = study.rig(study.main_rig), tuple(study.unknowns)
-    return make_rotor(compared, model, unknowns, study.harmonics, compared.speeds_rad_s)
-
-
-def measured_without_noise(rotor):
-    """The steady-state Spectrum of a rotor without noise, at the harmonics that a spectrum method estimates."""
-    return clean_spectrum(rotor.model, rotor.speeds, rotor.measured)
+    model = study.rig(study.main_rig)
+    return make_rotor(compared, model, tuple(study.unknowns), study.harmonics, compared.speeds_rad_s)

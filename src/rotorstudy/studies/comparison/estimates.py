@@ -16,7 +16,6 @@ from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.store import as_complex
 from rotorstudy.studies import identify
 from rotorstudy.studies.common import parameter_coordinates, sweep
-from rotorstudy.studies.comparison.config import measured_without_noise
 from rotorstudy.units import HALF_INTERVAL
 
 ACCURACY = {
@@ -103,7 +102,7 @@ def without_values(model, unknowns):
 
 def _bound(config, rotor, theta):
     """(parameter,) Cramer-Rao standard deviations at 1 % white noise, to which they are proportional."""
-    used = with_noise(measured_without_noise(rotor), 0.01, "white in time", config.samples)
+    used = with_noise(rotor.without_noise, 0.01, "white in time", config.samples)
     used = used.at_harmonics(rotor.harmonics)
     bound = cramer_rao_bound(Problem(rotor.model, used, rotor.unknowns), theta)
     return np.sqrt(np.diag(magnitude_and_phase(rotor.unknowns, theta, bound)[2]))
@@ -120,9 +119,7 @@ def comparison(parts):
     """Combine {(rotor, estimator): Dataset of `estimates`} into one Dataset with both as dimensions."""
     rotors = list(dict.fromkeys(rotor for rotor, _ in parts))
     estimators = list(dict.fromkeys(estimator for _, estimator in parts))
-    along, equal = xr.Variable("estimator", estimators), {"compat": "equals"}
+    along = xr.Variable("estimator", estimators, {"units": "1", "long_name": "parameter estimator"})
+    across, equal = xr.Variable("rotor", rotors, {"units": "1", "long_name": "rotor compared on"}), {"compat": "equals"}
     by_rotor = [xr.concat([parts[r, e] for e in estimators], dim=along, data_vars="different", **equal) for r in rotors]
-    whole = xr.concat(by_rotor, dim=xr.Variable("rotor", rotors), data_vars="all", join="outer", **equal)
-    whole["rotor"].attrs = {"units": "1", "long_name": "rotor compared on"}
-    whole["estimator"].attrs = {"units": "1", "long_name": "parameter estimator"}
-    return whole
+    return xr.concat(by_rotor, dim=across, data_vars="all", join="outer", **equal)

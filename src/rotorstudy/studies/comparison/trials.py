@@ -12,7 +12,6 @@ from rotorstudy.measurement.noise import standard_normal
 from rotorstudy.measurement.records import Record, keyphasor_signal, simulate_records
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import HARMONIC, SPEED
-from rotorstudy.studies.comparison.config import measured_without_noise
 
 
 class Trials(NamedTuple):
@@ -86,7 +85,7 @@ def spectra(config, name, rotor, method, faults=None):
     size = 2 * len(harmonics)
     covariance = np.full((len(faults), len(levels), len(rotor.speeds), len(model.sensors), size, size), np.nan)
     error, seconds = np.full(shape[:2], np.nan), np.full(shape[:2], np.nan)
-    true = measured_without_noise(rotor).amplitude
+    true = rotor.without_noise.amplitude
     vibration = np.sqrt(np.sum(np.abs(true[:, np.array(harmonics) != 0]) ** 2, axis=1, keepdims=True))
     for (f, fault), s in product(enumerate(faults), range(len(rotor.speeds))):
         for noisy in (False, True):

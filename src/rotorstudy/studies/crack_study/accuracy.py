@@ -1,14 +1,13 @@
 """How accurately depth, position and angle of a crack can be found: Cramer-Rao bounds, and what they rest on."""
 
-from itertools import product
+from functools import cache
 
 import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import shape_ranges
 from rotorstudy.errors import CannotAct
 from rotorstudy.inference.prior import Prior
-from rotorstudy.store import dataset
-from rotorstudy.studies.common import SPEED
+from rotorstudy.studies.common import SPEED, sweep
 from rotorstudy.studies.crack_study.sensitivity import SHAPE, Machine, bounds
 
 OF_SHAPE = ("position of the crack, m", "depth over diameter, 1", "angle of the crack, rad")
@@ -17,21 +16,21 @@ OF_SHAPE = ("position of the crack, m", "depth over diameter, 1", "angle of the 
 def accuracy(study):
     """A Dataset of Cramer-Rao bounds of a crack of the main rotor, in a record without a baseline."""
     machine, planes = Machine(study, study.main), study.main.planes
-    length = machine.model.structure.length
-    position = (np.arange(study.accuracy.positions) + 0.5) / study.accuracy.positions * length
-    depths, angle = study.accuracy.depth_ratios, study.accuracy.angles_rad[0]
-    shape = (len(planes), len(study.noise_percent), len(position), len(depths), len(SHAPE))
-    bound = np.full(shape, np.nan)
-    for (i, place), (j, depth) in product(enumerate(position), enumerate(depths)):
+    position, depths = machine.positions(study.accuracy.positions), study.accuracy.depth_ratios
+
+    @cache
+    def columns(place, depth):
+        crack = machine.crack(place, depth, study.accuracy.angles_rad[0])
+        return crack, machine.columns(crack)
+
+    def bound(names, percent, place, depth):
         try:
-            crack = machine.crack(place, depth, angle)
+            crack, changes = columns(place, depth)
         except CannotAct:
-            continue
-        columns = machine.columns(crack)
-        for (p, nodes), (n, percent) in product(enumerate(planes.values()), enumerate(study.noise_percent)):
-            bound[p, n, i, j] = _bounds(machine, columns, percent, machine.chosen(nodes), crack)
-    dims = ("planes", "noise", "position", "depth_ratio", "shape")
-    variables = {"bound": (dims, bound, "SI", "Cramer-Rao bound"), **_of_the_reference(study, machine)}
+            return {}
+        return {"bound": _bounds(machine, changes, percent, machine.chosen(planes[names]), crack)}
+
+    told, along = {"bound": (("shape",), "SI", "Cramer-Rao bound")}, ("planes", "noise", "position", "depth_ratio")
     coordinates = {
         "planes": (list(planes), "1", "nodes with probes"),
         "noise": (np.array(study.noise_percent), "percent", "white noise on each sample, of the rms vibration"),
@@ -42,7 +41,8 @@ def accuracy(study):
         "speed": (machine.speed, *SPEED),
         "confounder": (list(study.main.confounders), "1", "effect that may be present too"),
     }
-    return dataset(variables, coordinates, title=f"{study.title}: Cramer-Rao bounds")
+    others = _of_the_reference(study, machine)
+    return sweep(coordinates, along, bound, told, others, title=f"{study.title}: Cramer-Rao bounds")
 
 
 def groups(study):

@@ -28,10 +28,10 @@ class CrackedRotor(Strict):
         """All nodes with probes."""
         return sorted({node for nodes in self.planes.values() for node in nodes})
 
-    def model(self, *effects):
-        """Model with all probes and further effects."""
+    def model(self, *effects, **other):
+        """Model with all probes and further effects; other : sections of the rig."""
         given = {"rotor": self.rotor, "bearings": self.bearings, "effects": [*self.effects, *effects]}
-        return build_model({**given, "sensors": self.nodes}, where=self.source)
+        return build_model({**given, "sensors": self.nodes, **other}, where=self.source)
 
 
 class CrackMap(Strict):

@@ -16,7 +16,6 @@ from rotorstudy.model.cracks import compliance
 from rotorstudy.model.registry import registry
 from rotorstudy.store import dataset
 from rotorstudy.studies.crack_study.sensitivity import Machine
-from rotorstudy.studies.crack_study.trials import spectrum_std
 
 REFERENCE = "reference"  # the law of `equivalent_beam`
 FINE = np.linspace(0.01, 0.6, 600)  # depths between which it is inverted
@@ -73,10 +72,8 @@ def fronts(study):
         spectrum = machine.noisy_spectrum(shown, study.usual_noise_percent)
         size = len(machine.prior.names)
         (draw,) = standard_normal(settings.seed, trial, 1, size + 2 * shown.size)
-        noise = draw[size:].reshape(2, *shown.shape)
-        spectrum = replace(spectrum, amplitude=shown + spectrum_std(spectrum) * (noise[0] + 1j * noise[1]))
         prior = replace(machine.prior, mean=machine.prior.mean + machine.prior.factor @ draw[:size])
-        work = machine.work(spectrum)._replace(prior=prior)
+        work = machine.work(machine.drawn(spectrum, shown, draw[size:]))._replace(prior=prior)
         shape = {"position_m": position, "depth_ratio": depth, "angle_rad": angle}
         found.append(_by_each_law(study, work, shape))
     coordinates = {"law": (laws, "1", "flexibility of the crack"), "trial": (np.arange(settings.count), "1", "record")}

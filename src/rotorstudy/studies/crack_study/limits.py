@@ -53,7 +53,7 @@ def limits(study):
     needed = needed_visibility(study.false_alarm, study.power)
     for name, rotor in study.rotors.items():
         machine = Machine(study, rotor)
-        position = (np.arange(study.map.positions) + 0.5) / study.map.positions * machine.model.structure.length
+        position = machine.positions(study.map.positions)
         seen = _visibilities(study, machine, position)
         least = smallest(study.map.depth_ratios, seen, needed)
         dims = (f"planes_{name}", "noise", "baseline", f"position_{name}")

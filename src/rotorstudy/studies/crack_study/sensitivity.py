@@ -45,10 +45,20 @@ class Machine:
         variance = std**2 + self.study.probe_noise_m**2 / self.study.samples
         return with_model_error(self.spectrum(amplitude, variance), self.study.diagnosis)
 
+    def drawn(self, spectrum, amplitude, normal):
+        """The Spectrum with an amplitude (speed, harmonic, sensor), m, and noise by standard normal numbers."""
+        variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)[..., : len(self.harmonics)]
+        real, imag = normal.reshape(2, *amplitude.shape)
+        return spectrum.with_amplitude(amplitude + np.sqrt(np.moveaxis(variance, 1, 2)) * (real + 1j * imag))
+
     def std(self, percent):
         """(component,) standard deviations of noise and model error, m."""
         spectrum = self.noisy_spectrum(self.healthy, percent)
         return 1 / spectrum.whitened(np.full(self.healthy.shape, 1 + 1j))
+
+    def positions(self, count):
+        """(position,) evenly spaced along the shaft, m."""
+        return (np.arange(count) + 0.5) / count * self.model.structure.length
 
     @cached_property
     def raw(self):

@@ -7,7 +7,6 @@ from rotorstudy.inference.estimate import estimate_by
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import build_model
 from rotorstudy.response.measured import measured_response
 from rotorstudy.store import dataset
 
@@ -15,16 +14,15 @@ from rotorstudy.store import dataset
 def thesis_method(study):
     """A Dataset of the loss found without noise by least squares at the thesis's node, for cracks elsewhere."""
     main, settings = study.main, study.thesis
-    given = {"rotor": main.rotor, "bearings": main.bearings, "effects": main.effects}
-    nodes = list(build_model(given).structure.nodes)
-    model = build_model({**given, "cracks": settings.cracks, "sensors": nodes})
+    nodes = list(main.model().structure.nodes)
+    model = main.model(cracks=settings.cracks, sensors=nodes)
     speed, estimator = np.array(main.speeds_rad_s), registry().get("estimator", settings.estimator)
     (name,) = (name for name in settings.unknowns if name.startswith("stiffness_loss"))
 
     def loss(position):
         effect = study.crack.effect(position, settings.depth_ratio, 0.0)  # it faces the mark, as the one of the thesis
         try:
-            cracked = build_model({**given, "effects": [*main.effects, effect], "sensors": nodes})
+            cracked = main.model(effect, sensors=nodes)
         except RotorstudyError:  # at a disc
             return np.nan
         shown = measured_response(cracked, speed, study.harmonics)
@@ -35,7 +33,7 @@ def thesis_method(study):
 
     length = model.structure.length
     position = (np.arange(study.map.positions) + 0.5) / study.map.positions * length
-    found = np.array([loss(place) for place in position])
+    found = [loss(place) for place in position]
     coordinates = {"position": (position, "m", "position of the true crack on the shaft, from node 1")}
     variables = {"loss": (("position",), found, "N/m", "stiffness loss found at the thesis's node")}
     return dataset(variables, coordinates, title=f"{study.title}: the thesis's method")

@@ -1,7 +1,5 @@
 """Noisy records of a crack, identified one by one: whether the Cramer-Rao bound and the stated intervals hold."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from rotorstudy.diagnosis.one_cause.answer import identified
@@ -26,16 +24,13 @@ def trials(study):
         widths = [ends.high - ends.low for ends in shape_ranges(crack.effect, machine.model.structure).values()]
         columns = machine.columns(crack) / machine.std(study.usual_noise_percent)[:, None]
         bound.append(bounds(columns, prior.whitener, widths))
-        std = spectrum_std(spectrum)
         size = len(prior.names) + 2 * spectrum.amplitude.size
         for draw in standard_normal(settings.seed, number, settings.count, size):
-            true, noise = draw[: len(prior.names)], draw[len(prior.names) :].reshape(2, *spectrum.amplitude.shape)
+            true, noise = np.split(draw, [len(prior.names)])
             theta = model.stated.copy()
             theta[model.position(names)] = prior.mean + prior.factor @ true
-            amplitude = predicted(model, spectrum, theta) + std * (noise[0] + 1j * noise[1])
-            work = machine.work(replace(spectrum, amplitude=amplitude))
-            start = np.concatenate([machine.prior.mean, [1.0]])
-            fitted = fitted_from(work, [crack], start)
+            work = machine.work(machine.drawn(spectrum, predicted(model, spectrum, theta), noise))
+            fitted = fitted_from(work, [crack], np.concatenate([machine.prior.mean, [1.0]]))
             found = identified(work, fitted, [fitted]).cause
             errors.append([found.shape[name] - crack.shape[name] for name in SHAPE])
             stated.append([found.shape_std[name] for name in SHAPE])
@@ -58,9 +53,3 @@ def _shown(machine, crack):
     """(speed, harmonic, sensor) what a crack changes, m."""
     model = machine.model.plus(crack.term)
     return predicted(model, machine.raw, np.concatenate([machine.model.theta, [1.0]])) - machine.healthy
-
-
-def spectrum_std(spectrum):
-    """(speed, harmonic, sensor) standard deviation of the real part of each harmonic, of independent ones, m."""
-    variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)[..., : len(spectrum.harmonics)]
-    return np.sqrt(np.moveaxis(variance, 1, 2))
