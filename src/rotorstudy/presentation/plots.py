@@ -92,16 +92,16 @@ def save_figure(picture, *paths):
     plt.close(picture)
 
 
-def _save_png(picture, path):
+def _save_png(picture, file):
     """Write a PNG with at most 256 colours: less than half of its size otherwise, and no difference that is seen."""
     from PIL import Image
 
     picture.canvas.draw()
     image = Image.frombuffer("RGBA", picture.canvas.get_width_height(), picture.canvas.buffer_rgba())
-    image.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(path, "PNG")
+    image.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(file, "PNG")
 
 
-def png_bytes(picture, dpi=80):
+def png_bytes(picture, dpi):
     """A figure as the content of a PNG file; the figure is closed."""
     import io
 
@@ -109,7 +109,7 @@ def png_bytes(picture, dpi=80):
 
     stream = io.BytesIO()
     _lay_out(picture, dpi)
-    picture.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
+    _save_png(picture, stream)
     plt.close(picture)
     return stream.getvalue()
 

@@ -159,9 +159,12 @@ def _loads(structure):
     return found
 
 
+def _rpm(speed):
+    return f"{number(speed / RAD_PER_S['rpm'], 4)} rpm"
+
+
 def _of_analysis(analysis, path):
     """Findings on deflection, damping and stability."""
-    rpm = 1 / RAD_PER_S["rpm"]
     moved = analysis.data.coordinate.str.startswith("translation").values
     sag = float(np.abs(analysis.data.static_deflection.values[moved]).max())
     if sag > SAG:
@@ -171,7 +174,7 @@ def _of_analysis(analysis, path):
         text = "every critical speed is overdamped, so that none shows; is a damping larger than meant, by a unit?"
         yield Finding("note", "damping", path, text)
     for one in analysis.criticals:
-        where = f"critical speed {number(one.speed * rpm, 4)} rpm"
+        where = f"critical speed {_rpm(one.speed)}"
         if 0 <= one.damping_ratio < UNDAMPED:
             text = f"damping ratio {one.damping_ratio:.1e}: almost undamped; state the damping of bearings or shaft"
             yield Finding("warning", "damping", where, text)
@@ -181,7 +184,7 @@ def _of_analysis(analysis, path):
         yield Finding("note", "loads", path, text)
     if analysis.threshold is not None:
         cause = next(iter(analysis.damping), "stiffness that rotates with the shaft")
-        text = f"unstable from {number(analysis.threshold * rpm, 4)} rpm, most of all by {cause}"
+        text = f"unstable from {_rpm(analysis.threshold)}, most of all by {cause}"
         lowest = float(analysis.data.speed[0])
         severity = "error" if analysis.threshold <= lowest * (1 + 1e-9) else "note"
         yield Finding(severity, "stability", path, text)
@@ -202,7 +205,7 @@ def _wide_orbits(model, analysis):
         if len(wide):
             text = (
                 f"the orbit by unbalance ({unbalance}) is {percent(size[wide[0]] / clearance, 2)} of the clearance at "
-                f"{number(speeds[wide[0]] / RAD_PER_S['rpm'], 4)} rpm; beyond a third stiffness and damping depend on "
+                f"{_rpm(speeds[wide[0]])}; beyond a third stiffness and damping depend on "
                 "it, and predictions at such speeds are not valid"
             )
             yield Finding("warning", "orbit in a film", f"bearing at node {node}", text)
@@ -218,7 +221,7 @@ def _probes_at_nodes(model, analysis, nodes):
         size = np.hypot(np.abs(modes.forward[0, mode]), np.abs(modes.backward[0, mode]))
         share = size / size[moves].max()
         seen = {node: float(share[still.structure.index(node)]) for node in nodes}
-        where = f"critical speed {number(one.speed / RAD_PER_S['rpm'], 4)} rpm"
+        where = f"critical speed {_rpm(one.speed)}"
         best = max(still.structure.nodes, key=lambda n: share[still.structure.index(n)])
         for node, part in seen.items():
             if part < BLIND:
