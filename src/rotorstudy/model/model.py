@@ -135,6 +135,11 @@ class Assembled:
         return tuple(u for term in self.terms if not term.acts_on_output for u in term.unknowns)
 
     @cached_property
+    def couplings(self) -> frozenset[tuple[bool, int]]:
+        """(whether with its conjugate, shift) of the entries by which the rotor couples harmonics of its motion."""
+        return frozenset((e.is_conjugate, e.shift) for u in self.rotor_unknowns for e in u.unscaled if e.reads_motion)
+
+    @cached_property
     def varied(self) -> Varied | None:
         """The numbers of the rotor that are parameters; None if all are known."""
         for term in self.terms:

@@ -52,23 +52,19 @@ class Layout:
 
 def layout(model, harmonics, order=COUPLED_ORDER):
     """The Layout of a model for harmonics (harmonic,); -order..order are carried where it couples harmonics."""
-    links = [
-        frozenset((e.is_conjugate, e.shift) for u in unknowns for e in u.unscaled if e.reads_motion)
-        for unknowns in (model.rotor_unknowns, model.output_unknowns)
-    ]
-    return _layout(*links, bool(model.nonlinear_forces), tuple(int(n) for n in harmonics), order)
+    shown = frozenset((e.is_conjugate, e.shift) for u in model.output_unknowns for e in u.unscaled if e.reads_motion)
+    return _layout(model.couplings, shown, bool(model.nonlinear_forces), tuple(int(n) for n in harmonics), order)
 
 
 def layout_without_turning(model, blocks):
     """The Layout of the same harmonics if no coefficient turned with the shaft."""
-    turning = (e for u in model.rotor_unknowns for e in u.unscaled if e.reads_motion and not e.shift)
-    rotor = frozenset((e.is_conjugate, 0) for e in turning)
+    rotor = frozenset(link for link in model.couplings if not link[1])
     return _layout(rotor, frozenset(), False, tuple(blocks.harmonics.tolist()), 0)
 
 
 def layout_of_forced(model, blocks):
     """The Layout of the harmonics on which a force can act, the motion at others being zero; of all if all couple."""
-    moving = frozenset((e.is_conjugate, e.shift) for u in model.rotor_unknowns for e in u.unscaled if e.reads_motion)
+    moving = model.couplings
     if model.nonlinear_forces or any(shift for _, shift in moving):
         return blocks
     forced = {0}.union(e.shift for _, u in model.acting for e in u.unscaled)
@@ -181,12 +177,11 @@ def gather(amplitudes, group, count, harmonics):
 
 def forced_harmonics(model):
     """Harmonics (harmonic,) that the sensors show: of the forces (all carried if coupled), shifted by the sensors."""
-    entries = [e for u in model.rotor_unknowns for e in u.unscaled]
-    if model.nonlinear_forces or any(e.shift and e.reads_motion for e in entries):
+    if model.nonlinear_forces or any(shift for _, shift in model.couplings):
         vibrating = set(range(-COUPLED_ORDER, COUPLED_ORDER + 1))
     else:
-        vibrating = {0} | {e.shift for e in entries}
-        vibrating |= {-n for n in vibrating} if any(e.reads_motion and e.is_conjugate for e in entries) else set()
+        vibrating = {0} | {e.shift for u in model.rotor_unknowns for e in u.unscaled}
+        vibrating |= {-n for n in vibrating} if any(mirrored for mirrored, _ in model.couplings) else set()
     shown = set(vibrating)
     for entry in (e for u in model.output_unknowns for e in u.unscaled):
         if not entry.reads_motion:

@@ -4,6 +4,8 @@ A crack or an asymmetric shaft has coefficients that turn with the shaft. A forc
 crack opened by the vibration, a contact) has the slopes that it takes along the steady state.
 """
 
+from math import gcd
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -22,8 +24,7 @@ SMALLEST = 1e-12  # m, of the motion, for that step
 
 def varies_in_time(model):
     """Whether the coefficients of the free motion vary over a revolution: a turning stiffness, or nonlinear forces."""
-    turning = any(e.reads_motion and e.shift for unknown in model.rotor_unknowns for e in unknown.entries)
-    return turning or bool(model.nonlinear_forces)
+    return bool(model.nonlinear_forces) or any(shift for _, shift in model.couplings)
 
 
 def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None = None) -> np.ndarray:
@@ -66,8 +67,7 @@ def _growth_of_one_turn(model, speed, theta):
 
 def _folds(model):
     """How often the coefficients repeat in a revolution, a power of two: twice for a shaft that is stiffer one way."""
-    shifts = [abs(e.shift) for unknown in model.rotor_unknowns for e in unknown.entries if e.reads_motion]
-    common = 0 if model.nonlinear_forces else int(np.gcd.reduce(shifts, initial=0))
+    common = 0 if model.nonlinear_forces else gcd(*(shift for _, shift in model.couplings))
     return max(min(common & -common, TURN_STEPS), 1)
 
 

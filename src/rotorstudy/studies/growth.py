@@ -43,7 +43,7 @@ def growth_over_speed(model, still, speeds):
 
 def parametric_resonances(model, speeds):
     """Speeds, rad/s, in a range at which a rotating stiffness may make two of the lowest whirl motions grow."""
-    turning = {abs(e.shift) for u in model.rotor_unknowns for e in u.entries if e.reads_motion and e.shift}
+    turning = {abs(shift) for _, shift in model.couplings if shift}
     turning |= set(BY_NONLINEAR_FORCES) if model.nonlinear_forces else set()
     frequency, found = damped_modes(_mean_over_a_turn(model), speeds, PUMPED_MODES).frequency.T, []
     for i, one in enumerate(frequency):
