@@ -7,9 +7,7 @@ import numpy as np
 
 from rotorstudy.errors import PluginError
 from rotorstudy.inference.problem import Problem
-from rotorstudy.model.estimated_rig import rig_with_values
 from rotorstudy.model.kinds import Estimator
-from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_numbers import is_number, with_numbers
 
 SETTLED = 1e-2  # standard deviations by which a number of a rotor still changes when it is built again
@@ -77,6 +75,9 @@ def linear_estimate(problem: Problem, theta: np.ndarray, covariance: np.ndarray)
 
 def estimate_rig(estimator: Estimator, problem: Problem, rig: dict) -> Estimate:
     """The Estimate of some parameters of a rig; with new numbers of its rotor it is built again and that repeated."""
+    from rotorstudy.model.estimated_rig import rig_with_values  # which every plugin of an estimator would load
+    from rotorstudy.model.rig import build_model
+
     found = estimate_by(estimator, problem)
     own = np.array([is_number(name) for name in problem.names])
     ratio = np.ones(len(own))
