@@ -9,6 +9,7 @@ from math import isfinite
 import numpy as np
 
 from rotorstudy.presentation.plots import COLOURS, figure, phase_lag
+from rotorstudy.studies.unbalance_response import along_directions
 from rotorstudy.units import shown_amplitude, shown_speed, shown_unit, spin
 
 MOST_SPEEDS = 120  # of a run-up, evenly spaced
@@ -122,12 +123,10 @@ def is_sweep(speed, harmonic):
 
 def along_probes(axes, node, harmonic, amplitude):
     """{node: {probe: (speed,) complex}} of 1X; axes of `axes_of`, amplitude (speed, harmonic, node)."""
-    order, found, mark = list(harmonic), {}, np.exp(1j * axes["mark_rad"])
-    for i, one in enumerate(node):
-        forward, backward = (amplitude[:, order.index(n), i] for n in (1, -1))
-        turned = {probe: np.exp(-1j * at) for probe, at in axes["probes"][str(one)].items()}
-        found[one] = {probe: mark * (t * forward + np.conj(t * backward)) for probe, t in turned.items()}
-    return found
+    both = [amplitude[:, list(harmonic).index(n)] for n in (1, -1)]
+    directions = [axes["probes"][str(one)] for one in node]
+    vectors = (along_directions(d, axes["mark_rad"], *(a[:, i] for a in both)) for i, d in enumerate(directions))
+    return dict(zip(node, vectors, strict=True))
 
 
 def rounded(values):

@@ -115,10 +115,11 @@ def weight_dominance(config):
         estimates.append([reported(problem, least_squares(problem))[0] for problem in problems])
         true.append([config.true_values(dominant)])
     errors = config.relative_error(np.array(estimates), np.array(true))
+    given = config.coordinates
     coordinates = {
         "crack": (["weight dominant", "full"], "1", "what the crack's stiffness loss acts on"),
         "crack_scale": (scales, "1", "stiffness loss over that of the rig"),
-        **{name: config.coordinates[name] for name in ("case", "harmonic", "speed", "parameter")},
+        **{name: given[name] for name in ("case", "harmonic", "speed", "parameter")},
     }
     shown = np.moveaxis(np.array(shown), 0, 1)
     variables = {
@@ -176,7 +177,7 @@ def information(config, model, speeds, harmonics, rows, std):
 def identifiability(config):
     """A Dataset of bounds of the main rig with white noise on all probes, of correlations and further measurements."""
     model, options = config.rig(config.main_rig), {AS_IT_IS: ExtraMeasurement(), **config.extra_measurements}
-    units, covariances = config.reported, []
+    given, units, covariances = config.coordinates, config.reported, []
     noise = [probe_noise(config, model, case.speeds) for case in config.cases.values()]
     theta = model.theta[model.position(config.unknowns)]
     for case, level in zip(config.cases.values(), noise, strict=True):
@@ -193,9 +194,9 @@ def identifiability(config):
     inflation = np.sqrt(np.diagonal(np.linalg.inv(correlation), axis1=-2, axis2=-1))
     scale = np.where([unit == "rad" for unit in units.values()], 1, np.abs(config.true_values(model)))
     coordinates = {
-        "case": config.coordinates["case"],
+        "case": given["case"],
         "measurement": (list(options), "1", "what is measured besides"),
-        "parameter": config.coordinates["parameter"],
+        "parameter": given["parameter"],
         "other_parameter": (list(units), "1", "identified parameter"),
     }
     pair, one = ("case", "parameter", "other_parameter"), ("case", "parameter")

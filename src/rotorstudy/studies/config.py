@@ -1,6 +1,7 @@
 """Configuration of a simulated study."""
 
 import re
+from copy import deepcopy
 from typing import Annotated, Literal
 
 import numpy as np
@@ -276,19 +277,17 @@ class StudyConfig(Strict):
 
 def changed(options, key, percent, where="the rotor"):
     """Options of a rotor with one number changed by per cent; key: "mass_kg", or "discs.0.mass_kg" inside a list."""
-    first, _, rest = key.partition(".")
-    inside = options if isinstance(options, dict) else dict(enumerate(options))
-    first = first if isinstance(options, dict) else (int(first) if first.isdecimal() else first)
-    check_known("key", [first], inside, where)
-    value = inside[first]
-    if rest:
-        new = changed(value, rest, percent, where)
-    elif isinstance(value, (int, float)):
-        new = value * (1 + percent / 100)
-    else:
+    value = new = deepcopy(options)
+    for part in key.split("."):
+        inside = value
+        part = int(part) if isinstance(inside, list) and part.isdecimal() else part
+        of_list = range(len(inside)) if isinstance(inside, list) else ()
+        check_known("key", [part], inside if isinstance(inside, dict) else of_list, where)
+        value = inside[part]
+    if not isinstance(value, (int, float)):
         raise RotorstudyError(f"key '{key}' in {where} is not a number, so it cannot be varied")
-    inside = {**inside, first: new}
-    return inside if isinstance(options, dict) else list(inside.values())
+    inside[part] = value * (1 + percent / 100)
+    return new
 
 
 def file_name(case):

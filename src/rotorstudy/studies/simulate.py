@@ -71,13 +71,13 @@ def kind_spectra(config, kind, records, name, phases):
 
 def spectra(config, rig, records):
     """A Dataset of spectra of the records of `simulate` by every kind (some are late), method and reference."""
-    methods, kinds, records = config.spectra, config.record.kinds, records[rig]
+    methods, kinds, records, given = config.spectra, config.record.kinds, records[rig], config.coordinates
     displacement = as_complex(records.displacement)  # (source, speed, node, time)
     speeds, sensors = records.speed.values, tuple(int(n) for n in records.node.values)
     coordinates = {
         "source": (records.source.values, "1", "how the record was made"),
         "record": (list(kinds), "1", "how the record was taken"),
-        **{name: config.coordinates[name] for name in ("spectrum_method", "phase_reference", "speed", "harmonic")},
+        **{name: given[name] for name in ("spectrum_method", "phase_reference", "speed", "harmonic")},
         "node": (np.array(sensors), "1", "node"),
     }
     found = np.zeros([len(values) for values, *_ in coordinates.values()], complex)

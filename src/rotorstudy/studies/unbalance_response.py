@@ -54,10 +54,12 @@ def unbounded(peak, criticals, speeds):
 
 def probe_vectors(of_node, reading):
     """Probes [(node, name)], and their 1X (speed, probe), complex, m, phase leading, from (1X, -1X) of nodes."""
-    probes, columns = [], []
-    for node, (forward, backward) in of_node.items():
-        for name, direction in reading.probes_at(node).items():
-            probes.append((node, name))
-            one = np.exp(-1j * direction) * forward + np.conj(np.exp(-1j * direction) * backward)
-            columns.append(one * np.exp(1j * reading.mark_rad))
-    return probes, np.stack(columns, axis=-1)
+    each = {node: along_directions(reading.probes_at(node), reading.mark_rad, *both) for node, both in of_node.items()}
+    found = {(node, name): one for node, probes in each.items() for name, one in probes.items()}
+    return list(found), np.stack(list(found.values()), axis=-1)
+
+
+def along_directions(directions, mark_rad, forward, backward):
+    """{probe: 1X (speed,), complex, phase leading} along directions {probe: rad}, from 1X and -1X (speed,)."""
+    mark, turned = np.exp(1j * mark_rad), {probe: np.exp(-1j * at) for probe, at in directions.items()}
+    return {probe: mark * (turn * forward + np.conj(turn * backward)) for probe, turn in turned.items()}
