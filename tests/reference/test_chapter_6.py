@@ -112,7 +112,8 @@ def test_numbers_inside_lists_can_be_held_wrong(study):
     wrong = changed(rotor, "discs.0.mass_kg", 10)
     assert wrong["discs"][0]["mass_kg"] == pytest.approx(1.1 * rotor["discs"][0]["mass_kg"])
     assert wrong["discs"][1] == rotor["discs"][1] and rotor["discs"][0]["mass_kg"] == 0.799
-    for key, words in (("discs.5.mass_kg", "unknown key '5'"), ("theory", "is not a number")):
+    said = {"discs.5.mass_kg": "unknown key '5'", "theory.x": "unknown key 'x'", "theory": "is not a number"}
+    for key, words in said.items():
         refused(lambda: changed(rotor, key, 1), words)
 
 
