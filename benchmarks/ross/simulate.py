@@ -176,16 +176,9 @@ def cases():
     cross = changed(0, kxy=1e5, kyx=-1e5)
     yield "cross_coupling", {"family": "cross_coupling", "node": 0}, linear(rotor(bearings=cross))
     yield "seal", {"family": "seal", "node": 3}, linear(rotor(seals=[seal(3, 60.0, 0.45)]))
-    yield (
-        "parallel",
-        {"family": "misalignment", "element": 0},
-        faulty("run_misalignment", mis_type="parallel", **coupling),
-    )
-    yield (
-        "angular",
-        {"family": "misalignment", "element": 0},
-        faulty("run_misalignment", mis_type="angular", **coupling),
-    )
+    for kind in ("parallel", "angular"):
+        run = faulty("run_misalignment", mis_type=kind, **coupling)
+        yield kind, {"family": "misalignment", "element": 0}, run
     rigid = {"coupling": "rigid", "n": 0, "mis_distance": 1e-6}
     yield "rigid", {"family": "misalignment", "element": 0}, faulty("run_misalignment", **rigid)
     yield "rub", {"family": "rub", "node": 3}, faulty("run_rubbing", friction_coeff=0.0, **rub)

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-RIG_FILES = (".yaml", ".yml")
+from rotorstudy.commands.shared import YAML
 
 
 def add(parser):
@@ -11,7 +11,7 @@ def add(parser):
 
 def run(given):
     """Check the file by its suffix; status 1 if something is wrong."""
-    return _rig(given.file) if Path(given.file).suffix.lower() in RIG_FILES else _plugins(given.file)
+    return _rig(given.file) if Path(given.file).suffix.lower() in YAML else _plugins(given.file)
 
 
 def _rig(file):

@@ -1,11 +1,12 @@
 """Estimate parameters of a rig from records, or from several runs."""
 
 from rotorstudy.commands.identify_runs import identify_several
-from rotorstudy.commands.shared import NETCDF, YAML, check_file, tell
+from rotorstudy.commands.shared import JSON, NETCDF, YAML, check_file, tell
 from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.registry import registry
 from rotorstudy.units import HALF_INTERVAL, with_interval
 
+NOT_WITH_RUNS = ("unknowns", "cause", "harmonics", "spectrum")
 MOST_OF_A_CAUSE = 3  # more shapes than that trade off
 
 
@@ -47,11 +48,9 @@ def run(given):
     from rotorstudy.model.rig import read_rig
     from rotorstudy.model.rig_numbers import with_numbers
 
-    if bool(given.runs) == bool(given.records):
-        raise RotorstudyError("identify: give either record files, or a file of several runs with --runs")
+    _check_options(given)
     if given.runs:
         return identify_several(given)
-    _check_options(given)
     method = registry().get("spectrum", given.spectrum) if given.spectrum else None
     estimator = registry().get("estimator", given.estimator)
     rig = read_rig(given.rig)
@@ -78,6 +77,11 @@ def run(given):
 
 def _check_options(given):
     """Raise unless the options go together and the files to be written can be."""
+    if bool(given.runs) == bool(given.records):
+        raise RotorstudyError("identify: give either record files, or a file of several runs with --runs")
+    for name in NOT_WITH_RUNS if given.runs else ():
+        if getattr(given, name) is not None:
+            raise RotorstudyError(f"--{name} is for a single set of records; leave it out, or leave out --runs")
     if given.cause and (given.unknowns or given.rig_out or given.estimator != "maximum_likelihood"):
         raise RotorstudyError(
             "--cause estimates all that the rig file leaves uncertain, by maximum likelihood; leave out --unknowns, "
@@ -85,10 +89,11 @@ def _check_options(given):
         )
     if not 1 <= given.count <= MOST_OF_A_CAUSE or (given.count > 1 and not given.cause):
         raise RotorstudyError(f"--count {given.count}: the number of effects of --cause, 1 to {MOST_OF_A_CAUSE}")
+    inputs = [given.rig, *([given.runs] if given.runs else given.records)]
     if given.out:
-        check_file(given.out, given.rig, *given.records, suffixes=NETCDF)
+        check_file(given.out, *inputs, suffixes=(*NETCDF, *JSON) if given.runs else NETCDF)
+        inputs.append(given.out)
     if given.rig_out:
-        inputs = filter(None, [given.rig, *given.records, given.out])
         check_file(given.rig_out, *inputs, option="--rig-out", suffixes=YAML)
 
 

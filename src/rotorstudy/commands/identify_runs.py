@@ -1,10 +1,7 @@
 """`rotorstudy identify --runs`: update a rig by several runs of one machine, fitted together."""
 
-from rotorstudy.commands.shared import JSON, NETCDF, YAML, check_file, tell
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.commands.shared import JSON, tell
 from rotorstudy.units import ANY_ANGLE, shown_unit, with_interval
-
-NOT_WITH_RUNS = ("unknowns", "cause", "harmonics", "spectrum")
 
 
 def identify_several(given):
@@ -12,13 +9,6 @@ def identify_several(given):
     from rotorstudy.diagnosis.runs.joint import identify_runs, shared_names
     from rotorstudy.model.estimated_rig import write_rig
 
-    for name in NOT_WITH_RUNS:
-        if getattr(given, name) is not None:
-            raise RotorstudyError(f"--{name} is for a single set of records; leave it out, or leave out --runs")
-    if given.out:
-        check_file(given.out, given.rig, given.runs, suffixes=(*NETCDF, *JSON))
-    if given.rig_out:
-        check_file(given.rig_out, given.rig, given.runs, option="--rig-out", suffixes=YAML)
     found = identify_runs(given.runs, given.rig)
     tell(found.findings)
     runs = found.joint.runs

@@ -140,11 +140,7 @@ def draw_case(
     if chain_fault not in (None, *CHAIN_FAULTS):
         raise ValueError(f"no fault of the chain: {chain_fault}")
     rng = np.random.default_rng(seed)
-    attempt, steady = -1, None
-    while steady is None:
-        attempt += 1
-        if attempt == tries:
-            raise NoSteadyState(f"none of {tries} machines of {family} moves steadily and shows it")
+    for _ in range(tries):
         try:
             rotor = draw_rotor(rng, mass, count) if machine == "any" else MACHINES[machine](rng)
             frequency = first_frequency(rotor)
@@ -162,13 +158,15 @@ def draw_case(
                     again.bit_generator.state = state
                     known[name](Draw(again, apart, unbalance, healthy, frequency, severity))
                     alone.append(steady_state(apart, speed, steps, modes, most=25))
-            found = steady_state(whole, speed, steps, modes, most=25)
+            steady = steady_state(whole, speed, steps, modes, most=25)
         except NoSteadyState:
             continue
         nodes = measured_nodes(rng, rotor)
-        changed = visibility(found, healthy, nodes)
+        changed = visibility(steady, healthy, nodes)
         if max(change for k, change in changed.items() if k != "0" or family in SHOWN_BY_THE_MEAN) >= visible:
-            steady = found
+            break
+    else:
+        raise NoSteadyState(f"none of {tries} machines of {family} moves steadily and shows it")
     probes, chain, wrong = draw_chain(rng, healthy, nodes, chain_fault)
     sag = sound.sag()
     zero = 0 * sag if chain_fault == "unloaded_zero" else sag

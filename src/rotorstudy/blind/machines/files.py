@@ -122,45 +122,35 @@ def picture_angle(case, angle, direction=True):
 
 def measurement_section(case, harmonics):
     """Probes, keyphasor and picture, as meant: no errors of gain or angle in it."""
-    pair = case.probes[case.nodes[0]]
     wanted = {} if harmonics is None else {"harmonics": [int(k) for k in harmonics]}
-    return (
-        case.picture
-        | wanted
-        | {
-            "probes": [
-                {"channel": name, "angle_deg": picture_angle(case, probe.angle)}
-                for name, probe in zip("ab", pair, strict=True)
-            ],
-            "keyphasor": {
-                "channel": "keyphasor",
-                "sensor_angle_deg": picture_angle(case, case.chain.sensor_angle),
-                "mark_angle_deg": picture_angle(case, case.chain.mark_angle, direction=False),
-            },
-        }
-    )
+    pair = zip("ab", case.probes[case.nodes[0]], strict=True)
+    probes = [{"channel": name, "angle_deg": picture_angle(case, probe.angle)} for name, probe in pair]
+    keyphasor = {
+        "channel": "keyphasor",
+        "sensor_angle_deg": picture_angle(case, case.chain.sensor_angle),
+        "mark_angle_deg": picture_angle(case, case.chain.mark_angle, direction=False),
+    }
+    return case.picture | wanted | {"probes": probes, "keyphasor": keyphasor}
 
 
 def diagnosis_section(case, modulus_error, bearing_error, unbalance_error):
     """What the user knows: standard deviations of rig and probes; a cross coefficient of zero is held."""
-    chain = case.chain
-    rotor, modulus = case.rotor, "youngs_modulus_Pa"
-    if not rotor.elements and rotor.first == rotor.second:
-        modulus = "stiffness_N_per_m"
-    relative = {f"bearing_stiffness_{part}": bearing_error for part in ("xx", "xy", "yx", "yy")}
-    relative |= {f"bearing_damping_{part}": bearing_error for part in ("xx", "yy")}
+    chain, rotor = case.chain, case.rotor
+    linear = () if rotor.films else rotor.bearings
+    crossed = any(bearing.stiffness[0, 1] for bearing in linear)
+    modulus = "stiffness_N_per_m" if not rotor.elements and rotor.first == rotor.second else "youngs_modulus_Pa"
+    relative = {}
+    if linear:
+        parts = ("xx", "xy", "yx", "yy") if crossed else ("xx", "yy")
+        relative |= {f"bearing_stiffness_{part}": bearing_error for part in parts}
+        relative |= {f"bearing_damping_{part}": bearing_error for part in ("xx", "yy")}
     relative |= {"eccentricity": unbalance_error * 2**0.5, "default": 0.1}
     relative |= {"rotor": 0.0, f"rotor.{modulus}": modulus_error}
-    if not rotor.bearings or rotor.films:
-        relative = {name: share for name, share in relative.items() if not name.startswith("bearing_")}
-        for film in rotor.films:
-            parts = ("radial_clearance_m", "viscosity_Pa_s")
-            relative |= {f"bearings[node {film.node + 1}].{part}": FILM * bearing_error for part in parts}
-        relative |= {"bearing_scale": 0.0} if rotor.films else {}
-    elif any(bearing.stiffness[0, 1] for bearing in case.rotor.bearings):
-        relative |= {"bearing_damping_xy": 0.0, "bearing_damping_yx": 0.0}
-    else:
-        relative = {name: share for name, share in relative.items() if not name.endswith(("xy", "yx"))}
+    for film in rotor.films:
+        parts = ("radial_clearance_m", "viscosity_Pa_s")
+        relative |= {f"bearings[node {film.node + 1}].{part}": FILM * bearing_error for part in parts}
+    relative |= {"bearing_scale": 0.0} if rotor.films else {}
+    relative |= {"bearing_damping_xy": 0.0, "bearing_damping_yx": 0.0} if crossed else {}
     repeatability = float(np.hypot(chain.amplitude_scatter, chain.phase_scatter))
     return {
         "uncertainty": relative,

@@ -55,11 +55,9 @@ def bearing(film, speed):
     """The linear Bearing that the film is for small motion about its running position."""
     at, step = running_position(film, speed), STEP * film.clearance
 
-    def slopes(function, step):
-        def slope(d):
-            return (8 * (function(d) - function(-d)) - (function(2 * d) - function(-2 * d))) / (12 * step)
-
-        return -np.transpose([slope(d) for d in step * np.eye(2)])
+    def slopes(f, step):
+        ways = step * np.eye(2)
+        return -np.transpose([(8 * (f(d) - f(-d)) - (f(2 * d) - f(-2 * d))) / (12 * step) for d in ways])
 
     stiffness = slopes(lambda moved: force(film, speed, at + moved, (0, 0)), step)
     damping = slopes(lambda moving: force(film, speed, at, moving), step * speed)

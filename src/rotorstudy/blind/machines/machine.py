@@ -129,8 +129,7 @@ class PointRotor:
 
     def build(self, gravity):
         """Its machine."""
-        zeros = [np.zeros((4, 4)) for _ in range(5)]
-        machine = Machine(self, *zeros)
+        machine = Machine(self, *np.zeros((5, 4, 4)))
         add_disc(machine, self.disc, gravity)
         machine.stiffness += both_planes(self.plane_stiffness)
         machine.at_node(0, (self.external + self.internal) * np.eye(2), "damping")
@@ -241,8 +240,7 @@ def build(rotor, gravity=GRAVITY):
     if isinstance(rotor, PointRotor):
         return rotor.build(gravity)
     size = 4 * rotor.nodes
-    zeros = [np.zeros((size, size)) for _ in range(5)]
-    machine = Machine(rotor, *zeros)
+    machine = Machine(rotor, *np.zeros((5, size, size)))
     weight = np.zeros(size, complex)
     for number, element in enumerate(rotor.elements):
         part = slice(4 * number, 4 * number + 8)
@@ -269,6 +267,4 @@ def add_disc(machine, disc, gravity=GRAVITY):
     machine.mass[range(first, first + 4), range(first, first + 4)] += [disc.mass] * 2 + [disc.diametral_moment] * 2
     machine.gyroscopic[first + 2, first + 3] += disc.polar_moment
     machine.gyroscopic[first + 3, first + 2] -= disc.polar_moment
-    weight = np.zeros(machine.size, complex)
-    weight[first] = disc.mass * gravity
-    machine.add_harmonic(0, 0, weight)
+    machine.add_harmonic(0, 0, machine.plane(disc.node) @ [disc.mass * gravity, 0.0])
