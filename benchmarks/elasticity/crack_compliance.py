@@ -243,9 +243,9 @@ class Quarter:
         return found
 
 
-def closing(quarter, poisson=POISSON):
+def closing(quarter):
     """Shares e (direction,) of the energy of the open crack, and their derivatives by the direction."""
-    (nodes, even, pulled), (other, odd, bent) = quarter.solved(poisson, on_face=True)
+    (nodes, even, pulled), (other, odd, bent) = quarter.solved(POISSON, on_face=True)
     beside = np.searchsorted(nodes, other)
     count, twin = len(nodes), len(nodes) + np.arange(len(other))
     fold, turn = np.zeros((count, count + len(other))), np.zeros((len(other), count + len(other)))

@@ -14,8 +14,8 @@ from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import Stepper, steady_state
 
 
-def small_rotor(count=6, internal=1e-6):
-    shaft = tuple(Element(0.1, 0.02, 2.1e11, 7850.0, internal_damping=internal) for _ in range(count))
+def small_rotor(count=6):
+    shaft = tuple(Element(0.1, 0.02, 2.1e11, 7850.0, internal_damping=1e-6) for _ in range(count))
     ends = tuple(Bearing(n, 5e6 * np.eye(2), 400.0 * np.eye(2)) for n in (0, count))
     return Rotor(shaft, (Disc(count // 2, 4.0, 0.01, 0.006),), ends, (8.0,) * (count + 1))
 

@@ -44,8 +44,8 @@ POSITION = float(ROTOR.positions[1] + 0.3 * ROTOR.elements[1].length)
 SOUND = motion(lambda machine: None)
 
 
-def formed(form, length=0.0, position=POSITION):
-    return motion(lambda machine: add_form(machine, position, form, 0.7, length))
+def formed(form, length=0.0):
+    return motion(lambda machine: add_form(machine, POSITION, form, 0.7, length))
 
 
 SLOT = formed(Form(compliance(0.6), "open", None))

@@ -12,9 +12,9 @@ SPECTRUM_TRIALS = 300
 SPEED = 100.0  # rad/s
 
 
-def _bench_record(revolutions=6.0, seed=3, samples=100):
+def _bench_record(revolutions=6.0, samples=100):
     """A record of nine harmonics with `samples` per revolution: time, amplitude (harmonic,), signal."""
-    generator = np.random.default_rng(seed)
+    generator = np.random.default_rng(3)
     time = np.arange(int(samples * revolutions)) * (2 * np.pi / SPEED / samples)
     amplitude = generator.normal(size=len(HARMONICS)) + 1j * generator.normal(size=len(HARMONICS))
     return time, amplitude, synthesize(amplitude, SPEED, HARMONICS, time)

@@ -182,12 +182,12 @@ def add_contact_ring(machine, node, stiffness, kind, clearance, scale, centre, f
     machine.local.append(LocalForce(machine.plane(node), by_differences(force, scale, 0.01 * speed_of), "rub"))
 
 
-def add_clearance(machine, node, stiffness, clearance, width, centre=(0.0, 0.0), oval=(0.0, 0.0), opening="logistic"):
+def add_clearance(machine, node, stiffness, clearance, width, centre, oval, opening):
     """Support without `stiffness` N/m in a circle, smooth over `width` m (Ehrich, J. Vib. Acoust. 110 (1988) 9-16).
 
     oval : share by which the clearance is wider along an angle, and narrower across, and that angle
     """
-    centre, (share, along), opened = np.asarray(centre), oval, OPENINGS[opening]
+    (share, along), opened = oval, OPENINGS[opening]
 
     def force(angle, y, v, speed):
         away = y - centre

@@ -38,10 +38,10 @@ def strip_factors(ratio):
     return front * [0.923 + 0.199 * left**4, 0.752 + 2.02 * ratio + 0.37 * left**3] / np.cos(angle)
 
 
-def crack_face(depth_ratio, count=120):
+def crack_face(depth_ratio):
     """Quadrature over the crack's face in radii: weights, and K of each moment; 32 int K_i K_j dA is the compliance."""
     half = np.sqrt(1 - (1 - depth_ratio) ** 2)
-    points, weights = np.polynomial.legendre.leggauss(count)
+    points, weights = np.polynomial.legendre.leggauss(120)
     turn = np.pi / 2 * points
     x, dx = half * np.sin(turn), half * np.cos(turn) * np.pi / 2 * weights
     arch = np.sqrt(1 - x**2)
@@ -115,7 +115,7 @@ def trapezoid(half_open, ramp, lag=0.0):
     return lambda angle: np.clip((half_open + ramp - np.abs(np.angle(np.exp(1j * (angle - lag))))) / ramp, 0.0, 1.0)
 
 
-def tabulated(form, angle, stiffness, count=1440):
+def tabulated(form, angle, stiffness):
     """Law of a form that depends on the moment.
 
     The moment is m = y - k kink, k the element's own `stiffness` against a kink and y what it were without one; the
@@ -123,6 +123,7 @@ def tabulated(form, angle, stiffness, count=1440):
     decides, and a table by that direction holds the solution. A residual stress that closes the crack shifts both m
     and y by its moment.
     """
+    count = 1440  # directions
     turn = 2 * np.pi * np.arange(count) / count
     moments = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     share = np.ones(count) if form.law == "open" else form.share(turn)

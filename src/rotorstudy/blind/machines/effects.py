@@ -9,6 +9,8 @@ import numpy as np
 from rotorstudy.blind.machines.beam import by_plane, plane_matrices
 from rotorstudy.blind.machines.machine import Disc, add_disc, shaft_stiffness
 
+EXPANSION = 1.2e-5  # of steel, 1/K
+
 
 def add_unbalance(machine, node, moment, angle=0.0):
     """Unbalance: a mass times eccentricity `moment` (kg m) at a node, force moment W² with the shaft (ISO 21940-11)."""
@@ -40,16 +42,16 @@ def add_bow(machine, shape):
     machine.add_harmonic(1, 0, shaft_stiffness(machine.rotor, size=machine.size) @ vector)
 
 
-def add_thermal_bow(machine, elements, difference, angle=0.0, expansion=1.2e-5):
+def add_thermal_bow(machine, elements, difference, angle=0.0):
     """Thermal bow: one side of the shaft hotter by `difference` K across its diameter, over some elements.
 
-    The free shaft takes the curvature expansion difference / diameter, convex on the hot side `angle` (B. A. Boley, J.
+    The free shaft takes the curvature EXPANSION difference / diameter, convex on the hot side `angle` (B. A. Boley, J.
     H. Weiner, Theory of Thermal Stresses (1960), chapter 10). Its equivalent load is E I times that curvature, as end
     moments.
     """
     for number in elements:
         part = machine.rotor.elements[number]
-        curvature = -expansion * difference / part.outer_diameter * np.exp(1j * angle)
+        curvature = -EXPANSION * difference / part.outer_diameter * np.exp(1j * angle)
         moment = part.bending_stiffness * curvature
         machine.add_rotating(number, -moment, slopes=True)
         machine.add_rotating(number + 1, moment, slopes=True)

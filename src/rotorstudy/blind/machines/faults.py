@@ -226,7 +226,7 @@ def thermal_bow(draw):
     length = sum(draw.rotor.elements[number].length for number in elements)
     size = max(draw.swing(node) for node in draw.unbalance) * between(draw.rng, 0.3, 3.0)
     diameter = draw.rotor.elements[elements[0]].outer_diameter
-    difference = 4 * size / (draw.rotor.positions[-1] * length) * diameter / 1.2e-5
+    difference = 4 * size / (draw.rotor.positions[-1] * length) * diameter / effects.EXPANSION
     effects.add_thermal_bow(draw.machine, elements, difference, angle)
     return {"elements": [number + 1 for number in elements], "difference_K": difference, "hot_side_rad": angle}
 

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cholesky, eigh, expm, solve_triangular
 
+TOLERANCE = 1e-8  # relative change over a revolution
+
 
 class NoSteadyState(Exception):
     """The motion does not repeat from revolution to revolution: unstable, subharmonic or quasi-periodic."""
@@ -170,10 +172,10 @@ class Stepper:
         return states, state, slope
 
 
-def steady_state(machine, speeds, steps=512, modes=None, tolerance=1e-8, most=60):
+def steady_state(machine, speeds, steps=512, modes=None, most=60):
     """Steady motion of a machine at speeds (rad/s), stable and checked over free revolutions; else NoSteadyState.
 
-    modes : kept beside the static shapes; None: all;  tolerance : relative change over a revolution;  most : to try
+    modes : kept beside the static shapes; None: all;  most : steps of Newton's method
     """
     stepper = Stepper(machine, speeds, steps, modes)
     state = np.zeros((len(stepper.speed), stepper.propagate.shape[1]))
@@ -183,7 +185,7 @@ def steady_state(machine, speeds, steps=512, modes=None, tolerance=1e-8, most=60
         wrong = np.linalg.norm(end - state, axis=1) / np.maximum(np.linalg.norm(end, axis=1), 1e-300)
         if not np.all(np.isfinite(wrong)):
             raise NoSteadyState("the motion grows without bound")
-        if np.all(wrong < tolerance):
+        if np.all(wrong < TOLERANCE):
             break
         move = np.linalg.solve(identity - slope, (end - state)[..., None])[..., 0]
         if trial > 5 and np.max(wrong) > 0.5 * last:  # Newton does not settle: let it swing, and take part of the way
@@ -193,15 +195,15 @@ def steady_state(machine, speeds, steps=512, modes=None, tolerance=1e-8, most=60
             state = state + move
         last = np.max(wrong)
     else:
-        raise NoSteadyState(f"no periodic motion found at {stepper.speed[wrong >= tolerance]} rad/s")
+        raise NoSteadyState(f"no periodic motion found at {stepper.speed[wrong >= TOLERANCE]} rad/s")
     multipliers = np.max(np.abs(np.linalg.eigvals(slope)), axis=1)
     if np.any(multipliers >= 1.0):
         raise NoSteadyState(f"unstable at {stepper.speed[multipliers >= 1.0]} rad/s")
     first, end, _ = stepper.revolution(end)
     states, end, _ = stepper.revolution(end)
     change = np.max(np.abs(states - first), axis=(0, 2)) / np.max(np.abs(states), axis=(0, 2))
-    if np.any(change > 100 * tolerance):
-        raise NoSteadyState(f"the motion differs from turn to turn at {stepper.speed[change > 100 * tolerance]} rad/s")
+    if np.any(change > 100 * TOLERANCE):
+        raise NoSteadyState(f"the motion differs from turn to turn at {stepper.speed[change > 100 * TOLERANCE]} rad/s")
     states = np.swapaxes(states, 0, 1)
     motion = stepper.displacement(states), stepper.velocity(states)
     return Steady(stepper.speed, stepper.angle, *motion, multipliers, change)
