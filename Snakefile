@@ -33,7 +33,7 @@ try:
 except ImportError as error:
     sys.exit(f"error: {error}; activate the environment that `make` made (. .venv/bin/activate), or run `make`")
 
-SETTINGS = read_settings(config, ROOT)
+SETTINGS = read_settings(config)
 RESULTS = SETTINGS.config.results
 BASES = SETTINGS.bases
 JOBS = {job.name: job for job in Plan(SETTINGS).jobs()}
@@ -56,7 +56,7 @@ for job in JOBS.values():
             **{name: reported(files, RESULTS) for name, files in job.outputs.items()},
         params:
             # of what Snakemake does not track; not inputs, as it would look up a hundred files before each job
-            code=code_digest(job.function, *job.calls, files=BASES),
+            code=code_digest(*job.functions, files=BASES),
             given=job.given,
         priority: job.priority
         threads: job.threads

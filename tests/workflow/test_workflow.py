@@ -232,7 +232,7 @@ def test_a_folder_that_cannot_be_written_to_is_a_mistake(tmp_path, monkeypatch, 
     else:
         (tmp_path / "results").write_text("a file\n")
     with pytest.raises(SystemExit, match=f"error: {words}"):
-        read_settings({"results": "results"}, tmp_path)
+        read_settings({"results": "results"})
 
 
 @contextmanager

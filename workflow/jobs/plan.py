@@ -28,7 +28,6 @@ class Job(NamedTuple):
     given: dict = {}  # further arguments
     needs: tuple = ()  # further files that it depends on
     makes: tuple = ()  # further files that it writes
-    calls: tuple = ()  # full names of functions that the function calls by name
     priority: int = 0
     threads: int = 1
 
@@ -37,6 +36,12 @@ class Job(NamedTuple):
         """All that it writes."""
         named = (path for given in self.outputs.values() for path in ([given] if isinstance(given, str) else given))
         return [*named, *self.makes]
+
+    @property
+    def functions(self):
+        """Full names of its function and of those that it is given to call."""
+        named = [self.given.get(key) for key in ("load", "function")]
+        return [self.function, *filter(None, named), *(name for name, _ in self.given.get("calls", ()))]
 
     @property
     def log(self):
@@ -57,14 +62,13 @@ def files_of_kinds(*kinds):
 def computed(name, load, config, data, calls, plugins, priority=0, needs=(), **needed):
     """A Job of `jobs.datasets.compute`; calls : (full name of a function, its arguments) of each file of `data`."""
     inputs, given = {"config": config, "plugins": plugins, **needed}, {"calls": calls, "load": load}
-    called = (load, *(function for function, _ in calls))
-    return Job(name, "jobs.datasets.compute", inputs, {"data": data}, given, needs, (), called, priority)
+    return Job(name, "jobs.datasets.compute", inputs, {"data": data}, given, needs, priority=priority)
 
 
 def drawn(name, load, config, function, pictures, given=None, needs=(), priority=0, **results):
     """A Job of `jobs.shown.draw`."""
     inputs, given = {"config": config, **results}, {"load": load, "function": function, **(given or {})}
-    return Job(name, "jobs.shown.draw", inputs, {"pictures": pictures}, given, needs, (), (load, function), priority)
+    return Job(name, "jobs.shown.draw", inputs, {"pictures": pictures}, given, needs, priority=priority)
 
 
 class Plan:
@@ -166,65 +170,54 @@ class Plan:
 
     def replay(self, name, replay):
         """Stages of a replayed experiment, the first to run: they are short, and what the first figures need."""
-        records, spectra, found = self.of(name, *REPLAY_STAGES)
         methods = named_methods(replay.spectra, replay.estimators, f"replay {name}")
         estimators = plugin_files([replay.rig], methods["estimator"].values())
-        stages = (
-            ("records", records, {"reference": self.reference}, [], {}),
-            ("spectra", spectra, {}, plugin_files([], methods["spectrum"].values()), {"records": records}),
-            ("identify", found, {"reference": self.reference}, estimators, {"spectra": spectra}),
-        )
+        (records, spectra, found), reference = self.of(name, *REPLAY_STAGES), {"reference": self.reference}
+
+        def job(stage, path, given, plugins, **needed):
+            config, calls = self.config.replays[name], [(f"thesis.replay.{stage}", given)]
+            return computed(f"{stage}_{name}", LOAD_REPLAY, config, [path], calls, plugins, 2, self.printed, **needed)
+
         return [
-            computed(f"{stage}_{name}", LOAD_REPLAY, self.config.replays[name], [path],
-                     [(f"thesis.replay.{stage}", given)], plugins, 2, self.printed, **needed)
-            for stage, path, given, plugins, needed in stages
-        ]  # fmt: skip
+            job("records", records, reference, []),
+            job("spectra", spectra, {}, plugin_files([], methods["spectrum"].values()), records=records),
+            job("identify", found, reference, estimators, spectra=spectra),
+        ]
 
     def chapter(self, name):
         """Figures and tables of a chapter of the thesis."""
-        if replayed := name in self.settings.replays:
-            shown = dict(zip(REPLAY_STAGES, self.of(name, *REPLAY_STAGES), strict=True))
-            tabled = {stage: shown[stage] for stage in REPLAY_STAGES[1:]}
+        given, needs = {"reference": self.reference}, self.printed
+        if name in self.settings.replays:
+            config, load, own = self.config.replays[name], LOAD_REPLAY, {}
+            results = dict(zip(REPLAY_STAGES, self.of(name, *REPLAY_STAGES), strict=True))
+            drawing, tabling, priority = "thesis.figures.replays.figures", "thesis.replay_tables.tables", 2
         else:
-            shown, tabled = self.of_study(name)
-        config, load = {**self.config.studies, **self.config.replays}[name], LOAD_REPLAY if replayed else LOAD_STUDY
-        given, function = {"reference": self.reference}, f"thesis.figures.{'replays' if replayed else 'study'}.figures"
-        priority = 2 * replayed  # the first figures within half a minute
-        pictures = self.pictures(name)
-        own = given if replayed else {**given, "shown": SHOWN[name]}
-        needs = (*self.printed, *([] if replayed else [f"{self.reference}/tables.yaml"]))
-        figures = drawn(f"figures_{name}", load, config, function, pictures, own, needs, priority, **shown)
-        inputs = {"config": config, "reasons": f"{self.reference}/reasons.yaml", **tabled}
-        sheets = self.tables(*(f"{name}/tables/{table}" for table in TABLES[name]))
+            config, load, own = self.config.studies[name], LOAD_STUDY, {"shown": SHOWN[name]}
+            results, priority = self.of_study(self.settings.studies[name], name), 0
+            drawing, tabling = "thesis.figures.study.figures", "thesis.chapter_tables.tables"
+            needs += tuple(f"{self.reference}/{file}" for file in ("rows_of_estimates.csv", "tables.yaml"))
+        pictures, sheets = self.pictures(name), self.tables(*(f"{name}/tables/{table}" for table in TABLES[name]))
         outputs = {"scored": f"{self.results}/{name}/scored.csv", "sheets": sheets}
-        function = f"thesis.{'replay' if replayed else 'chapter'}_tables.tables"
-        given |= {"load": load, "function": function, **self.index}
-        called = (load, function)
-        printed = ("rows_of_estimates.csv", "tables.yaml")
-        needs = (*self.printed, *(f"{self.reference}/{file}" for file in printed if not replayed))
-        tables = Job(f"tables_{name}", "jobs.shown.write", inputs, outputs, given, needs, calls=called)
-        return [figures, tables]
+        inputs = {"config": config, "reasons": f"{self.reference}/reasons.yaml", **results}
+        called = {**given, "load": load, "function": tabling, **self.index}
+        return [
+            drawn(f"figures_{name}", load, config, drawing, pictures, given | own, needs, priority, **results),
+            Job(f"tables_{name}", "jobs.shown.write", inputs, outputs, called, needs),
+        ]
 
-    def of_study(self, name):
+    def of_study(self, study, name):
         """Results that the figures and the tables of a simulated chapter show, by argument."""
-
-        def trials(rig):
-            cases = [file_name(case) for case in self.settings.studies[name].cases]
-            return self.of(name, *(f"monte_carlo/{rig}/{case}" for case in cases))
-
-        def paths(*same, **places):
-            places |= {stage: stage for stage in same}
-            return dict(zip(places, self.of(name, *places.values()), strict=True))
-
-        shown = paths("bias", "weight_dominance", "stability", records="records/physical", spectra="spectra/physical")
-        shown |= paths(thesis_spectra="spectra/thesis") | {"monte_carlo": trials("physical")}
-        shown |= paths("whirl", "identifiability") if name != "chapter_2" else {}
-        tabled = paths(spectra="spectra/thesis")
-        if name == "chapter_6":
-            return shown | paths("sensors"), tabled | paths("variants")
-        by_thesis = {"monte_carlo": trials("thesis"), **paths(identification="identification/thesis")}
-        shown |= {"monte_carlo_thesis": by_thesis["monte_carlo"]} if name == "chapter_4" else {}
-        return shown, tabled | by_thesis
+        same = ["bias", "weight_dominance", "stability", "whirl", "identifiability"]
+        same += ["sensors"] * bool(study.sensor_sets) + ["variants"] * bool(study.variants)
+        places = {stage: stage for stage in same} | {"records": "records/physical", "spectra": "spectra/physical"}
+        places |= {f"{stage}_thesis": f"{stage}/thesis" for stage in ("spectra", "identification")}
+        trials = {
+            "monte_carlo" if rig == "physical" else f"monte_carlo_{rig}": self.of(
+                name, *(f"monte_carlo/{rig}/{file_name(case)}" for case in study.cases)
+            )
+            for rig in study.monte_carlo.rigs
+        }
+        return dict(zip(places, self.of(name, *places.values()), strict=True)) | trials
 
     def over_all_chapters(self):
         """Scoreboard, errata and -1X of both rigs; the last two need all chapters."""
@@ -285,8 +278,8 @@ class Plan:
 
     def comparison(self):
         """Every spectrum method with every estimator, in chunks of the faults; a new estimator reuses spectra."""
-        compared, base = self.settings.comparison.rotors, f"{self.results}/compare"
-        chunks = min(self.config.chunks.compare, len(self.settings.comparison.faults))
+        compared, base = self.settings.compare.rotors, f"{self.results}/compare"
+        chunks = min(self.config.chunks.compare, len(self.settings.compare.faults))
         sources, rigs = {}, []  # files of each rotor
         for name, rotor in compared.items():
             if rotor.study:

@@ -3,9 +3,9 @@
 import os
 import sys
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from rotorstudy.blind.config import load_blind
 from rotorstudy.errors import RotorstudyError, check_known
@@ -18,12 +18,16 @@ from rotorstudy.studies.cracks import load_cracks
 from rotorstudy.yaml_file import base_of, read_yaml
 from thesis.config import check_replay, load_replay
 
+ROOT = Path(__file__).parents[2]  # of the project, where paths start that are not from the root of the file system
+Placed = Annotated[str, AfterValidator(lambda stated: str(ROOT / stated) if stated else stated)]
+LOADERS = {"compare": load_comparison, "blind": load_blind, "cracks": load_cracks, "crack_study": load_crack_study}
+
 
 class DiagnosisItem(Strict):
     """records : paths of record files or tables;  rig : rig file;  replay : the replay of the same data, if any"""
 
-    records: list[str] = Field(min_length=1)
-    rig: str
+    records: list[Placed] = Field(min_length=1)
+    rig: Placed
     replay: str = ""
 
 
@@ -39,18 +43,18 @@ class WorkflowConfig(Strict):
     """Folders, and configuration files by name; what is not given is left out."""
 
     results: str
-    reference: str
+    reference: Placed
     plugin_folders: list[str] = []
-    studies: dict[str, str] = {}
-    replays: dict[str, str] = {}
-    blind: str = ""
-    compare: str = ""
+    studies: dict[str, Placed] = {}
+    replays: dict[str, Placed] = {}
+    blind: Placed = ""
+    compare: Placed = ""
     diagnoses: dict[str, DiagnosisItem] = {}  # measured records and rig files
-    cracks: str = ""
-    crack_study: str = ""
+    cracks: Placed = ""
+    crack_study: Placed = ""
     chunks: Chunks = Chunks()  # jobs of long sweeps
-    independent_records: dict[str, str] = {}  # name -> cases (CSV) beside the blind tests
-    published: str = ""  # folder of rig files, each beside a table of what others printed
+    independent_records: dict[str, Placed] = {}  # name -> cases (CSV) beside the blind tests
+    published: Placed = ""  # folder of rig files, each beside a table of what others printed
 
 
 class Settings(NamedTuple):
@@ -59,10 +63,10 @@ class Settings(NamedTuple):
     config: WorkflowConfig
     studies: dict
     replays: dict
-    comparison: object
-    blind: object
-    cracks: object
-    crack_study: object
+    compare: object = None
+    blind: object = None
+    cracks: object = None
+    crack_study: object = None
 
     @property
     def bases(self):
@@ -72,43 +76,21 @@ class Settings(NamedTuple):
         return sorted({base for path in paths if (base := base_of(path, read_yaml(path)))})
 
 
-def read_settings(given, root):
-    """The Settings of a configuration (dict), with paths from a root; a mistake ends the process in one line."""
+def read_settings(given):
+    """The Settings of a configuration (dict); a mistake ends the process in one line."""
     try:
         _check_folders(str(given.get("results", "")))
-        config = _placed(check_config(WorkflowConfig, dict(given), "the workflow configuration"), root)
-        found = Settings(
-            config,
-            studies={name: load_study(path) for name, path in config.studies.items()},
-            replays={name: load_replay(path) for name, path in config.replays.items()},
-            comparison=load_comparison(config.compare) if config.compare else None,
-            blind=load_blind(config.blind) if config.blind else None,
-            cracks=load_cracks(config.cracks) if config.cracks else None,
-            crack_study=load_crack_study(config.crack_study) if config.crack_study else None,
-        )
+        config = check_config(WorkflowConfig, dict(given), "the workflow configuration")
+        studies = {name: load_study(path) for name, path in config.studies.items()}
+        replays = {name: load_replay(path) for name, path in config.replays.items()}
+        others = {key: load(path) for key, load in LOADERS.items() if (path := getattr(config, key))}
+        found = Settings(config, studies, replays, **others)
         _check(found)
     except RotorstudyError as error:
         sys.exit(f"error: {error}")
     for failure in registry().failures:
         print(f"warning: {failure}", file=sys.stderr)
     return found
-
-
-def _placed(config, root):
-    """The configuration with every path but that of the results from the root of the file system."""
-
-    def place(stated):
-        return str(root / stated) if stated else stated
-
-    single = ("reference", "blind", "compare", "cracks", "crack_study", "published")
-    update = {key: place(getattr(config, key)) for key in single}
-    for key in ("studies", "replays", "independent_records"):
-        update[key] = {name: place(path) for name, path in getattr(config, key).items()}
-    update["diagnoses"] = {
-        name: item.model_copy(update={"records": [*map(place, item.records)], "rig": place(item.rig)})
-        for name, item in config.diagnoses.items()
-    }
-    return config.model_copy(update=update)
 
 
 def _check_folders(results):
@@ -123,8 +105,8 @@ def _check_folders(results):
 
 def _check(settings):
     config, studies = settings.config, settings.studies
-    if settings.comparison:
-        settings.comparison.check(studies, settings.replays)
+    if settings.compare:
+        settings.compare.check(studies, settings.replays)
     for name, study in studies.items():
         study.check_rigs()
         if name in ("chapter_2", "chapter_4"):

@@ -137,15 +137,20 @@ def variant_errors(config, relative_error):
     )
 
 
-def tables(config, reference, spectra, reasons, identification=None, monte_carlo=None, variants=None):
-    """The tables of a chapter by the rig "thesis", beside the printed ones: scoreboard rows, and name -> Table."""
+def tables(
+    config, reference, reasons, spectra_thesis, identification_thesis, monte_carlo_thesis=None, variants=None, **others
+):
+    """The tables of a chapter by the rig "thesis", beside the printed ones: scoreboard rows, and name -> Table.
+
+    others : results that only figures show
+    """
     texts = described(reference, config.name)
     printed, by_variants = published(reference, list(texts["tables"])), variants is not None
-    found = variants if by_variants else identification.sel(estimator="least_squares")
-    rows = spectrum_rows(spectra, places(reference, "full_spectrum", texts["tables"], [*PRINTED, *PLACE]))
+    found = variants if by_variants else identification_thesis.sel(estimator="least_squares")
+    rows = spectrum_rows(spectra_thesis, places(reference, "full_spectrum", texts["tables"], [*PRINTED, *PLACE]))
     for where in places(reference, "rows_of_estimates", texts["tables"]):
         some = printed[(printed.table == where["table"]) & (printed.case == where["printed_case"])]
-        rows += estimate_rows(some, where, texts, found.estimate, monte_carlo)
+        rows += estimate_rows(some, where, texts, found.estimate, monte_carlo_thesis)
     scored = scored_against(printed, rows, reasons)
     keys = dict.fromkeys(printed[printed.quantity == "estimate"].table, BY_NOISE if by_variants else BY_CASE)
     about = {number: (*text, *keys.get(number, BY_METHOD)) for number, text in texts["tables"].items()}

@@ -150,10 +150,9 @@ def bow_magnification(config, compensated):
     """
     model = Model(config.model.structure, (_bow(config),), config.model.sensors)
     unit = harmonic_response(model, config.speeds, [1])[:, 0, model.measured[0]]
-    one, slow = config.harmonics.index(1), list(config.cases).index(config.slow_roll)
-    higher = higher_cases(config)
-    still = compensated[slow, one]
-    return compensated[higher, one] - still, still * (unit[higher] / unit[slow] - 1)
+    first = compensated[:, config.harmonics.index(1)]
+    still = first[config.slow]
+    return first[config.higher] - still, still * (unit[config.higher] / unit[config.slow] - 1)
 
 
 def bow_confounders(config):
@@ -168,14 +167,9 @@ def bow_confounders(config):
     return ""
 
 
-def higher_cases(config):
-    """Positions of all cases but the slow roll."""
-    return [c for c, case in enumerate(config.cases) if case != config.slow_roll]
-
-
 def slow_roll_share(config, compensated):
     """Share (higher case, harmonic) of a spectrum present at slow roll: 1 - |change| / |measured|, of vectors."""
-    still, moving = compensated[list(config.cases).index(config.slow_roll)], compensated[higher_cases(config)]
+    still, moving = compensated[config.slow], compensated[config.higher]
     return 1 - np.abs(moving - still) / np.abs(moving)
 
 
@@ -196,8 +190,8 @@ def refused_text(checks):
 def bow_text(config, compensated):
     """Predicted effect of a bow of the slow roll's size on 1X beside the measured one, in words."""
     change, magnified = bow_magnification(config, compensated)
-    names = [list(config.cases)[c] for c in higher_cases(config)]
-    expected = ", ".join(f"{abs(m) * 1e6:.0f} µm at {name}" for name, m in zip(names, magnified, strict=True))
+    at = zip(config.higher_cases, magnified, strict=True)
+    expected = ", ".join(f"{abs(size) * 1e6:.0f} µm at {name}" for name, size in at)
     measured = ", ".join(f"{abs(c) * 1e6:.0f} µm" for c in change)
     share = 1 - np.abs(change - magnified) / np.abs(change)
     text = f"A bow of the slow roll's size would change 1X by {expected}; the measured change is {measured}"

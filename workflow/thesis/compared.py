@@ -26,8 +26,7 @@ def replay_rotor(compared, replay, identification):
                 values[p.name] *= np.exp(1j * float(found.sel(parameter=f"{name}_phase")))
         terms.append(replace(term, values=values))
     model = replace(replay.model, terms=tuple(terms))
-    speeds = [w for case, w in replay.cases.items() if case != replay.slow_roll]
-    return make_rotor(compared, model, model.names, replay.harmonics, speeds)
+    return make_rotor(compared, model, model.names, replay.harmonics, list(replay.higher_cases.values()))
 
 
 def load_rotor(config, name, source, identification=None):

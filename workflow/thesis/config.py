@@ -119,6 +119,21 @@ class ReplayConfig(Strict):
         """(case,) rad/s, the published speeds."""
         return np.array(list(self.cases.values()))
 
+    @property
+    def slow(self):
+        """Position of the slow roll among the cases."""
+        return list(self.cases).index(self.slow_roll)
+
+    @property
+    def higher(self):
+        """Positions (case,) of all cases but the slow roll."""
+        return np.delete(np.arange(len(self.cases)), self.slow)
+
+    @property
+    def higher_cases(self):
+        """All cases but the slow roll: name -> rad/s."""
+        return {case: speed for case, speed in self.cases.items() if case != self.slow_roll}
+
 
 def load_replay(path):
     """A ReplayConfig from a YAML file; unknown and missing keys are one-line errors."""

@@ -1,6 +1,6 @@
 """Evidence for the misprints and sign errors of the thesis: what changes if the printed form is used.
 
-Every function returns numbers by name; the errata page quotes them as {name}.
+Every function returns numbers by name; the errata page quotes them as {name}, estimates as {name[parameter]}.
 """
 
 from dataclasses import replace
@@ -72,33 +72,41 @@ def case_problem(config, rig, case):
     return config.problem(model, config.clean_spectrum(model, config.cases[case].speeds))
 
 
+def by_misprint(problem, **misprint):
+    """name of a parameter -> its estimate with a misprint, as for `estimates_with_misprint`."""
+    return dict(zip(problem.names, estimates_with_misprint(problem, **misprint), strict=True))
+
+
+def with_right_sign(rig):
+    """The options of a rig with the right sign of the gyroscopic moment."""
+    return {**rig, "rotor": {**rig["rotor"], "gyroscopic_sign": 1}}
+
+
 def numbers_2(config, folder):
     """Numbers on the sign of the crack force, the omitted terms of its series, and Eq. (2.32)."""
     printed = published(folder, ["2.2", "2.3", "2.5"])
-    spectra = printed[printed.method == "regression"]
-    thesis, speeds = config.rig("thesis"), {"88 rad/s": 88.0}
+    spectra, speeds = printed[printed.method == "regression"], {"88 rad/s": 88.0}
+    thesis, physical = config.rig("thesis"), config.rig("physical")
     right = np.where([unit == "N/m" for unit in thesis.units], -1, 1) * thesis.theta  # the crack force reversed
-    first = np.abs(measured_response(thesis, [88.0], [1], np.stack([thesis.theta, right]))[:, 0, 0, 0])
-    physical = measured_response(config.rig("physical"), [88.0], HARMONICS)[0, :, 0]
-    cut = measured_response(thesis, [88.0], HARMONICS, right)[0, :, 0]
-    forced = forced_harmonics(config.rig("physical"))
-    every = np.abs(measured_response(config.rig("physical"), [88.0], forced)[0, :, 0])
+    reversed_, cut = measured_response(thesis, [88.0], HARMONICS, np.stack([thesis.theta, right]))[:, 0, :, 0]
+    forced = forced_harmonics(physical)
+    every = measured_response(physical, [88.0], forced)[0, :, 0]
+    exact = every[[list(forced).index(n) for n in HARMONICS]]
+    left_out = np.where(np.isin(forced, HARMONICS), 0, np.abs(every))
     case = "Combined speed from 50 to 199 with increment +1"
-    problem = case_problem(config, "physical", case)
-    wrong = estimates_with_misprint(problem, swap_imag=True)
     copied = printed[(printed.case == f"{case}, with phase compensation") & (printed.noise_percent == 2)]
     copied = copied.set_index("item").published
+    first = HARMONICS.index(1)
     return {
         "crack_sign_values": len(spectra),
         "crack_sign_reversed": reproduced(thesis, speeds, spectra),
         "crack_sign_right": reproduced(thesis, speeds, spectra, right),
-        "first_reversed_um": first[0] * 1e6,
-        "first_right_um": first[1] * 1e6,
-        "eq_2_32_c_H": wrong[problem.names.index("internal_damping")],
-        "eq_2_32_c_E": wrong[problem.names.index("external_damping")],
-        "printed_digits_percent": np.max(np.abs(cut - physical) / np.abs(physical)) * 100,
-        "left_out_um": every[~np.isin(forced, HARMONICS)].max() * 1e6,
-        "left_out_harmonic": int(forced[~np.isin(forced, HARMONICS)][every[~np.isin(forced, HARMONICS)].argmax()]),
+        "first_reversed_um": np.abs(reversed_[first]) * 1e6,
+        "first_right_um": np.abs(cut[first]) * 1e6,
+        "eq_2_32": by_misprint(case_problem(config, "physical", case), swap_imag=True),
+        "printed_digits_percent": np.max(np.abs(cut - exact) / np.abs(exact)) * 100,
+        "left_out_um": left_out.max() * 1e6,
+        "left_out_harmonic": int(forced[left_out.argmax()]),
         "row_2_5_e": copied["e"] * 1e6,
         "row_2_5_dk": copied["dk_xi"] / 1e5,
     }
@@ -106,28 +114,27 @@ def numbers_2(config, folder):
 
 def numbers_3(replay, folder):
     """Numbers on the mean of the slow roll, and on the mean at 17 Hz in section 3.7; folder : of printed values."""
-    data_set = replay.data_sets.index("fft")
-    zero = replay.harmonics.index(0)
-    remaining = {}
-    for corrected in (False, True):
-        values = {q: v[data_set] for q, (v, _) in printed_values(replay, folder, corrected=corrected).items()}
-        plain = values["amplitude"] * np.exp(1j * values["phase"])
-        remaining[corrected] = np.abs(remove_slow_roll(replay, plain)[list(replay.cases).index("17 Hz"), zero])
-    drawn = np.abs(remove_slow_roll(replay, rounding_draws(replay, folder, "fft")))[:, 1, zero]
-    sizes = {"printed": remaining[False], "used": remaining[True], "highest": drawn.max()}
-    return {f"mean_17_{name}_um": size * 1e6 for name, size in sizes.items()}
+    place = list(replay.cases).index("17 Hz"), replay.harmonics.index(0)
+
+    def mean(amplitude):
+        return np.abs(remove_slow_roll(replay, amplitude))[..., *place] * 1e6
+
+    def stated(corrected):
+        values = {
+            key: v[replay.data_sets.index("fft")]
+            for key, (v, _) in printed_values(replay, folder, corrected=corrected).items()
+        }
+        return mean(values["amplitude"] * np.exp(1j * values["phase"]))
+
+    highest = mean(rounding_draws(replay, folder, "fft")).max()
+    return {"mean_17_printed_um": stated(False), "mean_17_used_um": stated(True), "mean_17_highest_um": highest}
 
 
 def numbers_4(config, folder, spectra, dominance, noisy):
     """Numbers on the gyroscopic sign, Eq. (4.36), the natural frequency, Table 4.7 and the condensation."""
     printed = published(folder, ["4.2", "4.3", "4.4", "4.5", "4.7"])
-    return {
-        **_gyroscopic_sign(config, printed),
-        **_headings(config, printed, spectra),
-        **_equations(config),
-        **_stiffness_losses(config, noisy),
-        **_weight_dominance(dominance),
-    }
+    numbers = _gyroscopic_sign(config, printed) | _headings(config, printed, spectra)
+    return numbers | _equations(config) | _stiffness_losses(config, noisy) | _weight_dominance(dominance)
 
 
 def _gyroscopic_sign(config, printed):
@@ -136,13 +143,11 @@ def _gyroscopic_sign(config, printed):
     whole = printed[(printed.method == "regression") & printed.case.isin(speeds)]
     whole = whole[whole.quantity != "reference phase"]
     thesis = config.rig("thesis")
-    corrected = {**config.rigs["thesis"], "rotor": {**config.rigs["thesis"]["rotor"], "gyroscopic_sign": 1}}
-    right = build_model(corrected, "the thesis's rig with the right gyroscopic sign")
+    right = build_model(with_right_sign(config.rigs["thesis"]), "the thesis's rig with the right gyroscopic sign")
     responses = [np.abs(measured_response(m, list(speeds.values()), HARMONICS)[..., 0]) for m in (thesis, right)]
     still = (time_invariant(one).without(DAMPINGS) for one in (thesis, right))
     critical = [critical_speeds(one, 2 * np.pi * 500)[0] / (2 * np.pi) for one in still]
     structure = right.structure
-    coupled = np.abs(eigenvalues(Model(structure), [1e-3]).imag).min()
     return {
         "gyroscopic_values": len(whole),
         "gyroscopic_reversed": reproduced(thesis, speeds, whole),
@@ -151,7 +156,7 @@ def _gyroscopic_sign(config, printed):
         "critical_reversed_Hz": ", ".join(f"{f:.1f}" for f in critical[0]),
         "critical_right_Hz": ", ".join(f"{f:.1f}" for f in critical[1]),
         "uncoupled_Hz": np.sqrt(structure.stiffness[0, 0] / structure.mass[0, 0]) / (2 * np.pi),
-        "coupled_Hz": coupled / (2 * np.pi),
+        "coupled_Hz": np.abs(eigenvalues(Model(structure), [1e-3]).imag).min() / (2 * np.pi),
         "vibration_least_um": np.abs(responses[1]).max(axis=1).min() * 1e6,
         "vibration_most_um": np.abs(responses[1]).max() * 1e6,
         "deflection_um": structure.static_deflection[0].real * 1e6,
@@ -178,12 +183,8 @@ def _equations(config):
     problem = case_problem(config, "physical", next(iter(config.cases)))
     exact = solve_linear(*problem.equations(), problem.names)
     true = problem.model.theta[problem.model.position(problem.names)]
-    wrong = estimates_with_misprint(problem, real_from=ROW_ABOVE)
-    return {
-        "eq_4_36_c_H": wrong[problem.names.index("internal_damping")],
-        "eq_4_36_c_E": wrong[problem.names.index("external_damping")],
-        "condensation_error": np.max(np.abs(exact / true - 1)),
-    }
+    wrong = by_misprint(problem, real_from=ROW_ABOVE)
+    return {"eq_4_36": wrong, "condensation_error": np.max(np.abs(exact / true - 1))}
 
 
 def _stiffness_losses(config, noisy):
@@ -225,7 +226,6 @@ def numbers_5(replay, spectra, identification):
     compensated = as_complex(spectra.compensated.sel(version="corrected", data_set="fft", spectrum_method="regression"))
     draws = np.stack([compensated, compensated * (1 + 1e-6)])
     problem = replay_problem(replay, replay.groups[replay.all_speeds], compensated, draws)
-    wrong = estimates_with_misprint(problem, real_from=ALL_ROWS, imag_from=ALL_ROWS)
     ours = identification.estimate.sel(estimator="least_squares", data_set="fft", group=replay.all_speeds)
     static = structure.static_deflection.real
     return {
@@ -235,10 +235,8 @@ def numbers_5(replay, spectra, identification):
         "moment_ratio": structure.gyroscopic[1, 1] / structure.mass[1, 1],
         "frequency_of_1_87_Hz": np.sqrt(stiffness / structure.mass[0, 0]) / (2 * np.pi),
         "frequency_of_that_mass_Hz": np.sqrt(stiffness / mass) / (2 * np.pi),
-        "eq_5_1_c_H": wrong[problem.names.index("internal_damping")],
-        "eq_5_1_c_E": wrong[problem.names.index("external_damping")],
-        "right_5_c_H": float(ours.sel(parameter="internal_damping")),
-        "right_5_c_E": float(ours.sel(parameter="external_damping")),
+        "eq_5_1": by_misprint(problem, real_from=ALL_ROWS, imag_from=ALL_ROWS),
+        "right_5": ours.to_series(),
     }
 
 
@@ -266,14 +264,15 @@ def numbers_6(config, folder, variants):
     printed = published(folder, [f"6.{n}" for n in range(2, 8)])
     printed = printed[printed.method == "regression"]
     rig = config.rigs["thesis"]
-    effects = [{**item} for item in rig["effects"]]
-    unbalances = [item for item in effects if "eccentricity_phase_rad" in item]
-    phases = [item["eccentricity_phase_rad"] for item in unbalances]
-    for item, phase in zip(unbalances, reversed(phases), strict=True):
-        item["eccentricity_phase_rad"] = phase
+    phases = [item["eccentricity_phase_rad"] for item in rig["effects"] if "eccentricity_phase_rad" in item]
+    exchanged = dict(zip(phases, reversed(phases), strict=True))
+    effects = [
+        {key: exchanged[value] if key == "eccentricity_phase_rad" else value for key, value in item.items()}
+        for item in rig["effects"]
+    ]
     read = {
         "thesis": rig,
-        "right_sign": {**rig, "rotor": {**rig["rotor"], "gyroscopic_sign": 1}},
+        "right_sign": with_right_sign(rig),
         "right_mass": {**rig, "effects": rig["effects"][:-1]},
         "printed_phases": {**rig, "effects": effects},
     }
@@ -289,13 +288,13 @@ def numbers_6(config, folder, variants):
         found = {name: float(here.sel(parameter=ours)) * factor for name, (ours, factor) in UNBALANCES.items()}
         return max(abs(value / one[name] - 1) for name, value in found.items()) * 100
 
-    true = {name: float(variants.true.sel(parameter=UNBALANCES[name][0])) for name in ("e_1", "e_2")}
+    true = variants.true.to_series()
     return {
         **{f"reading_{name}_percent": value for name, value in worst.items()},
         "minus_2X_um": float(found["thesis"].query(misprint).computed.iloc[0]) * 1e6,
         "phi_1_deg": one["phi_1"],
-        "e_1_off_percent": (one["e_1"] / true["e_1"] - 1) * 100,
-        "e_2_off_percent": (one["e_2"] / true["e_2"] - 1) * 100,
+        "e_1_off_percent": (one["e_1"] / true["eccentricity[1]"] - 1) * 100,
+        "e_2_off_percent": (one["e_2"] / true["eccentricity[2]"] - 1) * 100,
         "opposite_signs_percent": off("the thesis: opposite gyroscopic sign"),
         "consistent_signs_percent": off("the thesis with consistent signs"),
     }

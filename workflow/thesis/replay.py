@@ -119,9 +119,8 @@ def spectra(config, records):
 
 def remove_slow_roll(config, amplitude):
     """Eq. (3.1): subtract 0X and 1X of the slow roll from those of every speed; amplitude (..., case, harmonic), m."""
-    slow = list(config.cases).index(config.slow_roll)
     static = np.isin(config.harmonics, (0, 1))
-    return amplitude - np.where(static, amplitude[..., slow : slow + 1, :], 0)
+    return amplitude - np.where(static, amplitude[..., [config.slow], :], 0)
 
 
 def rounding_draws(config, folder, data_set):
@@ -161,8 +160,7 @@ def identify(config, reference, spectra):
     """
     compensated = as_complex(spectra.compensated.sel(version="corrected"))
     method = list(spectra.spectrum_method.values).index("regression")
-    higher = [case for case in config.cases if case != config.slow_roll]
-    speeds = [config.cases[case] for case in higher]
+    speeds = list(config.higher_cases.values())
     estimates, misfits, simulated = [], [], []
     for name in config.estimators:
         estimator = registry().get("estimator", name).function
@@ -187,7 +185,7 @@ def identify(config, reference, spectra):
         "data_set": (config.data_sets, "1", "column of the tables"),
         "group": (list(config.groups), "1", "speeds used together"),
         **parameter_coordinates(names),
-        "case": (higher, "1", "published speed"),
+        "case": (list(config.higher_cases), "1", "published speed"),
         "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
     }
     dims = ("estimator", "data_set", "group")
@@ -205,7 +203,7 @@ def identify(config, reference, spectra):
         ),
         "simulated": (
             (*dims, "case", "harmonic"),
-            np.array(simulated).reshape(*shape, len(higher), -1),
+            np.array(simulated).reshape(*shape, len(speeds), -1),
             "m",
             "response of the identified model, slow roll removed",
         ),

@@ -55,17 +55,16 @@ def open_ranges(config, reference):
 
 def thesis_responses(config, reference, groups):
     """group -> (higher case, harmonic) response with the thesis's own estimates, m."""
-    speeds = config.speeds[checks.higher_cases(config)]
-    thetas = {group: thesis_estimates(config, reference, group) for group in groups}
-    shown = {group: measured_response(config.model, speeds, config.harmonics, theta) for group, theta in thetas.items()}
-    return {group: one[..., 0] for group, one in shown.items()}
+    thetas = np.array([thesis_estimates(config, reference, group) for group in groups])
+    shown = measured_response(config.model, config.speeds[config.higher], config.harmonics, thetas)
+    return dict(zip(groups, shown[..., 0], strict=True))
 
 
 def scored_rows(config, reference, spectra, identification, responses, reasons):
     """Rows of the scoreboard: measured values, response with the thesis's estimates, and estimates."""
     printed = published(reference, list(config.sheets))
-    found, higher = measured_values(config, spectra), [list(config.cases)[c] for c in checks.higher_cases(config)]
-    for case, response in zip(higher, list(responses.values())[-1], strict=True):  # of all speeds
+    found = measured_values(config, spectra)
+    for case, response in zip(config.higher_cases, list(responses.values())[-1], strict=True):  # of all speeds
         for n, value in zip(config.harmonics, response, strict=True):
             found[case, str(n), "amplitude", "simulation"] = np.abs(value)
     in_tables = printed[printed.table != config.estimates_table]
@@ -124,8 +123,7 @@ def estimate_checks(config, reference, spectra, identification):
     ours = every[every.data_set == COLUMN].assign(source=lambda e: "here, " + e.estimator)
     ours = ours[["source", "group", "parameter", "estimate", "low", "high"]]
     thesis = printed_estimates(config, reference, list(identification.parameter.values))
-    still = shown_compensated(spectra)[list(config.cases).index(config.slow_roll)]
-    bow = float(np.abs(still[config.harmonics.index(1)]))
+    bow = float(np.abs(shown_compensated(spectra)[config.slow, config.harmonics.index(1)]))
     return checks.physical_checks(config, pd.concat([ours, thesis], ignore_index=True), bow)
 
 
@@ -156,20 +154,20 @@ def checks_table(config, spectra, checked):
 def response_table(config, spectra, identification, thesis_response):
     """Measured harmonics beside those of every identified model; thesis_response : (higher case, harmonic), m."""
     compensated = shown_compensated(spectra)
-    corrected, slow = remove_slow_roll(config, compensated), list(config.cases).index(config.slow_roll)
+    corrected, still = remove_slow_roll(config, compensated), compensated[config.slow]
     responses = {"thesis's estimates": thesis_response}
     for estimator in config.estimators:
         here = identification.simulated.sel(estimator=estimator, data_set=COLUMN, group=config.all_speeds)
         responses[estimator.replace("_", " ")] = as_complex(here)
     rows = []
-    for i, c in enumerate(checks.higher_cases(config)):
+    for i, (case, c) in enumerate(zip(config.higher_cases, config.higher, strict=True)):
         for h, n in enumerate(config.harmonics):
             row = {
-                "case": list(config.cases)[c],
+                "case": case,
                 "harmonic": n,
-                "slow roll (µm)": np.abs(compensated[slow, h]) * 1e6,
+                "slow roll (µm)": np.abs(still[h]) * 1e6,
                 "as measured (µm)": np.abs(compensated[c, h]) * 1e6,
-                "change from slow roll (µm)": np.abs(compensated[c, h] - compensated[slow, h]) * 1e6,
+                "change from slow roll (µm)": np.abs(compensated[c, h] - still[h]) * 1e6,
                 "compared (µm)": np.abs(corrected[c, h]) * 1e6,
             }
             for name, values in responses.items():
@@ -199,8 +197,11 @@ def response_table(config, spectra, identification, thesis_response):
     )
 
 
-def tables(config, reference, spectra, identification, reasons):
-    """The tables of a replayed experiment: rows of the scoreboard (DataFrame), and name -> Table."""
+def tables(config, reference, reasons, spectra, identification, **others):
+    """The tables of a replayed experiment: rows of the scoreboard (DataFrame), and name -> Table.
+
+    others : results that only figures show
+    """
     groups = published(reference, [config.estimates_table]).case.unique()
     responses = thesis_responses(config, reference, groups)
     scored = scored_rows(config, reference, spectra, identification, responses, reasons)

@@ -11,7 +11,7 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
 from rotorstudy.units import percent
-from thesis.checks import bow_magnification, higher_cases, names_of_either_sign
+from thesis.checks import bow_magnification, names_of_either_sign
 from thesis.config import ReplayConfig
 from thesis.figures.responses import Panel, full_spectra
 from thesis.replay import COLUMN, thesis_estimates
@@ -173,7 +173,7 @@ def crack_force_figure(replayed, case, group):
 def bow_magnification_figure(replayed, case, group):
     """Change of 1X from slow roll beside the magnification of a bow."""
     config = replayed.config
-    frequency = config.speeds[higher_cases(config)] / (2 * np.pi)
+    frequency = config.speeds[config.higher] / (2 * np.pi)
     picture, axes = figure(height=2.6, width=4.0)
     for i, data_set in enumerate(config.data_sets):
         compensated = as_complex(replayed.here.compensated.sel(data_set=data_set, spectrum_method=data_set))

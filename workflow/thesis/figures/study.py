@@ -34,8 +34,8 @@ class Study(NamedTuple):
 
     def spectrum(self, quantity, speed_rad_s, node=None, rig="physical", noise=False, **where):
         """(harmonic,) complex of a rig; with one realisation of 1 % white noise in time."""
-        here = self.results[{"physical": "spectra", "thesis": "thesis_spectra"}[rig]]
-        here = here.sel(speed=speed_rad_s, method="nearest")
+        results = self.results["spectra" if rig == "physical" else f"spectra_{rig}"]
+        here = results.sel(speed=speed_rad_s, method="nearest")
         if quantity == "reference phase":
             return np.exp(1j * here.reference_phase.sel(where).values)
         found = as_complex(here.displacement.sel(where).sel(node=int(here.node[0] if node is None else node)))
