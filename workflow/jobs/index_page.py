@@ -8,28 +8,13 @@ import pandas as pd
 
 from rotorstudy.presentation.pages import render
 from rotorstudy.store import load, write_text
+from rotorstudy.yaml_file import read_yaml
 
-HEADINGS = {
-    "": ("All chapters", "Each printed value beside ours, the errors of the thesis, and the plugin library."),
-    "diagnosis": ("Diagnoses", "What the thesis's models get wrong on its own measurements, and what explains it."),
-    "blind": ("Blind tests", "Effects hidden in simulated measurements and diagnosed blind."),
-    "compare": (
-        "Comparison",
-        "Every spectrum method with every estimator on five rotors; which to use for which data.",
-    ),
-    "chapter_2": ("Chapter 2", "Cracked rotor with two degrees of freedom."),
-    "chapter_3": ("Chapter 3", "The first experiment, replayed."),
-    "chapter_4": ("Chapter 4", "Rotor with an offset disc and gyroscopic moments."),
-    "chapter_5": ("Chapter 5", "The second experiment, replayed."),
-    "chapter_6": ("Chapter 6", "Finite-element rotor on anisotropic bearings."),
-    "chapter_7": ("Transverse cracks", "How small a crack can be found, and how accurately, by place and sensors."),
-    "rigs": ("Both rigs", "Where -1X of the two test rigs comes from."),
-    "cracks": ("Crack models", "Every crack plugin on one rotor."),
-    "bearings": ("Bearing models", "Stiffness and damping of every bearing plugin over speed."),
-}  # in the order of the page; other folders follow
+HEADED = Path(__file__).parents[1] / "report" / "headings.yaml"
+HEADINGS = read_yaml(HEADED)  # other folders follow
 
 
-def write_index(path, files, report=None):
+def write_index(path, files, report):
     """Write the page: first what was found, each with its picture, then every page and figure."""
     root = Path(path).parent
     inside = sorted((Path(file).relative_to(root) for file in files), key=_in_numbered_order)
@@ -38,8 +23,7 @@ def write_index(path, files, report=None):
     groups = [one for one in groups if one["count"]]
     found = _answers(root, inside)
     write_text(path, render("index.html", title="What was found", answers=found, groups=groups))
-    if report:
-        write_text(report, _report(found))
+    write_text(report, _report(found))
 
 
 CALLED = {"zoo": "plugin library (zoo)"}

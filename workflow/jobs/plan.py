@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
+from jobs.index_page import HEADED
 from jobs.report import FIGURES, SHOWN, TABLES, add_printed, add_replay
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import named_plugins
@@ -97,7 +98,7 @@ class Plan:
             found += jobs() if getattr(self.config, key) else []
         files = [path for job in found for path in job.files if "{" not in path]
         pages = {"path": self.index["index"], "report": f"{self.results}/report.rst"}
-        return [*found, Job("index", "jobs.index_page.write_index", {"files": files}, pages)]
+        return [*found, Job("index", "jobs.index_page.write_index", {"files": files}, pages, needs=(str(HEADED),))]
 
     def of(self, name, *stages):
         """Paths of the results of a study or replay."""
@@ -290,16 +291,12 @@ class Plan:
                 sources[name] = [self.config.replays[rotor.replay], *self.of(rotor.replay, "identification")]
                 rigs.append(self.settings.replays[rotor.replay].rig)
         needs = (*(path for files in sources.values() for path in files), *plugin_files(rigs))
-        inputs, given, found = {"config": self.config.compare}, {"sources": sources}, []
-        every = {"spectra": [], "estimates": [], "bias": []}  # files of all jobs
+        inputs, found = {"config": self.config.compare}, []
 
-        def job(kind, stage, plugin, number, needs, files, **more):
-            for key, paths in files.items():
-                every[key] += paths
-            outputs = {"paths" if key == stage else key: paths for key, paths in files.items()}
+        def job(kind, stage, plugin, number, needs, outputs, **more):
             name, function = f"compare_{stage}_{plugin}_{number}", f"thesis.compared.write_{stage}"
-            needs = (*needs, registry().get(kind, plugin).file)
-            found.append(Job(name, function, inputs, outputs, {**given, kind: plugin, **more}, needs))
+            given, needs = {"sources": sources, kind: plugin, **more}, (*needs, registry().get(kind, plugin).file)
+            found.append(Job(name, function, inputs, outputs, given, needs))
 
         def paths(folder, stage, name, rotors=compared):
             return [f"{folder}/{stage}/{file_name(rotor)}/{name}.nc" for rotor in rotors]
@@ -319,7 +316,11 @@ class Plan:
         outputs = {"comparison": f"{base}/comparison.nc", "pictures": self.pictures("compare")}
         outputs |= {"ranking_csv": f"{base}/ranking.csv", "advice_files": self.tables("compare/advice")}
         function = "jobs.comparison_page.write_comparison"
-        needs = tuple(path for files in every.values() for path in files)
+        every = {}  # files of all jobs
+        for made in found:
+            for key, files in made.outputs.items():
+                every[key] = [*every.get(key, ()), *files]
+        needs = tuple(path for made in found for path in made.files)
         return [*found, Job("compare", function, inputs, outputs, {**every, **self.index}, needs)]
 
     def blind(self):
@@ -354,7 +355,8 @@ class Plan:
         if folders := [f"{base}/{name}" for name, item in items.items() if item.replay]:
             inputs = {"configs": [self.config.replays[item.replay] for item in items.values() if item.replay]}
             names = ("verdict.json", "verdict.nc", "left_out.json")
-            needs = (*(f"{folder}/{file}" for folder in folders for file in names), *self.printed)
+            texts = f"{self.reference}/undecided.yaml"
+            needs = (*(f"{folder}/{file}" for folder in folders for file in names), *self.printed, texts)
             sheets = [f"{base}/replays_{sheet}.csv" for sheet in ("harmonics", "left_out", "parameters")]
             outputs = {"csv": sheets, "html": f"{base}/replays.html"}
             given = {"folders": folders, "reference": self.reference, **self.index}

@@ -117,8 +117,8 @@ def assumed_parameters(config, texts, true):
     return Table(rows, f"Table {about['number']}: {about['title']}", about["note"])
 
 
-def variant_errors(config, relative_error):
-    """Error of each variant of the equations; relative_error : of `studies.analyses.variants`."""
+def variant_errors(config, text, relative_error):
+    """Error of each variant of the equations; text : title, note;  relative_error : of `studies.analyses.variants`."""
     error = relative_error.to_series().unstack("parameter")
     phase = np.array([config.reported[name] == "rad" for name in error.columns])
     error.loc[:, ~phase] *= 100
@@ -128,11 +128,7 @@ def variant_errors(config, relative_error):
     error.index = [f"{variant}: {case}" for variant, case in error.index]
     return Table(
         error.T.rename_axis("parameter").reset_index(),
-        "Variants of least squares from exact spectra",
-        "Error of each parameter without noise. The elimination of the tilts is exact. A condensation without "
-        "gyroscopic moments causes errors of a few hundredths of a per cent. A static deflection held at that of "
-        "bearings 20 % too stiff causes 11 % in crack stiffness and internal damping and none elsewhere. The wrong "
-        "gyroscopic sign causes 2 to 12 % in bearings, eccentricities and the crack.",
+        *text,
         digits=2,
     )
 
@@ -155,5 +151,5 @@ def tables(
     keys = dict.fromkeys(printed[printed.quantity == "estimate"].table, BY_NOISE if by_variants else BY_CASE)
     about = {number: (*text, *keys.get(number, BY_METHOD)) for number, text in texts["tables"].items()}
     first = {table_name(texts["assumed"]["number"]): assumed_parameters(config, texts, found.true)}
-    last = {"variants": variant_errors(config, variants.relative_error)} if by_variants else {}
+    last = {"variants": variant_errors(config, texts["variants"], variants.relative_error)} if by_variants else {}
     return scored, {**first, **scored_tables(scored, about), **last}

@@ -7,7 +7,8 @@ import numpy as np
 
 from rotorstudy.model.registry import registry
 from rotorstudy.store import chunk_of, load, provenance, save
-from rotorstudy.studies.comparison import estimates, trials
+from rotorstudy.studies.comparison import estimates as accuracy
+from rotorstudy.studies.comparison import trials
 from rotorstudy.studies.comparison.config import load_comparison, make_rotor, study_rotor
 from rotorstudy.studies.config import file_name, load_study
 from thesis.config import load_replay
@@ -37,24 +38,24 @@ def load_rotor(config, name, source, identification=None):
     return replay_rotor(compared, load_replay(source), load(identification))
 
 
-def write_spectra(paths, config, sources, spectrum, chunk):
+def write_spectra(spectra, config, sources, spectrum, chunk):
     """Write the spectra of every rotor by a spectrum method; sources : rotor -> arguments of `load_rotor`."""
     config, method = load_comparison(config), registry().get("spectrum", spectrum)
     faults, origin = chunk_of(list(config.faults), *chunk), provenance(config.model_dump(), [method], config.seed)
-    for (name, source), path in zip(sources.items(), paths, strict=True):
+    for (name, source), path in zip(sources.items(), spectra, strict=True):
         found = trials.spectra(config, name, load_rotor(config, name, *source), method, faults)
         save(found.assign_attrs(origin), path)
 
 
-def write_estimates(paths, config, sources, estimator, spectra, bias=()):
+def write_estimates(estimates, config, sources, estimator, spectra, bias=()):
     """Write the accuracy of an estimator on every rotor; errors by wrong known quantities go to the paths `bias`."""
     config, estimator = load_comparison(config), registry().get("estimator", estimator)
     origin = provenance(config.model_dump(), [estimator], config.seed)
     biased = {Path(path).parent.name: path for path in bias}
-    for (name, source), path in zip(sources.items(), paths, strict=True):
+    for (name, source), path in zip(sources.items(), estimates, strict=True):
         rotor, file = load_rotor(config, name, *source), file_name(name)
         by_method = {Path(one).stem: load(one) for one in spectra if Path(one).parent.name == file}
-        save(estimates.estimates(config, name, rotor, by_method, estimator).assign_attrs(origin), path)
+        save(accuracy.estimates(config, name, rotor, by_method, estimator).assign_attrs(origin), path)
         if file in biased:
-            found = estimates.bias(load_study(source[0]), rotor, estimator)
+            found = accuracy.bias(load_study(source[0]), rotor, estimator)
             save(found.assign_attrs(origin), biased[file])

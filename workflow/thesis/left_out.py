@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pandas as pd
 
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import read_settings
@@ -62,11 +63,8 @@ def harmonic_rows(config, data, folder):
     microns = {f"{name} (µm)": 1e6 * np.sqrt(np.mean(np.abs(v) ** 2, axis=0)) for name, v in sizes.items()}
     whitened = {"base": data.residual_before, "extended": data.residual_after}
     sigma = {f"{name} (σ)": np.sqrt((one[..., 0] ** 2).mean("speed")).values for name, one in whitened.items()}
-    return [
-        {"rig": readable(config.name), "harmonic": f"{n}X", **{k: float(v[i]) for k, v in columns.items()}}
-        for columns in [microns | sigma]
-        for i, n in enumerate(harmonics)
-    ]
+    columns = {"rig": readable(config.name), "harmonic": [f"{n}X" for n in harmonics], **microns, **sigma}
+    return pd.DataFrame(columns).to_dict("records")
 
 
 def compared_parameters(config, data, folder):

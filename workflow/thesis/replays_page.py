@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import yaml
 
 from rotorstudy.diagnosis.verdict.cause_words import place, readable
 from rotorstudy.diagnosis.verdict.result import Verdict
@@ -21,20 +22,6 @@ LEGEND = (
     "Thesis: its own estimates from all speeds, with 0X and 1X of the slow roll subtracted as in Eq. (3.1). Base: its "
     "model, with dampings, crack and eccentricity within the limits of its impact tests and of usual machining. "
     "Without limits: its model with every parameter free. Extended: that model and the causes found."
-)
-UNDECIDED = (
-    "What three or four speeds of one pair of probes cannot decide: on the rig of Chapter 3, modelled with one "
-    "coordinate, a bow and a 1X force that is independent of the speed have the same response. An uncoupled run would "
-    "separate them.",
-    "All speeds but the slow roll lie well below the critical speed (at a quarter to two fifths of it): there an "
-    "unbalance grows with the square of the speed, a bow by its resonance, and a 1X runout that drifts resembles "
-    "either. A coast-down through the critical speed would separate them.",
-    "A mirror image of 1X at -1X may be unequal or skewed probes, runout, or supports of unequal stiffness. Exchange "
-    "the two probes, or turn both by 45 degrees.",
-    "0X is almost entirely sensor gap, so the side force by which 0X would reveal internal damping is below the stated "
-    "error. Measure the gap with the shaft at rest before and after each run.",
-    "The noise beyond the rounding was never published; 1 µm and 5 % of each harmonic are assumed. Repeated records "
-    "would give it. With fewer equations than effects in the library, a fit by several causes together proves none.",
 )
 
 
@@ -150,6 +137,7 @@ def shared_causes(verdicts):
 def replays_page(configs, folders, reference):
     """Rows of each sheet of `SHEETS`, and notes, the summary first, of replays and the folders of their diagnoses."""
     harmonics, shown, compared, notes, verdicts, left_out = [], [], [], [], {}, {}
+    first, *others = yaml.safe_load(Path(reference, "undecided.yaml").read_text(encoding="utf-8"))
     for path, folder in zip(configs, map(Path, folders), strict=True):
         config, data = load_replay(path), load(folder / "verdict.nc")
         verdict = verdicts[config.name] = Verdict.model_validate_json((folder / "verdict.json").read_bytes())
@@ -165,8 +153,8 @@ def replays_page(configs, folders, reference):
         shared_causes(verdicts),
         *impossible_values(compared),
         *changed_estimates(compared),
-        UNDECIDED[0],
-        *(f"Not decided either: {text}" for text in UNDECIDED[1:]),
+        first,
+        *(f"Not decided either: {text}" for text in others),
     ]
     return {"harmonics": harmonics, "left_out": shown, "parameters": compared}, notes
 

@@ -10,28 +10,32 @@ from rotorstudy.store import as_complex
 
 MOST_DEGREES = 225  # of the axis of phases, so that those about 180 need not be split
 FLAT = 0.01  # change of a whirl frequency with speed, below which it is taken for constant
-SOURCES = ((5, 3.5), (6, 0.8))  # colour and width of the steady state, and of the start from rest
 
 
-def time_and_orbit(config, records, speed, title):
-    """Three revolutions of a record: both directions, orbit and phase reference; steady state and start from rest."""
-    shown = records.time.values < 3 * 2 * np.pi / speed
+def record(study, speed, title):
+    """Three revolutions at a shown speed: both directions, orbit and phase reference; steady state and start from rest.
+
+    {off} in the title: of the start from rest from the steady state
+    """
+    records, w = study.results["records"], study.config.shown_speeds_rad_s[speed]
+    steady, rest = both = as_complex(records.displacement.sel(speed=w, method="nearest").isel(node=0))
+    off = f"{np.abs(rest - steady).max() / np.abs(steady).max() * 100:.1g} %"
+    shown = records.time.values < 3 * 2 * np.pi / w
     time = records.time.values[shown]
     picture, axes = figure(2, 2)
-    for i, source in enumerate(records.source.values):
-        z = as_complex(records.displacement.sel(source=source).sel(speed=speed, method="nearest").isel(node=0))[shown]
-        index, width = SOURCES[i]  # the curves coincide: a thin one on a wide one
+    # the curves coincide: a thin one on a wide one
+    for source, z, index, width in zip(records.source.values, both[:, shown], (5, 6), (3.5, 0.8), strict=True):
         style = {"label": str(source), "color": COLOURS[index], "linewidth": width}
         axes[0, 0].plot(time * 1e3, z.real * 1e6, **style)
         axes[0, 1].plot(time * 1e3, z.imag * 1e6, **style)
         plot_orbit(z, axes[1, 0], index=index, linewidth=width)
-    axes[1, 1].plot(time * 1e3, reference_signal(speed, config.harmonics, time), color=COLOURS[6])
+    axes[1, 1].plot(time * 1e3, reference_signal(w, study.config.harmonics, time), color=COLOURS[6])
     axes[0, 0].set(xlabel="time (ms)", ylabel="vertical x (µm)", title="Vertical displacement")
     axes[0, 1].set(xlabel="time (ms)", ylabel="horizontal y (µm)", title="Horizontal displacement")
     axes[1, 0].set_title("Orbit")
     axes[1, 1].set(xlabel="time (ms)", ylabel="reference signal (1)", title="Multi-harmonic phase reference")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    picture.suptitle(title)
+    picture.suptitle(title.format(off=off))
     return picture
 
 
@@ -56,7 +60,7 @@ def full_spectra(harmonics, panels):
             if kind == "amplitude":
                 plot_full_spectrum(harmonics, values, panel, label=name, index=i, count=len(spectra))
             else:
-                plot_phase(harmonics, values, panel, label=name, index=labels.index(name), near=first)
+                plot_phase(harmonics, values, panel, name, labels.index(name), first)
         if printed:
             at, shown = printed[0], 1e6 * np.asarray(printed[1])
             if kind == "phase":
@@ -83,17 +87,15 @@ def phases_of(amplitude, near, harmonics, at):
     return drawn[[list(harmonics).index(n) for n in at]]
 
 
-def plot_phase(harmonics, amplitude, axes, *, label=None, index=0, near=None):
+def plot_phase(harmonics, amplitude, axes, label, index, near):
     """Phase of R_n in degrees over the harmonics, as points; near : drawn before, -179 stands beside its 180."""
-    phase = np.angle(amplitude, deg=True)
-    phase = phase if near is None else phases_near(phase, np.angle(near, deg=True))
+    phase = phases_of(amplitude, near, harmonics, harmonics)
     style = {"color": COLOURS[index], "fillstyle": "none", "markersize": max(8 - 2 * index, 3), "clip_on": False}
     axes.plot(np.asarray(harmonics), phase, MARKERS[index], label=label, **style)
     axes.set_ylim(-MOST_DEGREES - 15, MOST_DEGREES + 15)  # with room for a mark
     axes.set_yticks(range(-180, 181, 90))
     axes.set_ylabel("phase (°)")
     harmonic_axis(axes, harmonics)
-    return axes
 
 
 def stability(study, formula=None):

@@ -17,7 +17,7 @@ from rotorstudy.studies.config import StudyConfig, file_name
 from rotorstudy.units import percent
 from thesis.chapter_tables import described, places
 from thesis.figures import estimates, responses
-from thesis.figures.responses import Panel, full_spectra, time_and_orbit
+from thesis.figures.responses import Panel, full_spectra
 from thesis.scoreboard import PLACE, PRINTED, published
 
 PLACES = {1: "left bearing", 2: "disc 1", 3: "crack", 4: "disc 2", 5: "right bearing"}  # nodes of Chapter 6
@@ -74,14 +74,6 @@ def breathing_function(study, speed):
     axes[0, 0].set_ylim(-0.15, 1.65)
     axes[0, 0].legend(loc="upper center", ncols=2)
     return picture
-
-
-def record(study, speed, title):
-    """A record in time at one of the shown speeds; {off} in the title: of the start from rest from the steady state."""
-    records, w = study.results["records"], study.config.shown_speeds_rad_s[speed]
-    steady, rest = as_complex(records.displacement.sel(speed=w, method="nearest").isel(node=0))
-    off = f"{np.abs(rest - steady).max() / np.abs(steady).max() * 100:.1g} %"
-    return time_and_orbit(study.config, records, w, title.format(off=off))
 
 
 def spectra(study, panels, speed=None):
@@ -199,7 +191,7 @@ def error_against_noise(study, title, cases=None, by_record=False, trials="monte
 
 
 KINDS = {  # a figure is of the kind of its name where it states none
-    "record": record,
+    "record": responses.record,
     "spectra": spectra,
     "spectra of nodes": spectra_of_nodes,
     "records of nodes": records_of_nodes,
