@@ -61,24 +61,17 @@ def shown_name(parameter):
     return re.sub("_(phase|dampings?)$", r" \1", name)
 
 
-def names_of_either_sign(config):
-    """Names on pages of the parameters judged by size alone, which may have either sign."""
-    return [shown_name(name) for name in config.losses.values()]
-
-
 def shown_estimates(config, estimates):
     """DataFrame of parameter, estimate, low, high (SI) as pages show it: names, units, lengths in µm, degrees."""
-    units = {name: unit for name in estimates.parameter for unit in config.model.reported_units([_alike(name)])}
+    reported = config.model.reported_units
+    units = {name: reported([name])[0] for name in estimates.parameter if name != BOTH_DAMPINGS}
+    units[BOTH_DAMPINGS] = "N s/m"
     shown = {"m": ("µm", 1e6), "rad": ("deg", 180 / np.pi)}
     unit, factor = zip(*(shown.get(units[name], (units[name], 1.0)) for name in estimates.parameter), strict=True)
     values = {key: estimates[key] * np.array(factor) for key in ("estimate", "low", "high")}
     found = estimates.assign(**values, parameter=estimates.parameter.map(shown_name))
     found.insert(list(found.columns).index("parameter") + 1, "unit", unit)
     return found
-
-
-def _alike(name):
-    return DAMPINGS[0] if name == BOTH_DAMPINGS else name
 
 
 class Limit(NamedTuple):

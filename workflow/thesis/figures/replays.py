@@ -11,7 +11,7 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
 from rotorstudy.units import percent
-from thesis.checks import bow_magnification, names_of_either_sign
+from thesis.checks import bow_magnification, shown_name
 from thesis.config import ReplayConfig
 from thesis.figures.responses import Panel, full_spectra
 from thesis.replay import COLUMN, thesis_estimates
@@ -208,7 +208,8 @@ def checks_figure(replayed, case, group):
             style |= {"label": source if row.parameter == names[0] else None}
             place = names.index(row.parameter) + (s - 1) * 0.27
             axes[0, 0].errorbar(at, place, xerr=[[at - low], [high - at]], **style)
-    sides = np.where(np.isin(names, names_of_either_sign(replayed.config)), -1, 0)
+    of_either_sign = [shown_name(name) for name in replayed.config.losses.values()]  # judged by size alone
+    sides = np.where(np.isin(names, of_either_sign), -1, 0)
     place = np.arange(len(names))
     axes[0, 0].barh(place, sides, 1.0, color=COLOURS[2], alpha=0.12, linewidth=0, label="possible in size")
     axes[0, 0].axvspan(0, 1, color=COLOURS[2], alpha=0.25, label="possible")
