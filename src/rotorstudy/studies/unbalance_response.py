@@ -62,4 +62,4 @@ def probe_vectors(of_node, reading):
 def along_directions(directions, mark_rad, forward, backward):
     """{probe: 1X (speed,), complex, phase leading} along directions {probe: rad}, from 1X and -1X (speed,)."""
     mark, turned = np.exp(1j * mark_rad), {probe: np.exp(-1j * at) for probe, at in directions.items()}
-    return {probe: mark * (turn * forward + np.conj(turn * backward)) for probe, turn in turned.items()}
+    return {probe: (turn * forward + np.conj(turn * backward)) * mark for probe, turn in turned.items()}
