@@ -9,6 +9,7 @@ from test_resultant import RIG
 
 from rotorstudy import RotorstudyError, build_model
 from rotorstudy.diagnosis.search import free_force
+from rotorstudy.diagnosis.search.moves import PAIRS, pairs
 from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.search.search import begin, search
 from rotorstudy.diagnosis.settings import Settings
@@ -94,3 +95,22 @@ def test_an_element_whose_forces_take_most_of_the_data_is_no_hypothesis():
     found = begun().free_forces
     assert {one.is_testable for one in found if one.motion == "force"} == {True}
     assert {one.is_testable for one in found if one.motion == "bending"} == {False}
+
+
+def test_two_faults_are_proposed_at_the_two_places_where_forces_explain_most():
+    """A bow and a preload, each judged beside a free force at the place of the other.
+
+    Negative control: at one place, no force explains them.
+    """
+    bow = {"kind": "bow", "element": 2, "label": "a", "bow_angle_rad": 1e-3, "bow_angle_skew_rad": 0.0}
+    preload = {"kind": "static_preload", "node": OTHER, "label": "b", "static_preload_N": 400.0}
+    both = faulty(MODEL, bow, preload | {"static_preload_phase_rad": 2.0})
+    settings = Settings(uncertainty={"default": 0.02}, nuisance={})
+    data = with_model_error(spectrum_of(both, SPEEDS, HARMONICS, 1e-6, 1), settings)
+    work = begin(MODEL, data, settings)
+    assert work.free_forces[0].left > 2 * data.data_count
+    (one, errors), (other, _) = free_force.two_forces(work)
+    assert {free_force.FREE_FORCE, free_force.OTHER_FORCE} < {*one.names} and len(errors) == data.data_count
+    assert max(one.misfit, other.misfit) < 2 * data.data_count
+    named = {frozenset(c.cause for c in proposal.causes) for proposal in pairs(work)}
+    assert {"bow, element 2", f"static_preload, node {OTHER}"} in named and len(named) <= PAIRS

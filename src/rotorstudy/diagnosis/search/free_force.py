@@ -6,7 +6,7 @@ of a form (`form.SHARES`); its size at each harmonic is the most probable one. I
 evidence as the data narrow them, so that it is as likely as a cause of the library only where that leaves much more.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
@@ -31,7 +31,10 @@ COPIES, MOST_BYTES = 10, 4e9  # of the columns of an error of form at once, and 
 SETTLED = 1e-3  # relative change of all sizes
 ABSENT = 0.01  # well determined amplitudes of a harmonic, below which no force acts there
 
+EXCHANGES = 4  # searches for one of two places beside the other, at most
+
 FREE_FORCE = "force at one place"  # name of its amplitude in a Fit
+OTHER_FORCE = "force at another place"  # of the second one, beside it
 
 
 class FreeForce(NamedTuple):
@@ -44,6 +47,7 @@ class FreeForce(NamedTuple):
     count: int  # of data
     is_testable: bool  # whether it takes no more than half of the data; else it explains whatever they are
     fitted: Fit | None = None  # of the rig with it, of the amplitude `FREE_FORCE`; None but at the best places
+    force: np.ndarray | None = None  # (row, speed, harmonic), N, of that fit
 
 
 class _Posterior(NamedTuple):
@@ -53,6 +57,8 @@ class _Posterior(NamedTuple):
     force: np.ndarray
     free: np.ndarray
     left: float
+    shares: tuple  # of `SHARES`
+    errors: Callable  # () -> columns (component, amplitude) of the force by independent amplitudes of unit variance
 
 
 def free_forces(work) -> list[FreeForce]:
@@ -74,10 +80,12 @@ def free_forces(work) -> list[FreeForce]:
     for one in sorted(known, key=lambda one: -known[one].evidence)[:REFITTED]:
         for _ in range(AGAIN):
             try:
-                fits[one] = _with_force(work, spectrum, known[one], rows_of[one])
-                near = neighbourhood(fits[one].model, spectrum, fits[one].theta)
+                force = known[one].force
+                fitted = _with_forces(work, known[one].free, {FREE_FORCE: (rows_of[one], force)})
+                fits[one] = fitted, force
+                near = neighbourhood(fitted.model, spectrum, fitted.theta)
                 columns = free_force_columns(near, spectrum, rows_of[one])
-                again = _posterior(fits[one], spectrum, columns, known[one].force)
+                again = _posterior(fitted, spectrum, columns, [(columns, force)])
             except NoSteadyState:
                 break
             if again.evidence <= known[one].evidence:
@@ -89,8 +97,56 @@ def free_forces(work) -> list[FreeForce]:
         kind, number, motion = one
         taken = 2 * at.force.size
         odds = at.evidence - base + prior
-        found.append(FreeForce({kind: number}, motion, odds, at.left, count, 2 * taken <= count, fits.get(one)))
+        found.append(FreeForce({kind: number}, motion, odds, at.left, count, 2 * taken <= count, *fits.get(one, ())))
     return sorted(found, key=lambda one: -one.log_odds)
+
+
+def two_forces(work) -> list[tuple[Fit, np.ndarray]]:
+    """The rig with the forces at two places that explain most together: for each place a Fit in which it is FREE_FORCE.
+
+    And columns (component, amplitude) of the other force, which is free. None if no fit has a free force.
+    """
+    spectrum, rows = work.spectrum, dict(places_of(work.rig.structure))
+    first = next((one for one in work.free_forces if one.fitted is not None), None)
+    if first is None:
+        return []
+    ((kind, number),) = first.where.items()
+    kept, fitted, before = (kind, number, first.motion), first.fitted, None
+    columns = _columns(fitted, spectrum, rows)
+    added = [(columns[kept], first.force)]
+    at = _posterior(fitted, spectrum, columns[kept], added)
+    shares = [at.shares]
+    for _ in range(EXCHANGES):
+        beside, others = at.errors(), [place for place in rows if place != kept]
+        found = {place: _posterior(fitted, spectrum, columns[place], added, beside, shares) for place in others}
+        other = max(found, key=lambda place: found[place].evidence)
+        if other == before:
+            break
+        before, kept, at = kept, other, found[other]
+    pair = {kept: at, before: _posterior(fitted, spectrum, columns[before], added, at.errors(), shares)}
+    best = None
+    for _ in range(1 + AGAIN):
+        forces = {place: (rows[place], one.force) for place, one in pair.items()}
+        names = dict(zip(pair, (FREE_FORCE, OTHER_FORCE), strict=True))
+        fitted = _with_forces(work, at.free, {names[place]: one for place, one in forces.items()})
+        if best and fitted.cost >= best[0].cost:  # what is linearised leads nowhere
+            break
+        best = fitted, at.free, forces, {place: one.errors() for place, one in pair.items()}
+        columns = _columns(fitted, spectrum, {place: rows[place] for place in pair})
+        added = [(columns[place], one.force) for place, one in pair.items()]
+        for place, other in ((kept, before), (before, kept)):
+            pair[place] = at = _posterior(fitted, spectrum, columns[place], added, pair[other].errors(), shares)
+    _, free, forces, errors = best
+    return [
+        (_with_forces(work, free, {FREE_FORCE: forces[one], OTHER_FORCE: forces[other]}), errors[other])
+        for one, other in ((kept, before), (before, kept))
+    ]
+
+
+def _columns(fitted, spectrum, rows):
+    """Place -> `free_force_columns` of its rows, at the motion of a fit."""
+    near = neighbourhood(fitted.model, spectrum, fitted.theta)
+    return {place: free_force_columns(near, spectrum, own) for place, own in rows.items()}
 
 
 def _check_memory(spectrum):
@@ -105,31 +161,34 @@ def _check_memory(spectrum):
         )
 
 
-def _posterior(fitted, spectrum, columns, force=None) -> _Posterior:
-    """The _Posterior about a Fit of the rig with a force (row, speed, harmonic), by default none.
+def _posterior(fitted, spectrum, columns, forces=(), beside=None, every=SHARES) -> _Posterior:
+    """The _Posterior about a Fit of the rig.
 
     columns : (row, speed, component, part and harmonic) of `free_force_columns`
+    forces  : (columns, force (row, speed, harmonic)) of each force of the fit, which are taken out
+    beside  : columns (component, amplitude), of unit variance, of what else may act
+    every   : shares that are tried
     """
     rows, speeds, parts, harmonics = len(columns), columns.shape[1], 2, len(spectrum.harmonics)
     columns = columns.reshape(rows, speeds, -1, parts, harmonics).transpose(1, 2, 0, 3, 4)
     columns = columns.reshape(speeds, -1, rows * parts * harmonics)  # speed, component, (row part harmonic)
-    own = np.array([name != FREE_FORCE for name in fitted.names], bool)
+    own = np.array([name not in (FREE_FORCE, OTHER_FORCE) for name in fitted.names], bool)
     jacobian, free = fitted.jacobian[:, own], fitted.free[own]
     mean, whitener = fitted.prior.mean[own], fitted.prior.whitener[np.ix_(own, own)]
     data = (fitted.residual + jacobian @ (free - mean)).reshape(speeds, -1)
-    if force is not None:
-        known = np.stack([force.real, force.imag], axis=2).transpose(1, 0, 2, 3)  # speed, row, part, harmonic
-        data = data + (columns @ known.reshape(speeds, -1, 1))[..., 0]
+    for shown, force in forces:
+        data = data + np.einsum("rscp,rsp->sc", shown, np.concatenate([force.real, force.imag], axis=2))
     scaled = np.linalg.solve(whitener.T, jacobian.T).T  # by parameters of unit variance
-    inner = np.eye(len(mean)) + scaled.T @ scaled
+    scaled = scaled if beside is None else np.hstack([scaled, beside])
+    inner = np.eye(scaled.shape[1]) + scaled.T @ scaled
     turned = columns.transpose(0, 2, 1)
     within = (turned @ columns).reshape(speeds, -1)  # of each speed alone, so that time is linear in their number
     on_data, on_rig = (
         (turned @ data[..., None])[..., 0],
-        (turned @ scaled.reshape(speeds, len(scaled) // speeds, len(mean))),
+        (turned @ scaled.reshape(speeds, len(scaled) // speeds, -1)),
     )
     best = None
-    for shares in SHARES:
+    for shares in every:
         modes = over_speeds(spectrum.speed, shares)  # (mode, speed)
         count = len(modes) * columns.shape[-1]  # of amplitudes (mode row part harmonic)
         by_harmonic = np.arange(count) % harmonics
@@ -150,10 +209,18 @@ def _posterior(fitted, spectrum, columns, force=None) -> _Posterior:
             moved = modes.T @ (size * found).reshape(len(modes), -1)  # speed, (row part harmonic)
             off = (data - (columns @ moved[..., None])[..., 0]).ravel()
             moved = moved.reshape(speeds, rows, parts, harmonics).swapaxes(0, 1)
-            free = mean + np.linalg.solve(whitener, np.linalg.solve(inner, scaled.T @ off))
-            left = off - jacobian @ (free - mean)
-            best = _Posterior(evidence + log_scale, moved[:, :, 0] + 1j * moved[:, :, 1], free, float(left @ left))
+            known = np.linalg.solve(inner, scaled.T @ off)
+            free, left = mean + np.linalg.solve(whitener, known[: len(mean)]), off - scaled @ known
+            errors = partial(_errors, columns, modes, size[: columns.shape[-1]])
+            force = moved[:, :, 0] + 1j * moved[:, :, 1]
+            best = _Posterior(evidence + log_scale, force, free, float(left @ left), shares, errors)
     return best
+
+
+def _errors(columns, modes, size):
+    """Columns (component, amplitude) of a force; columns : (speed, component, force);  size : (force,)."""
+    every = modes.T[:, None, :, None] * (columns * size)[:, :, None]
+    return every.reshape(columns.shape[0] * columns.shape[1], -1)
 
 
 def _sizes(gram, by_harmonic, harmonics):
@@ -191,13 +258,16 @@ def _log_prior(sizes, gram, by_harmonic):
     return float(np.sum(np.where(sizes > 0, -np.log(2 * len(SCALES)), np.log((1 + hidden) / 2))))
 
 
-def _with_force(work, spectrum, at: _Posterior, rows: Sequence[np.ndarray]) -> Fit:
-    """The base model with a force, evaluated as a Fit."""
-    entries = tuple(
-        Entry(row, on="one", shift=int(n), gain=partial(np.interp, xp=spectrum.speed, fp=own[:, h]))
-        for row, own in zip(rows, at.force, strict=True)
-        for h, n in enumerate(spectrum.harmonics)
-    )
-    term = Term("force", (Parameter(FREE_FORCE, "1", entries, 1.0),), {FREE_FORCE: 1.0})
-    model, prior = work.model.plus(term), work.prior.plus(Prior.independent({FREE_FORCE: (1.0, 1.0)}))
-    return fit(model, spectrum, prior, start=model.filled(work.prior.names, at.free), steps=0)
+def _with_forces(work, free: np.ndarray, forces: dict) -> Fit:
+    """The base model at values (parameter,), with forces name -> (rows, force (row, speed, harmonic)), as a Fit."""
+    terms, spectrum = [], work.spectrum
+    for name, (rows, force) in forces.items():
+        entries = tuple(
+            Entry(row, on="one", shift=int(n), gain=partial(np.interp, xp=spectrum.speed, fp=own[:, h]))
+            for row, own in zip(rows, force, strict=True)
+            for h, n in enumerate(spectrum.harmonics)
+        )
+        terms.append(Term("force", (Parameter(name, "1", entries, 1.0),), {name: 1.0}))
+    model = work.model.plus(*terms)
+    prior = work.prior.plus(Prior.independent(dict.fromkeys(forces, (1.0, 1.0))))
+    return fit(model, spectrum, prior, start=model.filled(work.prior.names, free), steps=0)

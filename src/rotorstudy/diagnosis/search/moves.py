@@ -18,7 +18,7 @@ from rotorstudy.diagnosis.search.contained import is_allowed
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form import largest_errors
 from rotorstudy.diagnosis.search.form_fit import WITHIN
-from rotorstudy.diagnosis.search.free_force import FREE_FORCE
+from rotorstudy.diagnosis.search.free_force import FREE_FORCE, two_forces
 from rotorstudy.diagnosis.search.held_shapes import slopes_of
 from rotorstudy.diagnosis.search.odds import Explanation, faults_of, log_posterior_odds, odds_of
 from rotorstudy.diagnosis.search.parts import (
@@ -36,6 +36,7 @@ from rotorstudy.model.structure import Structure
 
 HIDES = 30.0  # gain of log odds by an error of form, above which it may hide another fault
 WORTH_ADDING = -1.0  # change of the log odds that one more cause must promise
+PAIRS = 6  # of two causes at two places that are fitted
 STEPS = 6  # of a fit that tells what a cause promises where linear columns do not
 LOOSE = 0.5  # standard deviation of a known amplitude in a scan, as a shape that is not yet found has another one
 
@@ -158,6 +159,35 @@ def additions(
         judged += judge.scanned(fitted, usable, plain, without, free, plain.excess if own is form else fitted.excess)
         found += [one for one in judged if one.log_odds > least]
     return found
+
+
+def pairs(work: Search) -> list[Proposal]:
+    """Two faults at once: causes at the two places at which forces explain most together, each beside the other force.
+
+    Where no single fault explains the records, none is near the motion on which the two act.
+    """
+    sides, found, two = [], [], []
+    with suppress(NoSteadyState):
+        two = two_forces(work) if work.settings.most_causes > 1 else []
+    for plain, own in two:
+        wide, fitted = _with_error_of_form(work, plain, own, (FREE_FORCE,))
+        chosen = [c for c in work.candidates if not c.term.acts_on_output]
+        projected, usable = wide.project(fitted, chosen, (FREE_FORCE,))
+        judge = _Judge(wide, (), fitted.values, 0.0)
+        every = judge.alone(projected, usable) + judge.together(projected, usable)
+        every += judge.scanned(fitted, usable, plain, (FREE_FORCE,))
+        best = {}
+        for one in sorted(every, key=lambda one: -one.log_odds):
+            best.setdefault(one.causes[0].effect, one)
+        sides.append(best.values())
+    for one, other in product(*sides) if sides else ():
+        causes = (*one.causes, *other.causes)
+        if is_allowed(work, causes):
+            alone = sum(work.prior_odds.log_odds(side.causes) for side in (one, other))
+            odds = one.log_odds + other.log_odds - alone + work.prior_odds.log_odds(causes)
+            found.append(Proposal(causes, one.values | other.values, odds))
+    found = sorted(found, key=lambda one: -one.log_odds)[:PAIRS]
+    return [one._replace(log_odds=np.inf) for one in found]  # what each promises beside a free force is too little
 
 
 def loading_films(work: Search) -> list[Proposal]:

@@ -27,6 +27,7 @@ from rotorstudy.diagnosis.search.moves import (
     loading_films,
     needs_fit,
     other_laws,
+    pairs,
     removals,
     splits,
     turns,
@@ -141,7 +142,7 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
                 log.info("the rig alone explains more from other values: searching again")
                 return search(begin(begun.rig, begun.spectrum, begun.settings, nearer), known)
             if len(tried) == 1 and work.is_rejected:  # before two causes are tried
-                _fit_best(work, [loading_films(work)], possible)
+                _fit_best(work, [loading_films(work), pairs(work)], possible)
     except KeyboardInterrupt as stop:
         if not is_asked_to_stop(stop):
             raise
