@@ -8,7 +8,6 @@ from one_line_errors import refused
 
 from rotorstudy import Record, RotorstudyError, full_spectrum, load_rig, measured_response, registry, simulate_records
 from rotorstudy.measurement import records
-from rotorstudy.measurement.full_spectra import compensate
 from rotorstudy.measurement.harmonics import white_noise_covariance
 from rotorstudy.measurement.keyphasor import phase_from_keyphasor
 from rotorstudy.measurement.spectrum import components
@@ -78,21 +77,6 @@ def test_lines_nobody_asked_for_do_not_count_as_noise():
     residual = 1e-3 * np.cos(60 * TURNS) + 1e-6 * np.random.default_rng(1).normal(size=TURNS.shape)
     stated = white_noise_covariance(residual, np.eye(1) / len(TURNS), [20])[0, 0]
     assert stated == pytest.approx(1e-12 / 2 / len(TURNS), rel=0.1)  # half of a real signal's variance in each part
-
-
-def test_compensation_carries_the_noise_of_the_phase():
-    amplitude = np.array([[2.0 + 1j, -1.0 + 0.5j]])
-    covariance = np.diag([1e-4, 2e-4, 3e-4, 4e-4])[None] * 1.0
-    phase, phase_covariance = np.array([0.4, -1.1]), np.array([[1e-4, -0.5e-4], [-0.5e-4, 2e-4]])
-    turned, stated = compensate(amplitude, covariance, phase, phase_covariance)
-    generator = np.random.default_rng(8)
-    parts = generator.multivariate_normal(np.zeros(4), covariance[0], 100_000)
-    angles = phase + generator.multivariate_normal(np.zeros(2), phase_covariance, 100_000)
-    draws = (amplitude + parts[:, :2] + 1j * parts[:, 2:]) * np.exp(-1j * angles)
-    sampled = np.cov(np.concatenate([draws.real, draws.imag], axis=1).T)
-    assert turned[0] == pytest.approx(amplitude[0] * np.exp(-1j * phase))
-    # 100 000 draws, and second order in 1e-2 rad
-    assert np.abs(stated[0] - sampled).max() < 0.02 * np.abs(sampled).max()
 
 
 def test_keyphasor_jitter_is_stated():

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 import re
 import subprocess
 import sys
@@ -64,17 +63,6 @@ def test_a_temporary_folder_lies_in_one_that_exists_as_that_may_be_a_disk_of_its
     assert names(tmp_path) == ["out"] and names(tmp_path / "out") == ["figures", *["old.txt"] * exists]
 
 
-def test_text_is_written_in_utf_8_whatever_the_locale(tmp_path):
-    code = "import sys, locale; from rotorstudy.store import write_text; from rotorstudy.yaml_file import read_yaml"
-    code += "; print(locale.getpreferredencoding())"
-    code += "; write_text(sys.argv[1], 'name: 12 \\u00b5m \\u03c3\\n'); assert read_yaml(sys.argv[1])"
-    environment = {**os.environ, "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "LC_ALL": "C"}
-    run = [sys.executable, "-c", code, str(tmp_path / "a.yaml")]
-    told = subprocess.run(run, env=environment, capture_output=True, text=True, check=True).stdout
-    assert "UTF-8" not in told.upper()
-    assert (tmp_path / "a.yaml").read_bytes() == "name: 12 \u00b5m \u03c3\n".encode()
-
-
 def test_complex_values_come_back_bit_for_bit_and_real_ones_stay_real(tmp_path):
     save(sample(), tmp_path / "x.nc")
     found = load(tmp_path / "x.nc")
@@ -127,3 +115,4 @@ def test_provenance_depends_on_the_configuration_and_not_on_its_order():
     assert digest({"a": 1, "b": 2}) == digest({"b": 2, "a": 1})
     assert digest({"a": 1, "b": 2}) != digest({"a": 1, "b": 3})
     assert digest({0: 0.25, 1: 0.3}) != digest({0: 0.25, 1: 0.31})
+    assert digest({"node_of_label": {1: 2, "disc 1": 2}}) != digest({})

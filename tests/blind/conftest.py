@@ -4,12 +4,17 @@ import numpy as np
 import pytest
 
 from rotorstudy import registry
-from rotorstudy.blind.config import load_blind
+from rotorstudy.blind.config import KINDS, load_blind
 from rotorstudy.blind.injection import draw, order_of
 from rotorstudy.blind.meanings import MEANS, SIZES
 
 CONFIG = "workflow/config/test/blind.yaml"
 COUNT, SEED = 10, 20261121
+
+
+def only(kind):
+    """Shares of cases of one kind alone."""
+    return {name: float(name == kind) for name in KINDS}
 
 
 @pytest.fixture(scope="session")

@@ -25,6 +25,7 @@ def test_every_fault_of_the_simulator_has_a_meaning():
     assert set(ALIKE) | set(SIZES) | set(CONVENTIONS) <= set(MEANS)
     assert in_library("crack_form") and not in_library("dry_friction_form")
     assert set(KINDS) <= set(KINDS_OF_CASES)
+    assert left_out([{"family": "preload"}]) == ["parallel_misalignment", "static_preload"]
 
 
 def test_the_truth_is_recognised_at_its_place_and_not_elsewhere(truths):
@@ -41,10 +42,6 @@ def test_the_truth_is_recognised_at_its_place_and_not_elsewhere(truths):
                 off = one["softened_m"] / 2 + 0.06 * one["length_m"]
                 elsewhere = {"position_m": {"value": one["position_m"] + off}}
                 assert compared(one, named | {"parameters": elsewhere})[:2] == (True, False)
-
-
-def test_what_is_left_out_are_all_names_of_the_truth():
-    assert left_out([{"family": "preload"}]) == ["parallel_misalignment", "static_preload"]
 
 
 def test_a_case_depends_on_its_order_alone(config, drawn, tmp_path):

@@ -7,9 +7,10 @@ import numpy as np
 from one_line_errors import refused
 
 from rotorstudy import registry
-from rotorstudy.blind.config import KINDS as KINDS_OF_CASES
 from rotorstudy.blind.run import check_seal, diagnosed, run_blind
 from rotorstudy.diagnosis.verdict.result import Cause
+
+from .conftest import only
 
 FIXED_SEED, CLEAN, LARGE = 4, 2, 2
 KINDS = {"verdict": str, "residual_share": float, "candidates": int, "gain": (dict, type(None))}
@@ -60,10 +61,6 @@ def check_always(rows, verdicts, truths, seals, where):
         assert all(row[key] == row[key] and row[key] is not None for key in ALWAYS), (where, row)
         assert row["families"] == "+".join(one["family"] for one in opened["truth"]["true"]), where
         assert np.isnan(row["probability"]) == (not row["causes"]), where
-
-
-def only(kind):
-    return {name: float(name == kind) for name in KINDS_OF_CASES}
 
 
 def test_clean_records_are_not_accused(config, tmp_path):

@@ -10,7 +10,6 @@ import pytest
 from one_line_errors import refused
 from scipy.stats import binom
 
-from rotorstudy.blind.config import KINDS
 from rotorstudy.blind.criteria import AT_A_GLANCE, OWN, judge, printed, sentences, statement
 from rotorstudy.blind.run import answer_case, answer_chunk, check_seal, gather_chunks, run_blind, salt_of, seal, summary
 from rotorstudy.blind.scoring import score, score_case, share_bounds
@@ -18,11 +17,7 @@ from rotorstudy.measurement.findings import told
 from rotorstudy.presentation.blind_page import criteria_page, write_pages
 from rotorstudy.presentation.captions import BLIND_FIGURES
 
-from .conftest import accuser, cause, mute, oracle
-
-
-def only(kind):
-    return {name: float(name == kind) for name in KINDS}
+from .conftest import accuser, cause, mute, only, oracle
 
 
 def scored(truths, who):

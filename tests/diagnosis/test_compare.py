@@ -21,7 +21,6 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.measurement.spectrum import along_probes
-from rotorstudy.store import provenance
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -189,11 +188,6 @@ def test_the_command_writes_a_page_that_says_what_changed(tmp_path, capsys):
         opened = page.replace("details:not(.rest) { display: none; }", "").replace("<details", "<details open")
         assert sheets(opened, tmp_path) > 1
     build_model(yaml.safe_load((tmp_path / "out" / "extended_rig.yaml").read_text()))
-
-
-def test_labels_that_are_numbers_and_texts_have_one_provenance():
-    mixed = {"measurement": {"node_of_label": {1: 2, "disc 1": 2}}}
-    assert provenance(mixed)["configuration_sha256"] != provenance({})["configuration_sha256"]
 
 
 def test_a_rig_that_misses_the_state_before_misses_as_much_of_the_change():

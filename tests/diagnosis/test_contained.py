@@ -1,13 +1,10 @@
 """Which causes are special cases of others, and that both are not named together."""
 
 import pytest
-from test_deep_crack import RIG
+from test_deep_crack import MODEL
 
-from rotorstudy import build_model
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.contained import is_contained
-
-MODEL = build_model(RIG)
 
 
 def cause(effect, node=1, **shape):

@@ -15,15 +15,20 @@ from rotorstudy.inference.prediction import with_model_error
 RIG = rig_of(shaft(0.6, 3, disc(2)), springs({1: "left", 4: "right"}), unbalance(2, 1e-5), sensors=[2, 3])
 SPEED, HARMONICS = np.array([60.0, 100.0, 140.0]), np.array([0, 1, -1, 2, -2, 3, -3])
 TRUTH = {"position_m": 0.3, "depth_ratio": 0.45, "angle_rad": 0.3}
+MODEL = build_model(RIG)
+
+pytestmark = pytest.mark.usefixtures("few_shapes")
 
 
-@pytest.mark.usefixtures("few_shapes")
+def begun(**crack):
+    """A search for a crack, not carried out."""
+    settings, item = Settings(leave_out=all_but("transverse_crack")), {"kind": "transverse_crack", **TRUTH, **crack}
+    spectrum = spectrum_of(faulty(MODEL, item), SPEED, HARMONICS, 1e-7, order=7)
+    return begin(MODEL, with_model_error(spectrum, settings), settings)
+
+
 def test_both_sides_are_tried_and_the_true_one_is_reached():
-    model = build_model(RIG)
-    settings = Settings(leave_out=all_but("transverse_crack"))
-    crack = {"kind": "transverse_crack", **TRUTH, "flexibility_factor": 1.0}
-    spectrum = with_model_error(spectrum_of(faulty(model, crack), SPEED, HARMONICS, 1e-7, order=7), settings)
-    found = search(begin(model, spectrum, settings))
+    found = search(begun(flexibility_factor=1.0))
     (named,) = found.best.causes
     assert named.shape == pytest.approx(TRUTH, rel=0.01, abs=0.01)
     assert found.best.fit.cost < len(found.base.residual) < 0.1 * found.base.cost
@@ -31,20 +36,15 @@ def test_both_sides_are_tried_and_the_true_one_is_reached():
     assert set(np.sign(np.cos(np.subtract(angles, TRUTH["angle_rad"])))) == {-1, 1}
 
 
-@pytest.mark.usefixtures("few_shapes")
 def test_a_fit_begins_with_the_amplitudes_of_a_crack_as_they_are_known():
     """A scan leaves them loose, as the depth is not found yet. Negative control: it finds others."""
-    model = build_model(RIG)
-    settings = Settings(leave_out=all_but("transverse_crack"))
-    crack = {"kind": "transverse_crack", "breathing": "none", **TRUTH, "flexibility_factor": 3.0}
-    spectrum = with_model_error(spectrum_of(faulty(model, crack), SPEED, HARMONICS, 1e-7, order=7), settings)
-    begun = begin(model, spectrum, settings)
-    force = next(one.fitted for one in begun.free_forces if one.fitted is not None)
-    proposals = additions(begun, begun.nothing, [force])
+    work = begun(breathing="none", flexibility_factor=3.0)
+    force = next(one.fitted for one in work.free_forces if one.fitted is not None)
+    proposals = additions(work, work.nothing, [force])
     assert proposals
     for one in proposals:
         (cause,) = one.causes
         assert [one.values[name] for name in cause.names] == [cause.prior[name][0] for name in cause.names]
-    loose = [c._replace(fixed_std=LOOSE) for c in begun.candidates if c.variant == {"breathing": "none"}]
-    found = scan(begun, force, loose[:1], without=(FREE_FORCE,))
+    loose = [c._replace(fixed_std=LOOSE) for c in work.candidates if c.variant == {"breathing": "none"}]
+    found = scan(work, force, loose[:1], without=(FREE_FORCE,))
     assert max(abs(one.screened.start[0] - 1.0) for one in found) > 0.05

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import all_but, faulty, full_bearing, jeffcott_rig, readings, rig_of
+from machines import all_but, disc, faulty, full_bearing, jeffcott_rig, readings, rig_of, shaft
 
 from rotorstudy import build_model, make_term
 from rotorstudy.diagnosis import diagnose
@@ -162,9 +162,7 @@ def test_the_misfit_of_held_out_speeds_is_that_of_the_whole_covariance(fits, mon
     assert found.log_likelihood == pytest.approx(-0.5 * (found.misfit + np.linalg.slogdet(whole)[1]), rel=1e-9)
 
 
-SHAFT = {"kind": "finite_element", "elements": [{"length_m": 0.6, "count": 6}], "outer_diameter_m": 0.02,
-         "youngs_modulus_Pa": 2.1e11, "density_kg_per_m3": 7850.0, "discs": [
-         {"node": 3, "mass_kg": 3.0, "polar_moment_kg_m2": 0.006, "diametral_moment_kg_m2": 0.003}]}  # fmt: skip
+SHAFT = shaft(0.6, 6, disc(3, 3.0, 0.006, 0.003), youngs_modulus_Pa=2.1e11, density_kg_per_m3=7850.0)
 CRACK = {"position_m": 0.33, "depth_ratio": 0.2, "angle_rad": 0.5}
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from machines import OFFSET_DISC, disc, jeffcott_rig, shaft, spectrum_of, unbalance
+from machines import OFFSET_DISC, all_but, disc, jeffcott_rig, rig_of, shaft, spectrum_of, springs, unbalance
 from scipy.stats import norm
 
-from rotorstudy import build_model, registry
+from rotorstudy import build_model
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.impossible import is_negative
@@ -100,23 +100,19 @@ def test_a_coupling_of_negative_stiffness_is_not_named(stiffness, named):
     values = [hidden.get(p.name, 0.0) for p in cause.term.parameters for _ in range(2 if p.is_complex else 1)]
     theta = np.concatenate([MODEL.theta, values])
     measured = spectrum_of(MODEL.plus(cause.term), SPEEDS, HARMONICS, 1e-8, theta=theta)
-    alone = [name for name, effect in registry().plugins["effect"].items() if name != cause.effect and effect.candidate]
-    settings = {"uncertainty": {"default": 1e-3}, "leave_out": alone}  # no other effect, nor the rig, explains it
+    settings = {
+        "uncertainty": {"default": 1e-3},
+        "leave_out": all_but(cause.effect),
+    }  # no other effect, nor the rig, explains it
     found = investigate(measured, MODEL, settings=settings).verdict
     assert ({c.effect for c in found.causes} == {cause.effect}) == named
     assert (found.verdict == "cause") == named
 
 
-BEARING = {"kind": "linear", "coefficients": "anisotropic", "bearing_damping_xx_N_s_per_m": 300.0}
-BEARING |= {"bearing_stiffness_xx_N_per_m": 1e6, "bearing_stiffness_yy_N_per_m": 1.6e6}
-BEARING |= {"bearing_damping_yy_N_s_per_m": 300.0}
-RIG = {  # three bearings, so that the rotor does not fall where one of them gives way
-    "rotor": shaft(0.8, 4, disc(2, 2.0, 4e-3, 2.1e-3), youngs_modulus_Pa=2.1e11, density_kg_per_m3=7800.0),
-    "bearings": [{**BEARING, "node": node, "label": str(node)} for node in (1, 3, 5)],
-    "effects": [unbalance(2, 2e-5, 0.4)],
-    "sensors": [2, 4],
-}
-HELD, SLOWER = build_model(RIG), np.array([60.0, 100.0, 140.0])
+BEARINGS = springs((1, 3, 5), (1e6, 1.6e6), (300.0, 300.0))  # of which one may give way, and the rotor does not fall
+ROTOR = shaft(0.8, 4, disc(2, 2.0, 4e-3, 2.1e-3), youngs_modulus_Pa=2.1e11, density_kg_per_m3=7800.0)
+HELD = build_model(rig_of(ROTOR, BEARINGS, unbalance(2, 2e-5, 0.4), sensors=[2, 4]))
+SLOWER = np.array([60.0, 100.0, 140.0])
 
 
 def loss(lost, node, along):

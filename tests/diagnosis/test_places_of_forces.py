@@ -21,11 +21,11 @@ SPEEDS, HARMONICS, FAULTY, OTHER = np.array([90.0, 105.0, 126.0]), np.array([0, 
 LIMIT = 1500.0  # of the cost, which is 16700 without a cause
 
 
-def begun(harmonics=HARMONICS, is_clean=False, is_exact=False):
+def begun(is_clean=False, is_exact=False):
     """A Search in records of a rotor that touches a ring at one disc, or of a sound one, that may equal its rig."""
     item = {"kind": "rub", "node": FAULTY, "label": "hidden", "rub_stiffness_N_per_m": 1e6, "clearance_m": 2e-5}
     rubbing = faulty(MODEL, item)
-    data = spectrum_of(MODEL if is_clean else rubbing, SPEEDS, harmonics, NOISE, 1)
+    data = spectrum_of(MODEL if is_clean else rubbing, SPEEDS, HARMONICS, NOISE, 1)
     if is_exact:
         data = replace(data, amplitude=predicted(MODEL, data, MODEL.stated))
     left = sorted({*SLOW} - {"rub", "looseness"})
@@ -37,6 +37,12 @@ def begun(harmonics=HARMONICS, is_clean=False, is_exact=False):
 @pytest.fixture(scope="module")
 def work():
     return begun()
+
+
+@pytest.fixture(scope="module")
+def known(work):
+    """The Search carried out, with the true effect in the library."""
+    return search(replace(work, found={frozenset(): work.nothing}, screened=[]))
 
 
 def test_a_force_at_the_node_of_a_fault_explains_it_and_one_elsewhere_does_not(work):
@@ -51,24 +57,23 @@ def test_what_does_not_fit_into_memory_is_refused(work, monkeypatch):
         free_force.free_forces(work)
 
 
-def test_its_probability_decides_whether_a_fault_is_unknown(work):
+def test_its_probability_decides_whether_a_fault_is_unknown(work, known):
     """Without the effect in the library; the negative control has it, and a record that misses nothing is clean."""
     others = [c for c in work.candidates if c.effect not in ("rub", "looseness")]
     unknown = search(replace(work, candidates=others, found={frozenset(): work.nothing}, screened=[]))
     assert unknown.outside_probability > 0.99
     assert [one.where for one in unknown.outside_places(0.99)] == [{"node": FAULTY}]
-    known = search(replace(work, found={frozenset(): work.nothing}, screened=[]))
     assert known.outside_probability < 0.01 and known.best.named == {f"rub, node {FAULTY}"}
     assert sum(share for _, share in known.posterior()) + known.outside_probability == pytest.approx(1.0)
     assert begun(is_clean=True).outside_probability < 0.1
 
 
-def test_a_force_that_nothing_shows_is_as_likely_as_before_the_measurement():
+def test_a_force_that_nothing_shows_is_as_likely_as_before_the_measurement(work):
     """At no harmonic there is one; the negative control touches a ring."""
-    exact, faulty = begun(is_clean=True, is_exact=True), begun()
+    exact = begun(is_clean=True, is_exact=True)
     before = np.log(free_force.PRIOR / len(exact.free_forces) / len(free_force.SHARES))
     assert [one.log_odds for one in exact.free_forces] == pytest.approx(len(exact.free_forces) * [before], abs=1e-3)
-    assert min(one.log_odds for one in faulty.free_forces) > before + 100
+    assert min(one.log_odds for one in work.free_forces) > before + 100
 
 
 def test_each_harmonic_of_a_force_is_as_likely_as_not_absent():
@@ -80,9 +85,8 @@ def test_each_harmonic_of_a_force_is_as_likely_as_not_absent():
     assert each == pytest.approx([-np.log(4 * scales), -2 * np.log(2 * scales), 0.0], abs=1e-3)
 
 
-def test_a_fault_that_the_library_lacks_does_not_widen_the_set_of_those_that_it_has(work):
+def test_a_fault_that_the_library_lacks_does_not_widen_the_set_of_those_that_it_has(work, known):
     """It is told beside them. Negative control: all of them hold the true one for certain."""
-    known = search(replace(work, found={frozenset(): work.nothing}, screened=[]))
     rival = work.free_forces[0]._replace(log_odds=odds_of(known.best) - 3.0)
     doubtful = replace(known, free_forces=(rival,))
     assert 0.01 < doubtful.outside_probability < 0.1
@@ -90,11 +94,10 @@ def test_a_fault_that_the_library_lacks_does_not_widen_the_set_of_those_that_it_
     assert len(doubtful.credible(2.0)) > 1
 
 
-def test_an_element_whose_forces_take_most_of_the_data_is_no_hypothesis():
+def test_an_element_whose_forces_take_most_of_the_data_is_no_hypothesis(work):
     """Three orbits hold a force at a node twice; of an element only if four were measured."""
-    found = begun().free_forces
-    assert {one.is_testable for one in found if one.motion == "force"} == {True}
-    assert {one.is_testable for one in found if one.motion == "bending"} == {False}
+    assert {one.is_testable for one in work.free_forces if one.motion == "force"} == {True}
+    assert {one.is_testable for one in work.free_forces if one.motion == "bending"} == {False}
 
 
 def test_two_faults_are_proposed_at_the_two_places_where_forces_explain_most():

@@ -12,8 +12,7 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.response.alternating import affine_error
 from rotorstudy.response.neighbourhood import carried_motion
 
-USED = ("looseness", "unbalance", "runout", "static_preload", "bow")
-OTHERS = all_but(*USED)
+OTHERS = all_but("looseness", "unbalance", "runout", "static_preload", "bow")
 LIFT = {"lift_m": 0.2 * vibration(MODEL, 1), "direction_rad": 0.5, "play_m": 1.5 * vibration(MODEL, 1)}
 LIFT["gap_spread_m"] = 0.025 * vibration(MODEL, 1)
 

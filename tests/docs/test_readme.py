@@ -86,12 +86,9 @@ def test_every_example_rig_vibrates(path):
         assert np.abs(harmonic_response(model, [88.0], [1])).max() > 1e-9
 
 
-def test_the_readme_counts_the_printed_values_right():
+def test_the_readme_counts_printed_values_and_effects_that_are_tried_right():
     count = len(published(ROOT / "workflow" / "reference"))
     assert f"each of {count} printed values" in " ".join(README.split())
-
-
-def test_the_readme_counts_the_effects_that_a_diagnosis_tries():
     tried = [effect for effect in registry().plugins["effect"].values() if effect.candidate]
     assert f"none of the {len(tried)} effects that are tried" in " ".join(README.split())
 

@@ -6,12 +6,7 @@ from machines import all_but
 
 from foreign.small_cases import small, special
 from rotorstudy import measured_spectrum, read_rig, registry
-from rotorstudy.blind.machines.contacts import (
-    add_clearance,
-    add_one_sided_loss,
-    add_rub,
-    add_stiffening,
-)
+from rotorstudy.blind.machines.contacts import add_clearance, add_one_sided_loss, add_rub, add_stiffening
 from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_added_mass, add_seal
 from rotorstudy.blind.machines.files import write_case

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from machines import disc, shaft, springs
+from machines import disc, jeffcott_rig, shaft, springs
 from one_line_errors import refused
 
 from rotorstudy import build_model, load_rig
@@ -14,12 +14,9 @@ from rotorstudy.diagnosis.verdict.result import Place
 from rotorstudy.model.estimated_rig import rig_with_values
 from rotorstudy.yaml_file import read_yaml
 
-ROTOR = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
-DAMPING = {"kind": "external_damping", "external_damping_N_s_per_m": 100.0}
-
 
 def rig(**unbalance):
-    return {"rotor": ROTOR, "effects": [DAMPING, {"kind": "unbalance", **unbalance}]}
+    return jeffcott_rig(None, None, {"kind": "unbalance", **unbalance})
 
 
 @pytest.mark.parametrize(

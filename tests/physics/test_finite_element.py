@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from machines import OFFSET_DISC, disc, shaft, springs
 from one_line_errors import refused
-from uniform_shaft import LENGTH, E, isotropic, rotor
+from uniform_shaft import LENGTH, E, rotor
 
 from rotorstudy import Model, build_model, eigenvalues, harmonic_response, make_term
 from rotorstudy.response.statics import static_deflection
@@ -86,8 +86,7 @@ def test_natural_frequencies_of_the_shaft_of_chapter_6():
 
     def first(*bearings, **supports):
         free = rotor(discs=discs, **shaft, **supports)
-        places = zip((1, 5), bearings, strict=False)
-        items = [{"kind": "linear", "node": n, "label": str(n), **isotropic(k)} for n, k in places]
+        items = [one for n, k in zip((1, 5), bearings, strict=False) for one in springs([n], k, 0.0)]
         terms = tuple(make_term("bearing", item, free, free.nodes) for item in items)
         return np.abs(eigenvalues(Model(free, terms), [1e-6])[0].imag).min()
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from machines import OFFSET_DISC, point
 from one_line_errors import refused
-from test_transient import OFFSET_DISC
 
 from rotorstudy import Problem, build_model, cramer_rao_bound, harmonic_response, magnitude_and_phase, make_term
 from rotorstudy.errors import UnidentifiableError
@@ -92,7 +92,7 @@ def test_the_shaft_between_bearings_and_disc_bends_as_a_beam():
 def test_a_probe_off_the_shaft_or_on_a_shaft_without_shape_is_refused(study):
     structure = study.rig("physical").structure
     refused(lambda: ExtraMeasurement(stations_m=[0.5]).output_rows(structure, (1,)), "0.5 m is not on the shaft")
-    jeffcott = build_model({"rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}}).structure
+    jeffcott = build_model({"rotor": point()}).structure
     refused(lambda: ExtraMeasurement(stations_m=[0.1]).output_rows(jeffcott, (1,)), "does not define the shaft's shape")
 
 

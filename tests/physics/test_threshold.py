@@ -5,16 +5,7 @@ import pytest
 from machines import jeffcott, jeffcott_rig, point
 from random_rotor import random_model
 
-from rotorstudy import (
-    Entry,
-    Model,
-    Parameter,
-    RotorstudyError,
-    Term,
-    build_model,
-    eigenvalues,
-    harmonic_response,
-)
+from rotorstudy import Entry, Model, Parameter, RotorstudyError, Term, build_model, eigenvalues, harmonic_response
 from rotorstudy.response.stability import check_stable, stability_threshold
 
 M, K = 2.0, 7.6e5

@@ -1,4 +1,4 @@
-"""A uniform shaft of finite elements, its numbers, and bearings for it."""
+"""A uniform shaft of finite elements, and its numbers."""
 
 import numpy as np
 
@@ -19,10 +19,6 @@ def beam(ends, count=8, **options):
     """Euler-Bernoulli without rotary inertia, the beam of the textbooks, unless told otherwise."""
     held = {"pinned_nodes": [1, count + 1]} if ends == "simply supported" else {"clamped_nodes": [1]}
     return rotor(count, **{"theory": "euler_bernoulli", "shaft_inertia": "translation", **held, **options})
-
-
-def isotropic(stiffness, damping=0.0):
-    return {"bearing_stiffness_N_per_m": stiffness, "bearing_damping_N_s_per_m": damping}
 
 
 GOOD = {"elements": [{"length_m": 1.0, "count": 4}], "outer_diameter_m": 0.05, "pinned_nodes": [1, 5]}
