@@ -37,6 +37,11 @@ def changed(part, path, to):
     return part
 
 
+def run(*arguments, status=0):
+    """Run a command of rotorstudy, that has to end with a status."""
+    assert main([str(one) for one in arguments]) == status
+
+
 def undiagnosed(capsys, folder, rig, path, *words):
     """Records that `diagnose` refuses by a rig file, with some words, and leaves nothing behind."""
     status = main(["diagnose", str(path), "--rig", str(rig), "--out", str(folder / "out")])

@@ -8,6 +8,7 @@ import re
 
 import numpy as np
 import pytest
+from one_line_errors import run
 from page_checks import BROWSER
 
 from rotorstudy.commands.line import main
@@ -31,9 +32,8 @@ def pages(tmp_path_factory):
     """The pages of analyse and import; 10 speeds, so that there is a Bode plot."""
     folder = tmp_path_factory.mktemp("charts")
     speeds = list(map(str, np.linspace(80, 340, 10).round()))
-    simulate = ["simulate", RIG, "--speeds", *speeds, "--noise", "1", "--rate", "2000"]
-    assert main([*simulate, "--out", str(folder / "records.nc")]) == 0
-    assert main(["import", str(folder / "records.nc"), "--rig", RIG, "--out", str(folder / "spectrum.nc")]) == 0
+    run("simulate", RIG, "--speeds", *speeds, "--noise", "1", "--rate", "2000", "--out", folder / "records.nc")
+    run("import", folder / "records.nc", "--rig", RIG, "--out", folder / "spectrum.nc")
     analyse = ["analyse", RIG, "--records", str(folder / "records.nc"), "--units", "mil", "--speeds", "50", "400"]
     assert main([*analyse, "--out", str(folder / "analysis")]) == 0
     small = folder / "small.html"  # a harmonic is round-off, as in records without noise

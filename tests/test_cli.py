@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from one_line_errors import run
 
 from rotorstudy import __version__
 from rotorstudy.commands.line import COMMANDS, main, parser
@@ -22,8 +23,7 @@ RIG = str(Path(__file__).parents[1] / "examples" / "jeffcott.yaml")
 @pytest.fixture(scope="module")
 def records(tmp_path_factory):
     path = tmp_path_factory.mktemp("cli") / "records.nc"
-    speeds = ["--speeds", str(80 * np.pi / 3), "308"]
-    assert main(["simulate", RIG, *speeds, "--noise", "1", "--seed", "1", "--out", str(path)]) == 0
+    run("simulate", RIG, "--speeds", 80 * np.pi / 3, "308", "--noise", "1", "--seed", "1", "--out", path)
     return path
 
 
@@ -294,6 +294,6 @@ def test_progress_of_short_commands_is_shown_in_a_terminal_alone(tmp_path, capsy
     for record in (late, early):  # a detail is shown after some seconds without another message
         handler.handle(record)
     assert stream.getvalue().splitlines()[1:] == [f"  {QUIET_S + 1:.1f} s  fitting"]
-    assert main(["simulate", RIG, "--speeds", "88", "--duration", "0.1", "--out", str(tmp_path / "r.nc")]) == 0
+    run("simulate", RIG, "--speeds", "88", "--duration", "0.1", "--out", tmp_path / "r.nc")
     assert main(["import", str(tmp_path / "r.nc"), "--rig", RIG, "--out", str(tmp_path / "s.nc")]) in (0, 1)
     assert "reading" not in capsys.readouterr().err

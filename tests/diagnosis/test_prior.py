@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 import yaml
 from machines import SLOW, jeffcott_rig, joined, spectrum_of
-from one_line_errors import refused
+from one_line_errors import refused, run
 
 from rotorstudy import Problem, RotorstudyError, build_model, load_rig
-from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
@@ -191,10 +190,9 @@ def test_the_whole_matrix_and_the_lower_triangle_say_the_same():
 def test_identify_writes_a_rig_that_states_what_it_found(tmp_path, command):
     rig, records, out = tmp_path / "rig.yaml", tmp_path / "records.nc", tmp_path / "identified_rig.yaml"
     rig.write_text(yaml.safe_dump({**RIG, "measurement": {"harmonics": HARMONICS.tolist()}}))
-    simulated = ["simulate", str(rig), "--speeds", "200", "400", "--noise", "1", "--rate", "2000"]
-    assert main([*simulated, "--out", str(records)]) == 0
+    run("simulate", rig, "--speeds", "200", "400", "--noise", "1", "--rate", "2000", "--out", records)
     identify = ["identify", str(records), "--rig", str(rig), "--unknowns", "external_damping", "eccentricity"]
-    assert main([*identify, "--out", str(tmp_path / "found.nc"), "--rig-out", str(out)]) == 0
+    run(*identify, "--out", tmp_path / "found.nc", "--rig-out", out)
     model, found = load_rig(out), load(tmp_path / "found.nc")
     assert model.uncertainty.names == KNOWN
     assert model.theta[model.position(["external_damping"])] == pytest.approx(found.estimate.values[0], rel=1e-12)

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 import yaml
 from machines import SLOW, jeffcott_rig, point
+from one_line_errors import run
 from page_checks import BROWSER, problems, seen_in_browser, sheets
 
 from rotorstudy import build_model, measured_response, read_measurement
@@ -48,7 +49,7 @@ def simulate(folder, *effects):
 
 
 def diagnose(records, rig, out, *options):
-    assert main(["diagnose", str(records), "--rig", str(rig), "--out", str(out), *map(str, options)]) == 0
+    run("diagnose", records, "--rig", rig, "--out", out, *options)
     return json.loads((out / "verdict.json").read_text())
 
 
@@ -189,7 +190,7 @@ def test_the_page_of_a_diagnosis_prints_on_one_sheet(asymmetric, tmp_path):
 def test_the_extended_rig_is_accepted_again_and_lacks_nothing(asymmetric, folder):
     _, out = asymmetric
     extended = out / "extended_rig.yaml"
-    assert main(["simulate", str(extended), "--speeds", "100", "--out", str(folder / "again.nc")]) == 0
+    run("simulate", extended, "--speeds", "100", "--out", folder / "again.nc")
     again = diagnose(folder / "records.nc", extended, folder / "again")
     assert again["verdict"] == "nothing" and again["causes"] == []
     assert (
@@ -232,7 +233,7 @@ def test_a_change_of_unbalance_from_an_imported_spectrum(tmp_path):
     rig = write_rig(tmp_path / "rig.yaml", diagnosis={"uncertainty": uncertainty, "leave_out": SLOW})
     change = {"kind": "unbalance", "label": "change", "eccentricity_m": 4e-6, "eccentricity_phase_rad": 2.0}
     records, spectrum = simulate(tmp_path, change), tmp_path / "spectrum.nc"
-    assert main(["import", str(records), "--rig", str(rig), "--out", str(spectrum)]) == 0
+    run("import", records, "--rig", rig, "--out", spectrum)
     verdict = diagnose(spectrum, rig, tmp_path / "out", "--hold-out", 200, 300)
     assert verdict["verdict"] in ("cause", "ambiguous") and "unbalance" in could_be(verdict)
     assert np.allclose(verdict["gain"]["speeds"], [200, 300], rtol=1e-4) and verdict["gain"]["ratio"] < 0.5
@@ -329,8 +330,7 @@ def test_records_simulated_by_an_extended_rig_are_read_in_their_own_axes(tmp_pat
                "probes": [{**probe, "angle_deg": float(probe["angle_deg"])} for probe in probes],
                "keyphasor": {"channel": "key", "mark_angle_deg": 20.0}}  # fmt: skip
     rig = write_rig(tmp_path / "rig.yaml", measurement=section)
-    options = ["--speeds", "100", "200", "--out", str(tmp_path / "records.nc")]
-    assert main(["simulate", str(rig), *options]) == 0
+    run("simulate", rig, "--speeds", "100", "200", "--out", tmp_path / "records.nc")
     found = read_measurement([tmp_path / "records.nc"], rig).spectrum
     expected = measured_response(build_model(RIG), [100.0, 200.0], found.harmonics)
     assert np.abs(found.amplitude - expected).max() < 1e-3 * np.abs(expected).max()

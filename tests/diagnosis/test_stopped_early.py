@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 from machines import spectrum_of
+from one_line_errors import run
 from test_places_of_forces import FAULTY, MODEL, begun
 from test_search import HARMONICS, JEFFCOTT, ONE, SPEEDS, hidden
 
@@ -80,7 +81,7 @@ def test_the_status_of_a_stopped_diagnosis_is_that_of_an_interruption(spectrum, 
 
     data, rig = spectrum
     monkeypatch.setattr(Search, "explain", interrupted)
-    assert main(["diagnose", str(data), "--rig", str(rig), "--out", str(tmp_path / "out"), "--quiet"]) == 130
+    run("diagnose", data, "--rig", rig, "--out", tmp_path / "out", "--quiet", status=130)
     assert "stopped before its end" in capsys.readouterr().out and (tmp_path / "out" / "verdict.json").exists()
 
 

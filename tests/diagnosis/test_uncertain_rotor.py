@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import yaml
 from machines import SLOW, disc, shaft, spectrum_of, unbalance
+from one_line_errors import run
 
 from rotorstudy import RotorstudyError, build_model, load_rig, measured_response
 from rotorstudy.commands.line import main
@@ -99,7 +100,7 @@ def test_a_geometry_that_is_25_per_cent_off_is_updated_by_identify(tmp_path, cap
     given = {**RIG, "measurement": {"harmonics": HARMONICS.tolist()}}
     true = with_changes(given, **{"outer_diameter_m": 0.25, "discs[0]": -0.2})
     rig.write_text(yaml.safe_dump(true))
-    assert main(["simulate", str(rig), "--speeds", *map(str, SPEEDS), "--noise", "1e-6", "--out", str(records)]) == 0
+    run("simulate", rig, "--speeds", *SPEEDS, "--noise", "1e-6", "--out", records)
     rig.write_text(yaml.safe_dump(given))
     names = ["rotor.outer_diameter_m", "rotor.discs[0]", "eccentricity[1]", "eccentricity[2]", "external_damping"]
     identify = ["identify", str(records), "--rig", str(rig), "--rig-out", str(out), "--unknowns", *names]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from one_line_errors import run
 
 from rotorstudy import measured_spectrum, read_measurement
 from rotorstudy.commands.line import main
@@ -15,8 +16,8 @@ def files(tmp_path_factory):
     """Records, and the spectrum imported from them."""
     folder = tmp_path_factory.mktemp("good")
     records, spectrum = folder / "records.nc", folder / "spectrum.nc"
-    assert main(["simulate", RIG, "--speeds", "100", "150", "--rate", "2000", "--out", str(records)]) == 0
-    assert main(["import", str(records), "--rig", RIG, "--out", str(spectrum)]) == 0
+    run("simulate", RIG, "--speeds", "100", "150", "--rate", "2000", "--out", records)
+    run("import", records, "--rig", RIG, "--out", spectrum)
     return records, spectrum
 
 

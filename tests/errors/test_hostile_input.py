@@ -16,7 +16,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from machines import point
-from one_line_errors import refused
+from one_line_errors import refused, run
 
 from rotorstudy import Spectrum, build_model, eigenvalues, harmonic_response, load_rig, make_term, measured_response
 from rotorstudy.commands.line import main
@@ -186,7 +186,7 @@ def test_a_link_or_a_pipe_as_a_record_is_answered_in_one_line(make, words, tmp_p
     out = ["--rig", str(Path(__file__).parents[2] / "examples" / "jeffcott.yaml"), "--out", str(tmp_path / "s.nc")]
     err = command("import", tmp_path / "run.nc", *out, status=1).err
     assert words in err and err.count("\n") == 1
-    assert main(["import", str(tmp_path / "real.nc"), *out[:2], "--out", str(tmp_path / "real.nc")]) == 1
+    run("import", tmp_path / "real.nc", *out[:2], "--out", tmp_path / "real.nc", status=1)
     assert "would overwrite an input" in capsys.readouterr().err
 
 

@@ -1,6 +1,7 @@
 """A wrong plugin of every kind, in `rotorstudy check` and in use: one line that names the file, and no traceback."""
 
 import pytest
+from one_line_errors import run
 
 from rotorstudy.authoring.files import new_plugin
 from rotorstudy.commands.line import main
@@ -128,7 +129,7 @@ def test_a_wrong_plugin_in_use_is_named_with_file_and_shapes(wrong_plugin, tmp_p
     short = ["--duration", "0.6", "--rate", "3000"]
     rig.write_text(RIG[kind])
     if kind in ("spectrum", "estimator"):
-        assert main(["simulate", str(rig), "--speeds", "88", "199", *short, "--out", str(records)]) == 0
+        run("simulate", rig, "--speeds", "88", "199", *short, "--out", records)
     path = wrong_plugin(kind, body)
     capsys.readouterr()
     if kind in ("spectrum", "estimator"):
@@ -157,7 +158,7 @@ OF_KINDS = [
 def test_a_plugin_without_source_or_that_does_not_parse_is_named(wrong_plugin, tmp_path, capsys, kind, old, new, words):
     path = wrong_plugin(kind, "    return None")
     path.write_text(path.read_text().replace(old, new))
-    assert main(["check", str(path)]) == 1
+    run("check", path, status=1)
     said = capsys.readouterr().err.splitlines()
     assert words in said[-1] and str(path) in said[-1]
     (tmp_path / "rig.yaml").write_text(RIG[kind])
@@ -178,7 +179,7 @@ def test_a_wrong_force_in_time_is_named_with_file_and_shapes(wrong_plugin, tmp_p
     return [Parameter("c", "N s/m", (), 50.0, force=NonlinearForce(here[None], lambda z, v, still: {force}))]"""
     path = wrong_plugin("effect", body)
     (tmp_path / "rig.yaml").write_text(RIG["effect"])
-    assert main(["simulate", str(tmp_path / "rig.yaml"), "--speeds", "88", "--out", str(tmp_path / "r.nc")]) == 1
+    run("simulate", tmp_path / "rig.yaml", "--speeds", "88", "--out", tmp_path / "r.nc", status=1)
     said = capsys.readouterr().err.splitlines()
     assert len(said) == 1 and words in said[0] and str(path) in said[0]
     assert words in command("check", path, status=1).out

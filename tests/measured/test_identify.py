@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 import yaml
 from machine import records, write, write_rig
+from one_line_errors import run
 
 from rotorstudy import measured_spectrum, registry
-from rotorstudy.commands.line import main
 
 UNKNOWNS = ["internal_damping", "stiffness_loss_22", "eccentricity[1]"]
 
@@ -19,8 +19,7 @@ def machine(tmp_path_factory):
     for record in records():
         write("csv", folder, record)
     write_rig(folder / "rig.yaml")
-    arguments = ["import", *map(str, sorted(folder.glob("*.csv"))), "--rig", str(folder / "rig.yaml")]
-    assert main([*arguments, "--out", str(folder / "spectrum.nc")]) == 0
+    run("import", *sorted(folder.glob("*.csv")), "--rig", folder / "rig.yaml", "--out", folder / "spectrum.nc")
     return folder
 
 
@@ -28,8 +27,7 @@ def estimates(machine, files):
     """Estimate and standard deviation (parameter,) that the command writes."""
     out = machine / "estimates.nc"
     out.unlink(missing_ok=True)
-    arguments = [*map(str, files), "--rig", str(machine / "rig.yaml"), "--unknowns", *UNKNOWNS]
-    assert main(["identify", *arguments, "--out", str(out)]) == 0
+    run("identify", *files, "--rig", machine / "rig.yaml", "--unknowns", *UNKNOWNS, "--out", out)
     with xr.open_dataset(out) as found:
         return found.estimate.values, found.standard_deviation.values
 
@@ -53,15 +51,15 @@ def test_an_imported_spectrum_gives_what_its_records_give(machine, by_csv):
 def test_impossible_sensors_are_refused_beside_an_imported_spectrum_too(machine, tmp_path, capsys, sensors):
     rig = yaml.safe_load((machine / "rig.yaml").read_text(encoding="utf-8"))
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump({**rig, "sensors": sensors}), encoding="utf-8")
-    assert main(["identify", str(machine / "spectrum.nc"), "--rig", str(tmp_path / "rig.yaml")]) == 1
+    run("identify", machine / "spectrum.nc", "--rig", tmp_path / "rig.yaml", status=1)
     assert "error: sensors" in capsys.readouterr().err
 
 
 def test_a_spectrum_method_needs_records(machine, capsys):
     arguments = ["--rig", str(machine / "rig.yaml"), "--unknowns", "external_damping", "--spectrum", "sine_fit"]
-    assert main(["identify", str(machine / "spectrum.nc"), *arguments]) == 1
+    run("identify", machine / "spectrum.nc", *arguments, status=1)
     assert "spectrum 'sine_fit' needs records in time" in capsys.readouterr().err
-    assert main(["identify", str(machine / "spectrum.nc"), str(machine / "run_60.csv"), *arguments[:-2]]) == 1
+    run("identify", machine / "spectrum.nc", machine / "run_60.csv", *arguments[:-2], status=1)
     assert "give it alone" in capsys.readouterr().err
 
 

@@ -4,10 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from one_line_errors import refused
+from one_line_errors import refused, run
 
 from rotorstudy import RotorstudyError, read_rig, simulate_records
-from rotorstudy.commands.line import main
 from rotorstudy.measurement import measurement, netcdf_files
 from rotorstudy.measurement.angle_fit import PIECE, fit_each, fit_harmonics
 from rotorstudy.measurement.harmonics import fit_basis
@@ -60,8 +59,7 @@ def test_records_written_one_after_another_are_those_written_together(tmp_path):
 
 def test_a_speed_too_low_for_the_record_is_refused_before_anything_is_computed(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("rotorstudy.measurement.records.each_record", lambda *_: pytest.fail("simulated"))
-    speeds = ["--speeds", *map(str, range(100, 200)), "1"]
-    assert main(["simulate", RIG, *speeds, "--out", str(tmp_path / "r.nc")]) == 1
+    run("simulate", RIG, "--speeds", *range(100, 200), "1", "--out", tmp_path / "r.nc", status=1)
     assert "simulated record at 1 rad/s: 0.16 revolutions" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 

@@ -5,11 +5,10 @@ import re
 import numpy as np
 import pytest
 import yaml
-from one_line_errors import refused
+from one_line_errors import refused, run
 
 from rotorstudy import load_rig, read_measurement, simulate_records
 from rotorstudy.authoring.new_rig import PLANES, new_rig
-from rotorstudy.commands.line import main
 from rotorstudy.measurement.channel_names import angle_in, plane_in, unit_in
 from rotorstudy.measurement.guess import guess_measurement
 from rotorstudy.model.shown_units import units_of
@@ -148,11 +147,10 @@ def test_every_command_accepts_a_new_rig(bearings, tmp_path, command):
         assert text.count("kind: short_journal") == 2
         path.write_text(text)
     records = str(tmp_path / "r.nc")
-    speeds = ["--speeds", "250", "300", "350"]
-    assert main(["simulate", str(path), *speeds, "--duration", "0.5", "--noise", "1", "--out", records]) == 0
-    assert main(["import", records, "--rig", str(path), "--out", str(tmp_path / "s.nc")]) == 0
+    run("simulate", path, "--speeds", "250", "300", "350", "--duration", "0.5", "--noise", "1", "--out", records)
+    run("import", records, "--rig", path, "--out", tmp_path / "s.nc")
     unknown = "bearing_stiffness[left]" if bearings == "linear" else "bearing_scale[left]"
-    assert main(["identify", records, "--rig", str(path), "--unknowns", unknown]) == 0
+    run("identify", records, "--rig", path, "--unknowns", unknown)
     command("balance", records, "--rig", path, "--planes", "5")
 
 
@@ -233,7 +231,7 @@ def test_names_that_cannot_be_written(tmp_path, capsys):
     new_rig("mine", tmp_path)
     for name, words in (("mine", "exists"), ("a/b", "without folders"), (".yaml", "without folders")):
         refused(lambda: new_rig(name, tmp_path), words)
-    assert main(["new", "crack", "my_crack", "--records", "x.csv", "--folder", str(tmp_path)]) == 1
+    run("new", "crack", "my_crack", "--records", "x.csv", "--folder", tmp_path, status=1)
     assert "are for `new rig`" in capsys.readouterr().err
 
 
@@ -245,6 +243,6 @@ def test_a_table_of_harmonics_has_nodes_and_no_probes(tmp_path):
     found = guess_measurement(path, PLANES)
     assert "probes" not in found.section and found.section["node_of_label"] == {1: 3, 2: 9}
     rig = new_rig("mine", tmp_path, [path]).path
-    assert main(["import", str(path), "--rig", str(rig), "--out", str(tmp_path / "spectrum.nc")]) == 0
+    run("import", path, "--rig", rig, "--out", tmp_path / "spectrum.nc")
     path.write_text(f"{head.replace('node,', '')}1000,1,2.5,30\n1000,-1,0.5,60\n1200,1,3,40\n1200,-1,1,5\n")
     assert guess_measurement(path, PLANES).section["table_node"] == 3

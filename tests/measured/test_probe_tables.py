@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 import yaml
-from one_line_errors import refused
+from one_line_errors import refused, run
 
 from rotorstudy import read_measurement
-from rotorstudy.commands.line import main
 from rotorstudy.measurement.conventions import CsvLayout
 from rotorstudy.measurement.tables import open_table
 
@@ -216,7 +215,7 @@ def test_a_table_with_a_column_for_each_probe_is_read(tmp_path, capsys, row):
     assert found.harmonics.tolist() == [1, -1]
     np.testing.assert_allclose(found.amplitude[:, 0, 0], FORWARD, atol=2e-11)
     np.testing.assert_allclose(found.amplitude[:, 1, 0], BACKWARD, atol=2e-11)
-    assert main(["new", "rig", "guessed", "--records", str(tmp_path / "table.csv"), "--folder", str(tmp_path)]) == 0
+    run("new", "rig", "guessed", "--records", tmp_path / "table.csv", "--folder", tmp_path)
     section = yaml.safe_load((tmp_path / "guessed.yaml").read_text())["measurement"]
     assert [probe["channel"] for probe in section["probes"]] == list(PROBES)
     assert (section["table_amplitude"], section["table_phase"]) == ("peak_to_peak", "lag")

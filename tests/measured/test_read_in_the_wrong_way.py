@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 from machine import TIME, channels, records, section, write, write_rig
-from one_line_errors import refused
+from one_line_errors import refused, run
 
 from rotorstudy import measured_spectrum, read_measurement
-from rotorstudy.commands.line import main
 from rotorstudy.measurement.conventions import Probe
 from rotorstudy.measurement.plausibility import check_probes
 from rotorstudy.measurement.quality import spikes
@@ -95,5 +94,5 @@ def test_noise_impacts_and_drift_are_no_spikes():
 def test_import_refuses_a_record_given_twice(tmp_path, capsys):
     rig, path = write_rig(tmp_path / "rig.yaml"), write("csv", tmp_path, records(speeds=[SPEED], time=TIME[:4000])[0])
     out = tmp_path / "spectrum.nc"
-    assert main(["import", str(path), str(path), "--rig", str(rig), "--out", str(out)]) == 1
+    run("import", path, path, "--rig", rig, "--out", out, status=1)
     assert "the same record occurs twice" in capsys.readouterr().err and not out.exists()

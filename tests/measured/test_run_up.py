@@ -7,11 +7,11 @@ import pytest
 import xarray as xr
 import yaml
 from machines import disc, jeffcott_rig, point, shaft, springs, unbalance
+from one_line_errors import run
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from rotorstudy import Problem, Spectrum, build_model, measured_spectrum, read_measurement
-from rotorstudy.commands.line import main
 from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.measurement.resonances import vectors_1x
 from rotorstudy.measurement.run_up import find_sweep, is_swept, peaks, speed_grid, track
@@ -210,7 +210,7 @@ def test_a_drifting_record_is_no_sweep():
 
 
 def test_the_page_of_a_run_up_has_its_bode_and_polar_plots(run_up, tmp_path):
-    assert main(["import", str(run_up[0]), "--rig", str(run_up[1]), "--out", str(tmp_path / "spectrum.nc")]) == 0
+    run("import", run_up[0], "--rig", run_up[1], "--out", tmp_path / "spectrum.nc")
     page = (tmp_path / "spectrum_quality.html").read_text()
     assert 'data-charts="bode"' in page and 'alt="Bode plot"' in page and 'alt="Polar plot"' in page
 

@@ -5,10 +5,9 @@ import pytest
 import yaml
 from machine import PROBES, TIME, channels, records, section, write, write_rig
 from machines import all_but
-from one_line_errors import refused
+from one_line_errors import refused, run
 
 from rotorstudy import Problem, Spectrum, measured_spectrum, read_measurement
-from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.verdict.dataset import verdict_dataset
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.errors import UnidentifiableError
@@ -155,7 +154,7 @@ def test_the_imported_spectrum_is_that_of_the_records(machine):
     folder, paths = machine
     rig = write_rig(folder / "rig.yaml", probes=probes("disc 1 left", "disc 2 left", "disc 2 right"))
     out = folder / "spectrum.nc"
-    assert main(["import", *map(str, paths), "--rig", str(rig), "--out", str(out)]) == 0
+    run("import", *paths, "--rig", rig, "--out", out)
     again, model, _ = measured_spectrum([out], rig)
     plain, _, _ = measured_spectrum(paths, rig)
     assert again.sensors == plain.sensors

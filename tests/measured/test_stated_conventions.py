@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 import yaml
 from machines import jeffcott_rig
-from one_line_errors import refused
+from one_line_errors import refused, run
 
 from rotorstudy import RotorstudyError, load_rig, measured_response, measured_spectrum, read_measurement
-from rotorstudy.commands.line import main
 from rotorstudy.measurement.netcdf_files import measurement_dataset
 from rotorstudy.measurement.records import records_dataset
 from rotorstudy.store import save
@@ -56,7 +55,7 @@ def test_a_spectrum_is_of_the_conventions_it_was_imported_by(tmp_path):
     """A section that was corrected since changes the records: the spectrum has to be imported again."""
     path, _ = foreign_file(tmp_path / "a")
     spectrum = tmp_path / "spectrum.nc"
-    assert main(["import", str(path), "--rig", str(rig_file(tmp_path)), "--out", str(spectrum)]) == 0
+    run("import", path, "--rig", rig_file(tmp_path), "--out", spectrum)
     for changes in ({"rotation": "against_angles"}, {"gravity_angle_deg": 90.0}, {"harmonics": [1, -1]}):
         with pytest.raises(RotorstudyError, match=r"another section 'measurement:'.*import the records"):
             measured_spectrum(spectrum, rig_file(tmp_path, **changes))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 from machines import disc, film, rig_of, shaft, springs
-from one_line_errors import changed
+from one_line_errors import changed, run
 
 from rotorstudy import harmonic_response
 from rotorstudy.commands.line import main
@@ -95,7 +95,7 @@ def test_each_oddity_is_found(path, value, name, words, tmp_path):
 )
 def test_a_mistake_is_one_error_in_the_words_of_the_file(path, value, words, tmp_path):
     rig, found = check(changed(SOUND, path, value), tmp_path)
-    assert main(["check", str(rig)]) == 1
+    run("check", rig, status=1)
     (error,) = found.errors
     assert words in error.text
 

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 import yaml
 from machines import disc, film, point, rig_of, shaft, springs
-from one_line_errors import refused
+from one_line_errors import refused, run
 from page_checks import problems
 
 from rotorstudy import build_model, harmonic_response, measured_spectrum, read_rig
-from rotorstudy.commands.line import main
 from rotorstudy.presentation.rotor_files import analyse_files, measured_vectors
 from rotorstudy.presentation.rotor_page import check_words, resonances, summary
 from rotorstudy.response.stability import damping_of_effects
@@ -154,7 +153,7 @@ def test_bearings_carry_the_weight_as_levers_say():
 def test_measured_points_lie_on_the_response(tmp_path):
     """Records simulated from the same rig, without noise: equal to the response up to the 9 harmonics they hold."""
     records, rig = tmp_path / "records.nc", read_rig("examples/jeffcott.yaml")
-    assert main(["simulate", str(rig.path), "--speeds", "300", "700", "--out", str(records)]) == 0
+    run("simulate", rig.path, "--speeds", "300", "700", "--out", records)
     spectrum, model, _ = measured_spectrum([records], rig)
     of_node = {1: harmonic_response(model, spectrum.speed, (1, -1))[..., 0].T}
     probes, expected = probe_vectors(of_node, model.structure.reading)
@@ -179,7 +178,7 @@ def test_command_writes_page_data_and_figures(tmp_path, command):
 def test_impossible_ranges_of_speeds(tmp_path, capsys):
     for speeds in ((5.0, 2.0), (-1.0, 2.0)):
         refused(lambda: analyse_files("examples/jeffcott.yaml", tmp_path / "out", speeds), "give 0 < lowest < highest")
-    assert main(["analyse", "examples/jeffcott.yaml", "--out", str(tmp_path / "o"), "--operating", "9", "3"]) == 1
+    run("analyse", "examples/jeffcott.yaml", "--out", tmp_path / "o", "--operating", "9", "3", status=1)
     assert "the lower one first" in capsys.readouterr().err
 
 
