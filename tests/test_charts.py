@@ -1,7 +1,4 @@
-"""The charts of pages in a real browser: zoom, values, 700 px, dark, print, nothing said and nothing asked for.
-
-Playwright drives Debian's Chromium: `make browser` installs Playwright, `apt install chromium` the browser.
-"""
+"""The charts of pages in Chromium, by Playwright: zoom, values, 700 px, dark, print, nothing said or asked for."""
 
 import json
 import re

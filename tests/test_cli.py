@@ -1,12 +1,16 @@
 """The command line: what it prints, what it refuses, and with which exit status."""
 
+import io
 import json
+import logging
 import os
 import re
 import subprocess
 import sys
 import time
+import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +18,9 @@ import xarray as xr
 from one_line_errors import run
 
 from rotorstudy import __version__
-from rotorstudy.commands.line import COMMANDS, main, parser
+from rotorstudy.authoring.files import _folder_of
+from rotorstudy.commands import blind, demo
+from rotorstudy.commands.line import COMMANDS, QUIET_S, main, parser, show_progress
 from rotorstudy.store import load, save
 
 RIG = str(Path(__file__).parents[1] / "examples" / "jeffcott.yaml")
@@ -38,12 +44,11 @@ def test_identify_finds_what_was_simulated_within_its_intervals(records, tmp_pat
     out = tmp_path / "estimates.nc"
     names = ["internal_damping", "external_damping", "eccentricity", "stiffness_loss"]
     command("identify", records, "--rig", RIG, "--unknowns", *names, "--out", out)
-    with xr.open_dataset(out) as found:
-        where = {"parameter": [*names[:3], "eccentricity_phase", names[3]]}
-        true = xr.DataArray([20.0, 100.0, 5e-6, np.pi / 6, 2.5e5], where)
-        # five standard deviations: one in a million for a right interval, and far less than any real error
-        assert (abs(found.estimate - true) < 5 * found.standard_deviation).all()
-        assert list(found.unit.values) == ["N s/m", "N s/m", "m", "rad", "N/m"]
+    found, where = load(out), {"parameter": [*names[:3], "eccentricity_phase", names[3]]}
+    true = xr.DataArray([20.0, 100.0, 5e-6, np.pi / 6, 2.5e5], where)
+    # five standard deviations: one in a million for a right interval, and far less than any real error
+    assert (abs(found.estimate - true) < 5 * found.standard_deviation).all()
+    assert list(found.unit.values) == ["N s/m", "N s/m", "m", "rad", "N/m"]
 
 
 def test_identify_warns_when_the_model_does_not_explain_the_records(records, tmp_path, command):
@@ -145,8 +150,7 @@ def in_unit(unit):
 def test_identify_refuses_files_it_cannot_trust(records, tmp_path, command, change, words):
     path = tmp_path / "changed.nc"
     if change:
-        with xr.open_dataset(records) as data:
-            change(data.load()).to_netcdf(path)
+        change(load(records)).to_netcdf(path)
     refused(command("identify", path, "--rig", RIG, "--unknowns", "external_damping", status=1), *words)
 
 
@@ -155,8 +159,7 @@ def test_identify_says_what_it_repaired(records, tmp_path, command):
     names = ["--rig", RIG, "--unknowns", "internal_damping", "external_damping"]
     clean, err = command("identify", records, *names)
     assert err == ""
-    with xr.open_dataset(records) as data:
-        data = data.load()
+    data = load(records)
     data.drop_vars("keyphasor").to_netcdf(tmp_path / "reference.nc")
     data.displacement[0, 0, 0, 7] = np.nan
     data.to_netcdf(tmp_path / "hole.nc")
@@ -178,8 +181,6 @@ def test_identify_takes_some_of_the_measured_harmonics(records, command):
 
 
 def test_a_new_plugin_is_written_where_one_stands(tmp_path, command, monkeypatch):
-    from rotorstudy.authoring.files import _folder_of
-
     monkeypatch.chdir(tmp_path)
     assert command("new", "crack", "brand_new").out.startswith("wrote rotorstudy_plugins/brand_new.py;")
     assert (tmp_path / "rotorstudy_plugins/brand_new.py").is_file()
@@ -189,10 +190,6 @@ def test_a_new_plugin_is_written_where_one_stands(tmp_path, command, monkeypatch
 
 def test_the_files_that_commands_read_are_in_the_wheel():
     """What the wheel is told to hold is what `blind` and `demo` read, where an installed package looks for it."""
-    import tomllib
-
-    from rotorstudy.commands import blind, demo
-
     root = Path(__file__).parents[1]
     included = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
     packaged = {root / source: target for source, target in included["force-include"].items()}
@@ -203,10 +200,8 @@ def test_the_files_that_commands_read_are_in_the_wheel():
 
 def test_a_shell_that_completes_is_answered(tmp_path, monkeypatch, command):
     """The package argcomplete is asked if the shell does; without it, or without a shell that asks, nothing happens."""
-    import types
-
     asked = []
-    fake = types.SimpleNamespace(autocomplete=lambda commands: asked.append(commands.prog))
+    fake = SimpleNamespace(autocomplete=lambda commands: asked.append(commands.prog))
     monkeypatch.setitem(sys.modules, "argcomplete", fake)
     assert main(["plugins", "--kind", "depth"]) == 0 and asked == []
     monkeypatch.setenv("_ARGCOMPLETE", "1")
@@ -276,11 +271,6 @@ def test_a_result_goes_to_a_file_in_a_folder_that_exists_and_never_over_an_input
 
 def test_progress_of_short_commands_is_shown_in_a_terminal_alone(tmp_path, capsys):
     """The messages themselves carry the seconds since the start."""
-    import io
-    import logging
-
-    from rotorstudy.commands.line import QUIET_S, show_progress
-
     stream, logger = io.StringIO(), logging.getLogger("rotorstudy")
     handler = show_progress(stream)
     try:

@@ -6,8 +6,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 
-from rotorstudy.presentation.diagnosis_figures import some_speeds
+from rotorstudy.measurement.conventions import Conventions
+from rotorstudy.presentation.diagnosis_figures import in_words, some_speeds
 from rotorstudy.presentation.plots import STYLE
+from rotorstudy.presentation.probe_figures import APART, probe_picture, spread
 from thesis.figures.estimates import bias, error_against_noise
 from thesis.figures.responses import phases_near, phases_of
 
@@ -52,8 +54,6 @@ def test_errors_of_many_parameters_fit_in_a_window():
 
 
 def test_labels_of_probes_that_are_close_do_not_cover_each_other():
-    from rotorstudy.presentation.probe_figures import APART, spread
-
     given = [0.8, 0.8, 0.97, -0.8]  # the phase mark at a probe, another ten degrees beside it
     found = np.sort(spread(given) % (2 * np.pi))
     assert np.diff([*found, found[0] + 2 * np.pi]).min() >= APART
@@ -62,9 +62,6 @@ def test_labels_of_probes_that_are_close_do_not_cover_each_other():
 
 
 def test_the_title_above_the_probes_of_one_node_fits():
-    from rotorstudy.measurement.conventions import Conventions
-    from rotorstudy.presentation.probe_figures import probe_picture
-
     given = {"probes": [{"channel": "probe", "node": 1, "angle_deg": 45}], "rotation": "against_angles"}
     picture = probe_picture(Conventions.model_validate(given), [1])
     picture.draw_without_rendering()
@@ -74,8 +71,6 @@ def test_the_title_above_the_probes_of_one_node_fits():
 
 
 def test_options_of_an_explanation_are_labelled_with_their_units():
-    from rotorstudy.presentation.diagnosis_figures import in_words
-
     keys = "pedestal_resonance, node 1, natural_frequency_rad_per_s 3772, frequency_ratio 2.5, bearing_time_s 5.74e-04"
     words = "pedestal resonance, node 1, natural frequency 36000 rpm, frequency ratio 2.5, bearing time 0.574 ms"
     assert in_words(keys) == words

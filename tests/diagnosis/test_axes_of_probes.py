@@ -1,7 +1,4 @@
-"""Wrongly stated conventions corrected exactly, for any direction of gravity, of the probes and of the phase mark.
-
-What each probe shows is written out here from the picture of the machine, not with the package's formulas.
-"""
+"""Wrong conventions corrected exactly for any directions; what probes show is from the picture, not the package."""
 
 import numpy as np
 import pytest

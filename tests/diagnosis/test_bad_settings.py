@@ -8,12 +8,12 @@ from one_line_errors import RIG, refused, run, undiagnosed
 
 from rotorstudy import build_model
 from rotorstudy.diagnosis.settings import check_names, read_settings
+from rotorstudy.store import load
 
 
 def test_a_spectrum_that_cannot_be_trusted_is_refused(spectrum, tmp_path, capsys):
     path, rig = spectrum
-    with xr.open_dataset(path) as data:
-        data = data.load()
+    data = load(path)
     broken = data.copy(deep=True)
     broken.amplitude[0, 0, 0, 0] = np.nan
     silent = data.copy(deep=True)

@@ -6,7 +6,6 @@ from itertools import product
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
 import yaml
 from machines import faulty, readings, unbalance
 from one_line_errors import refused
@@ -20,6 +19,7 @@ from rotorstudy.diagnosis.runs.balance import balance, balance_files
 from rotorstudy.diagnosis.runs.balance_holes import _choices, chosen, equal_holes
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.measurement.conventions import Conventions
+from rotorstudy.store import load
 
 MASS, STIFFNESS, ECCENTRICITY, NOISE = 2.0, 7.6e5, 5e-6 * np.exp(0.7j), 1e-11
 SPEEDS, HARMONICS = np.array([200.0, 300.0]), np.array([1, -1])
@@ -63,10 +63,7 @@ def test_a_runout_that_the_rig_states_is_not_balanced():
 
 
 def test_an_uncertain_runout_leaves_vibration_within_the_stated_interval():
-    """At one speed it cannot be told from an unbalance: its standard deviation in both directions is left.
-
-    Negative control: several speeds tell, unless there is a bow, which moves one mass as runout and unbalance together.
-    """
+    """At one speed it looks like an unbalance: both directions are left. Negative control: several speeds tell."""
     found, _ = jeffcott(uncertainty=0.1, read=RUNOUT, stated=RUNOUT, speeds=SPEEDS[:1])
     assert found.after[:, 0, 0] == pytest.approx(rayleigh.ppf([0.025, 0.5, 0.975]) * 0.1 * abs(RUNOUT), rel=0.15)
     several, _ = jeffcott(uncertainty=0.1, read=RUNOUT, stated=RUNOUT, speeds=np.array([200.0, 300.0, 450.0, 550.0]))
@@ -75,10 +72,7 @@ def test_an_uncertain_runout_leaves_vibration_within_the_stated_interval():
 
 @pytest.mark.parametrize("speed", SPEEDS)
 def test_an_uncertain_stiffness_leaves_vibration_within_the_stated_interval(speed):
-    """The influence m w^2 / (k - m w^2) changes by its -1 / (k - m w^2) per N/m, and what is left is normal.
-
-    Negative control: two speeds show the stiffness.
-    """
+    """Of the influence m w^2 / (k - m w^2), -1 / (k - m w^2) per N/m. Negative control: two speeds show it."""
     found, shown = jeffcott(uncertainty=0.5, speeds=np.array([speed]))
     left = abs(shown[0, 0, 0]) * 5e3 / (STIFFNESS - MASS * speed**2)
     assert found.after[2, 0, 0] == pytest.approx(norm.ppf(0.9875) * left, rel=0.1)  # the error of 2000 draws is 0.03
@@ -193,8 +187,8 @@ def test_the_command_takes_holes_and_writes_a_file(folder, command):
     arguments = ["balance", str(folder / "baseline.csv"), "--rig", str(folder / "updated.yaml"), "--planes", "disc 1"]
     out = folder / "balance.nc"
     assert "0 g mm at" in command(*arguments, "--holes", "8", "--weights", "10", "20", "--out", out).out
-    with xr.open_dataset(out) as data:
-        assert data.correction.dims == ("plane", "part") and data.after.dims == ("percentile", "speed", "node")
-        assert data.next_reading.dims == data.after.dims
+    data = load(out)
+    assert data.correction.dims == ("plane", "part")
+    assert data.after.dims == data.next_reading.dims == ("percentile", "speed", "node")
     assert "belong together" in command(*arguments, "--holes", "8", status=1).err
     assert "at most" in command(*arguments, "--holes", "100", "--weights", "1", "2", status=1).err

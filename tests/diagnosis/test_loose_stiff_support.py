@@ -106,10 +106,7 @@ def test_steps_at_the_motion_of_a_free_force_find_a_shape_as_good_as_the_true_on
 
 @pytest.fixture
 def pressed(loose):
-    """The same support described from the other side, with the constant force that this needs: values by name, causes.
-
-    Lifting by up to a play is the same as being pressed from the other side by as much, and a constant force.
-    """
+    """As seen from the other side: pressed instead of lifted, and a constant force. Values by name, causes."""
     causes = {c.cause: c for c in loose.candidates}
     below = with_shape(MODEL, causes["looseness, node 1"], FROM_BELOW, 10.0)
     preload, force = causes["static_preload, node 1"], -LOST * SHAPE["play_m"] * np.exp(1j * ALONG)
@@ -142,10 +139,7 @@ def test_a_support_pressed_from_the_other_side_is_turned_with_its_lift(loose, pr
 
 
 def test_causes_are_compared_at_one_motion_without_the_slope_of_those_taken_out(loose, pressed, monkeypatch):
-    """Both descriptions explain as much.
-
-    Negative control: by the Jacobian of the fit, whose motion follows by the slope of what is taken out, they do not.
-    """
+    """Both descriptions explain as much; negative control: not by the Jacobian, which follows what is taken out."""
     one, other = judged_beside(loose, pressed, SHAPE, FROM_BELOW)
     assert one.explained == pytest.approx(other.explained, rel=1e-3)
     monkeypatch.setattr(Projection, "_at_the_motion", lambda self, gone: self.fitted.jacobian)

@@ -48,10 +48,7 @@ def run_at(diagnosis, measured, speed, term=None):
 
 
 def share_decided(diagnosis, measured, speed, term=None):
-    """Shares of simulated runs at a speed that decide, and of those that then name the explanation that is true.
-
-    One without a trial unbalance is fitted with the data of before; for one with it their posterior is the prior.
-    """
+    """Shares of simulated runs that decide, and of those that then name what is true; a trial is fitted alone."""
     fits, weights, run = run_at(diagnosis, measured, speed, term)
     before, draws, decided, right = diagnosis.search.spectrum, np.random.default_rng(7), 0, 0
     noise = np.linalg.cholesky(run.full_covariance()[0])

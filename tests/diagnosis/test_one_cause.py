@@ -1,7 +1,4 @@
-"""A transverse crack known to be the cause: its position, depth and angle, beside what the rig leaves uncertain.
-
-And over all its forms, as a verdict states them too.
-"""
+"""A crack known to be the cause: its position, depth and angle beside what the rig leaves open, over all forms."""
 
 from dataclasses import replace
 from functools import partial
@@ -71,10 +68,7 @@ def records(*cracks, sensors=(2, 4)):
 @pytest.mark.usefixtures("usual_form", "few_starts", "few_shapes")
 @pytest.mark.parametrize("breathing", ["gradual", "none", "switching"])
 def test_a_crack_is_identified(breathing):
-    """Also by a published formula, which is tried only where no law of the physics explains the records.
-
-    By a formula a shallow crack fits about as well, and with fewer data better by chance.
-    """
+    """Also by a published formula, which is tried only where no law of the physics explains the records."""
     found = identify_cause(records(crack(breathing)), build_model(rig()), "transverse_crack", SETTINGS)
     assert found.cause.variant == {"breathing": breathing}
     assert found.p_value > 1e-3

@@ -1,7 +1,4 @@
-"""Two discs whose unbalances look alike: their sum is stated with its interval, and that the split is not known.
-
-Of a change they are one fault: tried together, and resolved into static part and couple.
-"""
+"""Two discs whose unbalances look alike: their sum is known and the split is not; of a change they are one fault."""
 
 import json
 

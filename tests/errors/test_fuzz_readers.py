@@ -1,9 +1,4 @@
-"""Damaged files of every kind give numbers or one line: 20,000 inputs always, a million on request.
-
-`ROTORSTUDY_FUZZ=1000000 ROTORSTUDY_FUZZ_SEED=7 pytest tests/errors/test_fuzz_readers.py` tries as many from there.
-The files are small ones of every reader, and the pieces are what earlier versions answered with a traceback or a wrong
-number.
-"""
+"""Damaged files of every kind give numbers or one line: 20,000 always, from a seed ROTORSTUDY_FUZZ_SEED on request."""
 
 import os
 import random
@@ -12,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 from rotorstudy import RotorstudyError, build_model
 from rotorstudy.authoring.ross_model import read_ross
@@ -45,7 +41,6 @@ TEXTS = {
 
 def seeds(folder):
     """{kind: files}: text, rigs, rotors of ROSS, MATLAB and UFF."""
-    from scipy.io import savemat
     from uff_files import signal_set, write_sets
 
     savemat(mat := BytesIO(), {"time": np.arange(4.0), "x": np.eye(2), "s": {"y": np.arange(4)}}, do_compression=True)
@@ -129,8 +124,6 @@ def test_damaged_files_give_numbers_or_one_line(kind, tmp_path, monkeypatch):
 
 def test_a_matlab_file_that_ends_the_process_of_its_reader_is_refused(tmp_path):
     """Sizes of arrays that are not compressed, and so have no checksum, are made larger."""
-    from scipy.io import savemat
-
     path = tmp_path / "a.mat"
     savemat(path, {"x": np.arange(4.0)})
     assert open_matlab(path, None).values("x").tolist() == [0, 1, 2, 3]

@@ -12,8 +12,6 @@ def shares(seeds, **options):
 def test_the_intervals_hold_as_often_as_they_say():
     """95 %; the 12 intervals of a machine stand and fall together, so that the mean of six scatters by 6 %."""
     assert np.all(shares(range(1, 7)) > 0.8)
-
-
-def test_with_an_uncertainty_that_is_stated_too_small_they_do_not():
+    # negative control: an uncertainty that is stated too small
     left, _ = shares((1, 2), share=0.05)
     assert left < 0.7

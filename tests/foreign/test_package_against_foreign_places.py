@@ -46,10 +46,7 @@ def test_two_faults_at_their_places_are_named(tmp_path):
 
 @pytest.mark.parametrize("second", ["added_mass", "parallel_misalignment"])
 def test_a_mass_beside_a_bow_is_found(second, monkeypatch, tmp_path):
-    """A misalignment explains more than either. Negative control: without a second fault beside single ones of other
-    effects, and without an exchange of the misalignment for a mass with its unbalance, it is what is named after
-    three rounds; three more lead from there to the mass.
-    """
+    """A misalignment explains more than either; negative control: it is named without moves to second faults."""
     monkeypatch.setattr("rotorstudy.diagnosis.search.search.EXPANDED", 3)
     if second == "parallel_misalignment":
         monkeypatch.setattr("rotorstudy.diagnosis.search.search.ALONE", 1)

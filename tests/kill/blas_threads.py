@@ -1,8 +1,4 @@
-"""The verdict on 1 and on 2 BLAS threads, on request: python tests/kill/blas_threads.py
-
-Three records are diagnosed: of a support that is softer along one direction, of a crack, and of harmonics that no
-effect explains. Every number of `verdict.json` must agree to 1e-9 of itself, everything else exactly.
-"""
+"""The verdict on 1 and on 2 BLAS threads, on request: all numbers of three diagnoses must agree to 1e-9."""
 
 import json
 import os

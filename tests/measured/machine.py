@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
+from scipy.io import savemat
 
 from rotorstudy import load_rig, simulate_records
 
@@ -89,8 +90,6 @@ def write(kind, folder, record, name=None, **changes):
         line = ",".join(["%.15f"] * rows.shape[1]) + "\n"
         path.write_text(",".join(found) + "\n" + line * len(rows) % tuple(rows.ravel().tolist()))
     elif kind == "mat":
-        from scipy.io import savemat
-
         savemat(path, {key.replace(" ", "_"): value for key, value in found.items()})
     elif kind == "uff":
         from uff_files import signal_set, write_sets

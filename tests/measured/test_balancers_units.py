@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 import yaml
 from machines import disc, jeffcott_rig, shaft, springs
 from one_line_errors import refused
@@ -12,6 +11,7 @@ from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.verdict.cause_words import place
 from rotorstudy.diagnosis.verdict.result import Place
 from rotorstudy.model.estimated_rig import rig_with_values
+from rotorstudy.store import load
 from rotorstudy.yaml_file import read_yaml
 
 
@@ -73,8 +73,7 @@ def test_speeds_in_rpm(tmp_path):
     assert load_rig(path).theta[0] == 100
     options = ["--rate", "1000", "--duration", "0.2", "--out", str(tmp_path / "records.nc")]
     assert main(["simulate", str(path), "--speeds", "1000", "3000", "--rpm", *options]) == 0
-    with xr.open_dataset(tmp_path / "records.nc") as found:
-        assert found.speed.values == pytest.approx([100 * np.pi / 3, 100 * np.pi])
+    assert load(tmp_path / "records.nc").speed.values == pytest.approx([100 * np.pi / 3, 100 * np.pi])
 
 
 def test_a_cause_is_named_by_the_label_of_the_disc_or_bearing():

@@ -159,11 +159,7 @@ def hum(generator, turns, angle, cycles):
     ],
 )  # fmt: skip
 def test_false_alarms_of_the_chi_square(kind, turns, most):
-    """Of 200 records of noise alone, few are rejected at the 0.1 % level; without the slow noise half would be.
-
-    Before, 1/f noise of 16 turns gave 55 %, and a hum within a cycle of a harmonic 36 %. Six lines of a Fourier
-    transform cannot tell 1/f noise well from white noise, so a short record has more than the level.
-    """
+    """Of 200 records of noise few are rejected at 0.1 %, short ones tell 1/f less; without slow noise half are."""
     generator = np.random.default_rng(3)
     angle = 2 * np.pi * np.arange(turns * PER_TURN) / PER_TURN
     alarms, without = 0, 0

@@ -8,7 +8,7 @@ from machine import HARMONICS, PROBES, SPEEDS, channels, model, records, section
 from one_line_errors import refused
 from scipy.stats import chi2
 
-from rotorstudy import measured_response, read_measurement
+from rotorstudy import measured_response, read_measurement, simulate_records
 from rotorstudy.measurement.conventions import Conventions, Keyphasor, Probe
 from rotorstudy.measurement.records import records_dataset
 from rotorstudy.measurement.spectrum import components
@@ -110,8 +110,6 @@ def test_the_projects_own_records_and_netcdf_with_probes(tmp_path):
 
 
 def test_a_reference_signal_serves_where_there_is_no_keyphasor(tmp_path):
-    from rotorstudy import simulate_records
-
     made = simulate_records(model(), SPEEDS, HARMONICS, records()[0].time, start_angle_rad=0.4, keyphasor_wanted=False)
     save(records_dataset(made), tmp_path / "own.nc")
     rig = write_rig(tmp_path / "rig.yaml", probes=[], keyphasor={}, rotation="with_angles", gravity_angle_deg=0.0)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from machines import film, shaft
 from one_line_errors import refused
 
 from rotorstudy import build_model
@@ -10,11 +11,11 @@ from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.tables import gap_positions
 from rotorstudy.studies.centreline import centrelines, journals_moved
 
-FILM = {"diameter_m": 0.08, "length_m": 0.03, "radial_clearance_m": 7e-5, "viscosity_Pa_s": 0.018}
+FILM = film(0.08, 0.03, 7e-5, 0.018)
 SPEEDS = np.array([125.0, 250.0, 400.0])
 RIG = {
-    "rotor": {"kind": "finite_element", "elements": [{"length_m": 0.6, "count": 2}], "outer_diameter_m": 0.1},
-    "bearings": [{"kind": "short_journal", "node": node, "label": str(node), **FILM} for node in (1, 3)],
+    "rotor": shaft(0.6, 2, outer_diameter_m=0.1),
+    "bearings": [FILM | {"node": node, "label": str(node)} for node in (1, 3)],
     "measurement": {
         "gravity_angle_deg": 180,
         "probes": [

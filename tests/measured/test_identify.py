@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 import yaml
 from machine import records, write, write_rig
 from one_line_errors import run
 
 from rotorstudy import measured_spectrum, registry
+from rotorstudy.store import load
 
 UNKNOWNS = ["internal_damping", "stiffness_loss_22", "eccentricity[1]"]
 
@@ -28,8 +28,8 @@ def estimates(machine, files):
     out = machine / "estimates.nc"
     out.unlink(missing_ok=True)
     run("identify", *files, "--rig", machine / "rig.yaml", "--unknowns", *UNKNOWNS, "--out", out)
-    with xr.open_dataset(out) as found:
-        return found.estimate.values, found.standard_deviation.values
+    found = load(out)
+    return found.estimate.values, found.standard_deviation.values
 
 
 @pytest.fixture(scope="module")

@@ -68,10 +68,7 @@ def test_whitened_data_belong_to_their_harmonic():
 
 
 def test_the_covariance_of_a_probe_is_that_of_its_noise():
-    """White noise in 150 records: whitened harmonics have unit variance, 5 sigma of 900 values and of each correlation.
-
-    The mean is left out: its covariance also expects slow noise, which is not in these records.
-    """
+    """Unit variance of whitened harmonics to 5 sigma; not of the mean, whose covariance expects slow noise too."""
     generator, harmonics, a = np.random.default_rng(2), np.array([1, -1, 2, -2, 3, -3]), 2.0
     angle, found = 2 * np.pi * 20 * np.arange(400) / 400, []
     for _ in range(150):

@@ -8,7 +8,14 @@ import yaml
 from machines import jeffcott_rig
 from one_line_errors import refused, run
 
-from rotorstudy import RotorstudyError, load_rig, measured_response, measured_spectrum, read_measurement
+from rotorstudy import (
+    RotorstudyError,
+    load_rig,
+    measured_response,
+    measured_spectrum,
+    read_measurement,
+    simulate_records,
+)
 from rotorstudy.measurement.netcdf_files import measurement_dataset
 from rotorstudy.measurement.records import records_dataset
 from rotorstudy.store import save
@@ -26,8 +33,6 @@ def rig_file(folder, **stated):
 
 def foreign_file(folder, label=1, shift=0.0):
     """Records with phase marks that no attribute declares as the project's own; x counts from `shift`."""
-    from rotorstudy import simulate_records
-
     folder.mkdir(exist_ok=True)
     model = load_rig(rig_file(folder))
     made = simulate_records(model, [100.0], [0, 1], np.arange(4000) / 2000)

@@ -81,12 +81,7 @@ def test_the_residual_moves_with_the_spectrum_as_stated(model, clean, true):
 def test_least_squares_scatters_as_stated_with_hidden_coordinates_and_correlated_noise(problem, true):
     found = registry().get("estimator", "least_squares").function(problem)
     check_scatter(found.theta - true, found.covariance, slack=0.02)  # first order, at the mean of the trials
-
-
-def test_a_covariance_wrong_by_a_factor_of_two_is_noticed(problem, true):
-    """Negative control, either way."""
-    found = registry().get("estimator", "least_squares").function(problem)
-    for factor in (2.0, 0.5):
+    for factor in (2.0, 0.5):  # negative control, either way
         with pytest.raises(AssertionError):
             check_scatter(found.theta - true, factor * found.covariance, slack=0.02)
 

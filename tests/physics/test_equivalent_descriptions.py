@@ -1,7 +1,4 @@
-"""One rotor described in two ways gives one answer: turned axes, a later clock, other coordinates, other entries.
-
-The rotors are coupled by every kind of entry, so each rule is a statement about q, conj(q), shifts and derivatives.
-"""
+"""One rotor coupled by every kind of entry gives one answer in two descriptions: q, conj(q), shifts, derivatives."""
 
 from dataclasses import replace
 

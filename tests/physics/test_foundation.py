@@ -88,10 +88,7 @@ def test_probes_on_a_housing_show_the_motion_against_it():
 
 
 def test_what_linear_films_leave_out_follows_from_the_orbit_in_the_bearing():
-    """Near the speed at which the rotor swings with its pedestals: of the orbit r in a film, not of z.
-
-    r²/c at 2X, and three products of size r³/c² at 1X.
-    """
+    """Of the orbit r in a film, not of z: r²/c at 2X, and three products of size r³/c² at 1X."""
     ends = dict(zip(NODES, ("DE", "NDE"), strict=True))
     films = [film(0.05, 0.02, 1e-4, 0.02, node=node, label=label) for node, label in ends.items()]
     soft = pedestals(2e5, 20.0, mass=5.0)
@@ -135,10 +132,7 @@ def test_a_machine_with_a_transducer_on_a_housing_is_drawn(tmp_path):
 
 @pytest.mark.parametrize("in_file", [False, True])
 def test_velocities_and_accelerations_of_casings_are_read_as_displacements(in_file, tmp_path):
-    """Of cosines whose derivatives are written out, with offsets; the record ends within a sample of a revolution.
-
-    Units are stated in the rig file, or in the header of the file alone.
-    """
+    """Of cosines with offsets whose derivatives are written out; units in the rig file, or in the header alone."""
     speed, time = 200.0, np.arange(4000) / 4000
     x = 20e-6 * np.cos(speed * time + 0.3) + 4e-6 * np.cos(2 * speed * time - 1.0)
     velocity = -speed * (20e-6 * np.sin(speed * time + 0.3) + 8e-6 * np.sin(2 * speed * time - 1.0))

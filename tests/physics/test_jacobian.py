@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import HARMONICS, disc, errors_of_derivatives, jeffcott, rig_of, shaft, springs, unbalance
+from machines import HARMONICS, disc, errors_of_derivatives, full_bearing, jeffcott, rig_of, shaft, springs, unbalance
 
 from rotorstudy import Entry, Parameter, Term, build_model, measured_response, measured_response_and_jacobian
 from rotorstudy.model.rig_numbers import with_numbers
@@ -30,22 +30,17 @@ def worst(model, speeds, harmonics, jacobian=None):
     return errors_of_derivatives(model, speeds, harmonics, steps, analytic).max()
 
 
+ROTOR = shaft(0.4, 3, disc(2, 2.0, 0.004, 0.002))
 # central differences with a relative step of 1e-5: error 1e-10 of the curvature, and round-off 1e-16 / 1e-5 of the
 # response, which where a parameter matters little is a thousand times larger against its own derivative
 TOLERANCE = 1e-6
 
 
-ROTOR = shaft(0.4, 3, disc(2, 2.0, 0.004, 0.002))
-
-
 def carried(**crack):
     """A shaft on cross-coupled bearings: the static deflection moves with their stiffness, and is not vertical."""
-    bearing = {"kind": "linear", "coefficients": "full"}
-    values = {"xx": 1e5, "yy": 2e5, "xy": 4e4, "yx": -3e4}
-    bearing |= {f"bearing_stiffness_{k}_N_per_m": v for k, v in values.items()}
-    bearing |= {f"bearing_damping_{k}_N_s_per_m": 1e-3 * v for k, v in values.items()}
+    stiffness = np.array([[1e5, 4e4], [-3e4, 2e5]])
     losses = {"stiffness_loss_22_N_per_m": 2e4, "stiffness_loss_44_N_m": 300.0}
-    bearings = [{**bearing, "node": node, "label": str(node)} for node in (1, 4)]
+    bearings = [full_bearing(node, stiffness, 1e-3 * stiffness, label=str(node)) for node in (1, 4)]
     lossy = {"kind": "internal_damping", "node": 3, "internal_damping_N_s_per_m": 10.0}
     cracks = [{"kind": "switching", "node": 3, **losses, **crack}]
     return build_model(rig_of(ROTOR, bearings, lossy, unbalance(2, 3e-5, 1.0, mass_kg=2.0), cracks=cracks))

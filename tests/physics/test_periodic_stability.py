@@ -161,10 +161,7 @@ def opened(damping, *effects, **law):
 
 
 def test_without_vibration_it_grows_as_if_the_weight_opened_it():
-    """The slopes of the force along the steady state are then the periodic stiffness of the linear law.
-
-    The crack relieves the shaft, so the deflection that opens it is not quite that of the weight.
-    """
+    """By the slopes of the force along the steady state; the crack relieves the shaft, so not quite as by weight."""
     by_motion, by_weight = (
         periodic_growth_rate(opened(1.0, BALANCED, **law), [TWICE, 700.0]) for law in ({}, {"opened_by": "weight"})
     )

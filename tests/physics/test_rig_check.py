@@ -43,9 +43,7 @@ def check(rig, folder):
 
 
 def test_a_sound_rig_has_no_findings_and_the_right_numbers(tmp_path, command):
-    """Half of the weight on each bearing, to round-off. The first critical speed is that of the disc and 17/35 of the
-    shaft on the shaft, 48 E I / L^3, and the bearings in series, within 3 %: damping, shear and the half mass at the
-    bearings are left out."""
+    """Half the weight on each bearing; disc and 17/35 of the shaft on 48 E I / L^3 and bearings in series, to 3 %."""
     path, found = check(SOUND, tmp_path)
     assert found.findings == []
     shaft = 7850 * np.pi / 4 * 0.03**2 * 0.6

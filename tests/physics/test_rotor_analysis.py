@@ -1,7 +1,4 @@
-"""Rotordynamic analysis against closed forms of the Jeffcott rotor and of single resonances, and at its edges:
-
-rotors without damping, without enough bearings, and on films stated in frequency only.
-"""
+"""Rotordynamic analysis in closed form, and at its edges: without damping, enough bearings, or a form in time."""
 
 import json
 
@@ -91,11 +88,7 @@ def test_separation_margins():
 
 
 def test_threshold_of_stability_and_what_causes_it():
-    """Jeffcott rotor: w_n (1 + c_E / c_I); each damping adds about its own share to the growth rate, of opposite sign.
-
-    At the threshold the forward mode is undamped: the internal damping adds +c_E / 2m, the external one -c_E / 2m,
-    over the change of w_n by damping, of relative size zeta^2 = 2e-3.
-    """
+    """w_n (1 + c_E / c_I), where internal damping adds +c_E / 2m and external -c_E / 2m, to zeta^2 = 2e-3."""
     found = analyse_rotor(build_model(jeffcott(INTERNAL, EXTERNAL)))
     assert found.threshold == pytest.approx(NATURAL * (1 + 40 / 60), rel=1e-6)
     assert found.damping["internal_damping"] == pytest.approx(40 / (2 * MASS), rel=1e-2)
@@ -103,10 +96,7 @@ def test_threshold_of_stability_and_what_causes_it():
 
 
 def test_the_narrow_range_in_which_an_asymmetric_shaft_grows_is_found():
-    """In axes that turn with the shaft it ends where ((1 + e) w_n^2 - w^2) ((1 - e) w_n^2 - w^2) + (c w / m)^2 = 0.
-
-    It is 1 % of a range of speeds of which every 40th is looked at. More damping, c w_n / m > e w_n^2, leaves none.
-    """
+    """It ends where ((1 + e) w_n^2 - w^2) ((1 - e) w_n^2 - w^2) + (c w / m)^2 = 0; with more damping there is none."""
     share = 0.01
 
     def analysed(damping):

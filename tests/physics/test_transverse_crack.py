@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from machines import point
+from machines import OFFSET_DISC, disc, point, unbalance
 from one_line_errors import refused
 from scipy.optimize import brentq
 from shaft_with_a_crack import DIAMETER, LENGTH, POISSON, YOUNG, at_disc, crack, rotor
@@ -102,17 +102,15 @@ def test_a_crack_opens_between_closed_and_open_and_its_rotation_is_a_gradient(pl
 @pytest.mark.parametrize("position", [0.05, 0.15, 0.25, 0.34])
 def test_a_crack_beside_an_offset_disc_is_that_in_two_massless_beams(position):
     """On either side of the disc, whose tilt bends the shaft oppositely there; the weight opens it."""
-    a, b, diameter = 0.2, 0.16, 0.015
-    body = {"mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}
-    spans = [{"length_m": length, "outer_diameter_m": diameter} for length in (a, b)]
-    beams = {"kind": "finite_element", "elements": spans, "discs": [{"node": 2, **body}], "pinned_nodes": [1, 3],
+    spans = [{"length_m": length, "outer_diameter_m": 0.015} for length in (0.2, 0.16)]
+    beams = {"kind": "finite_element", "elements": spans, "discs": [disc(2)], "pinned_nodes": [1, 3],
              "density_kg_per_m3": 1e-6, "theory": "euler_bernoulli", "youngs_modulus_Pa": 2.1e11}  # fmt: skip
-    offset = {"kind": "offset_disc", **body, "a_m": a, "b_m": b, "diameter_m": diameter, "youngs_modulus_Pa": 2.1e11}
+    offset = OFFSET_DISC | {"youngs_modulus_Pa": 2.1e11}
     found = []
     for rotor_, node in ((beams, 2), (offset, 1)):
         items = [
             {"kind": "external_damping", "node": node, "external_damping_N_s_per_m": 50.0},
-            {"kind": "unbalance", "node": node, "mass_kg": 2.0, "eccentricity_m": 2e-5, "eccentricity_phase_rad": 0.7},
+            unbalance(node, 2e-5, 0.7, mass_kg=2.0),
             crack(position, angle_rad=0.4, opened_by="weight"),  # linear, so that no solution is iterated
         ]
         model = build_model({"rotor": rotor_, "effects": items})
@@ -124,9 +122,8 @@ def test_a_crack_beside_an_offset_disc_is_that_in_two_massless_beams(position):
 
 
 def test_limits_are_stated_for_a_crack_on_either_side_of_a_single_disc():
-    offset = {"kind": "offset_disc", "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024,
-              "a_m": 0.2, "b_m": 0.16, "diameter_m": 0.015}  # fmt: skip
-    places = registry().get("effect", "transverse_crack").feared.places(build_model({"rotor": offset}).structure)
+    structure = build_model({"rotor": OFFSET_DISC}).structure
+    places = registry().get("effect", "transverse_crack").feared.places(structure)
     assert [options["position_m"] for _, options in places] == pytest.approx([0.1, 0.28])
 
 

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 import yaml
-from machines import disc, film, shaft, spectrum_of, springs
+from machines import disc, film, readings, shaft, spectrum_of, springs, write_harmonics
 
-from rotorstudy import Spectrum, build_model, measured_response
+from rotorstudy import build_model, measured_response
 from rotorstudy.diagnosis.runs.joint import identify_runs
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.wide_ranges import wide_ranges
-from rotorstudy.measurement.spectrum import independent_covariance
 
 SPEEDS, HARMONICS, NOISE = np.linspace(90.0, 400.0, 8), np.array([1, -1]), 1e-8
 RIG = {
@@ -40,9 +39,7 @@ def changed(section, **numbers):
 )  # fmt: skip
 def test_a_part_that_is_other_than_stated_is_told(true, words):
     shown = measured_response(build_model(true), SPEEDS, HARMONICS)
-    draws = np.random.default_rng(3).normal(0, NOISE, (2, *shown.shape))
-    covariance = independent_covariance(np.full(shown.shape, NOISE**2 + (1e-3 * np.abs(shown)) ** 2))
-    spectrum = Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, (1, 3, 5), covariance)
+    spectrum = readings(shown, SPEEDS, HARMONICS, (1, 3, 5), NOISE, 3).with_error((1e-3 * np.abs(shown)) ** 2)
     assert words in wide_ranges(build_model(RIG), spectrum, SETTINGS)
 
 
@@ -56,14 +53,7 @@ def test_a_run_up_finds_a_foundation_of_which_nothing_is_known(tmp_path):
     """Twice as stiff, and two thirds as heavy, in the rig as in truth; films 5 % uncertain, an unknown unbalance."""
     speeds, noise = np.linspace(60.0, 420.0, 40), 2e-7
     model = build_model(changed("foundation", bearing_stiffness_N_per_m=2e6, mass_kg=90.0))
-    draws = np.random.default_rng(1).normal(0, noise, (2, 40, 2, 3))
-    shown = measured_response(model, speeds, [1, -1]) + draws[0] + 1j * draws[1]
-    rows = ["speed_rad_per_s,node,harmonic,amplitude_m,phase_rad"]
-    rows += [
-        f"{speeds[k]:.4f},{(1, 3, 5)[s]},{(1, -1)[h]},{abs(z):.6e},{np.angle(z):.6f}"
-        for (k, h, s), z in np.ndenumerate(shown)
-    ]
-    (tmp_path / "up.csv").write_text("\n".join(rows))
+    write_harmonics(tmp_path / "up.csv", spectrum_of(model, speeds, [1, -1], noise, 1))
     free = ("bearing_stiffness", "bearing_damping", "bearing_mass_scale", "eccentricity")
     uncertainty = {"default": 0.1, "rotor": 0.0, "bearings": 0.05, "bearing_scale": 0.0} | dict.fromkeys(free, 1.0)
     rig = RIG | {"measurement": {"harmonics": [1, -1], "table_noise_m": noise},

@@ -1,7 +1,4 @@
-"""The workflow as a whole, on the tiny configuration: complete, the same on one core and two, resumed after a kill.
-
-It runs on a copy of the project, so that a test may edit a file that other tests read.
-"""
+"""The whole workflow on the tiny configuration, in a copy that a test may edit: complete, repeatable, resumed."""
 
 import os
 import re
@@ -20,6 +17,9 @@ import yaml
 from page_checks import problems
 
 from jobs.settings import read_settings
+from rotorstudy.authoring.files import new_plugin
+from rotorstudy.studies.config import load_study
+from rotorstudy.studies.identify import monte_carlo
 from thesis.scoreboard import published
 
 ROOT = Path(__file__).parents[2]
@@ -200,9 +200,6 @@ def test_a_killed_run_resumes_on_one_core_with_the_bytes_of_two(built, snakemake
 
 def test_another_seed_gives_other_numbers(built, project, tmp_path):
     """Negative control of the test above."""
-    from rotorstudy.studies.config import load_study
-    from rotorstudy.studies.identify import monte_carlo
-
     text = changed_study(project, "  trials: 20", "  trials: 20\n  seed: 1")
     (tmp_path / "study.yaml").write_text(text)
     study = load_study(tmp_path / "study.yaml")
@@ -272,8 +269,6 @@ COMPARISON, FIGURE = "results/compare/comparison.nc", "results/chapter_7/figures
 @pytest.fixture(scope="module")
 def continued(built, project, whole, tmp_path_factory):
     """A copy of what was built, with one estimator more and one result damaged, and the run that goes on with it."""
-    from rotorstudy.authoring.files import new_plugin
-
     folder = tmp_path_factory.mktemp("continued")
     new_plugin("estimator", "newcomer", folder / "zoo")
     shutil.copytree(built, folder / "copy")  # a job that fails deletes its figures

@@ -226,10 +226,7 @@ def test_a_film_of_an_upright_rotor_carries_by_default_its_part_of_the_static_fo
 @pytest.mark.parametrize("film", ["pi", "2pi"])
 @pytest.mark.parametrize("ratio", [0.05, 0.4, 0.8])
 def test_damper_coefficients_are_those_of_the_film_on_its_orbit(film, ratio):
-    """On the orbit e (cos wt, sin wt) the film pushes back along the radius by K e and along the path by C w e.
-
-    Where the pressure of a whole film is negative, it is that of the reversed motion with the other sign.
-    """
+    """It pushes back K e along the radius, C w e along the path; a whole film pulls as the reversed motion pushes."""
     item, speed = {**DAMPER, "film": film, "eccentricity_ratio": ratio}, 88.0
     e = ratio * item["radial_clearance_m"]
     ahead, back = (independent.force(simulated(item), 0.0, (e, 0.0), (0.0, w * e)) for w in (speed, -speed))

@@ -103,11 +103,8 @@ def loaded_modules(code):
     return {module.split(".")[0] for module in done.stdout.split()}
 
 
-def test_importing_the_package_imports_nothing_heavy():
+def test_importing_the_package_and_loading_the_zoo_import_nothing_heavy():
     assert loaded_modules("import rotorstudy") <= {"rotorstudy", *sys.stdlib_module_names}
-
-
-def test_loading_the_zoo_imports_nothing_heavy():
     found = loaded_modules("import rotorstudy; rotorstudy.registry()")
     assert "numpy" in found
     assert not found & {"scipy", "xarray", "matplotlib", "pandas", "pydantic", "netCDF4"}
