@@ -16,14 +16,12 @@ CONFIG = Path(__file__).parents[2] / "workflow" / "config" / "cracks.yaml"
 CRACKS = registry().plugins["crack"]
 
 
-@pytest.fixture(scope="module")
-def config():
-    return load_cracks(CONFIG)
+STUDY = load_cracks(CONFIG)
 
 
 @pytest.fixture(scope="module")
-def data(config):
-    return compare(config)
+def data():
+    return compare(STUDY)
 
 
 def swept(data, crack, n):
@@ -52,33 +50,33 @@ def test_critical_sub_speeds(data, name):
         assert height.max() > 10 * np.median(height)
 
 
-def test_stiffness_over_a_turn(data, config):
-    k = config.shaft_stiffness
+def test_stiffness_over_a_turn(data):
+    k = STUDY.shaft_stiffness
     stiffness = data.stiffness.sel(direction=["xi", "eta"])
     assert float(stiffness.max()) <= k * (1 + 1e-12)
-    assert float(stiffness.min()) == pytest.approx(k * (1 - config.loss_share))
+    assert float(stiffness.min()) == pytest.approx(k * (1 - STUDY.loss_share))
     down, sideways = (data.stiffness.sel(direction=d).values for d in ("vertical", "horizontal"))
     assert np.allclose(down + sideways, stiffness.sum("direction"))  # the trace does not turn
     assert np.allclose(down[:, 0], stiffness.values[:, 0, 0]) and np.allclose(sideways[:, 0], stiffness.values[:, 1, 0])
 
 
 @pytest.mark.parametrize("name", CRACKS)
-def test_free_motion_decays_at_every_speed_of_the_sweep(config, name):
+def test_free_motion_decays_at_every_speed_of_the_sweep(name):
     """Otherwise there is no steady state to show; where parametric resonance threatens, 2 w_n / n, more closely."""
-    natural = np.sqrt(0.98 * config.shaft_stiffness / 2.0)
+    natural = np.sqrt(0.98 * STUDY.shaft_stiffness / 2.0)
     near = [2 * natural / n * np.linspace(0.97, 1.03, 5) for n in (3, 4, 5)]
-    swept = config.swept
+    swept = STUDY.swept
     speeds = np.concatenate([np.linspace(swept.first_rad_s, swept.last_rad_s, 12), *near])
-    assert (periodic_growth_rate(config.model(CRACKS[name]), speeds) < 0).all()
+    assert (periodic_growth_rate(STUDY.model(CRACKS[name]), speeds) < 0).all()
 
 
-def test_a_crack_of_the_user_appears_by_itself(config, monkeypatch):
+def test_a_crack_of_the_user_appears_by_itself(monkeypatch):
     def jammed(angle):
         """Half open all the time."""
         return 0 * angle + 0.5
 
     monkeypatch.setitem(CRACKS, "jammed", Crack("jammed", jammed, source="a test"))
-    small = config.model_copy(update={"swept": config.swept.model_copy(update={"step_rad_s": 100.0})})
+    small = STUDY.model_copy(update={"swept": STUDY.swept.model_copy(update={"step_rad_s": 100.0})})
     assert "jammed" in compare(small).crack.values
     monkeypatch.undo()
     assert "jammed" not in compare(small).crack.values

@@ -32,49 +32,47 @@ def draws(covariance, count, generator):
     return real + 1j * imaginary
 
 
-@pytest.fixture(scope="module")
-def model():
-    return four_coordinates(1)
+MODEL = four_coordinates(1)
 
 
 @pytest.fixture(scope="module")
-def clean(model):
-    shown = measured_response(model, SPEEDS, EVERY, order=ORDER)
+def clean():
+    shown = measured_response(MODEL, SPEEDS, EVERY, order=ORDER)
     # a ten-thousandth of the largest harmonic: the square of the noise does not show
     covariance = correlated(shown, 1e-5 * np.abs(shown).max(), np.random.default_rng(21))
-    return Spectrum(shown, SPEEDS, EVERY, model.sensors, covariance)
+    return Spectrum(shown, SPEEDS, EVERY, MODEL.sensors, covariance)
 
 
 @pytest.fixture(scope="module")
-def problem(model, clean):
+def problem(clean):
     noise = draws(clean.covariance, TRIALS, np.random.default_rng(22))
-    return Problem(model, clean.with_amplitude(clean.amplitude + noise), NAMES, ORDER)
+    return Problem(MODEL, clean.with_amplitude(clean.amplitude + noise), NAMES, ORDER)
 
 
 @pytest.fixture(scope="module")
-def true(model):
-    return model.theta[model.position(NAMES)]
+def true():
+    return MODEL.theta[MODEL.position(NAMES)]
 
 
-def residual(model, spectrum, theta):
-    a, b = regression(model, spectrum, NAMES, order=ORDER).real_system()
+def residual(spectrum, theta):
+    a, b = regression(MODEL, spectrum, NAMES, order=ORDER).real_system()
     return a @ theta - b
 
 
-def moved_by(model, clean, theta):
+def moved_by(clean, theta):
     """Residual that a noise of one sigma makes, and what `residual_sensitivity` says it makes."""
     noise = draws(clean.covariance, 1, np.random.default_rng(3))[0]
-    found = residual(model, clean.with_amplitude(clean.amplitude + noise), theta) - residual(model, clean, theta)
-    slope = residual_sensitivity(model, clean, NAMES, theta, order=ORDER)
+    found = residual(clean.with_amplitude(clean.amplitude + noise), theta) - residual(clean, theta)
+    slope = residual_sensitivity(MODEL, clean, NAMES, theta, order=ORDER)
     components = np.concatenate([noise.real, noise.imag], axis=1).reshape(len(SPEEDS), -1)
     return found, np.einsum("src,sc->sr", slope, components).ravel()
 
 
-def test_the_residual_moves_with_the_spectrum_as_stated(model, clean, true):
-    found, stated = moved_by(model, clean, true)
+def test_the_residual_moves_with_the_spectrum_as_stated(clean, true):
+    found, stated = moved_by(clean, true)
     # the residual is affine in the spectrum, so there is no error but the cancellation of forces a thousand times it
     assert np.abs(found - stated).max() < 1e-9 * np.abs(found).max()
-    _, elsewhere = moved_by(model, clean, 1.1 * true)
+    _, elsewhere = moved_by(clean, 1.1 * true)
     assert np.abs(found - elsewhere).max() > 1e-4 * np.abs(found).max()  # negative control: it depends on theta
 
 

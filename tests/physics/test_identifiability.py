@@ -17,31 +17,29 @@ from rotorstudy.studies.config import ExtraMeasurement, load_study
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.fixture(scope="module")
-def study():
-    return load_study(ROOT / "workflow" / "config" / "chapter_4.yaml")
+STUDY = load_study(ROOT / "workflow" / "config" / "chapter_4.yaml")
 
 
 @pytest.fixture(scope="module")
-def found(study):
-    return identifiability(study).isel(case=0)
+def found():
+    return identifiability(STUDY).isel(case=0)
 
 
-def test_the_bound_as_it_is_is_that_of_the_estimators(study, found):
-    model, case = study.rig("physical"), next(iter(study.cases.values()))
-    clean = study.clean_spectrum(model, case.speeds)
-    std = np.full(clean.amplitude.shape, float(found.noise) / np.sqrt(study.record.samples))
+def test_the_bound_as_it_is_is_that_of_the_estimators(found):
+    model, case = STUDY.rig("physical"), next(iter(STUDY.cases.values()))
+    clean = STUDY.clean_spectrum(model, case.speeds)
+    std = np.full(clean.amplitude.shape, float(found.noise) / np.sqrt(STUDY.record.samples))
     spectrum = replace(clean, covariance=independent_covariance(std**2))
-    theta = model.theta[model.position(study.unknowns)]
-    bound = cramer_rao_bound(Problem(model, spectrum, tuple(study.unknowns)), theta)
-    names, values, bound = magnitude_and_phase(study.unknowns, theta, bound)
+    theta = model.theta[model.position(STUDY.unknowns)]
+    bound = cramer_rao_bound(Problem(model, spectrum, tuple(STUDY.unknowns)), theta)
+    names, values, bound = magnitude_and_phase(STUDY.unknowns, theta, bound)
     scale = np.where([n.endswith("_phase") for n in names], 1, np.abs(values))
     assert found.bound.sel(measurement="as it is").values == pytest.approx(np.sqrt(np.diag(bound)) / scale, rel=1e-9)
 
 
-def test_four_times_the_record_halves_every_bound_and_a_second_probe_at_the_disc_is_worth_the_root_of_two(study):
+def test_four_times_the_record_halves_every_bound_and_a_second_probe_at_the_disc_is_worth_the_root_of_two():
     extra = {"longer": ExtraMeasurement(times_longer=4.0), "twice": ExtraMeasurement(stations_m=[0.2])}
-    bound = identifiability(study.model_copy(update={"extra_measurements": extra})).bound.isel(case=0)
+    bound = identifiability(STUDY.model_copy(update={"extra_measurements": extra})).bound.isel(case=0)
     for name, worth in (("longer", 2), ("twice", np.sqrt(2))):
         ratio = bound.sel(measurement="as it is") / bound.sel(measurement=name)
         assert ratio.values == pytest.approx(worth, rel=1e-9)
@@ -59,18 +57,18 @@ def test_a_tilt_sensor_breaks_the_collinearity_that_makes_stiffness_44_weak(foun
     assert arms[0] / arms[1] == pytest.approx(2, rel=0.01)
 
 
-def test_the_information_of_a_tilt_sensor_is_that_of_differences_of_what_it_shows(study):
-    model, speeds = study.rig("physical"), np.linspace(130.0, 310.0, 7)
+def test_the_information_of_a_tilt_sensor_is_that_of_differences_of_what_it_shows():
+    model, speeds = STUDY.rig("physical"), np.linspace(130.0, 310.0, 7)
     rows, relative = ExtraMeasurement(tilts=[1]).output_rows(model.structure, model.sensors)
 
     def shown(theta):
-        found = (harmonic_response(model, speeds, study.harmonics, theta) @ rows.T / (1e-9 * relative)).ravel()
+        found = (harmonic_response(model, speeds, STUDY.harmonics, theta) @ rows.T / (1e-9 * relative)).ravel()
         return np.concatenate([found.real, found.imag])
 
-    steps = 1e-5 * np.diag(np.abs(model.theta))[model.position(study.unknowns)]
+    steps = 1e-5 * np.diag(np.abs(model.theta))[model.position(STUDY.unknowns)]
     slopes = np.array([(shown(model.theta + s) - shown(model.theta - s)) / (2 * s.max()) for s in steps])
     found, without = (
-        information(study, model, speeds, study.harmonics, rows[:count], 1e-9 * relative[:count]) for count in (2, 1)
+        information(STUDY, model, speeds, STUDY.harmonics, rows[:count], 1e-9 * relative[:count]) for count in (2, 1)
     )
     scale = np.sqrt(np.outer(np.diag(found), np.diag(found)))
     assert slopes @ slopes.T / scale == pytest.approx(found / scale, abs=1e-7)
@@ -89,23 +87,23 @@ def test_the_shaft_between_bearings_and_disc_bends_as_a_beam():
         assert np.abs(curvature).max() < 1.0  # one step into the span; at the disc it is -75
 
 
-def test_a_probe_off_the_shaft_or_on_a_shaft_without_shape_is_refused(study):
-    structure = study.rig("physical").structure
+def test_a_probe_off_the_shaft_or_on_a_shaft_without_shape_is_refused():
+    structure = STUDY.rig("physical").structure
     refused(lambda: ExtraMeasurement(stations_m=[0.5]).output_rows(structure, (1,)), "0.5 m is not on the shaft")
     jeffcott = build_model({"rotor": point()}).structure
     refused(lambda: ExtraMeasurement(stations_m=[0.1]).output_rows(jeffcott, (1,)), "does not define the shaft's shape")
 
 
-def test_too_few_equations_are_refused_and_what_trades_off_is_named(study):
-    model = study.rig("physical")
+def test_too_few_equations_are_refused_and_what_trades_off_is_named():
+    model = STUDY.rig("physical")
     rows, relative = ExtraMeasurement().output_rows(model.structure, model.sensors)
     with pytest.raises(UnidentifiableError, match="2 equations for 6 unknowns"):
-        information(study, model, [200.0], [1], rows, 1e-9 * relative)
+        information(STUDY, model, [200.0], [1], rows, 1e-9 * relative)
     free = {"kind": "crack_force", "losses": ["stiffness_loss_22"], "harmonics": [1]}
     free["stiffness_loss_22_p1_N_per_m"] = 1e4
     alternative = model.without(["switching"]).plus(make_term("effect", free, model.structure, model.sensors))
-    unknowns = study.model_copy(update={"unknowns": ["eccentricity_real", "eccentricity_imag", "stiffness_loss_22_p1"]})
+    unknowns = STUDY.model_copy(update={"unknowns": ["eccentricity_real", "eccentricity_imag", "stiffness_loss_22_p1"]})
     with pytest.raises(UnidentifiableError) as caught:  # at one speed an unbalance is any force that turns
-        information(unknowns, alternative, [200.0], study.harmonics, rows, 1e-9 * relative)
+        information(unknowns, alternative, [200.0], STUDY.harmonics, rows, 1e-9 * relative)
     assert set(caught.value.parameters) == {"eccentricity_real", "stiffness_loss_22_p1"}
-    assert information(unknowns, alternative, [200.0, 250.0], study.harmonics, rows, 1e-9 * relative).shape == (3, 3)
+    assert information(unknowns, alternative, [200.0, 250.0], STUDY.harmonics, rows, 1e-9 * relative).shape == (3, 3)

@@ -19,19 +19,16 @@ from rotorstudy.studies.sensors import sensors
 from thesis import errata
 from thesis.scoreboard import published
 
-
-@pytest.fixture(scope="module")
-def study():
-    return chapters.study(6)
+STUDY = chapters.study(6)
 
 
 @pytest.fixture(scope="module")
-def tried(study):
-    return variants(study)
+def tried():
+    return variants(STUDY)
 
 
-def test_errata_have_numbers_for_both_signs_and_the_misprint(study, tried):
-    found = errata.numbers_6(study, REFERENCE, tried)
+def test_errata_have_numbers_for_both_signs_and_the_misprint(tried):
+    found = errata.numbers_6(STUDY, REFERENCE, tried)
     assert found["reading_thesis_percent"] < 0.05 and found["reading_right_sign_percent"] > 10
     assert found["minus_2X_um"] == pytest.approx(0.18609, abs=1e-5)
     assert found["opposite_signs_percent"] < 0.01 and found["consistent_signs_percent"] > 1
@@ -59,39 +56,39 @@ def test_table_6_9_comes_near(tried):
         assert phase / printed[f"phi_{n}"] == pytest.approx(1, abs=4e-3)
 
 
-def test_stated_deviation_of_least_squares_follows_the_deflection(study):
+def test_stated_deviation_of_least_squares_follows_the_deflection():
     """The crack's stiffness and the deflection trade off: a covariance with the deflection held is 10 % too large."""
-    model, case = study.rig("physical"), study.cases["100 rad/s"]
-    clean = study.clean_spectrum(model, case.speeds)
+    model, case = STUDY.rig("physical"), STUDY.cases["100 rad/s"]
+    clean = STUDY.clean_spectrum(model, case.speeds)
     numbers = standard_normal(3, 0, 2000, (2, *clean.amplitude.shape))
-    spectrum = with_noise(clean, 0.01, "white in time", study.record.samples, numbers)
-    problem = Problem(model, spectrum, tuple(study.unknowns))
+    spectrum = with_noise(clean, 0.01, "white in time", STUDY.record.samples, numbers)
+    problem = Problem(model, spectrum, tuple(STUDY.unknowns))
     found = registry().get("estimator", "least_squares").function(problem)
     ratio = found.theta.std(axis=0) / found.std
     # 2000 trials know a standard deviation to 1.6 %
     assert ratio == pytest.approx(1, abs=0.05)
 
 
-def test_the_deflection_is_found_with_the_bearings_from_wrong_ones(study):
+def test_the_deflection_is_found_with_the_bearings_from_wrong_ones():
     """The values a rig gives for its unknowns do not leak into the estimate."""
-    model, case = study.rig("physical"), study.cases["100 rad/s"]
-    clean = study.clean_spectrum(model, case.speeds)
-    wrong = deepcopy(study.rigs["physical"])
+    model, case = STUDY.rig("physical"), STUDY.cases["100 rad/s"]
+    clean = STUDY.clean_spectrum(model, case.speeds)
+    wrong = deepcopy(STUDY.rigs["physical"])
     for bearing in wrong["bearings"]:
         bearing |= {key: 1.5 * value for key, value in bearing.items() if key.startswith("bearing_stiffness")}
-    without = Problem(build_model(wrong), clean, tuple(study.unknowns))
-    assert solve_equations(without) == pytest.approx(model.theta[model.position(study.unknowns)], rel=1e-9)
+    without = Problem(build_model(wrong), clean, tuple(STUDY.unknowns))
+    assert solve_equations(without) == pytest.approx(model.theta[model.position(STUDY.unknowns)], rel=1e-9)
     deflection = static_deflection(without.model, clean.speed, without.model.theta).value
     held = replace(without, model=replace(without.model, held_deflection=deflection))
     assert abs(solve_equations(held)[-1] / 5000.0 - 1) > 0.05
 
 
 @pytest.fixture(scope="module")
-def few(study):
-    trials = study.monte_carlo.model_copy(update={"trials": 400})
+def few():
+    trials = STUDY.monte_carlo.model_copy(update={"trials": 400})
     sets = {"2, 4": [2, 4]}
-    one = {"100 rad/s": study.cases["100 rad/s"]}
-    return sensors(study.model_copy(update={"monte_carlo": trials, "sensor_sets": sets, "cases": one}))
+    one = {"100 rad/s": STUDY.cases["100 rad/s"]}
+    return sensors(STUDY.model_copy(update={"monte_carlo": trials, "sensor_sets": sets, "cases": one}))
 
 
 def test_two_sensors_find_everything_from_starts_thirty_per_cent_off(few):
@@ -107,8 +104,8 @@ def test_maximum_likelihood_from_two_sensors_sits_on_the_bound(few):
     assert abs(ratio.mean() - 1) < 0.03
 
 
-def test_numbers_inside_lists_can_be_held_wrong(study):
-    rotor = study.rigs["physical"]["rotor"]
+def test_numbers_inside_lists_can_be_held_wrong():
+    rotor = STUDY.rigs["physical"]["rotor"]
     wrong = changed(rotor, "discs.0.mass_kg", 10)
     assert wrong["discs"][0]["mass_kg"] == pytest.approx(1.1 * rotor["discs"][0]["mass_kg"])
     assert wrong["discs"][1] == rotor["discs"][1] and rotor["discs"][0]["mass_kg"] == 0.799
@@ -117,10 +114,10 @@ def test_numbers_inside_lists_can_be_held_wrong(study):
         refused(lambda: changed(rotor, key, 1), words)
 
 
-def test_static_line_between_nodes_is_that_of_a_finer_mesh(study):
+def test_static_line_between_nodes_is_that_of_a_finer_mesh():
     """The shape functions interpolate: a finer shaft has the same deflection where the coarse one has no node."""
-    structure = study.rig("physical").structure
-    massless = {**study.rigs["physical"]["rotor"], "density_kg_per_m3": 1e-6, "pinned_nodes": [1, 5]}
+    structure = STUDY.rig("physical").structure
+    massless = {**STUDY.rigs["physical"]["rotor"], "density_kg_per_m3": 1e-6, "pinned_nodes": [1, 5]}
     coarse = build_model({"rotor": massless}).structure
     discs = [{**disc, "node": 2 * disc["node"] - 1} for disc in massless["discs"]]
     finer = {**massless, "elements": [{"length_m": 0.45, "count": 8}], "discs": discs, "pinned_nodes": [1, 9]}

@@ -14,26 +14,19 @@ from rotorstudy.store import as_complex
 from thesis.replay import printed_values, records, rounding_draws, spectra
 from thesis.scoreboard import published, score
 
-
-@pytest.fixture(scope="module")
-def chapter_2():
-    return study(2)
+CHAPTER_2 = study(2)
+CHAPTER_3 = replay(3)
 
 
-@pytest.fixture(scope="module")
-def chapter_3():
-    return replay(3)
-
-
-def test_deflection_and_natural_frequency_are_those_printed(chapter_2):
-    structure = chapter_2.rig("physical").structure
+def test_deflection_and_natural_frequency_are_those_printed():
+    structure = CHAPTER_2.rig("physical").structure
     assert abs(structure.static_deflection[0].real - 2.58e-5) < 0.01e-5  # Table 2.1, last digit
     # 616.44 rad/s in section 2.4.1, last digit
     assert abs(np.sqrt(structure.stiffness[0, 0] / structure.mass[0, 0]) - 616.44) < 0.01
 
 
-def test_replayed_tables_3_4_to_3_8_come_back_to_the_digit(chapter_3):
-    found = spectra(chapter_3, records(chapter_3, REFERENCE))
+def test_replayed_tables_3_4_to_3_8_come_back_to_the_digit():
+    found = spectra(CHAPTER_3, records(CHAPTER_3, REFERENCE))
     table = published(REFERENCE, ["3.4", "3.5", "3.6", "3.7", "3.8"])
     quantities = {"amplitude": "displacement", "phase": "displacement", "reference phase": "reference_phase"}
     checked = 0
@@ -52,13 +45,13 @@ def test_replayed_tables_3_4_to_3_8_come_back_to_the_digit(chapter_3):
         checked += 1
     assert checked == 252
     # without the correction the mean of the slow roll contradicts Table 3.8
-    printed = printed_values(chapter_3, REFERENCE, corrected=False)["phase"][0]
+    printed = printed_values(CHAPTER_3, REFERENCE, corrected=False)["phase"][0]
     assert abs(printed[0, 0, 0] - 0.77) > 0.7
 
 
-def test_rounding_draws_stay_within_half_a_digit_and_spread_over_it(chapter_3):
-    draws = rounding_draws(chapter_3, REFERENCE, "fft")
-    size, digit = (part[1] for part in printed_values(chapter_3, REFERENCE, corrected=True)["amplitude"])
+def test_rounding_draws_stay_within_half_a_digit_and_spread_over_it():
+    draws = rounding_draws(CHAPTER_3, REFERENCE, "fft")
+    size, digit = (part[1] for part in printed_values(CHAPTER_3, REFERENCE, corrected=True)["amplitude"])
     distance = (np.abs(draws) - size) / digit
     assert np.abs(distance).max() <= 0.5 + 1e-9
     # uniform within the digit: standard deviation 1/sqrt(12); 1000 draws of 36 values leave under 1 %
@@ -82,8 +75,8 @@ def test_a_value_that_differs_needs_a_reason_and_another_one_does_not(table, cha
         refused(lambda: score(printed, computed, []), "no reason given")
 
 
-def test_the_example_rig_is_the_rotor_of_table_2_1(chapter_2):
-    example, study = load_rig(WORKFLOW.parent / "examples" / "jeffcott.yaml"), chapter_2.rig("physical")
+def test_the_example_rig_is_the_rotor_of_table_2_1():
+    example, study = load_rig(WORKFLOW.parent / "examples" / "jeffcott.yaml"), CHAPTER_2.rig("physical")
     assert dict(zip(example.names, example.theta, strict=True)) == dict(zip(study.names, study.theta, strict=True))
 
 
@@ -96,11 +89,11 @@ def both_end_points(config, speed, samples):
     return exact, np.fft.fft(record)[bins] / samples
 
 
-def test_a_time_grid_with_both_end_points_gives_the_printed_percentages_of_table_2_2(chapter_2):
+def test_a_time_grid_with_both_end_points_gives_the_printed_percentages_of_table_2_2():
     printed = {0: -0.0047, 1: -0.0032, 2: 0.0012, 3: 0.0128, -1: -0.0051, -3: 0.0163}
-    exact, leaky = both_end_points(chapter_2, 88.0, 65536)
+    exact, leaky = both_end_points(CHAPTER_2, 88.0, 65536)
     for n, expected in printed.items():
-        i = chapter_2.harmonics.index(n)
+        i = CHAPTER_2.harmonics.index(n)
         found = (1 - abs(leaky[i]) / abs(exact[i])) * 100
         assert found == pytest.approx(expected, abs=0.002)  # what is left is the thesis's integration error
 
@@ -114,27 +107,27 @@ def estimates(config, case, amplitude):
     return magnitude_and_phase(names, theta, np.eye(len(names)))[1] * [1, 1, 1, 180 / np.pi, 1]
 
 
-def test_with_half_the_samples_it_comes_near_the_uncompensated_estimate_at_308(chapter_2):
-    _, leaky = both_end_points(chapter_2, 308.0, 32768)
-    found = estimates(chapter_2, "Single speed 308", leaky[None, :, None])
+def test_with_half_the_samples_it_comes_near_the_uncompensated_estimate_at_308():
+    _, leaky = both_end_points(CHAPTER_2, 308.0, 32768)
+    found = estimates(CHAPTER_2, "Single speed 308", leaky[None, :, None])
     # printed 20.0297, 99.4815, 4.8185e-6, 28.68; a plain delay of one sample gives 19.955 for the first
     assert found[0] == pytest.approx(20.0297, abs=0.005)
     assert found[3] == pytest.approx(28.68, abs=0.02)
 
 
-def test_nine_real_factors_on_the_amplitudes_explain_all_noise_rows_of_table_2_5(chapter_2):
+def test_nine_real_factors_on_the_amplitudes_explain_all_noise_rows_of_table_2_5():
     """One draw for all speeds and levels, no noise in the phases; the single speeds foretell the combined ones."""
     table = published(REFERENCE, ["2.5"])
     table = table[table.case.str.endswith("with phase compensation")].set_index(["case", "noise_percent", "item"])
-    items, model, cases = ["c_H", "c_E", "e", "phi", "dk_xi"], chapter_2.rig("thesis"), list(chapter_2.cases)
-    exact = {case: measured_response(model, chapter_2.cases[case].speeds, chapter_2.harmonics) for case in cases}
-    clean = {case: estimates(chapter_2, case, amplitude) for case, amplitude in exact.items()}
+    items, model, cases = ["c_H", "c_E", "e", "phi", "dk_xi"], CHAPTER_2.rig("thesis"), list(CHAPTER_2.cases)
+    exact = {case: measured_response(model, CHAPTER_2.cases[case].speeds, CHAPTER_2.harmonics) for case in cases}
+    clean = {case: estimates(CHAPTER_2, case, amplitude) for case, amplitude in exact.items()}
     rows = {case: table.loc[f"{case}, with phase compensation"].published for case in cases}
     printed = {(c, level): np.array([rows[c][level, item] for item in items]) for c in cases for level in (0, 1, 2, 5)}
 
     def missed(factors, case, level):
         """Relative error of the predicted change (..., item) by factors (..., harmonic), without the misprint."""
-        change = estimates(chapter_2, case, exact[case] * (1 + level / 100 * factors[..., None, :, None])) - clean[case]
+        change = estimates(CHAPTER_2, case, exact[case] * (1 + level / 100 * factors[..., None, :, None])) - clean[case]
         count = 4 if case == cases[2] and level == 2 else 5
         return ((change - printed[case, level] + printed[case, 0]) / np.abs(clean[case]))[..., :count]
 
