@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import SLOW, faulty, spectrum_of
+from machines import SLOW, faulty, jeffcott, spectrum_of
 from test_resultant import RIG
 
 from rotorstudy import RotorstudyError, build_model
@@ -117,3 +117,11 @@ def test_two_faults_are_proposed_at_the_two_places_where_forces_explain_most():
     assert max(one.misfit, other.misfit) < 2 * data.data_count
     named = {frozenset(c.cause for c in proposal.causes) for proposal in pairs(work)}
     assert {"bow, element 2", f"static_preload, node {OTHER}"} in named and len(named) <= PAIRS
+
+
+def test_where_there_is_one_place_there_are_no_pairs():
+    settings = Settings(uncertainty={"default": 0.02}, nuisance={})
+    model = jeffcott(effects=[])
+    both = faulty(model, {"kind": "static_preload", "label": "b", "static_preload_N": 4.0})
+    data = with_model_error(spectrum_of(both, SPEEDS, HARMONICS, NOISE, 1), settings)
+    assert pairs(begin(model, data, settings)) == []

@@ -169,8 +169,7 @@ class _Scan(NamedTuple):
     def judged(self, points, kept=False):
         """The shapes at some points (shape, option), the best first, without those in which the cause cannot act.
 
-        kept : whether the shapes and motions are kept, as all scans and alternatives of the cause begin at these
-               points; only those are judged that are at a place where a force may explain enough
+        kept : whether the shapes and motions are kept, as all scans and alternatives of the cause begin at these points
         """
         shapes = self._over_the_range(points) if kept else self._shapes(points)
         if not shapes:
