@@ -104,7 +104,8 @@ def free_forces(work) -> list[FreeForce]:
 def two_forces(work) -> list[tuple[Fit, np.ndarray]]:
     """The rig with the forces at two places that explain most together: for each place a Fit in which it is FREE_FORCE.
 
-    And columns (component, amplitude) of the other force, which is free. None if no fit has a free force, or where there is one place.
+    And columns (component, amplitude) of the other force, which is free. Nothing where no fit has a free force, or on a
+    rotor with one place.
     """
     spectrum, rows = work.spectrum, dict(places_of(work.rig.structure))
     first = next((one for one in work.free_forces if one.fitted is not None), None)
