@@ -19,9 +19,7 @@ def test_runout_of_all_planes_is_one_cause_and_that_of_one_plane_another(planes)
     shown = measured_response(model, SPEEDS, HARMONICS) + runout
     data = readings(shown, SPEEDS, HARMONICS, NODES, 2e-8, rng)
     slow = ["transverse_crack", "rub", "looseness", "seal", "bow", "parallel_misalignment", "angular_misalignment"]
-    verdict = diagnose(
-        data, model, settings={"uncertainty": {"default": 0.05}, "leave_out": slow, "candidates_per_round": 3}
-    )
+    verdict = diagnose(data, model, settings={"uncertainty": {"default": 0.05}, "leave_out": slow})
     assert verdict.verdict == "cause"
     assert {cause.effect for cause in verdict.causes} == {"shaft_runout" if planes == 2 else "runout"}
     if planes == 2:

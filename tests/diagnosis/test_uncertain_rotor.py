@@ -24,7 +24,7 @@ DAMPED = {"kind": "external_damping", "node": 3, "external_damping_N_s_per_m": 6
 ROTOR = shaft(0.6, 4, disc(2), disc(4, 1.5, 0.0030, 0.0015), pinned_nodes=[1, 5])
 RIG = {"rotor": ROTOR, "effects": [DAMPED, *PUSHED], "sensors": [2, 3, 4]}
 STRICT = {"uncertainty": {"default": 0.02}, "model_error": 2e-4, "model_floor": 2e-5, "nuisance": {}, "leave_out": SLOW}
-HELD = {**STRICT, "uncertainty": {"default": 0.02, "rotor": 0}, "most_causes": 1, "candidates_per_round": 2}
+HELD = {**STRICT, "uncertainty": {"default": 0.02, "rotor": 0}}
 MODULUS = "rotor.youngs_modulus_Pa"
 
 

@@ -32,7 +32,6 @@ SETTLED = 1e-3  # relative change of all sizes
 ABSENT = 0.01  # well determined amplitudes of a harmonic, below which no force acts there
 
 EXCHANGES = 4  # searches for one of two places beside the other, at most
-
 FREE_FORCE = "force at one place"  # name of its amplitude in a Fit
 OTHER_FORCE = "force at another place"  # of the second one, beside it
 
@@ -68,30 +67,28 @@ def free_forces(work) -> list[FreeForce]:
     """
     spectrum = work.spectrum
     _check_memory(spectrum)
-    places, stated = list(places_of(work.rig.structure)), fit(work.model, spectrum, work.prior, steps=0)
-    known = {}
+    rows_of, stated = dict(places_of(work.rig.structure)), fit(work.model, spectrum, work.prior, steps=0)
+    known, fits = {}, {}
     try:
-        near = neighbourhood(stated.model, spectrum, stated.theta)
-        for one, rows in places:
-            known[one] = _posterior(stated, spectrum, free_force_columns(near, spectrum, rows))
+        shown_by = _shown_by(stated, spectrum)
+        for one, rows in rows_of.items():
+            known[one] = _posterior(stated, spectrum, shown_by(rows))
     except NoSteadyState:
         return []
-    rows_of, fits = dict(places), {}
     for one in sorted(known, key=lambda one: -known[one].evidence)[:REFITTED]:
         for _ in range(AGAIN):
             try:
                 force = known[one].force
                 fitted = _with_forces(work, known[one].free, {FREE_FORCE: (rows_of[one], force)})
                 fits[one] = fitted, force
-                near = neighbourhood(fitted.model, spectrum, fitted.theta)
-                columns = free_force_columns(near, spectrum, rows_of[one])
+                columns = _shown_by(fitted, spectrum)(rows_of[one])
                 again = _posterior(fitted, spectrum, columns, [(columns, force)])
             except NoSteadyState:
                 break
             if again.evidence <= known[one].evidence:
                 break
             known[one] = again
-    prior, base = np.log(PRIOR / len(places)), work.base.evidence
+    prior, base = np.log(PRIOR / len(rows_of)), work.base.evidence
     found, count = [], spectrum.data_count
     for one, at in known.items():
         kind, number, motion = one
@@ -102,52 +99,65 @@ def free_forces(work) -> list[FreeForce]:
 
 
 def two_forces(work) -> list[tuple[Fit, np.ndarray]]:
-    """The rig with the forces at two places that explain most together: for each place a Fit in which it is FREE_FORCE.
+    """The forces at two places that explain most together: for each a Fit with both, in which it is FREE_FORCE.
 
-    And columns (component, amplitude) of the other force, which is free. Nothing where no fit has a free force, or on a
-    rotor with one place.
+    Beside each Fit the columns (component, amplitude) of the other force, which is free. Nothing where no fit has a
+    free force, or on a rotor with one place.
+
+    raises : NoSteadyState
     """
-    spectrum, rows = work.spectrum, dict(places_of(work.rig.structure))
+    spectrum, rows, best = work.spectrum, dict(places_of(work.rig.structure)), None
     first = next((one for one in work.free_forces if one.fitted is not None), None)
     if first is None or len(rows) < 2:
         return []
+    pair, shares = _two_places(spectrum, rows, first)
+    one, other = pair
+    for _ in range(1 + AGAIN):
+        forces = {place: (rows[place], at.force) for place, at in pair.items()}
+        fitted = _with_forces(work, pair[other].free, {FREE_FORCE: forces[one], OTHER_FORCE: forces[other]})
+        if best and fitted.cost >= best[0].cost:  # from values that the linearised model puts too far
+            break
+        best = fitted, pair.copy()
+        shown_by = _shown_by(fitted, spectrum)
+        columns = {place: shown_by(rows[place]) for place in pair}
+        added = [(columns[place], pair[place].force) for place in pair]
+        for place, beside in ((one, other), (other, one)):
+            pair[place] = _posterior(fitted, spectrum, columns[place], added, pair[beside].errors(), shares)
+    fitted, pair = best
+    forces = {FREE_FORCE: (rows[other], pair[other].force), OTHER_FORCE: (rows[one], pair[one].force)}
+    exchanged = _with_forces(work, pair[other].free, forces)
+    return [(fitted, pair[other].errors()), (exchanged, pair[one].errors())]
+
+
+def _two_places(spectrum, rows, first):
+    """The two places whose forces explain most together, each with its _Posterior beside the other; and the shares.
+
+    From the FreeForce that explains most alone, one place after the other is sought beside the one that was found.
+    """
     ((kind, number),) = first.where.items()
     kept, fitted, before = (kind, number, first.motion), first.fitted, None
-    columns = _columns(fitted, spectrum, rows)
-    added = [(columns[kept], first.force)]
-    at = _posterior(fitted, spectrum, columns[kept], added)
+    shown_by = _shown_by(fitted, spectrum)
+    columns = shown_by(rows[kept])
+    added = [(columns, first.force)]
+    at = _posterior(fitted, spectrum, columns, added)
     shares = [at.shares]
+
+    def beside(place, errors):
+        return _posterior(fitted, spectrum, shown_by(rows[place]), added, errors, shares)
+
     for _ in range(EXCHANGES):
-        beside, others = at.errors(), [place for place in rows if place != kept]
-        found = {place: _posterior(fitted, spectrum, columns[place], added, beside, shares) for place in others}
+        errors = at.errors()
+        found = {place: beside(place, errors) for place in rows if place != kept}
         other = max(found, key=lambda place: found[place].evidence)
         if other == before:
             break
         before, kept, at = kept, other, found[other]
-    pair = {kept: at, before: _posterior(fitted, spectrum, columns[before], added, at.errors(), shares)}
-    best = None
-    for _ in range(1 + AGAIN):
-        forces = {place: (rows[place], one.force) for place, one in pair.items()}
-        names = dict(zip(pair, (FREE_FORCE, OTHER_FORCE), strict=True))
-        fitted = _with_forces(work, at.free, {names[place]: one for place, one in forces.items()})
-        if best and fitted.cost >= best[0].cost:  # what is linearised leads nowhere
-            break
-        best = fitted, at.free, forces, {place: one.errors() for place, one in pair.items()}
-        columns = _columns(fitted, spectrum, {place: rows[place] for place in pair})
-        added = [(columns[place], one.force) for place, one in pair.items()]
-        for place, other in ((kept, before), (before, kept)):
-            pair[place] = at = _posterior(fitted, spectrum, columns[place], added, pair[other].errors(), shares)
-    _, free, forces, errors = best
-    return [
-        (_with_forces(work, free, {FREE_FORCE: forces[one], OTHER_FORCE: forces[other]}), errors[other])
-        for one, other in ((kept, before), (before, kept))
-    ]
+    return {kept: at, before: beside(before, at.errors())}, shares
 
 
-def _columns(fitted, spectrum, rows):
-    """Place -> `free_force_columns` of its rows, at the motion of a fit."""
-    near = neighbourhood(fitted.model, spectrum, fitted.theta)
-    return {place: free_force_columns(near, spectrum, own) for place, own in rows.items()}
+def _shown_by(fitted, spectrum):
+    """Function of rows: what sensors show of forces there, at the motion of a fit, as `free_force_columns`."""
+    return partial(free_force_columns, neighbourhood(fitted.model, spectrum, fitted.theta), spectrum)
 
 
 def _check_memory(spectrum):

@@ -164,30 +164,28 @@ def additions(
 def pairs(work: Search) -> list[Proposal]:
     """Two faults at once: causes at the two places at which forces explain most together, each beside the other force.
 
-    Where no single fault explains the records, none is near the motion on which the two act.
+    Where no single fault explains the records, none is near the motion on which the two act. What a cause promises
+    beside a free force ranks it, but is no measure of what the pair reaches.
     """
     sides, found, two = [], [], []
     with suppress(NoSteadyState):
         two = two_forces(work) if work.settings.most_causes > 1 else []
+    chosen = [c for c in work.candidates if not c.term.acts_on_output]
     for plain, own in two:
         wide, fitted = _with_error_of_form(work, plain, own, (FREE_FORCE,))
-        chosen = [c for c in work.candidates if not c.term.acts_on_output]
         projected, usable = wide.project(fitted, chosen, (FREE_FORCE,))
-        judge = _Judge(wide, (), fitted.values, 0.0)
+        judge, best = _Judge(wide, (), fitted.values, 0.0), {}
         every = judge.alone(projected, usable) + judge.together(projected, usable)
         every += judge.scanned(fitted, usable, plain, (FREE_FORCE,))
-        best = {}
         for one in sorted(every, key=lambda one: -one.log_odds):
             best.setdefault(one.causes[0].effect, one)
         sides.append(best.values())
     for one, other in product(*sides) if sides else ():
-        causes = (*one.causes, *other.causes)
+        causes, prior = (*one.causes, *other.causes), work.prior_odds.log_odds
         if is_allowed(work, causes):
-            alone = sum(work.prior_odds.log_odds(side.causes) for side in (one, other))
-            odds = one.log_odds + other.log_odds - alone + work.prior_odds.log_odds(causes)
-            found.append(Proposal(causes, one.values | other.values, odds))
-    found = sorted(found, key=lambda one: -one.log_odds)[:PAIRS]
-    return [one._replace(log_odds=np.inf) for one in found]  # what each promises beside a free force is too little
+            promised = one.log_odds + other.log_odds - prior(one.causes) - prior(other.causes) + prior(causes)
+            found.append((promised, Proposal(causes, one.values | other.values, np.inf)))
+    return [one for _, one in sorted(found, key=lambda one: -one[0])[:PAIRS]]
 
 
 def loading_films(work: Search) -> list[Proposal]:
