@@ -46,6 +46,17 @@ class Posterior:
         return self.prior.names
 
     @property
+    def by_name(self) -> dict[str, tuple[float, float]]:
+        """Name -> (value, standard deviation) of each free parameter."""
+        std = np.sqrt(np.diag(self.covariance))
+        return dict(zip(self.names, zip(self.free.tolist(), std.tolist(), strict=True), strict=True))
+
+    def of(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+        """Values (parameter,) and covariance (parameter, parameter) of some free ones, in the units of the model."""
+        place = [self.names.index(name) for name in names]
+        return self.free[place], self.covariance[np.ix_(place, place)]
+
+    @property
     def cost(self) -> float:
         """Misfit plus penalty."""
         return self.misfit + self.penalty

@@ -35,8 +35,7 @@ class JointFit(NamedTuple):
 
     def of(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
         """Values (parameter,) and covariance (parameter, parameter) of some joint names, in the units of the model."""
-        place = [self.prior.names.index(name) for name in names]
-        return self.posterior.free[place], self.posterior.covariance[np.ix_(place, place)]
+        return self.posterior.of(names)
 
     @property
     def misfits(self) -> dict[str, tuple[float, int]]:

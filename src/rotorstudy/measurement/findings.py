@@ -128,8 +128,15 @@ note: rounding only: the covariance is that of the rounding of the printed digit
 note: last digits: the last digits are those of the cells as printed; give columns '..._last_digit' if zeros were
     dropped
 """
-_ROWS = (row.split(": ", 2) for row in re.sub(r"\n +", " ", TABLE.strip()).split("\n"))
-SAID = {key: (severity, words) for severity, key, words in _ROWS}
+
+
+def words_of(table):
+    """{name (which of its kind): (severity, words)} of a text like the TABLE."""
+    rows = (row.split(": ", 2) for row in re.sub(r"\n +", " ", table.strip()).split("\n"))
+    return {key: (severity, words) for severity, key, words in rows}
+
+
+SAID = words_of(TABLE)
 
 
 @dataclass(frozen=True)
@@ -145,9 +152,9 @@ class Finding:
         return " ".join(f"{self.severity}: {self.where}: {self.name}: {self.text}".split())  # a name may break
 
 
-def told(key, where, severity=None, **values):
-    """The Finding of a row of the TABLE, with its values and, where that depends on the record, its severity."""
-    usual, words = SAID[key]
+def told(key, where, severity=None, *, table=SAID, **values):
+    """The Finding of a row of the TABLE, or of other words; with its values, and its severity where that depends."""
+    usual, words = table[key]
     return Finding(severity or usual, key.partition(" (")[0], str(where), words.format(**values))
 
 

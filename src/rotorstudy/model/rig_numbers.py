@@ -238,7 +238,7 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
         own = {name: values[name] for name, number in meant.items() if number}
         causes = {name: 0.0 for name in own if "number" in changing[name].options}
         carried = next(known).carried if pushing and _load(bearing) else None
-        forces = () if carried is None else (force * _value(*at, values) for force, *at in pushing)
+        forces = () if carried is None else (force * value_of(*at, values) for force, *at in pushing)
         more = sum(_load_by(force, carried) for force in forces)
         changes, sound = (_together(one, meant) for one in (own, own | causes))
         if any(own.values()) or more:
@@ -318,7 +318,7 @@ def _carried(structure, films):
     return [real + 1j * imaginary for real, imaginary in (np.tensordot(one, moved, 1) for one in own)]
 
 
-def _value(term, parameter, values):
+def value_of(term: Term, parameter: Parameter, values: dict[str, float]) -> complex | float:
     """Of a parameter of a term, by the values of its amplitudes."""
     name = term.full_name(parameter)
     return values[f"{name}_real"] + 1j * values[f"{name}_imag"] if parameter.is_complex else values[name]

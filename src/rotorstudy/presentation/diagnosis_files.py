@@ -13,7 +13,6 @@ from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.diagnosis.verdict.hidden import with_hidden
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.result import Verdict
-from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.estimated_rig import write_rig
@@ -67,15 +66,13 @@ def compare_files(before: list[str | Path], after: list[str | Path], rig_path: s
         findings = (*findings, *journals_moved(model, *places))
         found = compare(first, second, model, settings=settings, findings=findings)
         diagnosis = with_hidden(found.diagnosis)
-        said = summary(diagnosis.verdict, of_change=True)
         mark, both = model.structure.reading.mark_rad, (found.before, found.after)
         figures = {"two_states": two_states(*both, found.difference, mark)}
         figures |= _centreline(model, second, dict(zip(("before", "after"), places, strict=True)))
         states = both_states(*both, json.loads(axes_of(model, rig)))
     names = [", ".join(map(str, paths)) for paths in (before, after)]
     origin = {"records": f"{names[1]} after {names[0]}", "rig": where}
-    changed = {"summary": said, "first": figures, "states": states}
-    return _write(diagnosis, found.difference, model, rig, origin, out, **changed)
+    return _write(diagnosis, found.difference, model, rig, origin, out, first=figures, states=states)
 
 
 def _read(rig_path, *states):
@@ -96,17 +93,16 @@ def _centreline(model, spectrum, measured):
     return {"centreline": drawn([charts], 2.6, 2.6)} if charts else {}
 
 
-def _write(diagnosis, spectrum, model, rig, origin, out, summary=None, first=None, name=None, links=None, states=None):
+def _write(diagnosis, spectrum, model, rig, origin, out, first=None, name=None, links=None, states=None):
     """Write a diagnosis into a folder, all of it or nothing; first, states : figures and charts of a comparison."""
     added = [registry().get("effect", cause.effect) for cause in diagnosis.verdict.causes]
     origin = provenance(rig, [*named_plugins(rig), *added]) | origin
-    said = summary or diagnosis.verdict.summary
-    verdict = diagnosis.verdict.model_copy(update={"provenance": origin, "summary": said})
+    verdict = diagnosis.verdict.model_copy(update={"provenance": origin})
     data = verdict_dataset(diagnosis, spectrum).assign_attrs(origin, axes=axes_of(model, rig))
     with whole_folder(out) as folder, shown_for(rig, origin["rig"]):
         png = save_pictures((first or {}) | diagnosis_figures(verdict, data), folder / "figures")
         save(data, folder / "verdict.nc")
-        comment = f"{origin['rig']} after a diagnosis of its records\n{said}"
+        comment = f"{origin['rig']} after a diagnosis of its records\n{verdict.summary}"
         write_rig(extended_rig(rig, diagnosis), folder / "extended_rig.yaml", comment)
         page = diagnosis_page(verdict, data, png, name or Path(origin["rig"]).stem, links, states)
         write_text(folder / "index.html", page)

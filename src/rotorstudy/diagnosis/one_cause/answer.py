@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
-from rotorstudy.diagnosis.one_cause.stated import stated_numbers
+from rotorstudy.diagnosis.one_cause.stated import sizes_of
 from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges
 from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, as_fit, ranges_of, shaped
 from rotorstudy.inference.fit import chi_square_p_value
@@ -122,10 +122,8 @@ def estimates_of(found: Identified) -> list[tuple[str, float, float, str]]:
 def shape_of(found: Identified, cause: Candidate) -> list[tuple[str, float, float, str]]:
     """(name, value, standard deviation, unit) of the shape of a cause, and what follows from it."""
     place = [found.names.index(name) for name in cause.names]
-    amplitudes, covariance = found.theta[place], found.covariance[np.ix_(place, place)]
-    stated = found.stated if found.stated and cause is found.cause else None
-    stated = stated or stated_numbers(found.model.structure, cause, amplitudes, covariance)
-    sizes = {name: (value, cause.shape_std[name]) for name, value in cause.shape.items()} | stated
+    sizes = sizes_of(found.model.structure, cause, found.theta[place], found.covariance[np.ix_(place, place)])
+    sizes |= found.stated if cause is found.cause else {}
     return [(name, *one, unit_ending(name)[1] or "1") for name, one in sizes.items()]
 
 

@@ -10,6 +10,12 @@ from rotorstudy.model.structure import Structure
 SMALL = 1e-6  # relative step of an option or an amplitude, for a slope
 
 
+def sizes_of(structure, cause, amplitudes, covariance):
+    """Name -> value and standard deviation, if known, of the shape of a cause, and of its `stated_numbers`."""
+    shape = {name: (value, cause.shape_std.get(name)) for name, value in cause.shape.items()}
+    return shape | stated_numbers(structure, cause, amplitudes, covariance)
+
+
 def stated_numbers(
     structure: Structure, cause: Candidate, amplitudes: np.ndarray, covariance: np.ndarray
 ) -> dict[str, tuple[float, float]]:

@@ -166,10 +166,7 @@ def _with_unbalances(whole, planes, conventions):
 
 
 def _fitted(whole, spectrum, prior, names, others):
-    """What is Known by a Spectrum, by a fit that is repeated with the most probable sizes of the other forces.
-
-    names, others : as of `_with_unbalances`
-    """
+    """What is Known by a Spectrum, by a fit that is repeated with the most probable sizes of the other forces."""
     values = dict(zip(whole.names, whole.stated, strict=True)) | dict(zip(prior.names, prior.mean, strict=True))
     measured, units = np.sqrt(np.mean(np.abs(spectrum.amplitude) ** 2)), {}
     for part, share in (*(([name], WIDE) for name in names), *((part, 1.0) for part in others)):

@@ -20,6 +20,7 @@ from rotorstudy.diagnosis.search.candidates import with_vibration
 from rotorstudy.diagnosis.search.film_error import with_film_error, with_offset_of_mean
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict.findings import told
 from rotorstudy.diagnosis.verdict.investigate import Diagnosis, investigate
 from rotorstudy.diagnosis.verdict.wide_ranges import any_offset, wide_ranges
 from rotorstudy.errors import RotorstudyError
@@ -30,7 +31,7 @@ from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model, Uncertainty
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig_numbers import with_numbers
+from rotorstudy.model.rig_numbers import value_of, with_numbers
 from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.measured import measured_response
 from rotorstudy.units import percent, spins
@@ -100,11 +101,8 @@ def _with_common_probes(before, after):
         return before, after, []
     lost = sorted(set(before.single_probes) ^ set(after.single_probes))
     before, after = before.along(after.directions), after.along(before.directions)
-    text = (
-        f"node {', '.join(map(str, lost))} has two probes in one state and one in the other: only the motion along the "
-        "probe that works in both is compared"
-    )
-    return before, after, [Finding("warning", "probe of one state", "both states", text)] if lost else []
+    finding = told("probe of one state", "both states", nodes=", ".join(map(str, lost)))
+    return before, after, [finding] if lost else []
 
 
 def of_changes(settings: Settings) -> Settings:
@@ -139,9 +137,8 @@ def _at_common_speeds(before, after):
     left = [*after.speed[~common], *(w for i, w in enumerate(before.speed) if i not in nearest[common])]
     notes = []
     if left:
-        text = f"{spins(left)} were measured in one state only and are not compared; {common.sum()} others are"
         severity = "note" if 2 * common.sum() >= min(len(before.speed), len(after.speed)) else "warning"
-        notes = [Finding(severity, "speeds of one state", "both states", text)]
+        notes = [told("speeds of one state", "both states", severity, speeds=spins(left), count=common.sum())]
     return before.at_speeds(nearest[common]), after.at_speeds(np.flatnonzero(common)), notes
 
 
@@ -211,28 +208,17 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
     notes, error = [], settings.model_error
     if share > 10 * settings.model_error:
         error, stated = share, with_model_error(spectrum, settings)
-        text = (
-            f"the rig explains the state before only with an error of {percent(share)} of each harmonic; what changed "
-            "is predicted with that error too, and named less certainly. "
-            f"{wide_ranges(model, stated, settings) or 'Identify the rig first'} (rotorstudy identify)"
-        )
-        notes = [Finding("warning", "state before not explained", "state before", text)]
+        remedy = wide_ranges(model, stated, settings) or "Identify the rig first"
+        notes = [told("state before not explained", "state before", share=percent(share), remedy=remedy)]
     model = with_numbers(model, prior.names)  # without the calibration of the probes
-    place = [i for i, name in enumerate(prior.names) if name in model.names]
-    names, covariance = tuple(prior.names[i] for i in place), found.covariance[np.ix_(place, place)]
+    names = tuple(name for name in prior.names if name in model.names)
+    covariance = found.of(names)[1]
     moving = {name for one in settings.run_to_run for name in model.amplitudes_of(one)}
     for i, name in enumerate(names):
         if name in moving:  # the next run has another value again, as far off as stated
             covariance[i], covariance[:, i] = 0.0, 0.0
-            covariance[i, i] = prior.std[prior.names.index(name)] ** 2
-    terms = tuple(_with_values(term, found.values) for term in model.terms)
+            covariance[i, i] = prior.by_name[name][1] ** 2
+    values = found.values
+    each = [(term, {p.name: value_of(term, p, values) for p in term.parameters}) for term in model.terms]
+    terms = tuple(replace(term, values=own) for term, own in each)
     return replace(model, terms=terms, uncertainty=Uncertainty(names, covariance)), notes, error
-
-
-def _with_values(term, values):
-    """A term with values of its real amplitudes, by name."""
-    own = {}
-    for p in term.parameters:
-        name = term.full_name(p)
-        own[p.name] = complex(values[f"{name}_real"], values[f"{name}_imag"]) if p.is_complex else values[name]
-    return replace(term, values=own)

@@ -4,12 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rotorstudy.diagnosis.verdict.findings import told
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.inference.joint import JointFit, Run, fit_runs
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.findings import Finding
-from rotorstudy.units import number, p_value, percent, quantity
+from rotorstudy.units import number, p_value, quantity
 
 FAR = 5.0  # standard deviations of the prior
 MOST_NAMED = 3
@@ -34,10 +35,11 @@ def contradictions(joint: JointFit, shared: Prior, significance: float, width: f
         other = freed and _refitted([freed if one is run else one for one in joint.runs], shared)
         if other and not _unexplained(other, significance):
             return [_contradicted(other, run, freed, sense)]
-    other = _other_machines(joint, shared, significance)
-    if other:
+    if other := _other_machines(joint, shared, significance):
         return [other]
-    return [_not_explained(joint, name, p) for name, p in rejected.items()] + _moved_far(joint)
+    misfits = {name: number(cost / rows) for name, (cost, rows) in joint.misfits.items()}
+    each = [told("not explained", f"run '{n}'", misfit=misfits[n], p=p_value(p)) for n, p in rejected.items()]
+    return each + _moved_far(joint)
 
 
 def is_implausible(joint: JointFit, significance: float) -> bool:
@@ -53,33 +55,8 @@ def exceeds_noise(joint: JointFit) -> bool:
 
 def not_plausible(joint: JointFit) -> Finding:
     """The Finding that the runs are explained only with values that are implausibly far from those stated."""
-    off = np.abs(joint.posterior.free - joint.prior.mean) / joint.prior.std
-    far = np.argsort(-off)[:MOST_NAMED]
-    named = ", ".join(f"{joint.prior.names[i]} by {number(float(off[i]), 2)}" for i in far)
-    text = (
-        f"the runs are explained only with values far from the stated ones ({p_value(_p_value_of_parameters(joint))}): "
-        f"{named} times the stated standard deviation. They may imitate what the rig lacks; state how well more of its "
-        "numbers are known, such as those of its bearings and pedestals"
-    )
-    return Finding("warning", "far from the rig", "all runs", text)
-
-
-def larger_error(share: float, stated: float) -> Finding:
-    """The Finding that the intervals include a larger error of the model than stated; both are fractions."""
-    text = (
-        f"all runs agree with a model error of {percent(share)} of each harmonic instead of {percent(stated)}; the "
-        "values and intervals are those with it. An error that is alike at many speeds may still exceed them"
-    )
-    return Finding("warning", "larger model error", "all runs", text)
-
-
-def unstated_forces() -> Finding:
-    """The Finding that an unbalance or a bow that the rig does not state explains the runs."""
-    text = (
-        "all runs agree with an unbalance at other nodes or a bow, alike in all of them, that the rig does not state; "
-        "the values and intervals are those with it. List it under 'effects:' to have it estimated"
-    )
-    return Finding("warning", "unstated unbalance or bow", "all runs", text)
+    moved = _moved(joint)[0]
+    return told("far from the rig (explained)", "all runs", p=p_value(_p_value_of_parameters(joint)), moved=moved)
 
 
 def _p_value_of_parameters(joint):
@@ -101,47 +78,31 @@ def _refitted(runs: Sequence[Run], shared: Prior) -> JointFit | None:
 
 def _with_free_masses(run, width):
     """The run with its stated unbalances free; None if it states none."""
-    known = _stated_masses(run)
-    if not known:
-        return None
-    kept = run.own.part([name for name in run.own.names if name not in known])
-    return run._replace(own=kept.plus(Prior.independent({name: (0.0, width * u.typical) for name, u in known.items()})))
+    free = {u.name: (0.0, width * u.typical) for term in _stated_masses(run) for u in term.unknowns}
+    kept = run.own.part([name for name in run.own.names if name not in free])
+    return run._replace(own=kept.plus(Prior.independent(free))) if free else None
 
 
 def _stated_masses(run):
-    """Name -> unknown of the unbalances that a run adds with a stated size, exact or with a standard deviation."""
-    added = [t for t in run.model.terms if t.kind == "unbalance" and t.label.startswith(ADDED)]
-    return {
-        unknown.name: unknown
-        for term in added
-        for unknown, value in zip(term.unknowns, term.theta, strict=True)
-        if np.isfinite(value)
-    }
+    """Terms of the unbalances that a run adds with a stated size, exact or with a standard deviation."""
+    added = (term for term in run.model.terms if term.kind == "unbalance" and term.label.startswith(ADDED))
+    return [term for term in added if np.isfinite(term.theta).all()]
 
 
 def _contradicted(joint, run, freed, sense):
     """The Finding on stated masses that the records contradict, with those that they show."""
-    names = list(_stated_masses(run))
-    theta, covariance = joint.of([freed.joint_name(name) for name in names])
-    stated = dict(zip(run.model.names, run.model.stated, strict=True))
-    factor = {
-        f"{term.full_name(p)}_real": p.also["unbalance"][1]
-        for term in run.model.terms
-        for p in term.parameters
-        if "unbalance" in p.also
-    }
-
-    def told(parts, name, std=None):
-        size, angle = np.hypot(*parts) / factor[name], sense * np.arctan2(parts[1], parts[0]) % (2 * np.pi)
-        return f"{quantity(size, 'kg m', std)} at {quantity(angle, 'rad')}"
-
     texts = []
-    for i in range(0, len(names), 2):
-        std = float(np.sqrt(covariance[i, i])) / factor[names[i]]
-        given = [stated[name] for name in names[i : i + 2]]
-        texts.append(f"{told(given, names[i])} is stated, and the records show {told(theta[i : i + 2], names[i], std)}")
-    text = f"{'; '.join(texts)}: correct it, or give it a (larger) 'std_g_mm:'"
-    return Finding("warning", "known mass contradicted", f"run '{run.name}'", text)
+    for term in _stated_masses(run):
+        unit = term.parameters[0].also["unbalance"][1]  # m of 1 kg m
+
+        def mass(parts, std=None, unit=unit):
+            angle = sense * np.arctan2(parts[1], parts[0]) % (2 * np.pi)
+            return f"{quantity(np.hypot(*parts) / unit, 'kg m', std)} at {quantity(angle, 'rad')}"
+
+        theta, covariance = joint.of([freed.joint_name(unknown.name) for unknown in term.unknowns])
+        shown = mass(theta, float(np.sqrt(covariance[0, 0])) / unit)
+        texts.append(f"{mass(term.theta)} is stated, and the records show {shown}")
+    return told("known mass contradicted", f"run '{run.name}'", said="; ".join(texts))
 
 
 def _other_machines(joint, shared, significance):
@@ -153,39 +114,19 @@ def _other_machines(joint, shared, significance):
             odd.append(run.name)
     if not odd:
         return None
-    text = (
-        "the other runs agree with one machine, and not with this one: it is of another machine, or something else was"
-    )
-    if len(odd) > 1:
-        text = (
-            "without one of these runs the others agree with one machine; the records do not tell which of them is of "
-            "another machine, or in which something else was"
-        )
-    text += " changed; leave it out, or state what was under 'effects:' or 'own:'"
-    return Finding("warning", "another machine", ", ".join(f"run '{name}'" for name in odd), text)
+    which = " (one of several)" if len(odd) > 1 else ""
+    return told(f"another machine{which}", ", ".join(f"run '{name}'" for name in odd))
+
+
+def _moved(joint, least=0.0):
+    """'gain by 7.1, ...': the parameters farthest off, in stated standard deviations; how many are that far."""
+    off = np.abs(joint.posterior.free - joint.prior.mean) / joint.prior.std
+    far = [i for i in np.argsort(-off) if off[i] >= least]
+    return ", ".join(f"{joint.prior.names[i]} by {number(float(off[i]), 2)}" for i in far[:MOST_NAMED]), len(far)
 
 
 def _moved_far(joint):
     """A Finding on the parameters that the fit had to move farthest, if any is implausibly far from the rig."""
-    off = (joint.posterior.free - joint.prior.mean) / joint.prior.std
-    far = [i for i in np.argsort(-np.abs(off)) if np.abs(off[i]) > FAR]
-    if not far:
-        return []
-    named = ", ".join(f"{joint.prior.names[i]} by {number(float(abs(off[i])), 2)}" for i in far[:MOST_NAMED])
-    more = f" and {len(far) - MOST_NAMED} more" if len(far) > MOST_NAMED else ""
-    text = (
-        f"the fit moves {named}{more} times the stated standard deviation: these values only imitate what the rig "
-        "lacks. List the residual unbalance and the runout as effects with realistic uncertainties, correct the "
-        "numbers of the rig, or state a larger 'diagnosis: model_error:'"
-    )
-    return [Finding("warning", "far from the rig", "all runs", text)]
-
-
-def _not_explained(joint, name, p):
-    cost, rows = joint.misfits[name]
-    text = (
-        f"misfit {number(cost / rows)} per component of the spectrum ({p_value(p)}): the runs and what is said of them "
-        "do not agree with one machine, and the stated intervals are not valid; check the masses, angles and records "
-        "of the runs, or state what else may differ under 'own:'"
-    )
-    return Finding("warning", "not explained", f"run '{name}'", text)
+    moved, count = _moved(joint, FAR)
+    more = f" and {count - MOST_NAMED} more" if count > MOST_NAMED else ""
+    return [told("far from the rig (not explained)", "all runs", moved=moved + more)] if count else []

@@ -1,15 +1,4 @@
-"""Several runs of one machine, listed in a file, and what they say together about its rig.
-
-    runs:
-      - name: trial 1
-        records: [trial_1.csv]  # beside this file; read as the rig's `measurement:` says
-        unbalances:  # added in this run; one without a size is estimated
-          - {node: 4, unbalance_g_mm: 30, angle_deg: 90, std_g_mm: 0.5}
-        effects: []  # any other effect added in this run; parameters without a value are estimated
-        own: [bow]  # parameters of the rig that are this run's own, besides those under `diagnosis: run_to_run:`
-
-All other parameters are shared: those of the rig, uncertain as its section `diagnosis:` or `prior:` states.
-"""
+"""Several runs of one machine, listed in a file (docs/several_runs.md), and what they say together about its rig."""
 
 import logging
 from dataclasses import replace
@@ -23,14 +12,13 @@ from rotorstudy.diagnosis.runs.contradicting import (
     contradictions,
     exceeds_noise,
     is_implausible,
-    larger_error,
     not_plausible,
-    unstated_forces,
 )
 from rotorstudy.diagnosis.runs.other_forces import FIRST, PAIRS, UNSTATED, by_sizes, other_forces
 from rotorstudy.diagnosis.runs.run_file import AddedUnbalance, RunItem, read_runs
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings, check_names, read_settings
+from rotorstudy.diagnosis.verdict.findings import told
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.inference.joint import JointFit, Run, fit_runs, independent_share
 from rotorstudy.inference.prediction import whitened_prediction, with_model_error
@@ -127,16 +115,17 @@ def _updated(runs, findings):
     """The IdentifiedRig, whose intervals include the error of the model that the runs show."""
     settings = runs.settings
     found, shared = _settled(runs, settings)
-    told = contradictions(found.joint, shared, settings.significance, settings.prior_width, runs.conventions.sense)
-    if not any(one.name in TOLD_APART for one in told) and is_implausible(found.joint, settings.significance):
+    odd = contradictions(found.joint, shared, settings.significance, settings.prior_width, runs.conventions.sense)
+    if not any(one.name in TOLD_APART for one in odd) and is_implausible(found.joint, settings.significance):
         forced = _with_other_forces(runs)
         if not is_implausible(forced.joint, settings.significance):
-            return forced._replace(findings=[*findings, unstated_forces()])
+            return forced._replace(findings=[*findings, told("unstated unbalance or bow", "all runs")])
         wider, share = _with_larger_error(runs)
-        told = told or [not_plausible(found.joint)]
+        odd = odd or [not_plausible(found.joint)]
         if wider:
-            found, told = wider, [*told, larger_error(share, settings.model_error)]
-    return found._replace(findings=[*findings, *told])
+            shares = {"share": percent(share), "stated": percent(settings.model_error)}
+            found, odd = wider, [*odd, told("larger model error", "all runs", **shares)]
+    return found._replace(findings=[*findings, *odd])
 
 
 def _with_other_forces(runs):
@@ -179,10 +168,8 @@ def _with_larger_error(runs):
 def _settled(runs, with_error, variance=1.0, forces=None):
     """The IdentifiedRig without findings, and the Prior of the parameters that runs share.
 
-    Numbers of the rotor are estimated again with the rotor that they make.
-
-    with_error : Settings of the model error;  variance : factor of the variance with it
-    forces     : terms that no rig states, and the Prior of their amplitudes
+    Numbers of the rotor are estimated again with the rotor that they make. `variance` is a factor of the covariance
+    with the model error; forces : terms that no rig states, and the Prior of their amplitudes.
     """
     rig, model, settings, conventions = runs.rig, runs.model, runs.settings, runs.conventions
     spectra = [with_model_error(one, with_error) for one in runs.measured]
@@ -223,21 +210,21 @@ def shared_names(joint: JointFit) -> list[str]:
 
 def _run(item, spectrum, whole, shared, settings, conventions):
     """The Run of a listed one: the machine with what is added in this run, and the Prior of what is its own."""
-    own, terms = shared.part(_own_names(item, whole, shared, settings)), []
-    for i, added in enumerate(item.unbalances):
-        place = f"run '{item.name}', unbalances[{i}]"
-        term = unbalance_term(added, whole, conventions, f"added {i + 1}", place)
-        terms.append(term)
-        if added.unbalance_g_mm is None or added.std_g_mm:
-            own = own.plus(_prior_of_added(term, added, settings))
+    added = []  # (term, standard deviation of its amplitudes, or zero)
+    for i, one in enumerate(item.unbalances):
+        term = unbalance_term(one, whole, conventions, f"added {i + 1}", f"run '{item.name}', unbalances[{i}]")
+        added.append((term, one.std_g_mm * GRAM_MM / GRAM))
     for i, effect in enumerate(item.effects):
-        place = f"run '{item.name}', effects[{i}]"
-        term = make_term("effect", {"label": f"added {i + 1}", **effect}, whole.structure, whole.sensors, place)
-        terms.append(term)
-        unknown = [u for u, value in zip(term.unknowns, term.theta, strict=True) if np.isnan(value)]
-        if unknown:
-            own = own.plus(Prior.independent({u.name: (0.0, settings.prior_width * u.typical) for u in unknown}))
-    return Run(item.name, whole.plus(*terms), spectrum, own)
+        place, labelled = f"run '{item.name}', effects[{i}]", {"label": f"added {i + 1}", **effect}
+        added.append((make_term("effect", labelled, whole.structure, whole.sensors, place), 0.0))
+    known = {  # what has no value is wide, unless its usual size is stated
+        u.name: (np.nan_to_num(value), std or settings.prior_width * u.typical)
+        for term, std in added
+        for u, value in zip(term.unknowns, term.theta, strict=True)
+        if std or np.isnan(value)
+    }
+    own = shared.part(_own_names(item, whole, shared, settings)).plus(Prior.independent(known))
+    return Run(item.name, whole.plus(*(term for term, _ in added)), spectrum, own)
 
 
 def _own_names(item, whole, shared, settings):
@@ -253,26 +240,14 @@ def _own_names(item, whole, shared, settings):
 
 def unbalance_term(added: AddedUnbalance, whole: Model, conventions: Conventions, label: str, where: str) -> Term:
     """The Term of an added unbalance, that of a gram at an eccentricity; label : of the term, where : for an error."""
-    node = _node_named(added.node, whole.structure, conventions, where) if isinstance(added.node, str) else added.node
+    nodes = {name: node for node, name in whole.structure.labels.items()}
+    nodes |= {str(name): node for name, node in conventions.node_of_label.items()}
+    if isinstance(added.node, str) and added.node not in nodes:
+        where = f"{where}; label a disc so, or list it under 'node_of_label:'"
+        raise unknown_name("node label", added.node, nodes, where)
+    node = nodes[added.node] if isinstance(added.node, str) else added.node
     item = {"kind": "unbalance", "node": node, "mass_kg": GRAM, "label": label}
     if added.unbalance_g_mm is not None:
         item["eccentricity_m"] = added.unbalance_g_mm * GRAM_MM / GRAM
         item["eccentricity_phase_rad"] = float(conventions.sense * np.deg2rad(added.angle_deg))
     return make_term("effect", item, whole.structure, whole.sensors, where)
-
-
-def _node_named(name, structure, conventions, where):
-    """Node of the rig with a label of `measurement: node_of_label:`, or that of its disc or bearing."""
-    named = {label: node for node, label in structure.labels.items()}
-    named |= {str(label): node for label, node in conventions.node_of_label.items()}
-    if name not in named:
-        raise unknown_name("node label", name, named, f"{where}; label a disc so, or list it under 'node_of_label:'")
-    return named[name]
-
-
-def _prior_of_added(term, added, settings):
-    """Prior of the two parts of an added unbalance; of one that is not known wide, unless its usual size is stated."""
-    wide = settings.prior_width * np.array([u.typical for u in term.unknowns])
-    std = np.full(2, added.std_g_mm * GRAM_MM / GRAM) if added.std_g_mm else wide
-    mean = np.nan_to_num(term.theta)
-    return Prior.independent(dict(zip((u.name for u in term.unknowns), zip(mean, std, strict=True), strict=True)))

@@ -4,19 +4,18 @@ Runout and vibration are turned alike, which no change of the rotor does. Beside
 discs, the unbalance, neither alone explains the records: a moved mark changes no amplitude.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict.findings import told
+from rotorstudy.diagnosis.verdict.resultant import with_effects
 from rotorstudy.inference.fit import Fit, chi_square_p_value, fit
 from rotorstudy.inference.prediction import with_model_error
-from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.model.rig_items import make_term
 from rotorstudy.units import quantity
 
 LEAST_TURN = 5.0  # times the repeatability: a smaller one is scatter of the mark
@@ -36,28 +35,19 @@ def without_turn(before: Spectrum, after: Spectrum, settings: Settings) -> tuple
     difference = replace(before, covariance=covariance)
 
     def misfit(turn):
-        return float(np.sum(np.abs(difference.whitened(_turned(after, -turn) - before.amplitude)) ** 2))
+        return float(np.sum(np.abs(difference.whitened(_turned_back(after, turn).amplitude - before.amplitude)) ** 2))
 
     turn = _best_turn(before, after, misfit)
     unturned, left = (chi_square_p_value(misfit(angle), difference.data_count) for angle in (0.0, turn))
     if _is_scatter(turn, settings) or unturned >= settings.significance or left < settings.significance:
         return after, []
-    return _turned_back(
-        after,
-        turn,
-        "harmonic n of the later state is that of the earlier one turned by n times {}, with the runout, and nothing "
-        "else changed: the phase mark or its sensor was moved, its other edge was taken, or all that is unbalanced was "
-        "turned on the shaft. The later state is turned back; correct 'mark_angle_deg' for it",
-    )
+    return _turned_back(after, turn), [told("phase mark moved", "both states", angle=quantity(turn, "rad"))]
 
 
-def without_turn_beside_a_change(
-    after: Spectrum, prepared: Callable, settings: Settings
-) -> tuple[Spectrum, list[Finding]]:
+def without_turn_beside_a_change(after, prepared, settings):
     """The later state turned back if a moved phase mark and a change at the discs explain it, and neither alone does.
 
     prepared : function of such a Spectrum -> Spectrum of the difference, Model of it, Settings
-    returns  : the state, and a Finding that says so
     """
     straight = _fitted(after, prepared)
     if straight is None or not straight.is_rejected(settings.significance):
@@ -70,27 +60,17 @@ def without_turn_beside_a_change(
     angle, explained = min(tried, key=lambda one: one[1].cost, default=(0.0, straight))
     if explained.is_rejected(settings.significance) or straight.cost - explained.cost < DECISIVE:
         return after, []
-    return _turned_back(
-        after,
-        angle,
-        "harmonic n of the later state is turned by n times {}, with the runout, beside a change of the rotor: the "
-        "phase mark or its sensor was moved, or its other edge was taken. The later state is turned back, and what "
-        "else changed follows from that; correct 'mark_angle_deg' for it",
-    )
+    finding = told("phase mark moved (and the rotor)", "both states", angle=quantity(angle, "rad"))
+    return _turned_back(after, angle), [finding]
 
 
 def _is_scatter(turn, settings):
     return abs(turn) < LEAST_TURN * max(settings.repeatability, 1e-3)
 
 
-def _turned_back(after, turn, text):
-    finding = Finding("warning", "phase mark moved", "both states", text.format(quantity(turn, "rad")))
-    return replace(after, amplitude=_turned(after, -turn)), [finding]
-
-
-def _turned(spectrum, turn):
-    """Harmonics (speed, harmonic, sensor) of a spectrum, each turned by n times an angle, rad."""
-    return spectrum.amplitude * np.exp(1j * turn * spectrum.harmonics)[:, None]
+def _turned_back(spectrum, turn):
+    """A spectrum with each harmonic turned back by n times an angle, rad."""
+    return spectrum.with_amplitude(spectrum.amplitude * np.exp(-1j * turn * spectrum.harmonics)[:, None])
 
 
 def _best_turn(before, after, misfit):
@@ -107,16 +87,10 @@ def _fitted(after, prepared, start=None, needed=np.inf) -> Fit | None:
     """The Fit of the difference by a change at the discs, from another Fit; None of a rotor without such a change."""
     difference, model, settings = prepared(after)
     whole, prior = base_model(model, settings)
-    terms = [
-        make_term("effect", {"kind": kind, "node": node, "label": f"changed {node}"}, model.structure, model.sensors)
-        for kind in settings.at_discs
-        for node in sorted({disc.node for disc in model.structure.discs} or model.structure.nodes[:1])
-    ]
-    if not terms:
-        return None
-    wide = {u.name: (0.0, settings.prior_width * u.typical) for term in terms for u in term.unknowns}
-    prior, noise = prior.plus(Prior.independent(wide)), with_model_error(difference, settings)
-    return fit(whole.plus(*terms), noise, prior, start and start.theta, needed=needed)
+    nodes = sorted({disc.node for disc in model.structure.discs} or model.structure.nodes[:1])
+    changed, wide, terms = with_effects(whole, prior, settings.at_discs, nodes, settings.prior_width)
+    noise = with_model_error(difference, settings)
+    return fit(changed, noise, wide, start and start.theta, needed=needed) if terms else None
 
 
 def _linearised(found, after, prepared):
@@ -128,7 +102,7 @@ def _linearised(found, after, prepared):
     noise = with_model_error(difference, settings)
 
     def costs(angles):
-        change = np.array([_turned(after, -angle) for angle in angles]) - after.amplitude
+        change = np.array([_turned_back(after, angle).amplitude for angle in angles]) - after.amplitude
         moved = noise.whitened(change)
         right = still + np.pad(moved, [(0, 0), (0, len(still) - moved.shape[-1])])
         left = right - (right @ basis) @ basis.T
@@ -138,22 +112,19 @@ def _linearised(found, after, prepared):
 
 
 def _refined(angle, straight, after, prepared, settings):
-    """The angle, rad, of least cost near another one, and the Fit with the state turned back.
-
-    None far from noise, and near no turn at all, of which the Fit is known.
-    """
+    """The angle, rad, of least cost near another one, and the Fit with it; None far from noise, or near no turn."""
     from scipy.optimize import minimize_scalar
 
     found = straight if abs(angle) < SETTLED else None
     for _ in range(STEPS):
-        back = replace(after, amplitude=_turned(after, -angle))
+        back = _turned_back(after, angle)
         found = found or _fitted(back, prepared, needed=NEAR * back.data_count)
         costs = _linearised(found, back, prepared)
         step = minimize_scalar(lambda a, at=costs: at(np.array([a]))[0], bounds=(-REACH, REACH), method="bounded")
         angle = float(np.angle(np.exp(1j * (angle + step.x))))
         if step.fun > NEAR * back.data_count or _is_scatter(angle, settings):
             return None
-        found = _fitted(replace(after, amplitude=_turned(after, -angle)), prepared, found)
+        found = _fitted(_turned_back(after, angle), prepared, found)
         if abs(step.x) < SETTLED:
             break
     return angle, found

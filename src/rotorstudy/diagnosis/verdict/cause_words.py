@@ -28,15 +28,11 @@ def place(named):
         said |= {"element": "in elements {}", "last_element": "to {}"}
     if "number" in named.where:
         said["number"] = f"({without_unit(named.where['number'])})"
-    where = " ".join(
-        said.get(key, f"({_plural(readable(key), value)} {{}})").format(_listed(value))
-        for key, value in named.where.items()
-    )
-    return f"{readable(named.effect)} {where}".strip().replace(") (", ", ")
-
-
-def _plural(key, value):
-    return f"{key}s" if isinstance(value, list) and len(value) > 1 else key
+    where = []
+    for key, value in named.where.items():
+        several = "s" * (isinstance(value, list) and len(value) > 1)
+        where.append(said.get(key, f"({readable(key)}{several} {{}})").format(_listed(value)))
+    return f"{readable(named.effect)} {' '.join(where)}".strip().replace(") (", ", ")
 
 
 def _listed(value):
@@ -45,20 +41,23 @@ def _listed(value):
     return f"{', '.join(first)} and {last}" if first else last
 
 
-def _direction(cause):
-    """The preposition of the angle of a cause, and the multiple of that angle that is the phase of its amplitude."""
+def _said(cause):
+    """(name, label, estimate, whether the records leave it open) of each parameter of a cause, as it is said.
+
+    Its phase is that of the direction, a multiple of which the amplitude has; a length of the shape is in mm, or small.
+    """
     fold = registry().get("effect", cause.effect).fold
-    return ("at" if fold == 1 else "along"), fold
-
-
-def _is_open(phase):
-    """Whether the records leave the phase of an amplitude open."""
-    return phase.std is not None and not phase.std < ANY_ANGLE
-
-
-def _angle(phase, fold):
-    """Value and standard deviation of the direction of a phase, rad."""
-    return phase.value / fold, None if phase.std is None else phase.std / fold
+    for name, one in cause.parameters.items():
+        unit, factor = one.unit, 1.0
+        if one.part == "phase":
+            factor = 1 / fold
+        elif one.part == "shape":
+            unit = unit or unit_ending(name)[1]
+            unit, factor = ("mm", 1e3) if unit == "m" and not abs(one.value) < SMALL else (unit, 1.0)
+        scaled = {"value": factor * one.value, "std": one.std and factor * one.std, "unit": unit}
+        ends = one.interval_95 and [factor * end for end in one.interval_95]
+        is_open = one.part == "phase" and one.std is not None and not one.std < ANY_ANGLE
+        yield name, without_unit(name, one.unit), one.model_copy(update=scaled | {"interval_95": ends}), is_open
 
 
 def _present(cause):
@@ -84,14 +83,14 @@ def _present(cause):
 
 def cause_in_words(cause):
     """'unbalance at node 2 (eccentricity 12.00 ± 0.10 µm at 30.0 ± 1.0 °)'."""
-    texts, (word, fold) = [], _direction(cause)
-    for name, one in _present(cause).items():
+    texts, present = [], _present(cause)
+    word = "at" if registry().get("effect", cause.effect).fold == 1 else "along"
+    for name, label, one, is_open in (row for row in _said(cause) if row[0] in present):
+        size = quantity(one.value, one.unit, one.std)
         if one.part == "phase":
-            value, std = _angle(one, fold)
-            texts[-1] += f" {word} any angle" if _is_open(one) else f" {word} {quantity(value, one.unit, std)}"
+            texts[-1] += f" {word} {'any angle' if is_open else size}"
         else:
-            label = "" if name == cause.effect else f"{without_unit(name, one.unit)} "
-            texts.append(label + quantity(*_in_its_unit(name, one)))
+            texts.append(size if name == cause.effect else f"{label} {size}")
     texts += [f"{option} {value}" for option, value in _variants(cause).items()]
     where, sizes_of_it = place(cause), ", ".join(texts)
     # one pair of brackets: "looseness at node 1 (bearing; play 0.82 µm)"
@@ -104,37 +103,22 @@ def without_unit(name, own=""):
     return readable(name.removesuffix(ending) if unit == (own or unit) else name)
 
 
-def _in_its_unit(name, estimate):
-    """Value, unit and standard deviation of a parameter; of a length in its shape in mm, or in m where it is small."""
-    value, std = estimate.value, estimate.std
-    unit = estimate.unit or (unit_ending(name)[1] if estimate.part == "shape" else "")
-    if estimate.part != "shape" or unit != "m" or abs(value) < SMALL:
-        return value, unit, std
-    return 1e3 * value, "mm", None if std is None else 1e3 * std
-
-
 def sizes(cause):
     """{label: text} of the parameters of a cause with their 95 % intervals; angles are those of the direction."""
-    found, stem, (_, fold) = {}, "", _direction(cause)
-    for name, one in cause.parameters.items():
-        (value, unit, std), label = _in_its_unit(name, one), "size"
+    found, stem = {}, ""
+    direction = "phase" if registry().get("effect", cause.effect).fold == 1 else "stiff direction"
+    for name, label, one, is_open in _said(cause):
         if one.part == "phase":
-            value, std = _angle(one, fold)
-            label = "phase" if fold == 1 else "stiff direction"
+            label = direction if stem == cause.effect else f"{readable(stem)}, {direction}"
         else:
-            stem = name
-        if stem != cause.effect:
-            label = f"{readable(stem)}, {label}" if one.part == "phase" else without_unit(stem, one.unit)
-        text = quantity(value, unit, std)
-        known = std is not None and np.isfinite(std) and std > 0
-        if one.part == "phase" and _is_open(one):
-            found[label] = "not known"
-        elif known:
+            stem, label = name, "size" if name == cause.effect else label
+        text = quantity(one.value, one.unit, one.std)
+        if is_open:
+            text = "not known"
+        elif one.std is not None and np.isfinite(one.std) and one.std > 0:
             least = 0.0 if one.part == "magnitude" else -np.inf
-            ends = one.interval_95 and np.array(one.interval_95) * (1e3 if unit == "mm" else 1.0)
-            found[label] = f"{text} (95 %: {interval(value, unit, std, least, ends)})"
-        else:
-            found[label] = text
+            text += f" (95 %: {interval(one.value, one.unit, one.std, least, one.interval_95)})"
+        found[label] = text
     return found | _variants(cause)
 
 

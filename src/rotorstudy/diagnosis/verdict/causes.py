@@ -4,23 +4,19 @@ import numpy as np
 
 from rotorstudy.diagnosis.one_cause.answer import far_amplitudes
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
-from rotorstudy.diagnosis.one_cause.stated import stated_numbers
+from rotorstudy.diagnosis.one_cause.stated import sizes_of
 from rotorstudy.diagnosis.search.candidates import form_ranges
 from rotorstudy.diagnosis.search.odds import faults_of, odds_of
 from rotorstudy.diagnosis.search.shape_fit import Work
 from rotorstudy.diagnosis.verdict.cause_words import FEW, readable
+from rotorstudy.diagnosis.verdict.findings import told
 from rotorstudy.diagnosis.verdict.result import Cause, ParameterEstimate
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import chi_square_p_value
-from rotorstudy.measurement.findings import Finding
 
 
 def causes_of(explanation, probability, inadequacy, among, share, over):
-    """The Cause of every fault of an explanation; the parts of a fault are one cause.
-
-    inadequacy : `Settings.model_inadequacy`;  over : OverForms of one of the causes, or None
-    among      : explanations with which its variants are compared;  share : as for `_other_variants`
-    """
+    """The Cause of every fault of an explanation; among : the explanations with which its variants are compared."""
     found = []
     for fault, parts in faults_of(explanation.causes).items():
         variants = _other_variants(explanation, parts[0], among, share)
@@ -43,7 +39,7 @@ def _other_variants(explanation, cause, among, share):
 
 
 def cause_of(parts, fitted, probability, inadequacy, other_variants=(), over=None):
-    """The Cause of the parts of a fault, whose options are listed where they differ; others : as for `causes_of`."""
+    """The Cause of the parts of a fault, whose options are listed where they differ; over : OverForms or None."""
     where = {}
     for key in dict.fromkeys(key for part in parts for key in part.where):
         values = sorted({part.where[key] for part in parts if key in part.where})
@@ -56,11 +52,12 @@ def cause_of(parts, fitted, probability, inadequacy, other_variants=(), over=Non
     usual = {}
     if over and parts[0].cause == over.cause.cause:
         usual = _shape(parts[0], fitted)
-        parameters |= _estimates(_sizes(over.cause) | over.stated, over.intervals)
-    return Cause(
-        effect=parts[0].effect,
-        where=where,
-        label=fitted.model.structure.label_at(where),
+        shape = {name: (value, over.cause.shape_std[name]) for name, value in over.cause.shape.items()}
+        parameters |= _estimates(shape | over.stated, over.intervals)
+    return Cause.of(
+        parts[0].effect,
+        where,
+        fitted.model.structure,
         parameters=parameters,
         usual_form=usual,
         variant=parts[0].variant,
@@ -72,9 +69,7 @@ def cause_of(parts, fitted, probability, inadequacy, other_variants=(), over=Non
 
 def _parameters(candidate, fitted):
     """{name: ParameterEstimate} of a candidate as fitted, complex ones by magnitude and phase, then its shape."""
-    place = [fitted.names.index(name) for name in candidate.names]
-    theta, covariance = fitted.free[place], fitted.covariance[np.ix_(place, place)]
-    _, theta, covariance = magnitude_and_phase(candidate.names, theta, covariance)
+    _, theta, covariance = magnitude_and_phase(candidate.names, *fitted.of(candidate.names))
     estimates = zip(theta, np.sqrt(np.diag(covariance)), strict=True)
     parameters = {}
     for p in candidate.term.parameters:
@@ -91,14 +86,7 @@ def _parameters(candidate, fitted):
 
 def _shape(candidate, fitted):
     """{name: ParameterEstimate} of the shape of a candidate as fitted, and of what follows from it."""
-    place = [fitted.names.index(name) for name in candidate.names]
-    amplitudes, covariance = fitted.free[place], fitted.covariance[np.ix_(place, place)]
-    return _estimates(_sizes(candidate) | stated_numbers(fitted.model.structure, candidate, amplitudes, covariance))
-
-
-def _sizes(candidate):
-    """{option: (value, standard deviation or None)} of the shape of a candidate."""
-    return {name: (value, candidate.shape_std.get(name)) for name, value in candidate.shape.items()}
+    return _estimates(sizes_of(fitted.model.structure, candidate, *fitted.of(candidate.names)))
 
 
 def _estimates(sizes, intervals=None):
@@ -125,10 +113,10 @@ def over_its_forms(found):
         return None, []
     (usual,), others = formed, [cause for cause in best.causes if cause is not formed[0]]
     work = Work(found.rig, found.whole, found.prior, best.spectrum, settings)
-    over, odd = over_forms(work, best.fit, usual, laws_of(work, usual), others), []
+    over, odd, has = over_forms(work, best.fit, usual, laws_of(work, usual), others), [], "has"
     explains = over is not None and chi_square_p_value(over.cost, best.spectrum.data_count) >= settings.significance
     if over is None or over.by_own_law is None:
-        odd.append("its form could not be fitted")
+        odd, has = ["its form could not be fitted"], "may have"
     else:
         amplitudes, cost = over.by_own_law
         far = far_amplitudes([over.cause], over.cause.names, amplitudes)
@@ -138,6 +126,5 @@ def over_its_forms(found):
         if (p_value := chi_square_p_value(cost, best.spectrum.data_count)) < settings.significance:
             odd.append(f"the fit with its form free has a p-value of {p_value:.1g}")
     size = "its intervals allow for any law near them" if explains else "its size may be wrong"
-    has = "may have" if over is None or over.by_own_law is None else "has"
-    text = f"{'; '.join(odd)}: {usual.cause} {has} another form than those of the library, and {size}"
-    return over if explains else None, [Finding("warning", "form of the cause", "causes", text)] if odd else []
+    words = {"odd": "; ".join(odd), "cause": usual.cause, "has": has, "size": size}
+    return over if explains else None, [told("form of the cause", "causes", **words)] if odd else []

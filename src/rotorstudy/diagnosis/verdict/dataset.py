@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.verdict.result import FORMAT_VERSION
 from rotorstudy.inference.prediction import BEYOND, predicted, with_model_error
 from rotorstudy.model.entries import Entry
@@ -45,27 +46,23 @@ def verdict_dataset(diagnosis, spectrum):
 
 def _parameters(diagnosis):
     """Fitted parameters: as stated, in the base model and in the extended one."""
-    base, best, prior = diagnosis.search.base, diagnosis.best, diagnosis.search.prior.by_name
+    best, along = diagnosis.best, ("parameter",)
     units = dict(zip(best.model.names, best.model.units, strict=True))
-    before = dict(zip(base.names, zip(base.free, np.sqrt(np.diag(base.covariance)), strict=True), strict=True))
-    nothing = (np.nan, np.nan)
-    columns = {
-        "stated": [prior.get(name, nothing)[0] for name in best.names],
-        "stated_std": [prior.get(name, nothing)[1] for name in best.names],
-        "base_estimate": [before.get(name, nothing)[0] for name in best.names],
-        "base_std": [before.get(name, nothing)[1] for name in best.names],
-        "estimate": best.free,
-        "std": np.sqrt(np.diag(best.covariance)),
-    }
-    found = {
-        name: (("parameter",), np.array(values, float), "SI", f"{name.replace('_', ' ')} of the parameter, in its unit")
-        for name, values in columns.items()
-    }
     texts = {"unit": (units, "unit of the parameter"), "label": (diagnosis.labels, "readable name of the parameter")}
-    return found | {
-        key: (("parameter",), np.array([known[name] for name in best.names], object), "1", long_name)
+    found = {
+        key: (along, np.array([known[name] for name in best.names], object), "1", long_name)
         for key, (known, long_name) in texts.items()
     }
+    each = {
+        ("stated", "stated_std"): diagnosis.search.prior.by_name,
+        ("base_estimate", "base_std"): diagnosis.search.base.by_name,
+        ("estimate", "std"): best.by_name,
+    }
+    for keys, known in each.items():
+        columns = np.array([known.get(name, (np.nan, np.nan)) for name in best.names]).reshape(-1, 2).T
+        for key, values in zip(keys, columns, strict=True):
+            found[key] = (along, values, "SI", f"{key.replace('_', ' ')} of the parameter, in its unit")
+    return found
 
 
 def _explanations(diagnosis):
@@ -74,24 +71,21 @@ def _explanations(diagnosis):
     if diagnosis.verdict.verdict == "nothing":
         odds = odds_of_causes_not_fitted(diagnosis.search)
         others = odds / (odds + 1 / next(w for e, w in weights if not e.causes))
-    along = ("explanation",)
-    labels = [" + ".join(cause.label for cause in e.causes) or "nothing more" for e, _ in weights]
-    alternative = [bool(e.named & diagnosis.alternatives) and not best.named <= e.named for e, _ in weights]
-    odds = np.array([e.log_posterior_odds for e, _ in weights])
-    return {
-        "explanation_label": (along, np.array(labels, object), "1", "causes"),
-        "log_posterior_odds": (along, odds, "1", "natural logarithm of the odds against the base alone"),
-        "posterior_probability": (
-            along,
-            np.array([(1 - others) * w for _, w in weights]),
-            "1",
-            "posterior probability; all sum to one with that of causes that were not fitted and of an unknown fault",
-        ),
-        "not_fitted_probability": ((), others, "1", "posterior probability of causes that nothing asked to be fitted"),
-        "cost": (along, np.array([e.fit.cost for e, _ in weights]), "1", "misfit of data and priors"),
-        "is_alternative": (along, np.array(alternative, "int8"), "1", "1 if the data cannot rule it out"),
-        "is_best": (along, np.array([e is best for e, _ in weights], "int8"), "1", "1 for the best"),
+    every = [e for e, _ in weights]
+    labels = [" + ".join(cause.label for cause in e.causes) or "nothing more" for e in every]
+    alternative = [bool(e.named & diagnosis.alternatives) and not best.named <= e.named for e in every]
+    told = "posterior probability; all sum to one with that of causes that were not fitted and of an unknown fault"
+    columns = {
+        "explanation_label": (np.array(labels, object), "causes"),
+        "log_posterior_odds": ([odds_of(e) for e in every], "natural logarithm of the odds against the base alone"),
+        "posterior_probability": ([(1 - others) * w for _, w in weights], told),
+        "cost": ([e.fit.cost for e in every], "misfit of data and priors"),
+        "is_alternative": (np.array(alternative, "int8"), "1 if the data cannot rule it out"),
+        "is_best": (np.array([e is best for e in every], "int8"), "1 for the best"),
     }
+    found = {name: (("explanation",), np.array(column), "1", told) for name, (column, told) in columns.items()}
+    told = "posterior probability of causes that nothing asked to be fitted"
+    return found | {"not_fitted_probability": ((), others, "1", told)}
 
 
 def odds_of_causes_not_fitted(search):

@@ -1,5 +1,7 @@
 """What a verdict rests on: residuals, detection limits, parameters that moved or are not known, other effects."""
 
+from itertools import product
+
 import numpy as np
 
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS
@@ -57,20 +59,20 @@ def detection_limits(found):
         for (p, part, unknown), one in zip(_parts(c.term), screened.detection, strict=True):
             if one < SEEN * c.prior[unknown.name][1]:
                 size = {"amplitude": needed * one, "unit": p.unit, "of_typical": needed * one / unknown.typical}
-                limits.append(DetectionLimit.of(c, found.model.structure, parameter=p.name, part=part, **size))
+                size |= {"parameter": p.name, "part": part}
+                limits.append(DetectionLimit.of(c.effect, c.where, found.model.structure, **size))
     return sorted(limits, key=lambda row: row.of_typical)
 
 
 def moved_parameters(fitted, prior):
     """Base parameters that a fit moved by more than two of their stated standard deviations."""
-    value = dict(zip(fitted.names, fitted.free, strict=True))
-    std = dict(zip(fitted.names, np.sqrt(np.diag(fitted.covariance)), strict=True))
-    units = dict(zip(fitted.model.names, fitted.model.units, strict=True))
-    rows = []
+    known, units, rows = fitted.by_name, dict(zip(fitted.model.names, fitted.model.units, strict=True)), []
     for name, (mean, given) in prior.items():
-        found = {"stated": mean, "stated_std": given, "value": value[name], "std": std[name]}
-        rows.append(MovedParameter(name=name, unit=units[name], moved_sigma=(value[name] - mean) / given, **found))
-    return [row for row in rows if abs(row.moved_sigma) > MOVED]
+        value, std = known[name]
+        if abs(moved := (value - mean) / given) > MOVED:
+            row = {"stated": mean, "stated_std": given, "value": value, "std": std, "moved_sigma": moved}
+            rows.append(MovedParameter(name=name, unit=units[name], **row))
+    return rows
 
 
 def identifiability(fitted, prior):
@@ -92,16 +94,14 @@ def identifiability(fitted, prior):
 
 def separating_measurements(causes, others, structure):
     """Measurements that separate the causes: those that the plugins state for their confounders, else general ones."""
-    found = []
-    for a in causes:
-        for b in others:
-            told = registry().confounders(a.effect)
-            text = told.get(b.effect, "other speeds, nearer to and beyond resonance")
-            if a.effect == b.effect:
-                text = "a probe nearer to one of the places, or a speed near a mode that moves them differently"
-            pair = Place.of(a, structure), Place.of(b, structure)
-            found.append(SeparatingMeasurement(causes=pair, measurement=text))
-    return list({(one.measurement, *map(place, one.causes)): one for one in found}.values())
+    found = {}
+    for a, b in product(causes, others):
+        text = registry().confounders(a.effect).get(b.effect, "other speeds, nearer to and beyond resonance")
+        if a.effect == b.effect:
+            text = "a probe nearer to one of the places, or a speed near a mode that moves them differently"
+        pair = [Place.of(one.effect, one.where, structure) for one in (a, b)]
+        found[text, *map(place, pair)] = SeparatingMeasurement(causes=pair, measurement=text)
+    return list(found.values())
 
 
 def not_considered(causes, settings, known):
@@ -129,10 +129,7 @@ def parameter_labels(model, causes):
 
 
 def excluded(found, best, stated):
-    """The most probable Explanations by other effects than those of the best, one for each effect, as Excluded.
-
-    stated : effects that cannot be ruled out beside it
-    """
+    """The Excluded of each effect that is neither in the best Explanation nor stated beside it, the likeliest first."""
     known, rows = {*stated, *(cause.effect for cause in best.causes)}, {}
     for one in sorted(found.explanations, key=odds_of, reverse=True):
         others = [cause for cause in one.causes if cause.effect not in known]
@@ -148,7 +145,7 @@ def _row(found, best, one, other):
     h, s = np.unravel_index(np.argmax(worse), worse.shape)
     fails = worse[h, s] >= WORSE
     return Excluded(
-        cause=Place.of(other, found.model.structure),
+        cause=Place.of(other.effect, other.where, found.model.structure),
         log_odds=odds_of(best) - odds_of(one),
         harmonic=int(found.spectrum.harmonics[h]) if fails else None,
         node=int(found.spectrum.sensors[s]) if fails else None,

@@ -11,7 +11,6 @@ from rotorstudy.diagnosis.search.impossible import grows
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.search import without_impossible
 from rotorstudy.diagnosis.search.shape_fit import Work, point_of, response_with_shape
-from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.result import Gain
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import chi_square_p_value
@@ -57,17 +56,13 @@ def gain_of(found, held, expected):
     """The Gain of the extension at the held-out speeds, None without any; expected : with the error of the causes."""
     if held is None:
         return None
-    base, best = found.base, found.best.fit
-
-    def error(fitted):
-        shown = predicted(fitted.model, held, fitted.theta)
-        off = held.amplitude - held.shown(shown)
-        return float(np.sqrt(np.mean(np.abs(off) ** 2))), float(np.sqrt(np.mean(held.whitened(off) ** 2)))
-
-    (before_m, before_sigma), (after_m, after_sigma) = error(base), error(best)
-    ratio, sigma = after_m / before_m if before_m else 1.0, {"before_sigma": before_sigma, "after_sigma": after_sigma}
-    sigma["rise_probability"] = rise_probability(found, expected)
-    return Gain(speeds=held.speed, before_m=before_m, after_m=after_m, ratio=ratio, **sigma)
+    rms = {}
+    for when, fitted in (("before", found.base), ("after", found.best.fit)):
+        off = held.amplitude - held.shown(predicted(fitted.model, held, fitted.theta))
+        rms[f"{when}_m"] = float(np.sqrt(np.mean(np.abs(off) ** 2)))
+        rms[f"{when}_sigma"] = float(np.sqrt(np.mean(held.whitened(off) ** 2)))
+    ratio = rms["after_m"] / rms["before_m"] if rms["before_m"] else 1.0
+    return Gain(speeds=held.speed, ratio=ratio, rise_probability=rise_probability(found, expected), **rms)
 
 
 def rise_probability(found: Search, held: Spectrum) -> float:
@@ -92,16 +87,15 @@ def rise_probability(found: Search, held: Spectrum) -> float:
     return float(ndtr(-np.sum(np.abs(change) ** 2) / (2 * spread))) if spread else 0.5
 
 
-def expected_of(one: Explanation, found: Search, held: Spectrum, least: float = 0.0) -> Spectrum:
-    """Held-out speeds with the error of the form of the causes that the fit has (`form.py`).
-
-    least : least standard deviation of that error, as a fraction of what the causes change
-    """
+def expected_of(one: Explanation, found: Search, held: Spectrum, *, largest: bool = False) -> Spectrum:
+    """Held-out speeds with the error of the form of the causes that the fit has, or the largest one (`form.py`)."""
     if not (changes := _changes(one, found, held)):
         return held
     errors, at = form_errors(held.speed, changes, one.form.shares)
-    mean_square = one.form.weights @ SCALES**2
-    std = np.maximum(found.settings.form_error * np.sqrt(mean_square), least / max(one.inexactness for one in changes))
+    stated = found.settings.form_error
+    every = [largest_error(c.effect, p.name, stated) for c in one.causes for p in c.term.parameters] if largest else []
+    least = max(every, default=0.0) / max(one.inexactness for one in changes)
+    std = np.maximum(stated * np.sqrt(one.form.weights @ SCALES**2), least)
     return held.with_shared_error(held.whitened(std[at][:, None, None, None] * errors).T)
 
 
@@ -116,20 +110,11 @@ def _changes(one, found, held):
 
 
 def log_likelihood(one: Explanation, found: Search, held: Spectrum) -> float:
-    """Log-likelihood of held-out speeds, less a constant, over all sizes of the error of form that the fit leaves.
-
-    raises : NoSteadyState
-    """
+    """Log-likelihood of held-out speeds, less a constant, over all sizes of the error of form that the fit leaves."""
     if not (changes := _changes(one, found, held)):
         return held_out_misfit(found, one, held).log_likelihood
     off, columns = _off_and_slopes(found, one, held)
     return log_predictive(held, changes, one.form, off, columns, found.settings.form_error)
-
-
-def largest_of(explanation: Explanation, settings: Settings) -> float:
-    """Largest standard deviation that the error of form of its causes may have, relative."""
-    every = ((cause.effect, p.name) for cause in explanation.causes for p in cause.term.parameters)
-    return max((largest_error(*one, settings.form_error) for one in every), default=0.0)
 
 
 def with_held_out(found: Search, held: Spectrum | None) -> Search:
@@ -188,10 +173,7 @@ def held_out_misfit(found: Search, one: Explanation, held: Spectrum) -> HeldOutM
 
 
 def _off_and_slopes(found, one, held):
-    """Whitened: measured less predicted (component,), and slopes (component, parameter) by independent parameters.
-
-    These have a variance of one.
-    """
+    """Whitened: measured less predicted (component,); slopes (component, parameter) by independent unit parameters."""
     (shown, columns), covariance = _shown_and_slopes(found, one, held)
     size = np.sqrt(np.diag(covariance))
     unit = np.where(size > 0, size, 1.0)
@@ -201,10 +183,7 @@ def _off_and_slopes(found, one, held):
 
 
 def _shown_and_slopes(found, one, held):
-    """What an Explanation predicts (speed, harmonic, sensor), with its slopes (parameter, ...), and their covariance.
-
-    The parameters are the amplitudes of its fit, then the shapes of its causes.
-    """
+    """What an Explanation predicts, its slopes by amplitudes and then shapes (parameter, ...), and the covariance."""
     fitted = one.fit
     if one.covariance is None:
         return shown_and_slopes(fitted.model, held, fitted.theta, fitted.names), fitted.covariance

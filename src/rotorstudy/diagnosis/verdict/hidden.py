@@ -18,12 +18,12 @@ from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.search.search import is_asked_to_stop
 from rotorstudy.diagnosis.verdict.evidence import POWER
+from rotorstudy.diagnosis.verdict.findings import told
 from rotorstudy.diagnosis.verdict.result import Hidden
 from rotorstudy.diagnosis.verdict.words import OF_DIAMETER, summary
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import carried_order, model_error_variance, predicted
-from rotorstudy.measurement.findings import Finding
 from rotorstudy.model.registry import registry, using
 from rotorstudy.response.harmonic import harmonic_response
 
@@ -74,10 +74,10 @@ def with_hidden(diagnosis):
     except KeyboardInterrupt as stop:
         if not is_asked_to_stop(stop):
             raise
-        text = "stopped before every feared fault had its limit: those without one may hide. Diagnose again for all"
-        findings = (*findings, Finding("note", "limits stopped", "diagnosis", text))
+        findings = (*findings, told("limits stopped", "diagnosis"))
     verdict = diagnosis.verdict.model_copy(update={"hidden": tuple(rows), "findings": findings})
-    return replace(diagnosis, verdict=verdict.model_copy(update={"summary": summary(verdict)}))
+    said = summary(verdict, diagnosis.search.rig.before is not None)
+    return replace(diagnosis, verdict=verdict.model_copy(update={"summary": said}))
 
 
 def _of_fault(work, plugin, vibration, seen):
@@ -105,17 +105,12 @@ def _of_fault(work, plugin, vibration, seen):
             if size is None:
                 break
         if found:
-            measure = "" if found[0] is not None else feared.measure
-            label = structure.label_at(where)
-            row = {"effect": plugin.name, "where": where, "label": label, "parameter": feared.size, "unit": found[1]}
-            yield Hidden(**row, size=found[0], measure=measure)
+            row = {"parameter": feared.size, "size": found[0], "unit": found[1]}
+            yield Hidden.of(plugin.name, where, structure, **row, measure=feared.measure if found[0] is None else "")
 
 
 def _just_seen(work, plugin, options, seen, near):
-    """Size that is seen with 95 % at a place, with its growth, None if none is; its scale and unit.
-
-    near : such a size at a place nearby, with which the search begins
-    """
+    """Size that is seen with 95 % at a place, with its growth, or None; its scale and unit; near : one elsewhere."""
     feared = plugin.feared
     own = {name: value for name, value in options.items() if name != feared.size}
     is_option = feared.size in plugin.shape

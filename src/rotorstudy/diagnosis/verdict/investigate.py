@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.film_error import with_offset_of_mean
-from rotorstudy.diagnosis.search.impossible import unstable_rig
 from rotorstudy.diagnosis.search.odds import faults_of
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.causes import cause_of, causes_of, over_its_forms
@@ -19,20 +18,12 @@ from rotorstudy.diagnosis.verdict.evidence import (
     separating_measurements,
     unexplained,
 )
-from rotorstudy.diagnosis.verdict.findings import (
-    far_from_the_rig,
-    form_like_another,
-    others_held_out,
-    stopped_early,
-    within_uncertainty,
-    wrong_convention,
-)
+from rotorstudy.diagnosis.verdict.findings import findings_of
 from rotorstudy.diagnosis.verdict.held_out import gain_of, is_contradicted, split
 from rotorstudy.diagnosis.verdict.next_run import next_runs
 from rotorstudy.diagnosis.verdict.result import OnePlace, PValues, Verdict
 from rotorstudy.diagnosis.verdict.resultant import resultant_of
 from rotorstudy.diagnosis.verdict.sought import seek, without_the_best
-from rotorstudy.diagnosis.verdict.wide_ranges import free_parts
 from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import Fit, chi_square_p_value, parameter_p_value, residual_share
@@ -125,31 +116,15 @@ def _diagnosis(one, settings, findings):
 def _judged(one, settings, findings):
     """The Diagnosis that follows from a Sought; raises NoSteadyState, if with its causes the machine could not run."""
     found, chain, expected, measured, held = one.judged, one.chain, one.expected, one.measured, one.held
-    model, fitted = found.rig, found.spectrum
-    base, best = found.base, found.best
-    rows = fitted.data_count
-    p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
-    p_parameters = parameter_p_value(best.fit, found.prior.by_name)
-    left = residual_share(*(misfit(one.model, fitted, one.theta) for one in (base, best.fit)), rows)
+    model, fitted, base, best = found.rig, found.spectrum, found.base, found.best
+    of_change = model.before is not None
+    left = residual_share(*(misfit(e.model, fitted, e.theta) for e in (base, best.fit)), fitted.data_count)
     weights = found.posterior()
     probability, inadequacy = _probability(weights), found.settings.model_inadequacy
     stated, gain = _stated(found.credible(STATED_SET), best), gain_of(found, held, expected)
-    against = is_contradicted(found, expected, gain)
-    kind = _kind(found, probability, is_alone=not stated, is_contradicted=against)
-    outside = found.outside_probability if best.causes and not chain else 0.0
+    kind = _kind(found, probability, is_alone=not stated, is_contradicted=is_contradicted(found, expected, gain))
     over, odd = over_its_forms(found) if kind in ("cause", "ambiguous") else (None, [])
     labels = parameter_labels(best.fit.model, best.causes)
-    moved = moved_parameters(best.fit, found.prior.by_name)
-    findings = [*findings]
-    if chain is not None:
-        findings += wrong_convention(chain)
-    else:
-        held_to = moved_parameters(base, found.prior.by_name) if kind == "unknown" else moved
-        findings += within_uncertainty(found) if kind == "nothing" else far_from_the_rig(found, held_to, labels)
-    if kind == "unknown" and not found.stopped and model.before is None:
-        findings += free_parts(model, fitted, settings, base)
-    findings += unstable_rig(found.unstable, best.fit, fitted.speed) + stopped_early(found)
-    findings += others_held_out(one.surprised) + form_like_another(best) + odd
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
         verdict=kind,
@@ -157,28 +132,28 @@ def _judged(one, settings, findings):
         ambiguous_with=[cause_of(parts, e.fit, probability[fault], inadequacy) for fault, parts, e in stated],
         resultant=resultant_of(found, best),
         separating_measurement=separating_measurements(best.causes, others, model.structure),
-        next_runs=_next_runs(kind, found, measured, held),
+        next_runs=next_runs(found, measured, held, STATED_SET) if kind == "ambiguous" and not of_change else [],
         excluded=excluded(found, best, [one.effect for one in others]) if best.causes else [],
         not_considered=not_considered(best.causes, settings, {term.kind for term in model.terms}),
         broken_plugins=[*registry().failures, *found.broken],
         unexplained=unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
-        residual_p_value=p_values,
+        residual_p_value=PValues(before=base.p_value, after=best.fit.p_value),
         form_error=found.form_error,
         one_place=_places_of_outside(found) if kind == "unknown" and not chain else (),
-        outside_probability=outside,
+        outside_probability=found.outside_probability if best.causes and not chain else 0.0,
         residual_share=left,
         log_posterior_odds=max(odds, default=None),
-        parameter_p_value=p_parameters,
+        parameter_p_value=parameter_p_value(best.fit, found.prior.by_name),
         detection_limit=detection_limits(found),
         gain=gain,
-        base_parameters=moved,
+        base_parameters=moved_parameters(best.fit, found.prior.by_name),
         identifiability=identifiability(best.fit, found.prior.by_name),
         candidates=len(found.candidates),
         settings=settings.model_copy(update={"uncertainty": with_usual(settings.uncertainty, model)}),
         measuring_chain=chain,
-        findings=worst_first(findings),
+        findings=worst_first([*findings, *findings_of(one, kind, labels), *odd]),
     )
-    verdict = verdict.model_copy(update={"summary": summary(verdict)})
+    verdict = verdict.model_copy(update={"summary": summary(verdict, of_change)})
     alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
 
@@ -195,12 +170,9 @@ def _kind(found, probability, *, is_alone, is_contradicted):
 
 def _places_of_outside(found):
     """The OnePlace of each place at which a fault that the library lacks may act, if it explains the records."""
-    named = []
-    for one in found.outside_places(STATED_SET):
-        p_value = chi_square_p_value(one.left, one.count)
-        if p_value >= found.settings.significance:
-            named.append(OnePlace(where=one.where, motion=one.motion, p_value=p_value))
-    return named
+    each = ((one, chi_square_p_value(one.left, one.count)) for one in found.outside_places(STATED_SET))
+    least = found.settings.significance
+    return [OnePlace(where=one.where, motion=one.motion, p_value=p) for one, p in each if p >= least]
 
 
 def _stated(credible, best):
@@ -220,10 +192,3 @@ def _probability(weights):
     """Posterior probability of every fault: of all explanations with any of its parts."""
     faults = {fault for e, _ in weights for fault in e.faults}
     return {fault: min(sum(w for e, w in weights if fault in e.faults), 1.0) for fault in faults}
-
-
-def _next_runs(kind, found, measured, held):
-    """Runs that would decide an ambiguous verdict; of a change both states would have to be run."""
-    if kind != "ambiguous" or found.rig.before is not None:
-        return []
-    return next_runs(found, measured, () if held is None else tuple(held.speed), STATED_SET)

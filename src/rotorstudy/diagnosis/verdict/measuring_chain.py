@@ -4,6 +4,7 @@ A hypothesis changes the data; that of another zero of displacement changes the 
 the changed data times the determinant of the change, so that shrinking the data and their errors alone gains nothing.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -71,7 +72,7 @@ class Hypothesis(NamedTuple):
         )
 
 
-def hypotheses(spectrum: Spectrum, model: Model) -> list[Hypothesis]:
+def hypotheses(spectrum: Spectrum, model: Model) -> Iterator[Hypothesis]:
     """Every hypothesis that a spectrum allows; with single probes none that turns or mirrors what they show.
 
     model : its structure has the Reading of the records
@@ -80,42 +81,39 @@ def hypotheses(spectrum: Spectrum, model: Model) -> list[Hypothesis]:
     whole = np.ones((len(harmonics), len(sensors)), complex)
     turn = np.outer(harmonics, np.ones(len(sensors)))
     is_symmetric = set(harmonics.tolist()) == set((-harmonics).tolist())  # each has its opposite
-    found = _units(whole, sensors, reading if is_symmetric else None)
+    yield from _units(whole, sensors, reading if is_symmetric else None)
     for angle in ANGLES_DEG:
         name = f"the phase mark is {angle} degrees from where the rig file says"
         remedy = "correct 'keyphasor: sensor_angle_deg, mark_angle_deg, edge'"
-        found.append(Hypothesis(name, remedy, {"direct": np.exp(-1j * turn * np.deg2rad(angle))}))
+        yield Hypothesis(name, remedy, {"direct": np.exp(-1j * turn * np.deg2rad(angle))})
     if not spectrum.single_probes:
-        found += _of_orbits(harmonics, sensors, reading, whole, turn, is_symmetric)
+        yield from _of_orbits(harmonics, sensors, reading, whole, turn, is_symmetric)
     if len(sensors) > 1:
-        name, reverse = "the nodes are in the reverse order", np.arange(len(sensors))[::-1]
-        found.append(Hypothesis(name, "correct the 'node:' of the probes", order=reverse))
+        reverse = np.arange(len(sensors))[::-1]
+        yield Hypothesis("the nodes are in the reverse order", "correct the 'node:' of the probes", order=reverse)
     if 0 in harmonics and model.structure.static_load.any():
         zero, at = ("at_rest", "position of the shaft at rest")
         if not model.from_unloaded_line:
             zero, at = ("unloaded_line", "unloaded line")
         name, remedy = f"displacements count from the {at}", f"state 'displacement_zero: {zero}'"
-        found.append(Hypothesis(name, remedy, other_zero=True))
-    return found
+        yield Hypothesis(name, remedy, other_zero=True)
 
 
 def _units(whole, sensors, reading):
     """Wrong units and sensitivities of all probes, of one node, and with a Reading of one probe."""
-    found = []
     for factor, remedy in FACTORS.items():
         times = f"{1 / factor:.4g} times the true ones"
-        found.append(Hypothesis(f"all readings are {times}", remedy, {"direct": factor * whole}))
+        yield Hypothesis(f"all readings are {times}", remedy, {"direct": factor * whole})
         for s, node in enumerate(sensors):
             here = np.arange(len(sensors)) == s
             if len(sensors) > 1:
                 direct = np.where(here, factor, 1.0) * whole
-                found.append(Hypothesis(f"the readings at node {node} are {times}", remedy, {"direct": direct}))
+                yield Hypothesis(f"the readings at node {node} are {times}", remedy, {"direct": direct})
             probes = reading.probes_at(node) if reading else ()
             for probe in probes if len(probes) > 1 else ():
                 direct, mirrored = ((factor - 1) * share for share in one_probe(reading, node, probe))
                 factors = {"direct": np.where(here, 1 + direct, 1.0) * whole, "mirrored": here * mirrored * whole}
-                found.append(Hypothesis(f"the readings of probe '{probe}' at node {node} are {times}", remedy, factors))
-    return found
+                yield Hypothesis(f"the readings of probe '{probe}' at node {node} are {times}", remedy, factors)
 
 
 def one_probe(reading, node, name):
@@ -131,25 +129,22 @@ def one_probe(reading, node, name):
 
 def _of_orbits(harmonics, sensors, reading, whole, turn, is_symmetric):
     """Wrong directions of the probes and gravity, lags for leads, the wrong sense of rotation, swapped probes."""
-    found = []
     for angle in ANGLES_DEG:
         by, remedy = np.deg2rad(angle), "correct 'angle_deg:' or the sign of the probes"
         name = f"the probes are turned by {angle} degrees against the rig file"
-        found.append(Hypothesis(name, remedy, {"direct": np.exp(1j * by) * whole}))
+        yield Hypothesis(name, remedy, {"direct": np.exp(1j * by) * whole})
         name = f"gravity points {angle} degrees from where the rig file says"
-        found.append(Hypothesis(name, "correct 'gravity_angle_deg:'", {"direct": np.exp(1j * (turn - 1) * by)}))
+        yield Hypothesis(name, "correct 'gravity_angle_deg:'", {"direct": np.exp(1j * (turn - 1) * by)})
     moving = (harmonics != 0)[:, None] * whole
     marked = np.exp(-2j * turn * reading.mark_rad)  # by twice the phases from the mark to the reference line
     in_plane = np.exp(-2j * reading.gravity_rad) * marked * moving  # of the user
     axes = np.array([reading.axis(node) for node in sensors])
     lags, still = "phases of the {} are lags where leads are meant", {"direct": whole - moving}
-    found.append(Hypothesis(lags.format("table"), "state 'table_phase: lag'", still | {"conjugate": in_plane}))
+    yield Hypothesis(lags.format("table"), "state 'table_phase: lag'", still | {"conjugate": in_plane})
     if is_symmetric:
         remedy = "change the sign of each probe's phases before they are combined to forward and backward harmonics"
         # a real signal with its phases reversed runs backwards in time, and so does z
-        found.append(Hypothesis(lags.format("probes"), remedy, still | {"opposite": marked * moving}))
-        turned, swapped = {"mirrored": marked.conj()}, {"mirrored": 1j * axes**2 * whole}
-        found.append(Hypothesis("the shaft turns in the other sense", "correct 'rotation:'", turned))
-        name, remedy = "the two probes of all nodes are swapped", "exchange the channels of the probes"
-        found.append(Hypothesis(name, remedy, swapped))
-    return found
+        yield Hypothesis(lags.format("probes"), remedy, still | {"opposite": marked * moving})
+        yield Hypothesis("the shaft turns in the other sense", "correct 'rotation:'", {"mirrored": marked.conj()})
+        swapped = {"mirrored": 1j * axes**2 * whole}
+        yield Hypothesis("the two probes of all nodes are swapped", "exchange the channels of the probes", swapped)

@@ -29,10 +29,10 @@ MOST = 5  # explanations that are compared, the most probable ones
 PROPOSED = 3  # runs
 
 
-def next_runs(found: Search, measured: Spectrum, known: tuple[float, ...], decided: float) -> list[NextRun]:
+def next_runs(found: Search, measured: Spectrum, held: Spectrum | None, decided: float) -> list[NextRun]:
     """Further runs that separate the explanations best: up to the highest speed and beyond, with and without a trial.
 
-    measured : without the model error;  known : speeds that were measured too, rad/s, which are not proposed
+    measured : without the model error;  held : of speeds that were measured too, which are not proposed
     decided  : posterior probability of an explanation from which on it is taken to be decided
     """
     fits, weights = explanations_in_question(found, decided)
@@ -41,15 +41,14 @@ def next_runs(found: Search, measured: Spectrum, known: tuple[float, ...], decid
     top = measured.speed.max()
     grid = np.linspace(SLOW_ROLL * measured.speed.min(), BEYOND * top, SPEEDS)
     apart = 0.5 * (grid[1] - grid[0])
-    grid = np.array([w for w in grid if all(abs(w - other) > apart for other in known)])
+    grid = np.array([w for w in grid if held is None or (np.abs(w - held.speed) > apart).all()])
     ranges = [part for part in (grid[grid <= top], grid[grid > top]) if len(part)]
     trials, runs = _trials(found, measured), []
     for speeds in ranges:
-        plain = _best_run(found, measured, fits, weights, speeds, None, decided)
+        plain, *others = (_best_run(found, measured, fits, weights, speeds, *one, decided) for one in trials)
         least = plain.decision_probability + GAIN if plain else 0.0
-        tried = (_best_run(found, measured, fits, weights, speeds, trial, decided) for trial in trials)
         runs += [plain] if plain else []
-        runs += [run for run in tried if run and run.decision_probability >= least]
+        runs += [run for run in others if run and run.decision_probability >= least]
     return sorted(runs, key=lambda run: (-run.decision_probability, -run.expected_log_odds))[:PROPOSED]
 
 
@@ -65,8 +64,8 @@ def explanations_in_question(found: Search, decided: float) -> tuple[list[Fit], 
 
 
 def _trials(found, measured):
-    """(Place, Term, kg m) of an unbalance at each disc that changes the vibration by `TRIAL` of the largest one."""
-    structure, trials, base = found.rig.structure, [], found.base
+    """Place, Term, kg m: none, then an unbalance at each disc that changes the vibration by `TRIAL` of the largest."""
+    structure, trials, base = found.rig.structure, [(None, None, None)], found.base
     discs = structure.nodes if len(structure.nodes) == 1 else {disc.node for disc in structure.discs}
     for node in sorted(discs):
         item = {"kind": "unbalance", "node": node, "label": "trial"}
@@ -77,9 +76,8 @@ def _trials(found, measured):
         if not change.any():  # no 1X was measured
             continue
         size = TRIAL * _vibration(measured, measured.amplitude) / _vibration(measured, change) * parameter.typical
-        place = Place(effect="unbalance", where={"node": node}, label=structure.label_at({"node": node}))
         term = replace(term, values={parameter.name: complex(size)})
-        trials.append((place, term, size / parameter.also["unbalance"][1]))
+        trials.append((Place.of("unbalance", {"node": node}, structure), term, size / parameter.also["unbalance"][1]))
     return trials
 
 
@@ -88,9 +86,8 @@ def _vibration(spectrum, amplitude):
     return np.abs(amplitude[..., spectrum.harmonics != 0, :]).max(initial=0)
 
 
-def _best_run(found, measured, fits, weights, speeds, trial, decided):
+def _best_run(found, measured, fits, weights, speeds, place, term, size, decided):
     """The NextRun at the speed that separates the explanations best, or None if there is none."""
-    place, term, size = trial or (None, None, None)
     base, *fits = (fitted if term is None else with_term(fitted, term) for fitted in (found.base, *fits))
     spectrum, each = further_run(found, measured, base, fits, weights, speeds)
     bearable = BEARABLE * _vibration(measured, measured.amplitude)
@@ -107,8 +104,8 @@ def _best_run(found, measured, fits, weights, speeds, trial, decided):
         except NoSteadyState:
             continue
         likely = decision_probability(runs[best], weights, decided)
-        odds = {"expected_log_odds": expected[best], "decision_probability": likely}
-        return NextRun(speed=speed, trial=place, trial_unbalance=size, **odds)
+        row = {"speed": speed, "expected_log_odds": expected[best], "decision_probability": likely}
+        return NextRun(**row, trial=place, trial_unbalance=size)
     return None
 
 
@@ -117,15 +114,11 @@ def with_term(fitted: Fit, term: Term) -> Fit:
     return replace(fitted, model=fitted.model.plus(term))
 
 
-def further_run(
-    found: Search, measured: Spectrum, base: Fit, fits: list[Fit], weights: np.ndarray, speeds: np.ndarray
-) -> tuple[Spectrum, np.ndarray]:
+def further_run(found, measured, base, fits, weights, speeds):
     """The Spectrum expected of a run at those of some speeds where all explanations have a steady state.
 
-    Its covariance is the mean one of the speeds measured, with the error of the model and of a cause.
-
-    base, fits : in that run, without causes and of the explanations, which have the probabilities `weights`
-    returns    : the Spectrum with their mean amplitude, and that of each (explanation, speed, harmonic, sensor)
+    Its covariance is the mean one of the speeds measured, with the error of the model and of a cause; its amplitude is
+    the mean of the explanations. Then that of each (explanation, speed, harmonic, sensor).
     """
     covariance = np.broadcast_to(measured.covariance.mean(axis=0), (len(speeds), *measured.covariance.shape[1:]))
     blank = np.zeros((len(speeds), *measured.amplitude.shape[1:]), complex)

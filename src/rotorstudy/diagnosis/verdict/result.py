@@ -37,9 +37,9 @@ class Place(Result):
     label: str = ""
 
     @classmethod
-    def of(cls, cause, structure, **more):
-        """That of a Candidate on a Structure; more : other fields."""
-        return cls(effect=cause.effect, where=cause.where, label=structure.label_at(cause.where), **more)
+    def of(cls, effect, where, structure, **more):
+        """That of an effect on a Structure; more : other fields."""
+        return cls(effect=effect, where=where, label=structure.label_at(where), **more)
 
 
 class ParameterEstimate(Result):

@@ -6,6 +6,8 @@ therefore given an unbalance of their own. Of their joint covariance C (complex)
 eigenvalue gives the combination sum of w_d u_d that the records determine best, the modal or static resultant.
 """
 
+from itertools import product
+
 import numpy as np
 
 from rotorstudy.diagnosis.search.explanations import Search
@@ -15,7 +17,7 @@ from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior
-from rotorstudy.model.rig import make_term
+from rotorstudy.model.rig_items import make_term
 
 WORSE = 2.0  # standard deviations of a disc over that of the resultant, from which on the split counts as not known
 NEGLIGIBLE = 0.1  # of the resultant: a split known as well as that is known
@@ -40,7 +42,7 @@ def resultant_of(found: Search, best: Explanation) -> Resultant | None:
     _, (size, angle), spread = magnitude_and_phase(["sum_real", "sum_imag"], together, spread)
     std = np.sqrt(np.diag(spread))
     return Resultant(
-        discs=[Place(effect="unbalance", where={"node": n}, label=structure.label_at({"node": n})) for n in nodes],
+        discs=[Place.of("unbalance", {"node": n}, structure) for n in nodes],
         weights=tuple(weights.tolist()),
         size=ParameterEstimate(value=float(size), std=float(std[0]), unit="kg m", part="magnitude"),
         angle=ParameterEstimate(value=float(angle), std=float(std[1]), unit="rad", part="phase"),
@@ -48,25 +50,27 @@ def resultant_of(found: Search, best: Explanation) -> Resultant | None:
     )
 
 
+def with_effects(model, prior, kinds, nodes, width):
+    """A Model and its Prior with effects of some kinds at every node, of a width in typical sizes, and their terms."""
+    places = [{"kind": kind, "node": node, "label": f"free at {node}"} for kind, node in product(kinds, nodes)]
+    terms = [make_term("effect", place, model.structure, model.sensors) for place in places]
+    known = {unknown.name: (0.0, width * unknown.typical) for term in terms for unknown in term.unknowns}
+    return model.plus(*terms), prior.plus(Prior.independent(known)), terms
+
+
 def _of_all_discs(found, best, nodes):
     """Unbalance (disc * part,) of every disc fitted together, kg m, and its covariance; None if they do not explain."""
-    terms = [
-        make_term("effect", {"kind": "unbalance", "node": n, "label": f"disc at {n}"}, found.rig.structure, ())
-        for n in nodes
-    ]
-    width = found.settings.prior_width
-    known = {unknown.name: (0.0, width * unknown.typical) for term in terms for unknown in term.unknowns}
-    model, values = found.model.plus(*terms), found.base.values
-    start = np.array([values.get(name, 0.0) for name in model.names])
+    model, prior, terms = with_effects(found.model, found.prior, ["unbalance"], nodes, found.settings.prior_width)
+    values, names = found.base.values, [unknown.name for term in terms for unknown in term.unknowns]
     try:
-        fitted = fit(model, found.spectrum, found.prior.plus(Prior.independent(known)), start=start)
+        fitted = fit(model, found.spectrum, prior, np.array([values.get(name, 0.0) for name in model.names]))
     except NoSteadyState:
         return None, None
-    if fitted.cost > best.fit.cost + len(known):  # at other places than the discs
+    if fitted.cost > best.fit.cost + len(names):  # at other places than the discs
         return None, None
-    place = [fitted.names.index(name) for name in known]
+    values, covariance = fitted.of(names)
     unit = np.repeat([term.parameters[0].also["unbalance"][1] for term in terms], 2)  # m of 1 kg m
-    return fitted.free[place] / unit, fitted.covariance[np.ix_(place, place)] / np.outer(unit, unit)
+    return values / unit, covariance / np.outer(unit, unit)
 
 
 def _best_determined(covariance):

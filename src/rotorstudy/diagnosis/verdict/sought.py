@@ -10,14 +10,11 @@ from rotorstudy.diagnosis.search.explanations import LIKELY_OUTSIDE, Search
 from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.form_by_law import with_other_laws
 from rotorstudy.diagnosis.search.search import begin, is_asked_to_stop, near_best, search, unsearched
-from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict.held_out import HeldOutMisfit, expected_of, held_out_misfit, largest_of, with_held_out
+from rotorstudy.diagnosis.verdict.held_out import HeldOutMisfit, expected_of, held_out_misfit, with_held_out
 from rotorstudy.diagnosis.verdict.result import ACTS_BY, ChainHypothesis
 from rotorstudy.diagnosis.verdict.wrong_convention import Tested, chain_hypothesis, clear_convention, tested_convention
-from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.model.model import Model
 from rotorstudy.units import p_value, percent
 
 log = logging.getLogger(__name__)
@@ -43,17 +40,10 @@ class Sought(NamedTuple):
         return self.surprise is not None and self.surprise.p_value < significance and not known
 
 
-def seek(
-    measured: Spectrum,
-    held: Spectrum | None,
-    model: Model,
-    settings: Settings,
-    failed: dict,
-    before: Sought | None = None,
-) -> Sought:
-    """The Sought of the speeds measured and of those held out.
+def seek(measured, held, model, settings, failed, before=None):
+    """The Sought of two Spectra, of the speeds measured and of those held out, or None.
 
-    failed : effects left out -> why;  before : of the same run with other speeds held out
+    failed : effects left out -> why;  before : Sought of the same run with other speeds held out
     """
     kept = settings.model_copy(update={"leave_out": [*settings.leave_out, *failed]})
     known = near_best(before.found) if before else ()
@@ -70,27 +60,24 @@ def without_the_best(one: Sought) -> Sought:
     return _judged(one)
 
 
-def _judged(one: Sought) -> Sought:
+def _judged(one):
     """The same with the held-out speeds in its odds."""
     found, held, chain = one.found, one.held, one.chain
     if one.tested and not (chain or found.stopped):
-        chain = chain_hypothesis(found, found.base, one.tested)
+        chain = chain_hypothesis(found, one.tested)
     judged = replace(found, upheld=False) if chain else with_other_laws(with_held_out(found, held))
     if held is None:
         return one._replace(judged=judged, chain=chain)
     best = judged.best
-    expected = expected_of(best, judged, held, largest_of(best, judged.settings))
-    surprise = held_out_misfit(judged, best, expected_of(best, judged, held))
+    expected, usual = (expected_of(best, judged, held, largest=is_largest) for is_largest in (True, False))
+    surprise = held_out_misfit(judged, best, usual)
     return one._replace(judged=judged, chain=chain, expected=expected, surprise=surprise)
 
 
 def _begun(model, spectrum, settings):
     """The Search in which nothing was searched yet, and the model whose motion gives the error of films, with values.
 
-    If the rig does not explain the records, that motion is the one with the most likely force at one place, which is
-    interpolated between the speeds.
-
-    spectrum : with the model error
+    If the rig does not explain the records, that motion is the one with the most likely force at one place.
     """
     begun = begin(model, with_film_error(spectrum, model), settings)
     log.info("%s", first_answer(begun))
@@ -103,10 +90,7 @@ def _begun(model, spectrum, settings):
 
 
 def _searched(begun, measured, known):
-    """The Search, the ChainHypothesis that explains the records better or None, and the conventions tested or None.
-
-    measured : Spectrum without the model error;  known : as for `search`
-    """
+    """The Search, the ChainHypothesis that explains the records better or None, and the conventions tested or None."""
     tested, chain = None, None
     try:
         log.info("testing whether conventions of the records are wrongly stated")
@@ -122,11 +106,10 @@ def _searched(begun, measured, known):
 
 def first_answer(work: Search) -> str:
     """Whether the rig explains the records, and where one force would explain most of the rest, before the search."""
-    rows = work.spectrum.data_count
-    p_residual = chi_square_p_value(work.base.cost, rows)
-    if p_residual >= work.settings.significance:
-        return f"first answer: the rig explains the records (residual: {p_value(p_residual)})"
-    said = f"first answer: the rig leaves {np.sqrt(work.base.cost / rows):.3g} standard deviations (rms) unexplained"
+    if not work.base.is_rejected(work.settings.significance):
+        return f"first answer: the rig explains the records (residual: {p_value(work.base.p_value)})"
+    left = np.sqrt(work.base.cost / work.spectrum.data_count)
+    said = f"first answer: the rig leaves {left:.3g} standard deviations (rms) unexplained"
     best = next((one for one in work.free_forces if one.is_testable), None)
     if best is None:
         return said

@@ -10,7 +10,6 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import Fit, fit, residual_share
 from rotorstudy.inference.prior import Prior
-from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
@@ -51,12 +50,6 @@ def wide_ranges(model: Model, spectrum: Spectrum, settings: Settings, stated: Fi
     if residual_share(stated.cost, costs[best], rows) > EXPLAINS:
         return f"{said}: none of these alone explains it"
     return f"{said}: check {best} first{_furthest(free[best], parts.get(best, {}))}, and state how well it is known"
-
-
-def free_parts(model, spectrum, settings, stated):
-    """A note of what `wide_ranges` says, if it says anything."""
-    said = wide_ranges(model, spectrum, settings, stated)
-    return [Finding("note", "free parts of the rig", "records and rig", said)] if said else []
 
 
 def any_offset(spectrum: Spectrum) -> tuple[Term, Prior]:

@@ -23,10 +23,7 @@ SMALL_SHARE = 0.1  # of the excess error (rms), which a right hypothesis may lea
 
 
 class Tested(NamedTuple):
-    """A hypothesis, its Fit to the corrected Spectrum with the model error, and the logarithm of its prior odds.
-
-    These include the determinant of the change.
-    """
+    """A hypothesis, its Fit to the corrected Spectrum, and the log of its prior odds and the change's determinant."""
 
     hypothesis: Hypothesis
     spectrum: Spectrum
@@ -35,13 +32,29 @@ class Tested(NamedTuple):
 
 
 def tested_convention(begun, spectrum):
-    """The Tested hypothesis with the highest odds, or None where the records do not contradict the rig.
-
-    begun : Search in which nothing was searched yet;  spectrum : without the model error
-    """
-    base, significance = begun.base, begun.settings.significance
-    is_far = chi_square_p_value(base.penalty, len(base.names)) < significance
-    return best_hypothesis(spectrum, base, begun.settings) if base.is_rejected(significance) or is_far else None
+    """The Tested hypothesis with the highest odds, or None where the records do not contradict the rig."""
+    base, settings = begun.base, begun.settings
+    is_far = chi_square_p_value(base.penalty, len(base.names)) < settings.significance
+    if not (base.is_rejected(settings.significance) or is_far):
+        return None
+    model, prior, about = base.model, base.prior, base.stated_theta  # all are linearised about the stated values
+    every = list(hypotheses(spectrum, model))
+    models = (model, replace(model, from_unloaded_line=not model.from_unloaded_line))
+    order = carried_order(spectrum)
+    linearised = [shown_and_slopes(one, spectrum, about, prior.names, order) for one in models]
+    stated, screened = with_model_error(spectrum, settings).log_volume, []
+    for hypothesis in every:
+        corrected, log_volume = hypothesis.corrected(spectrum)
+        corrected = with_model_error(corrected, settings)
+        log_factor = float(log_volume + corrected.log_volume - stated + np.log(PRIOR_ODDS / len(every)))
+        evidence = _linear_evidence(corrected, *linearised[hypothesis.other_zero], prior)
+        screened.append((evidence + log_factor, log_factor, hypothesis, corrected))
+    screened.sort(key=lambda one: -one[0])
+    tested = [
+        Tested(one, corrected, fit(models[one.other_zero], corrected, prior, start=about), log_factor)
+        for _, log_factor, one, corrected in screened[:FITTED]
+    ]
+    return max(tested, key=lambda one: one.fit.evidence + one.log_factor)
 
 
 def clear_convention(begun, tested):
@@ -86,18 +99,17 @@ def _one_comes_near(begun, screened, cost):
     return False
 
 
-def chain_hypothesis(found, base, tested):
+def chain_hypothesis(found, tested):
     """The ChainHypothesis that explains the records better than any cause under the stated conventions, or None.
 
-    It is tried without causes and, if neither it nor the best causes of the Search leave only noise, with one cause on
-    the rotor; base : Fit without causes.
+    It is tried without causes and, if neither it nor the best causes leave only noise, with one cause on the rotor.
     """
-    best, gain, tried = found.best, _gain(tested, base), [Explanation((), tested.fit, 0.0)]
+    best, gain, tried = found.best, _gain(tested, found.base), [Explanation((), tested.fit, 0.0)]
     if gain > LEAST_MARGIN and all(one.is_rejected(found.settings.significance) for one in (best.fit, tested.fit)):
         tried += _with_one_cause(found, tested)
     near = [one for one in tried if odds_of(one) + gain - odds_of(best) >= LEAST_MARGIN]
     ranked = sorted(near, key=odds_of, reverse=True)
-    return next(filter(None, (_accepted(tested, one, base, odds_of(best), found) for one in ranked)), None)
+    return next(filter(None, (_accepted(tested, one, found.base, odds_of(best), found) for one in ranked)), None)
 
 
 def _gain(tested, base):
@@ -124,7 +136,7 @@ def _accepted(tested, explained, base, odds_of_best, work):
     return ChainHypothesis(
         hypothesis=tested.hypothesis.name,
         remedy=tested.hypothesis.remedy,
-        beside=next((Place.of(cause, base.model.structure) for cause in explained.causes), None),
+        beside=next((Place.of(one.effect, one.where, base.model.structure) for one in explained.causes), None),
         log_odds=odds,
         log_odds_of_best_causes=odds_of_best,
         residual_p_value=PValues(before=chi_square_p_value(base.cost, rows), after=p_after),
@@ -150,28 +162,6 @@ def _with_one_cause(found, tested):
     if not work.candidates:
         return []
     return with_one_cause(replace(work, free_forces=tuple(free_forces(work))))
-
-
-def best_hypothesis(spectrum, base, settings) -> Tested:
-    """The hypothesis with the highest odds, fitted; all are linearised about the stated values of the base Fit."""
-    model, prior, about = base.model, base.prior, base.stated_theta
-    every = hypotheses(spectrum, model)
-    models = (model, replace(model, from_unloaded_line=not model.from_unloaded_line))
-    order = carried_order(spectrum)
-    linearised = [shown_and_slopes(one, spectrum, about, prior.names, order) for one in models]
-    stated, screened = with_model_error(spectrum, settings).log_volume, []
-    for hypothesis in every:
-        corrected, log_volume = hypothesis.corrected(spectrum)
-        corrected = with_model_error(corrected, settings)
-        log_factor = float(log_volume + corrected.log_volume - stated + np.log(PRIOR_ODDS / len(every)))
-        evidence = _linear_evidence(corrected, *linearised[hypothesis.other_zero], prior)
-        screened.append((evidence + log_factor, log_factor, hypothesis, corrected))
-    screened.sort(key=lambda one: -one[0])
-    tested = [
-        Tested(one, corrected, fit(models[one.other_zero], corrected, prior, start=about), log_factor)
-        for _, log_factor, one, corrected in screened[:FITTED]
-    ]
-    return max(tested, key=lambda one: one.fit.evidence + one.log_factor)
 
 
 def _linear_evidence(spectrum, shown, change, prior):
