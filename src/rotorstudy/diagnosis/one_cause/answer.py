@@ -76,11 +76,14 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
     for one in tried:
         if one.minimum.converged[0] and one.cost <= least and not any(is_same(work, one, known) for known in elsewhere):
             elsewhere.append(one)
-    averaged = _over_forms(work, best) if len(best.causes) == 1 else None
+    causes, known = shaped(work, best), ()
+    if len(causes) == 1 and form_ranges(causes[0].effect).keys() & causes[0].shape.keys():
+        over = over_forms(work, as_fit(work, best), causes[0], laws_of(work, causes[0]))
+        if over is not None:
+            causes = (causes[0]._replace(shape=over.cause.shape, shape_std=over.cause.shape_std),)
+            known = over.stated, over.intervals
     return Identified(
-        (best.causes[0]._replace(shape=averaged.cause.shape, shape_std=averaged.cause.shape_std),)
-        if averaged
-        else shaped(work, best),
+        causes,
         work.whole.plus(*(cause.term for cause in best.causes)),
         tuple(names),
         best.minimum.theta[0],
@@ -88,16 +91,8 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
         chi_square_p_value(best.cost, 2 * work.spectrum.amplitude.size),
         misfits,
         tuple(shaped(work, one) for one in elsewhere[1:]),
-        *((averaged.stated, averaged.intervals) if averaged else ()),
+        *known,
     )
-
-
-def _over_forms(work, best):
-    """The OverForms of the one cause of a fit; None if its form is not free."""
-    (cause,) = shaped(work, best)
-    if not form_ranges(cause.effect).keys() & cause.shape.keys():
-        return None
-    return over_forms(work, as_fit(work, best), cause, laws_of(work, cause))
 
 
 def interval_of(found: Identified, name: str) -> tuple[float, float]:

@@ -178,7 +178,7 @@ def _fitted(whole, spectrum, prior, names, others):
         own = {name: (0.0, unit * sizes.get(name, 1.0)) for name, unit in units.items()}
         known = prior.plus(Prior.independent(own))
         found = fit(whole, spectrum, known, start)
-        odds, scales, seen, right = by_sizes(found, known, others, best)
+        odds, scales, seen, right = by_sizes(found, others, best)
         best, start = PAIRS[np.argmax(odds)], found.theta
     weights = np.exp(odds - odds.max())
     likely = np.flatnonzero(weights > NEGLIGIBLE)

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
+from rotorstudy.diagnosis.runs.joint import model_errors
 from rotorstudy.diagnosis.runs.turned_mark import without_turn, without_turn_beside_a_change
 from rotorstudy.diagnosis.search.candidates import with_vibration
 from rotorstudy.diagnosis.search.film_error import with_film_error, with_offset_of_mean
@@ -37,7 +38,6 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.units import percent, spins
 
 SAME_SPEED = 1e-2  # relative difference up to which two records are of the same speed
-LARGEST_MODEL_ERROR = 0.5  # fraction of each harmonic
 FLOOR = 0.1  # of the repeatability: by how much of the rms vibration each harmonic differs, as by default
 
 
@@ -198,13 +198,11 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
     """
     whole, prior = base_model(model, settings)
     offset, known = any_offset(spectrum)
-    share = max(settings.model_error, 1e-3)
-    while True:
+    for share in model_errors(settings):
         widened = with_model_error(spectrum, settings.model_copy(update={"model_error": share}))
         found = fit(whole.plus(offset), widened, prior.plus(known), from_afar=True)
-        if found.excess == 0 or share >= LARGEST_MODEL_ERROR:
+        if found.excess == 0:
             break
-        share = min(2 * share, LARGEST_MODEL_ERROR)
     notes, error = [], settings.model_error
     if share > 10 * settings.model_error:
         error, stated = share, with_model_error(spectrum, settings)

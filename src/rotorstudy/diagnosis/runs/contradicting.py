@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.findings import told
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import chi_square_p_value
@@ -18,20 +19,20 @@ TOLD_APART = ("known mass contradicted", "another machine")  # findings that say
 ADDED = "added "  # label of a term that a run adds
 
 
-def contradictions(joint: JointFit, shared: Prior, significance: float, width: float, sense: float) -> list[Finding]:
+def contradictions(joint: JointFit, shared: Prior, settings: Settings, sense: float) -> list[Finding]:
     """Findings on runs that the machine with what was added does not explain.
 
     If all runs agree once the stated masses of one run are free, these are contradicted; if they agree without one run,
     that is of another machine, or of another state of it. Where neither helps, every run not explained is told.
 
-    shared : of the parameters that the runs share;  significance : p-value below which a run is not explained
-    width  : standard deviation of a mass that is set free, in typical sizes;  sense : 1 or -1, of the user's angles
+    shared : of the parameters that the runs share;  sense : 1 or -1, of the user's angles
     """
+    significance = settings.significance
     rejected = _unexplained(joint, significance)
     if not rejected:
         return []
     for run in joint.runs:
-        freed = _with_free_masses(run, width)
+        freed = _with_free_masses(run, settings.prior_width)
         other = freed and _refitted([freed if one is run else one for one in joint.runs], shared)
         if other and not _unexplained(other, significance):
             return [_contradicted(other, run, freed, sense)]

@@ -1,7 +1,9 @@
 """Several runs of one machine, listed in a file (docs/several_runs.md), and what they say together about its rig."""
 
 import logging
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -115,7 +117,7 @@ def _updated(runs, findings):
     """The IdentifiedRig, whose intervals include the error of the model that the runs show."""
     settings = runs.settings
     found, shared = _settled(runs, settings)
-    odd = contradictions(found.joint, shared, settings.significance, settings.prior_width, runs.conventions.sense)
+    odd = contradictions(found.joint, shared, settings, runs.conventions.sense)
     if not any(one.name in TOLD_APART for one in odd) and is_implausible(found.joint, settings.significance):
         forced = _with_other_forces(runs)
         if not is_implausible(forced.joint, settings.significance):
@@ -137,7 +139,7 @@ def _with_other_forces(runs):
         own = {n: (0.0, u * size) for part, u, size in zip(parts, units, sizes, strict=True) for n in part}
         forces = terms, Prior.independent(own)
         found, _ = _settled(runs, runs.settings, forces=forces)
-        odds = by_sizes(found.joint.posterior, found.joint.prior, parts, sizes)[0]
+        odds = by_sizes(found.joint.posterior, parts, sizes)[0]
         sizes = PAIRS[np.argmax(odds)]
     return found
 
@@ -154,15 +156,22 @@ def _with_larger_error(runs):
 
     None where none does. The error is alike at neighbouring speeds, so that the runs say as much as fewer speeds would.
     """
-    share = max(runs.settings.model_error, LEAST_ERROR)
-    while share < LARGEST_ERROR:
-        share = min(2 * share, LARGEST_ERROR)
+    for share in islice(model_errors(runs.settings), 1, None):
         raised = runs.settings.model_copy(update={"model_error": share})
         log.info("fitting the runs with a model error of %s", percent(share))
         found, _ = _settled(runs, raised)
         if not exceeds_noise(found.joint):
             return _settled(runs, raised, variance=1 / independent_share(found.joint))[0], share
-    return None, share
+    return None, None
+
+
+def model_errors(settings: Settings) -> Iterator[float]:
+    """Errors of the model with which a fit is tried, fractions of each harmonic: the stated one, then larger ones."""
+    share = max(settings.model_error, LEAST_ERROR)
+    yield share
+    while share < LARGEST_ERROR:
+        share = min(2 * share, LARGEST_ERROR)
+        yield share
 
 
 def _settled(runs, with_error, variance=1.0, forces=None):

@@ -7,7 +7,6 @@ from itertools import product
 
 import numpy as np
 
-from rotorstudy.inference.prior import Prior
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Parameter, Term
@@ -33,12 +32,13 @@ def other_forces(structure: Structure) -> tuple[Term, Term]:
     return tuple(terms)
 
 
-def by_sizes(found, prior: Prior, others, sizes) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def by_sizes(found, others, sizes) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """The log evidence (pair,) of each pair of sizes, and factors (pair, parameter) of the standard deviations.
 
     By a Fit or Posterior with some sizes (2,). Then its whitened derivatives (component, parameter) by unit parameters,
     and what these have to explain (component,); others : names of both forces
     """
+    prior = found.prior
     scales = np.ones((len(PAIRS), len(prior.names)))
     for part, column in zip(others, (PAIRS / sizes).T, strict=True):
         scales[:, [prior.names.index(name) for name in part]] = column[:, None]

@@ -60,36 +60,26 @@ def _said(cause):
         yield name, without_unit(name, one.unit), one.model_copy(update=scaled | {"interval_95": ends}), is_open
 
 
-def _present(cause):
-    """The parameters of a cause that say something.
-
-    Of more than a few amplitudes those that differ from zero, with their phases; of a cause of fixed size its shape.
-    """
+def _absent(cause):
+    """Names of the amplitudes that say nothing: of more than a few those near zero, of a cause of fixed size all."""
     amplitudes = {name: one for name, one in cause.parameters.items() if one.part in ("amplitude", "magnitude")}
     if registry().get("effect", cause.effect).fixed and any(one.part == "shape" for one in cause.parameters.values()):
-        absent = set(amplitudes)  # its shape says all
-    elif len(amplitudes) > FEW:
-        deviations = {name: abs(one.value) / one.std if one.std else np.inf for name, one in amplitudes.items()}
-        least = min(ABSENT, max(deviations.values()))
-        absent = {name for name, size in deviations.items() if size < least}
-    else:
-        return cause.parameters
-    found, is_present = {}, True
-    for name, one in cause.parameters.items():
-        is_present = is_present if one.part == "phase" else name not in absent  # a phase follows its amplitude
-        found |= {name: one} if is_present else {}
-    return found
+        return set(amplitudes)  # its shape says all
+    deviations = {name: abs(one.value) / one.std if one.std else np.inf for name, one in amplitudes.items()}
+    least = min(ABSENT, max(deviations.values(), default=0.0)) if len(amplitudes) > FEW else 0.0
+    return {name for name, size in deviations.items() if size < least}
 
 
 def cause_in_words(cause):
     """'unbalance at node 2 (eccentricity 12.00 ± 0.10 µm at 30.0 ± 1.0 °)'."""
-    texts, present = [], _present(cause)
+    texts, absent, is_said = [], _absent(cause), True
     word = "at" if registry().get("effect", cause.effect).fold == 1 else "along"
-    for name, label, one, is_open in (row for row in _said(cause) if row[0] in present):
+    for name, label, one, is_open in _said(cause):
         size = quantity(one.value, one.unit, one.std)
-        if one.part == "phase":
+        is_said = is_said if one.part == "phase" else name not in absent  # a phase follows its amplitude
+        if is_said and one.part == "phase":
             texts[-1] += f" {word} {'any angle' if is_open else size}"
-        else:
+        elif is_said:
             texts.append(size if name == cause.effect else f"{label} {size}")
     texts += [f"{option} {value}" for option, value in _variants(cause).items()]
     where, sizes_of_it = place(cause), ", ".join(texts)

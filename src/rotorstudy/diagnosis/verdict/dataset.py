@@ -47,11 +47,10 @@ def verdict_dataset(diagnosis, spectrum):
 def _parameters(diagnosis):
     """Fitted parameters: as stated, in the base model and in the extended one."""
     best, along = diagnosis.best, ("parameter",)
-    units = dict(zip(best.model.names, best.model.units, strict=True))
-    texts = {"unit": (units, "unit of the parameter"), "label": (diagnosis.labels, "readable name of the parameter")}
+    units, labels = best.model.reported_units(best.names), [diagnosis.labels[name] for name in best.names]
     found = {
-        key: (along, np.array([known[name] for name in best.names], object), "1", long_name)
-        for key, (known, long_name) in texts.items()
+        "unit": (along, np.array(units, object), "1", "unit of the parameter"),
+        "label": (along, np.array(labels, object), "1", "readable name of the parameter"),
     }
     each = {
         ("stated", "stated_std"): diagnosis.search.prior.by_name,

@@ -24,9 +24,9 @@ note: explained by the rig: {said}, within the uncertainty that the rig states. 
 note: model-form error: what it leaves looks like {others}, but is no larger than the form of such a fault is uncertain:
     it may be a model-form error, or a second, smaller fault at the same place. Repair the first, and measure again
 warning: form of the cause: {odd}: {cause} {has} another form than those of the library, and {size}
-warning: measuring chain: the records look as if {hypothesis}: corrected for that, the rig{beside} explains all but
-    {left} of the excess error (rms), better than any cause (log odds {odds:.3g}, best causes {of_causes:.3g}). No cause
-    is named: {remedy}, then diagnose again
+warning: measuring chain: the records look as if {chain.hypothesis}: corrected for that, the rig{beside} explains all
+    but {left} of the excess error (rms), better than any cause (log odds {chain.log_odds:.3g}, best causes
+    {chain.log_odds_of_best_causes:.3g}). No cause is named: {chain.remedy}, then diagnose again
 note: free parts of the rig: {said}
 note: held-out speeds: what explains the other speeds does not explain {speeds}: these are now fitted, others held out
 note: search stopped: the search was stopped after {count} explanations had been fitted; what is stated is the best of
@@ -77,9 +77,8 @@ def findings_of(one, kind, labels):
     found, chain, best = one.judged, one.chain, one.judged.best
     if chain:
         beside = f" with {place(chain.beside)}" if chain.beside else ""
-        odds = {"odds": chain.log_odds, "of_causes": chain.log_odds_of_best_causes}
-        odds |= {"hypothesis": chain.hypothesis, "remedy": chain.remedy, "left": percent(chain.residual_share)}
-        yield told("measuring chain", "records and rig", beside=beside, **odds)
+        left = percent(chain.residual_share)
+        yield told("measuring chain", "records and rig", chain=chain, beside=beside, left=left)
     elif kind == "nothing":
         yield from _within_uncertainty(found)
     else:

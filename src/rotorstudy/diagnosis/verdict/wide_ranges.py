@@ -55,14 +55,13 @@ def wide_ranges(model: Model, spectrum: Spectrum, settings: Settings, stated: Fi
 def any_offset(spectrum: Spectrum) -> tuple[Term, Prior]:
     """The Term of a constant offset of each harmonic at each sensor, and the Prior of its amplitudes."""
     size = np.sqrt(np.mean(np.abs(spectrum.amplitude) ** 2, axis=0))  # (harmonic, sensor)
-    parameters, known = [], {}
+    parameters, each = [], np.eye(len(spectrum.sensors))
     for h, n in enumerate(spectrum.harmonics.tolist()):
         for s, node in enumerate(spectrum.sensors):
-            here = np.eye(len(spectrum.sensors))[s]
             name, std = f"offset of {n}X at node {node}", max(float(size[h, s]), float(size.max()) * LEAST_OFFSET)
-            parameters.append(Parameter(name, "m", (Entry(here, on="one", shift=n),), std, is_complex=True))
-            known |= {f"{name}_{part}": (0.0, std) for part in ("real", "imag")}
-    return Term("offset", tuple(parameters), acts_on="output"), Prior.independent(known)
+            parameters.append(Parameter(name, "m", (Entry(each[s], on="one", shift=n),), std, is_complex=True))
+    term = Term("offset", tuple(parameters), acts_on="output")
+    return term, Prior.independent({unknown.name: (0.0, unknown.typical) for unknown in term.unknowns})
 
 
 def _parts(model):

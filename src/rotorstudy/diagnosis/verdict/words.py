@@ -62,11 +62,9 @@ def excluded_in_words(verdict):
     """One line for each effect that the records exclude."""
     lines = []
     for one in verdict.excluded:
-        why = (
-            f"it leaves {one.sigma:.3g} standard deviations (rms) of {one.harmonic}X at node {one.node}"
-            if one.harmonic is not None
-            else "it leaves hardly more, but needs less probable values"
-        )
+        why = "it leaves hardly more, but needs less probable values"
+        if one.harmonic is not None:
+            why = f"it leaves {one.sigma:.3g} standard deviations (rms) of {one.harmonic}X at node {one.node}"
         lines.append(f"{place(one.cause)}: odds 1 to {_odds(one.log_odds)}; {why}")
     return lines
 
@@ -160,10 +158,8 @@ def _ambiguous(verdict, something):
 def _not_ruled_out(verdict):
     """A sentence on the other causes of an ambiguous verdict."""
     others = list(dict.fromkeys(map(place, verdict.ambiguous_with)))
-    if not others:
-        return "It is not certain."
-    if len(others) == 1:
-        return f"But {others[0]} cannot be ruled out."
+    if len(others) < 2:
+        return f"But {others[0]} cannot be ruled out." if others else "It is not certain."
     more = [f"and {len(others) - SEVERAL} more"] if len(others) > SEVERAL else []
     return f"But these cannot be ruled out: {'; '.join([*others[:SEVERAL], *more])}."
 
@@ -207,13 +203,15 @@ def hidden_in_words(verdict):
     """A sentence on each fault that operators fear: where it is seen from which size on, and where it could hide."""
     rows, said = {}, []
     for row in verdict.hidden:
-        rows.setdefault((row.effect, row.where.get("number", "")), []).append(row)
+        alone = {key: value for key, value in row.where.items() if key != "number"}
+        place_alone = row.model_copy(update={"effect": "", "where": alone})
+        rows.setdefault((row.effect, row.where.get("number", "")), []).append(place_alone)
     for (effect, number_of_bearing), places in rows.items():
         name = readable(effect) + f" ({without_unit(number_of_bearing)})" * bool(number_of_bearing)
         seen = sorted((row for row in places if row.size is not None), key=lambda row: row.size)
         text = ""
         if seen:
-            ends = [f"{_hidden_size(row)} ({_where(row)})" for row in (seen[:1] + seen[1:][-1:])]
+            ends = [f"{_hidden_size(row)} ({place(row)})" for row in (seen[:1] + seen[1:][-1:])]
             text = f"{name} is seen with 95 % probability above {' to '.join(ends)}"
         if blind := [row for row in places if row.size is None]:
             text += ("; " if seen else f"{name} is ") + (
@@ -234,21 +232,16 @@ def _all_of(rows):
     """The places of rows as text, nodes or elements in ranges (all of one have one distance to their index)."""
     said, numbered = [], {"node": [], "element": []}
     for row in rows:
-        where = {key: value for key, value in row.where.items() if key != "number"}
-        if len(where) == 1 and (kind := next(iter(where))) in numbered:
-            numbered[kind].append(where[kind])
+        if len(row.where) == 1 and (kind := next(iter(row.where))) in numbered:
+            numbered[kind].append(row.where[kind])
         else:
-            said.append(_where(row))
+            said.append(place(row))
     for kind, values in numbered.items():
         grouped = groupby(enumerate(sorted(values)), lambda one: one[1] - one[0])
         runs = [[value for _, value in run] for _, run in grouped]
         listed = ", ".join(f"{run[0]} to {run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)
         said += [f"{'at' if kind == 'node' else 'in'} {kind}{'s' * (len(values) > 1)} {listed}"] * bool(values)
     return ", ".join(said)
-
-
-def _where(row):
-    return place(row.model_copy(update={"effect": "", "where": {k: v for k, v in row.where.items() if k != "number"}}))
 
 
 def gain_in_words(verdict):
