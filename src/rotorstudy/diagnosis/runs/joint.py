@@ -21,7 +21,7 @@ from rotorstudy.diagnosis.runs.run_file import AddedUnbalance, RunItem, read_run
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings, check_names, read_settings
 from rotorstudy.diagnosis.verdict.findings import told
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known, unknown_name
 from rotorstudy.inference.joint import JointFit, Run, fit_runs, independent_share
 from rotorstudy.inference.prediction import whitened_prediction, with_model_error
 from rotorstudy.inference.prior import Prior
@@ -71,8 +71,7 @@ class IdentifiedRig(NamedTuple):
 
     def of(self, name: str) -> tuple[float, float]:
         """Value and standard deviation of a parameter; of a number its change relative to the rig file."""
-        values, covariance = self.joint.of([name])
-        value, std, ratio = float(values[0]), float(np.sqrt(covariance[0, 0])), self.ratio.get(name)
+        (value, std), ratio = self.joint.posterior.by_name[name], self.ratio.get(name)
         return (value, std) if ratio is None else (ratio * (1 + value) - 1, ratio * std)
 
 
@@ -195,17 +194,16 @@ def _settled(runs, with_error, variance=1.0, forces=None):
             whole, shared = whole.plus(*forces[0]), shared.plus(forces[1])
         each = zip(runs.items, spectra, strict=True)
         joint = fit_runs([_run(*one, whole, shared, settings, conventions) for one in each], shared, start)
-        theta, covariance = joint.of(shared_names(joint))
-        moved = np.array([is_number(name) for name in shared_names(joint)])
-        if np.all(np.abs(theta[moved]) <= SETTLED * np.sqrt(np.diag(covariance)[moved])):
+        known, names = joint.posterior.by_name, shared_names(joint)
+        moved = {name: known[name] for name in names if is_number(name)}
+        if all(abs(value) <= SETTLED * std for value, std in moved.values()):
             break
-        named = zip(shared_names(joint), theta, strict=True)
-        numbers = {name: float(np.clip(value, *LARGEST_CHANGE)) for name, value in named if is_number(name)}
+        numbers = {name: float(np.clip(value, *LARGEST_CHANGE)) for name, (value, _) in moved.items()}
         ratio = ratio * np.array([1 + numbers.get(name, 0.0) for name in prior.names])
         given = rig_with_values(given, bare, numbers)
         start = joint.posterior.free.copy()
         start[[joint.prior.names.index(name) for name in numbers]] = 0.0
-    names = [name for name in shared_names(joint) if name in bare.names or is_number(name)]
+    names = [name for name in names if name in bare.names or is_number(name)]
     updated = rig_with_estimate(given, bare, names, *joint.of(names))
     began = {name: float(share) for name, share, mine in zip(prior.names, scale, own, strict=True) if mine}
     return IdentifiedRig(joint, updated, [], conventions, began), shared
@@ -251,10 +249,10 @@ def unbalance_term(added: AddedUnbalance, whole: Model, conventions: Conventions
     """The Term of an added unbalance, that of a gram at an eccentricity; label : of the term, where : for an error."""
     nodes = {name: node for node, name in whole.structure.labels.items()}
     nodes |= {str(name): node for name, node in conventions.node_of_label.items()}
-    if isinstance(added.node, str) and added.node not in nodes:
-        where = f"{where}; label a disc so, or list it under 'node_of_label:'"
-        raise unknown_name("node label", added.node, nodes, where)
-    node = nodes[added.node] if isinstance(added.node, str) else added.node
+    node = added.node
+    if isinstance(node, str):
+        check_known("node label", [node], nodes, f"{where}; label a disc so, or list it under 'node_of_label:'")
+        node = nodes[node]
     item = {"kind": "unbalance", "node": node, "mass_kg": GRAM, "label": label}
     if added.unbalance_g_mm is not None:
         item["eccentricity_m"] = added.unbalance_g_mm * GRAM_MM / GRAM

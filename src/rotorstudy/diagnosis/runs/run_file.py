@@ -5,7 +5,7 @@ from typing import Annotated
 
 from annotated_types import Ge, MinLen
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.yaml_file import read_yaml
 
@@ -33,9 +33,7 @@ class RunItem(Strict):
 def read_runs(path: str | Path) -> list[RunItem]:
     """The runs listed in a file; RotorstudyError if there is none, two have one name, or a key is unknown."""
     given = read_yaml(path)
-    for key in given:
-        if key != "runs":
-            raise unknown_name("section", key, ["runs"], str(path))
+    check_known("section", given, ["runs"], str(path))
     if not isinstance(given.get("runs"), list) or not given["runs"]:
         raise RotorstudyError(f"{path}: 'runs:' must be a list of runs, each starting with '- name:'")
     items = []
