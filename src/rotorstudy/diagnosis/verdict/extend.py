@@ -30,14 +30,14 @@ def extended_rig(given, diagnosis):
         for cause, item in zip(causes, items, strict=True):
             mark = f"[{cause.term.label}]"
             renamed |= {name: name.replace(mark, f"[{item['label']}]") for name in cause.names}
-    rig, values, covariance = _with_rotor_built_again(rig, diagnosis, renamed)
+    rig, fitted = _with_rotor_built_again(rig, diagnosis, renamed)
     place = [best.names.index(name) for name in renamed]
-    covariance = covariance[np.ix_(place, place)]
-    return rig_with_estimate(rig, build_model(rig), list(renamed.values()), values[place], covariance)
+    covariance = fitted.covariance[np.ix_(place, place)]
+    return rig_with_estimate(rig, build_model(rig), list(renamed.values()), fitted.free[place], covariance)
 
 
 def _with_rotor_built_again(rig, diagnosis, renamed):
-    """The rig with the fitted numbers of its rotor, and values (free,) and covariance of a fit of it.
+    """The rig with the fitted numbers of its rotor, and a Fit of it, whose free parameters are those of the best one.
 
     Effects that depend on the matrices of the rotor did not follow its numbers in the best fit, in which the parameters
     of the rig have the names that are `renamed`.
@@ -46,7 +46,7 @@ def _with_rotor_built_again(rig, diagnosis, renamed):
     names = tuple(renamed.get(name, name) for name in best.names)
     own = np.array([is_number(name) and name in renamed for name in names])
     if not own.any():
-        return rig, best.free, best.covariance
+        return rig, best
     here = {name: value for name, value in zip(names, best.free, strict=True) if name in renamed.values()}
     rig = rig_with_values(rig, build_model(rig), here)
     model = build_model({**rig, "sensors": list(diagnosis.spectrum.sensors)})
@@ -63,5 +63,4 @@ def _with_rotor_built_again(rig, diagnosis, renamed):
     prior = Prior(names, mean, best.prior.covariance / np.outer(ratio, ratio))
     start = np.zeros(len(model.names))
     start[model.position(names)] = np.where(own, 0, best.free)
-    found = fit(model, diagnosis.spectrum, prior, start=start)
-    return rig, found.free, found.covariance
+    return rig, fit(model, diagnosis.spectrum, prior, start=start)
