@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from annotated_types import Gt
+from annotated_types import Ge, Gt, Len, Lt
 from pydantic import Field
 
 from rotorstudy.errors import RotorstudyError, unknown_name
@@ -15,6 +15,9 @@ def stated_nuisance():
     """Effect -> standard deviation of its amplitude, for effects that are part of every measuring chain."""
     stated = {name: effect.nuisance for name, effect in registry().plugins["effect"].items()}
     return {name: std for name, std in stated.items() if std and std != "clearance"}
+
+
+Inadequacy = Annotated[float, Ge(0), Lt(0.5)]
 
 
 class Settings(Strict):
@@ -38,9 +41,9 @@ class Settings(Strict):
     candidates_per_round: int = Field(default=10, ge=1)
     leave_out: list[str] = []
     form_error: float = Field(default=0.05, gt=0, lt=0.5)
-    # share of verdicts that are wrong although an explanation by the library is nearly certain: 44 of 571 by thirteen
-    # draws of `benchmarks/foreign.py --families forms` (seeds 7017 to 7029)
-    model_inadequacy: float = Field(default=0.08, ge=0, lt=0.5)
+    # share of causes that are wrong although nearly certain, of one fault and of several: 1 of 97 and 6 of 34 by three
+    # draws of `benchmarks/foreign.py --families forms` (seeds 7031 to 7033), each with one more of either kind
+    model_inadequacy: Annotated[list[Inadequacy], Len(2, 2)] = [0.02, 0.2]
 
 
 def base_rate(effect, settings):

@@ -26,6 +26,7 @@ from rotorstudy.model.terms import Parameter, Term
 PRIOR = 0.1  # odds of a fault that the library lacks against one that it has, before anything is measured
 REFITTED = 3  # places, the best ones, of which the values of the rig are fitted again with the force
 AGAIN = 2  # how often
+BY_SHARES = 10.0  # change of the log evidence by other shares, at most, for each datum: it narrows an amplitude so far
 UPDATES = 30  # of the size at each harmonic
 COPIES, MOST_BYTES = 10, 4e9  # of the columns of an error of form at once, and what they may take
 SETTLED = 1e-3  # relative change of all sizes
@@ -68,11 +69,13 @@ def free_forces(work) -> list[FreeForce]:
     spectrum = work.spectrum
     _check_memory(spectrum)
     rows_of, stated = dict(places_of(work.rig.structure)), fit(work.model, spectrum, work.prior, steps=0)
-    known, fits = {}, {}
+    fits = {}
     try:
         shown_by = _shown_by(stated, spectrum)
-        for one, rows in rows_of.items():
-            known[one] = _posterior(stated, spectrum, shown_by(rows))
+        known = {one: _posterior(stated, spectrum, shown_by(rows), every=SHARES[-1:]) for one, rows in rows_of.items()}
+        least = max(one.evidence for one in known.values()) - BY_SHARES * spectrum.data_count
+        for one in (one for one in known if known[one].evidence > least):
+            known[one] = _posterior(stated, spectrum, shown_by(rows_of[one]))
     except NoSteadyState:
         return []
     for one in sorted(known, key=lambda one: -known[one].evidence)[:REFITTED]:

@@ -264,34 +264,6 @@ def exchanges(work: Search, current: Explanation) -> list[Proposal]:
     return found
 
 
-def splits(work: Search, current: Explanation) -> list[Proposal]:
-    """Two other faults in the place of one whose error of form takes up much, judged at the motion with it.
-
-    Two that act near each other are explained by one in another form, and neither of them alone.
-    """
-    whole = work.held(current.causes, current.fit.values) if len(current.faults) == 1 else None
-    if whole is None or whole.cost < current.fit.cost + 2 * HIDES:
-        return []
-    own = tuple(n for c in current.causes for n in c.names)
-    chosen = [c for c in work.candidates if not can_be_scanned(c) and c.fault != current.causes[0].fault]
-    wide, fitted = _with_error_of_form(work, whole, _error_of_form(work, work.nothing), own)
-    projected, usable = wide.project(fitted, [*chosen, *current.causes], own)
-    if not {c.label for c in current.causes} <= {c.label for c in usable}:
-        return []
-    base = odds_of(current) - screen(projected, *current.causes).evidence - work.prior_odds.log_odds(current.causes)
-    judge, best, found = _Judge(wide, (), current.fit.values, base), {}, []
-    usable = [c for c in usable if not any(c is one for one in current.causes)]
-    for one in sorted(judge.alone(projected, usable), key=lambda one: -one.log_odds):
-        best.setdefault(one.causes[0].effect, one.causes)
-    known = max(map(odds_of, work.explanations))
-    top = -np.inf if work.is_rejected else np.inf  # then the best proposal is the measure, not what was fitted
-    for first in best.values():
-        others = [c for c in usable if c.fault != first[0].fault and is_allowed(work, (*first, c))]
-        found += judge.alone(projected, others, first, min(known, top) - WITHIN)
-        top = max([top, *(one.log_odds for one in found)])
-    return found
-
-
 def turns(work: Search, current: Explanation) -> list[Proposal]:
     """The same causes, one of them facing another side, in the best shape there at the motion with it.
 
@@ -307,19 +279,6 @@ def turns(work: Search, current: Explanation) -> list[Proposal]:
         for other, one in in_best_shapes(wide, fitted, [cause], without=cause.names, plain=whole, away=away):
             values = current.fit.values | dict(zip(other.names, one.start, strict=True))
             found.append(Proposal((*current.causes[:i], other, *current.causes[i + 1 :]), values, np.inf))
-    return found
-
-
-def other_laws(work: Search, current: Explanation) -> list[Proposal]:
-    """The same causes, one of them with another of its alternatives in the shape that was found."""
-    found = []
-    for i, cause in enumerate(current.causes):
-        laws = {tuple(c.variant.values()): c for c in work.candidates if c.cause == cause.cause}
-        for law in laws.values():
-            if law.variant != cause.variant:
-                other = with_shape(work.rig, law, cause.shape, work.settings.prior_width)
-                values = {n: v for n, v in current.fit.values.items() if n not in cause.names}
-                found.append(Proposal((*current.causes[:i], other, *current.causes[i + 1 :]), values, np.inf))
     return found
 
 

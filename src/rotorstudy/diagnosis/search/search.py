@@ -26,10 +26,8 @@ from rotorstudy.diagnosis.search.moves import (
     exchanges,
     loading_films,
     needs_fit,
-    other_laws,
     pairs,
     removals,
-    splits,
     turns,
 )
 from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
@@ -136,7 +134,7 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
             for one in current:
                 log.info("trying moves from %s (log odds %.1f)", " and ".join(one.named) or "the rig", odds_of(one))
             before = max(map(odds_of, work.explanations))
-            _fit_best(work, [group for n, one in enumerate(current) for group in _moves(work, one, not n)], possible)
+            _fit_best(work, [group for one in current for group in _moves(work, one)], possible)
             has_gained = max(map(odds_of, work.explanations)) > before + SETTLED
             if len(tried) == 1 and (nearer := _nearer_without_causes(work)):
                 log.info("the rig alone explains more from other values: searching again")
@@ -228,10 +226,8 @@ def _laws(explanation):
     return frozenset((c.cause, *c.variant.items()) for c in explanation.causes)
 
 
-def _moves(work, current, is_best=True):
+def _moves(work, current):
     """The Proposals from an explanation, in lists whose promises compare.
-
-    Two other faults in the place of one are sought at the motion of the best one alone, which is nearest to the truth.
 
     Without causes, each free force that explains the records is another motion at which causes are judged; those of
     many shapes, which take longest, at that of the best one and of one at their own place.
@@ -243,7 +239,7 @@ def _moves(work, current, is_best=True):
             return [additions(work, current, [work.base, *(one.fitted for one in forces[:1])])]
         first, *others = [one for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
         of_readings = [c for c in work.candidates if c.term.acts_on_output]
-        at_first = additions(work, current, [first.fitted])
+        at_first = additions(work, current, [first.fitted], _within_reach(work, first))
         # films are not linear in their numbers: neither columns nor the first step of a fit tell how much these explain
         films = [c for c in work.candidates if c.term.carries]
         at_first += by_steps_of_a_fit(work, films, work.base.values, -np.inf)
@@ -255,9 +251,18 @@ def _moves(work, current, is_best=True):
     found = turns(work, current)
     # of one alone, all others were judged at the same motion, unless it changes the films
     if len(current.faults) > 1 or any(p.loads_films for c in current.causes for p in c.term.parameters):
-        found += other_laws(work, current) + removals(current) + exchanges(work, current)
-    found += additions(work, current, [current.fit])
-    return list(filter(None, [found, splits(work, current) if is_best else []]))
+        found += removals(current) + exchanges(work, current)
+    return [found + additions(work, current, [current.fit])]
+
+
+def _within_reach(work, force):
+    """The candidates that may be nearly as likely as a free force that explains the records.
+
+    No cause explains more than a free force at its place, which is known before any of its shapes is tried.
+    """
+    least = work.base.cost - 2 * (force.log_odds - WITHIN)
+    places = [one.where for one in work.free_forces if one.left < least]
+    return [c for c in work.candidates if not (can_be_scanned(c) and "node" in c.where) or c.where in places]
 
 
 def _told_by(work, force):

@@ -20,7 +20,7 @@ def causes_of(explanation, probability, inadequacy, among, share, over):
     found = []
     for fault, parts in faults_of(explanation.causes).items():
         variants = _other_variants(explanation, parts[0], among, share)
-        found.append(cause_of(parts, explanation.fit, probability[fault], inadequacy, variants, over))
+        found.append(cause_of(parts, explanation, probability[fault], inadequacy, variants, over))
     return found
 
 
@@ -38,9 +38,9 @@ def _other_variants(explanation, cause, among, share):
     return [dict(one) for one in needed if dict(one) != cause.variant]
 
 
-def cause_of(parts, fitted, probability, inadequacy, other_variants=(), over=None):
+def cause_of(parts, explanation, probability, inadequacy, other_variants=(), over=None):
     """The Cause of the parts of a fault, whose options are listed where they differ; over : OverForms or None."""
-    where = {}
+    where, fitted = {}, explanation.fit
     for key in dict.fromkeys(key for part in parts for key in part.where):
         values = sorted({part.where[key] for part in parts if key in part.where})
         where[key] = values if len(values) > 1 else values[0]
@@ -63,7 +63,7 @@ def cause_of(parts, fitted, probability, inadequacy, other_variants=(), over=Non
         variant=parts[0].variant,
         other_variants=other_variants,
         posterior_probability=probability,
-        probability=probability * (1 - inadequacy),
+        probability=probability * (1 - inadequacy[len(explanation.faults) > 1]),
     )
 
 

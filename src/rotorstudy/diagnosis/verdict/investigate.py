@@ -129,7 +129,7 @@ def _judged(one, settings, findings):
     verdict = Verdict(
         verdict=kind,
         causes=causes_of(best, probability, inadequacy, found.explanations, STATED_SET, over),
-        ambiguous_with=[cause_of(parts, e.fit, probability[fault], inadequacy) for fault, parts, e in stated],
+        ambiguous_with=[cause_of(parts, e, probability[fault], inadequacy) for fault, parts, e in stated],
         resultant=resultant_of(found, best),
         separating_measurement=separating_measurements(best.causes, others, model.structure),
         next_runs=next_runs(found, measured, held, STATED_SET) if kind == "ambiguous" and not of_change else [],
