@@ -6,6 +6,7 @@ from rotorstudy.plugins import CannotAct, DepthRatio, Effect, Feared, NonNegativ
 
 STRIPS = dict.fromkeys(("cosine", "switching"), "strip_integration")  # depth plugins as published with these laws
 ALONG = 0.2  # standard deviation of the flexibility along the front, over that across: published ratios are 0.05 to 0.6
+CLOSING = 0.1  # standard deviation of the closing moment by residual stress, over the static moment
 ELEMENTS_TRIED = 10  # of a long shaft, to say which depth is seen
 Breathing = Literal["gradual", "sudden", "turning", "cosine", "switching", "none"]
 
@@ -71,7 +72,7 @@ def two_cracks(structure, one, other):
         {
             "flexibility_factor": (1.0, 0.02),
             "excess_flexibility_along": (0.0, 0.001),
-            "closing_moment_share": (0.0, 0.1),
+            "closing_moment_share": (0.0, CLOSING),
             **{name: (0.0, std) for name, ((motion, _), std) in FORM.items() if motion == "skewed"},
         },
     ),
@@ -84,7 +85,11 @@ def two_cracks(structure, one, other):
     form_error=0.2,  # laws of opening differ by more where the vibration, not the weight, opens the crack
     any_form=(
         {"any_law": True},
-        {"excess_flexibility_along": (0.0, ALONG), **{name: (0.0, std) for name, (_, std) in FORM.items()}},
+        {
+            "excess_flexibility_along": (0.0, ALONG),
+            "closing_moment_share": (0.0, CLOSING),
+            **{name: (0.0, std) for name, (_, std) in FORM.items()},
+        },
         {"breathing": lambda: ("gradual", "turning", "none")},
     ),
     together=two_cracks,
@@ -143,7 +148,7 @@ def transverse_crack(
         force = hinge.force(closing_moment_N_m, along=along) if by_moment else None
         entries, default = () if by_moment else hinge.entries(law, along), 0.0 if along else None
         found.append(Parameter(name, "1", entries, typical=1.0, force=force, default=default, jumps=jumps))
-    if any_flexibility and by_moment and hinge.static_moment:
+    if (any_flexibility or any_law) and by_moment and hinge.static_moment:
         force = hinge.force_of_closing()
         found.append(Parameter("closing_moment_share", "1", (), typical=1.0, force=force, default=0.0))
     parts = {

@@ -25,6 +25,7 @@ from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.inference.prior import Prior
 from rotorstudy.model.terms import share_of
+from rotorstudy.plugins import crack_at
 
 pytestmark = pytest.mark.usefixtures("right_conventions", "begun_once")
 
@@ -353,6 +354,20 @@ def test_a_further_fault_is_judged_with_the_shapes_of_the_others_free(is_free, m
         monkeypatch.setattr(moves, "slopes_of", lambda *_: [])
     more = additions(work, one, [one.fit], [c for c in work.candidates if c.effect == "added_mass"])
     assert (("added_mass", {"node": 4}) in [names(two.causes)[-1] for two in more]) == is_free
+
+
+@pytest.mark.parametrize("may_be_stressed", [True, False])
+def test_a_crack_held_open_by_a_residual_stress_is_one_fault(may_be_stressed, monkeypatch):
+    """By 30 % of the moment of the weight; a crack without such a stress needs a bend of the shaft beside it."""
+    model = build_model(TWO_DISCS | {"sensors": [1, 2, 3, 4]})
+    shape = {"position_m": 0.36, "depth_ratio": 0.25, "angle_rad": 0.7}
+    opened = -0.3 * abs(crack_at(model.structure, *shape.values(), "elasticity", False, 0.0).static_moment)
+    crack = hidden(model, "transverse_crack", **shape, flexibility_factor=1.0, closing_moment_N_m=opened)
+    if not may_be_stressed:
+        monkeypatch.setitem(registry().get("effect", "transverse_crack").any_form[1], "closing_moment_share", (0, 1e-6))
+    settings = KNOWN.model_copy(update={"leave_out": all_but("bow", "transverse_crack")})
+    work = begin(model, with_model_error(measured(model, crack, noise=3e-9), settings), settings)
+    assert (search(work).best.named == {"transverse_crack"}) == may_be_stressed
 
 
 @pytest.mark.parametrize(("beside", "promised", "is_rejected", "is_fitted"), [

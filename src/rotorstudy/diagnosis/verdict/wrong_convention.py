@@ -154,6 +154,7 @@ def _with_one_cause(found, tested):
         candidates=[cause for cause in found.candidates if not cause.term.acts_on_output],
         screened=[],
         shapes={},
+        unfitted={},
         found={frozenset(): Explanation((), tested.fit, 0.0)},
         starts={},
         rests={},
