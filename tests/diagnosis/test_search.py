@@ -1,6 +1,7 @@
 """The search: pairs together, every place and shape within reach, one name for one fault, no fit that is rejected."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from rotorstudy.diagnosis.search import search as search_module
 from rotorstudy.diagnosis.search.candidates import candidate, candidates, with_shape
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form_fit import _Parameters
-from rotorstudy.diagnosis.search.moves import Proposal, additions, exchanges, removals
+from rotorstudy.diagnosis.search.moves import Proposal, additions, exchanges, other_laws, removals
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.parts import faults_of_several_parts
 from rotorstudy.diagnosis.search.screening import project, screen
@@ -60,8 +61,8 @@ def with_3x(model, size):
 
 
 @pytest.mark.parametrize("fault", [None, {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 2e4}])
-def test_a_search_begins_again_where_its_rig_explains_more_from_other_values(monkeypatch, fault):
-    """One that ended far from the best; with a fault beside the best one it does not."""
+def test_a_search_begins_where_its_rig_explains_more(monkeypatch, fault):
+    """A fit that ended far from the best is made again from the rig with a free force; beside a fault it is not."""
     model = build_model(JEFFCOTT)
     data = with_model_error(measured(model, *([hidden(model, **fault)] if fault else [])), ONE)
     best = begin(model, data, ONE).base
@@ -69,9 +70,10 @@ def test_a_search_begins_again_where_its_rig_explains_more_from_other_values(mon
     assert fault or far.cost > best.cost + 100
     again = []
     monkeypatch.setattr(search_module, "begin", lambda *given: again.append(given) or begin(*given))
-    found = search(begin(model, data, ONE, far))
-    assert bool(again) == (not fault) and np.isclose(found.base.cost, best.cost, rtol=1e-2)
-    assert bool(found.best.causes) == bool(fault)
+    monkeypatch.setattr(search_module, "fit", lambda *given, **way: far if "from_afar" in way else fit(*given, **way))
+    begun = begin(model, data, ONE)
+    assert bool(again) == (not fault) and np.isclose(begun.base.cost, best.cost, rtol=1e-2)
+    assert bool(search(begun).best.causes) == bool(fault)
 
 
 @pytest.mark.parametrize(("size", "is_rejected"), [(0.0, False), (7e-7, True)])
@@ -122,6 +124,18 @@ def test_an_explanation_by_which_a_motion_grows_is_not_named_but_leads_to_others
     assert ("cross_coupling" in {c.effect for c in found.verdict.causes}) == is_possible
     assert any("cross_coupling" in str(kind) for kind in found.search.impossible) != is_possible
     assert any(record.message.startswith("trying moves from cross_coupling") for record in caplog.records)
+
+
+def test_a_crack_is_tried_by_its_other_laws_in_the_shape_that_was_found():
+    model = build_model(TWO_DISCS)
+    others = all_but("transverse_crack")
+    every, _ = candidates(model, KNOWN.model_copy(update={"leave_out": others}))
+    cause = every[0]
+    current = SimpleNamespace(causes=(cause,), fit=SimpleNamespace(values=dict.fromkeys((*cause.names, "rig"), 1.0)))
+    tried = other_laws(SimpleNamespace(rig=model, candidates=every, settings=KNOWN), current)
+    laws = [one.causes[0].variant["breathing"] for one in tried]
+    assert sorted([cause.variant["breathing"], *laws]) == ["gradual", "none", "turning"]
+    assert all(one.causes[0].shape == cause.shape and one.values == {"rig": 1.0} for one in tried)
 
 
 @pytest.mark.parametrize(("stiffness", "is_unstable"), [(5e4, False), (7e4, True)])

@@ -282,6 +282,19 @@ def turns(work: Search, current: Explanation) -> list[Proposal]:
     return found
 
 
+def other_laws(work: Search, current: Explanation) -> list[Proposal]:
+    """The same causes, one of them with another of its alternatives in the shape that was found."""
+    found = []
+    for i, cause in enumerate(current.causes):
+        laws = {tuple(c.variant.values()): c for c in work.candidates if c.cause == cause.cause}
+        for law in laws.values():
+            if law.variant != cause.variant:
+                other = with_shape(work.rig, law, cause.shape, work.settings.prior_width)
+                values = {n: v for n, v in current.fit.values.items() if n not in cause.names}
+                found.append(Proposal((*current.causes[:i], other, *current.causes[i + 1 :]), values, np.inf))
+    return found
+
+
 def removals(current: Explanation) -> list[Proposal]:
     """One fault less."""
     found = []

@@ -26,11 +26,12 @@ from rotorstudy.diagnosis.search.moves import (
     exchanges,
     loading_films,
     needs_fit,
+    other_laws,
     pairs,
     removals,
     turns,
 )
-from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
+from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned
 from rotorstudy.diagnosis.settings import Settings
@@ -51,6 +52,7 @@ EXPANDED = 6  # rounds in which moves are tried, the first one from the rig; aft
 LAST = 12  # round
 UNFULFILLED = 4  # proposals beside known causes that in succession do not raise the odds; the next promise less
 ALONE = 5  # single faults beside which a second one is sought, if none of them explains the records
+ANOTHER_SIDE = np.pi / 4  # between the angles of two shapes that are both fitted
 OF_AN_EFFECT = 2  # proposals of the same effects and laws that are fitted from one explanation
 
 
@@ -84,8 +86,8 @@ def begin(model: Model, spectrum: Spectrum, settings: Settings, base: Fit | None
     """
     model = with_vibration(model, spectrum) if model.before is None else model
     whole, prior = base_model(model, settings)
-    base = base or fit(whole, spectrum, prior, from_afar=model.before is None)  # of a change that was done before
-    model = with_vibrations(model, base, spectrum)
+    first = base or fit(whole, spectrum, prior, from_afar=model.before is None)  # of a change that was done before
+    model = with_vibrations(model, first, spectrum)
     every, failures = candidates(model, settings)
     work = Search(
         model,
@@ -93,12 +95,30 @@ def begin(model: Model, spectrum: Spectrum, settings: Settings, base: Fit | None
         spectrum,
         settings,
         prior,
-        base,
+        first,
         every,
         failures=failures,
-        found={frozenset(): Explanation((), base, 0.0)},
+        found={frozenset(): Explanation((), first, 0.0)},
     )
-    return replace(work, free_forces=tuple(free_forces(work)))
+    work = replace(work, free_forces=tuple(free_forces(work)))
+    nearer = None if base else _nearer_without_causes(work)
+    return begin(model, spectrum, settings, nearer) if nearer else work
+
+
+def _nearer_without_causes(work):
+    """A better Fit without causes, from the values of the rig with the best free force; None if there is none.
+
+    One from the stated values may end at a minimum of its own, and almost any cause explains what it leaves.
+    """
+    forces = [one.fitted for one in work.free_forces if one.fitted is not None]
+    if not forces:
+        return None
+    start = np.array([forces[0].values.get(name, value) for name, value in work.base.values.items()])
+    try:
+        found = fit(work.base.model, work.spectrum, work.prior, start=start)
+    except NoSteadyState:
+        return None
+    return found if found.cost < work.base.cost - 2 * LEAST_LOG_ODDS else None
 
 
 def unsearched(begun: Search) -> Search:
@@ -127,7 +147,7 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
         has_gained = True
         while len(tried) < EXPANDED or (has_gained and len(tried) < LAST):
             _drop_impossible(work, possible)
-            current = _due(work, [_laws(e) for some in tried for e in some])
+            current = _due(work, [one for some in tried for one in some])
             if not current:
                 break
             tried.append(current)
@@ -136,9 +156,6 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
             before = max(map(odds_of, work.explanations))
             _fit_best(work, [group for one in current for group in _moves(work, one)], possible)
             has_gained = max(map(odds_of, work.explanations)) > before + SETTLED
-            if len(tried) == 1 and (nearer := _nearer_without_causes(work)):
-                log.info("the rig alone explains more from other values: searching again")
-                return search(begin(begun.rig, begun.spectrum, begun.settings, nearer), known)
             if len(tried) == 1 and work.is_rejected:  # before two causes are tried
                 _fit_best(work, [loading_films(work), pairs(work)], possible)
     except KeyboardInterrupt as stop:
@@ -151,20 +168,6 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
         work.explain(work.best.causes, work.best.fit.values)  # with the steps that its first fit did not have
         _drop_impossible(work, possible)
     return work
-
-
-def _nearer_without_causes(work):
-    """A better Fit without causes, from the rig of the best explanation, if the one of the search was far; else None.
-
-    Such a fit ended at a minimum of its own, and almost any cause explains what it leaves.
-    """
-    best = max(work.explanations, key=odds_of)
-    start = np.array([best.fit.values.get(name, value) for name, value in work.base.values.items()])
-    try:
-        found = fit(work.base.model, work.spectrum, work.prior, start=start)
-    except NoSteadyState:
-        return None
-    return found if found.cost < work.base.cost - 2 * LEAST_LOG_ODDS else None
 
 
 def without_impossible(work: Search) -> Search:
@@ -206,7 +209,7 @@ def _due(work, tried):
     best = max((e for e in every if _is_due(work, e, tried)), key=odds_of, default=None)
     if best is None or len(best.faults) != 1 or not work.is_rejected:
         return [best] if best else []
-    return [e for e in every if e is best or (len(e.faults) == 1 and _laws(e) not in tried and odds_of(e) > 0)][:ALONE]
+    return [e for e in every if e is best or (len(e.faults) == 1 and _is_new(e, tried) and odds_of(e) > 0)][:ALONE]
 
 
 def _is_due(work, explanation, tried):
@@ -218,7 +221,12 @@ def _is_due(work, explanation, tried):
     odds = odds_of(explanation)
     near = odds >= max(map(odds_of, work.explanations)) - WITHIN
     is_worse = any(one.named < explanation.named and odds_of(one) > odds for one in work.explanations if one.causes)
-    return bool(explanation.causes) and near and not is_worse and _laws(explanation) not in tried
+    return bool(explanation.causes) and near and not is_worse and _is_new(explanation, tried)
+
+
+def _is_new(explanation, tried):
+    """Whether moves were tried from no explanation by the same causes and laws that is nearly as likely."""
+    return all(_laws(one) != _laws(explanation) or odds_of(explanation) > odds_of(one) + REACH for one in tried)
 
 
 def _laws(explanation):
@@ -251,7 +259,7 @@ def _moves(work, current):
     found = turns(work, current)
     # of one alone, all others were judged at the same motion, unless it changes the films
     if len(current.faults) > 1 or any(p.loads_films for c in current.causes for p in c.term.parameters):
-        found += removals(current) + exchanges(work, current)
+        found += other_laws(work, current) + removals(current) + exchanges(work, current)
     return [found + additions(work, current, [current.fit])]
 
 
@@ -277,14 +285,14 @@ def _fit_best(work, groups, possible=None):
 
     groups : lists of Proposals;  possible : as of `_drop_impossible`, if what cannot be true is dropped
     """
-    chosen, often = {}, {}
+    chosen, often = [], {}
     for one in filter(None, chain.from_iterable(zip_longest(*(_near(work, proposals) for proposals in groups)))):
-        effects, kind = frozenset((c.effect, *c.variant.values()) for c in one.causes), kind_of(one.causes)
-        if kind not in chosen and often.get(effects, 0) < OF_AN_EFFECT:
+        effects = frozenset((c.effect, *c.variant.values()) for c in one.causes)
+        if often.get(effects, 0) < OF_AN_EFFECT and not any(_face_alike(one.causes, other.causes) for other in chosen):
             often[effects] = often.get(effects, 0) + 1
-            chosen[kind] = one
+            chosen.append(one)
     unfulfilled = 0
-    for one in list(chosen.values())[: work.settings.candidates_per_round]:
+    for one in chosen[: work.settings.candidates_per_round]:
         before = max(map(odds_of, work.explanations))
         if work.was_tried(work.starts, one.causes):
             continue
@@ -300,6 +308,15 @@ def _fit_best(work, groups, possible=None):
             break
     for proposals in groups:
         _note_unfitted(work, proposals)
+
+
+def _face_alike(causes, others):
+    """Whether causes are the same by the same laws, and no angle differs by much: steps lead to the same end."""
+    known = {c.cause: c for c in others}
+    if {*known} != {c.cause for c in causes} or any(c.variant != known[c.cause].variant for c in causes):
+        return False
+    off = [v - known[c.cause].shape[name] for c in causes for name, v in c.shape.items() if name.endswith("_rad")]
+    return bool(np.all(np.cos(off) > np.cos(ANOTHER_SIDE)))
 
 
 def _note_unfitted(work, proposals):
