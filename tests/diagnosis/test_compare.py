@@ -15,8 +15,8 @@ from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.runs import compare as runs_compare
 from rotorstudy.diagnosis.runs.compare import _with_common_probes, _with_scatter, compare, known_as_before
 from rotorstudy.diagnosis.runs.turned_mark import without_turn
-from rotorstudy.diagnosis.search.free_forces import least_squares
 from rotorstudy.diagnosis.search.search import base_model
+from rotorstudy.diagnosis.search.shown_forces import least_squares
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.words import summary

@@ -9,9 +9,9 @@ from scipy.stats import multivariate_normal, norm
 
 from rotorstudy import build_model, measured_response, registry
 from rotorstudy.diagnosis.search.candidates import candidate, candidates
-from rotorstudy.diagnosis.search.free_forces import motions_by_free_forces
 from rotorstudy.diagnosis.search.odds import SCALES, PriorOdds, log_possible, log_scales, odds_of
 from rotorstudy.diagnosis.search.search import begin, search
+from rotorstudy.diagnosis.search.shown_forces import motions_by_free_forces
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.fit import fit

@@ -8,10 +8,9 @@ from scipy.stats import norm
 from rotorstudy import build_model
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import candidate
-from rotorstudy.diagnosis.search.impossible import is_negative
+from rotorstudy.diagnosis.search.impossible import is_negative, loses_more_than_all
 from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.search.screening import Projected, screen
-from rotorstudy.diagnosis.search.supports import loses_more_than_all
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior

@@ -5,8 +5,7 @@ from machines import all_but
 from test_loose_stiff_support import HARMONICS, MODEL, SPEEDS, shown, vibration
 
 from rotorstudy.diagnosis.search.candidates import candidate
-from rotorstudy.diagnosis.search.contact_evidence import is_unseen
-from rotorstudy.diagnosis.search.impossible import AFFINE, is_impossible
+from rotorstudy.diagnosis.search.impossible import AFFINE, is_impossible, is_unseen
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.response.alternating import affine_error

@@ -16,7 +16,7 @@ a load to 37 to 60 %. Vibration tells a clearance to 4 to 5 % by a rig from draw
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.free_forces import shown_forces
+from rotorstudy.diagnosis.search.shown_forces import shown_forces
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.prediction import neighbourhood

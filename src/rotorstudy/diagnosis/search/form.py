@@ -19,9 +19,9 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate
-from rotorstudy.diagnosis.search.free_forces import shown_forces
 from rotorstudy.diagnosis.search.odds import faults_of
 from rotorstudy.diagnosis.search.places import places_of
+from rotorstudy.diagnosis.search.shown_forces import shown_forces
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import LEAK, neighbourhood
 from rotorstudy.measurement.spectrum import Spectrum

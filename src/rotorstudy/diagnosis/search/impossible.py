@@ -2,19 +2,23 @@
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.contact_evidence import is_unseen
-from rotorstudy.diagnosis.search.odds import total
-from rotorstudy.diagnosis.search.supports import loses_more_than_all
+from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.odds import Explanation, total
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.model.registry import registry
+from rotorstudy.model.terms import NonlinearForce, Parameter, Term
 from rotorstudy.response.alternating import affine_error
+from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.neighbourhood import carried_motion
 from rotorstudy.response.stability import growth_of_free_motion
 from rotorstudy.units import RAD_PER_S
 
 GROWTH = 1e-5  # of the speed: growth rate of a free motion beyond round-off; in a minute it becomes visible
 AFFINE = 1e-3  # of the force of a contact (rms): it opens or closes if more than that is not affine in the motion
+UNCERTAIN = 2.0  # standard deviations of the loss of stiffness of a support, by which it may exceed the stiffness
+OF_DISPLACEMENT = (np.ones_like, np.array, np.conj)  # a constant force, and stiffnesses
 
 
 def is_impossible(work, explanation):
@@ -58,6 +62,90 @@ def _never_switches(work, explanation):
     motion = carried_motion(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=order)
     carried = np.union1d(np.arange(-order, order + 1), spectrum.harmonics)
     return any(affine_error(f, motion.amplitude, spectrum.speed, carried, motion.deflection) < AFFINE for f in forces)
+
+
+def loses_more_than_all(explanation, structure, speed):
+    """Whether the losses of stiffness at a node exceed that of its bearings, in any direction and at any speed.
+
+    The losses are those of causes that cannot be negative and act as a static stiffness. A rotor without bearings has
+    its own supports; how much of its stiffness is theirs is not known, and the answer is False.
+
+    explanation : Explanation;  structure : Structure of the rig;  speed : (speed,) rad/s
+    """
+    if not structure.bearing_nodes:
+        return False
+    lost = {}
+    for cause in explanation.causes:
+        effect = registry().plugins["effect"][cause.effect]
+        for p in cause.term.parameters:
+            if p.unit == "N/m" and p.entries and "node" in cause.where and effect.is_positive(p.name):
+                lost.setdefault(cause.where["node"], []).append(cause.term.full_name(p))
+    fitted = explanation.fit
+    return any(
+        _least_stiffness(fitted, structure.index(node), names, speed) < -UNCERTAIN * _std(fitted, names)
+        for node, names in lost.items()
+    )
+
+
+def _least_stiffness(fitted, i, lost, speed):
+    """Lowest principal stiffness, over the speeds, of the bearings at a coordinate less the losses, N/m."""
+    on_z, on_conj = np.zeros((2, len(speed)), complex)
+    model, theta = fitted.model.at(fitted.theta)
+    for p, unknown in model.acting:
+        if not unknown.carries and unknown.name not in lost:
+            continue
+        for entry in (e for e in unknown.entries if e.reads_motion and e.order == 0 and e.shift == 0):
+            found = on_conj if entry.is_conjugate else on_z
+            found += -theta[p] * entry.gain_at(speed, 0) * entry.matrix[i, i]
+    return float((on_z.real - np.abs(on_conj)).min())
+
+
+def _std(fitted, names):
+    """Standard deviation of the sum of some amplitudes."""
+    chosen = np.isin(fitted.names, names)
+    return np.sqrt(chosen @ fitted.covariance @ chosen)
+
+
+def is_unseen(work: Search, explanation: Explanation) -> bool:
+    """Whether the opening and closing of a contact explains no more of the records than chance lets its shape.
+
+    One that stays open or closed is a constant force and a stiffness, and one that hardly opens is nearly that.
+    """
+    from scipy.special import chdtrc
+
+    effects, significance = registry().plugins["effect"], work.settings.significance
+    contacts = [cause for cause in explanation.causes if effects[cause.effect].switches and cause.shape]
+    return any(chdtrc(len(c.shape), gain_over_affine(work, explanation, c)) >= significance for c in contacts)
+
+
+def gain_over_affine(work: Search, explanation: Explanation, contact: Candidate) -> float:
+    """By how much the cost would rise with a constant force and a stiffness instead of a contact, to first order."""
+    fitted, spectrum = explanation.fit, work.spectrum
+    affine = _affine(contact)
+    model = work.model.plus(*(cause.term for cause in explanation.causes), affine)
+    theta = np.array([fitted.values.get(name, 0.0) for name in model.names])
+    order = carried_order(spectrum, model)
+    change = measured_response_and_jacobian(model, spectrum.speed, spectrum.harmonics, theta, order=order).jacobian
+    instead = model.position([unknown.name for unknown in affine.unknowns])
+    own = change[..., model.position(contact.names)] @ np.array([fitted.values[name] for name in contact.names])
+    others = [i for i, name in enumerate(fitted.names) if name not in contact.names]
+    affine_columns = spectrum.whitened(np.moveaxis(change[..., instead], -1, 0)).T
+    known = np.hstack([fitted.prior.whitener[np.ix_(others, others)], np.zeros((len(others), len(instead)))])
+    columns = np.vstack([np.hstack([fitted.jacobian[:, others], affine_columns]), known])
+    target = np.concatenate([spectrum.whitened(own), np.zeros(len(others))])
+    scale = np.linalg.norm(columns, axis=0)
+    columns = columns / np.where(scale > 0, scale, 1.0)
+    left = target - columns @ np.linalg.lstsq(columns, target, rcond=None)[0]
+    return float(left @ left)
+
+
+def _affine(contact):
+    """Term with the amplitudes of a constant force and of the stiffnesses of the coordinate that a contact acts on."""
+    matrix, parameters = contact.term.parameters[0].force.matrix, []
+    for number, (of, factor) in enumerate((of, factor) for of in OF_DISPLACEMENT for factor in (1, 1j)):
+        at = NonlinearForce(matrix, lambda displacement, *_, of=of, factor=factor: factor * of(displacement))
+        parameters.append(Parameter(f"affine {number}", "1", (), 1.0, force=at))
+    return Term("affine", tuple(parameters), label="affine")
 
 
 def grows(fitted, speed):

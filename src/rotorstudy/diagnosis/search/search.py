@@ -17,7 +17,6 @@ from rotorstudy.diagnosis.search.candidates import candidates, with_shape, with_
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.search.form_fit import SETTLED, WITHIN
 from rotorstudy.diagnosis.search.free_force import free_forces
-from rotorstudy.diagnosis.search.free_forces import with_vibrations
 from rotorstudy.diagnosis.search.impossible import grows, is_impossible
 from rotorstudy.diagnosis.search.moves import (
     Proposal,
@@ -34,6 +33,7 @@ from rotorstudy.diagnosis.search.moves import (
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned
+from rotorstudy.diagnosis.search.shown_forces import with_vibrations
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import Fit, fit

@@ -15,10 +15,10 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.explanations import Search
-from rotorstudy.diagnosis.search.free_forces import motions_by_free_forces
 from rotorstudy.diagnosis.search.held_shapes import HeldShapes
 from rotorstudy.diagnosis.search.screening import Projected, Projection, Screened, screen_each
 from rotorstudy.diagnosis.search.shape_fit import ranges_of, reshaped
+from rotorstudy.diagnosis.search.shown_forces import motions_by_free_forces
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit
 from rotorstudy.model.entries import unscaled
