@@ -64,6 +64,7 @@ class OverForms(NamedTuple):
     cost: float  # misfit and penalty of the most probable law, where it explains most
     # amplitudes (unknown,) and cost by the law of the cause itself; None if it can act nowhere
     by_own_law: tuple[np.ndarray, float] | None
+    log_evidence: float  # of the most probable law, over all forms
 
 
 class _Weighted(NamedTuple):
@@ -116,7 +117,8 @@ def over_forms(
         intervals[key] = low, high
     own = next(((one.amplitudes, one.cost) for one in every if one.law is laws[0]), None)
     stated = {key: (shape.pop(key), spread.pop(key)) for key in [*shape] if key not in ranges}
-    return OverForms(laws[0]._replace(shape=shape, shape_std=spread), stated, intervals, best.cost, own)
+    cause = laws[0]._replace(shape=shape, shape_std=spread)
+    return OverForms(cause, stated, intervals, best.cost, own, best.log_evidence)
 
 
 def _weighted(shapes, starts, wider=None):

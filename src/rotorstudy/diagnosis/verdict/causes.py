@@ -19,23 +19,33 @@ def causes_of(explanation, probability, inadequacy, among, share, over):
     """The Cause of every fault of an explanation; among : the explanations with which its variants are compared."""
     found = []
     for fault, parts in faults_of(explanation.causes).items():
-        variants = _other_variants(explanation, parts[0], among, share)
-        found.append(cause_of(parts, explanation, probability[fault], inadequacy, variants, over))
+        every = [_variant(e, parts[0].cause) for e in _by_variant(explanation, parts[0].cause, among, share)]
+        others = [one for one in every if one != parts[0].variant]
+        found.append(cause_of(parts, explanation, probability[fault], inadequacy, others, over))
     return found
 
 
-def _other_variants(explanation, cause, among, share):
-    """The variants of a cause that, with its own, contain the true one with a probability of `share`, if it is true."""
-    odds = {}
-    for e in among if cause.variant else ():
-        if e.named == explanation.named:
-            (own,) = (tuple(c.variant.items()) for c in e.causes if c.cause == cause.cause)
-            odds[own] = max(odds.get(own, -np.inf), odds_of(e))
-    order = sorted(odds, key=odds.get, reverse=True)
-    weights = np.exp([odds[one] - odds[order[0]] for one in order])
+def _by_variant(explanation, name, among, share):
+    """The best explanation by each variant of a cause of which one is true with a probability of `share`, if it is."""
+    best = {}
+    for e in sorted((e for e in among if e.named == explanation.named), key=odds_of, reverse=True):
+        best.setdefault(tuple(_variant(e, name).items()), e)
+    odds = np.array([odds_of(e) for e in best.values()])
+    weights = np.exp(odds - odds[0])
     before = np.cumsum(weights) - weights
-    needed = [one for one, less in zip(order, before, strict=True) if less < share * weights.sum()]
-    return [dict(one) for one in needed if dict(one) != cause.variant]
+    return [e for e, less in zip(best.values(), before, strict=True) if less < share * weights.sum()]
+
+
+def _variant(explanation, name):
+    """The alternatives of a cause of an explanation."""
+    return next(c.variant for c in explanation.causes if c.cause == name)
+
+
+def _over_forms(found, explanation, name):
+    """The OverForms of a cause of an explanation, beside its others; None as of `over_forms`."""
+    ((cause,), others) = ([c for c in explanation.causes if (c.cause == name) == own] for own in (True, False))
+    work = Work(found.rig, found.whole, found.prior, explanation.spectrum, found.settings)
+    return over_forms(work, explanation.fit, cause, laws_of(work, cause), others)
 
 
 def cause_of(parts, explanation, probability, inadequacy, other_variants=(), over=None):
@@ -100,20 +110,22 @@ def _estimates(sizes, intervals=None):
     }  # fmt: skip
 
 
-def over_its_forms(found):
+def over_its_forms(found, share):
     """The OverForms of the one cause of the best explanation that has a form, None if there is none, and findings.
+
+    Of its variants of which one is true with a probability of `share` it is that with the highest evidence.
 
     The search takes the usual form (a straight front) by any law near its own, and so one depth. Here the form is free,
     by the law of the library and by any near it, as far as the records tell them apart. A form far from those of the
     library is told: none fits the records, or only one with an unusual size.
     """
     best, settings = found.best, found.settings
-    formed = [cause for cause in best.causes if cause.shape and form_ranges(cause.effect)]
+    formed = [cause.cause for cause in best.causes if cause.shape and form_ranges(cause.effect)]
     if len(formed) != 1:
         return None, []
-    (usual,), others = formed, [cause for cause in best.causes if cause is not formed[0]]
-    work = Work(found.rig, found.whole, found.prior, best.spectrum, settings)
-    over, odd, has = over_forms(work, best.fit, usual, laws_of(work, usual), others), [], "has"
+    every = [_over_forms(found, one, *formed) for one in _by_variant(best, *formed, found.explanations, share)]
+    over = max(filter(None, every), key=lambda one: one.log_evidence, default=None)
+    odd, has = [], "has"
     explains = over is not None and chi_square_p_value(over.cost, best.spectrum.data_count) >= settings.significance
     if over is None or over.by_own_law is None:
         odd, has = ["its form could not be fitted"], "may have"
@@ -126,5 +138,5 @@ def over_its_forms(found):
         if (p_value := chi_square_p_value(cost, best.spectrum.data_count)) < settings.significance:
             odd.append(f"the fit with its form free has a p-value of {p_value:.1g}")
     size = "its intervals allow for any law near them" if explains else "its size may be wrong"
-    words = {"odd": "; ".join(odd), "cause": usual.cause, "has": has, "size": size}
+    words = {"odd": "; ".join(odd), "cause": formed[0], "has": has, "size": size}
     return over if explains else None, [told("form of the cause", "causes", **words)] if odd else []

@@ -123,7 +123,7 @@ def _judged(one, settings, findings):
     probability, inadequacy = _probability(weights), found.settings.model_inadequacy
     stated, gain = _stated(found.credible(STATED_SET), best), gain_of(found, held, expected)
     kind = _kind(found, probability, is_alone=not stated, is_contradicted=is_contradicted(found, expected, gain))
-    over, odd = over_its_forms(found) if kind in ("cause", "ambiguous") else (None, [])
+    over, odd = over_its_forms(found, STATED_SET) if kind in ("cause", "ambiguous") else (None, [])
     labels = parameter_labels(best.fit.model, best.causes)
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
