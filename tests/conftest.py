@@ -82,7 +82,7 @@ def usual_form(monkeypatch):
 
     They are the claims of diagnosis/test_one_cause.py.
     """
-    monkeypatch.setattr("rotorstudy.diagnosis.verdict.investigate.over_its_forms", lambda found: (None, []))
+    monkeypatch.setattr("rotorstudy.diagnosis.verdict.investigate.over_its_forms", lambda *_: (None, []))
     monkeypatch.setattr("rotorstudy.diagnosis.one_cause.answer.over_forms", lambda *_: None)
 
 

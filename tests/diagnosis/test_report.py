@@ -17,7 +17,7 @@ from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.verdict import result
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, sizes
-from rotorstudy.diagnosis.verdict.causes import _other_variants
+from rotorstudy.diagnosis.verdict.causes import _by_variant, _variant
 from rotorstudy.diagnosis.verdict.dataset import equivalent_residual_force
 from rotorstudy.diagnosis.verdict.result import Cause, Verdict
 from rotorstudy.diagnosis.verdict.words import detection_limits, summary
@@ -363,7 +363,9 @@ def test_laws_within_reach_are_named_too(behind, others):
     shapes = [cracked("sudden", 99.0 - behind), cracked("gradual", 99.0), cracked("none", 60.0)]
     elsewhere = Explanation((*best.causes, Candidate("bow", {}, None, {})), None, 100.0)
     among = [best, cracked("sudden", 100.0 - behind), *shapes, elsewhere]
-    found = _other_variants(best, best.causes[0], among, 0.99)
+    ruled_in = _by_variant(best, "transverse_crack", among, 0.99)
+    assert ruled_in[0] is best
+    found = [_variant(one, "transverse_crack") for one in ruled_in[1:]]
     assert found == others
     cause = Cause(effect="transverse_crack", where={}, parameters={}, variant=best.causes[0].variant,
                   other_variants=found, posterior_probability=1.0, probability=0.92)  # fmt: skip
