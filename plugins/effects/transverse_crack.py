@@ -6,7 +6,7 @@ from rotorstudy.plugins import CannotAct, DepthRatio, Effect, Feared, NonNegativ
 
 STRIPS = dict.fromkeys(("cosine", "switching"), "strip_integration")  # depth plugins as published with these laws
 ALONG = 0.2  # standard deviation of the flexibility along the front, over that across: published ratios are 0.05 to 0.6
-CLOSING = 0.1  # standard deviation of the closing moment by residual stress, over the static moment
+CLOSING = 0.1  # standard deviation of the closing moment by residual stress, over the static moment: an assumption
 ELEMENTS_TRIED = 10  # of a long shaft, to say which depth is seen
 Breathing = Literal["gradual", "sudden", "turning", "cosine", "switching", "none"]
 

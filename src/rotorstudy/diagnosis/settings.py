@@ -41,8 +41,8 @@ class Settings(Strict):
     candidates_per_round: int = Field(default=10, ge=1)
     leave_out: list[str] = []
     form_error: float = Field(default=0.05, gt=0, lt=0.5)
-    # share of causes that are wrong although nearly certain, of one fault and of several: 3 of 132 and 6 of 47 by four
-    # draws of `benchmarks/foreign.py --families forms` (seeds 7031 to 7034), each with one more of either kind
+    # shares of nearly certain causes that are wrong, where one fault is named and where several are: of first causes by
+    # four draws of `benchmarks/foreign.py --families forms` (seeds 7031 to 7034) 3 of 132 and 6 of 47
     model_inadequacy: Annotated[list[Inadequacy], Len(2, 2)] = [0.03, 0.15]
 
 

@@ -26,7 +26,7 @@ from rotorstudy.model.terms import Parameter, Term
 PRIOR = 0.1  # odds of a fault that the library lacks against one that it has, before anything is measured
 REFITTED = 3  # places, the best ones, of which the values of the rig are fitted again with the force
 AGAIN = 2  # how often
-BY_SHARES = 10.0  # change of the log evidence by other shares, at most, for each datum: it narrows an amplitude so far
+BY_SHARES = 10.0  # log evidence for each datum that other shares may add: no amplitude is narrowed by more than e^10
 UPDATES = 30  # of the size at each harmonic
 COPIES, MOST_BYTES = 10, 4e9  # of the columns of an error of form at once, and what they may take
 SETTLED = 1e-3  # relative change of all sizes
@@ -72,6 +72,7 @@ def free_forces(work) -> list[FreeForce]:
     fits = {}
     try:
         shown_by = _shown_by(stated, spectrum)
+        # first by the least smooth shares, which any force can follow; by all of them where that may matter
         known = {one: _posterior(stated, spectrum, shown_by(rows), every=SHARES[-1:]) for one, rows in rows_of.items()}
         least = max(one.evidence for one in known.values()) - BY_SHARES * spectrum.data_count
         for one in (one for one in known if known[one].evidence > least):

@@ -1,7 +1,8 @@
 """Moves from one explanation to others, with the log odds that each promises to first order.
 
 All are judged at the motion of the explanation, by the columns of the candidates there: a cause more, another one in
-the place of one of its own, two in the place of one, or one less. A cause of many shapes comes in the best ones that a
+the place of one of its own, the same by another law or facing another side, or one less; two at once at the motion with
+two forces. A cause of many shapes comes in the best ones that a
 scan finds.
 """
 
@@ -64,14 +65,14 @@ class _Judge(NamedTuple):
         odds = self.base + evidence + self.work.prior_odds.log_odds(causes)
         return Proposal(causes, self.values | dict(zip(names, start, strict=True)), odds)
 
-    def alone(self, projected, usable, beside=(), least=-np.inf):
-        """Proposals of each candidate that has no shape to scan, together with those beside it.
+    def alone(self, projected, usable, least=-np.inf):
+        """Proposals of each candidate that has no shape to scan.
 
         least : log odds that matter; those that cannot reach them are left out
         """
         chosen = [c for c in usable if not can_be_scanned(c)]
-        screened = zip(chosen, screen_each(projected, chosen, beside, least - self.base), strict=True)
-        return [self.proposal((*beside, c), one.start, one.evidence) for c, one in screened if one.evidence > -np.inf]
+        screened = zip(chosen, screen_each(projected, chosen, (), least - self.base), strict=True)
+        return [self.proposal((c,), one.start, one.evidence) for c, one in screened if one.evidence > -np.inf]
 
     def by_fits(self, proposals, values):
         """Proposals of single causes, of which those that need a fit are judged by a few steps of it.
@@ -136,7 +137,7 @@ def additions(
     form that takes up much may hide the other fault: each is then judged without that error, too. Beside other causes
     it must be worth its prior odds itself, and not by what any error of form takes up.
     """
-    chosen = [c for c in among or work.candidates if is_allowed(work, (*current.causes, c))]
+    chosen = [c for c in (work.candidates if among is None else among) if is_allowed(work, (*current.causes, c))]
     found, form = [], _error_of_form(work, current)
     for plain, own in product(fits, (form, form[:, :0])):
         without = tuple(name for name in plain.names if name == FREE_FORCE)

@@ -1,4 +1,4 @@
-"""The search for causes: from the best explanations so far to others, by one cause more, another, two for one, or less.
+"""The search for causes: from the best explanations so far to others, by one cause more, another, or one less.
 
 Every explanation is fitted with an error of the form of its causes (`form.py`) and judged by its posterior odds, which
 are all that counts. The search keeps the best explanation of each set of effects, so that the many places and shapes of
@@ -32,6 +32,7 @@ from rotorstudy.diagnosis.search.moves import (
 )
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
+from rotorstudy.diagnosis.search.shape_fit import ranges_of
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned
 from rotorstudy.diagnosis.search.shown_forces import with_vibrations
 from rotorstudy.diagnosis.settings import Settings
@@ -52,7 +53,9 @@ EXPANDED = 6  # rounds in which moves are tried, the first one from the rig; aft
 LAST = 12  # round
 UNFULFILLED = 4  # proposals beside known causes that in succession do not raise the odds; the next promise less
 ALONE = 5  # single faults beside which a second one is sought, if none of them explains the records
-ANOTHER_SIDE = np.pi / 4  # between the angles of two shapes that are both fitted
+ANOTHER_SIDE = 0.125  # of the range of an angle: shapes that differ by more are both fitted
+BETTER = 10.0  # log odds that the same causes must gain before moves are tried from them again
+AT_NODE = ("node", "bearing")  # kinds of places at which a contact at a node acts
 OF_AN_EFFECT = 2  # proposals of the same effects and laws that are fitted from one explanation
 
 
@@ -102,13 +105,16 @@ def begin(model: Model, spectrum: Spectrum, settings: Settings, base: Fit | None
     )
     work = replace(work, free_forces=tuple(free_forces(work)))
     nearer = None if base else _nearer_without_causes(work)
-    return begin(model, spectrum, settings, nearer) if nearer else work
+    if nearer is None:
+        return work
+    log.info("the rig alone explains more from other values: beginning again")
+    return begin(model, spectrum, settings, nearer)
 
 
 def _nearer_without_causes(work):
-    """A better Fit without causes, from the values of the rig with the best free force; None if there is none.
+    """A Fit without causes from the values of the rig with the best free force; None if it explains hardly more.
 
-    One from the stated values may end at a minimum of its own, and almost any cause explains what it leaves.
+    The fit from the stated values may end at another minimum, and almost any cause then explains what it leaves.
     """
     forces = [one.fitted for one in work.free_forces if one.fitted is not None]
     if not forces:
@@ -225,8 +231,8 @@ def _is_due(work, explanation, tried):
 
 
 def _is_new(explanation, tried):
-    """Whether moves were tried from no explanation by the same causes and laws that is nearly as likely."""
-    return all(_laws(one) != _laws(explanation) or odds_of(explanation) > odds_of(one) + REACH for one in tried)
+    """Whether moves were tried from the same causes and laws not at all, or only where these were far less likely."""
+    return all(_laws(one) != _laws(explanation) or odds_of(explanation) > odds_of(one) + BETTER for one in tried)
 
 
 def _laws(explanation):
@@ -266,18 +272,25 @@ def _moves(work, current):
 def _within_reach(work, force):
     """The candidates that may be nearly as likely as a free force that explains the records.
 
-    No cause explains more than a free force at its place, which is known before any of its shapes is tried.
+    To first order in the values of the rig, a cause hardly explains more than a free force at its place, which is known
+    before any of its shapes is tried; `WITHIN` allows for the rest. A contact at a bearing acts against its housing.
     """
     least = work.base.cost - 2 * (force.log_odds - WITHIN)
-    places = [one.where for one in work.free_forces if one.left < least]
-    return [c for c in work.candidates if not (can_be_scanned(c) and "node" in c.where) or c.where in places]
+    near = {_node_of(one) for one in work.free_forces if one.left < least}
+    return [c for c in work.candidates if not (can_be_scanned(c) and "node" in c.where) or c.where["node"] in near]
+
+
+def _node_of(force):
+    """The node at which a contact may act as a free force does, or None."""
+    ((kind, number),) = force.where.items()
+    return number if kind in AT_NODE and force.motion == "force" else None
 
 
 def _told_by(work, force):
     """The candidates that are judged at the motion with a free force that is not the best one."""
-    structure, there = work.rig.structure, force.where if force.motion == "force" else None
+    structure, node = work.rig.structure, _node_of(force)
     plain = [c for c in work.candidates if not (can_be_scanned(c) or needs_fit(c, structure))]
-    return [*plain, *(c for c in work.candidates if can_be_scanned(c) and c.where == there)]
+    return [*plain, *(c for c in work.candidates if can_be_scanned(c) and node and c.where.get("node") == node)]
 
 
 def _fit_best(work, groups, possible=None):
@@ -288,7 +301,7 @@ def _fit_best(work, groups, possible=None):
     chosen, often = [], {}
     for one in filter(None, chain.from_iterable(zip_longest(*(_near(work, proposals) for proposals in groups)))):
         effects = frozenset((c.effect, *c.variant.values()) for c in one.causes)
-        if often.get(effects, 0) < OF_AN_EFFECT and not any(_face_alike(one.causes, other.causes) for other in chosen):
+        if often.get(effects, 0) < OF_AN_EFFECT and not any(_face_alike(work, one, other) for other in chosen):
             often[effects] = often.get(effects, 0) + 1
             chosen.append(one)
     unfulfilled = 0
@@ -310,13 +323,18 @@ def _fit_best(work, groups, possible=None):
         _note_unfitted(work, proposals)
 
 
-def _face_alike(causes, others):
-    """Whether causes are the same by the same laws, and no angle differs by much: steps lead to the same end."""
-    known = {c.cause: c for c in others}
-    if {*known} != {c.cause for c in causes} or any(c.variant != known[c.cause].variant for c in causes):
+def _face_alike(work, one, other):
+    """Whether two Proposals are of the same causes by the same laws, of which no angle differs by much.
+
+    Fits from other places and sizes of the same side mostly end alike.
+    """
+    if _laws(one) != _laws(other):
         return False
-    off = [v - known[c.cause].shape[name] for c in causes for name, v in c.shape.items() if name.endswith("_rad")]
-    return bool(np.all(np.cos(off) > np.cos(ANOTHER_SIDE)))
+    known, off = {c.cause: c.shape for c in other.causes}, []
+    for c in (c for c in one.causes if c.shape):
+        around = {name: ends for name, ends in ranges_of(work, c).items() if ends.goes_around}
+        off += [(c.shape[name] - known[c.cause][name]) / (ends.high - ends.low) for name, ends in around.items()]
+    return bool(np.all(np.abs(np.array(off) - np.round(off)) < ANOTHER_SIDE))
 
 
 def _note_unfitted(work, proposals):

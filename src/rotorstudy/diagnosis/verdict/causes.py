@@ -20,13 +20,15 @@ def causes_of(explanation, probability, inadequacy, among, share, over):
     found = []
     for fault, parts in faults_of(explanation.causes).items():
         every = [_variant(e, parts[0].cause) for e in _by_variant(explanation, parts[0].cause, among, share)]
-        others = [one for one in every if one != parts[0].variant]
-        found.append(cause_of(parts, explanation, probability[fault], inadequacy, others, over))
+        found.append(cause_of(parts, explanation, probability[fault], inadequacy, every, over))
     return found
 
 
 def _by_variant(explanation, name, among, share):
-    """The best explanation by each variant of a cause of which one is true with a probability of `share`, if it is."""
+    """The best explanation by each variant of a cause, the likeliest first.
+
+    As many as hold the true variant with a probability of `share`, if the cause is true.
+    """
     best = {}
     for e in sorted((e for e in among if e.named == explanation.named), key=odds_of, reverse=True):
         best.setdefault(tuple(_variant(e, name).items()), e)
@@ -42,14 +44,18 @@ def _variant(explanation, name):
 
 
 def _over_forms(found, explanation, name):
-    """The OverForms of a cause of an explanation, beside its others; None as of `over_forms`."""
+    """The OverForms of a cause of an explanation, beside its others, and its log evidence; None as of `over_forms`."""
     ((cause,), others) = ([c for c in explanation.causes if (c.cause == name) == own] for own in (True, False))
     work = Work(found.rig, found.whole, found.prior, explanation.spectrum, found.settings)
-    return over_forms(work, explanation.fit, cause, laws_of(work, cause), others)
+    over = over_forms(work, explanation.fit, cause, laws_of(work, cause), others)
+    return over and (over, over.log_evidence - work.spectrum.log_shared_volume / 2)
 
 
-def cause_of(parts, explanation, probability, inadequacy, other_variants=(), over=None):
-    """The Cause of the parts of a fault, whose options are listed where they differ; over : OverForms or None."""
+def cause_of(parts, explanation, probability, inadequacy, variants=(), over=None):
+    """The Cause of the parts of a fault, whose options are listed where they differ.
+
+    variants : that are not excluded;  over : OverForms or None
+    """
     where, fitted = {}, explanation.fit
     for key in dict.fromkeys(key for part in parts for key in part.where):
         values = sorted({part.where[key] for part in parts if key in part.where})
@@ -59,9 +65,9 @@ def cause_of(parts, explanation, probability, inadequacy, other_variants=(), ove
         found = _parameters(part, fitted)
         taken = "".join(f"_{key}_{own}" for key, own in part.where.items() if isinstance(where[key], list))
         parameters |= {f"{name}{taken}" if name in parameters else name: one for name, one in found.items()}
-    usual = {}
+    usual, variant = {}, parts[0].variant
     if over and parts[0].cause == over.cause.cause:
-        usual = _shape(parts[0], fitted)
+        usual, variant = _shape(parts[0], fitted), over.cause.variant
         shape = {name: (value, over.cause.shape_std[name]) for name, value in over.cause.shape.items()}
         parameters |= _estimates(shape | over.stated, over.intervals)
     return Cause.of(
@@ -70,8 +76,8 @@ def cause_of(parts, explanation, probability, inadequacy, other_variants=(), ove
         fitted.model.structure,
         parameters=parameters,
         usual_form=usual,
-        variant=parts[0].variant,
-        other_variants=other_variants,
+        variant=variant,
+        other_variants=[one for one in variants if one != variant],
         posterior_probability=probability,
         probability=probability * (1 - inadequacy[len(explanation.faults) > 1]),
     )
@@ -113,7 +119,7 @@ def _estimates(sizes, intervals=None):
 def over_its_forms(found, share):
     """The OverForms of the one cause of the best explanation that has a form, None if there is none, and findings.
 
-    Of its variants of which one is true with a probability of `share` it is that with the highest evidence.
+    It is by the variant of most evidence among the likely ones; share : as of `_by_variant`.
 
     The search takes the usual form (a straight front) by any law near its own, and so one depth. Here the form is free,
     by the law of the library and by any near it, as far as the records tell them apart. A form far from those of the
@@ -124,7 +130,7 @@ def over_its_forms(found, share):
     if len(formed) != 1:
         return None, []
     every = [_over_forms(found, one, *formed) for one in _by_variant(best, *formed, found.explanations, share)]
-    over = max(filter(None, every), key=lambda one: one.log_evidence, default=None)
+    over, _ = max(filter(None, every), key=lambda one: one[1], default=(None, 0.0))
     odd, has = [], "has"
     explains = over is not None and chi_square_p_value(over.cost, best.spectrum.data_count) >= settings.significance
     if over is None or over.by_own_law is None:
