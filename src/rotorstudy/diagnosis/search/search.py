@@ -55,7 +55,6 @@ UNFULFILLED = 4  # proposals beside known causes that in succession do not raise
 ALONE = 5  # single faults beside which a second one is sought, if none of them explains the records
 ANOTHER_SIDE = 0.125  # of the range of an angle: shapes that differ by more are both fitted
 BETTER = 10.0  # log odds that the same causes must gain before moves are tried from them again
-AT_NODE = ("node", "bearing")  # kinds of places at which a contact at a node acts
 OF_AN_EFFECT = 2  # proposals of the same effects and laws that are fitted from one explanation
 
 
@@ -273,24 +272,26 @@ def _within_reach(work, force):
     """The candidates that may be nearly as likely as a free force that explains the records.
 
     To first order in the values of the rig, a cause hardly explains more than a free force at its place, which is known
-    before any of its shapes is tried; `WITHIN` allows for the rest. A contact at a bearing acts against its housing.
+    before any of its shapes is tried; `WITHIN` allows for the rest.
     """
     least = work.base.cost - 2 * (force.log_odds - WITHIN)
-    near = {_node_of(one) for one in work.free_forces if one.left < least}
-    return [c for c in work.candidates if not (can_be_scanned(c) and "node" in c.where) or c.where["node"] in near]
+    near = [one for one in work.free_forces if one.left < least]
+    scanned = [c for c in work.candidates if can_be_scanned(c) and "node" in c.where]
+    beyond = {c.label for c in scanned if not any(_acts_at(c, one) for one in near)}
+    return [c for c in work.candidates if c.label not in beyond]
 
 
-def _node_of(force):
-    """The node at which a contact may act as a free force does, or None."""
-    ((kind, number),) = force.where.items()
-    return number if kind in AT_NODE and force.motion == "force" else None
+def _acts_at(cause, force):
+    """Whether a contact acts as a free force does: at its place, or at a bearing against the housing there."""
+    node = cause.where.get("node")
+    return force.motion == "force" and (force.where == cause.where or (node and force.where == {"bearing": node}))
 
 
 def _told_by(work, force):
     """The candidates that are judged at the motion with a free force that is not the best one."""
-    structure, node = work.rig.structure, _node_of(force)
+    structure = work.rig.structure
     plain = [c for c in work.candidates if not (can_be_scanned(c) or needs_fit(c, structure))]
-    return [*plain, *(c for c in work.candidates if can_be_scanned(c) and node and c.where.get("node") == node)]
+    return [*plain, *(c for c in work.candidates if can_be_scanned(c) and _acts_at(c, force))]
 
 
 def _fit_best(work, groups, possible=None):
