@@ -16,7 +16,7 @@ from rotorstudy.blind.machines.machine import GRAVITY, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.runs.compare import compare
-from rotorstudy.diagnosis.search import film_error, moves, search
+from rotorstudy.diagnosis.search import film_error, moves
 from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.moves import additions, loading_films
 from rotorstudy.diagnosis.search.search import begin
@@ -146,16 +146,16 @@ def test_a_change_of_films_is_promised_by_steps_of_a_fit_too(monkeypatch):
     spectrum = true_spectrum((replace(LEFT, viscosity=0.012), FILMS[1]), 3, noise=3e-8)[0]
     settings = Settings(**{**STRICT, "leave_out": all_but(*ALIKE)}, uncertainty=KNOWN)
     work = begin(build_model(rig()), spectrum, settings)
-    monkeypatch.setattr(search, "additions", lambda *_: [])
+    monkeypatch.setattr(moves, "additions", lambda *_: [])
 
     def promised():
-        return [one for group in search._moves(work, work.nothing) for one in group]
+        return [one for group in moves.moves_from(work, work.nothing) for one in group]
 
     best = max(promised(), key=lambda one: one.log_odds)
     (cause,) = best.causes
     assert cause.where == {"node": 1, "number": "viscosity_Pa_s"}
     assert best.values[cause.names[0]] == pytest.approx(-0.4, abs=0.03)
-    monkeypatch.setattr(search, "by_steps_of_a_fit", lambda *_: [])
+    monkeypatch.setattr(moves, "by_steps_of_a_fit", lambda *_: [])
     assert not promised()
 
 

@@ -20,7 +20,6 @@ from rotorstudy.diagnosis.search import moves
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.places import places_of
-from rotorstudy.diagnosis.search.search import _moves as proposed
 from rotorstudy.diagnosis.search.search import base_model, begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, RotorstudyError
@@ -382,7 +381,7 @@ def test_a_foot_that_lifts_is_sought_at_the_motion_with_a_force_there(compressor
     as_good = {"log_odds": there.log_odds + 1, "left": there.left}
 
     def promised(*forces):
-        groups = proposed(replace(work, free_forces=forces), work.nothing)
+        groups = moves.moves_from(replace(work, free_forces=forces), work.nothing)
         return max(one.log_odds for group in groups for one in group if one.causes[0].where == there.where)
 
     alone = promised(there)

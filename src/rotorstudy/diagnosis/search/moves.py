@@ -35,6 +35,7 @@ from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import predicted
 from rotorstudy.model.structure import Structure
 
+EXPLAINS = 2.0  # misfit for each datum that a free force at one place leaves, at most, if one fault may act there
 HIDES = 30.0  # gain of log odds by an error of form, above which it may hide another fault
 WORTH_ADDING = -1.0  # change of the log odds that one more cause must promise
 PAIRS = 6  # of two causes at two places that are fitted
@@ -48,6 +49,61 @@ class Proposal(NamedTuple):
     causes: tuple[Candidate, ...]
     values: dict[str, float]
     log_odds: float
+
+
+def moves_from(work: Search, current: Explanation) -> list[list[Proposal]]:
+    """The Proposals from an explanation, in lists whose promises compare.
+
+    Without causes, each free force that explains the records is another motion at which causes are judged; those of
+    many shapes, which take longest, at that of the best one and of one at their own place.
+    """
+    if not current.causes:
+        forces = [one for one in work.free_forces if one.fitted is not None]
+        alone = [one for one in forces if one.left < EXPLAINS * one.count and one.log_odds > 0]
+        if not alone:
+            return [additions(work, current, [work.base, *(one.fitted for one in forces[:1])])]
+        first, *others = [one for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
+        of_readings = [c for c in work.candidates if c.term.acts_on_output]
+        at_first = additions(work, current, [first.fitted], _within_reach(work, first))
+        # films are not linear in their numbers: neither columns nor the first step of a fit tell how much these explain
+        films = [c for c in work.candidates if c.term.carries]
+        at_first += by_steps_of_a_fit(work, films, work.base.values, -np.inf)
+        if of_readings:
+            # which an error of the readings leaves as it is
+            stated = fit(work.model, work.spectrum, work.prior, steps=0)
+            at_first += additions(work, current, [work.base, stated], of_readings)
+        return [at_first, *(additions(work, current, [one.fitted], _told_by(work, one)) for one in others)]
+    found = turns(work, current)
+    # of one alone, all others were judged at the same motion, unless it changes the films
+    if len(current.faults) > 1 or any(p.loads_films for c in current.causes for p in c.term.parameters):
+        found += other_laws(work, current) + removals(current) + exchanges(work, current)
+    return [found + additions(work, current, [current.fit])]
+
+
+def _within_reach(work, force):
+    """The candidates that may be nearly as likely as a free force that explains the records.
+
+    To first order in the values of the rig, a cause hardly explains more than a free force at its place, which is known
+    before any of its shapes is tried; `WITHIN` allows for the rest.
+    """
+    least = work.base.cost - 2 * (force.log_odds - WITHIN)
+    near = [one for one in work.free_forces if one.left < least]
+    scanned = [c for c in work.candidates if can_be_scanned(c) and "node" in c.where]
+    beyond = {c.label for c in scanned if not any(_acts_at(c, one) for one in near)}
+    return [c for c in work.candidates if c.label not in beyond]
+
+
+def _acts_at(cause, force):
+    """Whether a contact acts as a free force does: at its place, or at a bearing against the housing there."""
+    node = cause.where.get("node")
+    return force.motion == "force" and (force.where == cause.where or (node and force.where == {"bearing": node}))
+
+
+def _told_by(work, force):
+    """The candidates that are judged at the motion with a free force that is not the best one."""
+    structure = work.rig.structure
+    plain = [c for c in work.candidates if not (can_be_scanned(c) or needs_fit(c, structure))]
+    return [*plain, *(c for c in work.candidates if can_be_scanned(c) and _acts_at(c, force))]
 
 
 class _Judge(NamedTuple):

@@ -18,26 +18,14 @@ from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.search.form_fit import SETTLED, WITHIN
 from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.impossible import grows, is_impossible
-from rotorstudy.diagnosis.search.moves import (
-    Proposal,
-    additions,
-    by_steps_of_a_fit,
-    exchanges,
-    loading_films,
-    needs_fit,
-    other_laws,
-    pairs,
-    removals,
-    turns,
-)
+from rotorstudy.diagnosis.search.moves import Proposal, loading_films, moves_from, pairs
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
 from rotorstudy.diagnosis.search.shape_fit import ranges_of
-from rotorstudy.diagnosis.search.shape_scan import can_be_scanned
 from rotorstudy.diagnosis.search.shown_forces import with_vibrations
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
-from rotorstudy.inference.fit import Fit, fit
+from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior, prior_of, with_usual
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -47,7 +35,6 @@ from rotorstudy.model.rig_numbers import with_numbers
 
 log = logging.getLogger(__name__)
 
-EXPLAINS = 2.0  # misfit for each datum that a free force at one place leaves, at most, if one fault may act there
 REACH = 10.0  # log odds below the best, beyond which an explanation cannot change a probability
 EXPANDED = 6  # rounds in which moves are tried, the first one from the rig; after these, as long as each one gains
 LAST = 12  # round
@@ -77,53 +64,52 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
     return (whole, prior) if model.before is None else of_change(whole, prior, settings)
 
 
-def begin(model: Model, spectrum: Spectrum, settings: Settings, base: Fit | None = None) -> Search:
+def begin(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     """The fit without causes, and the candidates of a search.
 
     model    : with a value for every amplitude
     spectrum : its covariance with the model error
-    base     : the fit without causes, if it is known
     returns  : Search in which nothing was searched yet
     raises   : RotorstudyError if the base model cannot be fitted
     """
     model = with_vibration(model, spectrum) if model.before is None else model
     whole, prior = base_model(model, settings)
-    first = base or fit(whole, spectrum, prior, from_afar=model.before is None)  # of a change that was done before
-    model = with_vibrations(model, first, spectrum)
+    base = fit(whole, spectrum, prior, from_afar=model.before is None)  # of a change that was done before
+    forces = free_forces(Search(model, whole, spectrum, settings, prior, base, []))
+    if nearer := _nearer_without_causes(base, spectrum, forces):
+        log.info("the rig alone explains more from the values with a force at one place")
+        forces = [one._replace(log_odds=one.log_odds + base.evidence - nearer.evidence) for one in forces]
+        base = nearer
+    model = with_vibrations(model, base, spectrum)
     every, failures = candidates(model, settings)
-    work = Search(
+    return Search(
         model,
         whole,
         spectrum,
         settings,
         prior,
-        first,
+        base,
         every,
+        tuple(forces),
         failures=failures,
-        found={frozenset(): Explanation((), first, 0.0)},
+        found={frozenset(): Explanation((), base, 0.0)},
     )
-    work = replace(work, free_forces=tuple(free_forces(work)))
-    nearer = None if base else _nearer_without_causes(work)
-    if nearer is None:
-        return work
-    log.info("the rig alone explains more from other values: beginning again")
-    return begin(model, spectrum, settings, nearer)
 
 
-def _nearer_without_causes(work):
+def _nearer_without_causes(base, spectrum, forces):
     """A Fit without causes from the values of the rig with the best free force; None if it explains hardly more.
 
     The fit from the stated values may end at another minimum, and almost any cause then explains what it leaves.
     """
-    forces = [one.fitted for one in work.free_forces if one.fitted is not None]
-    if not forces:
+    best = next((one.fitted for one in forces if one.fitted is not None), None)
+    if best is None:
         return None
-    start = np.array([forces[0].values.get(name, value) for name, value in work.base.values.items()])
+    start = np.array([best.values.get(name, value) for name, value in base.values.items()])
     try:
-        found = fit(work.base.model, work.spectrum, work.prior, start=start)
+        found = fit(base.model, spectrum, base.prior, start=start)
     except NoSteadyState:
         return None
-    return found if found.cost < work.base.cost - 2 * LEAST_LOG_ODDS else None
+    return found if found.cost < base.cost - 2 * LEAST_LOG_ODDS else None
 
 
 def unsearched(begun: Search) -> Search:
@@ -159,7 +145,7 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
             for one in current:
                 log.info("trying moves from %s (log odds %.1f)", " and ".join(one.named) or "the rig", odds_of(one))
             before = max(map(odds_of, work.explanations))
-            _fit_best(work, [group for one in current for group in _moves(work, one)], possible)
+            _fit_best(work, [group for one in current for group in moves_from(work, one)], possible)
             has_gained = max(map(odds_of, work.explanations)) > before + SETTLED
             if len(tried) == 1 and work.is_rejected:  # before two causes are tried
                 _fit_best(work, [loading_films(work), pairs(work)], possible)
@@ -183,7 +169,7 @@ def without_impossible(work: Search) -> Search:
 
 def with_one_cause(work: Search) -> list[Explanation]:
     """The best explanations by one cause, of a Search in which nothing was searched yet."""
-    _fit_best(work, _moves(work, work.nothing))
+    _fit_best(work, moves_from(work, work.nothing))
     return [one for one in work.explanations if one.causes]
 
 
@@ -237,61 +223,6 @@ def _is_new(explanation, tried):
 def _laws(explanation):
     """Names of the causes with their alternatives: with another law the same causes move otherwise."""
     return frozenset((c.cause, *c.variant.items()) for c in explanation.causes)
-
-
-def _moves(work, current):
-    """The Proposals from an explanation, in lists whose promises compare.
-
-    Without causes, each free force that explains the records is another motion at which causes are judged; those of
-    many shapes, which take longest, at that of the best one and of one at their own place.
-    """
-    if not current.causes:
-        forces = [one for one in work.free_forces if one.fitted is not None]
-        alone = [one for one in forces if one.left < EXPLAINS * one.count and one.log_odds > 0]
-        if not alone:
-            return [additions(work, current, [work.base, *(one.fitted for one in forces[:1])])]
-        first, *others = [one for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
-        of_readings = [c for c in work.candidates if c.term.acts_on_output]
-        at_first = additions(work, current, [first.fitted], _within_reach(work, first))
-        # films are not linear in their numbers: neither columns nor the first step of a fit tell how much these explain
-        films = [c for c in work.candidates if c.term.carries]
-        at_first += by_steps_of_a_fit(work, films, work.base.values, -np.inf)
-        if of_readings:
-            # which an error of the readings leaves as it is
-            stated = fit(work.model, work.spectrum, work.prior, steps=0)
-            at_first += additions(work, current, [work.base, stated], of_readings)
-        return [at_first, *(additions(work, current, [one.fitted], _told_by(work, one)) for one in others)]
-    found = turns(work, current)
-    # of one alone, all others were judged at the same motion, unless it changes the films
-    if len(current.faults) > 1 or any(p.loads_films for c in current.causes for p in c.term.parameters):
-        found += other_laws(work, current) + removals(current) + exchanges(work, current)
-    return [found + additions(work, current, [current.fit])]
-
-
-def _within_reach(work, force):
-    """The candidates that may be nearly as likely as a free force that explains the records.
-
-    To first order in the values of the rig, a cause hardly explains more than a free force at its place, which is known
-    before any of its shapes is tried; `WITHIN` allows for the rest.
-    """
-    least = work.base.cost - 2 * (force.log_odds - WITHIN)
-    near = [one for one in work.free_forces if one.left < least]
-    scanned = [c for c in work.candidates if can_be_scanned(c) and "node" in c.where]
-    beyond = {c.label for c in scanned if not any(_acts_at(c, one) for one in near)}
-    return [c for c in work.candidates if c.label not in beyond]
-
-
-def _acts_at(cause, force):
-    """Whether a contact acts as a free force does: at its place, or at a bearing against the housing there."""
-    node = cause.where.get("node")
-    return force.motion == "force" and (force.where == cause.where or (node and force.where == {"bearing": node}))
-
-
-def _told_by(work, force):
-    """The candidates that are judged at the motion with a free force that is not the best one."""
-    structure = work.rig.structure
-    plain = [c for c in work.candidates if not (can_be_scanned(c) or needs_fit(c, structure))]
-    return [*plain, *(c for c in work.candidates if can_be_scanned(c) and _acts_at(c, force))]
 
 
 def _fit_best(work, groups, possible=None):
