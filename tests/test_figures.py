@@ -10,8 +10,8 @@ from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.presentation.diagnosis_figures import in_words, some_speeds
 from rotorstudy.presentation.plots import STYLE
 from rotorstudy.presentation.probe_figures import APART, probe_picture, spread
-from thesis.figures.estimates import bias, error_against_noise
-from thesis.figures.responses import phases_near, phases_of
+from thesis.figures.estimates import bias, errors_and_bounds
+from thesis.figures.full_spectra import phases_near, phases_of
 
 TALLEST = 1800  # pixels; shown at half its size a figure then fits in a window of 900
 
@@ -45,10 +45,10 @@ def test_errors_of_many_parameters_fit_in_a_window():
          "percent": [-1.0, 1.0, 5.0]},
     )  # fmt: skip
     units = dict.fromkeys(names(14), "N s/m")
-    study = SimpleNamespace(results={"bias": wrong}, config=SimpleNamespace(reported=units))
+    config = SimpleNamespace(reported=units)
     given = {"one": few}, {"one": few, "two": few}, {"one": many, "two": many}
-    pictures = [error_against_noise(one, units, "few or many") for one in given]
-    for picture in (*pictures, bias(study, "bias", {"c": "a case"})):
+    pictures = [errors_and_bounds(one, units, "few or many") for one in given]
+    for picture in (*pictures, bias(config, wrong, "bias", {"c": "a case"})):
         assert picture.get_size_inches()[1] * STYLE["savefig.dpi"] <= TALLEST
         plt.close(picture)
 

@@ -6,10 +6,11 @@ from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.model.registry import registry
-from rotorstudy.presentation.plots import COLOURS, figure, save_figure
+from rotorstudy.presentation.plots import COLOURS, figure, finished, save_figure
 from rotorstudy.store import dataset, provenance, save
 
 SPEEDS = np.linspace(50.0, 400.0, 71)  # rad/s: from slow roll to beyond the first critical speed of a test rig
+SHOWN = (("stiffness", 1e-6, "MN/m"), ("damping", 1e-3, "kN s/m"))
 LINES = {"xx": "-", "xy": "-.", "yx": ":", "yy": "--"}  # distinguishable where they coincide
 
 
@@ -38,23 +39,18 @@ def _at(plugin, speed):
 
 def plot_bearing_coefficients(data):
     """A figure with a row for each bearing: stiffness in MN/m and damping in kN s/m over speed."""
-    names = data.bearing.values
-    picture, axes = figure(rows=len(names), columns=2, height=1.6, sharex=True)
-    for row, name in zip(axes, names, strict=True):
-        for panel, (quantity, scale, unit) in zip(
-            row, (("stiffness", 1e-6, "MN/m"), ("damping", 1e-3, "kN s/m")), strict=True
-        ):
+    picture, axes = figure(rows=data.sizes["bearing"], columns=2, height=1.6, sharex=True)
+    for row, name in zip(axes, data.bearing.values, strict=True):
+        for panel, (quantity, scale, unit) in zip(row, SHOWN, strict=True):
             for d, (direction, line) in enumerate(LINES.items()):
                 values = data[quantity].sel(bearing=name, direction=direction) * scale
                 panel.plot(data.speed, values, line, color=COLOURS[d], label=direction)
             panel.set(ylabel=f"{quantity} ({unit})", title=name.replace("_", " "))
     for panel in axes[-1]:
         panel.set_xlabel("spin speed (rad/s)")
-    picture.suptitle("Coefficients of every bearing plugin: only some depend on the speed")
     picture.align_ylabels()
-    lines = axes[0, 0].get_legend_handles_labels()
-    picture.legend(*lines, loc="outside lower center", ncols=4, title="force along, motion along; x down, at 1X")
-    return picture
+    told = "Coefficients of every bearing plugin: only some depend on the speed"
+    return finished(picture, told, legend=4, title="force along, motion along; x down, at 1X")
 
 
 def write_bearings(data, pictures):

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from rotorstudy.presentation.pages import to_index, write_csv, write_html
-from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, label, save_figures
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, finished, label, save_figures
 from rotorstudy.store import gathered, load, provenance, save
 from rotorstudy.studies.comparison import ranking
 from rotorstudy.studies.comparison.config import load_comparison
@@ -21,6 +21,7 @@ PLAIN = "regression"  # the spectrum method that estimators are compared with
 LEAST = 0.02  # of the bound: smaller biases are drawn there, as the trials do not determine them
 SHADES = ("#9ecae1", "#4a98c9", "#1764ab", "#08306b")  # light to dark with the noise
 MARKS = ("o", "s", "^", "D")
+SIDES = np.array([-1, 1])  # ends of an interval
 
 
 def write_comparison(comparison, pictures, ranking_csv, advice_files, config, spectra, estimates, bias, index):
@@ -92,29 +93,27 @@ def comparison_figures(whole, harmonic_errors, biased, trials):
 def accuracy(whole, trials):
     """Scatter and bias of the parameter of an estimator farthest from its bound: a row of panels for each rotor."""
     drawn = whole.sel(spectrum_method=PLAIN, fault=whole.fault[0], noise=whole.noise > 0)
-    over = drawn.efficiency**-0.5
-    mean = np.exp(np.log(over).mean("parameter")).max(["rotor", "noise"])
-    order = np.argsort(mean.fillna(np.inf).values)
-    drawn, over = drawn.isel(estimator=order), over.isel(estimator=order)
-    names = list(map(named, drawn.estimator.values))
+    mean = np.exp(np.log(drawn.efficiency**-0.5).mean("parameter")).max(["rotor", "noise"])
+    drawn = drawn.isel(estimator=np.argsort(mean.fillna(np.inf).values))
+    over, names = drawn.efficiency**-0.5, list(map(named, drawn.estimator.values))
     height, width = 0.19 * len(names) + 0.25, PAGE_WIDTH / 2
     picture, axes = figure(drawn.sizes["rotor"], 2, height, width, sharex="col", sharey=True)
-    for row, rotor in zip(axes, drawn.rotor.values, strict=True):
-        here, worst = drawn.sel(rotor=rotor), []
+    for (left, right), rotor in zip(axes, drawn.rotor.values, strict=True):
+        worst = []
         for i in range(len(names)):
-            one, error = here.isel(estimator=i), over.sel(rotor=rotor).isel(estimator=i)
+            one, error = drawn.sel(rotor=rotor).isel(estimator=i), over.sel(rotor=rotor).isel(estimator=i)
             if not np.isfinite(error).any():
                 worst.append("fails")
                 continue
             parameter = error.parameter[int(np.argmax(error.max("noise").fillna(0).values))]
             worst.append(label(parameter.values))
-            _row(row, one.sel(parameter=parameter), i, trials)
-        row[0].set_yticks(range(len(names)), names, fontsize=6.5)
-        row[0].set_title(str(rotor), loc="left")
-        right = row[1].secondary_yaxis("right")
-        right.set_yticks(range(len(names)), worst, fontsize=6.5)
-        right.tick_params(length=0)
-        row[0].set_ylim(len(names) - 0.5, -0.5)
+            _row((left, right), one.sel(parameter=parameter), i, trials)
+        left.set_yticks(range(len(names)), names, fontsize=6.5)
+        left.set_title(str(rotor), loc="left")
+        beside = right.secondary_yaxis("right")
+        beside.set_yticks(range(len(names)), worst, fontsize=6.5)
+        beside.tick_params(length=0)
+        left.set_ylim(len(names) - 0.5, -0.5)
     for axis, text in zip(axes[-1], ("scatter / bound, 95 % interval", "|bias| / bound, 95 % interval"), strict=True):
         axis.set_xlabel(text)
     axes[0, 1].set_title("worst parameter", loc="right", fontsize=6.5, x=1.25)
@@ -123,18 +122,17 @@ def accuracy(whole, trials):
         axis.xaxis.set_major_formatter("{x:g}")
         axis.axvline(1, color="0.4", linewidth=0.8, linestyle=":")
     axes[0, 1].set_xlim(left=LEAST)
-    marks = [(MARKS[n % len(MARKS)], SHADES[n % len(SHADES)]) for n in range(drawn.sizes["noise"])]
-    handles = [axes[0, 0].plot([], [], mark, color=shade, markersize=3.5)[0] for mark, shade in marks]
-    texts = [f"{level:g} % noise" for level in drawn.noise.values]
-    picture.legend(handles, texts, loc="outside lower center", ncols=len(texts), frameon=False)
-    least = float(mean.min())
-    picture.suptitle(
-        f"{names[0].capitalize()} comes closest to the Cramér-Rao bound: within {least:.2g} times it on all rotors and "
-        "noise levels\n(geometric mean of the parameters); shown is the worst parameter of each estimator "
-        f"(whole revolutions, plain {PLAIN})",
-        fontsize=8,
-    )
-    return picture
+    for n, level in enumerate(drawn.noise.values):
+        axes[0, 0].plot([], [], **_of_level(n), linestyle="", markersize=3.5, label=f"{level:g} % noise")
+    told = f"{names[0].capitalize()} comes closest to the Cramér-Rao bound: within {float(mean.min()):.2g} times it on "
+    told += "all rotors and noise levels\n(geometric mean of the parameters); shown is the worst parameter of each "
+    told += f"estimator (whole revolutions, plain {PLAIN})"
+    return finished(picture, told, legend=drawn.sizes["noise"], size=8, frameon=False)
+
+
+def _of_level(n):
+    """Mark and colour of the n-th noise level."""
+    return {"marker": MARKS[n % len(MARKS)], "color": SHADES[n % len(SHADES)]}
 
 
 def _row(axes, one, i, trials):
@@ -146,14 +144,14 @@ def _row(axes, one, i, trials):
     scatter, bias = one.scatter.values / bound, np.abs(one.bias.values) / bound
     low, high = (np.sqrt((count - 1) / chi2.ppf(share, count - 1)) * scatter for share in (0.975, 0.025))
     reach = 1.96 * scatter / np.sqrt(count)
-    place = i + np.linspace(-0.3, 0.3, len(bound))
-    for n in range(len(bound)):
-        style = {"marker": MARKS[n % len(MARKS)], "color": SHADES[n % len(SHADES)], "markersize": 2.5, "linewidth": 0.8}
-        axes[0].plot([low[n], high[n]], [place[n]] * 2, color=style["color"], linewidth=style["linewidth"])
-        axes[0].plot(scatter[n], place[n], **style)
-        ends = np.maximum([bias[n] - reach[n], bias[n] + reach[n]], LEAST)
-        axes[1].plot(ends, [place[n]] * 2, color=style["color"], linewidth=style["linewidth"])
-        axes[1].plot(max(bias[n], LEAST), place[n], **style)
+    for n, place in enumerate(i + np.linspace(-0.3, 0.3, len(bound))):
+        style, ends = (
+            {**_of_level(n), "markersize": 2.5, "linewidth": 0.8},
+            np.maximum(bias[n] + reach[n] * SIDES, LEAST),
+        )
+        for panel, at, interval in ((axes[0], scatter[n], [low[n], high[n]]), (axes[1], max(bias[n], LEAST), ends)):
+            panel.plot(interval, [place] * 2, color=style["color"], linewidth=style["linewidth"])
+            panel.plot(at, place, **style)
 
 
 def error_of_harmonics(whole, harmonic_errors, level):
@@ -163,8 +161,7 @@ def error_of_harmonics(whole, harmonic_errors, level):
     errors = [xr.concat([harmonic_errors[one, m].sel(noise=level) for m in methods], by_method) for one in rotors]
     cost = _geometric_mean(xr.concat(errors, xr.Variable("rotor", rotors)), "rotor")
     cost = cost.transpose("fault", "spectrum_method")
-    picture, axes = figure(1, 1, height=3.4)
-    axes = axes[0, 0]
+    picture, ((axes,),) = figure(height=3.4)
     groups = np.arange(cost.sizes["fault"])
     for i, method in enumerate(methods):
         place = groups + 0.7 * (i / (len(methods) - 1 or 1) - 0.5)
@@ -176,10 +173,9 @@ def error_of_harmonics(whole, harmonic_errors, level):
     axes.grid(False, axis="x")
     axes.grid(True, axis="x", which="minor")  # lines between the groups
     axes.set_ylabel("error of harmonics / rms of vibration (1)")
-    picture.legend(loc="outside lower center", ncols=3, fontsize=6, frameon=False, columnspacing=1, handletextpad=0.2)
     best = _starting(named(best_by_worst(cost)[0]))
     axes.set_title(f"{best} has the smallest error\nin its worst fault ({level:g} % noise)")
-    return picture
+    return finished(picture, legend=3, fontsize=6, frameon=False, columnspacing=1, handletextpad=0.2)
 
 
 def error_with_faults(whole, level):
@@ -209,33 +205,28 @@ def bias_of_known_quantities(biased):
     rotors = list(dict.fromkeys(rotor for rotor, *_ in biased))
     picture, axes = figure(1, len(rotors), height=3.0, width=PAGE_WIDTH / max(2, len(rotors)), sharey=True)
     costs = []
-    for a, rotor in zip(axes[0], rotors, strict=True):
+    for panel, rotor in zip(axes[0], rotors, strict=True):
         own = [part for part in biased if part[0] == rotor]
         for i, (_, estimator, data) in enumerate(own):
             # NaN where the estimator failed for one of the known quantities: a gap, not the error of the others
             error = abs(data.relative_error).isel(case=-1, estimator=0).max("known", skipna=False)
             error = 100 * error.median("parameter", skipna=False)
-            a.plot(data.percent, error, **_style(i, len(own)), label=named(estimator))
+            panel.plot(data.percent, error, **_style(i, len(own)), label=named(estimator))
             lost = data.percent[np.isnan(error)]
             place = 0.97 - 0.05 * i  # of the height of the panel, a row an estimator
-            style = {"color": COLOURS[i % len(COLOURS)], "transform": a.get_xaxis_transform()}
-            a.plot(lost, np.full(len(lost), place), "x", **style)
+            style = {"color": COLOURS[i % len(COLOURS)], "transform": panel.get_xaxis_transform()}
+            panel.plot(lost, np.full(len(lost), place), "x", **style)
             costs.append(error.where(abs(data.percent) == 1, drop=True))
-        a.set_yscale("symlog", linthresh=1)
-        a.yaxis.set_major_formatter("{x:g}")
-        a.set_title(rotor)
-        a.set_xlabel("error of the known quantity (%)")
-    axes[0, 0].set_ylim(0, 300)
-    axes[0, 0].set_ylabel("median error of the parameters (%)")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    handles.append(axes[0, 0].plot([], [], "x", color="0.4")[0])
-    picture.legend(handles, [*labels, "no estimate"], loc="outside lower center", ncols=4, fontsize=7, frameon=False)
-    costs = np.concatenate([c.values.ravel() for c in costs])
-    wrong = "A mass or stiffness held wrong"
+        panel.set_yscale("symlog", linthresh=1)
+        panel.yaxis.set_major_formatter("{x:g}")
+        panel.set(title=rotor, xlabel="error of the known quantity (%)")
+    axes[0, 0].set(ylim=(0, 300), ylabel="median error of the parameters (%)")
+    axes[0, 0].plot([], [], "x", color="0.4", label="no estimate")
+    costs, told = np.concatenate([c.values.ravel() for c in costs]), "A mass or stiffness held wrong"
     if np.isfinite(costs).any():
-        wrong += f" by 1 % moves the parameters by {np.nanmin(costs):.1g} to {np.nanmax(costs):.1g} %"
-    picture.suptitle(f"{wrong} (worst known quantity, no noise)", fontsize=8)
-    return picture
+        told += f" by 1 % moves the parameters by {np.nanmin(costs):.1g} to {np.nanmax(costs):.1g} %"
+    told += " (worst known quantity, no noise)"
+    return finished(picture, told, legend=4, size=8, fontsize=7, frameon=False)
 
 
 def best_by_worst(values):
@@ -280,8 +271,7 @@ def _by_fault(values, norm, label, told):
     scale = spare.inset_axes([0.0, 0.1, 1.0, 0.08])
     picture.colorbar(image, cax=scale, label=label, orientation="horizontal", format="{x:g}")
     scale.minorticks_off()
-    picture.suptitle(told, fontsize=8)
-    return picture
+    return finished(picture, told, size=8)
 
 
 def _table(values, axes, norm):

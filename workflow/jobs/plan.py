@@ -41,8 +41,11 @@ class Job(NamedTuple):
     @property
     def functions(self):
         """Full names of its function and of those that it is given to call."""
-        named = [self.given.get(key) for key in ("load", "function")]
-        return [self.function, *filter(None, named), *(name for name, _ in self.given.get("calls", ()))]
+        named, calls = (
+            [self.given[key] for key in ("load", "function") if key in self.given],
+            self.given.get("calls", ()),
+        )
+        return [self.function, *named, *(name for name, _ in (calls.values() if isinstance(calls, dict) else calls))]
 
     @property
     def log(self):
@@ -66,9 +69,13 @@ def computed(name, load, config, data, calls, plugins, priority=0, needs=(), **n
     return Job(name, "jobs.datasets.compute", inputs, {"data": data}, given, needs, priority=priority)
 
 
-def drawn(name, load, config, function, pictures, given=None, needs=(), priority=0, **results):
-    """A Job of `jobs.shown.draw`."""
-    inputs, given = {"config": config, **results}, {"load": load, "function": function, **(given or {})}
+def drawn(name, load, config, module, shown, pictures, given=None, needs=(), priority=0, **results):
+    """A Job of `jobs.shown.draw`; shown : figure -> its arguments, among them `kind`, a function of the module."""
+    calls = {}
+    for figure, arguments in shown.items():
+        arguments = {**(given or {}), **arguments}
+        calls[figure] = f"{module}.{arguments.pop('kind', figure).replace(' ', '_')}", arguments
+    inputs, given = {"config": config, **results}, {"load": load, "calls": calls}
     return Job(name, "jobs.shown.draw", inputs, {"pictures": pictures}, given, needs, priority=priority)
 
 
@@ -189,20 +196,21 @@ class Plan:
         """Figures and tables of a chapter of the thesis."""
         given, needs = {"reference": self.reference}, self.printed
         if name in self.settings.replays:
-            config, load, own = self.config.replays[name], LOAD_REPLAY, {}
+            config, load, module = self.config.replays[name], LOAD_REPLAY, "thesis.figures.replays"
+            shown = {figure: item.model_dump() for figure, item in self.settings.replays[name].figures.items()}
             results = dict(zip(REPLAY_STAGES, self.of(name, *REPLAY_STAGES), strict=True))
-            drawing, tabling, priority = "thesis.figures.replays.figures", "thesis.replay_tables.tables", 2
+            tabling, priority = "thesis.replay_tables.tables", 2
         else:
-            config, load, own = self.config.studies[name], LOAD_STUDY, {"shown": SHOWN[name]}
-            results, priority = self.of_study(self.settings.studies[name], name), 0
-            drawing, tabling = "thesis.figures.study.figures", "thesis.chapter_tables.tables"
+            config, load, module, shown = self.config.studies[name], LOAD_STUDY, "thesis.figures", SHOWN[name]
+            results = self.of_study(self.settings.studies[name], name)
+            tabling, priority = "thesis.chapter_tables.tables", 0
             needs += tuple(f"{self.reference}/{file}" for file in ("rows_of_estimates.csv", "tables.yaml"))
         pictures, sheets = self.pictures(name), self.tables(*(f"{name}/tables/{table}" for table in TABLES[name]))
         outputs = {"scored": f"{self.results}/{name}/scored.csv", "sheets": sheets}
         inputs = {"config": config, "reasons": f"{self.reference}/reasons.yaml", **results}
         called = {**given, "load": load, "function": tabling, **self.index}
         return [
-            drawn(f"figures_{name}", load, config, drawing, pictures, given | own, needs, priority, **results),
+            drawn(f"figures_{name}", load, config, module, shown, pictures, given, needs, priority, **results),
             Job(f"tables_{name}", "jobs.shown.write", inputs, outputs, called, needs),
         ]
 
@@ -259,8 +267,8 @@ class Plan:
             plugins = plugin_files([self.settings.cracks.base], compared)
             calls = [("rotorstudy.studies.cracks.compare", {})]
             found.append(computed("cracks", load, config, [data], calls, plugins))
-            function, pictures = "jobs.crack_figures.figures", self.pictures("cracks")
-            found.append(drawn("figures_cracks", load, config, function, pictures, comparison=data))
+            module, pictures = "jobs.crack_figures", self.pictures("cracks")
+            found.append(drawn("figures_cracks", load, config, module, SHOWN["cracks"], pictures, comparison=data))
         return found
 
     def crack_study(self):
@@ -271,10 +279,10 @@ class Plan:
         used = [registry().get("effect", study.crack.kind), *registry().plugins["depth"].values()]
         calls = [(f"rotorstudy.studies.crack_study.{stage}.{stage}", {}) for stage in CRACK_STAGES]
         data, pictures = self.of(study.name, *CRACK_STAGES), self.pictures("chapter_7", f"{self.results}/{study.name}")
-        shown, function = dict(zip(CRACK_STAGES, data, strict=True)), "jobs.crack_study_figures.figures"
+        results, module = dict(zip(CRACK_STAGES, data, strict=True)), "jobs.crack_study_figures"
         return [
             computed("crack_study", load, config, data, calls, plugin_files(rigs, used)),
-            drawn("figures_crack_study", load, config, function, pictures, **shown),
+            drawn("figures_crack_study", load, config, module, SHOWN["chapter_7"], pictures, **results),
         ]
 
     def comparison(self):

@@ -1,5 +1,6 @@
 """Jobs that draw figures and write tables of a chapter."""
 
+import inspect
 from pathlib import Path
 
 from jobs.run import named_function
@@ -8,9 +9,16 @@ from rotorstudy.presentation.plots import save_figures
 from rotorstudy.store import files_by_name
 
 
-def draw(pictures, function, load, config, **results):
-    """Write the figures that a function makes of results and of the file `config`, read by the function `load`."""
-    save_figures(named_function(function)(named_function(load)(config), **results), pictures)
+def draw(pictures, calls, load, config, **results):
+    """Write figures; calls : name of each -> full name of a function, and its arguments.
+
+    A function takes what it names of these, of the configuration, `config` read by the function `load`, and of results.
+    """
+    given, made = {"config": named_function(load)(config), **results}, {}
+    for name, (function, arguments) in calls.items():
+        function, known = named_function(function), given | arguments
+        made[name] = function(**{key: known[key] for key in inspect.signature(function).parameters if key in known})
+    save_figures(made, pictures)
 
 
 def write(scored, sheets, function, load, config, index, **results):

@@ -50,6 +50,29 @@ def figure(rows=1, columns=1, height=2.4, width=COLUMN_WIDTH, **options):
     return plt.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False, **options)
 
 
+def finished(picture, told=None, legend=None, size=STYLE["figure.titlesize"], **options):
+    """A figure with the title `told`, and a legend, in so many columns, of what is labelled in any of its panels.
+
+    size : of the title;  options : of the legend
+    """
+    if legend:
+        shown = {}
+        for panel in picture.axes:
+            for handle, text in zip(*panel.get_legend_handles_labels(), strict=True):
+                shown.setdefault(text, handle)
+        picture.legend(shown.values(), shown, **{"loc": "outside lower center", "ncols": legend, **options})
+    if told:
+        picture.suptitle(told, fontsize=size)
+    return picture
+
+
+def curves(panel, values, over, by, styles=None, **options):
+    """Draw a DataArray over a DataArray of one of its dimensions, a labelled curve for each place along another one."""
+    for i, name in enumerate(values[by].values):
+        style = styles(i) if styles else {"color": COLOURS[i % len(COLOURS)]}
+        panel.plot(over, values.sel({by: name}), **{"label": label(name), **style, **options})
+
+
 def _lay_out(picture, dpi):
     """Fix the layout of a figure that is then saved with this dpi; with a layout engine, each file is drawn twice."""
     picture.set_dpi(dpi)

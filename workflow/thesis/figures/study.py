@@ -1,145 +1,156 @@
-"""Figures of the simulated chapters (2, 4 and 6): kinds of figures, whose arguments are in `report/captions.yaml`."""
+"""Figures of the simulated chapters (2, 4 and 6): of their configuration, and of Datasets of their stages.
 
-from typing import NamedTuple
+Further arguments are in `report/captions.yaml`.
+"""
 
 import numpy as np
-import pandas as pd
 
 from rotorstudy.measurement.noise import standard_normal, with_noise
+from rotorstudy.measurement.records import reference_signal
 from rotorstudy.model.cracks import SERIES_ORDER
 from rotorstudy.model.registry import registry
-from rotorstudy.presentation.plots import figure, plot_orbit
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, finished, plot_orbit
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.response.whirl import time_invariant, whirl_modes, without_damping
 from rotorstudy.store import as_complex
-from rotorstudy.studies.config import StudyConfig, file_name
 from rotorstudy.units import percent
-from thesis.chapter_tables import described, places
-from thesis.figures import estimates, responses
-from thesis.figures.responses import Panel, full_spectra
+from thesis.chapter_tables import places
+from thesis.figures.full_spectra import Panel, full_spectra
 from thesis.scoreboard import PLACE, PRINTED, published
 
 PLACES = {1: "left bearing", 2: "disc 1", 3: "crack", 4: "disc 2", 5: "right bearing"}  # nodes of Chapter 6
+NODES = {n: f"node {n}: {place}" for n, place in PLACES.items()}
 DIRECTIONS = {"vertical x": np.real, "horizontal y": np.imag}
+FLAT = 0.01  # change of a whirl frequency with speed, below which it is taken for constant
 
 
-class Study(NamedTuple):
-    """A chapter: results of its stages by name, printed values, and where ours of each printed column are."""
+def record(config, records, speed, title):
+    """Three revolutions at a shown speed: both directions, orbit and phase reference; steady state and start from rest.
 
-    config: StudyConfig
-    results: dict
-    printed: pd.DataFrame
-    columns: list
-
-    def spectrum(self, quantity, speed_rad_s, node=None, rig="physical", noise=False, **where):
-        """(harmonic,) complex of a rig; with one realisation of 1 % white noise in time."""
-        results = self.results["spectra" if rig == "physical" else f"spectra_{rig}"]
-        here = results.sel(speed=speed_rad_s, method="nearest")
-        if quantity == "reference phase":
-            return np.exp(1j * here.reference_phase.sel(where).values)
-        found = as_complex(here.displacement.sel(where).sel(node=int(here.node[0] if node is None else node)))
-        if not noise:
-            return found
-        config = self.config
-        steady = config.clean_spectrum(config.rig(rig), [float(here.speed)])
-        numbers = standard_normal(config.monte_carlo.seed, 99, 1, (2, *steady.amplitude.shape))
-        trial = with_noise(steady, 0.01, "white in time", config.record.samples, numbers)
-        return found + (trial.amplitude[0] - steady.amplitude)[0, :, 0]
-
-    def panel(self, title, column, rows, **elsewhere):
-        """Spectra at the place of a printed column (table, case, method), which has the crosses, or elsewhere."""
-        (at,) = [one for one in self.columns if [one[key] for key in ("table", "case", "method")] == column]
-        place, known = {key: at[key] for key in PLACE if key in at} | elsewhere, self.printed
-        shown = {label: self.spectrum(at["quantity"], **(place | given)) for label, given in rows.items()}
-        for key, value in zip(("table", "case", "method"), column, strict=True):
-            known = known[known[key] == value]
-        marks = None if elsewhere else (known.item.astype(int), known.published)
-        kind = "amplitude" if at["quantity"] == "amplitude" else "phase"
-        return Panel(title.format(speed=f"{place['speed_rad_s']:g} rad/s"), kind, shown, marks)
+    {off} in the title: of the start from rest from the steady state
+    """
+    w, (picture, axes) = config.shown_speeds_rad_s[speed], figure(2, 2)
+    steady, rest = both = as_complex(records.displacement.sel(speed=w, method="nearest").isel(node=0))
+    off = f"{np.abs(rest - steady).max() / np.abs(steady).max() * 100:.1g} %"
+    shown = records.time.values < 3 * 2 * np.pi / w
+    time = records.time.values[shown]
+    # the curves coincide: a thin one on a wide one
+    for source, z, index, width in zip(records.source.values, both[:, shown], (5, 6), (3.5, 0.8), strict=True):
+        style = {"label": str(source), "color": COLOURS[index], "linewidth": width}
+        axes[0, 0].plot(time * 1e3, z.real * 1e6, **style)
+        axes[0, 1].plot(time * 1e3, z.imag * 1e6, **style)
+        plot_orbit(z, axes[1, 0], index=index, linewidth=width)
+    axes[1, 1].plot(time * 1e3, reference_signal(w, config.harmonics, time), color=COLOURS[6])
+    axes[0, 0].set(xlabel="time (ms)", ylabel="vertical x (µm)", title="Vertical displacement")
+    axes[0, 1].set(xlabel="time (ms)", ylabel="horizontal y (µm)", title="Horizontal displacement")
+    axes[1, 0].set_title("Orbit")
+    axes[1, 1].set(xlabel="time (ms)", ylabel="reference signal (1)", title="Multi-harmonic phase reference")
+    return finished(picture, title.format(off=off), legend=2)
 
 
-def breathing_function(study, speed):
+def breathing_function(config, speed):
     """The breathing function of the crack and its series, over two revolutions."""
-    config = study.config
     crack = registry().get("crack", config.rigs[config.main_rig]["cracks"][0]["kind"])
-    picture, axes = figure()
-    time = np.linspace(0, 4 * np.pi / speed, 2000)
+    (picture, axes), time = figure(), np.linspace(0, 4 * np.pi / speed, 2000)
     axes[0, 0].plot(time * 1e3, crack.function(speed * time), label="switching crack")
-    for order, style in ((7, "--"), (SERIES_ORDER, ":")):
+    for order, line in ((7, "--"), (SERIES_ORDER, ":")):
         series = sum(s * np.exp(1j * k * speed * time) for k, s in crack.series(order).items()).real
-        axes[0, 0].plot(time * 1e3, series, style, label=f"series to order {order}")
+        axes[0, 0].plot(time * 1e3, series, line, label=f"series to order {order}")
     title = f"Breathing function over two revolutions at {speed:g} rad/s"
-    axes[0, 0].set(xlabel="time (ms)", ylabel="breathing function (1: open)", title=title)
-    axes[0, 0].set_ylim(-0.15, 1.65)
+    axes[0, 0].set(xlabel="time (ms)", ylabel="breathing function (1: open)", title=title, ylim=(-0.15, 1.65))
     axes[0, 0].legend(loc="upper center", ncols=2)
     return picture
 
 
-def spectra(study, panels, speed=None):
-    """Full spectra; panels : arguments of `Study.panel`;  speed : of the shown ones, instead of that of the columns."""
-    elsewhere = {} if speed is None else {"speed_rad_s": study.config.shown_speeds_rad_s[speed]}
-    return full_spectra(study.config.harmonics, [study.panel(**panel, **elsewhere) for panel in panels])
+def _spectrum(config, results, quantity, speed_rad_s, node=None, rig="physical", noise=False, **where):
+    """(harmonic,) complex of a rig; with one realisation of 1 % white noise in time."""
+    here = results[rig].sel(speed=speed_rad_s, method="nearest")
+    if quantity == "reference phase":
+        return np.exp(1j * here.reference_phase.sel(where).values)
+    found = as_complex(here.displacement.sel(where).sel(node=int(here.node[0] if node is None else node)))
+    if not noise:
+        return found
+    steady = config.clean_spectrum(config.rig(rig), [float(here.speed)])
+    numbers = standard_normal(config.monte_carlo.seed, 99, 1, (2, *steady.amplitude.shape))
+    trial = with_noise(steady, 0.01, "white in time", config.record.samples, numbers)
+    return found + (trial.amplitude[0] - steady.amplitude)[0, :, 0]
 
 
-def spectra_of_nodes(study, title, columns, rows):
+def _panel(config, reference, results, title, column, rows, **elsewhere):
+    """Spectra at the place of a printed column (table, case, method), which has the crosses, or elsewhere."""
+    wanted = dict(zip(("table", "case", "method"), column, strict=True))
+    columns = places(reference, "full_spectrum", column[:1], [*PRINTED, *PLACE])
+    (at,) = [one for one in columns if wanted.items() <= one.items()]
+    place = {key: at[key] for key in PLACE if key in at} | elsewhere
+    shown = {label: _spectrum(config, results, at["quantity"], **(place | given)) for label, given in rows.items()}
+    known = published(reference, column[:1])
+    known = known[(known.case == wanted["case"]) & (known.method == wanted["method"])]
+    marks = None if elsewhere else (known.item.astype(int), known.published)
+    kind = "amplitude" if at["quantity"] == "amplitude" else "phase"
+    return Panel(title.format(speed=f"{place['speed_rad_s']:g} rad/s"), kind, shown, marks)
+
+
+def spectra(config, reference, spectra, spectra_thesis, panels, speed=None):
+    """Full spectra; panels : arguments of `_panel`;  speed : of the shown ones, instead of that of the columns."""
+    elsewhere = {} if speed is None else {"speed_rad_s": config.shown_speeds_rad_s[speed]}
+    results = {"physical": spectra, "thesis": spectra_thesis}
+    return full_spectra(config.harmonics, [_panel(config, reference, results, **one, **elsewhere) for one in panels])
+
+
+def spectra_of_nodes(config, reference, spectra, spectra_thesis, title, columns, rows):
     """Full spectra of every node, those beyond the printed columns without crosses."""
-    columns = dict(zip(PLACES, columns, strict=False))
-    some = next(iter(columns.values()))
-    named = {n: f"node {n}: {place}" for n, place in PLACES.items()}
-    own = {n: {} if n in columns else {"node": n} for n in PLACES}
-    panels = [study.panel(named[n], columns.get(n, some), rows, **own[n]) for n in PLACES]
-    picture = full_spectra(study.config.harmonics, panels)
-    picture.suptitle(title)
-    return picture
+    columns, some = dict(zip(NODES, columns, strict=False)), columns[0]
+    results, own = (
+        {"physical": spectra, "thesis": spectra_thesis},
+        {n: {} if n in columns else {"node": n} for n in NODES},
+    )
+    panels = [_panel(config, reference, results, NODES[n], columns.get(n, some), rows, **own[n]) for n in NODES]
+    return finished(full_spectra(config.harmonics, panels), title)
 
 
-def motion(study):
+def _motion(config, records):
     """Three revolutions at every node: time (time,) ms, node -> (time,) complex, m, and the speed."""
-    speed = study.config.shown_speeds_rad_s[0]
-    here = study.results["records"].sel(speed=speed, method="nearest").sel(source="from rest")
+    speed = config.shown_speeds_rad_s[0]
+    here = records.sel(speed=speed, method="nearest").sel(source="from rest")
     shown = here.time.values < 3 * 2 * np.pi / speed
-    signals = {n: as_complex(here.displacement.sel(node=n))[shown] for n in PLACES}
+    signals = {n: as_complex(here.displacement.sel(node=n))[shown] for n in NODES}
     return here.time.values[shown] * 1e3, signals, speed
 
 
-def records_of_nodes(study, direction):
+def records_of_nodes(config, records, direction):
     """One direction of the motion of every node."""
-    time, signals, speed = motion(study)
-    picture, axes = figure(1, 1, height=2.8, width=5.5)
-    for n, place in PLACES.items():
-        values = DIRECTIONS[direction](signals[n]) * 1e6
-        axes[0, 0].plot(time, values, label=f"node {n}: {place}", linewidth=1.0)
+    time, signals, speed = _motion(config, records)
+    picture, axes = figure(height=2.8, width=5.5)
+    for n, name in NODES.items():
+        axes[0, 0].plot(time, DIRECTIONS[direction](signals[n]) * 1e6, label=name, linewidth=1.0)
     axes[0, 0].set(xlabel="time (ms)", ylabel=f"{direction} (µm)")
     axes[0, 0].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-    picture.suptitle(f"Three revolutions at {speed:g} rad/s, about the static deflection")
-    return picture
+    return finished(picture, f"Three revolutions at {speed:g} rad/s, about the static deflection")
 
 
-def orbits(study):
+def orbits(config, records):
     """Orbits of every node."""
-    _, signals, speed = motion(study)
-    picture, axes = figure(1, len(PLACES), height=2.4, width=2.0)
-    for panel, (n, place) in zip(axes[0], PLACES.items(), strict=True):
+    _, signals, speed = _motion(config, records)
+    picture, axes = figure(1, len(NODES), height=2.4, width=2.0)
+    for panel, (n, name) in zip(axes[0], NODES.items(), strict=True):
         plot_orbit(signals[n], panel)
-        panel.set_title(f"node {n}: {place}")
-    picture.suptitle(f"Orbits at {speed:g} rad/s: the shaft moves like a rigid body on its soft bearings")
-    return picture
+        panel.set_title(name)
+    return finished(picture, f"Orbits at {speed:g} rad/s: the shaft moves like a rigid body on its soft bearings")
 
 
-def along_the_shaft(model):
+def _along_the_shaft(model):
     """Positions (position,) on the shaft, m, and the motion (position, dof) there by a unit of each coordinate."""
     position = np.linspace(0, model.structure.length, 201)
     return position, np.array([model.structure.shape_at(s) for s in position])
 
 
-def static_line(study):
+def static_line(config):
     """Deflection and slope at rest."""
-    model, speed = study.config.rig(study.config.main_rig), study.config.shown_speeds_rad_s[0]
-    structure, (position, shapes) = model.structure, along_the_shaft(model)
+    model, speed = config.rig(config.main_rig), config.shown_speeds_rad_s[0]
+    structure, (position, shapes) = model.structure, _along_the_shaft(model)
     deflection = static_deflection(model, [speed], model.theta[: len(model.rotor_unknowns)]).value[0].real
-    line = shapes @ deflection
-    at = np.linspace(0, position[-1], len(structure.nodes))
+    line, at = shapes @ deflection, np.linspace(0, position[-1], len(structure.nodes))
     picture, axes = figure(1, 2, height=2.4)
     for panel, values, kind, name in (
         (axes[0, 0], line, "translation", "static deflection (µm)"),
@@ -150,15 +161,14 @@ def static_line(study):
         panel.set(xlabel="position along the shaft (m)", ylabel=name, title=name.split()[-2].capitalize())
     axes[0, 0].invert_yaxis()
     axes[0, 0].legend()
-    bearings = deflection[structure.index(1)] / deflection[structure.index(3)]
-    picture.suptitle(f"Static line: the bearings contribute {percent(bearings, 2)} of the deflection at the crack")
-    return picture
+    share = percent(deflection[structure.index(1)] / deflection[structure.index(3)], 2)
+    return finished(picture, f"Static line: the bearings contribute {share} of the deflection at the crack")
 
 
-def modes_and_unbalance(study):
+def modes_and_unbalance(config):
     """Lowest whirl modes without damping, and the response to unbalance over speed."""
-    model, speed = study.config.rig(study.config.main_rig), study.config.shown_speeds_rad_s[0]
-    uncracked, (position, interpolated) = time_invariant(model), along_the_shaft(model)
+    model, speed = config.rig(config.main_rig), config.shown_speeds_rad_s[0]
+    uncracked, (position, interpolated) = time_invariant(model), _along_the_shaft(model)
     values, shapes = whirl_modes(uncracked, speed, without_damping(uncracked))
     lowest = np.flatnonzero(values.imag > 0)[:4]
     picture, axes = figure(1, 2, height=2.6)
@@ -174,49 +184,64 @@ def modes_and_unbalance(study):
     axes[0, 1].semilogy(sweep, response, label=[f"node {n}" for n in model.sensors])
     axes[0, 1].set(xlabel="spin speed (rad/s)", ylabel="1X forward (µm)", title="Response to unbalance")
     axes[0, 1].legend(fontsize=6, loc="lower right")
-    first = np.sort(np.abs(values[lowest].imag))[:2]
-    picture.suptitle(f"First whirl at {first[0]:.0f} and {first[1]:.0f} rad/s; the thesis prints 415.99 rad/s")
+    first, second = np.sort(np.abs(values[lowest].imag))[:2]
+    return finished(picture, f"First whirl at {first:.0f} and {second:.0f} rad/s; the thesis prints 415.99 rad/s")
+
+
+def stability(stability, formula=None):
+    """Growth rate over speed, and the threshold of stability; formula : 1 + the damping ratio, as written."""
+    picture, axes = figure(1, 2, height=2.6)
+    ratio, natural = stability.damping_ratio, float(stability.natural_frequency)
+    for i, damping in enumerate(ratio.values):
+        growth = stability.growth_rate.sel(damping_ratio=damping)
+        axes[0, 0].plot(stability.relative_speed, growth, color=COLOURS[i], label=f"$c_E / c_H = {damping:g}$")
+    axes[0, 0].axhline(0, color="k", linewidth=0.8)
+    axes[0, 0].set(xlabel="speed / natural frequency (1)", ylabel="growth rate (1/s)", title="Unstable above zero")
+    line = np.linspace(0, float(ratio.max()), 50)
+    if formula:
+        axes[0, 1].plot(line, 1 + line, "k--", label=formula)
+    axes[0, 1].plot(ratio, stability.threshold / natural, MARKERS[0], color=COLOURS[0], label="eigenvalues")
+    axes[0, 1].set(xlabel="external / internal damping (1)", ylabel="threshold / natural frequency (1)")
+    axes[0, 1].set_title("Threshold of stability")
+    for panel in axes[0]:
+        panel.legend()
     return picture
 
 
-def error_against_noise(study, title, cases=None, by_record=False, trials="monte_carlo"):
-    """Errors of estimates; cases : case -> its name, by default all;  by_record : a column for each kind of record."""
-    data = {name: study.results[trials][file_name(case)] for case, name in estimates.named_cases(study, cases).items()}
-    if by_record:
-        ((_, data),) = data.items()
-        data = {kind: data.sel(record=kind) for kind in study.config.record.kinds}
+def campbell(whirl, rigs, title):
+    """Whirl frequency over speed with the lines of 1X, 2X, 3X and -1X; rigs: name in the data -> name shown."""
+    picture, axes = figure(1, len(rigs), height=3.2, sharey=True)
+    speed = whirl.speed.values / (2 * np.pi)
+    for panel, (rig, shown) in zip(axes[0], rigs.items(), strict=True):
+        here = whirl.sel(rig=rig)
+        frequency = here.frequency.values / (2 * np.pi)
+        highest = min(np.abs(frequency).max() * 1.05, 4 * speed[-1])
+        for mode in range(frequency.shape[1]):
+            _mode(panel, speed, frequency[:, mode], mixed=bool((frequency > 0).all()))
+        for i, order in enumerate(whirl.order.values):
+            if order > 0:
+                panel.plot(speed, order * speed, ":", color="0.5", linewidth=0.9)
+                top = min(speed[-1], highest / order)
+                panel.annotate(f"{order}X", (top, order * top), fontsize=7, ha="right", va="top")
+            marks = here.critical_speed.sel(order=order).values / (2 * np.pi)
+            marks = marks[(marks < 0.99 * speed[-1]) & (abs(order) * marks < 0.99 * highest)]  # not on the frame
+            style = {"color": "k", "fillstyle": "none", "linestyle": "", "label": f"meets {order}X"}
+            panel.plot(marks, abs(order) * marks, MARKERS[i], **style)
+        panel.set(xlabel="spin speed (Hz)", title=shown, xlim=(0, speed[-1]), ylim=(0, highest))
+    axes[0, 0].set_ylabel("whirl frequency (Hz)")
+    return finished(picture, title, legend=3)
+
+
+def _mode(panel, speed, frequency, mixed):
+    """The line of a mode over speed, in Hz; elliptic whirl (mixed) is told by its slope, of gyroscopic moments."""
+    if mixed:
+        slope = np.gradient(frequency, speed)
+        names = ("rises with speed: mostly forward", "falls with speed: mostly backward", "neither")
+        kinds = zip(names, (slope > FLAT, slope < -FLAT, np.abs(slope) <= FLAT), strict=True)
     else:
-        data = {name: one.sel(record="steady state") for name, one in data.items()}
-    return estimates.error_against_noise(data, study.config.reported, title)
-
-
-KINDS = {  # a figure is of the kind of its name where it states none
-    "record": responses.record,
-    "spectra": spectra,
-    "spectra of nodes": spectra_of_nodes,
-    "records of nodes": records_of_nodes,
-    "orbits": orbits,
-    "static line": static_line,
-    "breathing function": breathing_function,
-    "modes_and_unbalance": modes_and_unbalance,
-    "error_against_noise": error_against_noise,
-    "bias": estimates.bias,
-    "weight_dominance": estimates.weight_dominance,
-    "collinearity": estimates.collinearity,
-    "measurements": estimates.measurements,
-    "sensors": estimates.sensors,
-    "stability": responses.stability,
-    "campbell": responses.campbell,
-}
-
-
-def figures(config, reference, shown, **results):
-    """The figures `shown` of a chapter, {name: arguments}, from the Datasets of its stages."""
-    numbers = list(described(reference, config.name)["tables"])
-    columns = places(reference, "full_spectrum", numbers, [*PRINTED, *PLACE])
-    study = Study(config, results, published(reference, numbers), columns)
-    found = {}
-    for name, arguments in shown.items():
-        kind = arguments.get("kind", name)
-        found[name] = KINDS[kind](study, **{key: value for key, value in arguments.items() if key != "kind"})
-    return found
+        forward = np.full(len(speed), np.median(frequency) > 0)
+        kinds = zip(("forward whirl", "backward whirl"), (forward, ~forward), strict=True)
+    for i, (text, chosen) in enumerate(kinds):
+        if chosen.any():
+            line = np.where(chosen, np.abs(frequency), np.nan)
+            panel.plot(speed, line, ("-", "--", "-.")[i], color=COLOURS[i], label=text)
