@@ -5,7 +5,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from jobs.comparison_page import best_by_worst, comparison_figures, write_advice
+from jobs.comparison_page import advice_table, best_by_worst, comparison_figures
+from jobs.shown import write_tables
 from rotorstudy import load_rig, registry
 from rotorstudy.studies.comparison.config import Fault, Rotor, load_comparison
 from rotorstudy.studies.comparison.estimates import without_values
@@ -120,7 +121,8 @@ def test_one_that_fails_somewhere_is_none_of_the_best():
 
 def test_advice_as_a_page(tmp_path):
     ranked = ranking(compared()[0])
-    write_advice(ranked, {"outliers": "samples are spikes"}, tmp_path / "advice.csv", tmp_path / "advice.html")
+    advice = advice_table(ranked, {"outliers": "samples are spikes"})
+    write_tables({"advice": advice}, [tmp_path / "advice.csv", tmp_path / "advice.html"])
     told = pd.read_csv(tmp_path / "advice.csv")
     assert set(told.estimator) == {"good"} and set(told.intervals) == {"valid"}
     page = (tmp_path / "advice.html").read_text()

@@ -93,7 +93,8 @@ def test_a_missed_criterion_changes_what_is_said(truths):
         text = printed(criteria)
         assert text.startswith(f"{statement(criteria)}\n") and f"{len(missed)} not reached" in text
         assert "nan" not in text and text.count("have no cases") == 1
-        page = criteria_page(criteria, "simulated", [("Answers", "data:,", "")])
+        figures = {"answers": {"title": "Answers", "source": "data:,", "caption": ""}}
+        page = criteria_page(criteria, "simulated", figures)
         assert all(f"<p>{sentence}</p>" in page[: page.index("<h2>")] for sentence in sentences(criteria))
         first = page[: page.index("<h2>How to read")]
         assert statement(criteria) in first

@@ -11,9 +11,9 @@ from jobs.plan import Job
 from jobs.run import code_digest, imported_files, opened, run_job
 from jobs.shown import write_tables
 from rotorstudy import RotorstudyError
+from rotorstudy.presentation.pages import Table
 from rotorstudy.presentation.plots import figure, save_figures
 from rotorstudy.store import dataset, save
-from thesis.scoreboard import Table
 
 WHIRL, BIAS = "rotorstudy.studies.analyses.whirl", "rotorstudy.studies.identify.bias"
 

@@ -2,7 +2,8 @@
 
 import pytest
 
-from jobs.plugin_pages import shown, write_plugin_library
+from jobs.plugin_pages import plugin_library, shown
+from jobs.shown import write_tables
 from rotorstudy import registry
 from rotorstudy.authoring.facts import tables
 from rotorstudy.authoring.files import new_plugin
@@ -40,7 +41,7 @@ def test_the_page_says_all_that_the_table_says_in_few_columns(kind):
 
 
 def test_the_page_and_its_table_are_written(tmp_path):
-    write_plugin_library(tmp_path / "zoo.html", tmp_path / "zoo.csv")
+    write_tables(plugin_library(), [tmp_path / "zoo.html", tmp_path / "zoo.csv"])
     page, table = ((tmp_path / f"zoo.{suffix}").read_text() for suffix in ("html", "csv"))
     assert all(plugin.name in page and plugin.name in table for _, plugin in registry())
 

@@ -120,10 +120,10 @@ class Plan:
         """Paths of tables, for programs and as pages."""
         return [f"{self.results}/{name}.{kind}" for kind in ("csv", "html") for name in names]
 
-    def page(self, name, function, inputs, given=None, needs=()):
-        """A Job that writes one table, for programs and as a page."""
-        outputs = dict(zip(("csv", "html"), self.tables(name), strict=True))
-        return Job(name, function, inputs, outputs, {**self.index, **(given or {})}, needs)
+    def page(self, name, function, inputs, files=None, given=None, needs=()):
+        """A Job of `jobs.shown.write`, by default of one table, for programs and as a page."""
+        given = {"function": function, **self.index, **(given or {})}
+        return Job(name, "jobs.shown.write", inputs, {"files": files or self.tables(name)}, given, needs)
 
     def study(self, name, study):
         """Stages of a simulated study."""
@@ -205,13 +205,13 @@ class Plan:
             results = self.of_study(self.settings.studies[name], name)
             tabling, priority = "thesis.chapter_tables.tables", 0
             needs += tuple(f"{self.reference}/{file}" for file in ("rows_of_estimates.csv", "tables.yaml"))
-        pictures, sheets = self.pictures(name), self.tables(*(f"{name}/tables/{table}" for table in TABLES[name]))
-        outputs = {"scored": f"{self.results}/{name}/scored.csv", "sheets": sheets}
+        files = [f"{self.results}/{name}/scored.csv", *self.tables(*(f"{name}/tables/{one}" for one in TABLES[name]))]
         inputs = {"config": config, "reasons": f"{self.reference}/reasons.yaml", **results}
-        called = {**given, "load": load, "function": tabling, **self.index}
         return [
-            drawn(f"figures_{name}", load, config, module, shown, pictures, given, needs, priority, **results),
-            Job(f"tables_{name}", "jobs.shown.write", inputs, outputs, called, needs),
+            drawn(
+                f"figures_{name}", load, config, module, shown, self.pictures(name), given, needs, priority, **results
+            ),
+            self.page(f"tables_{name}", tabling, inputs, files, {**given, "load": load}, needs),
         ]
 
     def of_study(self, study, name):
@@ -231,7 +231,7 @@ class Plan:
     def over_all_chapters(self):
         """Scoreboard, errata and -1X of both rigs; the last two need all chapters."""
         scored = {"scored": [f"{self.results}/{name}/scored.csv" for name in self.chapters]}
-        found = [self.page("scoreboard", "thesis.scoreboard.write", scored)]
+        found = [self.page("scoreboard", "thesis.scoreboard.scoreboard", scored)]
         if not set(self.chapters) >= THESIS:
             return found
         inputs = {"errata": f"{self.reference}/errata.yaml"}
@@ -242,16 +242,16 @@ class Plan:
         )
         inputs["spectra"], inputs["identification"] = self.of("chapter_5", *REPLAY_STAGES[1:])
         (inputs["variants"],) = self.of("chapter_6", "variants")
-        found.append(self.page("errata", "thesis.errata.write", inputs, needs=self.printed))
+        found.append(self.page("errata", "thesis.errata.errata_table", inputs, needs=self.printed))
         configs = {name: self.config.replays[name] for name in ("chapter_3", "chapter_5")}
         inputs = {name: self.of(name, "spectra")[0] for name in configs}
-        outputs, given = {"sheets": self.tables("rigs/backward_1X")}, {"configs": configs, **self.index}
-        needs = (*self.printed, *configs.values())
-        return [*found, Job("backward_1X", "thesis.backward_1x.write", inputs, outputs, given, needs)]
+        files, needs = self.tables("rigs/backward_1X"), (*self.printed, *configs.values())
+        function = "thesis.backward_1x.backward_1x_table"
+        return [*found, self.page("backward_1X", function, inputs, files, {"configs": configs}, needs)]
 
     def plugin_library(self):
         """The plugins, crack models and bearings side by side, and what others printed beside ours."""
-        zoo = self.page("zoo", "jobs.plugin_pages.write_plugin_library", {}, needs=files_of_kinds())
+        zoo = self.page("zoo", "jobs.plugin_pages.plugin_library", {}, needs=files_of_kinds())
         outputs = {"data": f"{self.results}/bearings/coefficients.nc"}
         outputs["pictures"] = [f"{self.results}/bearings/coefficients.{kind}" for kind in ("png", "svg")]
         function, needs = "jobs.bearing_figures.write_bearings", files_of_kinds("bearing")
@@ -259,7 +259,7 @@ class Plan:
         if self.config.published:
             rigs = sorted(map(str, Path(self.config.published).glob("*.yaml")))
             needs = (*(path.removesuffix(".yaml") + ".csv" for path in rigs), *plugin_files(map(read_yaml, rigs)))
-            function = "jobs.plugin_pages.write_published"
+            function = "jobs.plugin_pages.published"
             found.append(self.page("published", function, {"rigs": rigs}, needs=needs))
         if config := self.config.cracks:
             load, (data,) = "rotorstudy.studies.cracks.load_cracks", self.of("cracks", "comparison")
@@ -322,7 +322,7 @@ class Plan:
                     files["bias"] = paths(base, "bias", name, [r for r in compared if compared[r].study])
                 job("estimator", "estimates", name, chunk, (*needs, *spectra), files, spectra=spectra)
         outputs = {"comparison": f"{base}/comparison.nc", "pictures": self.pictures("compare")}
-        outputs |= {"ranking_csv": f"{base}/ranking.csv", "advice_files": self.tables("compare/advice")}
+        outputs["sheets"] = [f"{base}/ranking.csv", *self.tables("compare/advice")]
         function = "jobs.comparison_page.write_comparison"
         every = {}  # files of all jobs
         for made in found:
@@ -365,8 +365,8 @@ class Plan:
             names = ("verdict.json", "verdict.nc", "left_out.json")
             texts = f"{self.reference}/undecided.yaml"
             needs = (*(f"{folder}/{file}" for folder in folders for file in names), *self.printed, texts)
-            sheets = [f"{base}/replays_{sheet}.csv" for sheet in ("harmonics", "left_out", "parameters")]
-            outputs = {"csv": sheets, "html": f"{base}/replays.html"}
-            given = {"folders": folders, "reference": self.reference, **self.index}
-            found.append(Job("diagnose_replays", "thesis.replays_page.write", inputs, outputs, given, needs))
+            files = [f"{base}/replays_{sheet}.csv" for sheet in ("harmonics", "left_out", "parameters")]
+            given, function = {"folders": folders, "reference": self.reference}, "thesis.replays_page.replays_page"
+            files.append(f"{base}/replays.html")
+            found.append(self.page("diagnose_replays", function, inputs, files, given, needs))
         return found

@@ -5,7 +5,7 @@ import re
 import pandas as pd
 
 from rotorstudy.authoring.facts import tables
-from rotorstudy.presentation.pages import to_index, write_csv, write_html
+from rotorstudy.presentation.pages import Table
 from rotorstudy.studies.published import beside_printed
 
 PRINTED = ["quantity", "at", "speed", "change", "value", "computed", "unit", "deviation", "agrees", "reason", "source"]
@@ -17,20 +17,17 @@ COLUMNS = {  # of the page, few enough for a screen, and the headings of the fac
 }
 
 
-def write_plugin_library(html, csv, index=None):
-    """Write the page and the table of all plugins of the registry to two paths; index : page of all results, if any."""
+def plugin_library():
+    """The Table of all plugins of the registry."""
     found = tables()
-    count = sum(len(table) for table in found.values())
-    write_csv(pd.concat([table.assign(kind=kind) for kind, table in found.items()]), csv)
-    write_html(
-        html,
-        "Plugin library (zoo)",
-        f"{count} models, each in one file in plugins/. Every claim is checked by the tests and by 'rotorstudy check'. "
-        "An option marked '(needed)' has no default, a key inside an option with ? may be left out. "
-        "zoo.csv has a separate column for each fact.",
-        {f"{kind} ({len(table)})": shown(table) for kind, table in found.items()},
-        links=to_index(html, index),
+    note = (
+        f"{sum(map(len, found.values()))} models, each in one file in plugins/. Every claim is checked by the tests "
+        "and by 'rotorstudy check'. An option marked '(needed)' has no default, a key inside an option with ? may be "
+        "left out. zoo.csv has a separate column for each fact."
     )
+    rows = pd.concat([table.assign(kind=kind) for kind, table in found.items()])
+    pages = {f"{kind} ({len(table)})": shown(table) for kind, table in found.items()}
+    return {"zoo": Table(rows, "Plugin library (zoo)", note, shown=pages)}
 
 
 def shown(table):
@@ -46,25 +43,19 @@ def shown(table):
     return found.loc[:, (found != "").any()]
 
 
-def write_published(html, csv, rigs, index=None):
-    """Write the page and the table of all printed numbers of some rig files to two paths."""
+def published(rigs):
+    """The Table of all printed numbers of some rig files."""
     found = [beside_printed(rig) for rig in rigs]
-    every = pd.concat(found)
-    write_csv(every, csv)
-    rows = []
+    every, rows = pd.concat(found), []
     for one in found:
         agree, to_the_digit = (int(which.sum()) for which in (one.agrees, one.agrees & (one.reason == "")))
         rows.append((one.model.iloc[0], len(one), agree, to_the_digit, one.deviation.abs().max()))
     columns = ["machine", "numbers", "agree", "to the last digit printed", "largest deviation"]
-    write_html(
-        html,
-        "Numbers that others printed",
+    note = (
         f"{len(every)} numbers of {len(found)} machines, {int(every.agrees.sum())} of which agree with ours. A number "
         "agrees if it is the same when rounded as printed; where another tolerance is used, its reason is stated. x is "
-        "downward. Each machine is a rig file and a table in tests/published.",
-        {
-            "": pd.DataFrame(rows, columns=columns),
-            **{rows.model.iloc[0]: rows[PRINTED].replace({"agrees": {True: "yes", False: "no"}}) for rows in found},
-        },
-        links=to_index(html, index),
+        "downward. Each machine is a rig file and a table in tests/published."
     )
+    shown = {"": pd.DataFrame(rows, columns=columns)}
+    shown |= {one.model.iloc[0]: one[PRINTED].replace({"agrees": {True: "yes", False: "no"}}) for one in found}
+    return {"published": Table(every, "Numbers that others printed", note, shown=shown)}

@@ -15,7 +15,7 @@ from thesis.scoreboard import table_name
 STATED = read_yaml(Path(__file__).parents[1] / "report" / "captions.yaml")
 CAPTIONS = {
     **{f"diagnosis_{name}": text for name, (_, text) in DIAGNOSIS_FIGURES.items()},
-    **{f"blind_{name}": text for name, text in BLIND_FIGURES.items()},
+    **{f"blind_{name}": text for name, (_, text) in BLIND_FIGURES.items()},
     **STATED.pop("pages"),
 }
 REPLAYED = STATED.pop("replays")

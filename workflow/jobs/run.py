@@ -103,7 +103,7 @@ def imported_files(*functions):
     graph = _graph()
     named = {one.rpartition(".")[0] for one in functions}
     files = {_file(module) for module in named.union(*map(graph.find_upstream_modules, named))}
-    templates = {page for file in files for page in file.parent.glob("templates/*.html")}
+    templates = {page for file in files for page in file.parent.glob("templates/*.*")}
     return sorted(map(str, files | templates))
 
 

@@ -21,23 +21,23 @@ def draw(pictures, calls, load, config, **results):
     save_figures(made, pictures)
 
 
-def write(scored, sheets, function, load, config, index, **results):
-    """Write what a function makes of a configuration and results: rows of the scoreboard, and tables by name."""
-    rows, tables = named_function(function)(named_function(load)(config), **results)
-    write_csv(rows, scored)
-    write_tables(tables, sheets, index)
+def write(files, function, index, load=None, **inputs):
+    """Write the tables, by name, that a function makes of its inputs; load : of what reads the file `config`."""
+    if load:
+        inputs["config"] = named_function(load)(inputs["config"])
+    write_tables(named_function(function)(**inputs), files, index)
 
 
 def write_tables(tables, paths, index=None):
     """Write every table to the files of its name: .csv for programs, .html for people."""
     for name, files in files_by_name("table", tables, paths).items():
-        table = tables[name]
+        rows, title, note, digits, shown, choose, below = tables[name]
         for path in files:
             if path.suffix == ".csv":
-                write_csv(table.rows, path)
+                write_csv(rows, path)
             else:
-                links = _links(path, table.rows, index)
-                write_html(path, table.title, table.note, {"": table.rows}, table.digits, links=links)
+                shown = {"": rows} if shown is None else shown
+                write_html(path, title, note, shown, digits, choose, below, _links(path, rows, index))
 
 
 def _links(path, rows, index):

@@ -8,13 +8,12 @@ to R_-1 of each rig. A backward force independent of the speed, as of a misalign
 import numpy as np
 import pandas as pd
 
-from jobs.shown import write_tables
 from rotorstudy.model.rig_items import make_term
+from rotorstudy.presentation.pages import Table
 from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
 from thesis.config import load_replay
 from thesis.replay import COLUMN
-from thesis.scoreboard import Table
 
 READING_M = 1e-6  # standard deviation of a reading; the unexplained 5X and 7X of the first rig are of this size
 METHOD = 0.02  # relative standard deviation: two spectrum methods differ by 1 to 2 % on the same record
@@ -78,36 +77,27 @@ def receptance_at(model, speeds):
     return measured_response(pushed, speeds, [-1], alone)[:, 0, 0]
 
 
-def backward_1x_table(replays):
-    """Table of what the published -1X of both rigs says about probes and runout; replays as for `readings`."""
+def backward_1x_table(configs, **spectra):
+    """What the published -1X of both rigs says about probes and runout; configs : name of a replay -> its file."""
+    replays = [(load_replay(path), spectra[name]) for name, path in configs.items()]
     rig, forward, backward, receptance = readings(replays)
     rows = hypotheses(rig, forward, backward, receptance, np.hypot(READING_M, METHOD * np.abs(backward)))
     for name in ("share", "standard deviation", "angle"):
         rows[name] = [", ".join(f"{value:.3g}" for value in values) for values in rows[name]]
     rows = rows.rename(columns={"angle": "angle (deg)"})
-    return Table(
-        rows,
-        "-1X of both rigs: probes, runout or a coupling?",
-        [
-            "-1X divided by the conjugate of +1X is nearly the same at all published speeds, slow roll included, and "
-            "on both rigs, which had the same probes. Probes whose angle is σ off a right angle would give exactly "
-            "that: a share σ / 2 at 90 degrees.",
-            "A small p-value rejects a hypothesis. Neither the probes alone nor runout alone explains both rigs; "
-            "together they do. Each rig by itself cannot separate them, because 1X of the slow roll, which is runout "
-            "or bow, dominates +1X at every speed.",
-            "A backward force independent of the speed, as of a misaligned coupling, is doubtful but not excluded, "
-            "like a share of its own for each rig. A diagnosis of one rig, with its three or four speeds, may "
-            "therefore name a coupling; shared probes explain why the shares of both rigs agree.",
-            "The share is determined by the changes of +1X between the speeds, which are small. An anisotropic "
-            "support would add a backward vibration of its own; these speeds cannot exclude it.",
-            f"Assumed standard deviation of a reading: {READING_M * 1e6:g} µm and {METHOD * 100:g} %; it is not "
-            "published.",
-        ],
-        digits=3,
-    )
-
-
-def write(sheets, configs, index, **results):
-    """Write the table to paths; configs : name of a replay -> its file;  results : name -> its spectra."""
-    replays = [(load_replay(path), results[name]) for name, path in configs.items()]
-    write_tables({"backward_1X": backward_1x_table(replays)}, sheets, index)
+    note = [
+        "-1X divided by the conjugate of +1X is nearly the same at all published speeds, slow roll included, and "
+        "on both rigs, which had the same probes. Probes whose angle is σ off a right angle would give exactly "
+        "that: a share σ / 2 at 90 degrees.",
+        "A small p-value rejects a hypothesis. Neither the probes alone nor runout alone explains both rigs; "
+        "together they do. Each rig by itself cannot separate them, because 1X of the slow roll, which is runout "
+        "or bow, dominates +1X at every speed.",
+        "A backward force independent of the speed, as of a misaligned coupling, is doubtful but not excluded, "
+        "like a share of its own for each rig. A diagnosis of one rig, with its three or four speeds, may "
+        "therefore name a coupling; shared probes explain why the shares of both rigs agree.",
+        "The share is determined by the changes of +1X between the speeds, which are small. An anisotropic "
+        "support would add a backward vibration of its own; these speeds cannot exclude it.",
+        f"Assumed standard deviation of a reading: {READING_M * 1e6:g} µm and {METHOD * 100:g} %; it is not published.",
+    ]
+    title = "-1X of both rigs: probes, runout or a coupling?"
+    return {"backward_1X": Table(rows, title, note, digits=3)}

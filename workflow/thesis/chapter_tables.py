@@ -3,11 +3,12 @@
 import numpy as np
 import pandas as pd
 
+from rotorstudy.presentation.pages import Table
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.store import as_complex
 from rotorstudy.studies.config import file_name
 from rotorstudy.yaml_file import read_yaml
-from thesis.scoreboard import KEYS, PLACE, PRINTED, Table, published, scored_against, scored_tables, table_name
+from thesis.scoreboard import KEYS, PLACE, PRINTED, published, scored_against, scored_tables, table_name
 
 QUANTITIES = {"amplitude": np.abs, "phase": np.angle, "compensated phase": np.angle}
 BY_METHOD = (["item"], ["case", "method"])  # keys of the rows and of the columns
@@ -136,7 +137,7 @@ def variant_errors(config, text, relative_error):
 def tables(
     config, reference, reasons, spectra_thesis, identification_thesis, monte_carlo_thesis=None, variants=None, **others
 ):
-    """The tables of a chapter by the rig "thesis", beside the printed ones: scoreboard rows, and name -> Table.
+    """The tables of a chapter by the rig "thesis", beside the printed ones, and the rows of the scoreboard, by name.
 
     others : results that only figures show
     """
@@ -152,4 +153,4 @@ def tables(
     about = {number: (*text, *keys.get(number, BY_METHOD)) for number, text in texts["tables"].items()}
     first = {table_name(texts["assumed"]["number"]): assumed_parameters(config, texts, found.true)}
     last = {"variants": variant_errors(config, texts["variants"], variants.relative_error)} if by_variants else {}
-    return scored, {**first, **scored_tables(scored, about), **last}
+    return {"scored": Table(scored), **first, **scored_tables(scored, about), **last}

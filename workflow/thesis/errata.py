@@ -16,7 +16,7 @@ from rotorstudy.inference.output_error import cramer_rao_bound
 from rotorstudy.measurement.noise import with_noise
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import build_model
-from rotorstudy.presentation.pages import to_index, write_csv, write_html
+from rotorstudy.presentation.pages import Table
 from rotorstudy.response.coupling import forced_harmonics
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.stability import eigenvalues
@@ -306,21 +306,14 @@ def filled(entries, numbers):
     return table.apply(lambda column: column.str.split().str.join(" "))
 
 
-def write(csv, html, errata, index, chapter_2, chapter_3, chapter_4, chapter_5, chapter_6, **results):
-    """Write the errata with the numbers of all chapters; errata : path;  chapter_n : its configuration file."""
+def errata_table(errata, chapter_2, chapter_3, chapter_4, chapter_5, chapter_6, **results):
+    """The Table of errata with the numbers of all chapters; errata : path;  chapter_n : its configuration file."""
     reference = Path(errata).parent
-    numbers = numbers_2(load_study(chapter_2), reference)
-    numbers |= numbers_3(load_replay(chapter_3), reference)
     of_4 = (results[name] for name in ("thesis_spectra", "weight_dominance", "monte_carlo"))
+    numbers = numbers_2(load_study(chapter_2), reference) | numbers_3(load_replay(chapter_3), reference)
     numbers |= numbers_4(load_study(chapter_4), reference, *of_4)
     numbers |= numbers_5(load_replay(chapter_5), results["spectra"], results["identification"])
     numbers |= numbers_6(load_study(chapter_6), reference, results["variants"])
     table = filled(yaml.safe_load(Path(errata).read_text(encoding="utf-8")), numbers)
-    write_csv(table, csv)
-    write_html(
-        html,
-        "Errata of the thesis, Chapters 2 to 6",
-        "Each with evidence computed by this workflow: what is reproduced, or changes, if the printed form is used.",
-        {"": table},
-        links=to_index(html, index),
-    )
+    note = "Each with evidence computed by this workflow: what is reproduced, or changes, if the printed form is used."
+    return {"errata": Table(table, "Errata of the thesis, Chapters 2 to 6", note)}

@@ -3,12 +3,13 @@
 import numpy as np
 import pandas as pd
 
+from rotorstudy.presentation.pages import Table
 from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
 from rotorstudy.units import percent
 from thesis import checks
 from thesis.replay import BOTH_DAMPINGS, COLUMN, DAMPINGS, remove_slow_roll, rounding_draws, thesis_estimates
-from thesis.scoreboard import KEYS, Table, published, scored_against, scored_tables
+from thesis.scoreboard import KEYS, published, scored_against, scored_tables
 
 
 def shown_compensated(spectra):
@@ -198,7 +199,7 @@ def response_table(config, spectra, identification, thesis_response):
 
 
 def tables(config, reference, reasons, spectra, identification, **others):
-    """The tables of a replayed experiment: rows of the scoreboard (DataFrame), and name -> Table.
+    """The tables of a replayed experiment, and the rows of the scoreboard, by name.
 
     others : results that only figures show
     """
@@ -206,7 +207,8 @@ def tables(config, reference, reasons, spectra, identification, **others):
     responses = thesis_responses(config, reference, groups)
     scored = scored_rows(config, reference, spectra, identification, responses, reasons)
     sheets = {name: (sheet.title, sheet.note, ["item"], sheet.across) for name, sheet in config.sheets.items()}
-    return scored, {
+    return {
+        "scored": Table(scored),
         **scored_tables(scored, sheets),
         "estimates": estimates_table(config, identification),
         "physical_checks": checks_table(config, spectra, estimate_checks(config, reference, spectra, identification)),

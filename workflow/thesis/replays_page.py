@@ -9,7 +9,7 @@ import yaml
 
 from rotorstudy.diagnosis.verdict.cause_words import place, readable
 from rotorstudy.diagnosis.verdict.result import Verdict
-from rotorstudy.presentation.pages import to_index, write_csv, write_html
+from rotorstudy.presentation.pages import Table
 from rotorstudy.store import load
 from rotorstudy.units import number, p_value
 from thesis.config import load_replay
@@ -135,36 +135,29 @@ def shared_causes(verdicts):
 
 
 def replays_page(configs, folders, reference):
-    """Rows of each sheet of `SHEETS`, and notes, the summary first, of replays and the folders of their diagnoses."""
-    harmonics, shown, compared, notes, verdicts, left_out = [], [], [], [], {}, {}
+    """The page, and a table of each sheet of `SHEETS`, of replays and the folders of their diagnoses."""
+    found, notes, verdicts, left_out = {name: [] for name in SHEETS}, [], {}, {}
     first, *others = yaml.safe_load(Path(reference, "undecided.yaml").read_text(encoding="utf-8"))
     for path, folder in zip(configs, map(Path, folders), strict=True):
         config, data = load_replay(path), load(folder / "verdict.nc")
         verdict = verdicts[config.name] = Verdict.model_validate_json((folder / "verdict.json").read_bytes())
         rows, wrong = json.loads((folder / "left_out.json").read_bytes()), harmonic_rows(config, data, reference)
-        left_out[config.name], shown = rows, shown + left_out_rows(config, rows)
-        harmonics += wrong
-        compared += compared_parameters(config, data, reference)
+        left_out[config.name] = rows
+        found["left_out"] += left_out_rows(config, rows)
+        found["harmonics"] += wrong
+        found["parameters"] += compared_parameters(config, data, reference)
         notes += notes_on(config, verdict, wrong, rows)
     notes = [
-        in_short(verdicts, harmonics, left_out),
+        in_short(verdicts, found["harmonics"], left_out),
         LEGEND,
         *notes,
         shared_causes(verdicts),
-        *impossible_values(compared),
-        *changed_estimates(compared),
+        *impossible_values(found["parameters"]),
+        *changed_estimates(found["parameters"]),
         first,
         *(f"Not decided either: {text}" for text in others),
     ]
-    return {"harmonics": harmonics, "left_out": shown, "parameters": compared}, notes
-
-
-def write(csv, html, configs, folders, reference, index):
-    """Write the page and its tables to paths; index : the page of all results."""
-    rows, notes = replays_page(configs, folders, reference)
-    tables = {name: pd.DataFrame(rows[name]).drop(columns=["kind", "thesis ±"], errors="ignore") for name in SHEETS}
-    for path, table in zip(csv, tables.values(), strict=True):
-        write_csv(table, path)
-    title = "Residuals of the thesis's model on its own measurements"
-    shown = {SHEETS[name]: table for name, table in tables.items()}
-    write_html(html, title, notes, shown, digits=3, links=to_index(html, index))
+    tables = {n: pd.DataFrame(rows).drop(columns=["kind", "thesis ±"], errors="ignore") for n, rows in found.items()}
+    title, shown = "Residuals of the thesis's model on its own measurements", {SHEETS[n]: tables[n] for n in SHEETS}
+    page = Table(tables["harmonics"], title, notes, digits=3, shown=shown)
+    return {"replays": page, **{f"replays_{name}": Table(table) for name, table in tables.items()}}

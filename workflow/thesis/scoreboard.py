@@ -1,7 +1,6 @@
 """Each published number beside ours, with its status and the reason for a difference."""
 
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -9,7 +8,7 @@ import yaml
 
 from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.measurement.table_spectra import last_digit
-from rotorstudy.presentation.pages import to_index, write_csv, write_html
+from rotorstudy.presentation.pages import Table
 
 KEYS = ["table", "case", "item", "noise_percent", "quantity", "method"]
 COLUMNS = [*KEYS, "published", "last_digit", "computed", "unit", "origin", "status", "reason"]
@@ -107,39 +106,24 @@ def load_reasons(path):
     return reasons
 
 
-def write(scored, csv, html, index):
-    """Write the scoreboard over the rows of all chapters, which are CSV files; index : the page of all results."""
+def scoreboard(scored):
+    """The Table of the scoreboard over the rows of all chapters, which are CSV files."""
     rows = pd.concat([pd.read_csv(path, dtype={"table": str, "item": str}) for path in scored])
     rows = in_table_order(rows[COLUMNS])
-    computed, measured = (rows[rows.origin == origin] for origin in ("computed anew", "measured again"))
-
-    def reproduced(rows):
-        return (rows.status == "reproduced").sum()
-
+    (computed, again), (measured, replayed) = (
+        (len(some), (some.status == "reproduced").sum())
+        for some in (rows[rows.origin == origin] for origin in ("computed anew", "measured again"))
+    )
     counts = rows.groupby(["table", "status"], sort=False).size().unstack(fill_value=0)
     counts = counts.reindex(columns=list(STATUSES), fill_value=0).reset_index()
     counts.insert(1, "values", counts[list(STATUSES)].sum(axis=1))
-    write_csv(rows, csv)
-    write_html(
-        html,
-        "Scoreboard",
-        f"Of {len(computed)} printed values that are computed anew, {reproduced(computed)} are reproduced within one "
-        f"unit of their last digit. Another {len(measured)} are measurements: replayed as records and measured again, "
-        f"{reproduced(measured)} are reproduced, which checks the measuring chain. Every other value has a reason.",
-        {"Every value": rows, "Number of values by table": counts},
-        choose=("table", "quantity", "method", "origin", "status"),
-        below="reason",
-        links=to_index(html, index),
+    note = (
+        f"Of {computed} printed values that are computed anew, {again} are reproduced within one unit of their last "
+        f"digit. Another {measured} are measurements: replayed as records and measured again, {replayed} are "
+        "reproduced, which checks the measuring chain. Every other value has a reason."
     )
-
-
-class Table(NamedTuple):
-    """A table with its title and note."""
-
-    rows: pd.DataFrame
-    title: str
-    note: str | list[str]  # a text, or a list of a text and bullet points
-    digits: int = 6  # significant digits of every number on the page
+    shown, choose = {"Every value": rows, "Number of values by table": counts}, KEYS[:1] + KEYS[4:] + COLUMNS[-3:-1]
+    return {"scoreboard": Table(rows, "Scoreboard", note, shown=shown, choose=choose, below="reason")}
 
 
 def in_table_order(scored):

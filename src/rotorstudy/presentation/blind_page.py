@@ -10,24 +10,11 @@ from rotorstudy.blind.meanings import MEANS
 from rotorstudy.blind.scoring import ANSWERS_WITHOUT_CAUSE, calibration, is_chain, share_bounds
 from rotorstudy.model.registry import registry
 from rotorstudy.presentation.captions import BLIND_FIGURES
-from rotorstudy.presentation.pages import cells, inline_png, render, to_index, write_csv, write_html
-from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, save_pictures
+from rotorstudy.presentation.pages import cells, pictures, render, to_index, write_csv, write_html
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, finished, save_pictures
 from rotorstudy.store import write_text
 
 MARKS = {"reached": "good", "not reached": "bad", "undecided": "doubtful"}
-NOTES = (
-    "Size: the change of the measured harmonics by the effect, of which only the part counts that base parameters and "
-    "calibration cannot absorb, in standard deviations, rms. Of two effects the smaller counts.",
-    "low and high are 95 % bounds: of Clopper and Pearson for shares, by order statistics for medians, by bootstrap "
-    "over the cases for the calibration error. A criterion is reached, or not reached, if the whole range "
-    "between the bounds is; otherwise it is undecided. To prove a share of 0.95 takes 72 cases without a failure, "
-    "one of 0.99 takes 368. Criteria without cases are not listed.",
-    "The stated set has the causes that are named and those that are not ruled out. A cause is right if effect and "
-    "place are; an effect with another law than the library's is simulated by another formula.",
-    "Outside the library are physics that it lacks, and effects that were left out of it.",
-    "Errors on held-out speeds count against the signal without noise, which only a simulation knows. Against the "
-    "measurement they cannot fall below its noise.",
-)
 SIZE_EDGES = np.array([0.3, 1.0, 2.0, 3.0, 6.0, 12.0, 30.0, 100.0, 300.0])
 
 
@@ -42,8 +29,7 @@ def write_pages(data, criteria, rows, folder, others=None, index=None):
         f"{data.attrs['cases']} cases of seed {data.attrs['seed']}: effects were hidden in records of an "
         "independent simulator, and the truth was sealed before the diagnosis began."
     )
-    titles = {name: name.replace("_", " ").capitalize() for name in BLIND_FIGURES}
-    figures = [(titles[name], inline_png(png[name]), caption) for name, caption in BLIND_FIGURES.items()]
+    figures = pictures(png, BLIND_FIGURES)
     links = to_index(folder / "criteria.html", index)
     wrong = links | {"Cases with a wrong answer": "cases.html"}
     write_text(folder / "criteria.html", criteria_page(criteria, source, figures, wrong))
@@ -66,8 +52,7 @@ def criteria_page(criteria, source, figures, links=None):
             for name, judged in criteria.groupby("source", sort=False)
         },
         marks=MARKS,
-        notes=NOTES,
-        figures=figures,
+        figures=list(figures.values()),
         links=links or {},
     )
 
@@ -109,8 +94,7 @@ def answers_figure(criteria):
     """The answers at a glance, a point with 95 % bounds for each source of the truth."""
     shown = criteria[criteria.key.isin(list(AT_A_GLANCE)) & (criteria.cases > 0)]
     sources = list(dict.fromkeys(criteria.source))
-    picture, axes = figure(1, 1, height=1.4 + 0.7 * len(sources), width=6.4)
-    axes = axes[0, 0]
+    picture, ((axes,),) = figure(height=1.4 + 0.7 * len(sources), width=6.4)
     for i, source in enumerate(sources):
         rows = shown[shown.source == source]
         place = np.array([list(AT_A_GLANCE).index(key) for key in rows.key]) + 0.3 * (i - (len(sources) - 1) / 2)
@@ -123,15 +107,13 @@ def answers_figure(criteria):
     axes.set(xlim=(-2, 118), ylim=(len(AT_A_GLANCE) - 0.4, -0.6), xlabel="share of cases (%), with 95 % bounds")
     axes.set_xticks(range(0, 101, 20))
     told = ", ".join(f"{row.found} of {row.cases}" for row in shown[shown.key == "in_set"].itertuples())
-    picture.suptitle(f"The hidden effect is named or not ruled out in {told or 'no case'}", fontsize=8)
-    picture.legend(loc="outside lower center", ncols=2, frameon=False)
-    return picture
+    told = f"The hidden effect is named or not ruled out in {told or 'no case'}"
+    return finished(picture, told, legend=2, size=8, frameon=False)
 
 
 def curves(rows, in_set):
     """Completeness and reliability over the size of the effect; in_set : criterion of that name."""
-    picture, axes = figure(1, 1, height=2.8, width=4.2)
-    axes = axes[0, 0]
+    picture, ((axes,),) = figure(height=2.8, width=4.2)
     right, middle = rows.in_set.to_numpy(bool), np.sqrt(SIZE_EDGES[1:] * SIZE_EDGES[:-1])
     size = np.digitize(rows["size"], SIZE_EDGES[1:-1])
     single = rows.group.isin(["single", "chain"]).to_numpy(bool)
@@ -148,9 +130,8 @@ def curves(rows, in_set):
     axes.set_xticks([1, 3, 10, 30, 100], ["1", "3", "10", "30", "100"])
     axes.set_xlabel("size of the effect (standard deviations)")
     found = f"{in_set.found} of {in_set.cases} cases ({100 * in_set.low:.0f} to {100 * in_set.high:.0f} %)"
-    picture.suptitle(f"In the stated set at size 3 and more: {found}", fontsize=8)
     axes.legend(loc="lower right")
-    return picture
+    return finished(picture, f"In the stated set at size 3 and more: {found}", size=8)
 
 
 def confusion_figure(rows):
@@ -162,9 +143,7 @@ def confusion_figure(rows):
     there = counts.sum(axis=0) > 0
     answers, counts, accepted = np.array(answers)[there], counts[:, there], accepted[:, there]
     whole = np.maximum(counts.sum(axis=1, keepdims=True), 1)
-    width, height = 0.19 * len(answers) + 1.6, 0.19 * len(truths) + 1.9
-    picture, axes = figure(1, 1, height=height, width=width)
-    axes = axes[0, 0]
+    picture, ((axes,),) = figure(height=0.19 * len(truths) + 1.9, width=0.19 * len(answers) + 1.6)
     axes.grid(False)
     axes.imshow(counts / whole, cmap="Blues", vmin=0, vmax=3, aspect="auto")  # tinted: a count is read, not guessed
     for i, j in zip(*np.nonzero(counts), strict=True):
@@ -189,8 +168,7 @@ def _called(effect):
 
 def calibration_figure(rows):
     """Share of true causes over their stated probability."""
-    picture, axes = figure(1, 1, height=2.8)
-    axes = axes[0, 0]
+    picture, ((axes,),) = figure(height=2.8)
     stated = rows[rows.probability.notna()]
     said, right, count, error = calibration(stated.probability.to_numpy(float), stated.first_right.to_numpy(float))
     there = count > 0

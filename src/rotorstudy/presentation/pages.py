@@ -6,11 +6,27 @@ import re
 from functools import cache
 from itertools import groupby
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:  # importing it takes half a second
+    from pandas import DataFrame
 
 from rotorstudy.store import atomic, write_text
 
 LONG, SHORT = 80, 24  # characters: a longer column is widened, a shorter one is not wrapped
 MARKS = {"explained": "doubtful", "not reproducible": "bad"}  # cells that a reader looks for
+
+
+class Table(NamedTuple):
+    """Rows with what a page of them says; `shown` and what follows : as for `write_html`, by default the rows alone."""
+
+    rows: "DataFrame"
+    title: str = ""
+    note: str | list[str] = ""  # a text, or a list of a text and bullet points
+    digits: int = 6  # significant digits of every number on the page
+    shown: dict | None = None
+    choose: tuple = ()
+    below: str | None = None
 
 
 @cache
