@@ -99,10 +99,10 @@ def test_a_job_runs_in_a_process_of_its_own_and_its_failure_is_told(tmp_path):
     """Functions of the standard library in place of one of ours: what is given is passed by name."""
     log, copy = [str(tmp_path / "logs" / "odd.log")], tmp_path / "copy.txt"
     (tmp_path / "one.txt").write_text("1\n")
-    copied = Job("copied", "shutil.copyfile", {"src": str(tmp_path / "one.txt")}, {"dst": str(copy)})
+    copied = Job("copied", "shutil.copyfile", "", {"src": str(tmp_path / "one.txt")}, {"dst": str(copy)})
     run_job(copied, copied.inputs, copied.outputs, {}, 1, log)
     assert copy.read_text() == "1\n"
-    refused = Job("odd", "rotorstudy.studies.cracks.load_cracks", {"path": "none.yaml"})
+    refused = Job("odd", "rotorstudy.studies.cracks.load_cracks", "", {"path": "none.yaml"})
     with pytest.raises(RotorstudyError, match=r"odd ended with 1; see .*odd\.log"):
         run_job(refused, refused.inputs, refused.outputs, {}, 1, log)
     assert "error: file 'none.yaml' does not exist" in Path(log[0]).read_text()

@@ -7,7 +7,8 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.model.registry import registry
 from rotorstudy.presentation.plots import COLOURS, figure, finished, save_figure
-from rotorstudy.store import dataset, provenance, save
+from rotorstudy.store import provenance, save
+from rotorstudy.studies.common import sweep
 
 SPEEDS = np.linspace(50.0, 400.0, 71)  # rad/s: from slow roll to beyond the first critical speed of a test rig
 SHOWN = (("stiffness", 1e-6, "MN/m"), ("damping", 1e-3, "kN s/m"))
@@ -16,25 +17,26 @@ LINES = {"xx": "-", "xy": "-.", "yx": ":", "yy": "--"}  # distinguishable where 
 
 def bearing_coefficients(plugins, speeds=SPEEDS):
     """A Dataset of synchronous coefficients of the plugins' examples over speed; NaN where a bearing refuses it."""
-    found = np.array([[_at(plugin, w) for w in speeds] for plugin in plugins]).reshape(len(plugins), len(speeds), 4)
+    terms = {plugin.name: typical_term(plugin, bench_structure()) for plugin in plugins}
+
+    def at(name, speed):
+        try:
+            stiffness = dynamic_stiffness(terms[name], [speed], [1])[0, 0].ravel()
+        except RotorstudyError:
+            return {}
+        return {"stiffness": stiffness.real, "damping": stiffness.imag / speed}
+
     coordinates = {
-        "bearing": ([plugin.name for plugin in plugins], "1", "bearing plugin"),
+        "bearing": (list(terms), "1", "bearing plugin"),
         "speed": (speeds, "rad/s", "spin speed"),
         "direction": (list(LINES), "1", "of the force, of the motion; x down"),
     }
-    variables = {
-        "stiffness": (tuple(coordinates), found.real, "N/m", "real part of the dynamic stiffness at +-1X"),
-        "damping": (tuple(coordinates), found.imag / speeds[:, None], "N s/m", "its imaginary part over the speed"),
+    told = {
+        "stiffness": (("direction",), "N/m", "real part of the dynamic stiffness at +-1X"),
+        "damping": (("direction",), "N s/m", "its imaginary part over the speed"),
     }
-    return dataset(variables, coordinates, title="Stiffness and damping of every bearing over speed")
-
-
-def _at(plugin, speed):
-    """(2, 2) dynamic stiffness at one speed."""
-    try:
-        return dynamic_stiffness(typical_term(plugin, bench_structure()), [speed], [1])[0, 0]
-    except RotorstudyError:
-        return np.full((2, 2), np.nan)
+    title = "Stiffness and damping of every bearing over speed"
+    return sweep(coordinates, ("bearing", "speed"), at, told, title=title)
 
 
 def plot_bearing_coefficients(data):

@@ -11,7 +11,6 @@ from rotorstudy.presentation.pages import Table
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, finished, label, save_figures
 from rotorstudy.store import gathered, load, provenance, save
 from rotorstudy.studies.comparison import ranking
-from rotorstudy.studies.comparison.config import load_comparison
 from rotorstudy.studies.comparison.estimates import comparison as compared
 from rotorstudy.studies.comparison.ranking import VALID, named
 from rotorstudy.studies.config import file_name
@@ -27,7 +26,6 @@ SIDES = np.array([-1, 1])  # ends of an interval
 
 def write_comparison(comparison, pictures, sheets, config, spectra, estimates, bias, index):
     """Write the comparison as NetCDF, its figures and its tables from the files "<rotor>/<method or estimator>.nc"."""
-    config = load_comparison(config)
     names = {file_name(name): name for name in config.rotors}
 
     def loaded(paths):

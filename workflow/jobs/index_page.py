@@ -16,17 +16,22 @@ HEADINGS = read_yaml(HEADED)  # other folders follow
 
 def write_index(path, files, report):
     """Write the page: first what was found, each with its picture, then every page and figure."""
-    root = Path(path).parent
+    root, folders = Path(path).parent, {heading: [] for heading in HEADINGS}
     inside = sorted((Path(file).relative_to(root) for file in files), key=_in_numbered_order)
-    folders = list(dict.fromkeys([*HEADINGS, *(_folder(file) for file in inside)]))
-    groups = [_group(folder, [file for file in inside if _folder(file) == folder]) for folder in folders]
-    groups = [one for one in groups if one["count"]]
-    found = _answers(root, inside)
-    write_text(path, render("index.html", title="What was found", answers=found, groups=groups))
-    write_text(report, _report(found))
+    for file in inside:
+        folders.setdefault(file.parts[0] if len(file.parts) > 1 else "", []).append(file)
+    groups, found = [_group(folder, here) for folder, here in folders.items()], _answers(root, inside)
+    page = render("index.html", title="What was found", answers=found, groups=[one for one in groups if one["count"]])
+    write_text(path, page)
+    lines = ["What was found:", ""]
+    for one in found:
+        lines += [f"**{one['heading']}.** {' '.join(one['said'])}".translate(PLAIN), ""]
+    lines.append("The chapters have the figures and tables; every item has a caption (press the i beside it).\n")
+    write_text(report, "\n".join(lines))
 
 
 CALLED = {"zoo": "plugin library (zoo)"}
+# of a report, which is reStructuredText and a Jinja template: no character is markup
 PLAIN = {ord(mark): f"\\{mark}" for mark in "\\`_|"} | {ord("{"): "(", ord("}"): ")"}
 
 
@@ -34,24 +39,12 @@ def _answers(root, files):
     """What was found as a list of {heading, said, picture, link}, in the order of QUOTED."""
     found = []
     for heading, pattern, quote, picture, link in QUOTED:
-        for file in files:
-            if not file.match(pattern):
-                continue
-            beside = {key: file.parent / name for key, name in (("picture", picture), ("link", link)) if name}
-            there = {key: one.as_posix() for key, one in beside.items() if one in files}
-            name = file.parent.name.replace("_", " ")
-            said = {"heading": heading.format(name=name), "said": quote(root / file)}
-            found.append(said | {"picture": None, "link": None} | there)
+        for file in filter(lambda one: one.match(pattern), files):
+            beside = {"picture": file.parent / picture, "link": file.parent / link}
+            there = {key: one.as_posix() if one in files else None for key, one in beside.items()}
+            told = heading.format(name=file.parent.name.replace("_", " "))
+            found.append({"heading": told, "said": quote(root / file), **there})
     return found
-
-
-def _report(answers):
-    """What was found, as reStructuredText that is a Jinja template too: no character of it is markup."""
-    lines = ["What was found:", ""]
-    for one in answers:
-        lines += [f"**{one['heading']}.** {' '.join(one['said'])}".translate(PLAIN), ""]
-    lines.append("The chapters have the figures and tables; every item has a caption (press the i beside it).")
-    return "\n".join(lines) + "\n"
 
 
 def _in_numbered_order(file):
@@ -59,22 +52,15 @@ def _in_numbered_order(file):
     return [(int(part), "") if part.isdecimal() else (0, part) for part in re.split(r"(\d+)", file.as_posix())]
 
 
-def _folder(file):
-    return file.parts[0] if len(file.parts) > 1 else ""
-
-
 def _group(folder, files):
     """What the template needs of the files of a folder."""
     heading, about = HEADINGS.get(folder, (folder.replace("_", " ").capitalize(), ""))
-    pages = [file for file in files if file.suffix == ".html"]
-    pictures = [file for file in files if file.suffix == ".png"]
-    return {
-        "heading": heading,
-        "about": about,
-        "count": len(pages) + len(pictures),
-        "pages": [{"link": file.as_posix(), "name": _name(file)} for file in pages],
-        "pictures": [{"link": file.as_posix(), "name": _name(file)} for file in pictures],
+    kinds = {"pages": ".html", "pictures": ".png"}
+    found = {
+        kind: [{"link": file.as_posix(), "name": _name(file)} for file in files if file.suffix == suffix]
+        for kind, suffix in kinds.items()
     }
+    return {"heading": heading, "about": about, "count": sum(map(len, found.values())), **found}
 
 
 def _name(file):
@@ -91,19 +77,16 @@ def _of_scoreboard(path):
 
 def _of_limits(path):
     """The smallest crack of each rotor of the study at its usual noise, in the best and in the worst place."""
-    with load(path) as data:
-        said = []
-        for name in data.data_vars:
-            if not name.startswith("smallest_depth_"):
-                continue
-            rotor = name.removeprefix("smallest_depth_")
-            best = data[name].sel(noise=USUAL_NOISE, baseline="healthy record").min(f"planes_{rotor}")
-            low, high = 100 * float(best.min()), 100 * float(best.max())
-            said.append(
-                f"{rotor.replace('_', ' ').capitalize()}: {low:.1f} % of the diameter in the best place, {high:.0f} % "
-                f"in the worst, at {USUAL_NOISE:g} % noise with a record of the sound machine."
-            )
-        return said
+    data, said = load(path), []
+    for name in filter(lambda one: one.startswith("smallest_depth_"), data.data_vars):
+        rotor = name.removeprefix("smallest_depth_")
+        best = data[name].sel(noise=USUAL_NOISE, baseline="healthy record").min(f"planes_{rotor}")
+        low, high = 100 * float(best.min()), 100 * float(best.max())
+        said.append(
+            f"{rotor.replace('_', ' ').capitalize()}: {low:.1f} % of the diameter in the best place, {high:.0f} % "
+            f"in the worst, at {USUAL_NOISE:g} % noise with a record of the sound machine."
+        )
+    return said
 
 
 def _of_criteria(path):

@@ -13,9 +13,14 @@ from rotorstudy.studies.config import file_name, named_methods
 from rotorstudy.yaml_file import read_yaml
 
 LOAD_STUDY, LOAD_REPLAY = "rotorstudy.studies.config.load_study", "thesis.config.load_replay"
+LOAD_COMPARISON, LOAD_BLIND = (
+    "rotorstudy.studies.comparison.config.load_comparison",
+    "rotorstudy.blind.config.load_blind",
+)
 REPLAY_STAGES = ("records", "spectra", "identification")
 CRACK_STAGES = ("limits", "accuracy", "trials", "fronts", "passage", "thesis_method")
 THESIS = {f"chapter_{n}" for n in range(2, 7)}
+BLIND_CHUNK = "rotorstudy.blind.run.answer_chunk"
 TESTED = ("rotor", "crack", "bearing", "effect")  # kinds of plugins that a diagnosis tries
 
 
@@ -24,6 +29,7 @@ class Job(NamedTuple):
 
     name: str
     function: str  # full name
+    load: str = ""  # full name of what reads the file `config`
     inputs: dict = {}  # argument -> path or paths; NetCDF files are opened
     outputs: dict = {}  # argument -> path or paths
     given: dict = {}  # further arguments
@@ -41,15 +47,12 @@ class Job(NamedTuple):
     @property
     def functions(self):
         """Full names of its function and of those that it is given to call."""
-        named, calls = (
-            [self.given[key] for key in ("load", "function") if key in self.given],
-            self.given.get("calls", ()),
-        )
-        return [self.function, *named, *(name for name, _ in (calls.values() if isinstance(calls, dict) else calls))]
+        calls, named = self.given.get("calls", ()), [self.function, self.load, self.given.get("function")]
+        return [*filter(None, named), *(name for name, _ in (calls.values() if isinstance(calls, dict) else calls))]
 
     @property
     def log(self):
-        """Name of its log."""
+        """Name of its log, with the wildcards of its files."""
         return "_".join([self.name, *sorted(set(re.findall(r"{\w+}", " ".join(self.files))))])
 
 
@@ -65,8 +68,8 @@ def files_of_kinds(*kinds):
 
 def computed(name, load, config, data, calls, plugins, priority=0, needs=(), **needed):
     """A Job of `jobs.datasets.compute`; calls : (full name of a function, its arguments) of each file of `data`."""
-    inputs, given = {"config": config, "plugins": plugins, **needed}, {"calls": calls, "load": load}
-    return Job(name, "jobs.datasets.compute", inputs, {"data": data}, given, needs, priority=priority)
+    inputs = {"config": config, "plugins": plugins, **needed}
+    return Job(name, "jobs.datasets.compute", load, inputs, {"data": data}, {"calls": calls}, needs, priority=priority)
 
 
 def drawn(name, load, config, module, shown, pictures, given=None, needs=(), priority=0, **results):
@@ -75,8 +78,8 @@ def drawn(name, load, config, module, shown, pictures, given=None, needs=(), pri
     for figure, arguments in shown.items():
         arguments = {**(given or {}), **arguments}
         calls[figure] = f"{module}.{arguments.pop('kind', figure).replace(' ', '_')}", arguments
-    inputs, given = {"config": config, **results}, {"load": load, "calls": calls}
-    return Job(name, "jobs.shown.draw", inputs, {"pictures": pictures}, given, needs, priority=priority)
+    inputs, outputs = {"config": config, **results}, {"pictures": pictures}
+    return Job(name, "jobs.shown.draw", load, inputs, outputs, {"calls": calls}, needs, priority=priority)
 
 
 class Plan:
@@ -105,7 +108,7 @@ class Plan:
             found += jobs() if getattr(self.config, key) else []
         files = [path for job in found for path in job.files if "{" not in path]
         pages = {"path": self.index["index"], "report": f"{self.results}/report.rst"}
-        return [*found, Job("index", "jobs.index_page.write_index", {"files": files}, pages, needs=(str(HEADED),))]
+        return [*found, Job("index", "jobs.index_page.write_index", "", {"files": files}, pages, needs=(str(HEADED),))]
 
     def of(self, name, *stages):
         """Paths of the results of a study or replay."""
@@ -120,10 +123,10 @@ class Plan:
         """Paths of tables, for programs and as pages."""
         return [f"{self.results}/{name}.{kind}" for kind in ("csv", "html") for name in names]
 
-    def page(self, name, function, inputs, files=None, given=None, needs=()):
+    def page(self, name, function, inputs, files=None, given=None, needs=(), load=""):
         """A Job of `jobs.shown.write`, by default of one table, for programs and as a page."""
         given = {"function": function, **self.index, **(given or {})}
-        return Job(name, "jobs.shown.write", inputs, {"files": files or self.tables(name)}, given, needs)
+        return Job(name, "jobs.shown.write", load, inputs, {"files": files or self.tables(name)}, given, needs)
 
     def study(self, name, study):
         """Stages of a simulated study."""
@@ -211,7 +214,7 @@ class Plan:
             drawn(
                 f"figures_{name}", load, config, module, shown, self.pictures(name), given, needs, priority, **results
             ),
-            self.page(f"tables_{name}", tabling, inputs, files, {**given, "load": load}, needs),
+            self.page(f"tables_{name}", tabling, inputs, files, given, needs, load),
         ]
 
     def of_study(self, study, name):
@@ -255,7 +258,7 @@ class Plan:
         outputs = {"data": f"{self.results}/bearings/coefficients.nc"}
         outputs["pictures"] = [f"{self.results}/bearings/coefficients.{kind}" for kind in ("png", "svg")]
         function, needs = "jobs.bearing_figures.write_bearings", files_of_kinds("bearing")
-        found = [zoo, Job("bearings", function, {}, outputs, needs=needs)]
+        found = [zoo, Job("bearings", function, outputs=outputs, needs=needs)]
         if self.config.published:
             rigs = sorted(map(str, Path(self.config.published).glob("*.yaml")))
             needs = (*(path.removesuffix(".yaml") + ".csv" for path in rigs), *plugin_files(map(read_yaml, rigs)))
@@ -304,7 +307,7 @@ class Plan:
         def job(kind, stage, plugin, number, needs, outputs, **more):
             name, function = f"compare_{stage}_{plugin}_{number}", f"thesis.compared.write_{stage}"
             given, needs = {"sources": sources, kind: plugin, **more}, (*needs, registry().get(kind, plugin).file)
-            found.append(Job(name, function, inputs, outputs, given, needs))
+            found.append(Job(name, function, LOAD_COMPARISON, inputs, outputs, given, needs))
 
         def paths(folder, stage, name, rotors=compared):
             return [f"{folder}/{stage}/{file_name(rotor)}/{name}.nc" for rotor in rotors]
@@ -329,22 +332,22 @@ class Plan:
             for key, files in made.outputs.items():
                 every[key] = [*every.get(key, ()), *files]
         needs = tuple(path for made in found for path in made.files)
-        return [*found, Job("compare", function, inputs, outputs, {**every, **self.index}, needs)]
+        return [*found, Job("compare", function, LOAD_COMPARISON, inputs, outputs, {**every, **self.index}, needs)]
 
     def blind(self):
         """Effects hidden in simulated records, diagnosed without the truth: in chunks, gathered into one array."""
         inputs, chunks, folder = {"config": self.config.blind}, self.config.chunks.blind, f"{self.results}/blind"
         outputs = {name: f"{folder}/chunks/{{chunk}}/{name}.json" for name in ("seals", "answers")}
-        given, plugins = {"chunks": chunks, "folder": folder}, files_of_kinds(*TESTED)
+        given, plugins, function = {"chunks": chunks, "out": folder}, files_of_kinds(*TESTED), BLIND_CHUNK
         threads = 8 if chunks == 1 else 1  # at most
-        some = Job("blind_chunk", "jobs.blind_chunk.answer", inputs, outputs, given, plugins, threads=threads)
+        some = Job("blind_chunk", function, LOAD_BLIND, inputs, outputs, given, plugins, threads=threads)
         inputs = inputs | {name: [path.format(chunk=i) for i in range(chunks)] for name, path in outputs.items()}
         inputs["independent"], sources = [*self.config.independent_records.values()], [*self.config.independent_records]
         names = ("blind.nc", "seals.json", "truths.json", "verdicts.json")
         pages = self.tables("blind/criteria", "blind/cases")
         makes = (*(f"{folder}/{name}" for name in names), *pages, *self.pictures("blind"))
         given = {"folder": folder, "sources": sources, **self.index}
-        return [some, Job("blind", "jobs.blind.gather", inputs, given=given, makes=makes)]
+        return [some, Job("blind", "jobs.blind.gather", LOAD_BLIND, inputs, given=given, makes=makes)]
 
     def diagnoses(self):
         """Diagnoses of measured records, a folder each, and a page on those of replayed experiments."""
@@ -356,10 +359,10 @@ class Plan:
             makes = (*(f"{folder}/{file}" for file in names), *self.pictures("diagnosis", folder))
             links = to_index(f"{folder}/index.html", self.index["index"])
             given = {"out": folder, "name": name.replace("_", " "), "links": links}
-            found.append(Job(f"diagnose_{name}", function, inputs, {}, given, plugins, makes))
+            found.append(Job(f"diagnose_{name}", function, "", inputs, {}, given, plugins, makes))
             if item.replay:
                 outputs, left_out = {"path": f"{folder}/left_out.json"}, "thesis.left_out.write"
-                found.append(Job(f"diagnose_left_out_{name}", left_out, inputs, outputs, needs=plugins))
+                found.append(Job(f"diagnose_left_out_{name}", left_out, "", inputs, outputs, needs=plugins))
         if folders := [f"{base}/{name}" for name, item in items.items() if item.replay]:
             inputs = {"configs": [self.config.replays[item.replay] for item in items.values() if item.replay]}
             names = ("verdict.json", "verdict.nc", "left_out.json")

@@ -28,9 +28,9 @@ _LOCK = threading.Lock()
 
 def run_job(job, inputs, outputs, wildcards, threads, log):
     """Run a Job, and the rest as Snakemake has it, in a copy of a process with the imports that most need."""
-    given = {**job.given, **wildcards, **({"cores": threads} if job.threads > 1 else {})}
-    files = dict(inputs.items()), dict(outputs.items())
-    copy = _SERVER.Process(target=_work, args=(job.function, *files, given, log[0]))
+    numbers = {name: int(value) for name, value in wildcards.items()}
+    given = {**job.given, **numbers, **({"cores": threads} if job.threads > 1 else {})}
+    copy = _SERVER.Process(target=_work, args=(job, dict(inputs.items()), dict(outputs.items()), given, log[0]))
     with _LOCK:  # starting one looks at how others ended, which two threads must not do at once
         copy.start()
     wait([copy.sentinel])
@@ -40,9 +40,9 @@ def run_job(job, inputs, outputs, wildcards, threads, log):
         raise RotorstudyError(f"{job.name} ended with {copy.exitcode}; see {log[0]}")
 
 
-def _work(function, inputs, outputs, given, log):
+def _work(job, inputs, outputs, given, log):
     with logged(log):
-        named_function(function)(**opened(inputs), **outputs, **given)
+        named_function(job.function)(**opened(inputs, job.load), **outputs, **given)
 
 
 @contextmanager
@@ -64,8 +64,11 @@ def logged(path):
             sys.exit(1)
 
 
-def opened(inputs):
-    """Inputs by name, NetCDF files as Datasets; several of one name as {file name without its ending: Dataset}."""
+def opened(inputs, configuration=""):
+    """Inputs by name, NetCDF files as Datasets; several of one name as {file name without its ending: Dataset}.
+
+    configuration : full name of the function that reads the file `config`, if there is one
+    """
     found = {}
     for name, given in inputs.items():
         paths = [Path(path) for path in ([given] if isinstance(given, str) else given)]
@@ -73,7 +76,7 @@ def opened(inputs):
         if paths and all(path.suffix == ".nc" for path in paths):
             data = {path.stem: load(path) for path in paths}
             found[name] = data[paths[0].stem] if isinstance(given, str) else data
-    return found
+    return found | ({"config": named_function(configuration)(inputs["config"])} if configuration else {})
 
 
 def named_function(name):

@@ -85,7 +85,17 @@ def read_settings(given):
         replays = {name: load_replay(path) for name, path in config.replays.items()}
         others = {key: load(path) for key, load in LOADERS.items() if (path := getattr(config, key))}
         found = Settings(config, studies, replays, **others)
-        _check(found)
+        if found.compare:
+            found.compare.check(studies, replays)
+        for name, study in studies.items():
+            study.check_rigs()
+            if name in ("chapter_2", "chapter_4"):
+                study.check_shown(2)
+        for replay in replays.values():
+            check_replay(replay, config.reference)
+        for name, item in config.diagnoses.items():
+            where = f"the workflow configuration, diagnoses.{name}"
+            check_known("replay", filter(None, [item.replay]), replays, where)
     except RotorstudyError as error:
         sys.exit(f"error: {error}")
     for failure in registry().failures:
@@ -101,18 +111,3 @@ def _check_folders(results):
     ):
         if folder and not (os.path.isdir(folder) and os.access(folder, os.W_OK)):
             raise RotorstudyError(f"{folder}, {use}, is not a folder that can be written to; change its rights")
-
-
-def _check(settings):
-    config, studies = settings.config, settings.studies
-    if settings.compare:
-        settings.compare.check(studies, settings.replays)
-    for name, study in studies.items():
-        study.check_rigs()
-        if name in ("chapter_2", "chapter_4"):
-            study.check_shown(2)
-    for replay in settings.replays.values():
-        check_replay(replay, config.reference)
-    for name, item in config.diagnoses.items():
-        where = f"the workflow configuration, diagnoses.{name}"
-        check_known("replay", filter(None, [item.replay]), settings.replays, where)

@@ -9,22 +9,20 @@ from rotorstudy.presentation.plots import save_figures
 from rotorstudy.store import files_by_name
 
 
-def draw(pictures, calls, load, config, **results):
+def draw(pictures, calls, **inputs):
     """Write figures; calls : name of each -> full name of a function, and its arguments.
 
-    A function takes what it names of these, of the configuration, `config` read by the function `load`, and of results.
+    A function takes what it names of these, and of the inputs, which are a configuration and results.
     """
-    given, made = {"config": named_function(load)(config), **results}, {}
+    made = {}
     for name, (function, arguments) in calls.items():
-        function, known = named_function(function), given | arguments
+        function, known = named_function(function), inputs | arguments
         made[name] = function(**{key: known[key] for key in inspect.signature(function).parameters if key in known})
     save_figures(made, pictures)
 
 
-def write(files, function, index, load=None, **inputs):
-    """Write the tables, by name, that a function makes of its inputs; load : of what reads the file `config`."""
-    if load:
-        inputs["config"] = named_function(load)(inputs["config"])
+def write(files, function, index, **inputs):
+    """Write the tables, by name, that a function makes of its inputs."""
     write_tables(named_function(function)(**inputs), files, index)
 
 

@@ -9,7 +9,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.store import chunk_of, load, provenance, save
 from rotorstudy.studies.comparison import estimates as accuracy
 from rotorstudy.studies.comparison import trials
-from rotorstudy.studies.comparison.config import load_comparison, make_rotor, study_rotor
+from rotorstudy.studies.comparison.config import make_rotor, study_rotor
 from rotorstudy.studies.config import file_name, load_study
 from thesis.config import load_replay
 
@@ -40,7 +40,7 @@ def load_rotor(config, name, source, identification=None):
 
 def write_spectra(spectra, config, sources, spectrum, chunk):
     """Write the spectra of every rotor by a spectrum method; sources : rotor -> arguments of `load_rotor`."""
-    config, method = load_comparison(config), registry().get("spectrum", spectrum)
+    method = registry().get("spectrum", spectrum)
     faults, origin = chunk_of(list(config.faults), *chunk), provenance(config.model_dump(), [method], config.seed)
     for (name, source), path in zip(sources.items(), spectra, strict=True):
         found = trials.spectra(config, name, load_rotor(config, name, *source), method, faults)
@@ -49,7 +49,7 @@ def write_spectra(spectra, config, sources, spectrum, chunk):
 
 def write_estimates(estimates, config, sources, estimator, spectra, bias=()):
     """Write the accuracy of an estimator on every rotor; errors by wrong known quantities go to the paths `bias`."""
-    config, estimator = load_comparison(config), registry().get("estimator", estimator)
+    estimator = registry().get("estimator", estimator)
     origin = provenance(config.model_dump(), [estimator], config.seed)
     biased = {Path(path).parent.name: path for path in bias}
     for (name, source), path in zip(sources.items(), estimates, strict=True):

@@ -16,7 +16,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex, dataset
-from rotorstudy.studies.common import SPEED, parameter_coordinates
+from rotorstudy.studies.common import SPEED, parameter_coordinates, sweep
 from thesis.config import QUANTITIES
 from thesis.scoreboard import published
 
@@ -158,28 +158,28 @@ def identify(config, reference, spectra):
     Intervals of least squares are percentiles of estimates from values drawn within their last digit; those of maximum
     likelihood follow from rounding and model error, widened where the misfit exceeds these.
     """
-    compensated = as_complex(spectra.compensated.sel(version="corrected"))
-    method = list(spectra.spectrum_method.values).index("regression")
-    speeds = list(config.higher_cases.values())
-    estimates, misfits, simulated = [], [], []
-    for name in config.estimators:
-        estimator = registry().get("estimator", name).function
-        for d, data_set in enumerate(config.data_sets):
-            draws = rounding_draws(config, reference, data_set)
-            for cases in config.groups.values():
-                problem = replay_problem(config, cases, compensated[d, method], draws)
-                found = estimator(problem)
-                misfits.append(found.misfit / (2 * problem.spectrum.amplitude.size - len(problem.names)))
-                names, theta, covariance = _reported(problem.names, found.theta, found.covariance)
-                if np.isfinite(found.misfit):
-                    half = 1.96 * np.sqrt(np.diag(covariance) * max(1.0, misfits[-1]))
-                    estimates.append((theta, theta - half, theta + half))
-                else:
-                    drawn = estimator(replay_problem(config, cases, draws, draws))
-                    drawn = _reported(problem.names, drawn.theta, drawn.covariance)[1]
-                    drawn = _unwrapped(config, names, drawn, theta)
-                    estimates.append((theta, *np.percentile(drawn, [2.5, 97.5], axis=0)))
-                simulated.append(measured_response(problem.model, speeds, config.harmonics, found.theta)[..., 0])
+    compensated = as_complex(spectra.compensated.sel(version="corrected", spectrum_method="regression"))
+    drawn = {data_set: rounding_draws(config, reference, data_set) for data_set in config.data_sets}
+    speeds, free = list(config.higher_cases.values()), config.model.names
+    names, *_ = _reported(free, np.ones(len(free)), np.eye(len(free)))
+
+    def found(name, data_set, group):
+        estimator, draws = registry().get("estimator", name).function, drawn[data_set]
+        cases, values = config.groups[group], compensated[config.data_sets.index(data_set)]
+        problem = replay_problem(config, cases, values, draws)
+        fitted = estimator(problem)
+        misfit = fitted.misfit / (2 * problem.spectrum.amplitude.size - len(problem.names))
+        _, theta, covariance = _reported(problem.names, fitted.theta, fitted.covariance)
+        if np.isfinite(fitted.misfit):
+            half = 1.96 * np.sqrt(np.diag(covariance) * max(1.0, misfit))
+            low, high = theta - half, theta + half
+        else:
+            of_draws = estimator(replay_problem(config, cases, draws, draws))
+            of_draws = _reported(of_draws.names, of_draws.theta, of_draws.covariance)[1]
+            low, high = np.percentile(_unwrapped(config, names, of_draws, theta), [2.5, 97.5], axis=0)
+        simulated = measured_response(problem.model, speeds, config.harmonics, fitted.theta)[..., 0]
+        return {"estimate": theta, "low": low, "high": high, "misfit": misfit, "simulated": simulated}
+
     coordinates = {
         "estimator": (config.estimators, "1", "parameter estimator"),
         "data_set": (config.data_sets, "1", "column of the tables"),
@@ -188,27 +188,15 @@ def identify(config, reference, spectra):
         "case": (list(config.higher_cases), "1", "published speed"),
         "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
     }
-    dims = ("estimator", "data_set", "group")
-    shape = (len(config.estimators), len(config.data_sets), len(config.groups))
-    table = np.array(estimates).reshape(*shape, 3, len(names))
-    variables = {
-        "estimate": ((*dims, "parameter"), table[..., 0, :], "SI", "estimated parameter"),
-        "low": ((*dims, "parameter"), table[..., 1, :], "SI", "lower end of the 95 % interval"),
-        "high": ((*dims, "parameter"), table[..., 2, :], "SI", "upper end of the 95 % interval"),
-        "misfit": (
-            dims,
-            np.array(misfits).reshape(shape),
-            "1",
-            "misfit over degrees of freedom, 1 if the model explains the data",
-        ),
-        "simulated": (
-            (*dims, "case", "harmonic"),
-            np.array(simulated).reshape(*shape, len(speeds), -1),
-            "m",
-            "response of the identified model, slow roll removed",
-        ),
+    told = {
+        "estimate": (("parameter",), "SI", "estimated parameter"),
+        "low": (("parameter",), "SI", "lower end of the 95 % interval"),
+        "high": (("parameter",), "SI", "upper end of the 95 % interval"),
+        "misfit": ((), "1", "misfit over degrees of freedom, 1 if the model explains the data"),
+        "simulated": (("case", "harmonic"), "m", "response of the identified model, slow roll removed"),
     }
-    return dataset(variables, coordinates, title=f"{config.title}: identification", seed=config.seed)
+    title, along = f"{config.title}: identification", ("estimator", "data_set", "group")
+    return sweep(coordinates, along, found, told, title=title, seed=config.seed)
 
 
 def _reported(names, theta, covariance):

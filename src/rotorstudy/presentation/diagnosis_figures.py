@@ -2,13 +2,14 @@
 
 import json
 import re
+from itertools import product
 from textwrap import fill, shorten
 
 import numpy as np
 
 from rotorstudy import units
 from rotorstudy.presentation.charts import speed_view, thinned
-from rotorstudy.presentation.plots import COLOURS, figure, harmonic_axis, plot_orbit
+from rotorstudy.presentation.plots import COLOURS, figure, finished, harmonic_axis, plot_orbit
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
 from rotorstudy.units import number, percent, quantity, shown_unit, spin
@@ -55,40 +56,34 @@ def what_is_wrong(data):
     """Maps over speed and harmonic, one row per node: residual in standard deviations and equivalent residual force."""
     from matplotlib.colors import LogNorm
 
-    order = np.argsort(data.harmonic.values)
-    nodes = worst_nodes(data, MOST_NODES)
-    count, data = data.sizes["speed"], some_speeds(data, max(MOST_ROWS // len(nodes), 12))
+    nodes, count = worst_nodes(data, MOST_NODES), data.sizes["speed"]
+    data = some_speeds(data, max(MOST_ROWS // len(nodes), 12)).sortby("harmonic")
     picture, axes = figure(len(nodes), 4, height=max(2.0, 0.17 * len(data.speed) + 0.8) + 0.9 / len(nodes), width=2.3)
     sigma = {when: data[f"residual_{when}"].values for when in ("before", "after")}
     force = {when: np.abs(as_complex(data[f"equivalent_residual_force_{when}"])) for when in ("before", "after")}
-    largest = max(force["before"].max(), 1e-12)
-    step = int(np.ceil(data.sizes["speed"] / MOST_TICKS))
-    marked = zip(data.speed.values, data.held_out.values, strict=True)
-    labels = [own_unit(w) + "*" * int(held) for w, held in marked]
-    scales = (LogNorm(1, max(10.0, sigma["before"].max())), LogNorm(1e-3 * largest, largest))
-    for column, (values, when) in enumerate([(v, when) for v in (sigma, force) for when in ("before", "after")]):
+    largest, step = max(force["before"].max(), 1e-12), int(np.ceil(data.sizes["speed"] / MOST_TICKS))
+    held_out, names = data.held_out.values, [f"{n}X" for n in data.harmonic.values]
+    labels = [own_unit(w) + "*" * int(held) for w, held in zip(data.speed.values, held_out, strict=True)]
+    kinds = (
+        ("residual", sigma, LogNorm(1, max(10.0, sigma["before"].max())), "viridis", "standard deviations"),
+        ("force", force, LogNorm(1e-3 * largest, largest), "magma", "equivalent residual force (N)"),
+    )
+    for column, ((name, values, norm, colours, label), when) in enumerate(product(kinds, ("before", "after"))):
         for row, node in enumerate(nodes):
-            shown = np.maximum(values[when][:, order, node], scales[column // 2].vmin)
             ax = axes[row, column]
-            image = ax.pcolormesh(shown, norm=scales[column // 2], cmap="viridis" if column < 2 else "magma")
+            image = ax.pcolormesh(np.maximum(values[when][:, :, node], norm.vmin), norm=norm, cmap=colours)
             ax.grid(False)
-            ax.set_xticks(np.arange(len(order)) + 0.5, [f"{n}X" for n in data.harmonic.values[order]], rotation=90)
-            ax.set_yticks(np.arange(len(labels))[::step] + 0.5, labels[::step])
-            if column:
-                ax.set_yticklabels([])
-            else:
+            ax.set_xticks(np.arange(len(names)) + 0.5, names if row == len(nodes) - 1 else [], rotation=90)
+            ax.set_yticks(np.arange(len(labels))[::step] + 0.5, [] if column else labels[::step])
+            if not column:
                 ax.set_ylabel(f"node {data.node.values[node]}\nspeed ({units.shown_speed()[0]})")
-            if row < len(nodes) - 1:
-                ax.set_xticklabels([])
-            ax.set_title(("residual" if column < 2 else "force") + f", {when}" if row == 0 else "")
+        axes[0, column].set_title(f"{name}, {when}")
         if when == "after":
-            label = "standard deviations" if column < 2 else "equivalent residual force (N)"
-            scale = {"location": "bottom", "shrink": 0.7, "aspect": 30}
-            picture.colorbar(image, ax=axes[:, column - 1 : column + 1], label=label, **scale)
-    held = " (* held out)" if data.held_out.values.any() else ""
+            beside = axes[:, column - 1 : column + 1]
+            picture.colorbar(image, ax=beside, label=label, location="bottom", shrink=0.7, aspect=30)
+    held = " (* held out)" if held_out.any() else ""
     held += f"; {data.sizes['speed']} of {count} speeds" if data.sizes["speed"] < count else ""
-    picture.suptitle(f"Speed over harmonic (backward < 0 < forward){held}", fontsize=8)
-    return picture
+    return finished(picture, f"Speed over harmonic (backward < 0 < forward){held}", size=8)
 
 
 def own_unit(speed):
@@ -106,8 +101,7 @@ def causes(data, naming_probability, verdict):
     components = 2 * int((data.held_out == 0).sum()) * data.sizes["harmonic"] * data.sizes["node"]
     labels = [fill(shorten(in_words(text), 126, placeholder=" ..."), 44) for text in part.explanation_label.values]
     tallest = max(ROW, LINE * max(text.count("\n") + 1 for text in labels))
-    picture, axes = figure(height=1.4 + tallest * len(shown), width=6.5)
-    ax, place = axes[0, 0], np.arange(len(shown))
+    (picture, ((ax,),)), place = figure(height=1.4 + tallest * len(shown), width=6.5), np.arange(len(shown))
     against = np.minimum((odds.max() - part.log_posterior_odds.values) / np.log(10), MOST_DECADES)
     for best, alternative, colour, label in (
         (1, 0, EXTENDED, "closest explanation" if verdict == "unknown" else "the verdict"),
@@ -136,8 +130,7 @@ def causes(data, naming_probability, verdict):
         "ambiguous": "Several causes cannot be told apart",
     }
     ax.set_title(titles[verdict])
-    picture.legend(loc="outside upper center", ncols=3)
-    return picture
+    return finished(picture, legend=3, loc="outside upper center")
 
 
 def in_words(label):
@@ -154,14 +147,11 @@ def in_words(label):
     for part in SHAPE.sub(shown, str(label)).replace("_", " ").split(" + "):
         effect, _, harmonic = part.partition(", harmonic ")
         harmonics.setdefault(effect, []).extend([harmonic] if harmonic else [])
-    return " + ".join(effect + _harmonics(found) for effect, found in harmonics.items())
-
-
-def _harmonics(found):
-    """', harmonic 2', ', harmonics -1, 2 and 3', or nothing."""
-    if len(found) < 2:
-        return "".join(f", harmonic {one}" for one in found)
-    return f", harmonics {', '.join(found[:-1])} and {found[-1]}"
+    said = []
+    for effect, found in harmonics.items():
+        several = f", harmonics {', '.join(found[:-1])} and {found[-1]}" if len(found) > 1 else None
+        said.append(effect + (several or "".join(f", harmonic {one}" for one in found)))
+    return " + ".join(said)
 
 
 def shown_speed(data):
@@ -214,7 +204,7 @@ def gain(data):
     from matplotlib.ticker import LogLocator, NullLocator
 
     held = data.held_out.values.astype(bool)
-    chosen = data.isel(speed=np.flatnonzero(held)) if held.any() else data
+    chosen = data.isel(speed=held) if held.any() else data
     count, chosen = chosen.sizes["speed"], some_speeds(chosen, max(MOST_BARS // chosen.sizes["node"], 1))
     picture, axes = figure(1, 2, height=3.1)
     unit, factor = shown_unit("m")
@@ -239,11 +229,10 @@ def gain(data):
         ax.yaxis.set_major_formatter("{x:g}")
         ax.yaxis.set_minor_locator(NullLocator())
     axes[0, 1].axhline(1, color="k", linewidth=0.8, linestyle=":")
-    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     some = f", {chosen.sizes['speed']} of {count}" if chosen.sizes["speed"] < count else ""
     axes[0, 0].set_title(("held-out speeds" if held.any() else "fitted speeds (none was held out)") + some)
     axes[0, 1].set_title("1: noise and stated model error alone")
-    return picture
+    return finished(picture, legend=2)
 
 
 def two_states(before, after, difference, mark=0.0):
@@ -293,9 +282,9 @@ def _orbits(axes, motions, names, harmonics, speed, mark):
 
 def both_states(before, after, axes):
     """Charts of both states side by side; axes : of `charts.axes_of`."""
-    amplitude = {name: one.amplitude.transpose(0, 2, 1) for name, one in (("before", before), ("after", after))}
-    change = np.abs(amplitude["after"] - amplitude["before"])[..., after.harmonics != 0].sum(axis=2)
-    spectra = {"before": ("before", 1, amplitude["before"]), "after": ("after", 0, amplitude["after"])}
-    std = {name: np.sqrt(one.variance).transpose(0, 2, 1) for name, one in (("before", before), ("after", after))}
+    states = {"before": (before, 1), "after": (after, 0)}
+    spectra = {name: (name, colour, one.amplitude.transpose(0, 2, 1)) for name, (one, colour) in states.items()}
+    std = {name: np.sqrt(one.variance).transpose(0, 2, 1) for name, (one, _) in states.items()}
+    change = np.abs(spectra["after"][2] - spectra["before"][2])[..., after.harmonics != 0].sum(axis=2)
     start = tuple(map(int, np.unravel_index(change.argmax(), change.shape)))
     return speed_view("states", after.speed, after.sensors, after.harmonics, spectra, std, start, axes)

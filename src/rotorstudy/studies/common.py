@@ -21,18 +21,17 @@ def sweep(coordinates, along, result, told, constant=None, **attributes):
 
     coordinates : name -> (values, unit, long name) of all dimensions; those of no variable are left out
     along       : dimensions swept, the first ones of each variable that is told
-    result      : function(value along each) -> {variable: real array over its further dimensions}, NaN where missing
+    result      : function(value along each) -> {variable: array over its further dimensions}, NaN where missing
     told        : variable -> (further dimensions, unit, long name);  constant : others, as `store.dataset` takes them
     """
-    size, variables = {name: len(values) for name, (values, *_) in coordinates.items()}, {}
-    for name, (dims, unit, long_name) in told.items():
-        dims = (*along, *dims)
-        variables[name] = (dims, np.full([size[dim] for dim in dims], np.nan), unit, long_name)
+    size = {name: len(values) for name, (values, *_) in coordinates.items()}
+    found = {name: np.full([size[dim] for dim in (*along, *dims)], np.nan) for name, (dims, *_) in told.items()}
     for place in product(*(range(size[name]) for name in along)):
         values = (coordinates[name][0][i] for name, i in zip(along, place, strict=True))
         for name, value in result(*values).items():
-            variables[name][1][place] = value
-    variables |= constant or {}
+            found[name] = found[name].astype(np.result_type(found[name], value), copy=False)  # it may be complex
+            found[name][place] = value
+    variables = {name: ((*along, *dims), found[name], *text) for name, (dims, *text) in told.items()} | (constant or {})
     used = {dim for dims, *_ in variables.values() for dim in dims}
     return dataset(variables, {dim: one for dim, one in coordinates.items() if dim in used}, **attributes)
 

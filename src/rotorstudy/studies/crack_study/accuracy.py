@@ -13,14 +13,14 @@ from rotorstudy.studies.crack_study.sensitivity import SHAPE, Machine, bounds
 OF_SHAPE = ("position of the crack, m", "depth over diameter, 1", "angle of the crack, rad")
 
 
-def accuracy(study):
+def accuracy(config):
     """A Dataset of Cramer-Rao bounds of a crack of the main rotor, in a record without a baseline."""
-    machine, planes = Machine(study, study.main), study.main.planes
-    position, depths = machine.positions(study.accuracy.positions), study.accuracy.depth_ratios
+    machine, planes = Machine(config, config.main), config.main.planes
+    position, depths = machine.positions(config.accuracy.positions), config.accuracy.depth_ratios
 
     @cache
     def columns(place, depth):
-        crack = machine.crack(place, depth, study.accuracy.angles_rad[0])
+        crack = machine.crack(place, depth, config.accuracy.angles_rad[0])
         return crack, machine.columns(crack)
 
     def bound(names, percent, place, depth):
@@ -33,33 +33,33 @@ def accuracy(study):
     told, along = {"bound": (("shape",), "SI", "Cramer-Rao bound")}, ("planes", "noise", "position", "depth_ratio")
     coordinates = {
         "planes": (list(planes), "1", "nodes with probes"),
-        "noise": (np.array(study.noise_percent), "percent", "white noise on each sample, of the rms vibration"),
+        "noise": (np.array(config.noise_percent), "percent", "white noise on each sample, of the rms vibration"),
         "position": (position, "m", "position on the shaft, from node 1"),
         "depth_ratio": (np.array(depths), "1", "depth over diameter"),
         "shape": (list(SHAPE), "1", ", ".join(OF_SHAPE)),
-        "harmonic_group": (list(groups(study)), "1", "harmonics used"),
+        "harmonic_group": (list(groups(config)), "1", "harmonics used"),
         "speed": (machine.speed, *SPEED),
-        "confounder": (list(study.main.confounders), "1", "effect that may be present too"),
+        "confounder": (list(config.main.confounders), "1", "effect that may be present too"),
     }
-    others = _of_the_reference(study, machine)
-    return sweep(coordinates, along, bound, told, others, title=f"{study.title}: Cramer-Rao bounds")
+    others = _of_the_reference(config, machine)
+    return sweep(coordinates, along, bound, told, others, title=f"{config.title}: Cramer-Rao bounds")
 
 
-def groups(study):
+def groups(config):
     """Name -> harmonics: all, and the forward and backward ones of each order alone."""
-    orders = sorted({abs(n) for n in study.harmonics})
+    orders = sorted({abs(n) for n in config.harmonics})
     alone = {f"{n}X": [n, -n] for n in orders}
-    return {"all": None, **alone, "without 1X": [n for n in study.harmonics if abs(n) != 1]}
+    return {"all": None, **alone, "without 1X": [n for n in config.harmonics if abs(n) != 1]}
 
 
-def _of_the_reference(study, machine):
-    crack, percent = machine.crack(**study.reference.model_dump()), study.usual_noise_percent
+def _of_the_reference(config, machine):
+    crack, percent = machine.crack(**config.reference.model_dump()), config.usual_noise_percent
     columns, everything = machine.columns(crack), machine.chosen()
 
     def bound(chosen):
         return _bounds(machine, columns, percent, chosen, crack)
 
-    by_harmonic = [bound(machine.chosen(harmonics=group)) for group in groups(study).values()]
+    by_harmonic = [bound(machine.chosen(harmonics=group)) for group in groups(config).values()]
     by_speed = [bound(machine.chosen(speeds=[w])) for w in machine.speed]
     by_speeds = [bound(machine.chosen(speeds=machine.speed[: i + 1])) for i in range(len(machine.speed))]
     with_others = []

@@ -35,7 +35,7 @@ def equivalent_beam(depth):
     return length * (1 / along - 4 / np.pi), length * (1 / across - 4 / np.pi)
 
 
-def fronts(study):
+def fronts(config):
     """A Dataset of depths found from noisy records of cracks by three-dimensional elasticity whose fronts are arcs.
 
     A residual stress opens or closes them, and Poisson's ratio is not that of the library.
@@ -44,8 +44,8 @@ def fronts(study):
     prior about the true ones, then noise and model error; each fit starts at the true crack, its front at an aspect
     ratio of a half. A crack with which the rotor is unstable is drawn anew.
     """
-    machine, settings = Machine(study, study.main), study.fronts
-    rotor, unbalance = _independent(study.main)
+    machine, settings = Machine(config, config.main), config.fronts
+    rotor, unbalance = _independent(config.main)
     length = sum(element.length for element in rotor.elements)
     laws = [*settings.laws, REFERENCE, "front unknown"]
     ranges = settings.depth_ratios, settings.curvatures, (-np.pi, np.pi)
@@ -69,13 +69,13 @@ def fronts(study):
                 continue
             break
         truth.append([depth, curvature, position, closing])
-        spectrum = machine.noisy_spectrum(shown, study.usual_noise_percent)
+        spectrum = machine.noisy_spectrum(shown, config.usual_noise_percent)
         size = len(machine.prior.names)
         (draw,) = standard_normal(settings.seed, trial, 1, size + 2 * shown.size)
         prior = replace(machine.prior, mean=machine.prior.mean + machine.prior.factor @ draw[:size])
         work = machine.work(machine.drawn(spectrum, shown, draw[size:]))._replace(prior=prior)
         shape = {"position_m": position, "depth_ratio": depth, "angle_rad": angle}
-        found.append(_by_each_law(study, work, shape))
+        found.append(_by_each_law(config, work, shape))
     coordinates = {"law": (laws, "1", "flexibility of the crack"), "trial": (np.arange(settings.count), "1", "record")}
     names = {"depth_ratio": "1", "curvature": "1", "position": "m", "closing_share": "1"}
     columns = zip(names, names.values(), np.transpose(truth), strict=True)
@@ -84,23 +84,23 @@ def fronts(study):
     told = ("depth over diameter found", *ends, "p-value of the misfit")
     for name, text, values in zip(("found", "low", "high", "p_value"), told, np.transpose(found), strict=True):
         variables[name] = (("law", "trial"), values, "1", text)
-    title = f"{study.title}: cracks with curved fronts"
+    title = f"{config.title}: cracks with curved fronts"
     return dataset(variables, coordinates, title=title, seed=settings.seed).assign_attrs(unstable=count)
 
 
-def _by_each_law(study, work, shape):
+def _by_each_law(config, work, shape):
     """(law, 4) depth, the ends of its 95 % interval and the p-value, by each law."""
-    crack, rows = study.crack, []
+    crack, rows = config.crack, []
     middle = {name: ends.value(0.5) for name, ends in form_ranges(crack.kind).items()}
-    for options, form in [*((options, {}) for options in study.fronts.laws.values()), ({}, middle)]:
-        width, variant = study.diagnosis.prior_width, {**crack.variant, **options}
+    for options, form in [*((options, {}) for options in config.fronts.laws.values()), ({}, middle)]:
+        width, variant = config.diagnosis.prior_width, {**crack.variant, **options}
         freedoms = (freedom_of(crack.kind, any_form=False),) if form else ()
         one = candidate(work.rig, crack.kind, {}, shape | form, "crack", width, variant, freedoms)
         fitted = fitted_from(work, [one], np.concatenate([work.prior.mean, [mean for mean, _ in one.prior.values()]]))
         found = identified(work, fitted, [fitted])
         rows.append([found.cause.shape["depth_ratio"], *interval_of(found, "depth_ratio"), found.p_value])
     *straight, p_value = rows[-2]
-    law = registry().get("depth", study.fronts.straight, "fronts")
+    law = registry().get("depth", config.fronts.straight, "fronts")
     straight = np.clip(straight, *law.valid)  # an interval may reach beyond
     of_one = {"diameter_m": 2.0, "youngs_modulus_Pa": 1.0}  # the compliance along xi for E = R = 1
     across = [compliance(law, one, "fronts", **of_one)[0] for one in straight]

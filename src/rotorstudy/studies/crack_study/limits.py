@@ -42,20 +42,20 @@ def smallest(depths, seen, needed):
     return found
 
 
-def limits(study):
+def limits(config):
     """A Dataset of the visibility of cracks at their worst angle, and of the smallest one detected, over shafts."""
     coordinates = {
-        "noise": (np.array(study.noise_percent), "percent", "white noise on each sample, of the rms vibration"),
+        "noise": (np.array(config.noise_percent), "percent", "white noise on each sample, of the rms vibration"),
         "baseline": (list(BASELINES), "1", "what is known of the healthy machine beyond the rig file"),
-        "depth_ratio": (np.array(study.map.depth_ratios), "1", "depth over diameter"),
+        "depth_ratio": (np.array(config.map.depth_ratios), "1", "depth over diameter"),
     }
     variables = {}
-    needed = needed_visibility(study.false_alarm, study.power)
-    for name, rotor in study.rotors.items():
-        machine = Machine(study, rotor)
-        position = machine.positions(study.map.positions)
-        seen = _visibilities(study, machine, position)
-        least = smallest(study.map.depth_ratios, seen, needed)
+    needed = needed_visibility(config.false_alarm, config.power)
+    for name, rotor in config.rotors.items():
+        machine = Machine(config, rotor)
+        position = machine.positions(config.map.positions)
+        seen = _visibilities(config, machine, position)
+        least = smallest(config.map.depth_ratios, seen, needed)
         dims = (f"planes_{name}", "noise", "baseline", f"position_{name}")
         section = [machine.model.structure.section_at(s).outer_diameter_m for s in position]
         variables |= {
@@ -67,22 +67,22 @@ def limits(study):
             f"planes_{name}": (list(rotor.planes), "1", f"probes of {name}"),
             f"position_{name}": (position, "m", f"position on the shaft of {name}, from node 1"),
         }
-    title = f"{study.title}: smallest crack detected"
+    title = f"{config.title}: smallest crack detected"
     return dataset(variables, coordinates, title=title, needed_visibility=needed)
 
 
-def _visibilities(study, machine, position):
+def _visibilities(config, machine, position):
     """(planes, noise, baseline, position, depth) visibility of cracks on a machine, of the least visible angle."""
-    grid = list(product(position, study.map.depth_ratios, study.map.angles_rad))
+    grid = list(product(position, config.map.depth_ratios, config.map.angles_rad))
     changes = np.array([machine.change(*one) for one in grid])
-    found = np.empty((len(machine.rotor.planes), len(study.noise_percent), len(BASELINES), len(grid)))
+    found = np.empty((len(machine.rotor.planes), len(config.noise_percent), len(BASELINES), len(grid)))
     others = machine.others.values()
     base, known = machine.healthy_columns(*others), machine.work(machine.raw, *others).prior.whitener
-    for (p, nodes), (n, percent) in product(enumerate(machine.rotor.planes.values()), enumerate(study.noise_percent)):
+    for (p, nodes), (n, percent) in product(enumerate(machine.rotor.planes.values()), enumerate(config.noise_percent)):
         chosen, std = machine.chosen(nodes), machine.std(percent)
         columns = (base / std[:, None])[chosen]
         healthy = np.vstack([columns, known])  # what a record before the crack says, and the rig file
         for b, before in enumerate((known, healthy)):
             found[p, n, b] = visibility((changes / std)[:, chosen], explained_away(columns, before))
-    shape = (len(position), len(study.map.depth_ratios), len(study.map.angles_rad))
+    shape = (len(position), len(config.map.depth_ratios), len(config.map.angles_rad))
     return found.reshape(*found.shape[:-1], *shape).min(axis=-1)

@@ -8,32 +8,31 @@ from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.response.measured import measured_response
-from rotorstudy.store import dataset
+from rotorstudy.studies.common import sweep
 
 
-def thesis_method(study):
+def thesis_method(config):
     """A Dataset of the loss found without noise by least squares at the thesis's node, for cracks elsewhere."""
-    main, settings = study.main, study.thesis
+    main, settings = config.main, config.thesis
     nodes = list(main.model().structure.nodes)
     model = main.model(cracks=settings.cracks, sensors=nodes)
     speed, estimator = np.array(main.speeds_rad_s), registry().get("estimator", settings.estimator)
     (name,) = (name for name in settings.unknowns if name.startswith("stiffness_loss"))
 
     def loss(position):
-        effect = study.crack.effect(position, settings.depth_ratio, 0.0)  # it faces the mark, as the one of the thesis
+        effect = config.crack.effect(position, settings.depth_ratio, 0.0)  # it faces the mark, as the one of the thesis
         try:
             cracked = main.model(effect, sensors=nodes)
         except RotorstudyError:  # at a disc
-            return np.nan
-        shown = measured_response(cracked, speed, study.harmonics)
+            return {}
+        shown = measured_response(cracked, speed, config.harmonics)
         covariance = independent_covariance(np.ones(shown.shape))
-        spectrum = Spectrum(shown, speed, np.array(study.harmonics), tuple(nodes), covariance)
+        spectrum = Spectrum(shown, speed, np.array(config.harmonics), tuple(nodes), covariance)
         found = estimate_by(estimator, Problem(model, spectrum, tuple(settings.unknowns)))
-        return float(found.theta[found.names.index(name)])
+        return {"loss": float(found.theta[found.names.index(name)])}
 
-    length = model.structure.length
-    position = (np.arange(study.map.positions) + 0.5) / study.map.positions * length
-    found = [loss(place) for place in position]
+    count, length = config.map.positions, model.structure.length
+    position = (np.arange(count) + 0.5) / count * length
     coordinates = {"position": (position, "m", "position of the true crack on the shaft, from node 1")}
-    variables = {"loss": (("position",), found, "N/m", "stiffness loss found at the thesis's node")}
-    return dataset(variables, coordinates, title=f"{study.title}: the thesis's method")
+    told = {"loss": ((), "N/m", "stiffness loss found at the thesis's node")}
+    return sweep(coordinates, ("position",), loss, told, title=f"{config.title}: the thesis's method")

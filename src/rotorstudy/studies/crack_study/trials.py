@@ -12,17 +12,17 @@ from rotorstudy.store import dataset
 from rotorstudy.studies.crack_study.sensitivity import SHAPE, Machine, bounds
 
 
-def trials(study):
+def trials(config):
     """A Dataset of fits of the reference crack to noisy records; rigs are drawn from their prior, fits start true."""
-    machine, settings = Machine(study, study.main), study.trials
+    machine, settings = Machine(config, config.main), config.trials
     errors, stated, bound = [], [], []
     for number, depth in enumerate(settings.depth_ratios):
-        crack = machine.crack(**{**study.reference.model_dump(), "depth_ratio": depth})
+        crack = machine.crack(**{**config.reference.model_dump(), "depth_ratio": depth})
         model, names = machine.whole.plus(crack.term), (*machine.prior.names, *crack.names)
         prior = machine.prior.plus(Prior.independent(crack.prior))
-        spectrum = machine.noisy_spectrum(machine.healthy + _shown(machine, crack), study.usual_noise_percent)
+        spectrum = machine.noisy_spectrum(machine.healthy + _shown(machine, crack), config.usual_noise_percent)
         widths = [ends.high - ends.low for ends in shape_ranges(crack.effect, machine.model.structure).values()]
-        columns = machine.columns(crack) / machine.std(study.usual_noise_percent)[:, None]
+        columns = machine.columns(crack) / machine.std(config.usual_noise_percent)[:, None]
         bound.append(bounds(columns, prior.whitener, widths))
         size = len(prior.names) + 2 * spectrum.amplitude.size
         for draw in standard_normal(settings.seed, number, settings.count, size):
@@ -46,7 +46,7 @@ def trials(study):
         "stated_std": (dims, np.reshape(stated, shape), "SI", "stated standard deviation"),
         "bound": (("depth_ratio", "shape"), np.array(bound), "SI", "Cramer-Rao bound"),
     }
-    return dataset(variables, coordinates, title=f"{study.title}: noisy records", seed=settings.seed)
+    return dataset(variables, coordinates, title=f"{config.title}: noisy records", seed=settings.seed)
 
 
 def _shown(machine, crack):
