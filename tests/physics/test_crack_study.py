@@ -10,8 +10,8 @@ from scipy.stats import chi2
 
 from rotorstudy import measured_response
 from rotorstudy.studies.crack_study.config import load_crack_study
-from rotorstudy.studies.crack_study.limits import needed_visibility, smallest
 from rotorstudy.studies.crack_study.sensitivity import SHAPE, Machine, bounds, explained_away, visibility
+from rotorstudy.studies.crack_study.stages import needed_visibility, smallest
 from rotorstudy.yaml_file import read_study
 
 CONFIG = Path(__file__).parents[2] / "workflow/config/test/chapter_7.yaml"

@@ -6,7 +6,7 @@ Each is of the configuration of the study and of Datasets of its stages.
 import numpy as np
 
 from rotorstudy.presentation.plots import COLOURS, MARKERS, curves, figure, finished
-from rotorstudy.studies.crack_study.limits import detection_probability
+from rotorstudy.studies.crack_study.stages import detection_probability
 from rotorstudy.units import number, percent
 
 QUANTITIES = (

@@ -18,6 +18,7 @@ LOAD_COMPARISON, LOAD_BLIND = (
     "rotorstudy.blind.config.load_blind",
 )
 REPLAY_STAGES = ("records", "spectra", "identification")
+CRACK_STUDY = "rotorstudy.studies.crack_study"
 CRACK_STAGES = ("limits", "accuracy", "trials", "fronts", "passage", "thesis_method")
 THESIS = {f"chapter_{n}" for n in range(2, 7)}
 BLIND_CHUNK = "rotorstudy.blind.run.answer_chunk"
@@ -277,10 +278,10 @@ class Plan:
     def crack_study(self):
         """Chapter 7, our own: how small transverse cracks are detected, and how accurately they are found."""
         study, config = self.settings.crack_study, self.config.crack_study
-        load = "rotorstudy.studies.crack_study.config.load_crack_study"
+        load = f"{CRACK_STUDY}.config.load_crack_study"
         rigs = [rotor.model_dump(include={"rotor", "bearings", "effects"}) for rotor in study.rotors.values()]
         used = [registry().get("effect", study.crack.kind), *registry().plugins["depth"].values()]
-        calls = [(f"rotorstudy.studies.crack_study.{stage}.{stage}", {}) for stage in CRACK_STAGES]
+        calls = [(f"{CRACK_STUDY}.{'fronts' if one == 'fronts' else 'stages'}.{one}", {}) for one in CRACK_STAGES]
         data, pictures = self.of(study.name, *CRACK_STAGES), self.pictures("chapter_7", f"{self.results}/{study.name}")
         results, module = dict(zip(CRACK_STAGES, data, strict=True)), "jobs.crack_study_figures"
         return [

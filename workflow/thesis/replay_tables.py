@@ -24,34 +24,10 @@ def already_there(config, compensated):
     return {n: checks.slow_roll_text(n, share[:, h]) for h, n in enumerate(config.harmonics)}
 
 
-def measured_values(config, spectra):
-    """(case, harmonic, quantity, column of the thesis) -> value from the replayed records, m or rad."""
-    found = {}
-    for data_set in config.data_sets:  # each column by the spectrum method it was made with
-        here = spectra.sel(data_set=data_set, spectrum_method=data_set)
-        for case in config.cases:
-            printed_as = here.sel(version="as printed", case=case)
-            plain, mark = as_complex(printed_as.displacement), printed_as.reference_phase.values
-            compensated = as_complex(here.compensated.sel(version="corrected", case=case))
-            clean = as_complex(here.corrected.sel(version="corrected", case=case))
-            for h, n in enumerate(config.harmonics):
-                found[case, str(n), "amplitude", data_set] = np.abs(plain[h])
-                found[case, str(n), "phase", data_set] = np.angle(plain[h])
-                found[case, str(n), "reference phase", data_set] = mark[h]
-                found[case, str(n), "compensated phase", data_set] = np.angle(compensated[h])
-                if data_set == "regression":
-                    found[case, str(n), "amplitude", "experiment"] = np.abs(clean[h])
-    return found
-
-
-def open_ranges(config, reference):
-    """Range of the harmonics without slow roll within rounding: key as in `measured_values` -> low, high, m."""
-    drawn = np.abs(remove_slow_roll(config, rounding_draws(config, reference, "regression")))
-    return {
-        (case, str(n), "amplitude", "experiment"): (drawn[:, c, h].min(), drawn[:, c, h].max())
-        for c, case in enumerate(config.cases)
-        for h, n in enumerate(config.harmonics)
-    }
+def by_key(config, cases, values):
+    """(case, harmonic, quantity, column) -> value;  values : (quantity, column) -> (case, harmonic)"""
+    places = [(c, h, case, str(n)) for c, case in enumerate(cases) for h, n in enumerate(config.harmonics)]
+    return {(case, n, *key): one[c, h] for key, one in values.items() for c, h, case, n in places}
 
 
 def thesis_responses(config, reference, groups):
@@ -63,25 +39,34 @@ def thesis_responses(config, reference, groups):
 
 def scored_rows(config, reference, spectra, identification, responses, reasons):
     """Rows of the scoreboard: measured values, response with the thesis's estimates, and estimates."""
-    printed = published(reference, list(config.sheets))
-    found = measured_values(config, spectra)
-    for case, response in zip(config.higher_cases, list(responses.values())[-1], strict=True):  # of all speeds
-        for n, value in zip(config.harmonics, response, strict=True):
-            found[case, str(n), "amplitude", "simulation"] = np.abs(value)
-    in_tables = printed[printed.table != config.estimates_table]
-    ranges, rows = open_ranges(config, reference), []
-    for row in in_tables.to_dict("records"):
+    printed, values = published(reference, list(config.sheets)), {}
+    for data_set in config.data_sets:  # each column by the spectrum method it was made with
+        here = spectra.sel(data_set=data_set, spectrum_method=data_set)
+        as_printed, corrected = (here.sel(version=version) for version in ("as printed", "corrected"))
+        plain, compensated = as_complex(as_printed.displacement), as_complex(corrected.compensated)
+        values["amplitude", data_set], values["phase", data_set] = np.abs(plain), np.angle(plain)
+        values["reference phase", data_set] = as_printed.reference_phase.values
+        values["compensated phase", data_set] = np.angle(compensated)
+        if data_set == "regression":
+            values["amplitude", "experiment"] = np.abs(as_complex(corrected.corrected))
+    of_all_speeds = np.abs(list(responses.values())[-1])
+    drawn = np.abs(remove_slow_roll(config, rounding_draws(config, reference, "regression")))
+    found = {"computed": by_key(config, config.cases, values)}  # with the range within rounding, where it is known
+    found["computed"] |= by_key(config, config.higher_cases, {("amplitude", "simulation"): of_all_speeds})
+    for end, size in (("low", drawn.min(axis=0)), ("high", drawn.max(axis=0))):
+        found[end] = by_key(config, config.cases, {("amplitude", "experiment"): size})
+    in_tables, rows = printed[printed.table != config.estimates_table], []
+    for row in in_tables[KEYS].to_dict("records"):
         key = (row["case"], row["item"], row["quantity"], row["method"])
-        low, high = ranges.get(key, (np.nan, np.nan))
-        rows.append({**{k: row[k] for k in KEYS}, "computed": found[key], "low": low, "high": high})
+        rows.append({**row, **{name: by.get(key, np.nan) for name, by in found.items()}})
     best = identification.sel(estimator="least_squares", data_set=COLUMN)
-    for row in printed[printed.table == config.estimates_table].to_dict("records"):
+    for row in printed.loc[printed.table == config.estimates_table, KEYS].to_dict("records"):
         ours, factor = config.thesis_names[row["item"]]
         group = config.thesis_groups.get(row["case"], row["case"])
         estimate = best.sel(group=group, parameter=ours)
         own = {"computed": estimate.estimate, "low": estimate.low, "high": estimate.high}
         own = {name: float(value) * factor for name, value in own.items()}
-        rows.append({**{k: row[k] for k in KEYS}, **own, "cases": " and ".join(config.groups[group])})
+        rows.append({**row, **own, "cases": " and ".join(config.groups[group])})
     replayed = [table for table, rows in in_tables.groupby("table") if set(rows.method) <= set(config.data_sets)]
     return scored_against(printed, rows, reasons, measured_again=replayed)
 

@@ -115,6 +115,13 @@ class Machine:
         found[:, -len(SHAPE) :] /= [ranges[name].slope(crack.shape[name]) for name in SHAPE]
         return found
 
+    def bounds(self, columns, percent, crack, chosen=slice(None), *others):
+        """(shape,) `bounds` of a crack by its `columns`, of some components, with noise; others : as for these."""
+        prior = self.work(self.raw, *others).prior.plus(Prior.independent(crack.prior))
+        ranges = shape_ranges(crack.effect, self.model.structure)
+        widths = [ranges[name].high - ranges[name].low for name in SHAPE]
+        return bounds((columns / self.std(percent)[:, None])[chosen], prior.whitener, widths)
+
     def chosen(self, nodes=None, speeds=None, harmonics=None):
         """(component,) whether a component is of some nodes, speeds (rad/s) and harmonics; by default all are."""
 
