@@ -14,6 +14,7 @@ from rotorstudy.studies.comparison import ranking
 from rotorstudy.studies.comparison.estimates import comparison as compared
 from rotorstudy.studies.comparison.ranking import VALID, named
 from rotorstudy.studies.config import file_name
+from thesis.texts import page
 
 ROW = 3  # panels side by side
 PAGE_WIDTH = 7.0  # inches, two columns of a journal; text keeps its size in print
@@ -50,20 +51,14 @@ def advice_table(ranked, use_if):
     told = ranking.with_words(ranking.advice(ranked), use_if)
     choices = ranking.in_sentences(told)
     first = choices.drop_duplicates(ranking.FIRST).drop(columns="equally good")
-    lowest, highest = (f"{100 * share:.0f}" for share in ranking.VALID)
-    note = [
-        "The first choice for each fault of a record, and where you do not know. The error is that of the "
-        "parameters on all rotors, over the Cramér-Rao bound: the least error that the noise allows.",
-        "Choices are the spectrum methods with the smallest error in their worst rotor and noise level, at most "
-        "three, each with the estimator to use and those whose error is within "
-        f"{100 * (ranking.AS_GOOD - 1):.0f} % of it. Pairs that fail in more than {100 * ranking.SELDOM:.0f} % of "
-        "the trials are left out.",
-        f"Intervals are valid if in every cell between {lowest} and {highest} % of the stated 95 % intervals "
-        "hold the truth.",
-        "advice.csv also has coverage, failures and times, ranking.csv every pair on every rotor.",
-    ]
-    shown = {"First choice": first, "Up to three choices": choices}
-    return Table(told, "Which spectrum method and estimator for which data", note, 3, shown)
+    lowest, highest = (100 * share for share in ranking.VALID)
+    limits = {
+        "as_good": 100 * (ranking.AS_GOOD - 1),
+        "seldom": 100 * ranking.SELDOM,
+        "lowest": lowest,
+        "highest": highest,
+    }
+    return page("advice", told, digits=3, shown={"First choice": first, "Up to three choices": choices}, **limits)
 
 
 def comparison_figures(whole, harmonic_errors, biased, trials):

@@ -5,8 +5,8 @@ import re
 import pandas as pd
 
 from rotorstudy.authoring.facts import tables
-from rotorstudy.presentation.pages import Table
 from rotorstudy.studies.published import beside_printed
+from thesis.texts import page
 
 PRINTED = ["quantity", "at", "speed", "change", "value", "computed", "unit", "deviation", "agrees", "reason", "source"]
 COLUMNS = {  # of the page, few enough for a screen, and the headings of the facts shown in each
@@ -20,14 +20,9 @@ COLUMNS = {  # of the page, few enough for a screen, and the headings of the fac
 def plugin_library():
     """The Table of all plugins of the registry."""
     found = tables()
-    note = (
-        f"{sum(map(len, found.values()))} models, each in one file in plugins/. Every claim is checked by the tests "
-        "and by 'rotorstudy check'. An option marked '(needed)' has no default, a key inside an option with ? may be "
-        "left out. zoo.csv has a separate column for each fact."
-    )
     rows = pd.concat([table.assign(kind=kind) for kind, table in found.items()])
     pages = {f"{kind} ({len(table)})": shown(table) for kind, table in found.items()}
-    return {"zoo": Table(rows, "Plugin library (zoo)", note, shown=pages)}
+    return {"zoo": page("zoo", rows, shown=pages, count=len(rows))}
 
 
 def shown(table):
@@ -51,11 +46,7 @@ def published(rigs):
         agree, to_the_digit = (int(which.sum()) for which in (one.agrees, one.agrees & (one.reason == "")))
         rows.append((one.model.iloc[0], len(one), agree, to_the_digit, one.deviation.abs().max()))
     columns = ["machine", "numbers", "agree", "to the last digit printed", "largest deviation"]
-    note = (
-        f"{len(every)} numbers of {len(found)} machines, {int(every.agrees.sum())} of which agree with ours. A number "
-        "agrees if it is the same when rounded as printed; where another tolerance is used, its reason is stated. x is "
-        "downward. Each machine is a rig file and a table in tests/published."
-    )
     shown = {"": pd.DataFrame(rows, columns=columns)}
     shown |= {one.model.iloc[0]: one[PRINTED].replace({"agrees": {True: "yes", False: "no"}}) for one in found}
-    return {"published": Table(every, "Numbers that others printed", note, shown=shown)}
+    counts = {"count": len(every), "machines": len(found), "agree": int(every.agrees.sum())}
+    return {"published": page("published", every, shown=shown, **counts)}

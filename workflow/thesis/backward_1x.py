@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 
 from rotorstudy.model.rig_items import make_term
-from rotorstudy.presentation.pages import Table
 from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
 from thesis.config import load_replay
 from thesis.replay import COLUMN
+from thesis.texts import page
 
 READING_M = 1e-6  # standard deviation of a reading; the unexplained 5X and 7X of the first rig are of this size
 METHOD = 0.02  # relative standard deviation: two spectrum methods differ by 1 to 2 % on the same record
@@ -85,19 +85,5 @@ def backward_1x_table(configs, **spectra):
     for name in ("share", "standard deviation", "angle"):
         rows[name] = [", ".join(f"{value:.3g}" for value in values) for values in rows[name]]
     rows = rows.rename(columns={"angle": "angle (deg)"})
-    note = [
-        "-1X divided by the conjugate of +1X is nearly the same at all published speeds, slow roll included, and "
-        "on both rigs, which had the same probes. Probes whose angle is σ off a right angle would give exactly "
-        "that: a share σ / 2 at 90 degrees.",
-        "A small p-value rejects a hypothesis. Neither the probes alone nor runout alone explains both rigs; "
-        "together they do. Each rig by itself cannot separate them, because 1X of the slow roll, which is runout "
-        "or bow, dominates +1X at every speed.",
-        "A backward force independent of the speed, as of a misaligned coupling, is doubtful but not excluded, "
-        "like a share of its own for each rig. A diagnosis of one rig, with its three or four speeds, may "
-        "therefore name a coupling; shared probes explain why the shares of both rigs agree.",
-        "The share is determined by the changes of +1X between the speeds, which are small. An anisotropic "
-        "support would add a backward vibration of its own; these speeds cannot exclude it.",
-        f"Assumed standard deviation of a reading: {READING_M * 1e6:g} µm and {METHOD * 100:g} %; it is not published.",
-    ]
-    title = "-1X of both rigs: probes, runout or a coupling?"
-    return {"backward_1X": Table(rows, title, note, digits=3)}
+    assumed = {"reading": READING_M * 1e6, "method": METHOD * 100}
+    return {"backward_1X": page("backward_1X", rows, digits=3, **assumed)}

@@ -16,7 +16,6 @@ from rotorstudy.inference.output_error import cramer_rao_bound
 from rotorstudy.measurement.noise import with_noise
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import build_model
-from rotorstudy.presentation.pages import Table
 from rotorstudy.response.coupling import forced_harmonics
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.stability import eigenvalues
@@ -26,6 +25,7 @@ from rotorstudy.studies.config import load_study
 from thesis.config import load_replay
 from thesis.replay import DAMPINGS, printed_values, remove_slow_roll, replay_problem, rounding_draws
 from thesis.scoreboard import agreeing, published
+from thesis.texts import page
 
 GRAVITY = 9.81  # m/s^2, as in the thesis
 HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)  # in the order in which the thesis writes its equations
@@ -315,5 +315,4 @@ def errata_table(errata, chapter_2, chapter_3, chapter_4, chapter_5, chapter_6, 
     numbers |= numbers_5(load_replay(chapter_5), results["spectra"], results["identification"])
     numbers |= numbers_6(load_study(chapter_6), reference, results["variants"])
     table = filled(yaml.safe_load(Path(errata).read_text(encoding="utf-8")), numbers)
-    note = "Each with evidence computed by this workflow: what is reproduced, or changes, if the printed form is used."
-    return {"errata": Table(table, "Errata of the thesis, Chapters 2 to 6", note)}
+    return {"errata": page("errata", table)}

@@ -10,6 +10,7 @@ from rotorstudy.units import percent
 from thesis import checks
 from thesis.replay import BOTH_DAMPINGS, COLUMN, DAMPINGS, remove_slow_roll, rounding_draws, thesis_estimates
 from thesis.scoreboard import KEYS, published, scored_against, scored_tables
+from thesis.texts import page
 
 
 def shown_compensated(spectra):
@@ -79,17 +80,6 @@ def all_estimates(identification):
     return every
 
 
-def estimates_table(config, identification):
-    """Every estimate with its interval."""
-    return Table(
-        checks.shown_estimates(config, all_estimates(identification)),
-        "Estimates of the replay with 95 % intervals",
-        f"Two estimators, two published columns, groups {', '.join(config.groups)}. A misfit far above 1 means that "
-        "the model does not explain the data, whatever the intervals.",
-        digits=4,
-    )
-
-
 def printed_estimates(config, reference, order):
     """The thesis's estimates with one unit of their last digit as interval; order : of the parameters."""
     printed = published(reference, [config.estimates_table])
@@ -116,25 +106,10 @@ def estimate_checks(config, reference, spectra, identification):
 def checks_table(config, spectra, checked):
     """The Table of the physical checks; checked : of `estimate_checks`."""
     compensated = shown_compensated(spectra)
-    return Table(
-        checked,
-        "Which estimates are possible",
-        [
-            f"Impossible or implausible: {checks.refused_text(checked)}.",
-            f"Ours are from the column '{COLUMN}' of the printed spectra. The thesis prints no intervals; ours are "
-            "from rounding for least squares, from rounding and model error for maximum likelihood.",
-            "The impact tests bound the sum of both dampings. As neither can be negative, each has the same bound.",
-            checks.bow_text(config, compensated),
-            f"A bow and a free crack force at 1X cannot be told apart ({checks.bow_confounders(config)}).",
-            "Subtracting the slow roll also removes the crack's own 0X and 1X, so dk p_0 and dk p_1 mean little.",
-            f"{already_there(config, compensated)[-1]}. Only 0X and 1X of the slow roll are subtracted, so all of -1X "
-            "is attributed to the crack.",
-            "A phase mark away from the crack would rotate dk p_n by n times its angle and leak into the damping; "
-            "dk p_n is therefore judged by size.",
-            checks.weight_text(config, compensated),
-        ],
-        digits=4,
-    )
+    said = {"refused": checks.refused_text(checked), "bow": checks.bow_text(config, compensated)}
+    said |= {"confounders": checks.bow_confounders(config), "weight": checks.weight_text(config, compensated)}
+    backward = already_there(config, compensated)[-1]
+    return page("physical_checks", checked, digits=4, column=COLUMN, backward=backward, **said)
 
 
 def response_table(config, spectra, identification, thesis_response):
@@ -164,23 +139,15 @@ def response_table(config, spectra, identification, thesis_response):
     off = {name: np.sqrt((table[f"{name}, off (µm)"] ** 2).sum()) for name in responses}
     whole = np.sqrt((table["compared (µm)"] ** 2).sum())
     distances = ", ".join(f"{name} {percent(value / whole)} of the measured" for name, value in off.items())
-    largest = {n: checks.largest_crack_response(config, n) * 1e6 for n in (-1, 2)}
-    already = already_there(config, compensated)
-    return Table(
-        table,
-        "Measured spectrum against the identified models",
-        [
-            f"Column '{COLUMN}' of the printed spectra. In 'compared' 0X and 1X of the slow roll are subtracted, as in "
-            "the thesis; the other harmonics are as measured.",
-            "'off' is the distance in the complex plane, which includes the phase, unlike a comparison of amplitudes. "
-            f"Over all speeds and harmonics: {distances}, estimates of {config.all_speeds}.",
-            f"{already[-1]}; {already[2]}.",
-            "At low speed weight can cause, by a crack within the limits of the impact tests, at most "
-            f"{largest[-1]:.1f} µm at -1X and {largest[2]:.1f} µm at 2X. More than that at slow roll is runout or "
-            "unequal probes, and remains in what is compared.",
-        ],
-        digits=4,
-    )
+    largest = [checks.largest_crack_response(config, n) * 1e6 for n in (-1, 2)]
+    said, already = {"distances": distances, "group": config.all_speeds}, already_there(config, compensated)
+    said |= {
+        "backward": already[-1],
+        "second": already[2],
+        "largest_backward": largest[0],
+        "largest_second": largest[1],
+    }
+    return page("response", table, digits=4, column=COLUMN, **said)
 
 
 def tables(config, reference, reasons, spectra, identification, **others):
@@ -192,10 +159,11 @@ def tables(config, reference, reasons, spectra, identification, **others):
     responses = thesis_responses(config, reference, groups)
     scored = scored_rows(config, reference, spectra, identification, responses, reasons)
     sheets = {name: (sheet.title, sheet.note, ["item"], sheet.across) for name, sheet in config.sheets.items()}
+    estimates = checks.shown_estimates(config, all_estimates(identification))
     return {
         "scored": Table(scored),
         **scored_tables(scored, sheets),
-        "estimates": estimates_table(config, identification),
+        "estimates": page("estimates", estimates, digits=4, groups=", ".join(config.groups)),
         "physical_checks": checks_table(config, spectra, estimate_checks(config, reference, spectra, identification)),
         "response": response_table(config, spectra, identification, responses[groups[-1]]),
     }

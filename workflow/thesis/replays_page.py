@@ -14,15 +14,11 @@ from rotorstudy.store import load
 from rotorstudy.units import number, p_value
 from thesis.config import load_replay
 from thesis.left_out import compared_parameters, harmonic_rows
+from thesis.texts import page
 
 WORST = 4  # harmonics named in a sentence
 SHEETS = {"harmonics": "Harmonics", "left_out": "Error at each speed left out, rms over the harmonics"}
 SHEETS["parameters"] = "The thesis's estimates"
-LEGEND = (
-    "Thesis: its own estimates from all speeds, with 0X and 1X of the slow roll subtracted as in Eq. (3.1). Base: its "
-    "model, with dampings, crack and eccentricity within the limits of its impact tests and of usual machining. "
-    "Without limits: its model with every parameter free. Extended: that model and the causes found."
-)
 
 
 def left_out_rows(config, rows):
@@ -147,17 +143,10 @@ def replays_page(configs, folders, reference):
         found["harmonics"] += wrong
         found["parameters"] += compared_parameters(config, data, reference)
         notes += notes_on(config, verdict, wrong, rows)
-    notes = [
-        in_short(verdicts, found["harmonics"], left_out),
-        LEGEND,
-        *notes,
-        shared_causes(verdicts),
-        *impossible_values(found["parameters"]),
-        *changed_estimates(found["parameters"]),
-        first,
-        *(f"Not decided either: {text}" for text in others),
-    ]
+    notes += [shared_causes(verdicts), *impossible_values(found["parameters"])]
+    notes += [*changed_estimates(found["parameters"]), first, *(f"Not decided either: {text}" for text in others)]
+    summary = in_short(verdicts, found["harmonics"], left_out)
     tables = {n: pd.DataFrame(rows).drop(columns=["kind", "thesis ±"], errors="ignore") for n, rows in found.items()}
-    title, shown = "Residuals of the thesis's model on its own measurements", {SHEETS[n]: tables[n] for n in SHEETS}
-    page = Table(tables["harmonics"], title, notes, digits=3, shown=shown)
-    return {"replays": page, **{f"replays_{name}": Table(table) for name, table in tables.items()}}
+    shown = {heading: tables[name] for name, heading in SHEETS.items()}
+    whole = page("replays", tables["harmonics"], notes, digits=3, shown=shown, summary=summary)
+    return {"replays": whole, **{f"replays_{name}": Table(table) for name, table in tables.items()}}

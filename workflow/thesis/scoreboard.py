@@ -9,6 +9,7 @@ import yaml
 from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.measurement.table_spectra import last_digit
 from rotorstudy.presentation.pages import Table
+from thesis.texts import page
 
 KEYS = ["table", "case", "item", "noise_percent", "quantity", "method"]
 COLUMNS = [*KEYS, "published", "last_digit", "computed", "unit", "origin", "status", "reason"]
@@ -108,22 +109,16 @@ def load_reasons(path):
 
 def scoreboard(scored):
     """The Table of the scoreboard over the rows of all chapters, which are CSV files."""
-    rows = pd.concat([pd.read_csv(path, dtype={"table": str, "item": str}) for path in scored])
+    rows, numbers = pd.concat([pd.read_csv(path, dtype={"table": str, "item": str}) for path in scored]), {}
     rows = in_table_order(rows[COLUMNS])
-    (computed, again), (measured, replayed) = (
-        (len(some), (some.status == "reproduced").sum())
-        for some in (rows[rows.origin == origin] for origin in ("computed anew", "measured again"))
-    )
+    for name, origin in (("anew", "computed anew"), ("again", "measured again")):
+        own = rows[rows.origin == origin]
+        numbers |= {name: len(own), f"{name}_reproduced": (own.status == "reproduced").sum()}
     counts = rows.groupby(["table", "status"], sort=False).size().unstack(fill_value=0)
     counts = counts.reindex(columns=list(STATUSES), fill_value=0).reset_index()
     counts.insert(1, "values", counts[list(STATUSES)].sum(axis=1))
-    note = (
-        f"Of {computed} printed values that are computed anew, {again} are reproduced within one unit of their last "
-        f"digit. Another {measured} are measurements: replayed as records and measured again, {replayed} are "
-        "reproduced, which checks the measuring chain. Every other value has a reason."
-    )
     shown, choose = {"Every value": rows, "Number of values by table": counts}, KEYS[:1] + KEYS[4:] + COLUMNS[-3:-1]
-    return {"scoreboard": Table(rows, "Scoreboard", note, shown=shown, choose=choose, below="reason")}
+    return {"scoreboard": page("scoreboard", rows, shown=shown, choose=choose, below="reason", **numbers)}
 
 
 def in_table_order(scored):
