@@ -13,8 +13,9 @@ from scipy.linalg import expm
 
 from rotorstudy import Problem, Spectrum, build_model, measured_spectrum, read_measurement
 from rotorstudy.inference.output_error import output_error_fit
+from rotorstudy.measurement.keyphasor import count_revolutions
 from rotorstudy.measurement.resonances import vectors_1x
-from rotorstudy.measurement.run_up import find_sweep, is_swept, peaks, speed_grid, track
+from rotorstudy.measurement.run_up import is_swept, peaks, speed_grid, track
 from rotorstudy.model.rig_numbers import with_numbers
 
 MASS, STIFFNESS, ECCENTRICITY, PHASE = 2.0, 8e4, 2e-5, 0.7
@@ -59,7 +60,7 @@ def steady(ratio, speed):
 def tracked(ratio, rate):
     """Speeds, the errors of 1X over the peak, the same in standard deviations, and 2X over the peak."""
     time, z, marks = sweep(ratio, rate)
-    found = find_sweep(marks)
+    found = count_revolutions(marks, swept=True)
     grid = speed_grid(found)
     (one,) = track(z[None], time, found.angle(time), grid, [0, 1, -1, 2, -2], np.array([np.nan]), 0.0)
     speed = grid.speed[grid.given]
@@ -202,9 +203,9 @@ def test_a_drifting_record_is_no_sweep():
     assert not is_swept(np.sqrt(100**2 + 4 * np.pi * 0.5 * turns)) and not is_swept(turns * 0.05)
     _, _, marks = sweep(0.03, 8.0)
     assert is_swept(marks)
-    found = find_sweep(np.delete(marks, [50, 51, 200]))
+    found = count_revolutions(np.delete(marks, [50, 51, 200]), swept=True)
     assert found.missing == 3 and found.doubled == 0 and found.jitter_rad < 1e-3
-    middle = (found.start + found.end) / 2
+    middle = np.mean(found.ends)
     assert found.speed(middle) == pytest.approx(150 + 8 * middle, rel=1e-5)
     assert found.rate(np.array([middle])) == pytest.approx([8.0], rel=1e-3)
 

@@ -18,7 +18,7 @@ from rotorstudy.measurement.harmonics import (
 )
 from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses, steady_turning
 from rotorstudy.measurement.records import Record, reference_signal
-from rotorstudy.measurement.run_up import FAST, LOST, find_sweep, is_swept, peaks, speed_grid, track
+from rotorstudy.measurement.run_up import FAST, LOST, is_swept, peaks, speed_grid, track
 from rotorstudy.response.series import rotating_basis
 from rotorstudy.units import RAD_PER_S, number, spin, um
 
@@ -195,7 +195,8 @@ def _without_spikes(raw, pieces):
 
 def _tracked(whole, raw, pulses, marks):
     """The Analysed of each speed of a sweep, given that of the whole without harmonics; that alone after an error."""
-    sweep, findings = find_sweep(marks, 0.0 if pulses is None else pulses.resolution), whole.findings
+    sweep = count_revolutions(marks, 0.0 if pulses is None else pulses.resolution, swept=True)
+    findings = whole.findings
     findings += quality.check_pulses(pulses, sweep, raw.conventions.keyphasor.polarity, raw.where)
     harmonics = np.array(raw.conventions.harmonics)
     grid, step = speed_grid(sweep), np.median(np.diff(raw.time))
@@ -232,7 +233,7 @@ def _tracked(whole, raw, pulses, marks):
 
 def _loudest(raw, sweep):
     """(time,) whether a sample is in the loudest of PIECES of the sweep."""
-    edges = np.linspace(sweep.start, sweep.end, PIECES + 1)
+    edges = np.linspace(*sweep.ends, PIECES + 1)
     piece = np.clip(np.searchsorted(edges, raw.time) - 1, 0, PIECES - 1)
     moving = np.nan_to_num(raw.displacement - np.nanmean(raw.displacement, axis=1, keepdims=True))
     inside = (raw.time >= edges[0]) & (raw.time <= edges[-1])

@@ -1,11 +1,11 @@
 """Keyphasor pulses: detected with hysteresis, checked, counted, and converted to the angle of the shaft.
 
-Two models of the angle: `count_revolutions` fits a parabola, for a record that is taken as steady and whose irregular
-pulses are repaired and reported; `shaft_angle` fits a spline, for order tracking.
+`count_revolutions` repairs and reports irregular pulses; `mark_times`, for spectrum methods, refuses them.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -103,39 +103,50 @@ class Turning:
         """(revolution,) s when the mark passed, missing ones interpolated."""
         return np.interp(np.arange(self.counts[0], self.counts[-1] + 1), self.counts, self.marks)
 
+    @cached_property
+    def ends(self):
+        """Times, s, of the marks at the lowest and the highest speed, the earlier one first: those of a sweep."""
+        speed = self.speed(self.marks)
+        return sorted([float(self.marks[speed.argmin()]), float(self.marks[speed.argmax()])])
 
-def _polynomial(coefficients, middle):
-    """`Turning.revolutions` of a polynomial in the time from `middle` on, highest power first."""
-    return lambda time, order: np.polyval(np.polyder(coefficients, order), np.asarray(time) - middle)
+    def rate(self, time):
+        """(time,) rad/s^2, mean over ten revolutions on either side: a spline's second derivative shows its knots."""
+        half = PIECE_REVOLUTIONS * 2 * np.pi / self.speed(np.asarray(time))
+        early, late = np.maximum(time - half, self.ends[0]), np.minimum(time + half, self.ends[1])
+        return (self.speed(late) - self.speed(early)) / (late - early)
 
 
-def count_revolutions(pulses, resolution_s=0.0):
+def count_revolutions(pulses, resolution_s=0.0, swept=False):
     """The Turning from pulses (pulse,) s, one a revolution but for missing and extra ones; None without two marks.
 
     Marks are followed one by one from one of the first pulses: a pulse near a whole number of revolutions after the
     last mark is a mark (more than one revolution if pulses are missing), any other is an extra pulse. The start with
     the most marks is taken. The angle is a least-squares parabola in time (a line for fewer than six marks), which
-    follows a steady change of speed and averages jitter.
+    follows a steady change of speed and averages jitter; of a run-up or coast-down (`swept`) a cubic spline with a knot
+    every ten revolutions, which follows any.
     """
+    from scipy.interpolate import make_lsq_spline
+
     if len(pulses) < 2:
         return None
-    period = np.median(np.diff(pulses))
-    followed = [_follow(pulses, start, period) for start in range(min(5, len(pulses) - 1))]
+    of_period = [pulses[i : i + 6] if swept else pulses for i in range(min(5, len(pulses) - 1))]
+    gain = 1.0 if swept else 0.2
+    followed = [_follow(pulses, i, np.median(np.diff(some)), gain) for i, some in enumerate(of_period)]
     kept, counts = max(followed, key=lambda found: len(found[0]))
     if len(kept) < 2:
         return None
     marks = pulses[kept]
-    middle = marks.mean()
-    degree = 2 if len(marks) >= 6 else 1
-    coefficients = np.polyfit(marks - middle, counts, degree)
-    off = counts - np.polyval(coefficients, marks - middle)
-    freedom = len(marks) - degree - 1
+    degree = 3 if swept else 2 if len(marks) >= 6 else 1
+    inner = marks[PIECE_REVOLUTIONS:-PIECE_REVOLUTIONS:PIECE_REVOLUTIONS] if swept else []
+    knots = np.concatenate([[marks[0]] * (degree + 1), inner, [marks[-1]] * (degree + 1)])
+    revolutions = make_lsq_spline(marks, counts.astype(float), knots, degree)
+    off, freedom = counts - revolutions(marks), len(marks) - len(inner) - degree - 1
     jitter = 2 * np.pi * np.sqrt(np.sum(off**2) / freedom) if freedom > 0 else 0.0
-    missing, doubled = int(counts[-1] - counts[0] + 1 - len(marks)), len(pulses) - len(marks)
-    return Turning(_polynomial(coefficients, middle), marks, counts, missing, doubled, float(jitter), resolution_s)
+    missing, doubled = int(counts[-1] + 1 - len(marks)), len(pulses) - len(marks)
+    return Turning(revolutions, marks, counts, missing, doubled, float(jitter), resolution_s)
 
 
-def _follow(pulses, start, period, gain=0.2):
+def _follow(pulses, start, period, gain):
     """Marks (position) from pulse `start` on, and the revolution of each; gain : of the period, per revolution."""
     kept, counts = [start], [0]
     for i in range(start + 1, len(pulses)):
@@ -148,18 +159,13 @@ def _follow(pulses, start, period, gain=0.2):
     return np.array(kept), np.array(counts)
 
 
-def follow_marks(pulses):
-    """Positions of the marks of a shaft whose speed changes, and the revolution that each begins."""
-    followed = [_follow(pulses, i, np.median(np.diff(pulses[i : i + 6])), gain=1.0) for i in range(5)]
-    return max(followed, key=lambda found: len(found[0]))
-
-
 def steady_turning(speed, time):
     """The Turning of a shaft known to run at `speed` rad/s with its mark at the first sample."""
-    counts = np.array([0, int(speed * (time[-1] - time[0]) / (2 * np.pi))])
-    marks = time[0] + counts * 2 * np.pi / speed
-    middle, rate = marks.mean(), speed / (2 * np.pi)
-    return Turning(_polynomial(np.array([rate, rate * (middle - time[0])]), middle), marks, counts)
+    from scipy.interpolate import PPoly
+
+    rate, counts = speed / (2 * np.pi), np.array([0, int(speed * (time[-1] - time[0]) / (2 * np.pi))])
+    line = PPoly([[rate], [0.0]], [time[0], time[-1]])
+    return Turning(line, time[0] + counts / rate, counts)
 
 
 def mark_times(record, drifting=False):

@@ -17,13 +17,11 @@ Source: Markert and Seidler 2001, Analytically based estimation of the maximum a
 resonance (the passage); Fyfe and Munck 1997 (order tracking by resampled angle).
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.measurement.harmonics import circular_covariance, fit_basis, noise_power, with_phase_noise
-from rotorstudy.measurement.keyphasor import PIECE_REVOLUTIONS, Turning, follow_marks
 from rotorstudy.measurement.spectrum import along_probe
 from rotorstudy.response.series import rotating_basis
 
@@ -59,19 +57,20 @@ class Grid(NamedTuple):
 
 
 def speed_grid(sweep):
-    """The Grid of a Sweep: even in speed, with windows within the record."""
-    time = np.linspace(sweep.start, sweep.end, 4000)
+    """The Grid of the Turning of a run-up or coast-down: even in speed, with windows within the record."""
+    start, end = sweep.ends
+    time = np.linspace(start, end, 4000)
     speed = sweep.speed(time)
     rising = speed[-1] > speed[0]
     speed = np.maximum.accumulate(speed if rising else speed[::-1])
     time = time if rising else time[::-1]
-    usual = abs(speed[-1] - speed[0]) / (sweep.end - sweep.start)
+    usual = abs(speed[-1] - speed[0]) / (end - start)
     count = max(8, int(np.ceil(STEPS * (speed[-1] - speed[0]) / np.sqrt(usual))))
     at = np.interp(np.linspace(speed[0], speed[-1], count), speed + 1e-9 * np.arange(len(speed)), time)
     rate = sweep.rate(at)
     shortest = LEAST_REVOLUTIONS * 2 * np.pi / sweep.speed(at)
     length = np.maximum(1 / np.sqrt(np.maximum(np.abs(rate), 0.25 * usual)), shortest)
-    inside = (at - length / 2 >= sweep.start) & (at + length / 2 <= sweep.end)
+    inside = (at - length / 2 >= start) & (at + length / 2 <= end)
     at, rate, length = at[inside], rate[inside], length[inside]
     speed = sweep.speed(at)
     chosen = [0]
@@ -185,20 +184,6 @@ def peaks(speed, size):
     return list(zip(speed[at].tolist(), (high - low).tolist(), size[at].tolist(), strict=True))
 
 
-@dataclass(frozen=True)
-class Sweep(Turning):
-    """The Turning of a shaft whose speed grows or falls throughout, from `start` to `end`, s; its angle is a spline."""
-
-    start: float = 0.0
-    end: float = 0.0
-
-    def rate(self, time):
-        """(time,) rad/s^2, mean over ten revolutions on either side: a spline's second derivative shows its knots."""
-        half = PIECE_REVOLUTIONS * 2 * np.pi / self.speed(np.asarray(time))
-        early, late = np.maximum(time - half, self.start), np.minimum(time + half, self.end)
-        return (self.speed(late) - self.speed(early)) / (late - early)
-
-
 def is_swept(pulses):
     """Whether pulses (pulse,) s belong to a run-up or coast-down."""
     if len(pulses) < FEWEST_MARKS:
@@ -207,24 +192,3 @@ def is_swept(pulses):
     some = max(5, len(period) // 20)
     ends = sorted([np.median(period[:some]), np.median(period[-some:]), np.median(period)])
     return bool(ends[-1] > (1 + SWEPT) * ends[0])
-
-
-def find_sweep(pulses, resolution_s=0.0):
-    """The Sweep of pulses (pulse,) s, one a revolution but for missing and extra ones.
-
-    Its spline has a knot every ten revolutions, so that it follows the speed and averages the jitter of the marks. Of
-    a record that runs up and down, the part between the lowest and the highest speed is taken.
-    """
-    from scipy.interpolate import make_lsq_spline
-
-    kept, counts = follow_marks(pulses)
-    marks = pulses[kept]
-    inner = marks[PIECE_REVOLUTIONS:-PIECE_REVOLUTIONS:PIECE_REVOLUTIONS]
-    knots = np.concatenate([[marks[0]] * 4, inner, [marks[-1]] * 4])
-    revolutions = make_lsq_spline(marks, counts.astype(float), knots)
-    off = counts - revolutions(marks)
-    jitter = 2 * np.pi * np.sqrt(np.sum(off**2) / (len(marks) - len(inner) - 4))
-    speed = revolutions(marks, nu=1)
-    start, end = marks[sorted([int(speed.argmin()), int(speed.argmax())])].tolist()
-    missing, doubled = int(counts[-1] + 1 - len(kept)), len(pulses) - len(marks)
-    return Sweep(revolutions, marks, counts, missing, doubled, float(jitter), resolution_s, start, end)

@@ -2,6 +2,7 @@
 
 import re
 from collections import Counter
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -10,18 +11,15 @@ from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.measurement.conventions import check_once, combine, measured_direction, one_unit
 from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT, left_out
-from rotorstudy.measurement.tables import QUANTITY, SPEEDS, VELOCITIES, harmonics_in
+from rotorstudy.measurement.tables import COLUMNS, harmonics_in
 from rotorstudy.measurement.text_table import MISSING, numbers_of, whole_numbers
 from rotorstudy.units import DERIVATIVES, LISTED, METRES, RAD_PER_S, spin
 
 PEAK = {"peak": 1.0, "peak_to_peak": 0.5, "rms": np.sqrt(2)}  # factor to the peak
-ANGLES = {"rad": 1.0, "deg": np.pi / 180}
-OF_NODES = {"amplitude": METRES, "phase": ANGLES, "reference_phase": ANGLES}  # quantity -> {unit: factor to SI}
-OF_PROBES = {"amplitude": METRES, "velocity": VELOCITIES, "phase": ANGLES}
+READINGS = ("amplitude", "velocity", "phase", "reference_phase")  # quantities of a row
 IN_GROUPS, BELOW_1000 = re.compile(r"[1-9]\d{0,2}(\.\d{3})+"), re.compile(r"[1-9]\d{0,2}")  # of digits
 FEW_PHASES = 8  # may all be small
 LARGEST_RAD = 4 * np.pi  # of a phase: larger ones are degrees
-PARTS = ("amplitude_", "velocity_", "phase_", "reference_phase_")  # of the columns of a reading
 
 
 def read_table(table, conventions, nodes):
@@ -34,36 +32,31 @@ def read_table(table, conventions, nodes):
               {node: direction of a single probe, rad}), and findings
     """
     path, text, by_probe = table.path, table.text, table.by_probe
-    size = "velocity" if by_probe and any(name.startswith("velocity_") for name in text) else "amplitude"
-    _check_columns(text.columns, path, by_probe)
-    if size == "velocity" and any(name.startswith("amplitude_") for name in text):
-        raise RotorstudyError(f"{path}: columns of an amplitude and of a velocity; keep one")
-    column = _one_of(SPEEDS, text.columns, path)
+    held = _quantities_in(text, path, by_probe)
+    column = _column_of("speed", text, path)
     _check_groups(text[column], path)
-    speed = numbers_of(text, column, path) * SPEEDS[column]
-    rows = pd.DataFrame({"speed": speed, "harmonic": harmonics_in(text, path)})
+    speed = numbers_of(text, column, path) * COLUMNS[column].factor
+    rows = pd.DataFrame({"speed": speed, "harmonic": harmonics_in(text, path)}, text.index)
     if by_probe:
-        _check_rows(rows.speed, rows.harmonic, text.index, path)
+        _check_rows(rows, path)
         rows["probe"], probes = _probes_in(text, conventions, nodes, path)
-        rows["node"] = rows.probe.map({name: probe.node for name, probe in probes.items()})
+        rows["node"] = [probes[name].node for name in rows.probe]
     else:
         rows["node"], rows["probe"], probes = _nodes_in(text, conventions, nodes, path), "", {}
         rows["harmonic"] *= conventions.sense  # a plane that is seen from the other end is mirrored
     rows["repeat"] = rows.groupby(list(rows.columns)).cumcount()
     kept, findings = _complete(text, rows, conventions, str(path))
-    text, rows = text[kept], rows[kept].reset_index(drop=True)
-    units = {size: OF_PROBES[size], "phase": OF_PROBES["phase"]} if by_probe else OF_NODES
-    values, steps, inferred = _quantities_of(text, path, units)
-    if by_probe and (values[size] < 0).any():
+    text, rows = text[kept], rows[kept]
+    for quantity in held:
+        rows = _with_values(rows, quantity, text, path)
+    if by_probe and (rows[held[0]] < 0).any():
         raise RotorstudyError(
-            f"{path}, line {text.index[values[size] < 0][0]}: the {size} is negative; leave the cell empty if the "
+            f"{path}, line {rows.index[rows[held[0]] < 0][0]}: the {held[0]} is negative; leave the cell empty if the "
             "reading is missing, else make it positive, and its phase 180° more"
         )
-    findings += _check_radians(values["phase"], text, path)
-    rows["reading"], rows["along"], rows["across"] = _readings(rows, values, steps, by_probe, conventions, path)
-    findings += _check_zeros(rows, path)
-    dead = _dead(rows)
-    spectra = []
+    rows = _with_readings(rows, held[0], probes, conventions)
+    findings += [*_check_radians(rows.phase, text, path), *_check_zeros(rows, path)]
+    dead, spectra = _dead(rows), []
     for (speed, again), record in rows.groupby(["speed", "repeat"], sort=False):
         of_node, directions = {}, {}
         place = f"{path}, {speed * 30 / np.pi:.6g} rpm{f', repeat {again + 1}' * bool(again)}"
@@ -71,7 +64,7 @@ def read_table(table, conventions, nodes):
             own = own[[(node, name) not in dead for name in own.probe]]
             angles = [probes[name].angle_deg for name in dict.fromkeys(own.probe)] if by_probe else []
             angles = conventions.direction_rad(angles)
-            of_node[int(node)] = _of_node(own, angles, conventions.harmonics, f"{place}, node {node}")
+            of_node[int(node)] = _of_node(own, angles, list(conventions.harmonics), f"{place}, node {node}")
             if by_probe and np.isfinite(single := measured_direction(angles)):
                 directions[int(node)] = single
         spectra.append((float(speed), of_node, directions))
@@ -81,7 +74,7 @@ def read_table(table, conventions, nodes):
         findings.append(told("columns not read", path, columns=", ".join(names[:LISTED]) + more))
     if not conventions.table_noise_m:
         findings.append(told("rounding only", path))
-    if inferred:
+    if any(f"{quantity}_last_digit" not in text for quantity in held):
         findings.append(told("last digits", path))
     return spectra, findings
 
@@ -90,7 +83,7 @@ def check_stated(table, conventions):
     """Findings on conventions that nothing states; RotorstudyError if a table contradicts the rig file."""
     if conventions.label_rad_per_s(table.path) is not None:
         raise RotorstudyError(f"{table.path}: a table has its own speeds; take it out of 'measurement: speeds_...'")
-    units = {QUANTITY.sub("", name).replace("_per_", "/") for name in table.text if table.by_probe}
+    units = {COLUMNS[name].unit for name in table.text if table.by_probe and name in COLUMNS}
     named = set(table.text["probe"]) if "probe" in table.text else {probe.channel for probe in conventions.probes}
     for unit in units & {*METRES, *DERIVATIVES}:
         for probe in (one for one in conventions.probes if one.channel in named and one.unit != "V"):
@@ -113,14 +106,18 @@ def check_stated(table, conventions):
     return [told("not stated", table.path, taken=taken)]
 
 
-def _check_columns(columns, path, by_probe):
-    """RotorstudyError for a column that is none of a table of probes, or of orbits."""
-    if twice := next((name.removesuffix(" #1") for name in columns if name.endswith(" #1")), None):
+def _quantities_in(text, path, by_probe):
+    """The READINGS of a table, its size first; RotorstudyError for a column that is none of a table of its kind."""
+    if twice := next((name.removesuffix(" #1") for name in text if name.endswith(" #1")), None):
         raise RotorstudyError(f"{path}: two columns are named '{twice}'; keep one")
-    known = {*SPEEDS, "harmonic", "probe" if by_probe else "node"}
-    for quantity, units in (OF_PROBES if by_probe else OF_NODES).items():
-        known |= {f"{quantity}_{unit}" for unit in (*units, "last_digit")}
-    check_known("column", columns, known, str(path))
+    quantities = ["amplitude", "phase", "velocity" if by_probe else "reference_phase"]
+    known = {f"{one}_last_digit" for one in quantities} | {"harmonic", "probe" if by_probe else "node"}
+    known |= {name for name, column in COLUMNS.items() if column.quantity in ("speed", *quantities)}
+    check_known("column", text.columns, known, str(path))
+    held = {COLUMNS[name].quantity for name in text if name in COLUMNS}
+    if {"amplitude", "velocity"} <= held:
+        raise RotorstudyError(f"{path}: columns of an amplitude and of a velocity; keep one")
+    return ["velocity" if "velocity" in held else "amplitude", "phase", *held & {"reference_phase"}]
 
 
 def _check_groups(cells, where):
@@ -133,11 +130,10 @@ def _check_groups(cells, where):
         )
 
 
-def _one_of(known, columns, path, optional=False):
-    """The one of some known columns that a table has."""
-    found = [name for name in known if name in columns]
-    if optional and not found:
-        return None
+def _column_of(quantity, text, path):
+    """The one column of a quantity in a table."""
+    known = [name for name, column in COLUMNS.items() if column.quantity == quantity]
+    found = [name for name in known if name in text]
     if len(found) != 1:
         told = f"columns {found}" if found else "no column"
         raise RotorstudyError(f"{path}: {told} of {', '.join(known)}; exactly one is needed")
@@ -179,26 +175,21 @@ def _probes_in(text, conventions, nodes, where):
     return names, found
 
 
-def _quantities_of(text, path, known):
-    """{quantity: (row,) values}, {quantity: (row,) unit of the last digit}, in SI; whether a digit was inferred."""
-    values, steps, inferred = {}, {}, False
-    for quantity, units in known.items():
-        columns = {f"{quantity}_{unit}": factor for unit, factor in units.items()}
-        column = _one_of(columns, text.columns, path, quantity == "reference_phase")
-        if column is None:
-            values[quantity] = steps[quantity] = np.zeros(len(text))
-            continue
-        values[quantity] = numbers_of(text, column, path) * columns[column]
-        if column.endswith("_rad") and (largest := np.abs(values[quantity]).max(initial=0)) > LARGEST_RAD:
-            raise RotorstudyError(
-                f"{path}: column '{column}' has {largest:g}, more than two turns; call it '{quantity}_deg' if it is in "
-                "degrees, else write angles between -2 pi and 2 pi"
-            )
-        stated = f"{quantity}_last_digit" in text
-        digits = numbers_of(text, f"{quantity}_last_digit", path) if stated else [last_digit(c) for c in text[column]]
-        steps[quantity] = np.array(digits) * columns[column]
-        inferred = inferred or not stated
-    return values, steps, inferred
+def _with_values(rows, quantity, text, path):
+    """The rows with the values of a quantity and, as `quantity_digit`, the unit of their last digit, in SI."""
+    name = _column_of(quantity, text, path)
+    values, factor, stated = (
+        numbers_of(text, name, path) * COLUMNS[name].factor,
+        COLUMNS[name].factor,
+        f"{quantity}_last_digit",
+    )
+    if COLUMNS[name].unit == "rad" and (largest := np.abs(values).max(initial=0)) > LARGEST_RAD:
+        raise RotorstudyError(
+            f"{path}: column '{name}' has {largest:g}, more than two turns; call it '{quantity}_deg' if it is in "
+            "degrees, else write angles between -2 pi and 2 pi"
+        )
+    digits = numbers_of(text, stated, path) if stated in text else np.array([last_digit(cell) for cell in text[name]])
+    return rows.assign(**{quantity: values, f"{quantity}_digit": digits * factor})
 
 
 def last_digit(cell):
@@ -208,33 +199,31 @@ def last_digit(cell):
     return 10.0 ** (int(found[2] or 0) - decimals) if found else np.nan
 
 
-def _readings(rows, values, steps, by_probe, conventions, where):
-    """Harmonics (row,) of nodes or probes, complex m, in the project's axes; variances (row,) along and across them."""
-    size = next(iter(values))
-    harmonic, lag = rows.harmonic.to_numpy(), conventions.table_phase == "lag"
-    if by_probe:  # a harmonic is half the peak; a velocity leads its displacement
-        probe = {p.channel: p.sign for p in conventions.probes}
-        factor = PEAK[conventions.table_amplitude] / (harmonic * rows.speed.to_numpy() if size == "velocity" else 1.0)
-        phase = (-1 if lag else 1) * values["phase"] - harmonic * conventions.mark_rad
-        turned, noise = steps["phase"] ** 2, 2 * conventions.table_noise_m**2
-        sign = rows.probe.map(probe).to_numpy() / 2
-        phase = phase - (np.pi / 2 if size == "velocity" else 0.0)
-    else:  # the mean has a direction, which neither lags nor has a reference
-        still = harmonic == 0
-        phase = np.where(lag & ~still, -1, 1) * (values["phase"] - values["reference_phase"])
+def _with_readings(rows, size, probes, conventions):
+    """The rows with `reading`, complex m, in the project's axes, and its variances `along` and `across` it."""
+    harmonic, still = rows.harmonic.to_numpy(), rows.harmonic.to_numpy() == 0
+    lead = np.where(still | (conventions.table_phase == "lead"), 1, -1)  # the mean has a direction instead
+    phase, turned = lead * rows.phase, rows.phase_digit**2
+    if "reference_phase" in rows:
+        phase = phase - lead * rows.reference_phase
+        turned = turned + np.where(still, 0, rows.reference_phase_digit) ** 2
+    if probes:  # a harmonic is half the peak; a velocity leads its displacement
+        factor, share = PEAK[conventions.table_amplitude], np.array([probes[name].sign / 2 for name in rows.probe])
+        if size == "velocity":
+            factor, phase = factor / (harmonic * rows.speed), phase - np.pi / 2
+        noise = 2 * conventions.table_noise_m**2
+    else:
+        factor, share, noise = 1.0, 1.0, conventions.table_noise_m**2
         phase = conventions.sense * (phase - np.deg2rad(conventions.gravity_angle_deg))
-        phase = phase - harmonic * conventions.mark_rad
-        turned = steps["phase"] ** 2 + np.where(still, 0, steps["reference_phase"]) ** 2
-        factor, sign, noise = 1.0, 1.0, conventions.table_noise_m**2
-    along = (factor * steps[size]) ** 2 / 12 + noise
-    reading = factor * values[size] * np.exp(1j * phase)
-    across = np.where(reading == 0, along, np.abs(reading) ** 2 * turned / 12 + noise)
-    return sign * reading, sign**2 * along, sign**2 * across
+    along = (factor * rows[f"{size}_digit"]) ** 2 / 12 + noise
+    reading = factor * rows[size] * np.exp(1j * (phase - harmonic * conventions.mark_rad))
+    across = np.where(reading == 0, along, reading.abs() ** 2 * turned / 12 + noise)
+    return rows.assign(reading=share * reading, along=share**2 * along, across=share**2 * across)
 
 
 def _complete(text, rows, conventions, where):
     """(row,) whether a row has its reading and its record (speed or repeat) all readings that most have; findings."""
-    cells = text[[name for name in text.columns if name.startswith(PARTS)]]
+    cells = text[[name for name in text.columns if name.startswith(READINGS)]]
     there = ~cells.apply(lambda column: column.str.lower().isin(MISSING)).any(axis=1).to_numpy()
     wanted, findings = rows.harmonic.isin(conventions.harmonics).to_numpy(), []
     if not wanted.all() and "harmonics" not in conventions.model_fields_set:
@@ -258,7 +247,7 @@ def _complete(text, rows, conventions, where):
 
 def _check_radians(phase, text, where):
     """Whether phases (row,), rad, of a column in degrees are so small that they may have been written in radians."""
-    largest = np.rad2deg(np.abs(phase).max(initial=0))
+    largest = np.rad2deg(phase.abs().max())
     few = "phase_deg" not in text or len(phase) < FEW_PHASES
     return [] if few or not 1 < largest <= 2 * np.pi else [told("phases in radians", where, largest=largest)]
 
@@ -278,50 +267,44 @@ def _check_zeros(rows, where):
 
 def _dead(rows):
     """{(node, probe)} of the probes that show nothing in any row, though others of their node show what they would."""
-    sizes = rows.assign(size=rows.reading.abs(), std=np.sqrt(rows.along))
+    sizes = pd.DataFrame({"size": rows.reading.abs(), "std": np.sqrt(rows.along)})
     sizes["silent"] = sizes["size"] <= SIGNIFICANT * sizes["std"]
-    of_probe = sizes.groupby(["node", "probe"]).agg({"size": "max", "std": "max", "silent": "all"})
+    of_probe = sizes.groupby([rows.node, rows.probe]).agg({"size": "max", "std": "max", "silent": "all"})
     shown = of_probe["size"].groupby("node").transform("max")
     dead = of_probe[of_probe.silent & (shown > DEAD * of_probe[["size", "std"]].max(axis=1))]
     return {(int(node), name) for node, name in dead.index}
 
 
-def _check_rows(speed, harmonic, lines, where):
+def _check_rows(rows, where):
     """RotorstudyError for a speed or a harmonic that no row of a probe can have."""
-    if (wrong := speed <= 0).any():
-        said = f"line {lines[wrong][0]}: the speed {spin(speed[wrong].iloc[0])} is not positive"
+    if (wrong := rows.speed <= 0).any():
+        said = f"line {rows.index[wrong][0]}: the speed {spin(rows.speed[wrong].iloc[0])} is not positive"
         raise RotorstudyError(f"{where}, {said}; correct it, or leave the line out")
-    if (harmonic < 1).any():
+    if (wrong := rows.harmonic < 1).any():
         raise RotorstudyError(
-            f"{where}, line {lines[harmonic < 1][0]}: harmonic {harmonic.min()}; a probe's signal is real, and its "
+            f"{where}, line {rows.index[wrong][0]}: harmonic {rows.harmonic.min()}; a probe's signal is real, and its "
             "harmonics count from 1 (the mean is not in these tables)"
         )
 
 
 def _of_node(rows, angles, wanted, where):
     """Amplitude and covariance of a node at one speed; angles : (probe,) rad, empty for rows of the orbit."""
-    wanted, order = list(wanted), {name: i for i, name in enumerate(dict.fromkeys(rows.probe))}
-    share = combine(angles, np.eye(len(angles))) if len(angles) else [1.0]  # of each probe in x + j y
-    amplitude, covariance = np.zeros(len(wanted), complex), np.zeros((2 * len(wanted),) * 2)
-    held = Counter(zip(rows.probe, rows.harmonic, strict=True))
-    for name in order:
-        for n in wanted:
-            if held[name, n] != 1 and not (len(angles) and n < 0):
-                raise RotorstudyError(
-                    f"{where}: harmonic {n} {f'of probe {name!r} ' * bool(name)}occurs {held[name, n]} times; each of "
-                    f"{wanted} must occur once, at each repeat of a speed too. Add the readings, or state those of the "
-                    "table under 'measurement: harmonics:'"
-                )
-    for name, n, reading, along, across in zip(
-        rows.probe, rows.harmonic, rows.reading, rows.along, rows.across, strict=True
-    ):
-        places = [wanted.index(n)] + ([wanted.index(-n)] if len(angles) else [])
-        part = share[order[name]]
-        turned = reading / abs(reading) if reading else 1.0
-        seen = np.array([reading, turned * along**0.5, 1j * turned * across**0.5])
-        seen = part * np.array([seen, seen.conj()])[: len(places)]  # (place, reading and its two errors)
-        amplitude[places] += seen[:, 0]
-        spread = np.concatenate([seen[:, 1:].real, seen[:, 1:].imag])
-        both = [*places, *(len(wanted) + place for place in places)]
-        covariance[np.ix_(both, both)] += spread @ spread.T
-    return amplitude, covariance
+    names, held = list(dict.fromkeys(rows.probe)), Counter(zip(rows.probe, rows.harmonic, strict=True))
+    for name, n in product(names, wanted):
+        if held[name, n] != 1 and not (len(angles) and n < 0):
+            raise RotorstudyError(
+                f"{where}: harmonic {n} {f'of probe {name!r} ' * bool(name)}occurs {held[name, n]} times; each of "
+                f"{wanted} must occur once, at each repeat of a speed too. Add the readings, or state those of the "
+                "table under 'measurement: harmonics:'"
+            )
+    share = dict(zip(names, combine(angles, np.eye(len(angles))) if len(angles) else [1.0], strict=True))  # in x + j y
+    turned = np.exp(1j * np.angle(rows.reading))
+    seen = np.array([rows.reading, turned * np.sqrt(rows.along), 1j * turned * np.sqrt(rows.across)])
+    change = np.zeros((len(wanted), *seen.shape), complex)  # (harmonic, reading and its two errors, row)
+    for k, (name, n) in enumerate(zip(rows.probe, rows.harmonic, strict=True)):
+        change[wanted.index(n), :, k] = share[name] * seen[:, k]
+        if len(angles):
+            change[wanted.index(-n), :, k] = share[name] * seen[:, k].conj()
+    spread = change[:, 1:].reshape(len(wanted), -1)
+    spread = np.concatenate([spread.real, spread.imag])
+    return change[:, 0].sum(axis=1), spread @ spread.T

@@ -29,15 +29,35 @@ WIDE = re.compile(
     re.IGNORECASE,
 )
 NO_HARMONIC = re.compile(r".+?[\s_:,;/-]+(amp|mag|pha?s)[a-z]*\b", re.IGNORECASE)
-QUANTITY = re.compile(r"^(speed|amplitude|velocity|phase|reference_phase)_")
 GAP = re.compile(r"(?P<probe>.+?)[\s_:,;/-]+(?:dc[\s_:,;/-]*)?gap\b.*", re.IGNORECASE)  # "DE X Gap (V)"
-SPEEDS = {f"speed_{unit.replace('/', '_per_')}": factor for unit, factor in RAD_PER_S.items()}
-SPEED_OF = dict(zip(RAD_PER_S, SPEEDS, strict=True))  # unit -> column of a long table
-VELOCITIES = {unit.replace("/", "_per_"): factor for unit, (order, factor) in DERIVATIVES.items() if order == 1}
-SIZES = {unit: f"amplitude_{unit}" for unit in METRES} | {u.replace("_per_", "/"): f"velocity_{u}" for u in VELOCITIES}
+
+
+class Column(NamedTuple):
+    """A quantity in a unit, which a column of a long table holds; factor : to SI."""
+
+    quantity: str
+    unit: str
+    factor: float
+
+
+ANGLES = {"rad": 1.0, "deg": np.pi / 180}
+UNITS = {  # of each quantity: factors to SI
+    "speed": RAD_PER_S,
+    "amplitude": METRES,
+    "velocity": {unit: factor for unit, (order, factor) in DERIVATIVES.items() if order == 1},
+    "phase": ANGLES,
+    "reference_phase": ANGLES,
+}
+COLUMNS = {  # of a long table by their names, such as `velocity_mm_per_s`
+    f"{quantity}_{unit.replace('/', '_per_')}": Column(quantity, unit, factor)
+    for quantity, units in UNITS.items()
+    for unit, factor in units.items()
+}
+SPEED_OF = {one.unit: name for name, one in COLUMNS.items() if one.quantity == "speed"}
+SIZES = {one.unit: name for name, one in COLUMNS.items() if one.quantity in ("amplitude", "velocity")}
 SIZES = {word: SIZES[unit] for word, unit in UNIT_OF.items() if unit in SIZES}
 DEGREES = ("", "deg", "degs", "degree", "degrees", "°", "º")  # no unit is degrees; gon is none of them
-ANGLES = dict.fromkeys(DEGREES, "phase_deg") | dict.fromkeys(("rad", "radian", "radians"), "phase_rad")
+PHASES = dict.fromkeys(DEGREES, "phase_deg") | dict.fromkeys(("rad", "radian", "radians"), "phase_rad")
 STATED = {  # key of `measurement:` -> the quantity whose unit says it, and its values
     "table_amplitude": ("amplitude", ("peak_to_peak", "rms", "peak")),
     "table_phase": ("phase", ("lag", "lead")),
@@ -59,25 +79,19 @@ def open_table(path, layout):
     if SUFFIXES.get(path.suffix.lower()) != "csv" or not path.is_file():
         return None
     names, units, _ = header_of(path, layout)
-    if wide := _wide(names, units, path, layout):
+    below = dict(zip(names, units, strict=True))
+    if wide := _wide(below, path, layout):
         return wide
-    shown = any(name.startswith(("amplitude_", "velocity_")) for name in names)
-    turned = any(name.startswith("phase") for name in names)
+    starts = {"amplitude": ("amplitude_", "velocity_"), "phase": ("phase_",)}
+    texts = {what: {n: [u] for n, u in below.items() if n.startswith(start)} for what, start in starts.items()}
+    shown, turned = texts["amplitude"], any(name.startswith("phase") for name in names)
     by_probe = ("probe" in names and (shown or turned)) or (shown and not {"harmonic", "node"} & set(names))
-    if not by_probe and "harmonic" not in names:
-        return None
-    return Table(path, text_in(path, layout), by_probe, _stated_below(names, units, path) if by_probe else {})
-
-
-def _stated_below(names, units, where):
-    """What the texts below the names of a long table state, as `Table.stated`; RotorstudyError if they contradict."""
-    for name, below in zip(names, units, strict=True):
-        own = UNIT_OF.get(QUANTITY.sub("", name).replace("_per_", "/").lower())
-        if own and (told := unit_of(below)) and told != own:
-            raise RotorstudyError(f"{where}: column '{name}' has the unit '{below}' below it; correct the wrong one")
-    both = list(zip(names, units, strict=True))
-    sizes = {name: [below] for name, below in both if name.startswith(("amplitude_", "velocity_"))}
-    return _stated({"amplitude": sizes, "phase": {n: [u] for n, u in both if n.startswith("phase_")}}, where)
+    if not by_probe:
+        return Table(path, text_in(path, layout), False) if "harmonic" in names else None
+    for name, text in below.items():
+        if name in COLUMNS and unit_of(text) not in (None, COLUMNS[name].unit):
+            raise RotorstudyError(f"{path}: column '{name}' has the unit '{text}' below it; correct the wrong one")
+    return Table(path, text_in(path, layout), True, _stated(texts, path))
 
 
 def _stated(texts, where):
@@ -88,22 +102,21 @@ def _stated(texts, where):
         if len(by) > 1:
             said = " and ".join(f"'{name}' {value.replace('_', ' ')}" for value, name in by.items())
             raise RotorstudyError(f"{where}: of its columns {said} are stated; write all in one way")
-        found |= {key: next(iter(by))} if by else {}
+        found |= dict.fromkeys([key] * bool(by), *by)
     return found
 
 
-def _wide(names, units, where, layout):
-    """The Table of columns with the texts of units below them; None of another file; RotorstudyError if some lack."""
-    found, texts = {}, {"amplitude": {}, "phase": {}}
-    vectors, below = _vectors(names), dict(zip(names, units, strict=True))
+def _wide(below, where, layout):
+    """The Table of a file {column: text of its unit below it}; None of another one; RotorstudyError if some lack."""
+    vectors, speeds = _vectors(below), _speed_columns(below)
+    pairs, texts = {}, {"amplitude": {}, "phase": {}}
     for name, (at, what, unit) in vectors.items():
-        own = found.setdefault(at, {})
+        own = pairs.setdefault(at, {})
         if what in own:
             raise RotorstudyError(f"{where}: columns '{own[what]}' and '{name}' are the same {what}; keep one")
         own[what], texts[what][name] = name, (unit, below[name])
-    speeds = _speed_columns(names, units)
-    if all(len(own) == 1 for own in found.values()):
-        of = {match[1][:2].lower(): name for name in names if (match := NO_HARMONIC.match(name))}
+    if all(len(own) == 1 for own in pairs.values()):
+        of = {match[1][:2].lower(): name for name in below if (match := NO_HARMONIC.match(name))}
         if speeds and "ph" in of and len(of) > 1:
             raise RotorstudyError(
                 f"{where}: columns such as '{of['ph']}' must name probe and harmonic, as 'DE X 1X Phase (deg)' does"
@@ -111,7 +124,7 @@ def _wide(names, units, where, layout):
         return None
     if not speeds:
         raise RotorstudyError(f"{where}: no column of the speed in rpm, Hz or rad/s, such as 'Speed (rpm)'")
-    for (probe, harmonic), own in found.items():
+    for (probe, harmonic), own in pairs.items():
         if len(own) == 1:
             ((have, name),) = own.items()
             lack, word = ("phase", "Phase") if have == "amplitude" else ("amplitude", "Amp")
@@ -119,89 +132,83 @@ def _wide(names, units, where, layout):
                 f"{where}: column '{name}' is the {have} of probe '{probe}' at {harmonic}X, and no column is its "
                 f"{lack}, such as '{probe} {harmonic}X {word}'; add it, or take the {have} out"
             )
-    sizes = f"{', '.join(METRES)}, mm/s, m/s, in/s with pp, pk or rms, as in 'DE X 1X Amp (mil pp)'"
-    phase = _one_unit(
-        texts["phase"], lambda unit: ANGLES.get(unit.removeprefix("angle")), "deg and rad, with lag or lead", where
-    )
-    columns = [
-        next(iter(speeds.values())),
-        "probe",
-        "harmonic",
-        _one_unit(texts["amplitude"], SIZES.get, sizes, where),
-        phase,
-    ]
-    stated, text = _stated(texts, where), text_in(where, layout)
-    read = {*vectors, *speeds, *filter(GAP.fullmatch, names), *(name for name in names if name.startswith("Unnamed: "))}
-    unread = (*list(speeds)[1:], *(name for name in names if name not in read))
-    return Table(where, _in_rows(text, speeds, found, columns, where), True, stated, unread)
+    known = f"{', '.join(METRES)}, mm/s, m/s, in/s with pp, pk or rms, as in 'DE X 1X Amp (mil pp)'"
+    size = _one_unit(texts["amplitude"], SIZES, known, where)
+    columns = size, _one_unit(texts["phase"], PHASES, "deg and rad, with lag or lead", where)
+    stated, rows = _stated(texts, where), _in_rows(text_in(where, layout), speeds, pairs, columns, where)
+    first, *others = speeds
+    read = {*vectors, first, *filter(GAP.fullmatch, below)}
+    left = (name for name in below if name not in (*read, *others) and not name.startswith("Unnamed: "))
+    return Table(where, rows, True, stated, (*others, *left))
 
 
 def _vectors(names):
     """{name: ((probe, harmonic), quantity, text of its unit)} of columns; of those told by units, whole pairs only."""
     found = {}
-    for name in names:
-        if match := WIDE.fullmatch(name):
-            word, unit = (match["what"] or "").lower(), match["unit"] or match["alone"] or ""
-            turned = word.startswith("ph") if word else bare(unit) in ANGLES
-            if word or turned or bare(unit) in SIZES:
-                at = match["probe"].strip(), int(match["harmonic"])
-                found[name] = at, "phase" if turned else "amplitude", unit
-    held = {(at, what) for at, what, _ in found.values()}
-    other = {"phase": "amplitude", "amplitude": "phase"}
-    return {
-        name: one for name, one in found.items() if not WIDE.fullmatch(name)["alone"] or (one[0], other[one[1]]) in held
-    }
+    for name, match in ((name, match) for name in names if (match := WIDE.fullmatch(name))):
+        word, unit = (match["what"] or "").lower(), match["unit"] or match["alone"] or ""
+        turned = word.startswith("ph") if word else bare(unit) in PHASES
+        if word or turned or bare(unit) in SIZES:
+            at = match["probe"].strip(), int(match["harmonic"])
+            found[name] = at, "phase" if turned else "amplitude", unit
+    whats = {at: {what for other, what, _ in found.values() if other == at} for at, *_ in found.values()}
+    return {name: one for name, one in found.items() if not WIDE.fullmatch(name)["alone"] or len(whats[one[0]]) > 1}
 
 
-def _one_unit(texts, unit_of, known, where):
-    """The one unit of columns {name: texts of the unit}; RotorstudyError if one is not known, to the letter, or two."""
-    units = {}
+def _one_unit(texts, columns, known, where):
+    """The one column of a long table for columns {name: texts of the unit}, by the unit {unit: column}, to the letter.
+
+    RotorstudyError if a unit is not known, or if there are two.
+    """
+    found = {}
     for name, both in texts.items():
-        found = {unit_of(text) for text in (bare(one.strip(" .,:;-")) for one in both) if text} or {unit_of("")}
-        units.setdefault(found.pop() if len(found) == 1 else None, name)
-    if None in units:
-        text = " ".join(texts[units[None]]).strip()
+        held = {
+            columns.get(text) for text in (bare(one.strip(" .,:;-")).removeprefix("angle") for one in both) if text
+        } or {columns.get("")}
+        found.setdefault(held.pop() if len(held) == 1 else None, name)
+    if None in found:
+        text = " ".join(texts[found[None]]).strip()
         said = f"the unit '{text}'" if text else "no unit"
         raise RotorstudyError(
-            f"{where}: column '{units[None]}' has {said}; known are {known}. They may also stand in a row below the "
+            f"{where}: column '{found[None]}' has {said}; known are {known}. They may also stand in a row below the "
             "names ('csv: {unit_rows: 1}')"
         )
-    if len(units) > 1:
-        (one, name), (other, second) = list(units.items())[:2]
+    if len(found) > 1:
+        (one, name), (other, second) = list(found.items())[:2]
         raise RotorstudyError(
             f"{where}: column '{name}' is in {one.partition('_')[2]}, '{second}' in {other.partition('_')[2]}; a table "
             "needs one unit of all amplitudes, and one of all phases"
         )
-    return next(iter(units))
+    return next(iter(found))
 
 
-def _speed_columns(names, units):
+def _speed_columns(below):
     """{name: column of a long table, as `speed_rpm`} of the columns of speeds."""
     found = {}
-    for name, below, stated in zip(names, units, stated_units(names, units), strict=True):
+    for (name, text), stated in zip(below.items(), stated_units([*below], [*below.values()]), strict=True):
         if SPEED_WORDS & set(words_in(name)) and not WIDE.fullmatch(name):
-            units_in = [stated] if stated else [UNIT_OF.get(word) for word in words_in(f"{name} {below}")]
+            units_in = [stated] if stated else [UNIT_OF.get(word) for word in words_in(f"{name} {text}")]
             found |= {name: SPEED_OF[unit]} if (unit := next(filter(SPEED_OF.get, units_in), None)) else {}
     return found
 
 
 def _in_rows(text, speeds, pairs, columns, where):
     """The cells of a wide table with a row for each speed, probe and harmonic, by the columns of a long one."""
-    probes, harmonics = zip(*pairs, strict=True)
     cells = [text[[own[what] for own in pairs.values()]] for what in ("amplitude", "phase")]
     for name in [*cells[0], *cells[1]]:
         numbers_of(text, name, where, may_lack=True)
-    turning = {name: numbers_of(text, name, where, may_lack=True) * SPEEDS[own] for name, own in speeds.items()}
+    turning = {n: numbers_of(text, n, where, may_lack=True) * COLUMNS[own].factor for n, own in speeds.items()}
     first, *others = turning
     for name in others:
         if (np.abs(turning[name] - turning[first]) > SAME_SPEED * np.abs(turning[first])).any():
             raise RotorstudyError(
                 f"{where}: columns '{first}' and '{name}' are speeds that differ; take out what is not the shaft's own"
             )
-    rows, count = len(text), len(probes)
-    values = [np.repeat(text[first].to_numpy(), count), np.tile(probes, rows), np.tile(list(map(str, harmonics)), rows)]
-    values += [part.to_numpy().ravel() for part in cells]
-    return pd.DataFrame(dict(zip(columns, values, strict=True)), np.repeat(text.index, count), dtype=object)
+    probes, harmonics = (np.tile(list(map(str, one)), len(text)) for one in zip(*pairs, strict=True))
+    lines = text.index.repeat(len(pairs))
+    rows = {speeds[first]: text.loc[lines, first].to_numpy(), "probe": probes, "harmonic": harmonics}
+    rows |= {name: part.to_numpy().ravel() for name, part in zip(columns, cells, strict=True)}
+    return pd.DataFrame(rows, lines, dtype=object)
 
 
 def harmonics_in(text, path):
@@ -236,12 +243,12 @@ def gap_positions(path, conventions: Conventions) -> dict[int, tuple[np.ndarray,
     for name, unit in zip(names, stated_units(names, units), strict=True):
         if name in columns.values() and unit not in (None, "V"):
             raise RotorstudyError(f"{path}: column '{name}' is in '{unit}'; gaps are read in V, convert them")
-    speeds = _speed_columns(names, units)
+    speeds = _speed_columns(dict(zip(names, units, strict=True)))
     probes = [p for p in conventions.probes if p.channel in columns and p.gap_at_rest_V is not None]
     if not probes or not speeds:
         return {}
     text, found, (speed, column) = text_in(path, conventions.csv), {}, next(iter(speeds.items()))
-    turning = numbers_of(text, speed, path) * SPEEDS[column]
+    turning = numbers_of(text, speed, path) * COLUMNS[column].factor
     for node in {p.node for p in probes}:
         own = [p for p in probes if p.node == node]
         if left := [p.channel for p in conventions.probes if p.node == node and p.channel in columns and p not in own]:
