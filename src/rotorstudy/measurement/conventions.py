@@ -35,23 +35,18 @@ class Probe(Strict):
         """Of the derivative of the displacement by time that it shows."""
         return DERIVATIVES.get(self.unit, (0,))[0]
 
-    def in_unit_of_file(self, stated, where):
-        """This probe, in the unit that the file gives (or None) where the rig states none."""
+    def in_metres(self, stated, where):
+        """This probe, in the unit that the file states (or None) if the rig states none, and its factor to SI."""
         unit = one_unit(self.channel, stated, self, "unit", (*METRES, *DERIVATIVES, "V"), where)
-        return self.model_copy(update={"unit": unit})
-
-    def metres(self, where):
-        """Signed factor from the channel to m, m/s or m/s^2."""
-        unit, channel = self.unit, f"{where}: channel '{self.channel}'"
-        if unit in DERIVATIVES:
-            return self.sign * DERIVATIVES[unit][1]
-        if unit not in (*METRES, "V"):
+        channel, per_metre = f"{where}: channel '{self.channel}'", self.sensitivity_V_per_m
+        if unit is None:
             raise RotorstudyError(f"{channel} has no unit; state 'unit:' in the rig file ({', '.join(METRES)}, V)")
-        if unit == "V" and self.sensitivity_V_per_m is None:
+        if unit == "V" and per_metre is None:
             raise RotorstudyError(f"{channel} is in V; give sensitivity_V_per_m")
-        if unit != "V" and self.sensitivity_V_per_m is not None:
+        if unit in METRES and per_metre is not None:
             raise RotorstudyError(f"{channel} is in {unit}; remove sensitivity_V_per_m, of V")
-        return self.sign / self.sensitivity_V_per_m if unit == "V" else self.sign * METRES[unit]
+        size = 1 / per_metre if unit == "V" else METRES.get(unit) or DERIVATIVES[unit][1]
+        return self.model_copy(update={"unit": unit}), self.sign * size
 
 
 class Keyphasor(Strict):

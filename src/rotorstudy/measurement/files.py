@@ -4,10 +4,8 @@ import re
 import struct
 import subprocess
 import sys
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -28,12 +26,13 @@ TOLERANCE = 1e-6  # of the length of a record: difference of the times of two of
 SAME_RATE = 0.01  # relative difference of a stated sampling rate and that of the times
 
 
-class Channels(NamedTuple):
+class Channels:
     """Channels of a file: names; a function from a name to its values (samples,); units that the file states."""
 
-    names: list[str]
-    values: Callable
-    units: dict
+    def __init__(self, names, values, units=None):
+        self.names, self.values = list(names), values
+        units = [""] * len(self.names) if units is None else units
+        self.units = dict(zip(self.names, stated_units(self.names, units), strict=True))
 
 
 def read_file(path, conventions, nodes):
@@ -77,8 +76,8 @@ def _from_channels(path, conventions, nodes, channels):
         if probe.node is None:
             raise RotorstudyError(f"probe '{probe.channel}' has no 'node:', which is optional for NetCDF files only")
         reading = wanted(probe.channel, "probe")
-        probe = probe.in_unit_of_file(channels.units.get(probe.channel), str(path))
-        readings.append((probe, probe.node, probe.metres(str(path)) * reading))
+        probe, factor = probe.in_metres(channels.units.get(probe.channel), str(path))
+        readings.append((probe, probe.node, factor * reading))
     check_once(conventions.probes, path)
     length = len(readings[0][2])
     time = _times(path, conventions, channels, wanted, length)
@@ -162,7 +161,7 @@ def open_csv(path, conventions):
             )
         return values[:, names.index(name)]
 
-    return Channels(names, channel, dict(zip(names, stated_units(names, units), strict=True)))
+    return Channels(names, channel, units)
 
 
 def open_matlab(path, conventions):
@@ -189,8 +188,7 @@ def open_matlab(path, conventions):
     for name, value in found.items():
         if not name.startswith("__"):
             collect(name, value)
-    units = dict(zip(vectors, stated_units(vectors, [""] * len(vectors)), strict=True))
-    return Channels(list(vectors), lambda name: np.asarray(vectors[name], float), units)
+    return Channels(vectors, lambda name: np.asarray(vectors[name], float))
 
 
 def _check_survived(path):
@@ -257,4 +255,4 @@ def open_uff(path, conventions):
             )
     axes = {name: "abscissa" if name == "time" else "ordinate" for name in names}
     labels = [str(names[name][0].get(f"{axis}_axis_units_lab", "")) for name, axis in axes.items()]
-    return Channels(list(names), channel, dict(zip(names, stated_units(list(names), labels), strict=True)))
+    return Channels(names, channel, labels)

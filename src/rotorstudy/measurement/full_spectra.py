@@ -43,12 +43,12 @@ def harmonics_by(method, signal, time, speed, harmonics, marks=None):
     """Amplitude (..., harmonic) and covariance of a signal (..., time) by a SpectrumMethod, or PluginError."""
     found = method.function(signal, time, speed, harmonics, *([marks] if method.uses_marks else []))
     size, lead, who = len(harmonics), np.shape(signal)[:-1], f"spectrum '{method.name}' ({method.file})"
+    needed = {"amplitude": (*lead, size), "covariance": (*lead, 2 * size, 2 * size)}
     if not isinstance(found, (tuple, list)) or len(found) != 2:
         raise PluginError(
             f"{who} gives one {type(found).__name__}; it must give two arrays, amplitude and covariance, of shapes "
-            f"{(*lead, size)} and {(*lead, 2 * size, 2 * size)}"
+            f"{' and '.join(map(str, needed.values()))}"
         )
-    needed = {"amplitude": (*lead, size), "covariance": (*lead, 2 * size, 2 * size)}
     for part, (name, shape) in zip(found, needed.items(), strict=True):
         if np.shape(part) != shape:
             raise PluginError(
@@ -99,20 +99,17 @@ def full_spectrum(
 def full_spectra(records, harmonics, method, phases=PHASES, *, whole_revolutions=True):
     """Phase -> Spectrum for several phases, see `full_spectrum`: less work than one after the other."""
     check_known("phase", phases, PHASES)
-    harmonics = check_harmonics(harmonics)
+    harmonics, seen = check_harmonics(harmonics), []
     if not records:
         raise RotorstudyError("no records; give at least one")
-    found = {phase: [] for phase in phases}
     for record in records:
         check_record(record, harmonics)
-        for phase, seen in _harmonics_of(record, harmonics, method, phases, whole_revolutions).items():
-            found[phase].append(seen)
-    speed, sensors = np.array([record.speed for record in records]), tuple(records[0].sensors)
-    spectra = {}
-    for phase, seen in found.items():
-        amplitudes, covariances = zip(*seen, strict=True)
-        amplitudes = np.array([amplitude.T for amplitude in amplitudes])
-        spectra[phase] = Spectrum(amplitudes, speed, np.asarray(harmonics), sensors, np.array(covariances))
+        seen.append(_harmonics_of(record, harmonics, method, phases, whole_revolutions))
+    speed, sensors, spectra = np.array([record.speed for record in records]), tuple(records[0].sensors), {}
+    for phase in phases:
+        amplitude, covariance = map(np.array, zip(*(one[phase] for one in seen), strict=True))
+        amplitude = np.swapaxes(amplitude, 1, 2)
+        spectra[phase] = Spectrum(amplitude, speed, np.asarray(harmonics), sensors, covariance)
     return spectra
 
 
@@ -121,7 +118,6 @@ def _harmonics_of(record, harmonics, method, phases, whole_revolutions):
     whole = record  # with the pulses of the last incomplete revolution
     record = cut_to_whole_revolutions(record) if whole_revolutions else record
     marks = mark_times(whole, drifting=True) if method.uses_marks else None
-
     with_reference, found = "reference" in phases, {}
     if with_reference and record.reference is None:
         step, highest = np.rad2deg(record.speed * (record.time[1] - record.time[0])), max(map(abs, harmonics))
@@ -136,17 +132,14 @@ def _harmonics_of(record, harmonics, method, phases, whole_revolutions):
     if with_reference:
         psi = phase_from_reference(record.where, harmonics, *(part[-1] for part in every))
         found["reference"] = compensate(*own, *psi)
-    if {"keyphasor", "none"} & set(phases):
-        keyphasor = none = own
-        if method.uses_marks:  # its time zero is a mark
-            if "none" in phases:
-                psi, psi_covariance = phase_at_start(marks, record.time[0], harmonics)
-                none = compensate(*none, -psi, psi_covariance)
-        elif "keyphasor" in phases:
-            if method.tolerates_wrong_speed:
-                psi = phase_at_start(mark_times(whole, drifting=True), record.time[0], harmonics)
-            else:
-                psi = phase_from_keyphasor(whole, harmonics)
-            keyphasor = compensate(*keyphasor, *psi)
-        found |= {"keyphasor": keyphasor, "none": none}
-    return {phase: found[phase] for phase in phases}
+    found["none"] = found["keyphasor"] = own
+    if method.uses_marks and "none" in phases:  # its time zero is a mark
+        psi, psi_covariance = phase_at_start(marks, record.time[0], harmonics)
+        found["none"] = compensate(*own, -psi, psi_covariance)
+    elif "keyphasor" in phases and not method.uses_marks:
+        if method.tolerates_wrong_speed:
+            psi = phase_at_start(mark_times(whole, drifting=True), record.time[0], harmonics)
+        else:
+            psi = phase_from_keyphasor(whole, harmonics)
+        found["keyphasor"] = compensate(*own, *psi)
+    return found

@@ -11,7 +11,7 @@ from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.files import kind_of, open_channels
 from rotorstudy.measurement.netcdf_files import existing, netcdf
 from rotorstudy.measurement.tables import USUAL_V_PER_M, open_table
-from rotorstudy.measurement.text_table import guess_layout, whole_numbers
+from rotorstudy.measurement.text_table import guess_layout, header_of, whole_numbers
 from rotorstudy.units import METRES, um
 
 VIEW = {"rotation": "with_angles", "gravity_angle_deg": 180}  # angles from straight up, counter-clockwise
@@ -48,11 +48,12 @@ def guess_measurement(path, nodes):
     section, said, units, conventions = dict(VIEW), [], {}, Conventions()
     if kind == "csv":
         layout = guess_layout(path)
-        units, conventions = dict(zip(layout.names, layout.units, strict=True)), Conventions(csv=layout.csv)
-        changed = layout.csv.model_dump(exclude_defaults=True)
+        names, below, _ = header_of(path, layout)
+        units, conventions = dict(zip(names, below, strict=True)), Conventions(csv=layout)
+        changed = layout.model_dump(exclude_defaults=True)
         section |= {"csv": changed} if changed else {}
         said.append(f"layout: {_layout_words(layout)}")
-        if table := open_table(path, layout.csv):
+        if table := open_table(path, layout):
             return (_of_table if table.by_probe else _of_harmonics)(table, section, said, nodes)
     columns, said_of_text = _columns(path, conventions, units)
     try:
@@ -241,8 +242,7 @@ def _is_pulses(column):
     return bool(rests and np.count_nonzero(np.diff(values > (low + high) / 2)) >= 4)
 
 
-def _layout_words(layout):
-    csv = layout.csv
+def _layout_words(csv):
     names = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", ":": "colons"}
     separator = names.get(csv.separator, "spaces")
     units = f", {csv.unit_rows} row of units below it" if csv.unit_rows else ""

@@ -244,8 +244,8 @@ def with_phase_noise(amplitude, covariance, harmonics, variance):
     return covariance + variance * np.outer(slope, slope)
 
 
-def trend_probability(blocks):
-    """p-value of the largest linear trend over the blocks (block, harmonic) of a steady vibration."""
+def trend(blocks):
+    """Change (harmonic,), m, over blocks (block, harmonic) by a linear trend; p-value of the largest, if steady."""
     from scipy.special import fdtrc
 
     parts = np.concatenate([blocks.real, blocks.imag], axis=1)
@@ -257,4 +257,5 @@ def trend_probability(blocks):
     freedom = len(parts) - 2
     ratio = explained / np.maximum(left / freedom, 1e-300)
     lowest = fdtrc(1, freedom, ratio).min()
-    return float(min(1.0, lowest * len(ratio)))  # Bonferroni: the largest of all components
+    change = np.hypot(*np.split(slope, 2)) * len(blocks)
+    return change, float(min(1.0, lowest * len(ratio)))  # Bonferroni: the largest of all components

@@ -136,14 +136,23 @@ def count_revolutions(pulses, resolution_s=0.0, swept=False):
     if len(kept) < 2:
         return None
     marks = pulses[kept]
-    degree = 3 if swept else 2 if len(marks) >= 6 else 1
-    inner = marks[PIECE_REVOLUTIONS:-PIECE_REVOLUTIONS:PIECE_REVOLUTIONS] if swept else []
-    knots = np.concatenate([[marks[0]] * (degree + 1), inner, [marks[-1]] * (degree + 1)])
-    revolutions = make_lsq_spline(marks, counts.astype(float), knots, degree)
-    off, freedom = counts - revolutions(marks), len(marks) - len(inner) - degree - 1
+    if swept:
+        inner = marks[PIECE_REVOLUTIONS:-PIECE_REVOLUTIONS:PIECE_REVOLUTIONS]
+        knots = np.concatenate([[marks[0]] * 4, inner, [marks[-1]] * 4])
+        revolutions, parameters = make_lsq_spline(marks, counts.astype(float), knots), len(inner) + 4
+    else:
+        parameters = 3 if len(marks) >= 6 else 2
+        middle = marks.mean()
+        revolutions = _polynomial(np.polyfit(marks - middle, counts, parameters - 1), middle)
+    off, freedom = counts - revolutions(marks, 0), len(marks) - parameters
     jitter = 2 * np.pi * np.sqrt(np.sum(off**2) / freedom) if freedom > 0 else 0.0
     missing, doubled = int(counts[-1] + 1 - len(marks)), len(pulses) - len(marks)
     return Turning(revolutions, marks, counts, missing, doubled, float(jitter), resolution_s)
+
+
+def _polynomial(coefficients, middle):
+    """`Turning.revolutions` of a polynomial in the time from `middle` on, highest power first."""
+    return lambda time, order: np.polyval(np.polyder(coefficients, order), np.asarray(time) - middle)
 
 
 def _follow(pulses, start, period, gain):
@@ -161,11 +170,10 @@ def _follow(pulses, start, period, gain):
 
 def steady_turning(speed, time):
     """The Turning of a shaft known to run at `speed` rad/s with its mark at the first sample."""
-    from scipy.interpolate import PPoly
-
-    rate, counts = speed / (2 * np.pi), np.array([0, int(speed * (time[-1] - time[0]) / (2 * np.pi))])
-    line = PPoly([[rate], [0.0]], [time[0], time[-1]])
-    return Turning(line, time[0] + counts / rate, counts)
+    counts = np.array([0, int(speed * (time[-1] - time[0]) / (2 * np.pi))])
+    marks = time[0] + counts * 2 * np.pi / speed
+    middle, rate = marks.mean(), speed / (2 * np.pi)
+    return Turning(_polynomial([rate, rate * (middle - time[0])], middle), marks, counts)
 
 
 def mark_times(record, drifting=False):

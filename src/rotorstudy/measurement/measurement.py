@@ -216,8 +216,7 @@ def read_measurement(
     findings += [finding for one in found for finding in one.findings]
     findings += [*check_lines(facts), *check_probes(conventions.probes, rig.path.name)]
     findings += check_labels(in_time, conventions, rig.path.name)
-    measured, single = common_probes(found)
-    sensors = wanted_sensors(rig, measured)
+    sensors, single = common_probes(found, rig)
     directions = np.array([single.get(node, np.nan) for node in sensors])
     model = measured_model(rig, sensors, stated, directions)
     usable = sorted((one for one in found if one.harmonics is not None), key=lambda one: one.speed)
@@ -274,8 +273,8 @@ def _spectrum_of(analysed, harmonics, sensors, directions):
     return Spectrum(amplitude, speed, np.array(harmonics), tuple(sensors), covariance, directions)
 
 
-def common_probes(found):
-    """Nodes of all records, and {node: rad} of the single probes of usable ones; RotorstudyError if they differ."""
+def common_probes(found, rig):
+    """Sensors: those of the rig file, or all measured nodes; {node: rad} of single probes; records must not differ."""
     usable = [one for one in found if one.harmonics is not None]
     nodes, single = [(one.facts.where, f"nodes {sorted(one.facts.nodes)}") for one in found], []
     for one in usable:
@@ -287,16 +286,13 @@ def common_probes(found):
                 f"{where} has {has}, {first} has {had}; all records of one measurement need the same probes (is a row "
                 "of a table missing?)"
             )
-    return set(found[0].facts.nodes), usable[0].directions if usable else {}
-
-
-def wanted_sensors(rig, measured):
-    """Sensors of the rig: those in the rig file, which must have been measured, or all measured nodes."""
-    wanted = rig.given.get("sensors") or sorted(measured)
+    measured = sorted(found[0].facts.nodes)
+    wanted = rig.given.get("sensors") or measured
     for node in (node for node in wanted if node not in measured):
-        known = f"the records have nodes {sorted(measured)}"
-        raise RotorstudyError(f"{rig.path}: 'sensors' has node {node}, but {known}; leave it out")
-    return wanted
+        raise RotorstudyError(
+            f"{rig.path}: 'sensors' has node {node}, but the records have nodes {measured}; leave it out"
+        )
+    return wanted, usable[0].directions if usable else {}
 
 
 def measured_model(rig, sensors, stated, directions):

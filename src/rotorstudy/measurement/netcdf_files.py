@@ -135,8 +135,8 @@ def _readings(path, one, probes, conventions, where):
     found = []
     for probe in probes:
         check_known("direction", [probe.channel], directions, f"{path}; the channel of a probe is a direction")
-        probe = probe.in_unit_of_file(stated and (unit_of(stated) or stated), str(path))
-        factor, d = probe.metres(str(path)), directions.index(probe.channel)
+        probe, factor = probe.in_metres(stated and (unit_of(stated) or stated), str(path))
+        d = directions.index(probe.channel)
         found += [(probe, n, factor * values[k, d]) for k, n in enumerate(held_nodes) if probe.node in (None, n)]
     if not found:
         held = ", ".join(map(str, held_nodes))

@@ -1,14 +1,15 @@
 """Checks of one record. Each returns findings; a good record has none."""
 
+from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.measurement.angle_fit import fit_each, in_cosines
 from rotorstudy.measurement.findings import told
-from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, trend_probability
+from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, trend
 from rotorstudy.measurement.keyphasor import LONGEST_PULSE
-from rotorstudy.units import spin, um
+from rotorstudy.units import RAD_PER_S, spin, um
 
 LABEL_OFF = 0.02  # relative error of a stated speed
 DRIFT = (0.005, 0.05)  # relative change of the speed over the record: warning, error
@@ -31,12 +32,7 @@ CHANGE = 0.01  # of the largest fluctuating harmonic: a smaller change over the 
 LIKELY_WRONG = (  # speed by the marks over the stated one, and a likely reason
     (2, "two marks a revolution?"),
     (0.5, "every second pulse missing?"),
-    (2 * np.pi, "the label is in Hz?"),
-    (np.pi / 30, "the label is in rpm?"),
-    (1 / 60, "the label is in rpm, and stated in Hz?"),
-    (60, "the label is in Hz, and stated in rpm?"),
-    (30 / np.pi, "the label is in rad/s, and stated in rpm?"),
-    (0.5 / np.pi, "the label is in rad/s, and stated in Hz?"),
+    *((RAD_PER_S[a] / RAD_PER_S[b], f"the label is in {a}, and stated in {b}?") for a, b in permutations(RAD_PER_S, 2)),
     (1e-3, "time in ms, or a sampling rate in kHz? ('time_unit', 'sample_rate_Hz')"),
     (1e3, "time in s, or a sampling rate in Hz? ('time_unit', 'sample_rate_Hz')"),
 )
@@ -64,14 +60,11 @@ def check_pulses(pulses, turning, asked, where):
 def check_speed_label(label, speed, where):
     """Whether the stated speed is within 2 % of that of the marks (rad/s)."""
     if label is not None and abs(label / speed - 1) > LABEL_OFF:
-        *_, hint = (
-            "correct the label",
-            *(why for ratio, why in LIKELY_WRONG if abs(speed / label / ratio - 1) < LABEL_OFF),
-        )
-        off, allowed = 100 * (speed / label - 1), 100 * LABEL_OFF
-        yield told(
-            "speed label", where, label=spin(label, 6), speed=spin(speed, 6), off=off, allowed=allowed, hint=hint
-        )
+        why = [why for ratio, why in LIKELY_WRONG if abs(speed / label / ratio - 1) < LABEL_OFF] or [
+            "correct the label"
+        ]
+        said = {"off": 100 * (speed / label - 1), "allowed": 100 * LABEL_OFF, "hint": why[-1]}
+        yield told("speed label", where, label=spin(label, 6), speed=spin(speed, 6), **said)
 
 
 def check_drift(drift, where):
@@ -214,9 +207,7 @@ def check_noise(amplitude, covariance, blocks, harmonics, where):
         yield told("noise floor", where)
     if len(blocks) < FEWEST_BLOCKS:
         return
-    place = np.arange(len(blocks)) - (len(blocks) - 1) / 2
-    change = np.abs(place @ blocks) / (place @ place) * len(blocks)
-    scale = np.abs(blocks.mean(axis=0))[moving].max()
-    if change.max() >= CHANGE * scale and trend_probability(blocks) <= STEADY:
+    (change, p), scale = trend(blocks), np.abs(blocks.mean(axis=0))[moving].max()
+    if change.max() >= CHANGE * scale and p <= STEADY:
         n = int(np.asarray(harmonics)[change.argmax()])
         yield told("not steady", where, n=n, change=um(change.max()))

@@ -6,6 +6,7 @@ exp(-(d_k + j (w - w_k)) tau + j a tau^2 / 2), an error function. Other modes ad
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -174,13 +175,12 @@ def _fitted(speed, vectors, modes, rates, peak, bandwidth):
 
 def _starts(modes, rates, peak, bandwidth):
     """Values from which fits begin: the peak lies beyond a critical speed that is passed fast."""
-    signs = [sign * r * (bandwidth / 2) ** 2 for r in START_RATES for sign in (1, -1)] if rates else [0.0]
-    for rate in signs:
-        for shift in START_SHIFTS if rates else START_SHIFTS[:1]:
-            first = peak - np.sign(rate) * shift * bandwidth
-            for second in START_APART if modes > 1 else [None]:
-                where = [first] if second is None else [first, first + second * bandwidth]
-                yield [*([rate] if rates else []), *where, *([np.log(bandwidth / 2)] * modes)]
+    signs = [sign * r for r in START_RATES for sign in (1, -1)] if rates else [0.0]
+    shifts, apart = START_SHIFTS if rates else START_SHIFTS[:1], START_APART if modes > 1 else [0.0]
+    for sign, shift, second in product(signs, shifts, apart):
+        first = peak - np.sign(sign) * shift * bandwidth
+        where = [first, first + second * bandwidth][:modes]
+        yield [*[sign * (bandwidth / 2) ** 2] * rates, *where, *[np.log(bandwidth / 2)] * modes]
 
 
 def _independent(residual):

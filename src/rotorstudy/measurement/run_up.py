@@ -125,16 +125,11 @@ def _passed(lines):
     return np.sinc(safe) / (1 - safe**2)
 
 
-def _restored(passed):
-    """Factor that restores what a window passed of a part, at most 1 / LEAST_PASSED."""
-    return 1 / np.maximum(passed, LEAST_PASSED)
-
-
 def _noise_gain():
     """Factor of the variance of white noise by the restored response of the window."""
     lines = np.linspace(0, STEPS / 2, 2000)
     passed = _passed(lines)
-    return float(np.sum((passed * _restored(passed)) ** 2) / np.sum(passed**2))
+    return float(np.sum((passed / np.maximum(passed, LEAST_PASSED)) ** 2) / np.sum(passed**2))
 
 
 def _steady(tracked, grid, n):
@@ -157,7 +152,7 @@ def _steady(tracked, grid, n):
     tau = 2 * np.pi * np.fft.fftfreq(len(whole), step)
     lag = np.exp(1j * np.outer(place + beyond * step, tau) - np.outer(turned, tau**2))
     passed = _passed(np.outer(grid.rate * grid.length, tau) / (2 * np.pi))
-    found = (lag * _restored(passed)) @ np.fft.fft(whole) / len(whole)
+    found = (lag / np.maximum(passed, LEAST_PASSED)) @ np.fft.fft(whole) / len(whole)
     return found + trend(place) + (turned - widened) * trend(place, 2) + turned**2 / 2 * trend(place, 4)
 
 

@@ -63,9 +63,7 @@ class Whitened:
     def full_covariance(self) -> np.ndarray:
         """Covariance (speed, component * sensor, component * sensor) of the components of all sensors together, m^2."""
         speeds, sensors, size, _ = self.covariance.shape
-        full = np.zeros((speeds, size, sensors, size, sensors))
-        for s in range(sensors):
-            full[:, :, s, :, s] = self.covariance[:, s]
+        full = np.einsum("vsij,st->visjt", self.covariance, np.eye(sensors))
         return full.reshape(speeds, size * sensors, size * sensors)
 
     @cached_property

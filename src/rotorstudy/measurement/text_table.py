@@ -10,7 +10,6 @@ from array import array
 from collections import Counter, deque
 from itertools import islice
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -35,16 +34,8 @@ NO_UNIT = {"", "-", "1", "°"}  # in rows of units
 COMMENT = "comment"  # the last column of LabVIEW, whose cells are left out in rows without one
 
 
-class Layout(NamedTuple):
-    """How a text file is written: its CsvLayout, names (column,) of the header, units (column,) the text below it."""
-
-    csv: CsvLayout
-    names: list[str]
-    units: list[str]
-
-
 def guess_layout(path):
-    """The Layout of a text file with one row of names and rows of numbers below it."""
+    """The CsvLayout of a text file with one row of names and rows of numbers below it."""
     with _opened(path) as file:
         lines = list(islice(file, LINES))
     separators = [one for one in SEPARATORS if one != ":" or not any(map(CLOCK.search, lines))]
@@ -70,17 +61,15 @@ def guess_layout(path):
     header = last
     while header - 1 in named and _are_units(above[header]):  # units, not names
         header -= 1
-    stated = CsvLayout(separator=separator, decimal=decimal, skip_rows=header, unit_rows=rows[0] - header - 1)
-    names, units, _ = header_of(path, stated)
-    return Layout(stated, names, units)
+    return CsvLayout(separator=separator, decimal=decimal, skip_rows=header, unit_rows=rows[0] - header - 1)
 
 
 def layout_hint(path, stated):
     """'; it looks like csv: {separator: ";"}' if a text file looks otherwise than its CsvLayout states, else ''."""
     try:
-        found = guess_layout(path).csv
+        found = guess_layout(path)
     except RotorstudyError:
-        return ""
+        found = stated
     if found == stated:
         return ""
     other = found.model_dump(exclude_defaults=True)
