@@ -1,5 +1,6 @@
 """The error of form: errors that data have in common, and what they leave to be explained."""
 
+from dataclasses import replace
 from itertools import product
 from types import SimpleNamespace
 
@@ -49,6 +50,25 @@ def test_a_shared_error_whitens_like_the_full_covariance():
     # negative control: without such errors, and in a part of the spectrum, nothing changes
     assert np.array_equal(spectrum.whitened(spectrum.amplitude), white)
     assert found.at_speeds([0, 1]).shared_error is None
+
+
+def test_a_common_error_whitens_like_the_full_covariance_and_stays_with_a_part_of_the_spectrum():
+    errors = 1e-7 * (RNG.standard_normal((5, 4, 4, 2)) + 1j * RNG.standard_normal((5, 4, 4, 2)))
+    apart = noisy()
+    found, columns = replace(apart, common_error=errors), apart.whitened(errors).T
+    whole, white = np.eye(apart.data_count) + columns @ columns.T, apart.whitened(apart.amplitude)
+    assert np.sum(found.whitened(apart.amplitude) ** 2) == pytest.approx(white @ np.linalg.solve(whole, white))
+    assert found.log_common_volume == pytest.approx(np.linalg.slogdet(whole)[1])
+    assert found.log_volume == pytest.approx(apart.log_volume - found.log_common_volume / 2)
+    assert found.without_common(white) == pytest.approx(found.whitened(apart.amplitude))
+    more = RNG.standard_normal((apart.data_count, 3))  # beside it, of data whitened by both
+    both = np.sum(found.with_shared_error(found.without_common(more.T).T).whitened(apart.amplitude) ** 2)
+    assert both == pytest.approx(white @ np.linalg.solve(whole + more @ more.T, white))
+    assert apart.whitened(found.covariance_times(apart.amplitude)) / 1e-7**2 == pytest.approx(whole @ white)
+    few = found.at_speeds([0, 2]).at_harmonics([1, 0])
+    assert np.array_equal(few.common_error, errors[:, [0, 2]][:, :, [1, 0]])
+    # negative control: without them
+    assert np.array_equal(found.without_common_error().whitened(apart.amplitude), white)
 
 
 def test_an_error_of_form_has_the_covariance_that_is_written_out():

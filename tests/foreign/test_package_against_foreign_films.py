@@ -21,6 +21,7 @@ from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.moves import additions, loading_films
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict import sought
 from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.inference.estimate import estimate_rig
 from rotorstudy.model.rig_numbers import with_numbers
@@ -360,6 +361,26 @@ def test_what_linear_films_leave_out_is_within_the_error_that_a_diagnosis_allows
     spring = {"kind": "linear", "bearing_stiffness_xx_N_per_m": 1e8}
     stiff = files | {"bearings": [spring | {"node": n, "label": f"{n}"} for n in (1, 7)]}
     assert with_film_error(record, build_model(stiff)) is record
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_a_sound_machine_whose_films_are_not_linear_has_no_fault(shared, monkeypatch):
+    """Negative control: an error of each probe and speed alone is explained by a contact."""
+    speeds, harmonics, heavier = SPEEDS, np.array([1, -1, 2, -2, 3, -3]), 10.0
+    record = readings(on_true_films(speeds, harmonics, heavier), speeds, harmonics, [n + 1 for n in NODES], 2e-8)
+
+    def apart(*given, **more):
+        found = with_film_error(*given, **more)
+        return replace(found, common_error=None).with_error(np.sum(np.abs(found.common_error) ** 2, axis=0) / 2)
+
+    if not shared:
+        monkeypatch.setattr(sought, "with_film_error", apart)
+    several = all_but("looseness", "rub", "unbalance", "parallel_misalignment", "angular_misalignment")
+    settings = Settings(**STRICT | {"leave_out": several}, hold_out_rad_s=[], uncertainty=KNOWN)
+    found = investigate(record, build_model(rig(heavier)), settings=settings)
+    assert found.search.base.p_value > 0.1
+    assert (found.verdict.verdict == "nothing") == shared
+    assert shared or {cause.effect for cause in found.verdict.causes} == {"rub"}
 
 
 def test_a_fault_that_moves_the_films_adds_to_what_they_leave_out():

@@ -50,15 +50,14 @@ class Whitened:
         return replace(self, shared_error=np.asarray(columns))
 
     @cached_property
+    def _common(self):
+        """The same as `_shared` of the common errors, whitened by the noise of each sensor."""
+        return _principal(self._with_own_noise(self.common_error).T)
+
+    @cached_property
     def _shared(self):
         """Directions (component, error) of the shared errors, and their variances (error,)."""
-        columns = self.shared_error
-        if columns.shape[1] > len(columns):
-            variance, vectors = np.linalg.eigh(columns @ columns.T)
-            return vectors[:, variance > SHARED_FLOOR], variance[variance > SHARED_FLOOR]
-        variance, vectors = np.linalg.eigh(columns.T @ columns)
-        kept = variance > SHARED_FLOOR
-        return columns @ (vectors[:, kept] / np.sqrt(variance[kept])), variance[kept]
+        return _principal(self.shared_error)
 
     def full_covariance(self) -> np.ndarray:
         """Covariance (speed, component * sensor, component * sensor) of the components of all sensors together, m^2."""
@@ -89,7 +88,12 @@ class Whitened:
         """Logarithm of the determinant of the whitener, of the data."""
         parts = zip(np.moveaxis(self.whitener, 1, 0), *self._seen, strict=True)
         found = [np.linalg.slogdet(w[:, data] @ rows[data].T)[1] for w, data, rows in parts]
-        return float(np.stack(found, axis=1).sum())
+        return float(np.stack(found, axis=1).sum() - self.log_common_volume / 2)
+
+    @property
+    def log_common_volume(self) -> float:
+        """Logarithm of the determinant of the covariance that common errors give data whitened by the noise alone."""
+        return 0.0 if self.common_error is None else float(np.log1p(self._common[1]).sum())
 
     @property
     def log_shared_volume(self) -> float:
@@ -106,16 +110,21 @@ class Whitened:
 
     def whitened(self, amplitude: np.ndarray) -> np.ndarray:
         """Harmonics (..., speed, harmonic, sensor), m, as the data (..., component) in their standard deviations."""
+        found = self.without_common(self._with_own_noise(amplitude))
+        return found if self.shared_error is None or not self.shared_error.size else _whitened(found, *self._shared)
+
+    def without_common(self, data: np.ndarray) -> np.ndarray:
+        """Data (..., component) in standard deviations of the noise of each sensor, whitened by common errors too."""
+        return data if self.common_error is None else _whitened(data, *self._common)
+
+    def _with_own_noise(self, amplitude):
+        """The same by the noise of each sensor alone."""
         found = shared_product(self.whitener, np.swapaxes(components(amplitude), -1, -2))
         seen = self._seen[0]
         if not seen.all():
             found = found[..., seen]
         lead = found.shape[: np.ndim(amplitude) - 3]  # may be of no columns at all
-        found = found.reshape(*lead, int(np.prod(found.shape[len(lead) :])))
-        if self.shared_error is None or not self.shared_error.size:
-            return found
-        along, variance = self._shared  # the symmetric root, so that a component still belongs to its harmonic
-        return found - (found @ along) * (1 - 1 / np.sqrt(1 + variance)) @ along.T
+        return found.reshape(*lead, int(np.prod(found.shape[len(lead) :])))
 
     def by_harmonic(self, whitened: np.ndarray) -> np.ndarray:
         """Rms (speed, harmonic, sensor) of whitened data (component,) by harmonic; of a probe the same at n and -n."""
@@ -127,6 +136,20 @@ class Whitened:
         for s in np.flatnonzero(~np.isnan(self.directions)):
             found[..., s] = found[:, [order.index(abs(n)) if abs(n) in order else i for i, n in enumerate(order)], s]
         return found
+
+
+def _principal(columns):
+    """Directions (component, error) of whitened errors (component, error), and their variances (error,)."""
+    wide = columns.shape[1] > len(columns)
+    variance, vectors = np.linalg.eigh(columns @ columns.T if wide else columns.T @ columns)
+    kept = variance > SHARED_FLOOR
+    along = vectors[:, kept] if wide else columns @ (vectors[:, kept] / np.sqrt(variance[kept]))
+    return along, variance[kept]
+
+
+def _whitened(data, along, variance):
+    """Data with errors along some directions; by the symmetric root, so that a component belongs to its harmonic."""
+    return data - (data @ along) * (1 - 1 / np.sqrt(1 + variance)) @ along.T
 
 
 @dataclass(frozen=True)
@@ -141,6 +164,8 @@ class Spectrum(Whitened):
                  imaginary parts. The noise of different sensors is independent.
     directions : (sensor,) rad from x in the sense of rotation, of the only probe of a node, whose amplitude is that of
                  the motion along it; NaN where the orbit is measured, as by default at all nodes
+    common_error : (error, speed, harmonic, sensor) m, what each of some independent errors of unit variance, that
+                 sensors and speeds have in common, changes beside the noise of each; None by default
     shared_error : (component, error) what each of some independent errors of unit variance, that sensors or speeds have
                  in common, changes the whitened data by; None by default. A part of the spectrum has none
     """
@@ -151,6 +176,7 @@ class Spectrum(Whitened):
     sensors: tuple
     covariance: np.ndarray
     directions: np.ndarray | None = None
+    common_error: np.ndarray | None = None
     shared_error: np.ndarray | None = None
 
     def __post_init__(self):
@@ -174,7 +200,17 @@ class Spectrum(Whitened):
     def variance(self) -> np.ndarray:
         """(speed, harmonic, sensor) m^2, of the real and the imaginary part of each harmonic together."""
         real, imag = np.split(np.diagonal(self.covariance, axis1=-2, axis2=-1), 2, axis=-1)
-        return np.swapaxes(real + imag, 1, 2)
+        common = 0.0 if self.common_error is None else np.sum(np.abs(self.common_error) ** 2, axis=0)
+        return np.swapaxes(real + imag, 1, 2) + common
+
+    def covariance_times(self, amplitude: np.ndarray) -> np.ndarray:
+        """Covariance, without shared errors, times harmonics (speed, harmonic, sensor), m^3."""
+        real, imaginary = np.split(np.einsum("wscd,wds->wcs", self.covariance, components(amplitude)), 2, axis=1)
+        found = real + 1j * imaginary
+        if self.common_error is None:
+            return found
+        along = np.sum((self.common_error.conj() * amplitude).real, axis=(1, 2, 3))
+        return found + np.tensordot(along, self.common_error, 1)
 
     def shown(self, amplitude: ArrayLike) -> np.ndarray:
         """What the probes show of harmonics: at a node with a single probe the motion along it.
@@ -209,7 +245,9 @@ class Spectrum(Whitened):
             covariance[:, sensor] = along_probe(covariance[:, sensor], self.harmonics, single[sensor])
         amplitude = along_probes(self.amplitude, self.harmonics, single)
         both = np.where(np.isnan(single), self.directions, single)
-        return replace(self, amplitude=amplitude, covariance=covariance, directions=both, shared_error=None)
+        common = None if self.common_error is None else along_probes(self.common_error, self.harmonics, single)
+        parts = {"amplitude": amplitude, "covariance": covariance, "common_error": common}
+        return replace(self, directions=both, shared_error=None, **parts)
 
     def with_error(self, variance: ArrayLike) -> "Spectrum":
         """The spectrum with an independent error of each harmonic added to its covariance.
@@ -228,6 +266,10 @@ class Spectrum(Whitened):
         variance = variance * np.where(np.isnan(self.directions), 1.0, 2.0)
         return replace(self, covariance=self.covariance + independent_covariance(variance))
 
+    def without_common_error(self) -> "Spectrum":
+        """The spectrum with the noise of its sensors alone, so that speeds are independent."""
+        return replace(self, common_error=None, shared_error=None)
+
     def at_speeds(self, chosen: ArrayLike) -> "Spectrum":
         """The spectrum at some of its speeds.
 
@@ -241,6 +283,7 @@ class Spectrum(Whitened):
         Spectrum
         """
         parts = {"amplitude": self.amplitude[..., chosen, :, :], "covariance": self.covariance[chosen]}
+        parts["common_error"] = None if self.common_error is None else self.common_error[:, chosen]
         return replace(self, speed=self.speed[chosen], shared_error=None, **parts)
 
     def at_harmonics(self, wanted: Iterable[int]) -> "Spectrum":
@@ -259,6 +302,7 @@ class Spectrum(Whitened):
         place = np.array([list(self.harmonics).index(n) for n in wanted])
         both = np.concatenate([place, place + len(self.harmonics)])
         parts = {"amplitude": self.amplitude[..., place, :], "covariance": self.covariance[..., both, :][..., both]}
+        parts["common_error"] = None if self.common_error is None else self.common_error[..., place, :]
         return replace(self, harmonics=np.array(wanted), shared_error=None, **parts)
 
     def with_amplitude(self, amplitude: ArrayLike) -> "Spectrum":

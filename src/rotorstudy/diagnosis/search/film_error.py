@@ -5,7 +5,8 @@ damping are the first term. Each further term is the one before times the orbit 
 harmonics are sums of theirs: of a motion at 1X the second gives 0X and 2X, the third 1X and 3X. Their coefficients are
 of the size of the first one times the relative change of the stiffness per eccentricity ratio, which is 1 to 4 in films
 that carry a load (J. W. Lund and K. K. Thomsen, A calculation method and data for the dynamic coefficients of
-oil-lubricated journal bearings, 1978).
+oil-lubricated journal bearings, 1978). They are a force in the film, which all probes show, and which keeps its time to
+the orbit at 1X: if that is earlier by t, so is it. So probes and speeds have this error in common.
 
 Where a journal runs (0X) is known only as far as its probes keep their place. Journal, bracket and probe warm up, which
 moves it by some per cent of the clearance from speed to speed, and by any share since the probe was set; so only how a
@@ -14,8 +15,11 @@ a load to 37 to 60 %. Vibration tells a clearance to 4 to 5 % by a rig from draw
 3 % between two states. So the gap voltages of tables, which add nothing, are no data of a fit.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
+from rotorstudy.diagnosis.search.form import SHARES, over_speeds
 from rotorstudy.diagnosis.search.shown_forces import shown_forces
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
@@ -28,6 +32,7 @@ from rotorstudy.model.registry import registry
 GROWTH = 1.0  # half the relative change of the stiffness of a film per eccentricity ratio
 LARGEST = 1.0  # orbit over the clearance
 DEGREES = (2, 3, 4, 5)  # of the terms
+CONSTANT, SLOW, FREE = SHARES[1]  # of their variance over the speeds: coefficients change slowly, with the eccentricity
 DRIFT = 0.05  # of the clearance, of a mean position with the temperature, beside what is the same at all speeds
 
 
@@ -63,7 +68,8 @@ def with_film_error(
         motion, carried = near.motion.amplitude, np.array(near.blocks.harmonics)
     except NoSteadyState:
         return spectrum
-    variance, structure = np.zeros(spectrum.amplitude.shape), model.structure
+    errors, variance, structure = [], np.zeros(spectrum.amplitude.shape), model.structure
+    modes = over_speeds(spectrum.speed, (CONSTANT, SLOW, 0.0))
     for film in films:
         node = film.options["node"] or structure.default_node()
         in_housing = structure.against_casing(node) if node in structure.housings else structure.unit(node)
@@ -73,11 +79,19 @@ def with_film_error(
         more = _further_terms(force[..., structure.index(node)], orbit, carried, growth)
         more = more[:, np.searchsorted(carried, spectrum.harmonics)]
         (shown,) = shown_forces(near, spectrum, [in_housing])  # real and imaginary parts
-        of_unit = np.abs(shown.reshape(2, -1, *shown.shape[1:])) ** 2
-        variance += np.einsum("phsnc,sh->snc", of_unit, more / 4)
+        real, imaginary = shown.reshape(2, -1, *shown.shape[1:])
+        size, turn = (one.T[..., None, None] for one in (np.sqrt(more), _turned_with(orbit[:, carried == 1], spectrum)))
+        for own in (turn.real * real + turn.imag * imaginary, turn.real * imaginary - turn.imag * real):
+            errors.append((modes[:, None, :, None, None] * (size * own)).reshape(-1, *own.shape[1:]))
+        variance += FREE / 4 * np.einsum("phsnc,sh->snc", np.abs([real, imaginary]) ** 2, more)
     drift = DRIFT * max(film.options["radial_clearance_m"] for film in films)
     variance[:, np.asarray(spectrum.harmonics) == 0] += drift**2
-    return spectrum.with_error(variance)
+    return replace(spectrum.with_error(variance), common_error=np.concatenate(errors))
+
+
+def _turned_with(orbit, spectrum):
+    """Phases (speed, harmonic) of forces that keep their time to a motion at 1X; orbit : (speed, 1)."""
+    return np.exp(1j * np.angle(orbit) * np.asarray(spectrum.harmonics))
 
 
 def _further_terms(force, orbit, carried, growth):

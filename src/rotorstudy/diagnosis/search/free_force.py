@@ -71,12 +71,12 @@ def free_forces(work) -> list[FreeForce]:
     rows_of, stated = dict(places_of(work.rig.structure)), fit(work.model, spectrum, work.prior, steps=0)
     fits = {}
     try:
-        shown_by = _shown_by(stated, spectrum)
+        shown_by, rig = _shown_by(stated, spectrum), _linearised(stated, spectrum)
         # first by the least smooth shares, which any force can follow; by all of them where that may matter
-        known = {one: _posterior(stated, spectrum, shown_by(rows), every=SHARES[-1:]) for one, rows in rows_of.items()}
+        known = {one: _posterior(rig, spectrum, shown_by(rows), every=SHARES[-1:]) for one, rows in rows_of.items()}
         least = max(one.evidence for one in known.values()) - BY_SHARES * spectrum.data_count
         for one in (one for one in known if known[one].evidence > least):
-            known[one] = _posterior(stated, spectrum, shown_by(rows_of[one]))
+            known[one] = _posterior(rig, spectrum, shown_by(rows_of[one]))
     except NoSteadyState:
         return []
     for one in sorted(known, key=lambda one: -known[one].evidence)[:REFITTED]:
@@ -86,7 +86,7 @@ def free_forces(work) -> list[FreeForce]:
                 fitted = _with_forces(work, known[one].free, {FREE_FORCE: (rows_of[one], force)})
                 fits[one] = fitted, force
                 columns = _shown_by(fitted, spectrum)(rows_of[one])
-                again = _posterior(fitted, spectrum, columns, [(columns, force)])
+                again = _posterior(_linearised(fitted, spectrum), spectrum, columns, [(columns, force)])
             except NoSteadyState:
                 break
             if again.evidence <= known[one].evidence:
@@ -122,15 +122,18 @@ def two_forces(work) -> list[tuple[Fit, np.ndarray]]:
         if best and fitted.cost >= best[0].cost:  # from values that the linearised model puts too far
             break
         best = fitted, pair.copy()
-        shown_by = _shown_by(fitted, spectrum)
+        shown_by, rig = _shown_by(fitted, spectrum), _linearised(fitted, spectrum)
         columns = {place: shown_by(rows[place]) for place in pair}
         added = [(columns[place], pair[place].force) for place in pair]
         for place, beside in ((one, other), (other, one)):
-            pair[place] = _posterior(fitted, spectrum, columns[place], added, pair[beside].errors(), shares)
+            pair[place] = _posterior(rig, spectrum, columns[place], added, pair[beside].errors(), shares)
     fitted, pair = best
     forces = {FREE_FORCE: (rows[other], pair[other].force), OTHER_FORCE: (rows[one], pair[one].force)}
     exchanged = _with_forces(work, pair[other].free, forces)
-    return [(fitted, pair[other].errors()), (exchanged, pair[one].errors())]
+    return [
+        (found, spectrum.without_common(pair[place].errors().T).T)
+        for found, place in ((fitted, other), (exchanged, one))
+    ]
 
 
 def _two_places(spectrum, rows, first):
@@ -140,14 +143,14 @@ def _two_places(spectrum, rows, first):
     """
     ((kind, number),) = first.where.items()
     kept, fitted, before = (kind, number, first.motion), first.fitted, None
-    shown_by = _shown_by(fitted, spectrum)
+    shown_by, rig = _shown_by(fitted, spectrum), _linearised(fitted, spectrum)
     columns = shown_by(rows[kept])
     added = [(columns, first.force)]
-    at = _posterior(fitted, spectrum, columns, added)
+    at = _posterior(rig, spectrum, columns, added)
     shares = [at.shares]
 
     def beside(place, errors):
-        return _posterior(fitted, spectrum, shown_by(rows[place]), added, errors, shares)
+        return _posterior(rig, spectrum, shown_by(rows[place]), added, errors, shares)
 
     for _ in range(EXCHANGES):
         errors = at.errors()
@@ -161,7 +164,24 @@ def _two_places(spectrum, rows, first):
 
 def _shown_by(fitted, spectrum):
     """Function of rows: what sensors show of forces there, at the motion of a fit, as `free_force_columns`."""
-    return partial(free_force_columns, neighbourhood(fitted.model, spectrum, fitted.theta), spectrum)
+    near = neighbourhood(fitted.model, spectrum, fitted.theta)
+    return partial(free_force_columns, near, spectrum.without_common_error())
+
+
+class _Linearised(NamedTuple):
+    """A Fit to a spectrum without its common errors, whose speeds are then independent."""
+
+    fitted: Fit
+    common: np.ndarray  # (component, error) what these errors change
+
+
+def _linearised(fitted, spectrum):
+    """The _Linearised model of a Fit."""
+    if spectrum.common_error is None:
+        return _Linearised(fitted, np.zeros((spectrum.data_count, 0)))
+    apart = spectrum.without_common_error()
+    fitted = fit(fitted.model, apart, fitted.prior, start=fitted.theta, steps=0)
+    return _Linearised(fitted, apart.whitened(spectrum.common_error).T)
 
 
 def _check_memory(spectrum):
@@ -176,7 +196,7 @@ def _check_memory(spectrum):
         )
 
 
-def _posterior(fitted, spectrum, columns, forces=(), beside=None, every=SHARES) -> _Posterior:
+def _posterior(rig: _Linearised, spectrum, columns, forces=(), beside=None, every=SHARES) -> _Posterior:
     """The _Posterior about a Fit of the rig.
 
     columns : (row, speed, component, part and harmonic) of `free_force_columns`
@@ -184,6 +204,7 @@ def _posterior(fitted, spectrum, columns, forces=(), beside=None, every=SHARES) 
     beside  : columns (component, amplitude), of unit variance, of what else may act
     every   : shares that are tried
     """
+    fitted = rig.fitted
     rows, speeds, parts, harmonics = len(columns), columns.shape[1], 2, len(spectrum.harmonics)
     columns = columns.reshape(rows, speeds, -1, parts, harmonics).transpose(1, 2, 0, 3, 4)
     columns = columns.reshape(speeds, -1, rows * parts * harmonics)  # speed, component, (row part harmonic)
@@ -194,7 +215,7 @@ def _posterior(fitted, spectrum, columns, forces=(), beside=None, every=SHARES) 
     for shown, force in forces:
         data = data + np.einsum("rscp,rsp->sc", shown, np.concatenate([force.real, force.imag], axis=2))
     scaled = np.linalg.solve(whitener.T, jacobian.T).T  # by parameters of unit variance
-    scaled = scaled if beside is None else np.hstack([scaled, beside])
+    scaled = np.hstack([scaled, rig.common] if beside is None else [scaled, rig.common, beside])
     inner = np.eye(scaled.shape[1]) + scaled.T @ scaled
     turned = columns.transpose(0, 2, 1)
     within = (turned @ columns).reshape(speeds, -1)  # of each speed alone, so that time is linear in their number
@@ -226,10 +247,11 @@ def _posterior(fitted, spectrum, columns, forces=(), beside=None, every=SHARES) 
             moved = moved.reshape(speeds, rows, parts, harmonics).swapaxes(0, 1)
             known = np.linalg.solve(inner, scaled.T @ off)
             free, left = mean + np.linalg.solve(whitener, known[: len(mean)]), off - scaled @ known
+            left = left @ left + known[len(mean) :] @ known[len(mean) :]
             errors = partial(_errors, columns, modes, size[: columns.shape[-1]])
             force = moved[:, :, 0] + 1j * moved[:, :, 1]
-            best = _Posterior(evidence + log_scale, force, free, float(left @ left), shares, errors)
-    return best
+            best = _Posterior(evidence + log_scale, force, free, float(left), shares, errors)
+    return best._replace(evidence=best.evidence + spectrum.log_common_volume / 2)
 
 
 def _errors(columns, modes, size):

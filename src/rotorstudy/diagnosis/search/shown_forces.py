@@ -8,7 +8,7 @@ import numpy as np
 
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import Fit
-from rotorstudy.inference.prediction import carried_order, neighbourhood
+from rotorstudy.inference.prediction import carried_order, neighbourhood, predicted
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.response.harmonic import positions
@@ -32,8 +32,10 @@ def motions_by_free_forces(
     near = near or Neighbourhood(
         fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum)
     )
-    columns, still = free_force_columns(near, spectrum, rows), near.motion
-    found = least_squares(columns, fitted.residual.reshape(len(spectrum.speed), -1))
+    apart = spectrum.without_common_error()
+    off = apart.whitened(apart.amplitude - apart.shown(predicted(fitted.model, apart, fitted.theta)))
+    columns, still = free_force_columns(near, apart, rows), near.motion
+    found = least_squares(columns, off.reshape(len(spectrum.speed), -1))
     real, imaginary = np.split(found, 2, axis=-1)  # (row, speed, harmonic)
     force = np.zeros((len(rows), *still.amplitude.shape), complex)
     force[:, :, positions(near.harmonics, near.blocks)] = (real + 1j * imaginary)[..., None] * np.array(rows)[

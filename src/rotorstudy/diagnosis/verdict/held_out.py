@@ -15,7 +15,7 @@ from rotorstudy.diagnosis.verdict.result import Gain
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.inference.prediction import predicted, shown_and_slopes
-from rotorstudy.measurement.spectrum import Spectrum, components
+from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.response.neighbourhood import carried_motion
 from rotorstudy.units import spin, spins
 
@@ -76,12 +76,10 @@ def rise_probability(found: Search, held: Spectrum) -> float:
     (shown, columns), covariance = _shown_and_slopes(found, found.best, held)
     base = found.base
     change, columns = held.shown(shown - predicted(base.model, held, base.theta)), held.shown(columns)
-    slope, parts = np.sum((change.conj() * columns).real, axis=(1, 2, 3)), components(change)
-    by_noise = np.einsum("wscd,wds->wcs", held.covariance, parts)
-    noise = np.sum(parts * by_noise)
+    slope, by_noise = np.sum((change.conj() * columns).real, axis=(1, 2, 3)), held.covariance_times(change)
+    noise = np.sum((change.conj() * by_noise).real)
     if held.shared_error is not None:  # d.e = (C d).C^-1.e, of which the data are whitened
-        real, imaginary = np.split(by_noise, 2, axis=1)
-        along = replace(held, shared_error=None).whitened(real + 1j * imaginary) @ held.shared_error
+        along = replace(held, shared_error=None).whitened(by_noise) @ held.shared_error
         noise += along @ along
     spread = np.sqrt(noise + slope @ covariance @ slope)
     return float(ndtr(-np.sum(np.abs(change) ** 2) / (2 * spread))) if spread else 0.5
