@@ -15,7 +15,15 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.diagnosis.one_cause.stated import stated_numbers
-from rotorstudy.diagnosis.search.candidates import Candidate, candidate, form_ranges, freedom_of, variants_of
+from rotorstudy.diagnosis.search.candidates import (
+    SPREADS,
+    Candidate,
+    Freedom,
+    candidate,
+    form_ranges,
+    freedom_of,
+    variants_of,
+)
 from rotorstudy.diagnosis.search.held_shapes import CLOSER, UNLIKELY, HeldShapes, Shapes, halfway, slopes_of
 from rotorstudy.diagnosis.search.screening import Projection
 from rotorstudy.diagnosis.search.shape_fit import Work, ranges_of
@@ -28,7 +36,6 @@ PLACES = 20  # of the position, evenly over the shaft
 ABOUT = 1.5 * np.arange(-4, 5)  # further positions about the one that was fitted, in its standard deviations
 FEWEST = 3  # likely values that a distribution needs
 FINE = 100  # of the weights between values held, and levels of a distribution
-SPREADS = (0.01, 0.3, 1.0)  # of the laws tried, over that of published ones; the first is the law of the library
 LEVELS = 9  # of each normal distribution of a mixture
 INTERVAL = (0.025, 0.5, 0.975)
 
@@ -42,9 +49,9 @@ def in_form(work: Work, cause: Candidate, spread: float = 0.0) -> Candidate:
     if form:
         freedoms = (freedom_of(cause.effect, any_form=False),)
     if form and spread:
-        (options, law), own = freedom_of(cause.effect, any_form=True), freedoms[0][1]
-        law = {name: (mean, max(spread * std, own.get(name, (mean, 0.0))[1])) for name, (mean, std) in law.items()}
-        freedoms += ((options, law),)
+        widest, own, share = freedom_of(cause.effect, any_form=True), freedoms[0].amplitudes, spread / SPREADS[-1]
+        law = {n: (mean, max(share * std, own.get(n, (mean, 0.0))[1])) for n, (mean, std) in widest.amplitudes.items()}
+        freedoms += (Freedom(widest.options, law),)
     shape, width = cause.shape | form, work.settings.prior_width
     return candidate(work.rig, cause.effect, cause.where, shape, cause.term.label, width, cause.variant, freedoms)
 

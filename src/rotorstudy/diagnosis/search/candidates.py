@@ -21,7 +21,19 @@ from rotorstudy.model.terms import Term, share_of
 SHAPES_TRIED = 9  # values of a shape option, before the best is refined
 ANGLES_TRIED = 16  # of the angles of a full turn: 11 degrees off at most, which even a fifth harmonic tells from noise
 DIFFERENCE = 1e-4  # of the range of a shape option, for a derivative by it
+SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of a prior over the widest one, equally likely by order of magnitude
+# distances of the law of a real fault from the nearest one of the library over those in `Effect.any_form`, equally
+# likely, as those of published laws differ tenfold; the first is the law of the library
+SPREADS = (0.01, 0.3, 1.0, 2.0)
 FIXED = 0.02  # standard deviation of an amplitude that is 0 or 1: what the uncertainty of the probe calibration
+
+
+class Freedom(NamedTuple):
+    """A freedom of the form of an effect; see `Effect.any_form`."""
+
+    options: dict
+    amplitudes: dict  # parameter -> (mean, std), in typical sizes
+    spreads: tuple[float, ...] = (1.0,)  # over these standard deviations, equally likely
 
 
 class Candidate(NamedTuple):
@@ -39,8 +51,7 @@ class Candidate(NamedTuple):
     variant: dict = {}  # the alternatives of the effect that it has (the breathing function of a crack)
     shape_std: dict = {}  # standard deviations of its shape, once that is fitted
     options: dict = {}  # other options, the same for all candidates of the effect
-    # (options, parameter -> (mean, std)) of each freedom of its form that it has; see `freedom_of`
-    freedoms: tuple[tuple[dict, dict], ...] = ()
+    freedoms: tuple["Freedom", ...] = ()  # of its form
     fixed_std: float = FIXED  # standard deviation of an amplitude that is fixed
     held: tuple[str, ...] = ()  # options of its shape that are held at a value among the `options`
 
@@ -71,6 +82,18 @@ class Candidate(NamedTuple):
         """(unknown,) position of the parameter of each amplitude: real and imaginary part have the same one."""
         return np.array([i for i, p in enumerate(self.term.parameters) for _ in range(2 if p.is_complex else 1)])
 
+    @property
+    def widths(self):
+        """(amplitudes, parameter of each, widths) of amplitudes whose prior may also be narrower by unknown factors.
+
+        The amplitudes of one parameter have one width, and so do all those of a freedom of a fixed cause.
+        """
+        if not self.fixed:
+            return [(np.arange(len(self.names)), self.parameter, SCALES)]
+        names = [self.term.parameters[i].name for i in self.parameter]
+        every = [(np.flatnonzero([n in one.amplitudes for n in names]), one.spreads) for one in self.freedoms]
+        return [(own, np.zeros(len(own), int), np.array(x)) for own, x in every if len(own) and len(x) > 1]
+
 
 def candidate(
     model: Model,
@@ -80,7 +103,7 @@ def candidate(
     label: str = "cause",
     prior_width: float = 10.0,
     variant: dict | None = None,
-    freedoms: tuple[tuple[dict, dict], ...] = (),
+    freedoms: tuple[Freedom, ...] = (),
 ) -> Candidate:
     """An effect at a place, with the prior of its amplitudes.
 
@@ -90,8 +113,8 @@ def candidate(
     """
     plugin = registry().get("effect", effect, "diagnosis")
     options, shape, variant = {**plugin.example, **plugin.hypothesis}, dict(shape or {}), dict(variant or {})
-    for more, _ in freedoms:
-        options |= more
+    for one in freedoms:
+        options |= one.options
     item = {"kind": effect, **options, **where, **shape, **variant, "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
     known = Candidate(effect, where, term, {}, {}, plugin.fixed, shape, variant, {}, options, freedoms)
@@ -108,7 +131,7 @@ def _with_prior(model, cause, width):
     term, plugin = cause.term, registry().get("effect", cause.effect)
     mean, std = (1.0, cause.fixed_std) if plugin.fixed else (0.0, width)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
-    known = {name: prior for _, amplitudes in cause.freedoms for name, prior in amplitudes.items()}
+    known = {name: prior for one in cause.freedoms for name, prior in one.amplitudes.items()}
     for p in (p for p in term.parameters if p.name in known):
         mean, std = known[p.name]
         prior[term.full_name(p)] = mean * p.typical, std * p.typical
@@ -118,13 +141,17 @@ def _with_prior(model, cause, width):
     return cause._replace(prior=prior, positive=positive)
 
 
-def freedom_of(effect: str, *, any_form: bool) -> tuple[dict, dict]:
-    """Options and priors of amplitudes with which an effect may have any form near its own, or one of those searched.
+def freedom_of(effect: str, *, any_form: bool) -> Freedom:
+    """The Freedom by which an effect may have any form near its own, within `SPREADS`, or one of those searched.
 
     any_form : as `Effect.any_form` says, instead of `Effect.form`
     """
     plugin = registry().get("effect", effect, "diagnosis")
-    return plugin.any_form[:2] if any_form else plugin.form[1:]
+    if not any_form:
+        return Freedom(*plugin.form[1:])
+    options, law, _ = plugin.any_form
+    widest = {name: (mean, SPREADS[-1] * std) for name, (mean, std) in law.items()}
+    return Freedom(options, widest, tuple(x / SPREADS[-1] for x in SPREADS))
 
 
 def _same(unknown, term, model):
@@ -269,7 +296,8 @@ def candidates(model: Model, settings: Settings) -> tuple[list[Candidate], dict[
 def _candidates_of(plugin, model, settings, first):
     """Candidates of one effect; their terms are labelled by number, from `first` on."""
     found = []
-    variants, freedoms = variants_of(plugin.any_form[2] or plugin.alternatives), (plugin.any_form[:2],)
+    variants = variants_of(plugin.any_form[2] or plugin.alternatives)
+    freedoms = (freedom_of(plugin.name, any_form=True),)
     for place in plugin.places(model.structure, model.sensors):
         for variant, shape in product(variants, _shapes(plugin, model.structure, place)):
             label = f"cause {first + len(found)}"

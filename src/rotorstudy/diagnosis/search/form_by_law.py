@@ -10,10 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from rotorstudy.diagnosis.search.candidates import SCALES as WIDTHS
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form import LEAK, SCALES, acted_on, changes_of
 from rotorstudy.diagnosis.search.form_fit import WITHIN
-from rotorstudy.diagnosis.search.odds import SCALES as WIDTHS
 from rotorstudy.diagnosis.search.odds import faults_of, odds_of
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.response.neighbourhood import carried_motion

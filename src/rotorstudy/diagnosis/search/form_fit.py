@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import Candidate, with_priors
+from rotorstudy.diagnosis.search.candidates import SCALES, Candidate, with_priors
 from rotorstudy.diagnosis.search.form import changes_of, most_probable_form
-from rotorstudy.diagnosis.search.odds import SCALES, Explanation, log_posterior_odds, odds_of
+from rotorstudy.diagnosis.search.odds import Explanation, log_posterior_odds, odds_of
 from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of, reshaped, response_with_shape
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.diagnosis.search.candidates import SCALES
 from rotorstudy.diagnosis.search.form import SHARES, over_speeds
-from rotorstudy.diagnosis.search.odds import SCALES
 from rotorstudy.diagnosis.search.places import places_of
 from rotorstudy.diagnosis.search.shown_forces import free_force_columns
 from rotorstudy.errors import NoSteadyState, RotorstudyError

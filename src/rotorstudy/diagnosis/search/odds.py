@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.diagnosis.search.candidates import SCALES, Candidate
 from rotorstudy.diagnosis.settings import Settings, base_rate
 from rotorstudy.inference.fit import Fit
 from rotorstudy.measurement.spectrum import Spectrum
@@ -12,7 +12,6 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
 
 SWEEPS = 3  # over the parameters of a cause, for their most probable widths
-SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
 FURTHER_FAULT = 0.1  # prior odds of one more fault against none, whichever it is: most machines have one at a time
 FURTHER_PART = 0.5  # prior probability that a fault has one more of its parts: as likely as not
 THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
@@ -84,10 +83,12 @@ def odds_of(explanation: Explanation) -> float:
     return explanation.log_posterior_odds
 
 
-def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) -> np.ndarray:
+def log_scales(
+    mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray, scales: np.ndarray = SCALES
+) -> np.ndarray:
     """Logarithm of the Bayes factor of a prior whose widths are unknown against the widest one.
 
-    One parameter has one of `SCALES`. Of several, each has a width of its own or is absent with a probability of one
+    One parameter has one of `scales`. Of several, each has a width of its own or is absent with a probability of one
     half: of the many harmonics of a coupling few may be present. The sum over all combinations is approximated about
     the most probable one, one width varied at a time, which is exact where the data do not correlate the parameters.
 
@@ -100,11 +101,11 @@ def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) 
     narrow = np.clip(narrow, np.maximum(1e-30, ROUND_OFF * narrow[..., -1:]), 1)
     along = (mean[..., None, :] @ vectors)[..., 0, :] / narrow
     if parameter[-1] == 0:  # one width: the posterior keeps its axes
-        precision = 1 + SCALES[:, None] ** 2 * (1 / narrow - 1)[..., None, :]
-        drawn = SCALES[:, None] * along[..., None, :]
+        precision = 1 + scales[:, None] ** 2 * (1 / narrow - 1)[..., None, :]
+        drawn = scales[:, None] * along[..., None, :]
         found = 0.5 * np.sum(drawn**2 / precision - np.log(precision), axis=-1)
         widest = 0.5 * np.sum(along**2 * narrow + np.log(narrow), axis=-1)
-        return np.logaddexp.reduce(found, axis=-1) - np.log(len(SCALES)) - widest
+        return np.logaddexp.reduce(found, axis=-1) - np.log(len(scales)) - widest
     pull = (vectors @ along[..., None])[..., 0]
     data = (vectors * (1 / narrow - 1)[..., None, :]) @ np.swapaxes(vectors, -1, -2)  # precision that the data give
 
@@ -128,8 +129,8 @@ def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) 
         precision = 1 + widths[:, None] ** 2 * np.maximum(left, 0)[..., None, :]
         return 0.5 * np.sum(drawn**2 / precision - np.log(precision), axis=-1)
 
-    widths = np.append(0, SCALES)
-    log_prior = np.append(0, np.full(len(SCALES), -np.log(len(SCALES)))) - np.log(2)
+    widths = np.append(0, scales)
+    log_prior = np.append(0, np.full(len(scales), -np.log(len(scales)))) - np.log(2)
     best = np.ones((*mean.shape[:-1], int(parameter[-1]) + 1))
     widest = value(best)
     for _ in range(SWEEPS):
@@ -238,18 +239,19 @@ def log_posterior_odds(causes: tuple[Candidate, ...], fitted: Fit, base: Fit, pr
         for name in cause.positive:
             odds += float(log_possible(*total(cause, name, fitted), _stated(cause, name, fitted)))
     for parts in prior_odds.together(causes):
-        known = [_in_widths(cause, fitted) for cause in parts if not cause.fixed]
+        known = [_in_widths(cause, fitted, *of) for cause in parts for of in cause.widths]
         if is_distributed(parts):
             known = [_static_and_couple(parts, fitted)]
         odds += sum(float(log_scales(*one)) for one in known)
     return float(odds)
 
 
-def _in_widths(cause, fitted):
-    """Mean and covariance of the amplitudes of a cause in standard deviations of their prior, and their parameters."""
-    place = [fitted.names.index(name) for name in cause.names]
+def _in_widths(cause, fitted, amplitudes, parameter, scales):
+    """Arguments of `log_scales` for some amplitudes of a cause; the others as of `Candidate.widths`."""
+    place = [fitted.names.index(cause.names[i]) for i in amplitudes]
     width = fitted.prior.std[place]
-    return fitted.free[place] / width, fitted.covariance[np.ix_(place, place)] / np.outer(width, width), cause.parameter
+    covariance = fitted.covariance[np.ix_(place, place)] / np.outer(width, width)
+    return (fitted.free[place] - fitted.prior.mean[place]) / width, covariance, parameter, scales
 
 
 def _static_and_couple(parts, fitted):

@@ -175,7 +175,8 @@ def screen_each(
     """
     alike, found = {}, {}
     for i, cause in enumerate(causes):
-        alike.setdefault((cause.fixed, *cause.parameter.tolist()), []).append(i)
+        varied = [tuple(amplitudes) for amplitudes, *_ in cause.widths]
+        alike.setdefault((cause.fixed, *cause.parameter.tolist(), *varied), []).append(i)
     for chosen in alike.values():
         found |= zip(chosen, _screen_alike(projected, [[*beside, causes[i]] for i in chosen], least), strict=True)
     return [found[i] for i in range(len(causes))]
@@ -235,9 +236,10 @@ def _screen_alike(projected, sets, least=-np.inf):
     doubled = np.bincount([s for s, *_ in limited], minlength=len(sets))
     first, matter = 0, 0.5 * explained + np.log(2) * doubled >= least
     for cause in sets[0]:
-        part = slice(first, first + len(cause.names))
-        first = part.stop
-        if not cause.fixed:
-            evidence[matter] += log_scales(off[matter, part], covariance[matter, part, part], cause.parameter)
+        for amplitudes, parameter, scales in cause.widths:
+            own = first + amplitudes
+            within = covariance[np.ix_(matter, own, own)]
+            evidence[matter] += log_scales(off[np.ix_(matter, own)], within, parameter, scales)
+        first += len(cause.names)
     evidence = np.where(matter, np.round(evidence, TIE), -np.inf)
     return [Screened(*one) for one in zip(explained.tolist(), evidence.tolist(), start, detection, strict=True)]
