@@ -8,7 +8,7 @@ from machines import all_but, disc, faulty, jeffcott_rig, readings, shaft, spect
 from scipy.stats import multivariate_normal, norm
 
 from rotorstudy import build_model, measured_response, registry
-from rotorstudy.diagnosis.search.candidates import candidate, candidates
+from rotorstudy.diagnosis.search.candidates import SPREADS, candidate, candidates
 from rotorstudy.diagnosis.search.odds import SCALES, PriorOdds, log_possible, log_scales, odds_of
 from rotorstudy.diagnosis.search.search import begin, search
 from rotorstudy.diagnosis.search.shown_forces import motions_by_free_forces
@@ -61,6 +61,14 @@ def test_a_prior_of_unknown_width_is_the_mean_over_widths():
     middle = mean[0] / covariance[0, 0] / precision
     density = [norm(0, np.sqrt(1 / precision + scale**2)).pdf(middle) for scale in SCALES]
     assert log_scales(mean, covariance, np.array([0])) == pytest.approx(np.log(np.mean(density) / density[0]), rel=1e-9)
+
+
+def test_amplitudes_that_share_an_unknown_width_have_the_mean_over_its_values():
+    data = np.diag([9.0, 4.0, 0.5]) + 0.2  # precision that they give
+    middle, covariance = np.array([0.9, -0.4, 2.0]), np.linalg.inv(np.eye(3) + data)
+    density = [multivariate_normal(cov=np.linalg.inv(data) + x**2 * np.eye(3)).pdf(middle) for x in (*SPREADS, 1.0)]
+    found = log_scales(covariance @ data @ middle, covariance, np.zeros(3, int), np.array(SPREADS))
+    assert found == pytest.approx(np.log(np.mean(density[:-1]) / density[-1]))
 
 
 def test_an_amplitude_on_the_wrong_side_costs_its_deviations_and_never_overflows():

@@ -15,10 +15,13 @@ from rotorstudy.diagnosis.one_cause import over_forms as over_forms_module
 from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, identified, interval_of
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
-from rotorstudy.diagnosis.search.candidates import candidate, freedom_of, with_shape
+from rotorstudy.diagnosis.search import candidates as candidates_module
+from rotorstudy.diagnosis.search.candidates import SPREADS, candidate, freedom_of, with_shape
+from rotorstudy.diagnosis.search.form_fit import fitted_with_form
 from rotorstudy.diagnosis.search.held_shapes import HeldShapes
+from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.search.screening import Projection
-from rotorstudy.diagnosis.search.search import base_model
+from rotorstudy.diagnosis.search.search import base_model, begin
 from rotorstudy.diagnosis.search.shape_fit import Work, fitted_from, point_of, ranges_of
 from rotorstudy.diagnosis.search.shape_scan import AtOwnMotions
 from rotorstudy.diagnosis.settings import Settings
@@ -354,21 +357,38 @@ def test_a_law_that_is_off_by_less_than_published_ones_is_taken_as_such():
     """Negative control: without laws in between it is taken as one that may be off by as much as they are."""
     law = {"any_law": True, "across_1": -0.06, "across_2": 0.075, "along_0": 0.07, "lagging_1": 0.05}
     work, cause, fitted = as_usual(records(crack(**law)))
-    own, between, published = laws_of(work, cause)
+    own, between, published, farther = laws_of(work, cause)
     every, middle, without, widest = (
         over_forms(work, fitted, cause, some).cost
-        for some in ((own, between, published), (between,), (own, published), (published,))
+        for some in ((own, between, published, farther), (between,), (own, published), (published,))
     )
     assert widest + 2 < middle and every == pytest.approx(middle, abs=1)
     assert without == pytest.approx(widest, abs=1)
+
+
+@pytest.mark.parametrize(("far", "gain"), [(0.0, 6.0), (2.0, 1.0)])
+def test_a_law_is_as_probable_as_by_its_own_distance_from_the_library(far, gain, monkeypatch):
+    """Negative control: by that of published laws alone those nearer and those farther are less so."""
+    published = freedom_of("transverse_crack", any_form=True).amplitudes
+    rng, std = np.random.default_rng(4), {name: s / SPREADS[-1] for name, (_, s) in published.items()}
+    drawn = {name: far * s * rng.standard_normal() for name, s in std.items()}
+    model, odds = build_model(rig()), []
+    work = begin(model, records(crack(any_law=True, **drawn)), SETTINGS)
+    for spreads in (SPREADS, (1.0,)):
+        monkeypatch.setattr(candidates_module, "SPREADS", spreads)
+        freedoms = (freedom_of("transverse_crack", any_form=True),)
+        variant = {"breathing": "gradual"}
+        cause = candidate(model, "transverse_crack", {}, TRUE, variant=variant, freedoms=freedoms)
+        odds.append(odds_of(fitted_with_form(work, (cause,), work.base.values)))
+    assert odds[0] - odds[1] > gain
 
 
 def test_an_open_crack_that_is_not_symmetric_may_face_beside_where_it_yields_most():
     """By 3 degrees here. Negative control: a law whose fronts are symmetric does not say so."""
     work, cause, fitted = as_usual(records(crack("none", any_law=True, skewed_0=0.04)), "none")
     laws, off = laws_of(work, cause), []
-    (options, amplitudes), *_ = laws[0].freedoms
-    symmetric = options, amplitudes | {"skewed_0": (0.0, 1e-6)}
+    free, *_ = laws[0].freedoms
+    symmetric = free._replace(amplitudes=free.amplitudes | {"skewed_0": (0.0, 1e-6)})
     control = candidate(work.rig, cause.effect, {}, laws[0].shape, variant=cause.variant, freedoms=(symmetric,))
     for known in (laws, [control]):
         ends = np.array(over_forms(work, fitted, cause, known).intervals["angle_rad"]) - TRUE["angle_rad"]
