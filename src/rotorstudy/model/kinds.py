@@ -190,7 +190,8 @@ class Effect(Plugin):
                 they cannot be there together
     feared    : Feared, of a fault that operators fear
     any_form  : option -> value, with which diagnosis tries it, so that it can have forms near its own; parameter ->
-                (mean, standard deviation) of its amplitudes then, in typical sizes; and its alternatives then
+                (mean, standard deviation) of its amplitudes then, in typical sizes, as of published forms; and its
+                alternatives then
     form_error : largest standard deviation of the error of its form, as a fraction of what it changes, where published
                 forms of it differ by more than `diagnosis: form_error` of the rig; or that of some parameters
     """
