@@ -204,7 +204,18 @@ class Spectrum(Whitened):
         return np.swapaxes(real + imag, 1, 2) + common
 
     def covariance_times(self, amplitude: np.ndarray) -> np.ndarray:
-        """Covariance, without shared errors, times harmonics (speed, harmonic, sensor), m^3."""
+        """Covariance, without shared errors, times harmonics.
+
+        Parameters
+        ----------
+        amplitude : array (speed, harmonic, sensor)
+            Complex, m.
+
+        Returns
+        -------
+        array (speed, harmonic, sensor)
+            Complex, m^3.
+        """
         real, imaginary = np.split(np.einsum("wscd,wds->wcs", self.covariance, components(amplitude)), 2, axis=1)
         found = real + 1j * imaginary
         if self.common_error is None:
@@ -267,7 +278,12 @@ class Spectrum(Whitened):
         return replace(self, covariance=self.covariance + independent_covariance(variance))
 
     def without_common_error(self) -> "Spectrum":
-        """The spectrum with the noise of its sensors alone, so that speeds are independent."""
+        """The spectrum with the noise of its sensors alone, so that speeds are independent.
+
+        Returns
+        -------
+        Spectrum
+        """
         return replace(self, common_error=None, shared_error=None)
 
     def at_speeds(self, chosen: ArrayLike) -> "Spectrum":
