@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic
 
-from rotorstudy.studies.threads import use_one_thread_unless_stated
+from rotorstudy.threads import use_one_thread_unless_stated
 
 use_one_thread_unless_stated()
 

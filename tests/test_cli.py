@@ -258,6 +258,31 @@ def test_linear_algebra_uses_one_thread_unless_more_are_stated_to_a_command(stat
     assert asked.stdout.split() == [used] * 3 + ["1"] * 3
 
 
+@pytest.mark.parametrize(("stated", "used"), [(None, 1), ("2", 2)])
+def test_a_diagnosis_from_python_uses_one_thread_unless_more_are_stated(stated, used):
+    """Also where numpy was imported before; and afterwards as many as before."""
+    names = [f"{library}_NUM_THREADS" for library in ("OPENBLAS", "OMP", "MKL")]
+    own = {name: value for name, value in os.environ.items() if name not in names}
+    code = """
+import numpy
+from threadpoolctl import threadpool_info, threadpool_limits
+from rotorstudy.diagnosis import investigate
+class Asked:
+    @property
+    def sensors(self):
+        print(*{one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"})
+        raise KeyboardInterrupt
+with threadpool_limits(2, user_api="blas"):
+    try:
+        investigate(Asked(), None)
+    except KeyboardInterrupt:
+        print(*{one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"})
+"""
+    environment = own | ({} if stated is None else dict.fromkeys(names, stated))
+    asked = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert asked.stdout.split() == [f"{used}", "2"]
+
+
 def test_a_result_goes_to_a_file_in_a_folder_that_exists_and_never_over_an_input(tmp_path, command):
     rig = tmp_path / "rig.yaml"
     rig.write_text(Path(RIG).read_text())

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from multiprocessing.connection import wait
 from pathlib import Path
 
-from rotorstudy.studies.threads import use_one_thread
+from rotorstudy.threads import use_one_thread
 
 use_one_thread()  # Snakemake states as many threads as a job has cores, which the processes of the job share
 

@@ -43,6 +43,7 @@ from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry, using
+from rotorstudy.threads import on_one_thread
 
 MOST_SPEEDS = 40  # of the first scans, as time and memory of free forces grow with their number
 STARTS = 3  # shapes of a scan of each law and place that are fitted
@@ -53,6 +54,7 @@ EXPLAINED = 0.05  # p-value below which it is searched by formulas, and at anoth
 SOMEWHERE = (0.5, 0.37, 0.61, 0.13, 0.89)  # fractions of the ranges: at some of them an effect may be unable to act
 
 
+@on_one_thread
 def identify_cause(
     spectrum: Spectrum, model: Model, effect: str, settings: Settings | None = None, count: int = 1
 ) -> Identified:

@@ -35,6 +35,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_numbers import value_of, with_numbers
 from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.measured import measured_response
+from rotorstudy.threads import on_one_thread
 from rotorstudy.units import percent, spins
 
 SAME_SPEED = 1e-2  # relative difference up to which two records are of the same speed
@@ -51,6 +52,7 @@ class Comparison:
     difference: Spectrum
 
 
+@on_one_thread
 def compare(
     before: Spectrum,
     after: Spectrum,

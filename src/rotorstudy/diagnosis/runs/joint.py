@@ -36,6 +36,7 @@ from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rig_numbers import is_number
 from rotorstudy.model.terms import Term
+from rotorstudy.threads import on_one_thread
 from rotorstudy.units import percent
 
 log = logging.getLogger(__name__)
@@ -75,6 +76,7 @@ class IdentifiedRig(NamedTuple):
         return (value, std) if ratio is None else (ratio * (1 + value) - 1, ratio * std)
 
 
+@on_one_thread
 def identify_runs(runs_path: str | Path, rig: str | Path | RigFile) -> IdentifiedRig:
     """Update a rig by a file of runs; parameters that a run has for itself keep their value and uncertainty in it.
 

@@ -33,6 +33,7 @@ from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import effects_failed, registry, using
+from rotorstudy.threads import on_one_thread
 
 log = logging.getLogger(__name__)
 
@@ -58,6 +59,7 @@ def diagnose(spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, 
     return investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings).verdict
 
 
+@on_one_thread
 def investigate(
     spectrum: Spectrum,
     model: Model,

@@ -1,0 +1,33 @@
+"""The number of BLAS threads: the matrices are small, and threads that wait for each other take ten times as long."""
+
+import os
+from collections.abc import Callable
+from functools import wraps
+
+NAMES = tuple(f"{library}_NUM_THREADS" for library in ("OPENBLAS", "OMP", "MKL"))
+
+
+def use_one_thread() -> None:
+    """State one thread for numpy, if it is not imported yet, and for processes that are started later."""
+    os.environ.update(dict.fromkeys(NAMES, "1"))
+
+
+def use_one_thread_unless_stated() -> None:
+    """As `use_one_thread`, where the environment states no number."""
+    for name in NAMES:
+        os.environ.setdefault(name, "1")
+
+
+def on_one_thread(function: Callable) -> Callable:
+    """The function on one thread, also if numpy is imported already, where the environment states no number."""
+
+    @wraps(function)
+    def limited(*given, **more):
+        from threadpoolctl import threadpool_limits
+
+        if any(name in os.environ for name in NAMES):
+            return function(*given, **more)
+        with threadpool_limits(1, user_api="blas"):
+            return function(*given, **more)
+
+    return limited
