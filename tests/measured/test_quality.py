@@ -335,7 +335,7 @@ def test_every_row_of_the_table_of_findings_is_said_with_its_values():
 
 def test_round_off_is_no_amplitude():
     """Of a table without backward 1X the page says 0, not 4e-15."""
-    facts = table.node_facts(np.array([2e-5, 3e-21 + 4e-21j]), [1, -1])
+    facts = table.node_facts(np.array([2e-5, 3e-21 + 4e-21j]), None, [1, -1])
     assert (facts.forward_1x, facts.backward_1x) == (2e-5, 0.0)
-    assert table.node_facts(np.array([2e-5, 3e-11j]), [1, -1]).backward_1x == 3e-11
-    assert np.isnan(table.node_facts(np.array([np.nan, 3e-11]), [1, -1]).forward_1x)
+    assert table.node_facts(np.array([2e-5, 3e-11j]), None, [1, -1]).backward_1x == 3e-11
+    assert np.isnan(table.node_facts(np.array([np.nan, 3e-11]), None, [1, -1]).forward_1x)

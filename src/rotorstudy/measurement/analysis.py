@@ -31,12 +31,11 @@ REVOLUTIONS = 8  # at least, in the pieces in which spikes are sought
 
 @dataclass
 class Analysed:
-    """Result of one raw record, or of one speed of a table; without harmonics after an error."""
+    """Result of one raw record, or of one speed of a table."""
 
     facts: RecordFacts
     findings: list[Finding]
-    speed: float = np.nan
-    harmonics: dict | None = None  # {node: (amplitude (harmonic,) complex m, covariance (component, component) m^2)}
+    speed: float = np.nan  # rad/s; NaN after an error
     record: Record | None = None
     directions: dict = field(default_factory=dict)  # {node: rad} of the nodes with a single probe
     dead: frozenset = frozenset()  # {(node, channel)} of dead probes
@@ -80,13 +79,12 @@ def _steady(found, raw, pulses, marks, with_signals):
         found.findings.append(told("reference signal", where, problem=error))
         return
     mark_variance = turning.jitter_rad**2 / len(turning.marks) + facts.mark_resolution**2
-    of_node, findings = _harmonics_of_nodes(raw, facts, signals, angle, psi, mark_variance)
-    found.findings += findings
+    found.findings += _find_harmonics(raw, facts, signals, angle, psi, mark_variance)
     if facts.blocks < FEWEST_BLOCKS:
         found.findings.append(told("few revolutions", where, revolutions=revolutions, needed=FEWEST_BLOCKS))
     if errors_among(found.findings):
         return
-    found.speed, found.harmonics = speed, of_node
+    found.speed = speed
     if not with_signals:
         return
     lead = (angle.mean() - speed * time.mean()) / speed - (0 if psi is None else psi[0][harmonics == 1][0] / speed)
@@ -124,9 +122,9 @@ def _turning(raw, pulses, marks):
     return turning, [*findings, *quality.check_speed_label(raw.label, float(turning.speed(np.mean(raw.time))), where)]
 
 
-def _harmonics_of_nodes(raw, facts, signals, angle, psi, mark_variance):
-    """{node: (amplitude, covariance)} of a record, and findings; psi : as `_reference_phase` gives, None with marks."""
-    harmonics, of_node, findings = np.array(raw.conventions.harmonics), {}, []
+def _find_harmonics(raw, facts, signals, angle, psi, mark_variance):
+    """Adds to facts the harmonics of nodes; returns findings. psi : as `_reference_phase` gives, None with marks."""
+    harmonics, findings = np.array(raw.conventions.harmonics), []
     *fits, drift = fit_each(np.array([*signals, angle - angle.mean()]), angle, harmonics)
     for node, signal, direction, fit, order in zip(raw.nodes, signals, raw.directions, fits, raw.orders, strict=True):
         found = estimate(signal, angle, int(facts.revolutions), harmonics, direction, fit, drift)
@@ -137,12 +135,11 @@ def _harmonics_of_nodes(raw, facts, signals, angle, psi, mark_variance):
             (amplitude,), (covariance,) = compensate(amplitude[None], covariance[None], *psi)
         if order:
             covariance = covariance + NO_MEAN**2 * np.diag(np.tile(harmonics == 0, 2))
-        of_node[node] = amplitude, covariance
         place = f"{raw.where}, node {node}"
         findings += quality.check_noise(amplitude, covariance, found.blocks, harmonics, place)
-        facts.nodes[node] = node_facts(amplitude, harmonics, found.noise_std, found.shrinkage, found.lines)
+        facts.nodes[node] = node_facts(amplitude, covariance, harmonics, found.noise_std, found.shrinkage, found.lines)
         facts.blocks = len(found.blocks)
-    return of_node, findings
+    return findings
 
 
 def _reference_phase(raw, whole, angle, harmonics):
@@ -217,17 +214,16 @@ def _tracked(whole, raw, pulses, marks):
     whole.is_tracked = True
     if errors_among(findings):
         return [whole]
-    tracked, found = dict(zip(raw.nodes, nodes, strict=True)), []
+    found = []
     for k, w in enumerate(speed):
-        of_node = {node: (one.amplitude[k], one.covariance[k]) for node, one in tracked.items()}
-        seen = {node: node_facts(one.amplitude[k], harmonics, one.noise_std[k]) for node, one in tracked.items()}
-        facts = RecordFacts(f"{raw.where}, tracked at {spin(w, 6)}", seen, measured_speed=float(w))
+        each = [node_facts(one.amplitude[k], one.covariance[k], harmonics, one.noise_std[k]) for one in nodes]
+        of_node = dict(zip(raw.nodes, each, strict=True))
+        facts = RecordFacts(f"{raw.where}, tracked at {spin(w, 6)}", of_node, measured_speed=float(w))
         facts.revolutions = grid.length[grid.given[k]] * w / (2 * np.pi)
         facts.samples_per_revolution = 2 * np.pi / w / step
         facts.jitter, facts.missing_samples = sweep.jitter_rad, missing
         facts.missing_pulses, facts.doubled_pulses = sweep.missing, sweep.doubled
-        own = [] if k else findings
-        found.append(replace(whole, facts=facts, findings=own, speed=float(w), harmonics=of_node))
+        found.append(replace(whole, facts=facts, findings=[] if k else findings, speed=float(w)))
     return found
 
 

@@ -174,8 +174,10 @@ def _fact(unit, long_name):
 
 @dataclass
 class NodeFacts:
-    """Facts about one node in one record; NaN for what a table does not contain."""
+    """Harmonics of one node in one record, and facts about it; NaN for what a table does not contain."""
 
+    amplitude: np.ndarray | None = None  # (harmonic,) complex m; None after an error
+    covariance: np.ndarray | None = None  # (component, component) m^2
     forward_1x: float = _fact("m", "amplitude of harmonic 1")
     backward_1x: float = _fact("m", "amplitude of harmonic -1")
     noise_std: float = _fact("m", "standard deviation of the noise of a sample of x or y")
@@ -208,9 +210,9 @@ def facts_of(kind):
     return [(one.name, *one.metadata.values()) for one in fields(kind) if one.metadata]
 
 
-def node_facts(amplitude, harmonics, noise_std=np.nan, shrinkage=(np.nan, np.nan), lines=()):
+def node_facts(amplitude, covariance, harmonics, noise_std=np.nan, shrinkage=(np.nan, np.nan), lines=()):
     """NodeFacts of the amplitudes (harmonic,) of a node, m; round-off of the largest one is zero."""
     sizes = np.abs(amplitude)
     sizes = np.where(sizes <= ROUND_OFF * sizes.max(initial=0.0), 0.0, sizes)
     size = dict(zip((int(n) for n in harmonics), sizes, strict=True))
-    return NodeFacts(size.get(1, np.nan), size.get(-1, np.nan), noise_std, *shrinkage, lines)
+    return NodeFacts(amplitude, covariance, size.get(1, np.nan), size.get(-1, np.nan), noise_std, *shrinkage, lines)

@@ -125,8 +125,6 @@ def count_revolutions(pulses, resolution_s=0.0, swept=False):
     follows a steady change of speed and averages jitter; of a run-up or coast-down (`swept`) a cubic spline with a knot
     every ten revolutions, which follows any.
     """
-    from scipy.interpolate import make_lsq_spline
-
     if len(pulses) < 2:
         return None
     of_period = [pulses[i : i + 6] if swept else pulses for i in range(min(5, len(pulses) - 1))]
@@ -137,6 +135,8 @@ def count_revolutions(pulses, resolution_s=0.0, swept=False):
         return None
     marks = pulses[kept]
     if swept:
+        from scipy.interpolate import make_lsq_spline
+
         inner = marks[PIECE_REVOLUTIONS:-PIECE_REVOLUTIONS:PIECE_REVOLUTIONS]
         knots = np.concatenate([[marks[0]] * 4, inner, [marks[-1]] * 4])
         revolutions, parameters = make_lsq_spline(marks, counts.astype(float), knots), len(inner) + 4

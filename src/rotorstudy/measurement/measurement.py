@@ -219,7 +219,7 @@ def read_measurement(
     sensors, single = common_probes(found, rig)
     directions = np.array([single.get(node, np.nan) for node in sensors])
     model = measured_model(rig, sensors, stated, directions)
-    usable = sorted((one for one in found if one.harmonics is not None), key=lambda one: one.speed)
+    usable = sorted((one for one in found if np.isfinite(one.speed)), key=lambda one: one.speed)
     if not usable:
         return Measurement(None, [], facts, worst_first(findings), model)
     spectrum = _spectrum_of(usable, conventions.harmonics, model.sensors, directions)
@@ -260,22 +260,22 @@ def _analysed_records(paths, conventions, nodes, with_signals):
 
 def _of_table(path, conventions, speed, of_node, single):
     """Analysed of one speed of a table; single : {node: rad} of single probes."""
-    nodes = {node: node_facts(amplitude, conventions.harmonics) for node, (amplitude, _) in of_node.items()}
-    facts = RecordFacts(f"{path}, {spin(speed, 6)}", nodes, speed)
-    return Analysed(facts, [], speed, of_node, None, single)
+    nodes = {node: node_facts(*both, conventions.harmonics) for node, both in of_node.items()}
+    return Analysed(RecordFacts(f"{path}, {spin(speed, 6)}", nodes, speed), [], speed, directions=single)
 
 
 def _spectrum_of(analysed, harmonics, sensors, directions):
     """The Spectrum of several Analysed."""
-    parts = ([[one.harmonics[node][part] for node in sensors] for one in analysed] for part in (0, 1))
-    amplitude, covariance = map(np.array, parts)
+    of_sensors = [[one.facts.nodes[node] for node in sensors] for one in analysed]
+    amplitude = np.array([[one.amplitude for one in own] for own in of_sensors])
+    covariance = np.array([[one.covariance for one in own] for own in of_sensors])
     speed, amplitude = np.array([one.speed for one in analysed]), np.swapaxes(amplitude, 1, 2)
     return Spectrum(amplitude, speed, np.array(harmonics), tuple(sensors), covariance, directions)
 
 
 def common_probes(found, rig):
     """Sensors: those of the rig file, or all measured nodes; {node: rad} of single probes; records must not differ."""
-    usable = [one for one in found if one.harmonics is not None]
+    usable = [one for one in found if np.isfinite(one.speed)]
     nodes, single = [(one.facts.where, f"nodes {sorted(one.facts.nodes)}") for one in found], []
     for one in usable:
         each = [f"{node} ({np.rad2deg(angle):.6g}° from x)" for node, angle in sorted(one.directions.items())]

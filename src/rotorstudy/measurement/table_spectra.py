@@ -177,13 +177,10 @@ def _probes_in(text, conventions, nodes, where):
 
 def _with_values(rows, quantity, text, path):
     """The rows with the values of a quantity and, as `quantity_digit`, the unit of their last digit, in SI."""
-    name = _column_of(quantity, text, path)
-    values, factor, stated = (
-        numbers_of(text, name, path) * COLUMNS[name].factor,
-        COLUMNS[name].factor,
-        f"{quantity}_last_digit",
-    )
-    if COLUMNS[name].unit == "rad" and (largest := np.abs(values).max(initial=0)) > LARGEST_RAD:
+    name, stated = _column_of(quantity, text, path), f"{quantity}_last_digit"
+    _, unit, factor = COLUMNS[name]
+    values = numbers_of(text, name, path) * factor
+    if unit == "rad" and (largest := np.abs(values).max(initial=0)) > LARGEST_RAD:
         raise RotorstudyError(
             f"{path}: column '{name}' has {largest:g}, more than two turns; call it '{quantity}_deg' if it is in "
             "degrees, else write angles between -2 pi and 2 pi"

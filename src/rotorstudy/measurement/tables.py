@@ -156,10 +156,7 @@ def _vectors(names):
 
 
 def _one_unit(texts, columns, known, where):
-    """The one column of a long table for columns {name: texts of the unit}, by the unit {unit: column}, to the letter.
-
-    RotorstudyError if a unit is not known, or if there are two.
-    """
+    """The column of a long table for all columns {name: texts of the unit}, by {unit: column}, to the letter."""
     found = {}
     for name, both in texts.items():
         held = {
