@@ -34,7 +34,7 @@ import numpy as np
 from pypardiso import PyPardisoSolver
 from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve
-from skfem import Basis, ElementTetP2, MeshTet, MeshTet2
+from skfem import Basis, BilinearForm, ElementTetP2, MeshTet, MeshTet2
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
@@ -132,37 +132,36 @@ def meshed(front, size):
 
 
 class Quarter:
-    """Quadratic elements of a quarter of the cracked shaft."""
+    """Quadratic elements of a quarter of the cracked shaft; the coordinate i of a node is number i * nodes + node."""
 
     def __init__(self, front, size):
         points, cells, on_front, on_crack = meshed(front, size)
-        mesh = MeshTet(points.T, cells.T)
-        self.mesh, self.corners = mesh, mesh.p.shape[1]
+        self.mesh = mesh = MeshTet(points.T, cells.T)
         whole = MeshTet2.from_mesh(mesh)
         self.points = whole.doflocs.copy()
-        self._curve(front, np.isin(np.arange(self.corners), on_front))
-        basis = Basis(MeshTet2(self.points, whole.t), ElementTetP2(), intorder=7)  # its points are all inside
+        self._curve(front, np.isin(np.arange(mesh.p.shape[1]), on_front))
+        whole = MeshTet2(self.points, whole.t)
+        basis = Basis(whole, ElementTetP2(), intorder=7)  # its points are all inside
         if (np.sign(basis.mapping.detDF(basis.X)) != np.sign(basis.mapping.detDF(basis.X))[:, :1]).any():
             raise ArithmeticError("an element is turned inside out")
-        slopes = np.stack([basis.basis[i][0].grad for i in range(10)])
-        slopes = np.moveaxis(slopes, 2, 0).reshape(slopes.shape[2], 30, -1)
-        products = (slopes * basis.dx[:, None, :]) @ np.swapaxes(slopes, 1, 2)
-        self.products = products.reshape(-1, 10, 3, 10, 3)  # cell, node, derivative, node, derivative
-        self.dofs = (3 * basis.element_dofs[:, None, :] + np.arange(3)[None, :, None]).reshape(30, -1).T
-        flat = mesh.facets[:, mesh.boundary_facets()]
-        flat = flat[:, np.abs(mesh.p[2, flat]).max(axis=0) < 1e-9]
-        cracked = np.isin(flat, on_crack).all(axis=0) & (front.distance(*mesh.p[:2, flat].mean(axis=1)) < 1)
-        fixed = self._with_middles(flat[:, ~cracked])
-        face = self._with_middles(flat[:, cracked])
-        self.pressure = self._pressure(face)
-        self.ligament = np.unique(fixed)
-        self.crack = np.setdiff1d(face, fixed)
+        # of the derivatives by a and b of two shape functions
+        self.products = [
+            [BilinearForm(lambda u, v, _, a=a, b=b: u.grad[b] * v.grad[a]).assemble(basis) for b in range(3)]
+            for a in range(3)
+        ]
+        flat = mesh.facets_satisfying(lambda x: np.abs(x[2]) < 1e-9, boundaries_only=True)
+        corners = mesh.facets[:, flat]
+        cracked = np.isin(corners, on_crack).all(axis=0) & (front.distance(*mesh.p[:2, corners].mean(axis=1)) < 1)
+        face = np.vstack([corners, mesh.p.shape[1] + mesh.f2e[:, flat]])  # and middles of 1-2, 2-3, 1-3
+        self.pressure = self._pressure(face[:, cracked])
+        self.ligament = np.unique(face[:, ~cracked])
+        self.crack = np.setdiff1d(face[:, cracked], self.ligament)
         self.middle = np.flatnonzero(np.abs(self.points[1]) < 1e-9)
 
     def _curve(self, front, at_front):
         """Middle nodes onto the cylinder and the front, and at quarter points of the edges that end there."""
         mesh, edges = self.mesh, self.mesh.edges
-        middles = self.points[:, self.corners :]
+        middles = self.points[:, mesh.p.shape[1] :]
         outer = np.abs(np.hypot(*mesh.p[:2]) - 1) < 1e-8
         outside = mesh.boundary_facets()
         outside = outside[outer[mesh.facets[:, outside]].all(axis=0)]
@@ -176,18 +175,6 @@ class Quarter:
         start, end = np.where(at_front[edges[0]], edges, edges[::-1])
         middles[:, one] = (0.75 * mesh.p[:, start] + 0.25 * mesh.p[:, end])[:, one]
         middles[:2, round_edges] /= np.hypot(*middles[:2, round_edges])
-
-    def _with_middles(self, facets):
-        """Corners and middle nodes (6, facet) of facets (3, facet)."""
-        key = self.mesh.edges[0].astype(np.int64) * self.corners + self.mesh.edges[1]
-        order = np.argsort(key)
-
-        def between(i, j):
-            wanted = np.minimum(i, j).astype(np.int64) * self.corners + np.maximum(i, j)
-            return self.corners + order[np.searchsorted(key[order], wanted)]
-
-        i, j, k = facets
-        return np.stack([i, j, k, between(i, j), between(j, k), between(i, k)])
 
     def _pressure(self, face):
         """Nodal forces (2, node) along z of the pressures x and y on the face."""
@@ -208,11 +195,9 @@ class Quarter:
     def stiffness(self, poisson):
         """Sparse matrix (3 node, 3 node)."""
         first, second = poisson / ((1 + poisson) * (1 - 2 * poisson)), 1 / (2 * (1 + poisson))
-        cells = first * self.products + second * np.swapaxes(self.products, 2, 4)
-        for i in range(3):
-            cells[:, :, i, :, i] += second * np.einsum("eiaja->eij", self.products)
-        rows, columns = np.repeat(self.dofs, 30, axis=1).ravel(), np.tile(self.dofs, (1, 30)).ravel()
-        return sparse.csr_matrix((cells.ravel(), (rows, columns)))
+        alike, of = second * sum(self.products[i][i] for i in range(3)), self.products
+        blocks = [[first * of[i][j] + second * of[j][i] + alike * (i == j) for j in range(3)] for i in range(3)]
+        return sparse.bmat(blocks, format="csr")
 
     def solved(self, poisson, on_face=False):
         """For bending in xi and in eta: the compliance, or the flexibility of the face.
@@ -220,23 +205,23 @@ class Quarter:
         on_face : returns (nodes, matrix (node, node), forces (node,)) of the quarter instead
         """
         whole, found = self.stiffness(poisson), []
-        x, y, z = self.points
-        pinned = 3 * np.argmin((z - LENGTH) ** 2 + x**2 + (y - 1) ** 2)
-        for number, held in enumerate(([1], [0, 2])):
-            fixed = [3 * self.ligament + 2, *(3 * self.middle + i for i in held), [pinned, pinned + number]]
+        x, y, z = np.arange(3)[:, None] * self.points.shape[1] + np.arange(self.points.shape[1])
+        far = np.argmin((self.points[2] - LENGTH) ** 2 + self.points[0] ** 2 + (self.points[1] - 1) ** 2)
+        for number, held in enumerate(([y], [x, z])):
+            fixed = [z[self.ligament], *(one[self.middle] for one in held), [x[far], (x, y)[number][far]]]
             free = np.setdiff1d(np.arange(whole.shape[0]), np.concatenate(fixed))
             matrix = sparse.triu(whole[free][:, free], format="csr")
             matrix.sort_indices()
             solver = PyPardisoSolver(mtype=2)
             force = np.zeros(whole.shape[0])
-            force[2::3] = self.pressure[number]
+            force[z] = self.pressure[number]
             if on_face:
                 nodes = self.crack if number == 0 else np.setdiff1d(self.crack, self.middle)
-                at = np.searchsorted(free, 3 * nodes + 2)
+                at = np.searchsorted(free, z[nodes])
                 loads = np.zeros((len(free), len(nodes)), order="F")
                 loads[at, np.arange(len(nodes))] = 1
                 flexibility = solver.solve(matrix, loads)[at]
-                found.append((nodes, (flexibility + flexibility.T) / 2, force[3 * nodes + 2]))
+                found.append((nodes, (flexibility + flexibility.T) / 2, force[z[nodes]]))
             else:
                 found.append(4 / INERTIA**2 * force[free] @ solver.solve(matrix, force[free]))  # four quarters
             solver.free_memory(everything=True)

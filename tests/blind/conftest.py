@@ -6,7 +6,7 @@ import pytest
 from rotorstudy import registry
 from rotorstudy.blind.config import KINDS, load_blind
 from rotorstudy.blind.injection import draw, order_of
-from rotorstudy.blind.meanings import MEANS, SIZES
+from rotorstudy.blind.meanings import MEANS
 
 CONFIG = "workflow/config/test/blind.yaml"
 COUNT, SEED = 10, 20261121
@@ -53,11 +53,11 @@ def truths(drawn):
 def cause(one):
     """A cause as a verdict states it that is the true effect, with its place, sizes and small errors."""
     zoo = registry().plugins["effect"]
-    name = next(name for name in MEANS[one["family"]][0] if name in zoo)
+    name = next(name for name in MEANS[one["family"]].names if name in zoo)
     where = {key: one[key] for key in ("node", "element") if key in one}
     if "elements" in one:
         where = {"element": one["elements"][0], "last_element": one["elements"][-1]}
-    known = {**SIZES.get(one["family"], {}), **({"position_m": "position_m"} if "position_m" in one else {})}
+    known = {**MEANS[one["family"]].sizes, **({"position_m": "position_m"} if "position_m" in one else {})}
     stated = {parameter: one[key] for parameter, key in known.items() if key in one}
     parameters = {name: {"value": size, "std": 1e-9 + 1e-6 * abs(size)} for name, size in stated.items()}
     return {"effect": name, "where": where, "parameters": parameters, "probability": 1.0}

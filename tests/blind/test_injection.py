@@ -12,7 +12,7 @@ from rotorstudy.blind.injection import KINDS_OF_CASES, Order, absorbed, draw, le
 from rotorstudy.blind.machines.cases import CHAIN_FAULTS
 from rotorstudy.blind.machines.faults import FAMILIES
 from rotorstudy.blind.machines.forms import FORMS
-from rotorstudy.blind.meanings import ALIKE, CONVENTIONS, MEANS, SIZES, compared, in_library, left_out
+from rotorstudy.blind.meanings import MEANS, compared, in_library, left_out
 
 from .conftest import SEED, cause
 
@@ -20,9 +20,8 @@ from .conftest import SEED, cause
 def test_every_fault_of_the_simulator_has_a_meaning():
     zoo = registry().plugins["effect"]
     assert set(MEANS) >= {*FAMILIES, *FORMS, *CHAIN_FAULTS} - {"healthy"}
-    names = {name for means, _, further in MEANS.values() for name in (*means, *further)}
-    assert names | {name for alike in ALIKE.values() for name in alike} <= set(zoo), "no effects of the library"
-    assert set(ALIKE) | set(SIZES) | set(CONVENTIONS) <= set(MEANS)
+    names = {name for one in MEANS.values() for name in (*one.names, *one.beside, *one.alike)}
+    assert names <= set(zoo), "no effects of the library"
     assert in_library("crack_form") and not in_library("dry_friction_form")
     assert set(KINDS) <= set(KINDS_OF_CASES)
     assert left_out([{"family": "preload"}]) == ["parallel_misalignment", "static_preload"]
@@ -31,12 +30,12 @@ def test_every_fault_of_the_simulator_has_a_meaning():
 def test_the_truth_is_recognised_at_its_place_and_not_elsewhere(truths):
     for truth in truths:
         for one in truth["true"]:
-            if not in_library(one["family"]) or one["family"] in CONVENTIONS:
+            if not in_library(one["family"]) or MEANS[one["family"]].convention:
                 continue
             named = cause(one)
             assert compared(one, named)[:2] == (True, True), one
             assert compared(one, named | {"effect": "base_motion"})[0] is False
-            if "node" in one and MEANS[one["family"]][1] == "node":
+            if "node" in one and MEANS[one["family"]].place == "node":
                 assert compared(one, named | {"where": {"node": one["node"] + 1}})[:2] == (True, False)
             if "softened_m" in one:
                 off = one["softened_m"] / 2 + 0.06 * one["length_m"]

@@ -222,7 +222,8 @@ def _size_beside(case, true, spectrum, columns):
     for one, other, alone in zip(true, true[::-1], case.alone[::-1], strict=True):
         of_other = _seen(case, alone, spectrum.harmonics)
         beside = of_other - _seen(case, case.healthy, spectrum.harmonics)
-        is_part = bool(set(MEANS[one["family"]][0]) & set(MEANS[other["family"]][2])) and one["node"] == other["node"]
+        part = set(MEANS[one["family"]].names) & set(MEANS[other["family"]].beside)
+        is_part = bool(part) and one["node"] == other["node"]
         sizes.append(0.0 if is_part else left_by_base(both - of_other, spectrum, columns, beside))
     return min(sizes)
 

@@ -1,145 +1,130 @@
 """What the faults of the independent simulator are called in the library, and where they must be found."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from rotorstudy.model.registry import registry
 
 CRACKS = ("transverse_crack", "breathing_crack", "breathing_crack_weight")
 CONTACTS = ("rub", "looseness", "support_clearance", "cubic_stiffness")  # near forms of each other at a support
+COUPLINGS = ("parallel_misalignment", "angular_misalignment")
 NODE, ELEMENT, STRETCH, NEAR, ANY = "node", "element", "stretch", "near", "any"
 PLACE = 0.05  # error of the place of a crack of any form, of the length of the shaft
 
-# Family -> names of the library that are this effect, where they must be, and names that may stand beside them because
-# they are part of the same truth. Only exact physical equivalents are listed.
-MEANS = {
-    "unbalance": (("unbalance",), NODE, ()),
-    "couple_unbalance": (("couple_unbalance",), NODE, ()),
-    # the breathing law is the crack's shape, not its name
-    "crack": (CRACKS, ELEMENT, ()),
-    "open_crack": (CRACKS, ELEMENT, ()),
-    # a fixed offset of an isotropic coupling is a constant force, its 2X a rotating stiffness: both may be named
-    "misalignment": (("parallel_misalignment", "angular_misalignment"), NODE, ("static_preload",)),
-    "rub": (("rub",), NODE, ()),
-    "looseness": (("looseness",), NODE, ()),
-    # a linear loss along one direction is a change of the four stiffnesses, and half isotropic, half anisotropic
-    "support_loss": (("support_loss", "bearing_coefficients", "support_anisotropy"), NODE, ("support_stiffness",)),
-    "softer_support": (("support_stiffness", "bearing_coefficients"), NODE, ()),
-    # one that gives way to one side of the unloaded position is a looseness there
-    "one_sided_loss": (("looseness",), NODE, ()),
-    "pedestal": (("pedestal_resonance",), NODE, ()),
-    # with a direct stiffness; of the same swirl at all speeds it is a cross coupling with damping
-    "seal": (("seal",), NODE, ("support_stiffness", "cross_coupling", "external_damping")),
-    # an eccentric mass is an unbalance at its node, too
-    "added_mass": (("added_mass",), NODE, ("unbalance",)),
-    # a bow is a shape along the whole shaft; the place says only by which of the library's shapes it is described
-    "bow": (("bow",), ANY, ()),
-    "thermal_bow": (("bow",), ANY, ()),
-    "preload": (("static_preload",), NODE, ()),
-    "cubic_bearing": (("cubic_stiffness",), NODE, ()),
-    "internal_damping": (("internal_damping", "shaft_damping"), STRETCH, ()),
-    "external_damping": (("external_damping",), NODE, ()),
-    "asymmetry": (("shaft_asymmetry",), STRETCH, ()),
-    # the same of other forms
-    "crack_form": (CRACKS, NEAR, ()),
-    "open_crack_form": (CRACKS, NEAR, ()),
-    "looseness_form": (("looseness",), NODE, ()),
-    "clearance_form": (("support_clearance", "looseness", "cubic_stiffness"), NODE, ()),
-    "stiffening_form": (("cubic_stiffness",), NODE, ()),
-    "rub_form": (("rub",), NODE, ()),
-    "coupling_form": (("parallel_misalignment", "angular_misalignment"), NODE, ("static_preload",)),
-    "dry_friction_form": ((), ANY, ()),
-    "swapped": (("swapped_probes",), NODE, ()),
-    "reversed": (("reversed_probe",), NODE, ()),
-    "phase_offset": (("phase_reference",), ANY, ()),
-    "delay": (("delay",), ANY, ()),
-    "angle_error": (("probe_error", "probe_angle"), NODE, ()),
-    "gain": (("probe_error", "probe_gain"), NODE, ()),
-    "runout": (("runout",), NODE, ()),
-    "unloaded_zero": ((), ANY, ()),
-}
-# Truth -> further names that have the same forces, in part or as one of two causes. An effect is outside the library
-# only if these are left out too: else the verdict names the same physics in other words.
-ALIKE = {
-    # two opposite ones in two planes; and a bend s of the shaft that inclines the disc without moving a node: in the
-    # frame that follows it, z = y + s e^{jwt}, the shaft is straight and every mass has the unbalance of s, which is
-    # the couple (I_d - I_p) s' of that disc, and no probe sees s. Exact but for the mass of the shaft: on a rotor with
-    # its disc between two elements a bend of both is a couple to 0.3 %
-    "couple_unbalance": ("unbalance", "bow"),
-    # a notch is an asymmetry of its element, and the other way round; so is a coupling across it that is not isotropic
-    "open_crack": ("angular_misalignment", "parallel_misalignment", "shaft_asymmetry"),
-    "asymmetry": (*CRACKS, "angular_misalignment", "parallel_misalignment"),
-    "misalignment": ("static_preload",),  # what a fixed offset of an isotropic coupling is
-    # a stiffness lost along one direction, and a stop that gives it back on one side
-    "looseness": CONTACTS,
-    "one_sided_loss": CONTACTS,
-    # a pedestal far below its resonance is a softer support
-    "support_loss": ("support_stiffness", "pedestal_resonance"),
-    "pedestal": ("bearing_coefficients", "support_anisotropy", "support_loss", "support_stiffness"),
-    # and the direct stiffness is that of an isotropic coupling
-    "seal": ("cross_coupling", "external_damping", "support_stiffness", "parallel_misalignment"),
-    # its eccentricity, its weight, and its inertia (a fluid that does not turn)
-    "added_mass": ("unbalance", "static_preload", "seal"),
-    # opposite moments at the ends of a bent element, that turn with the shaft
-    "bow": ("angular_misalignment", "parallel_misalignment"),
-    "thermal_bow": ("angular_misalignment", "parallel_misalignment"),
-    "preload": ("parallel_misalignment",),  # whose force has a constant part
-    "external_damping": ("seal",),  # whose fluid does not turn
-}
-OF_A_SUPPORT = (*CONTACTS, *ALIKE["support_loss"], *MEANS["support_loss"][0])
-ALIKE |= {
-    "crack_form": ("shaft_asymmetry",),
-    "open_crack_form": ALIKE["open_crack"],
-    "looseness_form": OF_A_SUPPORT,
-    "clearance_form": OF_A_SUPPORT,
-    "stiffening_form": OF_A_SUPPORT,
-    "rub_form": CONTACTS,
-    "coupling_form": ALIKE["misalignment"],
-    "dry_friction_form": ("external_damping", "bearing_coefficients"),
-}
-# Faults that the verdict states as a wrong convention of the records, by the words of that hypothesis
-CONVENTIONS = {"unloaded_zero": "displacements count from the unloaded line"}
-# Faults for which the records are refused, by the words of the finding after its node, or where no other is probed
-REFUSED, SWAPPED, ALL_SWAPPED = ("swapped", "reversed"), "swapped probes", "the probes of all nodes swapped or of the"
+
+class Meaning(NamedTuple):
+    """A family in the library.
+
+    names      : effects that are this one; only exact physical equivalents
+    place      : where they must be
+    beside     : names that may stand beside them because they are part of the same truth
+    alike      : further names that have the same forces, in part or as one of two causes. An effect is outside the
+                 library only if these are left out too: else the verdict names the same physics in other words
+    sizes      : {parameter of the effect: value of the truth}, where both state the same number; phases are those of
+                 the moment
+    convention : words of the hypothesis by which the verdict states it as a wrong convention of the records
+    """
+
+    names: tuple
+    place: str = NODE
+    beside: tuple = ()
+    alike: tuple = ()
+    sizes: dict = {}
+    convention: str | None = None
 
 
 OF_A_CRACK = {"position_m": "position_m", "depth_ratio": "depth_ratio", "angle_rad": "phase_rad"}
 OF_A_FORM = {"position_m": "position_m", "angle_rad": "phase_rad", "crack_angle_rad": "phase_rad"}
-# Truth -> {parameter of its effect: true value}, where both state the same number. Phases are those of the moment.
-SIZES = {
-    "unbalance": {"eccentricity_phase": "phase_rad"},
-    "crack": OF_A_CRACK,
-    "open_crack": OF_A_CRACK,
-    "crack_form": OF_A_FORM,
-    "open_crack_form": OF_A_FORM,
-    "added_mass": {"added_mass": "mass_kg"},
-    "preload": {"static_preload": "force_N", "static_preload_phase": "angle_rad"},
-    "cubic_bearing": {"cubic_stiffness": "cubic_N_per_m3"},
-    "external_damping": {"external_damping": "change_N_s_per_m"},
-    "rub": {"rub_stiffness": "stiffness_N_per_m", "contact_angle_rad": "side_rad"},
-    "looseness": {"stiffness_lost_in_lift": "loss_N_per_m"},
-    "support_loss": {"support_stiffness_loss": "loss_N_per_m"},
-    "seal": {"seal_damping": "damping_N_s_per_m", "seal_stiffness": "direct_N_per_m"},
-}
+# a notch is an asymmetry of its element, and the other way round; so is a coupling across it that is not isotropic
+SLOT = Meaning(CRACKS, ELEMENT, (), (*COUPLINGS, "shaft_asymmetry"), OF_A_CRACK)
+# a fixed offset of an isotropic coupling is a constant force, its 2X a rotating stiffness: both may be named
+COUPLING = Meaning(COUPLINGS, NODE, ("static_preload",), ("static_preload",))
+# a stiffness lost along one direction, and a stop that gives it back on one side
+LOOSE = Meaning(("looseness",), NODE, (), CONTACTS, {"stiffness_lost_in_lift": "loss_N_per_m"})
+# a linear loss along one direction is a change of the four stiffnesses, and half isotropic, half anisotropic; a
+# pedestal far below its resonance is a softer support
+LOSS = Meaning(("support_loss", "bearing_coefficients", "support_anisotropy"), NODE, ("support_stiffness",),
+               ("support_stiffness", "pedestal_resonance"), {"support_stiffness_loss": "loss_N_per_m"})  # fmt: skip
+# a bow is a shape along the whole shaft, and the place says only by which of the library's shapes it is described;
+# opposite moments at the ends of a bent element turn with the shaft
+BOW = Meaning(("bow",), ANY, (), COUPLINGS)
+OF_A_SUPPORT = (*CONTACTS, *LOSS.alike, *LOSS.names)
+
+MEANS = {
+    "unbalance": Meaning(("unbalance",), sizes={"eccentricity_phase": "phase_rad"}),
+    # two opposite ones in two planes; and a bend s of the shaft that inclines the disc without moving a node: in the
+    # frame that follows it, z = y + s e^{jwt}, the shaft is straight and every mass has the unbalance of s, which is
+    # the couple (I_d - I_p) s' of that disc, and no probe sees s. Exact but for the mass of the shaft: on a rotor with
+    # its disc between two elements a bend of both is a couple to 0.3 %
+    "couple_unbalance": Meaning(("couple_unbalance",), alike=("unbalance", "bow")),
+    "crack": SLOT._replace(alike=()),  # the breathing law is its shape, not its name
+    "open_crack": SLOT,
+    "misalignment": COUPLING,
+    "rub": Meaning(("rub",), sizes={"rub_stiffness": "stiffness_N_per_m", "contact_angle_rad": "side_rad"}),
+    "looseness": LOOSE,
+    "support_loss": LOSS,
+    # one that gives way to one side of the unloaded position is a looseness there
+    "one_sided_loss": LOOSE._replace(sizes={}),
+    "pedestal": Meaning(("pedestal_resonance",), alike=("bearing_coefficients", "support_anisotropy", "support_loss",
+                                                        "support_stiffness")),
+    # with the direct stiffness of an isotropic coupling; of the same swirl at all speeds it is a cross coupling with
+    # damping
+    "seal": Meaning(("seal",), NODE, ("support_stiffness", "cross_coupling", "external_damping"),
+                    ("cross_coupling", "external_damping", "support_stiffness", "parallel_misalignment"),
+                    {"seal_damping": "damping_N_s_per_m", "seal_stiffness": "direct_N_per_m"}),
+    # an eccentric mass is an unbalance at its node, too; its weight; and its inertia (a fluid that does not turn)
+    "added_mass": Meaning(("added_mass",), NODE, ("unbalance",), ("unbalance", "static_preload", "seal"),
+                          {"added_mass": "mass_kg"}),
+    "bow": BOW,
+    "thermal_bow": BOW,
+    "preload": Meaning(("static_preload",), alike=("parallel_misalignment",),  # whose force has a constant part
+                       sizes={"static_preload": "force_N", "static_preload_phase": "angle_rad"}),
+    "cubic_bearing": Meaning(("cubic_stiffness",), sizes={"cubic_stiffness": "cubic_N_per_m3"}),
+    "internal_damping": Meaning(("internal_damping", "shaft_damping"), STRETCH),
+    "external_damping": Meaning(("external_damping",), alike=("seal",),  # whose fluid does not turn
+                                sizes={"external_damping": "change_N_s_per_m"}),
+    "asymmetry": Meaning(("shaft_asymmetry",), STRETCH, (), (*CRACKS, *COUPLINGS)),
+    # the same of other forms
+    "crack_form": Meaning(CRACKS, NEAR, (), ("shaft_asymmetry",), OF_A_FORM),
+    "open_crack_form": SLOT._replace(place=NEAR, sizes=OF_A_FORM),
+    "looseness_form": Meaning(("looseness",), alike=OF_A_SUPPORT),
+    "clearance_form": Meaning(("support_clearance", "looseness", "cubic_stiffness"), alike=OF_A_SUPPORT),
+    "stiffening_form": Meaning(("cubic_stiffness",), alike=OF_A_SUPPORT),
+    "rub_form": Meaning(("rub",), alike=CONTACTS),
+    "coupling_form": COUPLING,
+    "dry_friction_form": Meaning((), ANY, (), ("external_damping", "bearing_coefficients")),
+    # of the measuring chain
+    "swapped": Meaning(("swapped_probes",)),
+    "reversed": Meaning(("reversed_probe",)),
+    "phase_offset": Meaning(("phase_reference",), ANY),
+    "delay": Meaning(("delay",), ANY),
+    "angle_error": Meaning(("probe_error", "probe_angle")),
+    "gain": Meaning(("probe_error", "probe_gain")),
+    "runout": Meaning(("runout",)),
+    "unloaded_zero": Meaning((), ANY, convention="displacements count from the unloaded line"),
+}  # fmt: skip
+# Faults for which the records are refused, by the words of the finding after its node, or where no other is probed
+REFUSED, SWAPPED, ALL_SWAPPED = ("swapped", "reversed"), "swapped probes", "the probes of all nodes swapped or of the"
 
 
 def in_library(family):
     """Whether the package has a candidate for a family."""
-    zoo = registry().plugins["effect"]
-    return family in CONVENTIONS or any(name in zoo and zoo[name].candidate for name in MEANS[family][0])
+    zoo, one = registry().plugins["effect"], MEANS[family]
+    return one.convention is not None or any(name in zoo and zoo[name].candidate for name in one.names)
 
 
 def left_out(true):
     """Effects without which the library lacks some true effects."""
-    zoo = registry().plugins["effect"]
-    named = {name for one in true for name in MEANS[one["family"]][0] + ALIKE.get(one["family"], ())}
-    return sorted(named & set(zoo))
+    meant = [MEANS[one["family"]] for one in true]
+    return sorted({name for one in meant for name in one.names + one.alike} & set(registry().plugins["effect"]))
 
 
 def compared(true, cause):
     """Whether a cause has the name of a true effect, whether it is at its place too, and whether it is a companion."""
-    names, rule, companions = MEANS[true["family"]]
-    named = cause["effect"] in names
-    return named, named and _is_there(rule, true, cause), cause["effect"] in companions
+    meant = MEANS[true["family"]]
+    named = cause["effect"] in meant.names
+    return named, named and _is_there(meant.place, true, cause), cause["effect"] in meant.beside
 
 
 def _is_there(rule, true, cause):

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from rotorstudy.blind.machines.cases import CHAIN_FAULTS
-from rotorstudy.blind.meanings import ALL_SWAPPED, CONVENTIONS, CRACKS, REFUSED, SIZES, SWAPPED, compared
+from rotorstudy.blind.meanings import ALL_SWAPPED, CRACKS, MEANS, REFUSED, SWAPPED, compared
 from rotorstudy.model.registry import registry
 from rotorstudy.units import HALF_INTERVAL
 
@@ -82,7 +82,7 @@ def _judged(truth, verdict):
                           "wrong": kind == "failed"}  # fmt: skip
     if (chain := verdict.get("measuring_chain")) is not None:
         said = chain["hypothesis"]
-        right = len(true) == 1 and CONVENTIONS.get(true[0]["family"]) == said
+        right = len(true) == 1 and MEANS[true[0]["family"]].convention == said
         return nothing | {"verdict": "convention", "answer": "convention", "named": said, "alone": right,
                           "in_set": right, "wrong": not right, "first_right": right}  # fmt: skip
 
@@ -125,7 +125,7 @@ def _errors_of(true, causes):
     found = []
     for one in true:
         for cause in causes:
-            for name, key in SIZES.get(one["family"], {}).items() if compared(one, cause)[1] else ():
+            for name, key in MEANS[one["family"]].sizes.items() if compared(one, cause)[1] else ():
                 stated = cause["parameters"].get(name)
                 if stated is None or not stated.get("std") or key not in one:
                     continue

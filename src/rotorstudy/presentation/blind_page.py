@@ -191,7 +191,7 @@ def confusion(rows):
     families = seen.families.where(seen.families != "", "clean")
     truths = sorted(families.unique(), key=lambda name: (name != "clean", is_chain(name), name))
     others = {"nothing", "two causes", *ANSWERS_WITHOUT_CAUSE}
-    usual = [name for family in truths if family != "clean" for name in MEANS[family][0] if name in set(one)]
+    usual = [name for family in truths if family != "clean" for name in MEANS[family].names if name in set(one)]
     answers = list(dict.fromkeys(usual)) + sorted(set(one) - set(usual) - others)
     answers = ["nothing", *answers, "two causes", *ANSWERS_WITHOUT_CAUSE[1:]]
     matrix = np.array([[int(((families == t) & (one == a)).sum()) for a in answers] for t in truths], int)
@@ -203,7 +203,7 @@ def confounders_of(truths, answers):
     zoo = registry().plugins["effect"]
     found = np.zeros((len(truths), len(answers)), int)
     for i, t in enumerate(truths):
-        means = MEANS[t][0] if t in MEANS else ()
+        means = MEANS[t].names if t in MEANS else ()
         alike = {name for one in means if one in zoo for name in registry().confounders(one)}
         for j, a in enumerate(answers):
             if a in means or (t == "clean" and a == "nothing"):
