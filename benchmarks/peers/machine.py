@@ -44,15 +44,17 @@ def node(place, elements):
     return round(place * elements)
 
 
-def report(prepare, runs, with_import=False):
-    """Print the seconds of a task, the peak memory of the process and the numbers that the task gives, as JSON.
+def report(tasks):
+    """Run the task that the command line names, and print its seconds, the peak memory and its numbers, as JSON.
 
-    Processor time, as other work on the machine lengthens the time of the clock on the wall. Of several runs the median
-    without the first, in which a package compiles or loads what it needs; `with_import` that of the process so far.
+    tasks : {name: function of the number of elements, if any, that prepares the task and returns it}. Processor time,
+            as other work on the machine lengthens the time of the clock on the wall. Of several runs the median without
+            the first, in which a package compiles or loads what it needs; of `first` that of the process so far.
     """
-    run, elapsed = prepare(), []
+    (name, *elements), runs = sys.argv[1].split(), int(sys.argv[2])
+    run, elapsed = tasks[name](*map(int, elements)), []
     for _ in range(runs):
-        start = 0.0 if with_import else time.process_time()
+        start = 0.0 if name == "first" else time.process_time()
         result = run()
         elapsed.append(time.process_time() - start)
     unit = 1024 if sys.platform != "darwin" else 1024**2

@@ -1,7 +1,5 @@
 """One task by ROSS, or by scipy on its matrices: python with_ross.py TASK RUNS; prints JSON. Runs in `.venv-ross`."""
 
-import sys
-
 import machine
 import numpy as np
 
@@ -45,8 +43,7 @@ def orbit(response):
 
 def first():
     """Import, and the unbalance response at one speed."""
-    found = rotor(4).run_unbalance_response(*unbalance(4), np.array([machine.SPEED]))
-    return orbit(found.forced_resp.T)
+    return response(4, [machine.SPEED])
 
 
 def modes(elements):
@@ -54,11 +51,10 @@ def modes(elements):
     return lambda: rotor(elements).run_modal(machine.SPEED, num_modes=24).evalues
 
 
-def response(elements):
+def response(elements, speeds=machine.SPEEDS):
     """Unbalance response at 51 speeds, of a rotor that is new each time."""
-    return lambda: orbit(
-        rotor(elements).run_unbalance_response(*unbalance(elements), np.array(machine.SPEEDS)).forced_resp.T
-    )
+    acting, at = unbalance(elements), np.array(speeds)
+    return lambda: orbit(rotor(elements).run_unbalance_response(*acting, at).forced_resp.T)
 
 
 def from_rest(elements):
@@ -111,7 +107,7 @@ def losses():
     from ross.faults.crack import Crack
 
     law = Crack(rotor(4), machine.node(machine.CRACK["place"], 4) - 1, machine.CRACK["depth_ratio"], "Mayes")
-    return np.array([law.Ko[0, 0] - law.Kc[0, 0] + 1j * (law.Ko[0, 0] - law.Kc[1, 1])])
+    return lambda: np.array([law.Ko[0, 0] - law.Kc[0, 0] + 1j * (law.Ko[0, 0] - law.Kc[1, 1])])
 
 
 def equations(elements, cracked):
@@ -151,7 +147,7 @@ def equations(elements, cracked):
     return acceleration, slope, size
 
 
-def integrated(elements, cracked):
+def integrated(elements, cracked=False):
     """Steady state by solve_ivp of scipy on the same equations."""
     from scipy.integrate import solve_ivp
 
@@ -171,18 +167,10 @@ def integrated(elements, cracked):
     return run
 
 
-TASKS = {
-    "first": lambda: first,
-    "modes": lambda: modes(4),
-    "modes 48": lambda: modes(48),
-    "response": lambda: response(4),
-    "response 48": lambda: response(48),
-    "from rest": lambda: from_rest(4),
-    "losses": lambda: losses,
-    "crack": lambda: crack(4),
-    "steady by solve_ivp": lambda: integrated(4, False),
-    "crack by solve_ivp": lambda: integrated(4, True),
-}
+def crack_integrated(elements):
+    """The same with the breathing crack."""
+    return integrated(elements, True)
+
 
 if __name__ == "__main__":
-    machine.report(TASKS[sys.argv[1]], int(sys.argv[2]), with_import=sys.argv[1] == "first")
+    machine.report(globals())

@@ -50,9 +50,7 @@ def orbit(response):
 
 def first():
     """Import, and the unbalance response at one speed."""
-    from rotorstudy import build_model, harmonic_response
-
-    return orbit(harmonic_response(build_model(rig(4)), [machine.SPEED], [1, -1]))
+    return response(4, [machine.SPEED])
 
 
 def model(elements, weight=True):
@@ -69,42 +67,39 @@ def modes(elements):
     return lambda: eigenvalues(model(elements), [machine.SPEED])[0]
 
 
-def response(elements):
+def response(elements, speeds=machine.SPEEDS):
     """Unbalance response at 51 speeds, of a model that is new each time."""
     from rotorstudy import harmonic_response
 
-    return lambda: orbit(harmonic_response(model(elements), np.array(machine.SPEEDS), [1, -1]))
+    return lambda: orbit(harmonic_response(model(elements), np.array(speeds), [1, -1]))
 
 
-def from_rest(elements, method):
-    """Motion after a start from rest, by the modes or by an integrator."""
-    from rotorstudy.response.integration import time_response, transient_response
+def from_rest(elements, method="transient_response"):
+    """Motion after a start from rest, by the modes."""
+    from rotorstudy.response import integration
 
     ready, time = model(elements, weight=False), np.arange(0, machine.DURATION, machine.STEP)
-    function = {"modes": transient_response, "integrator": time_response}[method]
-    return lambda: shown(function(ready, machine.SPEED, time))
+    return lambda: shown(getattr(integration, method)(ready, machine.SPEED, time))
+
+
+def from_rest_integrated(elements):
+    """The same by an integrator."""
+    return from_rest(elements, "time_response")
+
+
+def steady(elements, cracked=False):
+    """Steady state, the same harmonics."""
+    from rotorstudy import harmonic_response
+
+    ready, listed = model(elements), sorted(machine.HARMONICS)
+    ready = ready.plus(crack_of_ross(ready.structure, elements)) if cracked else ready
+    order = np.searchsorted(listed, machine.HARMONICS)
+    return lambda: shown(harmonic_response(ready, [machine.SPEED], listed))[0][order]
 
 
 def crack(elements):
-    """Steady state with the crack."""
-    from rotorstudy import harmonic_response
-
-    cracked = model(elements)
-    cracked = cracked.plus(crack_of_ross(cracked.structure, elements))
-    return lambda: shown(harmonic_response(cracked, [machine.SPEED], sorted(machine.HARMONICS)))[0][order()]
-
-
-def steady(elements):
-    """Steady state without the crack and without weight, the same harmonics."""
-    from rotorstudy import harmonic_response
-
-    ready = model(elements)
-    return lambda: shown(harmonic_response(ready, [machine.SPEED], sorted(machine.HARMONICS)))[0][order()]
-
-
-def order():
-    """Positions of the harmonics of the machine among the sorted ones."""
-    return np.searchsorted(sorted(machine.HARMONICS), machine.HARMONICS)
+    """The same with the crack."""
+    return steady(elements, True)
 
 
 def crack_of_ross(structure, elements):
@@ -133,17 +128,5 @@ def crack_of_ross(structure, elements):
     return Term("crack_of_ross", (parameter,), {"crack_of_ross": 1.0})
 
 
-TASKS = {
-    "first": lambda: first,
-    "modes": lambda: modes(4),
-    "modes 48": lambda: modes(48),
-    "response": lambda: response(4),
-    "response 48": lambda: response(48),
-    "from rest": lambda: from_rest(4, "modes"),
-    "from rest, integrator": lambda: from_rest(4, "integrator"),
-    "steady": lambda: steady(4),
-    "crack": lambda: crack(4),
-}
-
 if __name__ == "__main__":
-    machine.report(TASKS[sys.argv[1]], int(sys.argv[2]), with_import=sys.argv[1] == "first")
+    machine.report(globals())

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from many_cases import rows_of, shares
 
 from rotorstudy import build_model, measured_response
-from rotorstudy.blind.machines.rig_items import disc, shaft, springs, unbalance
+from rotorstudy.authoring.ross_model import read_ross
 from rotorstudy.blind.run import answer_case
 from rotorstudy.blind.scoring import name_of
 
@@ -32,23 +32,18 @@ MEANS = {
     "rub": ("rub",),
     "crack": ("transverse_crack",),
 }
-X, Y = "yy", "xx"  # coefficients of ROSS along and across the weight, which acts along its -y
 
 
 def rig_of(machine, weight):
     """Rig file of the healthy machine; ROSS counts the weight only where a crack needs it."""
-    one, steel, discs = machine["shaft"], machine["steel"], {disc["n"]: disc for disc in machine["discs"]}
-    on_it = (disc(n + 1, own["m"], own["Ip"], own["Id"]) for n, own in discs.items())
-    options = {"outer_diameter_m": one["diameter"], "youngs_modulus_Pa": steel["E"], "poissons_ratio": steel["Poisson"]}
-    options |= {"density_kg_per_m3": steel["rho"], "gravity_m_per_s2": machine["gravity"] if weight else 0.0}
-    bearings = {b["n"] + 1: [(b[f"{part}{X}"], b[f"{part}{Y}"]) for part in "kc"] for b in machine["bearings"]}
-    effects = zip(*machine["unbalance"].values(), strict=True)
+    sections, known = machine["sections"], zip(*machine["unbalance"].values(), strict=True)
     return {
-        "rotor": shaft(one["length"] * one["count"], one["count"], *on_it, **options),
-        "bearings": [part for n, values in bearings.items() for part in springs({n: f"node {n}"}, *values)],
+        "rotor": sections["rotor"] | {"gravity_m_per_s2": machine["gravity"] if weight else 0.0},
+        "bearings": sections["bearings"],
         "effects": [
-            unbalance(n + 1, magnitude / discs[n]["m"], phase, label=f"disc {n + 1}", mass_kg=discs[n]["m"])
-            for n, magnitude, phase in effects
+            {"kind": "unbalance", "node": n + 1, "label": f"disc {n + 1}", "unbalance_kg_m": size,
+             "eccentricity_phase_rad": phase}
+            for n, size, phase in known
         ],
         "sensors": [n + 1 for n in machine["probes"]],
         "measurement": {
@@ -63,11 +58,8 @@ def rig_of(machine, weight):
         },
         "diagnosis": {
             "uncertainty": {
-                "bearing_stiffness_xx": 0.02,
-                "bearing_stiffness_yy": 0.02,
-                "bearing_damping_xx": 0.05,
-                "bearing_damping_yy": 0.05,
-                "eccentricity": 0.05,
+                **dict.fromkeys(("bearing_stiffness_xx", "bearing_stiffness_yy"), 0.02),
+                **dict.fromkeys(("bearing_damping_xx", "bearing_damping_yy", "eccentricity"), 0.05),
             }
         },
     }  # fmt: skip
@@ -110,7 +102,7 @@ def run_case(folder, machine):
     if "error" in verdict:
         return row | {"named": verdict["error"], "alone": False, "in_set": False}
     causes, others = verdict["causes"], verdict["ambiguous_with"]
-    right = [there(true, cause, machine["shaft"]["length"]) for cause in (*causes, *others)]
+    right = [there(true, cause, machine["length"]) for cause in (*causes, *others)]
     if verdict["verdict"] not in ("cause", "ambiguous"):
         right = [not true] if verdict["verdict"] == "nothing" else [False]
     return row | {
@@ -127,6 +119,7 @@ def run_case(folder, machine):
 def main(out, wanted):
     """Compare the healthy machine, diagnose the wanted cases (none: all), write the table."""
     machine = json.loads((out / "machine.json").read_text())
+    machine["sections"] = read_ross(out / "machine.toml").sections
     print(f"healthy response, largest difference from ROSS: {difference(machine):.1e}", flush=True)
     (out / "verdicts.csv").unlink(missing_ok=True)
     names = wanted or sorted(file.parent.name for file in out.glob("*/truth.json"))

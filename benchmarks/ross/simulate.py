@@ -1,9 +1,9 @@
 """Records of a rotor by ROSS (github.com/petrobras/ross), a second opinion: python benchmarks/ross/simulate.py OUT
 
 For each case OUT has a folder with one CSV a speed (time, x and y of each probed node, phase mark) and `truth.json`.
-The healthy machine is in OUT/machine.json, in the words and axes of ROSS: nodes from 0, y upwards, weight along -y, the
-shaft turns from x to y, and displacements count from the straight shaft. Runs in `.venv-ross`; it knows nothing of
-rotorstudy.
+The healthy machine is in OUT/machine.toml, saved by ROSS, and what this leaves out in OUT/machine.json, in the axes of
+ROSS: nodes from 0, y upwards, weight along -y, the shaft turns from x to y, and displacements count from the straight
+shaft. Runs in `.venv-ross`; it knows nothing of rotorstudy.
 """
 
 import json
@@ -39,17 +39,13 @@ REVOLUTIONS = 16
 NOISE = 1e-8  # m rms
 
 
-def rotor(discs=DISCS, bearings=BEARINGS, seals=(), masses=()):
+def rotor(discs=DISCS, bearings=BEARINGS, seals=()):
     """The machine in ROSS."""
     steel = ross.Material("steel", **STEEL)
     size = {"L": SHAFT["length"], "idl": 0.0, "odl": SHAFT["diameter"], "material": steel}
-    return ross.Rotor(
-        [ross.ShaftElement(n=n, **size) for n in range(SHAFT["count"])],
-        [ross.DiskElement(**disc) for disc in discs],
-        [ross.BearingElement(**bearing) for bearing in bearings]
-        + [ross.SealElement(**seal) for seal in seals],
-        [ross.PointMass(**mass) for mass in masses],
-    )  # fmt: skip
+    elements = [ross.ShaftElement(n=n, **size) for n in range(SHAFT["count"])]
+    held = [ross.BearingElement(**bearing) for bearing in bearings] + [ross.SealElement(**seal) for seal in seals]
+    return ross.Rotor(elements, [ross.DiskElement(**disc) for disc in discs], held)
 
 
 def linear(machine, unbalance=UNBALANCE):
@@ -212,10 +208,10 @@ def main(out):
     random = np.random.default_rng(1)
     header = ",".join(["time", *(f"{direction}{node}" for node in PROBES for direction in "xy"), "key"])
     response = rotor().run_unbalance_response(*UNBALANCE.values(), np.array(SPEEDS)).forced_resp
-    machine = {"steel": STEEL, "shaft": SHAFT, "discs": DISCS, "bearings": BEARINGS, "unbalance": UNBALANCE,
-               "probes": PROBES, "gravity": GRAVITY, "speeds": SPEEDS,
-               "response": [[[value.real, value.imag] for value in row] for row in response]}  # fmt: skip
+    machine = {"length": SHAFT["length"], "unbalance": UNBALANCE, "probes": PROBES, "gravity": GRAVITY}
+    machine |= {"speeds": SPEEDS, "response": [[[value.real, value.imag] for value in row] for row in response]}
     out.mkdir(parents=True, exist_ok=True)
+    rotor().save(out / "machine.toml")
     (out / "machine.json").write_text(json.dumps(machine, indent=1))
     for name, truth, run in cases():
         (out / name).mkdir(exist_ok=True)
