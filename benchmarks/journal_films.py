@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.sparse import csr_matrix
+from scipy.sparse import diags, eye, kron
 from scipy.sparse.linalg import splu
 
 ANGLES, NEAR = (0.0, 1.6), 0.02  # rad, between which the attitude lies, and how far those of two meshes differ
@@ -25,8 +25,8 @@ TIES = 2  # nodes at the rupture boundary, of thousands, that may go on changing
 GROOVE = np.radians(10)  # half the width of an axial groove
 ECCENTRICITIES, LENGTHS = (0.0, 0.97), (0.1, 2.0)
 NODES = (16, 8)
-MESHES = ((180, 8), (360, 16))
-SWIFT = 0.015  # velocity of a difference, over the eccentricity  # around, and along half the length
+MESHES = ((180, 8), (360, 16))  # around, and along half the length
+SWIFT = 0.015  # velocity of a difference, over the eccentricity
 
 
 class Film:
@@ -35,13 +35,13 @@ class Film:
     def __init__(self, length_over_diameter, grooves, around, along):
         self.step, self.along = 2 * np.pi / around, along
         self.angle = self.step * np.arange(around)
-        self.axial = along**2 / length_over_diameter**2
         away = [np.abs((self.angle - at + np.pi) % (2 * np.pi) - np.pi) for at in (np.pi / 2, 3 * np.pi / 2)]
         fixed = np.any(np.array(away) <= GROOVE + 1e-9, axis=0) if grooves else np.zeros(around, bool)
         self.free = np.repeat(~fixed, along)
-        index = np.arange(around * along).reshape(around, along)
-        self.ahead = np.roll(index, -1, axis=0)
-        self.index = index
+        self.slope = (eye(around, format="csr")[np.roll(np.arange(around), -1)] - eye(around)) / self.step
+        axial = diags([-1.0, 2.0, -1.0], [-1, 0, 1], (along, along), "lil")
+        axial[0, 1] = -2.0  # symmetric about the middle
+        self.axial = axial * (along / length_over_diameter) ** 2
         self.weights = np.full(along, 1.0)
         self.weights[0] = 0.5  # middle of the bearing; at the end p = 0
         self.weights *= self.step / along
@@ -51,17 +51,8 @@ class Film:
 
     def operator(self, ahead, here):
         """-d/dtheta (a dp/dtheta) - (D/L)^2 d/dz (b dp/dz), a (around,) midway ahead and b (around,) at the nodes."""
-        ahead, here = np.repeat(ahead, self.along) / self.step**2, np.repeat(here, self.along) * self.axial
-        behind = np.roll(ahead.reshape(-1, self.along), 1, axis=0).ravel()
-        i, j = self.index.ravel(), self.ahead.ravel()
-        position = i % self.along
-        inner, outer = i[position > 0], i[position < self.along - 1]
-        rows = [i, i, j, inner, outer]
-        columns = [i, j, i, inner - 1, outer + 1]
-        twice = np.where(position[outer] == 0, 2.0, 1.0)  # symmetric about the middle
-        values = [ahead + behind + 2 * here, -ahead, -ahead, -here[inner], -twice * here[outer]]
-        size = len(i)
-        return csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), (size, size))
+        around = self.slope.T @ diags(ahead) @ self.slope
+        return (kron(around, eye(self.along)) + kron(diags(here), self.axial)).tocsr()
 
     def pressed(self, at, velocity=(0.0, 0.0)):
         """Pressure, the solver at its film, and the matrix and thickness of the film at a position and velocity."""

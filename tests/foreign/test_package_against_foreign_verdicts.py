@@ -10,7 +10,6 @@ from rotorstudy.blind.machines.contacts import add_clearance, add_one_sided_loss
 from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_added_mass, add_seal
 from rotorstudy.blind.machines.files import write_case
-from rotorstudy.blind.machines.measuring import expected_harmonics
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.model.rig import RigFile
@@ -56,7 +55,7 @@ def test_the_spectrum_read_from_the_files_is_the_expected_one(family, seed, opti
     """Whatever the angles of probes, gravity and phase mark in the picture of the user."""
     case = small(seed, family, **options)
     _, spectrum, *_ = read(case, tmp_path)
-    shown = expected_harmonics(case.steady, case.nodes, case.probes, case.chain, spectrum.harmonics, case.zero)
+    shown = case.shown(case.steady, spectrum.harmonics)
     size = np.abs(shown[:, spectrum.harmonics == 1]).max()
     # run-to-run scatter and noise: a few parts in a thousand each
     assert np.abs(spectrum.amplitude - shown).max() < 0.03 * size

@@ -10,7 +10,6 @@ from rotorstudy.blind.machines.cases import CHAIN_FAULTS, draw_case
 from rotorstudy.blind.machines.faults import FAMILIES
 from rotorstudy.blind.machines.files import write_case
 from rotorstudy.blind.machines.forms import FORMS
-from rotorstudy.blind.machines.measuring import expected_harmonics
 from rotorstudy.blind.machines.stepping import NoSteadyState
 from rotorstudy.blind.meanings import MEANS, in_library, left_out
 from rotorstudy.errors import RotorstudyError
@@ -136,7 +135,7 @@ def _size(case, true, folder):
         spectrum, model, _ = measured_spectrum([folder / "record.nc"], rig)
     except RotorstudyError:
         return np.nan, np.nan, None
-    shown = expected_harmonics(case.steady, case.nodes, case.probes, case.chain, spectrum.harmonics, case.zero)
+    shown = case.shown(case.steady, spectrum.harmonics)
     if not true:
         return 0.0, np.nan, shown
     stated = rig.given["diagnosis"]
@@ -193,38 +192,23 @@ def _acting_as(case, one):
     return "one_sided_loss" if one.get("one_sided") else one["family"]
 
 
-def _seen(case, steady, harmonics):
-    """Measured harmonics (speed, harmonic, node) of a motion by the probes of a case without gross faults, m."""
-    return expected_harmonics(steady, case.nodes, *_sound(case), harmonics, None)
-
-
-def _sound(case):
-    """Probes and chain of a case without errors."""
-    right = {"gain": 1.0, "angle_error": 0.0, "reversed": False, "runout": {}}
-    probes = {node: tuple(replace(probe, **right) for probe in pair) for node, pair in case.probes.items()}
-    return probes, replace(case.chain, swapped=(), phase_offset=0.0, delay=0.0)
-
-
 def change_of(case, harmonics):
     """What each effect alone changes of the measured harmonics (speed, harmonic, node), without noise, m."""
+    sound, healthy = case.sound(), case.healthy
     if case.fault is None:
-        return [_seen(case, one, harmonics) - _seen(case, case.healthy, harmonics) for one in case.alone]
-    probes = (case.probes, case.chain, case.zero), (*_sound(case), case.sag)
-    ways = ((case.healthy, case.nodes, pair, chain, harmonics, zero) for pair, chain, zero in probes)
-    shown, right = (expected_harmonics(*way) for way in ways)
-    return [shown - right]
+        return [sound.shown(one, harmonics) - sound.shown(healthy, harmonics) for one in case.alone]
+    return [case.shown(healthy, harmonics) - replace(sound, zero=case.sag).shown(healthy, harmonics)]
 
 
 def _size_beside(case, true, spectrum, columns):
     """Size of the smaller effect of a pair where the other is there too and of unknown size; 0 if a part of it."""
-    both = _seen(case, case.steady, spectrum.harmonics)
+    motions, sound = (case.healthy, case.steady, *case.alone[::-1]), case.sound()
+    healthy, both, *others = (sound.shown(motion, spectrum.harmonics) for motion in motions)
     sizes = []
-    for one, other, alone in zip(true, true[::-1], case.alone[::-1], strict=True):
-        of_other = _seen(case, alone, spectrum.harmonics)
-        beside = of_other - _seen(case, case.healthy, spectrum.harmonics)
+    for one, other, of_other in zip(true, true[::-1], others, strict=True):
         part = set(MEANS[one["family"]].names) & set(MEANS[other["family"]].beside)
         is_part = bool(part) and one["node"] == other["node"]
-        sizes.append(0.0 if is_part else left_by_base(both - of_other, spectrum, columns, beside))
+        sizes.append(0.0 if is_part else left_by_base(both - of_other, spectrum, columns, of_other - healthy))
     return min(sizes)
 
 

@@ -11,7 +11,7 @@ from rotorstudy.blind.machines.faults import FAMILIES, Draw
 from rotorstudy.blind.machines.film import add_film
 from rotorstudy.blind.machines.forms import FORMS
 from rotorstudy.blind.machines.machine import PointRotor, Rotor, build
-from rotorstudy.blind.machines.measuring import Chain, Probe, record, surface_runout
+from rotorstudy.blind.machines.measuring import Chain, Probe, expected_harmonics, record, surface_runout
 from rotorstudy.blind.machines.stepping import NoSteadyState, Steady, steady_state
 
 CHAIN_FAULTS = ("swapped", "reversed", "phase_offset", "delay", "angle_error", "gain", "runout", "unloaded_zero")
@@ -34,7 +34,7 @@ class Case:
     healthy: Steady  # motion without
     alone: list  # motion with each effect
     sag: np.ndarray  # (coordinates,) rest position of the healthy machine
-    zero: np.ndarray  # (coordinates,) where the probes read zero
+    zero: np.ndarray | None  # (coordinates,) where the probes read zero; None: on the unloaded line
     nodes: list
     probes: dict
     chain: Chain
@@ -42,6 +42,18 @@ class Case:
     faulty_node: int | None
     records: dict  # see `measuring.record`
     picture: dict  # sense and gravity of the rig's angles
+
+    def shown(self, steady, harmonics):
+        """What its probes show of a motion without noise, see `measuring.expected_harmonics`."""
+        return expected_harmonics(steady, self.nodes, self.probes, self.chain, harmonics, self.zero)
+
+    def sound(self):
+        """The same case with probes and chain without gross faults or errors, from the unloaded line."""
+        right = {"gain": 1.0, "angle_error": 0.0, "reversed": False, "runout": {}}
+        probes = {node: tuple(replace(probe, **right) for probe in pair) for node, pair in self.probes.items()}
+        return replace(
+            self, probes=probes, chain=replace(self.chain, swapped=(), phase_offset=0.0, delay=0.0), zero=None
+        )
 
 
 def machine_of(rotor, unbalance, speeds):

@@ -78,7 +78,6 @@ def hinge_selection(size, part, element, kink):
 
 BY_MOMENT = ("energy", "whole")
 BY_ANGLE = ("flexibility_by_angle", "stiffness_by_angle")
-LAWS = (*BY_MOMENT, *BY_ANGLE, "open")
 
 
 @dataclass(frozen=True)
