@@ -1,11 +1,15 @@
 """Small machines at few speeds, also with an effect of a test, their exact rig, and what their nodes do."""
 
 import numpy as np
+import yaml
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.blind.machines.cases import draw_case
 from rotorstudy.blind.machines.faults import FAMILIES
-from rotorstudy.blind.machines.files import rig_of
+from rotorstudy.blind.machines.files import rig_of, write_case
+from rotorstudy.blind.run import read_case
+
+HARMONICS = [0, 1, -1, 2, -2, 3, -3]
 
 
 def small(seed, family, **options):
@@ -17,6 +21,16 @@ def special(monkeypatch, seed, add, **options):
     """A small case with an effect of a test: add(draw) adds it and returns the truth."""
     monkeypatch.setitem(FAMILIES, "special", add)
     return small(seed, "special", **({"speeds": 5, "count": 2, "steps": 128} | options))
+
+
+def read(case, folder, rig_error=1.0, change=None):
+    """What `read_case` reads; by a rig file as wrong as good ones are, times an error; change(given) : what else is."""
+    write_case(case, folder, 0.005 * rig_error, 0.02 * rig_error, 0.05 * rig_error, harmonics=HARMONICS)
+    if change:
+        given = yaml.safe_load((folder / "rig.yaml").read_text())
+        change(given)
+        (folder / "rig.yaml").write_text(yaml.safe_dump(given))
+    return read_case(folder)
 
 
 def exact_model(case, *effects, **errors):

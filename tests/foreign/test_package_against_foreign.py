@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from machines import pedestal_resonance
 
-from foreign.small_cases import distance, exact_model, special
+from foreign.small_cases import HARMONICS, distance, exact_model, special
 from rotorstudy import make_term
 from rotorstudy.blind.machines.cases import draw_case
 from rotorstudy.blind.machines.contacts import add_misalignment
@@ -15,9 +15,6 @@ from rotorstudy.response.floquet import periodic_growth_rate
 from rotorstudy.response.stability import growth_rate
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
-
-
-HARMONICS = [0, 1, -1, 2, -2, 3, -3]
 
 
 @pytest.mark.parametrize("mass", [1e-3, 0.1, 30.0, 1e4])

@@ -8,6 +8,7 @@ import yaml
 from machines import SLOW, all_but, disc, readings, rig_of, shaft, unbalance
 
 from rotorstudy import Problem, build_model, measured_response, measured_response_and_jacobian, registry
+from rotorstudy.blind.machines import rig_items
 from rotorstudy.blind.machines.beam import Element
 from rotorstudy.blind.machines.contacts import add_elliptic_forces
 from rotorstudy.blind.machines.effects import add_preload, add_unbalance
@@ -62,11 +63,10 @@ def true_spectrum(films, seed, noise=3e-9):
 
 def rig(heavier=1.0, loads=True):
     """The rig file of the machine on the films as drawn; without loads those of the weight are taken."""
-    journal = {"kind": "short_journal", "diameter_m": 0.06, "length_m": 0.03, "radial_clearance_m": 1e-4}
     discs = [disc(d.node + 1, d.mass, d.polar_moment, d.diametral_moment) for d in DISCS]
     rotor = shaft(0.9, 6, *discs, outer_diameter_m=0.06, gravity_m_per_s2=GRAVITY)
     bearings = [
-        {**journal, "node": film.node + 1, "label": label, "viscosity_Pa_s": film.viscosity, "load_N": film.load}
+        rig_items.film(0.06, 0.03, 1e-4, film.viscosity, node=film.node + 1, label=label, load_N=film.load)
         for film, label in zip(FILMS, ("left", "right"), strict=True)
     ]
     for one in bearings if not loads else ():

@@ -3,30 +3,27 @@
 import pytest
 from machines import all_but
 
-from foreign.small_cases import small
-from rotorstudy.blind.machines.files import write_case
-from rotorstudy.blind.run import read_case
+from foreign.small_cases import read, small
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.inference.prediction import with_model_error
 
 pytestmark = [pytest.mark.filterwarnings("ignore::RuntimeWarning"), pytest.mark.usefixtures("right_conventions")]
 
-HARMONICS = [0, 1, -1, 2, -2, 3, -3]
 SIZE = {"count": 4, "speeds": 5, "steps": 128, "visible": 0.05}
 
 
-def read(case, folder, library=()):
-    """Spectrum, model and settings of a case, with a rig file as wrong as good ones are and some effects alone."""
-    write_case(case, folder, 0.005, 0.02, 0.05, harmonics=HARMONICS)
-    spectrum, model, settings, _ = read_case(folder)
-    return spectrum, model, settings.model_copy(update={"leave_out": all_but(*library)})
-
-
 def places(case, folder):
-    spectrum, model, settings = read(case, folder)
-    spectrum = with_model_error(spectrum, settings)
-    return [one for one in begin(model, spectrum, settings).free_forces if one.is_testable]
+    spectrum, model, settings, _ = read(case, folder)
+    settings = settings.model_copy(update={"leave_out": all_but()})
+    return [one for one in begin(model, with_model_error(spectrum, settings), settings).free_forces if one.is_testable]
+
+
+def verdict_on(case, folder, library, hold_out=None, **quick):
+    """The verdict by some effects alone."""
+    spectrum, model, settings, _ = read(case, folder)
+    settings = settings.model_copy(update={"leave_out": all_but(*library), **quick})
+    return investigate(spectrum, model, hold_out=hold_out, settings=settings).verdict
 
 
 def test_a_fault_is_found_where_it_acts_whatever_it_is(tmp_path):
@@ -38,8 +35,7 @@ def test_a_fault_is_found_where_it_acts_whatever_it_is(tmp_path):
 
 def test_two_faults_at_their_places_are_named(tmp_path):
     case = small(4, "preload+unbalance", **SIZE)
-    spectrum, model, settings = read(case, tmp_path, ["static_preload", "unbalance"])
-    found = investigate(spectrum, model, settings=settings).verdict
+    found = verdict_on(case, tmp_path, ["static_preload", "unbalance"])
     assert (found.verdict, found.one_place) == ("cause", ())
     assert {c.where["node"] for c in found.causes} == {one["node"] for one in case.effects}
 
@@ -52,7 +48,6 @@ def test_a_mass_beside_a_bow_is_found(second, monkeypatch, tmp_path):
         monkeypatch.setattr("rotorstudy.diagnosis.search.search.ALONE", 1)
         monkeypatch.setattr("rotorstudy.diagnosis.search.parts.PLACES_OF_BROUGHT", 0)
     case = small(2, "added_mass+thermal_bow", speeds=4)
-    spectrum, model, settings = read(case, tmp_path, ["added_mass", "unbalance", "bow", "parallel_misalignment"])
-    few = settings.model_copy(update={"candidates_per_round": 3})
-    found = investigate(spectrum, model, hold_out=[], settings=few).verdict
+    library = ["added_mass", "unbalance", "bow", "parallel_misalignment"]
+    found = verdict_on(case, tmp_path, library, hold_out=[], candidates_per_round=3)
     assert {c.effect for c in found.causes} == {"bow", second}

@@ -4,42 +4,33 @@ import numpy as np
 import pytest
 from machines import all_but
 
-from foreign.small_cases import small, special
-from rotorstudy import measured_spectrum, read_rig, registry
+from foreign.small_cases import read, small, special
+from rotorstudy import registry
 from rotorstudy.blind.machines.contacts import add_clearance, add_one_sided_loss, add_rub, add_stiffening
 from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_added_mass, add_seal
-from rotorstudy.blind.machines.files import write_case
 from rotorstudy.diagnosis import investigate
-from rotorstudy.diagnosis.settings import read_settings
-from rotorstudy.model.rig import RigFile
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
 
 
-HARMONICS = [0, 1, -1, 2, -2, 3, -3]
 # these take most of the time of a search; left out where a test is not about them
 CRACKS = ["breathing_crack", "transverse_crack"]
 OF_SHAPE = ["rub", "looseness", "cubic_stiffness", "pedestal_resonance"]
 
 
-def read(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
-    """Spectrum, rig, model and findings of a case; rig_error : 0 for an exact rig;  modulus : stated over true."""
-    write_case(case, folder, 0.005 * rig_error, 0.02 * rig_error, 0.05 * rig_error, harmonics=HARMONICS)
-    given = read_rig(folder / "rig.yaml").given
-    given["rotor"]["youngs_modulus_Pa"] *= modulus
-    if modulus != 1:
-        given["diagnosis"]["uncertainty"]["rotor.youngs_modulus_Pa"] = 0.01
-    given["measurement"]["displacement_zero"] = zero
-    rig = RigFile(folder / "rig.yaml", given)
-    return rig, *measured_spectrum([folder / "record.nc"], rig)
-
-
 def verdict_on(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest", leave_out=(), most_causes=1):
-    rig, spectrum, model, findings = read(case, folder, rig_error, modulus, zero)
+    """rig_error : 0 for an exact rig;  modulus : stated over true."""
+
+    def change(given):
+        given["rotor"]["youngs_modulus_Pa"] *= modulus
+        if modulus != 1:
+            given["diagnosis"]["uncertainty"]["rotor.youngs_modulus_Pa"] = 0.01
+        given["measurement"]["displacement_zero"] = zero
+
+    spectrum, model, settings, findings = read(case, folder, rig_error, change)
     quick = {"candidates_per_round": 3, "leave_out": list(leave_out), "most_causes": most_causes}
-    settings = read_settings(rig.given, "rig.yaml").model_copy(update=quick)
-    return investigate(spectrum, model, settings=settings, findings=findings).verdict
+    return investigate(spectrum, model, settings=settings.model_copy(update=quick), findings=findings).verdict
 
 
 def names(verdict):
@@ -54,7 +45,7 @@ CASES += [("healthy", seed, {"speeds": 2, "steps": 64, "modes": 6}) for seed in 
 def test_the_spectrum_read_from_the_files_is_the_expected_one(family, seed, options, tmp_path):
     """Whatever the angles of probes, gravity and phase mark in the picture of the user."""
     case = small(seed, family, **options)
-    _, spectrum, *_ = read(case, tmp_path)
+    spectrum, *_ = read(case, tmp_path)
     shown = case.shown(case.steady, spectrum.harmonics)
     size = np.abs(shown[:, spectrum.harmonics == 1]).max()
     # run-to-run scatter and noise: a few parts in a thousand each
