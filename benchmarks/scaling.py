@@ -18,15 +18,19 @@ import numpy as np
 import pandas as pd
 from marked_pages import ROOT, table, with_numbers
 
+from rotorstudy import Problem, Spectrum, build_model, harmonic_response, measured_response, registry
+from rotorstudy.inference.estimate import estimate_by
+from rotorstudy.measurement.harmonics import estimate
+from rotorstudy.measurement.noise import noise_std
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.studies.config import load_study
+
 ROWS, PAGE = ROOT / "docs/scaling.csv", ROOT / "docs/large.md"
 SPEEDS = np.linspace(50.0, 100.0, 51)
 
 
 def shaft(elements, **crack):
     """The rotor of Chapter 6 on a mesh of some elements, a multiple of four."""
-    from rotorstudy import build_model
-    from rotorstudy.studies.config import load_study
-
     rig = deepcopy(load_study(ROOT / "workflow" / "config" / "chapter_6.yaml").rigs["physical"])
     rig["rotor"]["elements"][0]["count"] = elements
     for item in [*rig["rotor"]["discs"], *rig["bearings"], *rig["effects"], *rig["cracks"]]:
@@ -48,8 +52,6 @@ def seconds(function, runs=2):
 
 def response(elements, speeds, harmonics):
     """Response of the uncracked shaft of Chapter 6."""
-    from rotorstudy import measured_response
-
     model = shaft(elements).without({"switching"})
     listed = list(range(-harmonics, harmonics + 1))
     return lambda: measured_response(model, SPEEDS[0] + np.arange(speeds), listed)
@@ -57,21 +59,12 @@ def response(elements, speeds, harmonics):
 
 def cracked(elements, harmonics):
     """Response with the fully time-periodic crack at one speed."""
-    from rotorstudy import harmonic_response
-
     model = shaft(elements, weight_dominance=False)
     return lambda: harmonic_response(model, [100.0], range(-harmonics, harmonics + 1), order=harmonics)
 
 
 def estimates(trials):
     """Maximum-likelihood estimates of all trials of a Monte Carlo study of the shaft."""
-    from rotorstudy.inference.estimate import estimate_by
-    from rotorstudy.inference.problem import Problem
-    from rotorstudy.measurement.noise import noise_std
-    from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
-    from rotorstudy.model.registry import registry
-    from rotorstudy.response.measured import measured_response
-
     model, harmonics = shaft(4), [0, 1, 2, 3, -1, -2, -3]
     shown = measured_response(model, SPEEDS[::10], harmonics)
     clean = Spectrum(shown, SPEEDS[::10], np.array(harmonics), model.sensors, independent_covariance(shown.real**2))
@@ -87,8 +80,6 @@ def estimates(trials):
 
 def record(samples):
     """Harmonics and covariance of one node from a record of 200 samples a revolution."""
-    from rotorstudy.measurement.harmonics import estimate
-
     angle = 2 * np.pi * np.arange(samples) / 200
     signal = np.exp(1j * angle) + 0.01 * np.random.default_rng(1).normal(size=(2, samples)).T @ [1, 1j]
     return lambda: estimate(signal, angle, samples // 200, [0, 1, -1, 2, -2, 3, -3])

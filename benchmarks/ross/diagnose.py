@@ -18,20 +18,11 @@ from many_cases import rows_of, shares
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.authoring.ross_model import read_ross
+from rotorstudy.blind.meanings import MEANS
 from rotorstudy.blind.run import answer_case
 from rotorstudy.blind.scoring import name_of
 
-# Truth -> names of the package that are this effect
-MEANS = {
-    "unbalance": ("unbalance",),
-    "added_mass": ("added_mass",),
-    "support_loss": ("support_loss", "bearing_coefficients", "support_anisotropy"),
-    "cross_coupling": ("cross_coupling", "bearing_coefficients"),
-    "seal": ("seal",),
-    "misalignment": ("parallel_misalignment", "angular_misalignment"),
-    "rub": ("rub",),
-    "crack": ("transverse_crack",),
-}
+CROSS_COUPLING = ("cross_coupling", "bearing_coefficients")  # names of an effect that blind tests do not hide
 
 
 def rig_of(machine, weight):
@@ -79,7 +70,9 @@ def difference(machine):
 
 def there(true, cause, element_length):
     """Whether a cause is the true effect at its place: at a node, in an element (m long) or at one of its ends."""
-    if not true or cause["effect"] not in MEANS[true["family"]]:
+    family = true.get("family")
+    names = CROSS_COUPLING if family == "cross_coupling" else MEANS[family].names if true else ()
+    if cause["effect"] not in names:
         return False
     first = true.get("node", true.get("element")) + 1
     if "position_m" in cause["parameters"]:

@@ -114,8 +114,3 @@ def gyroscopic_planes(plane):
     """Gyroscopic matrix 8x8 for spin 1 rad/s: +G on the x rows by y velocities, -G on the y rows by x velocities."""
     along_x, along_y = np.hsplit(by_plane(np.eye(len(plane))), 2)
     return along_x @ plane @ along_y.T - along_y @ plane @ along_x.T
-
-
-def quarter_turn(nodes):
-    """Matrix that turns every vector (x, y) and (a, b) by 90 degrees in the sense of the spin."""
-    return np.kron(np.eye(2 * nodes), [[0.0, -1.0], [1.0, 0.0]])

@@ -7,7 +7,7 @@ reference line; rad.
 
 import numpy as np
 
-from rotorstudy.blind.machines.effects import deformation_stiffness, element_deformation
+from rotorstudy.blind.machines.beam import by_plane, plane_matrices
 from rotorstudy.blind.machines.machine import LocalForce, linear_law
 
 
@@ -100,9 +100,13 @@ def add_asymmetry(machine, elements, share, angle=0.0):
     """
     for number in elements:
         part = machine.rotor.elements[number]
-        stiffness = share * deformation_stiffness(part)
+        # of the rotations of its ends against its chord, in x (first two) and in y
+        stiffness = share * plane_matrices(part)[0][np.ix_([1, 3], [1, 3])]
+        chord = np.array([[1 / part.length, 1.0, -1 / part.length, 0.0], [1 / part.length, 0.0, -1 / part.length, 1.0]])
+        selection = np.zeros((machine.size, 4))
+        selection[4 * number : 4 * number + 8] = by_plane(chord.T)
         law = linear_law(lambda turn, stiffness=stiffness: -np.kron(turned(turn + angle), stiffness))
-        machine.local.append(LocalForce(element_deformation(part, machine.size, number), law, "asymmetry"))
+        machine.local.append(LocalForce(selection, law, "asymmetry"))
 
 
 def coupling(stiffness, share, offset, run_out):

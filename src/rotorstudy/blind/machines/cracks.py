@@ -69,13 +69,6 @@ def to_crack(angle):
     return -np.array([[cos, sin], [-sin, cos]])
 
 
-def hinge_selection(size, part, element, kink):
-    """Selection (size, 2) of the moments in x and y at a kink, by what it moves the ends of its element (4,)."""
-    selection = np.zeros((size, 2))
-    selection[4 * element : 4 * element + 8] = both_planes(plane_matrices(part)[0]) @ by_plane(kink[:, None])
-    return selection
-
-
 BY_MOMENT = ("energy", "whole")
 BY_ANGLE = ("flexibility_by_angle", "stiffness_by_angle")
 
@@ -175,7 +168,10 @@ def by_angle(form, angle, stiffness, stretched):
 
 
 def pieces(machine, position, length):
-    """[(selection, kink stiffness, share)] of a crack at a position (m); over a length (m) the curvature is uniform."""
+    """[(selection, kink stiffness, share)] of a crack at a position (m); over a length (m) the curvature is uniform.
+
+    selection : (coordinates, 2) of the moments in x and y at the kink
+    """
     rotor = machine.rotor
     if not rotor.elements:
         selection, stiffness = rotor.hinge(position)
@@ -185,10 +181,11 @@ def pieces(machine, position, length):
         low, high = np.clip(np.array([position - length / 2, position + length / 2]) - start, 0.0, part.length)
         is_there = 0 <= position - start < part.length if length == 0 else high > low
         if is_there:
-            kink = np.array([0.0, 0.0, part.length - (low + high) / 2, 1.0])
-            stiffness = kink @ plane_matrices(part)[0] @ kink
+            kink = np.array([0.0, 0.0, part.length - (low + high) / 2, 1.0])  # by what it moves the ends of its element
+            own, selection = plane_matrices(part)[0], np.zeros((machine.size, 2))
+            selection[4 * number : 4 * number + 8] = both_planes(own) @ by_plane(kink[:, None])
             share = 1.0 if length == 0 else (high - low) / length
-            found.append((hinge_selection(machine.size, part, number, kink), stiffness, share))
+            found.append((selection, kink @ own @ kink, share))
         start += part.length
     return found
 

@@ -6,7 +6,7 @@ in rad.
 
 import numpy as np
 
-from rotorstudy.blind.machines.beam import by_plane, plane_matrices
+from rotorstudy.blind.machines.beam import by_plane
 from rotorstudy.blind.machines.machine import Disc, add_disc, shaft_stiffness
 
 EXPANSION = 1.2e-5  # of steel, 1/K
@@ -102,18 +102,3 @@ def bow_by_kink(rotor, element, kink):
     first, last = rotor.bearings[0].node, rotor.bearings[-1].node
     tilt = (deflection[last] - deflection[first]) / (z[last] - z[first])
     return np.stack([deflection - deflection[first] - tilt * (z - z[first]), slope - tilt], axis=1)
-
-
-def element_deformation(element, size, number):
-    """Selection (size, 4) of an element's rotations against its chord, ends 1 and 2, in x (first two) and in y."""
-    length = element.length
-    plane = np.array([[1 / length, 1.0, -1 / length, 0.0], [1 / length, 0.0, -1 / length, 1.0]]).T
-    full = np.zeros((size, 4))
-    full[4 * number : 4 * number + 8] = by_plane(plane)
-    return full
-
-
-def deformation_stiffness(element):
-    """Stiffness 2x2 of an element's end rotations against its chord, N m."""
-    stiffness = plane_matrices(element)[0]
-    return stiffness[np.ix_([1, 3], [1, 3])]

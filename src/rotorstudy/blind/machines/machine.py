@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rotorstudy.blind.machines.beam import both_planes, by_plane, gyroscopic_planes, plane_matrices, quarter_turn
+from rotorstudy.blind.machines.beam import both_planes, by_plane, gyroscopic_planes, plane_matrices
 
 GRAVITY = 9.80665  # m/s²
 
@@ -228,11 +228,13 @@ def shaft_stiffness(rotor, weights=None, size=None):
 
 
 def add_internal_damping(machine, weights):
-    """Damping of the material, W_i K_i (u' - W J u) of every element i (weights, s): viscous in the rotating frame."""
-    rotor, count = machine.rotor, 4 * machine.rotor.nodes
-    matrix = shaft_stiffness(rotor, weights)
+    """Damping of the material, W_i K_i (u' - W J u) of every element i (weights, s): viscous in the rotating frame.
+
+    J turns every (x, y) and (a, b) by 90 degrees in the sense of the spin.
+    """
+    count, matrix = 4 * machine.rotor.nodes, shaft_stiffness(machine.rotor, weights)
     machine.damping[:count, :count] += matrix
-    machine.circulatory[:count, :count] -= matrix @ quarter_turn(rotor.nodes)
+    machine.circulatory[:count, :count] -= matrix @ np.kron(np.eye(count // 2), [[0.0, -1.0], [1.0, 0.0]])
 
 
 def build(rotor, gravity=GRAVITY):
