@@ -82,7 +82,6 @@ def run_case(seed, updated):
 
 
 def main():
-    """Balance, print one line each, and the shares."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--machines", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)

@@ -97,7 +97,6 @@ def names(verdict):
 
 
 def main():
-    """Draw, compare, print one line each, and the shares."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--first", type=int, default=7001, help="first seed (below 9000)")
     parser.add_argument("--unchanged", type=int, default=40)

@@ -166,7 +166,6 @@ def summary(rows):
 
 
 def main():
-    """Draw, identify, write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", type=int, default=50)
     parser.add_argument("--first", type=int, default=1, help="seed of the first case")

@@ -71,7 +71,6 @@ def orders(given):
 
 
 def main():
-    """Draw, diagnose, score, write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", type=int, default=100)
     parser.add_argument("--first", type=int, default=0, help="number of the first case, to go on with a seed")

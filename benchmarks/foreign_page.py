@@ -133,7 +133,6 @@ def read_rows():
 
 
 def main():
-    """Copy the rows, write the pages."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", type=Path, nargs="*", metavar="FOLDER", help="none: write the pages again")
     parser.add_argument("--forms", type=Path, nargs="*", default=[], metavar="FOLDER", help="of --families forms")

@@ -26,6 +26,8 @@ USUAL = 30.0  # g mm, prior standard deviation of each part of an unbalance
 MIL = 25.4  # µm
 HALVES = 200  # of the conditions, drawn at random, from which influence and scatter are learned
 MEASURABLE = 24.0  # g mm, from which the phase of an unbalance is scored
+SIZE = "mean absolute error of the unbalance of a disc"
+PHASE = f"mean absolute error of the phase, of {MEASURABLE:.0f} g mm and more"
 
 
 def published():
@@ -60,9 +62,7 @@ def baseline_records():
     baseline = pd.read_csv(KIT / "published" / "baseline_mean.csv").set_index("speed")
     records = [rows.set_index("speed") for _, rows in change.groupby("record")]
     return [
-        _table(
-            {speed: np.array([_phasor(rows.loc[speed], probe) for probe in PROBES]) for speed in rows.index}, baseline
-        )
+        _table({w: np.array([_phasor(rows.loc[w], probe) for probe in PROBES]) for w in rows.index}, baseline)
         for rows in records
     ]
 
@@ -115,8 +115,8 @@ def scores(found, true):
         split.append(np.sqrt(np.trace(covariance) / np.trace(spread)))
     return [
         ("conditions", len(found)),
-        ("mean absolute error of the unbalance of a disc (g mm)", np.mean(size)),
-        (f"mean absolute error of the phase, of {MEASURABLE:.0f} g mm and more (degrees)", np.mean(phase)),
+        (f"{SIZE} (g mm)", np.mean(size)),
+        (f"{PHASE} (degrees)", np.mean(phase)),
         ("mean error of the sum of both discs, as a vector (g mm)", np.mean(resultant)),
         ("95 % regions of both discs that hold the truth", np.mean(inside)),
         ("95 % regions of the sum that hold the truth", np.mean(inside_resultant)),
@@ -136,13 +136,7 @@ def least_error(changes, true):
     std = np.sqrt(np.diag(np.linalg.inv(known)).real / 2)  # of a part of the unbalance of each disc
     mean = np.sqrt(2 / np.pi) * std  # of the absolute value of a normal variable
     large = np.array([mean / np.maximum(np.abs(one), 1e-9) for one in added])[np.abs(added) >= MEASURABLE]
-    return [
-        ("least mean absolute error of the unbalance of a disc (g mm)", mean.mean()),
-        (
-            f"least mean absolute error of the phase, of {MEASURABLE:.0f} g mm and more (degrees)",
-            np.degrees(large.mean()),
-        ),
-    ]
+    return [(f"least {SIZE} (g mm)", mean.mean()), (f"least {PHASE} (degrees)", np.degrees(large.mean()))]
 
 
 def error_from_half(changes, true):
@@ -161,10 +155,7 @@ def error_from_half(changes, true):
         phase = np.degrees(np.abs(np.angle(found[large] / added[scored][large]))).mean()
         errors.append((size, phase))
     size, phase = np.median(errors, axis=0)
-    return [
-        ("mean absolute error of the unbalance of a disc, learned from the other half (g mm)", size),
-        (f"mean absolute error of the phase, of {MEASURABLE:.0f} g mm and more, likewise (degrees)", phase),
-    ]
+    return [(f"{SIZE}, learned from the other half (g mm)", size), (f"{PHASE}, likewise (degrees)", phase)]
 
 
 def _linear(added, moved):

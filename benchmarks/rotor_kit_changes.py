@@ -61,7 +61,6 @@ def judged(verdict, true):
 
 
 def main():
-    """Compare, print one line each, and the scores."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("conditions", nargs="*", help="by default all, and the records of the baseline among them")
     given = parser.parse_args()

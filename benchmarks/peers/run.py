@@ -60,7 +60,6 @@ def difference(ours, theirs, task):
 
 
 def main():
-    """Run every task, write the table."""
     ross, out = sys.argv[1], Path(sys.argv[2])
     losses = run(ross, "losses", 1)["result"][0]
     done, rows = {}, []

@@ -204,7 +204,6 @@ def record(run, speed, random):
 
 
 def main(out):
-    """Write the machine and all cases."""
     random = np.random.default_rng(1)
     header = ",".join(["time", *(f"{direction}{node}" for node in PROBES for direction in "xy"), "key"])
     response = rotor().run_unbalance_response(*UNBALANCE.values(), np.array(SPEEDS)).forced_resp
