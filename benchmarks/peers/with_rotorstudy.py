@@ -88,7 +88,7 @@ def from_rest_integrated(elements):
 
 
 def steady(elements, cracked=False):
-    """Steady state, the same harmonics."""
+    """Steady state at the harmonics of the machine."""
     from rotorstudy import harmonic_response
 
     ready, listed = model(elements), sorted(machine.HARMONICS)
