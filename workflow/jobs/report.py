@@ -19,18 +19,16 @@ CAPTIONS = {
     **STATED.pop("pages"),
 }
 REPLAYED = STATED.pop("replays")
-SHOWN = {}  # chapter -> figure -> its kind and arguments
+SHOWN, TABLES = {}, {}  # group -> its figures, each with its kind and arguments, and its tables, in the order stated
 for _group, _parts in STATED.items():
-    for _name, _figure in _parts.get("figures", {}).items():
-        SHOWN.setdefault(_group, {})[_name] = _figure if isinstance(_figure, dict) else {"caption": _figure}
-        CAPTIONS[f"{_group}_{_name}"] = SHOWN[_group][_name].pop("caption")
-    CAPTIONS |= {
-        f"{_group}_{name}": text for name, text in _parts.get("tables", _parts).items() if isinstance(text, str)
+    SHOWN[_group] = {
+        name: one if isinstance(one, dict) else {"caption": one} for name, one in _parts["figures"].items()
     }
-# group -> names of its tables and figures, in the order of the captions
-of_kind = ({group: parts.get(kind) for group, parts in STATED.items()} for kind in ("tables", "figures"))
-TABLES, FIGURES = ({group: list(names) for group, names in of.items() if names is not None} for of in of_kind)
-FIGURES |= {"diagnosis": list(DIAGNOSIS_FIGURES), "blind": list(BLIND_FIGURES)}
+    CAPTIONS |= {f"{_group}_{name}": one.pop("caption") for name, one in SHOWN[_group].items()}
+    if "tables" in _parts:
+        TABLES[_group] = list(_parts["tables"])
+        CAPTIONS |= {f"{_group}_{name}": text for name, text in _parts["tables"].items()}
+FIGURES = {**SHOWN, "diagnosis": DIAGNOSIS_FIGURES, "blind": BLIND_FIGURES}  # group -> names of its figures
 
 
 def add_printed(name, tables):
@@ -41,7 +39,7 @@ def add_printed(name, tables):
 
 def add_replay(name, replay):
     """The figures and tables of a replay, with the captions of their kinds where none of their own is stated."""
-    FIGURES[name], TABLES[name] = list(replay.figures), ["estimates", "physical_checks", "response"]
+    FIGURES[name], TABLES[name] = replay.figures, ["estimates", "physical_checks", "response"]
     kinds = {shown: (item.kind, item.case) for shown, item in replay.figures.items()}
     for shown, (kind, case) in (kinds | {table: (table, "") for table in TABLES[name]}).items():
         if kind in REPLAYED:
