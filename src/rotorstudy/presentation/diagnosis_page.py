@@ -33,30 +33,26 @@ def diagnosis_page(verdict, data, figures, title, links=None, states=None):
     limits = words.detection_limits(verdict)
     card, of_change = verdict.identifiability, "two_states" in figures
     tables = {
-        "unexplained": (
-            ("harmonic", "node", "share of the residual (%)", "standard deviations"),
-            [(f"{row.harmonic}X", row.node, 100 * row.share, row.sigma) for row in verdict.unexplained],
-        ),
-        "moved": (
-            ("parameter", "stated", "fitted", "moved (stated standard deviations)"),
-            [
-                (
-                    labels[row.name],
-                    quantity(row.stated, row.unit, row.stated_std),
-                    quantity(row.value, row.unit, row.std),
-                    row.moved_sigma,
-                )
-                for row in verdict.base_parameters
-            ],
-        ),
-        "limits": (
-            ("effect", "parameter", "smallest detected", "relative to a typical one"),
-            [
-                (place(row), readable(row.parameter), quantity(row.amplitude, row.unit), row.of_typical)
-                for row in limits[:MOST_LIMITS]
-            ],
-        ),
-        "settings": (("setting", "value"), [(key, _setting(value)) for key, value in verdict.settings]),
+        "unexplained": [
+            {"harmonic": f"{row.harmonic}X", "node": row.node, "share of the residual (%)": 100 * row.share}
+            | {"standard deviations": row.sigma}
+            for row in verdict.unexplained
+        ],
+        "moved": [
+            {
+                "parameter": labels[row.name],
+                "stated": quantity(row.stated, row.unit, row.stated_std),
+                "fitted": quantity(row.value, row.unit, row.std),
+                "moved (stated standard deviations)": row.moved_sigma,
+            }
+            for row in verdict.base_parameters
+        ],
+        "limits": [
+            {"effect": place(row), "parameter": readable(row.parameter)}
+            | {"smallest detected": quantity(row.amplitude, row.unit), "relative to a typical one": row.of_typical}
+            for row in limits[:MOST_LIMITS]
+        ],
+        "settings": [{"setting": key, "value": _setting(value)} for key, value in verdict.settings],
     }
     return render(
         "diagnosis.html",
@@ -74,9 +70,8 @@ def diagnosis_page(verdict, data, figures, title, links=None, states=None):
         excluded=words.excluded_in_words(verdict) if verdict.verdict in ("cause", "ambiguous") else [],
         separated=words.separated(verdict) if verdict.ambiguous_with else {},
         figures=pictures(figures, {**CHANGE_FIGURES, **DIAGNOSIS_FIGURES, "centreline": ROTOR_FIGURES["centreline"]}),
-        left=_left(verdict),
-        limits_note="The smallest amplitudes that are detected with a probability of 95 %, the lowest "
-        f"{min(MOST_LIMITS, len(limits))} of {len(limits)} (all in verdict.json). Anything smaller may go undetected.",
+        left={"p_value": p_value(verdict.residual_p_value.after), "share": percent(verdict.residual_share)},
+        known_limits=len(limits),
         identifiability={
             "dead": _counted(labels[name] for name in card.dead),
             "known_by_prior_alone": _counted(labels[name] for name in card.known_by_prior_alone),
@@ -85,8 +80,8 @@ def diagnosis_page(verdict, data, figures, title, links=None, states=None):
                 for one in card.traded_off
             ),
         },
-        origin=_origin(verdict, data),
-        **{name: cells(pd.DataFrame(rows, columns=heads), 3) for name, (heads, rows) in tables.items()},
+        counts={name: data.sizes[name] for name in ("speed", "harmonic", "node")},
+        **{name: cells(pd.DataFrame(rows), 3) for name, rows in tables.items()},
     )
 
 
@@ -191,14 +186,6 @@ def _glance(verdict, of_change):
     return rows
 
 
-def _left(verdict):
-    p, share = p_value(verdict.residual_p_value.after), percent(verdict.residual_share)
-    if not verdict.causes:
-        return f"Nothing was added: residual {p}; {share} of the excess error (rms) is left."
-    said = f"With all causes and a model-form error: residual {p}. Without that error"
-    return f"{said} {share} of the excess error (rms) is left."
-
-
 def _setting(value):
     """A setting as text."""
     if isinstance(value, dict):
@@ -206,12 +193,3 @@ def _setting(value):
     if isinstance(value, list):
         return ", ".join(map(str, value)) or "none"
     return "by default" if value is None else str(value)
-
-
-def _origin(verdict, data):
-    origin = verdict.provenance
-    counts = {"speed": len(data.speed), "harmonic": len(data.harmonic), "node": len(data.node)}
-    said = ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counts.items())
-    made = f"rotorstudy {origin['rotorstudy_version']}, commit {origin['git_commit']}"
-    files = f"records: {origin['records']}; rig: {origin['rig']}"
-    return f"{said}; {verdict.candidates} candidates. {made}; {files}."
