@@ -58,16 +58,6 @@ def hypotheses(rig, forward, backward, receptance, std):
     return pd.DataFrame(rows)
 
 
-def readings(replays):
-    """Rig, forward, backward, receptance (reading,) of (ReplayConfig, spectra) of each rig, at published speeds."""
-    found = []
-    for number, (config, spectra) in enumerate(replays):
-        seen = spectra.compensated.sel(version="corrected", data_set=COLUMN, spectrum_method=COLUMN)
-        both = (as_complex(seen.sel(harmonic=n)) for n in (1, -1))
-        found += [(number, *one) for one in zip(*both, receptance_at(config.model, config.speeds), strict=True)]
-    return tuple(map(np.array, zip(*found, strict=True)))
-
-
 def receptance_at(model, speeds):
     """-1X (speed,) of a backward force of 1 N at the disc, m/N; damping hardly matters far below the critical speed."""
     force = {"kind": "parallel_misalignment", "harmonics": [-1]}
@@ -79,8 +69,13 @@ def receptance_at(model, speeds):
 
 def backward_1x_table(configs, **spectra):
     """What the published -1X of both rigs says about probes and runout; configs : name of a replay -> its file."""
-    replays = [(load_replay(path), spectra[name]) for name, path in configs.items()]
-    rig, forward, backward, receptance = readings(replays)
+    readings = []
+    for number, (name, path) in enumerate(configs.items()):
+        config = load_replay(path)
+        seen = spectra[name].compensated.sel(version="corrected", data_set=COLUMN, spectrum_method=COLUMN)
+        both = (as_complex(seen.sel(harmonic=n)) for n in (1, -1))
+        readings += [(number, *one) for one in zip(*both, receptance_at(config.model, config.speeds), strict=True)]
+    rig, forward, backward, receptance = map(np.array, zip(*readings, strict=True))
     rows = hypotheses(rig, forward, backward, receptance, np.hypot(READING_M, METHOD * np.abs(backward)))
     for name in ("share", "standard deviation", "angle"):
         rows[name] = [", ".join(f"{value:.3g}" for value in values) for values in rows[name]]

@@ -162,6 +162,7 @@ def identify(config, reference, spectra):
     drawn = {data_set: rounding_draws(config, reference, data_set) for data_set in config.data_sets}
     speeds, free = list(config.higher_cases.values()), config.model.names
     names, *_ = _reported(free, np.ones(len(free)), np.eye(len(free)))
+    is_phase = np.array([unit == "rad" for unit in config.model.reported_units(names)])
 
     def found(name, data_set, group):
         estimator, draws = registry().get("estimator", name).function, drawn[data_set]
@@ -176,7 +177,8 @@ def identify(config, reference, spectra):
         else:
             of_draws = estimator(replay_problem(config, cases, draws, draws))
             of_draws = _reported(of_draws.names, of_draws.theta, of_draws.covariance)[1]
-            low, high = np.percentile(_unwrapped(config, names, of_draws, theta), [2.5, 97.5], axis=0)
+            beside = theta + np.angle(np.exp(1j * (of_draws - theta)))  # within half a revolution of the estimate
+            low, high = np.percentile(np.where(is_phase, beside, of_draws), [2.5, 97.5], axis=0)
         simulated = measured_response(problem.model, speeds, config.harmonics, fitted.theta)[..., 0]
         return {"estimate": theta, "low": low, "high": high, "misfit": misfit, "simulated": simulated}
 
@@ -209,10 +211,3 @@ def _reported(names, theta, covariance):
     summing = np.insert(np.eye(len(names)), max(places) + 1, row, axis=0)
     names = (*names[: max(places) + 1], BOTH_DAMPINGS, *names[max(places) + 1 :])
     return names, theta @ summing.T, summing @ covariance @ summing.T
-
-
-def _unwrapped(config, names, drawn, theta):
-    """Drawn phases unwrapped to within half a revolution of the estimate, for percentiles."""
-    is_phase = np.array([unit == "rad" for unit in config.model.reported_units(names)])
-    near = theta + np.angle(np.exp(1j * (drawn - theta)))
-    return np.where(is_phase, near, drawn)

@@ -31,15 +31,8 @@ def by_key(config, cases, values):
     return {(case, n, *key): one[c, h] for key, one in values.items() for c, h, case, n in places}
 
 
-def thesis_responses(config, reference, groups):
-    """group -> (higher case, harmonic) response with the thesis's own estimates, m."""
-    thetas = np.array([thesis_estimates(config, reference, group) for group in groups])
-    shown = measured_response(config.model, config.speeds[config.higher], config.harmonics, thetas)
-    return dict(zip(groups, shown[..., 0], strict=True))
-
-
-def scored_rows(config, reference, spectra, identification, responses, reasons):
-    """Rows of the scoreboard: measured values, response with the thesis's estimates, and estimates."""
+def scored_rows(config, reference, spectra, identification, response, reasons):
+    """Rows of the scoreboard: measured values, estimates, and `response` (higher case, harmonic) with the thesis's."""
     printed, values = published(reference, list(config.sheets)), {}
     for data_set in config.data_sets:  # each column by the spectrum method it was made with
         here = spectra.sel(data_set=data_set, spectrum_method=data_set)
@@ -50,10 +43,9 @@ def scored_rows(config, reference, spectra, identification, responses, reasons):
         values["compensated phase", data_set] = np.angle(compensated)
         if data_set == "regression":
             values["amplitude", "experiment"] = np.abs(as_complex(corrected.corrected))
-    of_all_speeds = np.abs(list(responses.values())[-1])
     drawn = np.abs(remove_slow_roll(config, rounding_draws(config, reference, "regression")))
     found = {"computed": by_key(config, config.cases, values)}  # with the range within rounding, where it is known
-    found["computed"] |= by_key(config, config.higher_cases, {("amplitude", "simulation"): of_all_speeds})
+    found["computed"] |= by_key(config, config.higher_cases, {("amplitude", "simulation"): np.abs(response)})
     for end, size in (("low", drawn.min(axis=0)), ("high", drawn.max(axis=0))):
         found[end] = by_key(config, config.cases, {("amplitude", "experiment"): size})
     in_tables, rows = printed[printed.table != config.estimates_table], []
@@ -156,8 +148,9 @@ def tables(config, reference, reasons, spectra, identification, **others):
     others : results that only figures show
     """
     groups = published(reference, [config.estimates_table]).case.unique()
-    responses = thesis_responses(config, reference, groups)
-    scored = scored_rows(config, reference, spectra, identification, responses, reasons)
+    thetas = np.array([thesis_estimates(config, reference, group) for group in groups])
+    last = measured_response(config.model, config.speeds[config.higher], config.harmonics, thetas)[-1, ..., 0]
+    scored = scored_rows(config, reference, spectra, identification, last, reasons)
     sheets = {name: (sheet.title, sheet.note, ["item"], sheet.across) for name, sheet in config.sheets.items()}
     estimates = checks.shown_estimates(config, all_estimates(identification))
     return {
@@ -165,5 +158,5 @@ def tables(config, reference, reasons, spectra, identification, **others):
         **scored_tables(scored, sheets),
         "estimates": page("estimates", estimates, digits=4, groups=", ".join(config.groups)),
         "physical_checks": checks_table(config, spectra, estimate_checks(config, reference, spectra, identification)),
-        "response": response_table(config, spectra, identification, responses[groups[-1]]),
+        "response": response_table(config, spectra, identification, last),
     }

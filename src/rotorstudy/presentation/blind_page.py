@@ -22,7 +22,9 @@ def write_pages(data, criteria, rows, folder, others=None, index=None):
     """Write figures (PNG, SVG), criteria and cases (CSV, HTML) to a folder; others : name -> rows (CSV) of a run."""
     folder = Path(folder)
     criteria = pd.concat([*(judge(pd.read_csv(path), name) for name, path in (others or {}).items()), criteria])
-    png = save_pictures(blind_figures(rows, criteria), folder / "figures")
+    figures = {"answers": answers_figure(criteria), "curves": curves(rows, criteria[criteria.key == "in_set"].iloc[-1])}
+    figures |= {"confusion": confusion_figure(rows), "calibration": calibration_figure(rows)}
+    png = save_pictures(figures, folder / "figures")
     write_csv(criteria, folder / "criteria.csv")
     write_csv(rows.drop(columns=["seconds"]), folder / "cases.csv")
     source = (
@@ -71,16 +73,6 @@ def _write_cases(cases, source, folder, links):
     tables = {"Cases": shown, "Duration of a diagnosis (s)": by_rig}
     title = "Blind tests: cases with a wrong answer"
     write_html(folder / "cases.html", title, [note, source], tables, 3, links=links)
-
-
-def blind_figures(rows, criteria):
-    """The figures by name; rows : of `scoring.score`, criteria : of `criteria.judge`, of one source or several."""
-    return {
-        "answers": answers_figure(criteria),
-        "curves": curves(rows, criteria[criteria.key == "in_set"].iloc[-1]),
-        "confusion": confusion_figure(rows),
-        "calibration": calibration_figure(rows),
-    }
 
 
 def _shares(found, of):

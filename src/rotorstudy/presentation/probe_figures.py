@@ -6,7 +6,7 @@ import numpy as np
 
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.model.rig import read_rig
-from rotorstudy.presentation.plots import COLOURS, figure, save_figure
+from rotorstudy.presentation.plots import COLOURS, figure, finished, save_figure
 
 PROBE, LABEL = 1.45, 1.95  # radii at which a probe ends and its name stands, the shaft being 1
 APART = 0.42  # rad between two labels, the width of one at that radius
@@ -47,8 +47,7 @@ def probe_picture(conventions, nodes, labels=None):
     sense = "counter-clockwise" if conventions.sense > 0 else "clockwise"
     left = f"; {len(at) - MOST} more nodes" if len(at) > MOST else ""
     told = f"Seen as in the rig file: the shaft turns {sense}{left}"
-    picture.suptitle(fill(told, CHARACTERS * len(shown)))
-    return picture
+    return finished(picture, fill(told, CHARACTERS * len(shown)))
 
 
 def spread(directions):

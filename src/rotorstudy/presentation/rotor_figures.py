@@ -6,7 +6,7 @@ import numpy as np
 
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.presentation.charts import bode_charts, bode_pictures, curve, drawn, plot
-from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, finished
 from rotorstudy.presentation.probe_figures import probe_picture
 from rotorstudy.store import as_complex
 from rotorstudy.studies.stability_margin import LEAST_DECREMENT
@@ -68,13 +68,11 @@ def campbell(analysis, bands=()):
 def stability(analysis):
     """Growth rate of the fastest growing free motion over speed, and the decrement of the first forward mode."""
     data, (unit, per), decrement = analysis.data, shown_speed(), analysis.data.log_decrement.values
-    speed, title = data.growth_speed.values * per, f"Stable up to {data.growth_speed.values[-1] * per:.0f} {unit}"
-    edge, across = [{"y": 0}], ("speed", unit)
+    speed, edge, across = data.growth_speed.values * per, [{"y": 0}], ("speed", unit)
+    title = f"Stable up to {speed[-1]:.0f} {unit}"
     if analysis.threshold:
-        title, edge = (
-            f"Unstable from {analysis.threshold * per:.0f} {unit}",
-            [{"y": 0}, {"x": analysis.threshold * per}],
-        )
+        title = f"Unstable from {analysis.threshold * per:.0f} {unit}"
+        edge.append({"x": analysis.threshold * per})
     growth = curve("growth rate", 0, speed, data.growth_rate.values, line=True)
     charts = [plot(title, across, ("growth rate", "1/s"), [growth], lines=edge)]
     if np.isfinite(decrement).any():
@@ -139,43 +137,36 @@ def rotor(rig):
     """The rotor to scale, with discs, bearings, probes and cracks."""
     from matplotlib.patches import Polygon, Rectangle
 
-    model, given = rig.model, rig.given
-    structure = model.structure
-    places = structure.node_positions
-    picture, axes = figure(1, 1, height=2.2, width=7.0)
-    panel = axes[0, 0]
-    nodes, ends = list(places), list(places.values())
+    structure, sensors = rig.model.structure, rig.model.sensors
+    places, length = structure.node_positions, structure.length
+    picture, ((panel,),) = figure(height=2.2, width=7.0)
     radius = {}
-    for first, last in pairwise(ends):
+    for first, last in pairwise(places.values()):
         section = structure.section_at((first + last) / 2)
         radius[first] = max(section.outer_diameter_m, section.sleeve_diameter_m) / 2
         size, style = (last - first, 2 * radius[first]), {"facecolor": "0.85", "edgecolor": "0.5"}
         panel.add_patch(Rectangle((first, -radius[first]), *size, **style))
-    thickest = max([*radius.values(), *(disc.radius for disc in structure.discs)])
+    shaft = max(radius.values())
+    thickest = max([shaft, *(disc.radius for disc in structure.discs)])
     for disc in structure.discs:
-        thick = max(disc.thickness, 0.01 * structure.length)
+        thick = max(disc.thickness, 0.01 * length)
         corner = (places[disc.node] - thick / 2, -disc.radius)
         panel.add_patch(Rectangle(corner, thick, 2 * disc.radius, facecolor=COLOURS[5], edgecolor="k", alpha=0.8))
-    shaft = max(radius.values())
-    for node in structure.bearing_nodes:
-        x, wide = places[node], 0.015 * structure.length
-        corners = [(x, -shaft), (x - wide, -shaft - 0.25 * thickest), (x + wide, -shaft - 0.25 * thickest)]
+    for x in (places[node] for node in structure.bearing_nodes):
+        wide, low = 0.015 * length, -shaft - 0.25 * thickest
+        corners = [(x, -shaft), (x - wide, low), (x + wide, low)]
         panel.add_patch(Polygon(corners, facecolor=COLOURS[2], edgecolor="k"))
-    for node in (structure.casings.get(node, node) for node in model.sensors):
+    for node in (structure.casings.get(node, node) for node in sensors):
         top = max([shaft, *(disc.radius for disc in structure.discs if disc.node == node)])
         arrow = {"arrowstyle": "->", "color": "k"}
         panel.annotate("", (places[node], top), (places[node], top + 0.35 * thickest), arrowprops=arrow)
-    for position in crack_positions(given, places):
+    for position in crack_positions(rig.given, places):
         panel.plot([position] * 2, [-1.3 * shaft, 1.3 * shaft], color=COLOURS[1], linewidth=2)
-    for node in nodes:
-        panel.text(places[node], -1.35 * thickest, str(node), ha="center", va="top", fontsize=6)
-    panel.set(
-        xlim=(-0.03 * structure.length, 1.03 * structure.length),
-        ylim=(-1.7 * thickest, 1.4 * thickest),
-        xlabel="position along the shaft (m); node numbers below the rotor",
-        ylabel="radius (m)",
-    )
-    panel.set_aspect("equal" if structure.length < 12 * thickest else "auto")
+    for node, x in places.items():
+        panel.text(x, -1.35 * thickest, str(node), ha="center", va="top", fontsize=6)
+    panel.set(xlim=(-0.03 * length, 1.03 * length), ylim=(-1.7 * thickest, 1.4 * thickest))
+    panel.set(xlabel="position along the shaft (m); node numbers below the rotor", ylabel="radius (m)")
+    panel.set_aspect("equal" if length < 12 * thickest else "auto")
     panel.grid(False)
     return picture
 
@@ -190,16 +181,15 @@ def crack_positions(rig, places):
 
 def mode_shapes(structure, data, sensors=()):
     """The lowest mode shapes at the speed of `data`: the plane of the largest motion, and its envelope."""
-    places = structure.node_positions
-    moves = [(i, node) for i, (node, motion) in enumerate(structure.dofs) if motion == "translation"]
-    at = np.array([places[node] for _, node in moves])
-    rows = [i for i, _ in moves]
-    count = min(SHAPES, int(np.isfinite(data.frequency.values).sum()))
-    columns = min(2, count)  # readable in a narrow window
+    places, count = structure.node_positions, min(SHAPES, int(np.isfinite(data.frequency.values).sum()))
+    rows, nodes = zip(*((i, n) for i, (n, motion) in enumerate(structure.dofs) if motion == "translation"), strict=True)
+    held = [places[node] for node in structure.bearing_nodes]
+    probed = [places[structure.casings.get(node, node)] for node in sensors]
+    at, columns = [places[node] for node in nodes], min(2, count)  # readable in a narrow window
     picture, axes = figure(-(-count // columns), columns, height=2.0, width=2.8, sharey=True)
     for empty in axes.flat[count:]:
         empty.set_visible(False)
-    forward, backward = as_complex(data.forward_shape)[:, rows], as_complex(data.backward_shape)[:, rows]
+    forward, backward = (as_complex(shape)[:, rows] for shape in (data.forward_shape, data.backward_shape))
     for mode, panel in enumerate(axes.flat[:count]):
         orbit = forward[mode][:, None] * np.exp(1j * TURN) + backward[mode][:, None] * np.exp(-1j * TURN)
         largest = np.abs(orbit).max(axis=1)
@@ -209,16 +199,12 @@ def mode_shapes(structure, data, sensors=()):
         panel.plot(at, -largest / largest.max(), ":", color="0.5")
         panel.plot(at, line.real / largest.max(), MARKERS[0] + "-", color=COLOURS[0], markersize=3)
         panel.axhline(0, color="k", linewidth=0.6)
-        held = [places[node] for node in structure.bearing_nodes]
         panel.plot(held, [-1.15] * len(held), "^", color=COLOURS[2])
-        probed = [places[structure.casings.get(node, node)] for node in sensors]
         panel.plot(probed, [1.15] * len(probed), "v", color="k", markersize=3)
-        panel.set_ylim(-1.3, 1.3)
         frequency, ratio = float(data.frequency[mode]) / (2 * np.pi), float(data.damping_ratio[mode])
-        panel.set_title(f"{frequency:.3g} Hz, {whirl_name(float(data.direction[mode]))},\ndamping ratio {ratio:.2g}")
-        panel.set_xlabel("position (m)")
+        title = f"{frequency:.3g} Hz, {whirl_name(float(data.direction[mode]))},\ndamping ratio {ratio:.2g}"
+        panel.set(ylim=(-1.3, 1.3), title=title, xlabel="position (m)")
     for panel in axes[:, 0]:
         panel.set_ylabel("motion relative to its largest")
     unit, per = shown_speed()
-    picture.suptitle(f"At {float(data.speed) * per:.0f} {unit}")
-    return picture
+    return finished(picture, f"At {float(data.speed) * per:.0f} {unit}")

@@ -129,22 +129,17 @@ def weight_dominance(config):
     return dataset(variables, coordinates, title=f"{config.title}: weight dominance against the full crack")
 
 
-def held_model(model, speeds, percent):
-    """The model with the static deflection held at that of bearings too stiff by `percent`; speeds (speed,) rad/s."""
-    theta = model.theta[: len(model.rotor_unknowns)].copy()
-    stiff = [u.carries and u.unit == "N/m" for u in model.rotor_unknowns]
-    theta[stiff] *= 1 + percent / 100
-    return replace(model, held_deflection=static_deflection(model, speeds, theta).value)
-
-
 def variants(config):
     """A Dataset of the estimates of every variant and case, without noise, and their errors."""
 
     def solved(variant, case):
         variant, speeds = config.variants[variant], config.cases[case].speeds
         source, model, held = config.rig(variant.simulated), config.rig(variant.identified), variant.held_with_percent
-        used = model if held is None else held_model(model, speeds, held)
-        problem = config.problem(used, config.clean_spectrum(source, speeds))
+        if held is not None:
+            stiff = np.array([u.carries and u.unit == "N/m" for u in model.rotor_unknowns])
+            theta = model.theta[: len(model.rotor_unknowns)] * np.where(stiff, 1 + held / 100, 1.0)
+            model = replace(model, held_deflection=static_deflection(model, speeds, theta).value)
+        problem = config.problem(model, config.clean_spectrum(source, speeds))
         problem = replace(problem, condensation=variant.condensation)
         exact = variant.condensation == "exact"
         theta = solve_equations(problem) if exact else solve_linear(*problem.equations(), problem.names)

@@ -36,7 +36,9 @@ def estimates(config, name, rotor, by_method, estimator):
     theta_true = model.theta[model.position(unknowns)]
     names, true, _ = magnitude_and_phase(unknowns, theta_true, np.eye(len(unknowns)))
     is_angle = np.array(model.reported_units(names)) == "rad"
-    bound = _bound(config, rotor, theta_true)
+    weighted = with_noise(rotor.without_noise, 0.01, "white in time", config.samples).at_harmonics(rotor.harmonics)
+    bound = cramer_rao_bound(Problem(model, weighted, unknowns), theta_true)
+    bound = np.sqrt(np.diag(magnitude_and_phase(unknowns, theta_true, bound)[2]))  # at 1 % noise, in proportion to it
     asked = rotor._replace(model=without_values(model, unknowns))
 
     def accuracy(method, fault, level):
@@ -98,14 +100,6 @@ def without_values(model, unknowns):
         sought = {p.name for p in term.parameters if {term.full_name(p), f"{term.full_name(p)}_real"} & {*unknowns}}
         terms.append(replace(term, values={name: v for name, v in term.values.items() if name not in sought}))
     return replace(model, terms=tuple(terms))
-
-
-def _bound(config, rotor, theta):
-    """(parameter,) Cramer-Rao standard deviations at 1 % white noise, to which they are proportional."""
-    used = with_noise(rotor.without_noise, 0.01, "white in time", config.samples)
-    used = used.at_harmonics(rotor.harmonics)
-    bound = cramer_rao_bound(Problem(rotor.model, used, rotor.unknowns), theta)
-    return np.sqrt(np.diag(magnitude_and_phase(rotor.unknowns, theta, bound)[2]))
 
 
 def bias(study, rotor, estimator):
