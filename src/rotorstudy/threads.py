@@ -19,13 +19,13 @@ def use_one_thread_unless_stated() -> None:
 
 
 def on_one_thread(function: Callable) -> Callable:
-    """The function on one thread, also if numpy is imported already, where the environment states no number."""
+    """The function on one thread, also if numpy is imported already, where none is stated for BLAS."""
 
     @wraps(function)
     def limited(*given, **more):
         from threadpoolctl import threadpool_limits
 
-        if any(name in os.environ for name in NAMES):
+        if any(name in os.environ for name in NAMES if name != "OMP_NUM_THREADS"):
             return function(*given, **more)
         with threadpool_limits(1, user_api="blas"):
             return function(*given, **more)

@@ -60,9 +60,9 @@ def test_a_common_error_whitens_like_the_full_covariance_and_stays_with_a_part_o
     assert np.sum(found.whitened(apart.amplitude) ** 2) == pytest.approx(white @ np.linalg.solve(whole, white))
     assert found.log_common_volume == pytest.approx(np.linalg.slogdet(whole)[1])
     assert found.log_volume == pytest.approx(apart.log_volume - found.log_common_volume / 2)
-    assert found.without_common(white) == pytest.approx(found.whitened(apart.amplitude))
+    assert found.whitened_by_common(white) == pytest.approx(found.whitened(apart.amplitude))
     more = RNG.standard_normal((apart.data_count, 3))  # beside it, of data whitened by both
-    both = np.sum(found.with_shared_error(found.without_common(more.T).T).whitened(apart.amplitude) ** 2)
+    both = np.sum(found.with_shared_error(found.whitened_by_common(more.T).T).whitened(apart.amplitude) ** 2)
     assert both == pytest.approx(white @ np.linalg.solve(whole + more @ more.T, white))
     assert apart.whitened(found.covariance_times(apart.amplitude)) / 1e-7**2 == pytest.approx(whole @ white)
     few = found.at_speeds([0, 2]).at_harmonics([1, 0])

@@ -24,7 +24,9 @@ from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import sought
 from rotorstudy.diagnosis.verdict.extend import extended_rig
+from rotorstudy.diagnosis.verdict.wrong_convention import tested_convention
 from rotorstudy.inference.estimate import estimate_rig
+from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.model.rig_numbers import with_numbers
 
 pytestmark = pytest.mark.usefixtures("right_conventions")
@@ -381,6 +383,18 @@ def test_a_sound_machine_whose_films_are_not_linear_has_no_fault(shared, monkeyp
     assert found.search.base.p_value > 0.1
     assert (found.verdict.verdict == "nothing") == shared
     assert shared or {cause.effect for cause in found.verdict.causes} == {"rub"}
+
+
+def test_records_mirrored_on_films_are_told_from_what_linear_films_leave_out():
+    """Negative control: by an error of the records as stated alone, the right convention leaves far more than noise."""
+    harmonics, heavier, settings = np.array([1, -1, 2, -2]), 20.0, Settings(**STRICT, uncertainty=KNOWN)
+    shown = on_true_films(SPEEDS[::2], harmonics, heavier)[:, [1, 0, 3, 2]].conj()  # the sense of rotation is reversed
+    record, model = readings(shown, SPEEDS[::2], harmonics, [n + 1 for n in NODES], 2e-8), build_model(rig(heavier))
+    work = begin(model, with_film_error(with_model_error(record, settings), model), settings)
+    alone = replace(work, spectrum=with_model_error(record, settings))
+    told, control = (tested_convention(one, record) for one in (work, alone))
+    assert "other sense" in told.hypothesis.name and told.fit.p_value > 0.01 > control.fit.p_value
+    assert told.fit.evidence + told.log_factor > work.base.evidence
 
 
 def test_a_fault_that_moves_the_films_adds_to_what_they_leave_out():

@@ -51,7 +51,7 @@ class Whitened:
 
     @cached_property
     def _common(self):
-        """The same as `_shared` of the common errors, whitened by the noise of each sensor."""
+        """Directions (component, error) of the common errors, of data whitened by noise, and variances (error,)."""
         return _principal(self._with_own_noise(self.common_error).T)
 
     @cached_property
@@ -110,10 +110,10 @@ class Whitened:
 
     def whitened(self, amplitude: np.ndarray) -> np.ndarray:
         """Harmonics (..., speed, harmonic, sensor), m, as the data (..., component) in their standard deviations."""
-        found = self.without_common(self._with_own_noise(amplitude))
+        found = self.whitened_by_common(self._with_own_noise(amplitude))
         return found if self.shared_error is None or not self.shared_error.size else _whitened(found, *self._shared)
 
-    def without_common(self, data: np.ndarray) -> np.ndarray:
+    def whitened_by_common(self, data: np.ndarray) -> np.ndarray:
         """Data (..., component) in standard deviations of the noise of each sensor, whitened by common errors too."""
         return data if self.common_error is None else _whitened(data, *self._common)
 

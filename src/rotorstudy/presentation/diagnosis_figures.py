@@ -244,9 +244,8 @@ def two_states(before, after, difference, mark=0.0):
     speed = int(change.sum(axis=1).argmax())
     nodes = np.sort(np.argsort(-change.sum(axis=0))[:MOST_COMPARED])
     first = difference.harmonics.tolist().index(1)
-    variance = np.diagonal(difference.covariance, axis1=-2, axis2=-1)  # (speed, sensor, component)
     unit, factor = shown_unit("m")
-    reach = factor * REACH * np.sqrt(variance[..., first])
+    reach = factor * REACH * np.sqrt(difference.variance[:, first] / 2)
     w = float(after.speed[speed])
     picture, axes = figure(len(nodes), 2, height=3.0, width=3.4)
     for row, node in enumerate(nodes):

@@ -71,7 +71,7 @@ class OverForms(NamedTuple):
     cost: float  # misfit and penalty of the most probable law, where it explains most
     # amplitudes (unknown,) and cost by the law of the cause itself; None if it can act nowhere
     by_own_law: tuple[np.ndarray, float] | None
-    log_evidence: float  # of the most probable law, over all forms
+    log_evidence: float  # mean over the laws, of all forms
 
 
 class _Weighted(NamedTuple):
@@ -125,7 +125,8 @@ def over_forms(
     own = next(((one.amplitudes, one.cost) for one in every if one.law is laws[0]), None)
     stated = {key: (shape.pop(key), spread.pop(key)) for key in [*shape] if key not in ranges}
     cause = laws[0]._replace(shape=shape, shape_std=spread)
-    return OverForms(cause, stated, intervals, best.cost, own, best.log_evidence)
+    whole = np.logaddexp.reduce([one.log_evidence for one in every]) - np.log(len(laws))
+    return OverForms(cause, stated, intervals, best.cost, own, float(whole))
 
 
 def _weighted(shapes, starts, wider=None):

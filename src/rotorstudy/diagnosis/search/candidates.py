@@ -23,7 +23,7 @@ ANGLES_TRIED = 16  # of the angles of a full turn: 11 degrees off at most, which
 DIFFERENCE = 1e-4  # of the range of a shape option, for a derivative by it
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of a prior over the widest one, equally likely by order of magnitude
 # distances of the law of a real fault from the nearest one of the library over those in `Effect.any_form`, equally
-# likely, as those of published laws differ tenfold; the first is the law of the library
+# likely: the law of the library itself, one near it, one as far as published ones, which differ tenfold, one farther
 SPREADS = (0.01, 0.3, 1.0, 2.0)
 FIXED = 0.02  # standard deviation of an amplitude that is 0 or 1: what the uncertainty of the probe calibration
 

@@ -5,8 +5,8 @@ damping are the first term. Each further term is the one before times the orbit 
 harmonics are sums of theirs: of a motion at 1X the second gives 0X and 2X, the third 1X and 3X. Their coefficients are
 of the size of the first one times the relative change of the stiffness per eccentricity ratio, which is 1 to 4 in films
 that carry a load (J. W. Lund and K. K. Thomsen, A calculation method and data for the dynamic coefficients of
-oil-lubricated journal bearings, 1978). They are a force in the film, which all probes show, and which keeps its time to
-the orbit at 1X: if that is earlier by t, so is it. So probes and speeds have this error in common.
+oil-lubricated journal bearings, 1978). They are a force in the film, which all probes show. Its part at nX turns
+by n times the phase of the orbit at 1X, and its size changes slowly. So probes and speeds have this error in common.
 
 Where a journal runs (0X) is known only as far as its probes keep their place. Journal, bracket and probe warm up, which
 moves it by some per cent of the clearance from speed to speed, and by any share since the probe was set; so only how a
@@ -54,7 +54,7 @@ def _films(model):
 def with_film_error(
     spectrum: Spectrum, model: Model, theta: np.ndarray | None = None, growth: np.ndarray | None = None
 ) -> Spectrum:
-    """The spectrum with its covariance enlarged by what linear films leave out, and by drift; the same without films.
+    """The spectrum with what linear films leave out as common errors, and with drift; the same without films.
 
     model  : whose motion it is
     theta  : (parameter,) values of the amplitudes, by default as stated
@@ -86,7 +86,7 @@ def with_film_error(
         variance += FREE / 4 * np.einsum("phsnc,sh->snc", np.abs([real, imaginary]) ** 2, more)
     drift = DRIFT * max(film.options["radial_clearance_m"] for film in films)
     variance[:, np.asarray(spectrum.harmonics) == 0] += drift**2
-    return replace(spectrum.with_error(variance), common_error=np.concatenate(errors))
+    return replace(spectrum.with_error(variance), common_error=spectrum.shown(np.concatenate(errors)))
 
 
 def _turned_with(orbit, spectrum):

@@ -131,7 +131,7 @@ def two_forces(work) -> list[tuple[Fit, np.ndarray]]:
     forces = {FREE_FORCE: (rows[other], pair[other].force), OTHER_FORCE: (rows[one], pair[one].force)}
     exchanged = _with_forces(work, pair[other].free, forces)
     return [
-        (found, spectrum.without_common(pair[place].errors().T).T)
+        (found, spectrum.whitened_by_common(pair[place].errors().T).T)
         for found, place in ((fitted, other), (exchanged, one))
     ]
 
@@ -246,11 +246,16 @@ def _posterior(rig: _Linearised, spectrum, columns, forces=(), beside=None, ever
             off = (data - (columns @ moved[..., None])[..., 0]).ravel()
             moved = moved.reshape(speeds, rows, parts, harmonics).swapaxes(0, 1)
             known = np.linalg.solve(inner, scaled.T @ off)
-            free, left = mean + np.linalg.solve(whitener, known[: len(mean)]), off - scaled @ known
-            left = left @ left + known[len(mean) :] @ known[len(mean) :]
+            free, rest, others = (
+                mean + np.linalg.solve(whitener, known[: len(mean)]),
+                off - scaled @ known,
+                known[len(mean) :],
+            )
+            left = rest @ rest + others @ others
             errors = partial(_errors, columns, modes, size[: columns.shape[-1]])
             force = moved[:, :, 0] + 1j * moved[:, :, 1]
             best = _Posterior(evidence + log_scale, force, free, float(left), shares, errors)
+    # of data whitened by the common errors too, as the evidence of a Fit is
     return best._replace(evidence=best.evidence + spectrum.log_common_volume / 2)
 
 

@@ -247,7 +247,7 @@ def log_posterior_odds(causes: tuple[Candidate, ...], fitted: Fit, base: Fit, pr
 
 
 def _in_widths(cause, fitted, amplitudes, parameter, scales):
-    """Arguments of `log_scales` for some amplitudes of a cause; the others as of `Candidate.widths`."""
+    """Arguments of `log_scales` for some amplitudes of a cause; the other arguments are those of `Candidate.widths`."""
     place = [fitted.names.index(cause.names[i]) for i in amplitudes]
     width = fitted.prior.std[place]
     covariance = fitted.covariance[np.ix_(place, place)] / np.outer(width, width)

@@ -175,7 +175,7 @@ def screen_each(
     """
     alike, found = {}, {}
     for i, cause in enumerate(causes):
-        varied = [tuple(amplitudes) for amplitudes, *_ in cause.widths]
+        varied = [(tuple(amplitudes), tuple(scales)) for amplitudes, _, scales in cause.widths]
         alike.setdefault((cause.fixed, *cause.parameter.tolist(), *varied), []).append(i)
     for chosen in alike.values():
         found |= zip(chosen, _screen_alike(projected, [[*beside, causes[i]] for i in chosen], least), strict=True)

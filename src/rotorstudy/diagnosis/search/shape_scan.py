@@ -8,7 +8,6 @@ of each part of the ranges are refined by Gauss-Newton steps at that motion.
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -198,8 +197,7 @@ class _Scan(NamedTuple):
         """The Motions with a free force on coordinates."""
         if self.has_motion:
             return [self.projection.near.motion] * len(rows)
-        spectrum = replace(self.work.spectrum, shared_error=None) if self.plain else self.work.spectrum
-        return motions_by_free_forces(self.plain or self.fitted, spectrum, rows, self.projection.near)
+        return motions_by_free_forces(self.plain or self.fitted, self.work.spectrum, rows, self.projection.near)
 
     def first(self):
         """The best of shapes over the whole range, from which `refined` starts; to turn a crack, itself turned."""

@@ -17,11 +17,9 @@ def verdict_dataset(diagnosis, spectrum):
     base, best = diagnosis.search.base, diagnosis.best
     held = np.isin(spectrum.speed, diagnosis.held_out.speed if diagnosis.held_out is not None else [])
     grid = ("speed", "harmonic", "node")
-    variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
-    variance = variance.reshape(*variance.shape[:-1], 2, -1).sum(axis=-2)
     variables = {
         "measured": (grid, spectrum.amplitude, "m", "measured harmonics"),
-        "standard_deviation": (grid, np.sqrt(variance).transpose(0, 2, 1), "m", "noise of the measured harmonics"),
+        "standard_deviation": (grid, np.sqrt(spectrum.variance), "m", "noise of the measured harmonics"),
         "held_out": (("speed",), held.astype("int8"), "1", "1 if the speed was held out of every fit"),
     }
     for when, name, fitted in (("before", "base", base), ("after", "extended", best)):

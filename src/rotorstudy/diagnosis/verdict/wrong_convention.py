@@ -42,11 +42,15 @@ def tested_convention(begun, spectrum):
     models = (model, replace(model, from_unloaded_line=not model.from_unloaded_line))
     order = carried_order(spectrum)
     linearised = [shown_and_slopes(one, spectrum, about, prior.names, order) for one in models]
-    stated, screened = with_model_error(spectrum, settings).log_volume, []
+    films = begun.spectrum.covariance - with_model_error(spectrum, settings).covariance
+    screened = []
     for hypothesis in every:
         corrected, log_volume = hypothesis.corrected(spectrum)
         corrected = with_model_error(corrected, settings)
-        log_factor = float(log_volume + corrected.log_volume - stated + np.log(PRIOR_ODDS / len(every)))
+        covariance = corrected.covariance + films
+        corrected = replace(corrected, covariance=covariance, common_error=begun.spectrum.common_error)
+        volume = corrected.log_volume - begun.spectrum.log_volume
+        log_factor = float(log_volume + volume + np.log(PRIOR_ODDS / len(every)))
         evidence = _linear_evidence(corrected, *linearised[hypothesis.other_zero], prior)
         screened.append((evidence + log_factor, log_factor, hypothesis, corrected))
     screened.sort(key=lambda one: -one[0])
