@@ -4,7 +4,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.verdict.result import FORMAT_VERSION
-from rotorstudy.inference.prediction import BEYOND, predicted, with_model_error
+from rotorstudy.inference.prediction import BEYOND, predicted
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.terms import Unknown
 from rotorstudy.response.neighbourhood import Neighbourhood
@@ -13,9 +13,9 @@ from rotorstudy.store import dataset
 
 def verdict_dataset(diagnosis, spectrum):
     """The content of verdict.nc; spectrum : Spectrum of all speeds, fitted and held out."""
-    whole = with_model_error(spectrum, diagnosis.settings)
     base, best = diagnosis.search.base, diagnosis.best
-    held = np.isin(spectrum.speed, diagnosis.held_out.speed if diagnosis.held_out is not None else [])
+    parts = [one for one in (diagnosis.search.spectrum, diagnosis.held_out) if one is not None]  # with all their errors
+    held = np.isin(spectrum.speed, parts[1].speed if len(parts) > 1 else [])
     grid = ("speed", "harmonic", "node")
     variables = {
         "measured": (grid, spectrum.amplitude, "m", "measured harmonics"),
@@ -23,9 +23,11 @@ def verdict_dataset(diagnosis, spectrum):
         "held_out": (("speed",), held.astype("int8"), "1", "1 if the speed was held out of every fit"),
     }
     for when, name, fitted in (("before", "base", base), ("after", "extended", best)):
-        shown = spectrum.shown(predicted(fitted.model, whole, fitted.theta))
+        shown = spectrum.shown(predicted(fitted.model, spectrum, fitted.theta))
         off = spectrum.amplitude - shown
-        sigma = whole.by_harmonic(whole.whitened(off))
+        sigma = np.empty(off.shape)
+        for one, here in zip(parts, (~held, held), strict=False):
+            sigma[here] = one.by_harmonic(one.whitened(off[here]))
         force = equivalent_residual_force(fitted.model, fitted.theta, spectrum.speed, spectrum.harmonics, off)
         variables |= {
             name: (grid, shown, "m", f"harmonics of the {name} model, as the probes show them"),
