@@ -119,7 +119,8 @@ def with_held_out(found: Search, held: Spectrum | None) -> Search:
     """The Search with the held-out speeds, which have the model error, in the odds of its explanations.
 
     Odds with all records are those of the fit times the likelihood of the held-out speeds, given the fit. A fault that
-    the library lacks is taken to predict these speeds as well as the causes that do so best.
+    the library lacks is taken to predict these speeds as well as the causes that do so best. What the error of films
+    has in common with the speeds fitted is not taken from these: it counts as unknown again.
     """
     if held is None:
         return found
