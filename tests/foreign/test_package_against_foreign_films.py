@@ -22,9 +22,8 @@ from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.moves import additions, loading_films
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict import sought
+from rotorstudy.diagnosis.verdict import sought, wrong_convention
 from rotorstudy.diagnosis.verdict.extend import extended_rig
-from rotorstudy.diagnosis.verdict.wrong_convention import tested_convention
 from rotorstudy.inference.estimate import estimate_rig
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.model.rig_numbers import with_numbers
@@ -392,7 +391,7 @@ def test_records_mirrored_on_films_are_told_from_what_linear_films_leave_out():
     record, model = readings(shown, SPEEDS[::2], harmonics, [n + 1 for n in NODES], 2e-8), build_model(rig(heavier))
     work = begin(model, with_film_error(with_model_error(record, settings), model), settings)
     alone = replace(work, spectrum=with_model_error(record, settings))
-    told, control = (tested_convention(one, record) for one in (work, alone))
+    told, control = (wrong_convention.tested_convention(one, record) for one in (work, alone))
     assert "other sense" in told.hypothesis.name and told.fit.p_value > 0.01 > control.fit.p_value
     assert told.fit.evidence + told.log_factor > work.base.evidence
 
