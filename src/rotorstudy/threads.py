@@ -4,7 +4,8 @@ import os
 from collections.abc import Callable
 from functools import wraps
 
-NAMES = tuple(f"{library}_NUM_THREADS" for library in ("OPENBLAS", "OMP", "MKL"))
+OF_BLAS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+NAMES = (*OF_BLAS, "OMP_NUM_THREADS")
 
 
 def use_one_thread() -> None:
@@ -25,7 +26,7 @@ def on_one_thread(function: Callable) -> Callable:
     def limited(*given, **more):
         from threadpoolctl import threadpool_limits
 
-        if any(name in os.environ for name in NAMES if name != "OMP_NUM_THREADS"):
+        if any(name in os.environ for name in OF_BLAS):
             return function(*given, **more)
         with threadpool_limits(1, user_api="blas"):
             return function(*given, **more)

@@ -52,12 +52,12 @@ class Whitened:
     @cached_property
     def _common(self):
         """Directions (component, error) of the common errors, of data whitened by noise, and variances (error,)."""
-        return _principal(self._with_own_noise(self.common_error).T)
+        return principal(self._with_own_noise(self.common_error).T)
 
     @cached_property
     def _shared(self):
         """Directions (component, error) of the shared errors, and their variances (error,)."""
-        return _principal(self.shared_error)
+        return principal(self.shared_error)
 
     def full_covariance(self) -> np.ndarray:
         """Covariance (speed, component * sensor, component * sensor) of the components of all sensors together, m^2."""
@@ -138,11 +138,14 @@ class Whitened:
         return found
 
 
-def _principal(columns):
-    """Directions (component, error) of whitened errors (component, error), and their variances (error,)."""
+def principal(columns, least=SHARED_FLOOR, share=0.0):
+    """Orthonormal directions (component, error) of errors (component, error), and their variances (error,).
+
+    Of those above the least variance, and above a share of the largest one.
+    """
     wide = columns.shape[1] > len(columns)
     variance, vectors = np.linalg.eigh(columns @ columns.T if wide else columns.T @ columns)
-    kept = variance > SHARED_FLOOR
+    kept = variance > max(least, share * variance.max(initial=0.0))
     along = vectors[:, kept] if wide else columns @ (vectors[:, kept] / np.sqrt(variance[kept]))
     return along, variance[kept]
 

@@ -51,7 +51,7 @@ class Candidate(NamedTuple):
     variant: dict = {}  # the alternatives of the effect that it has (the breathing function of a crack)
     shape_std: dict = {}  # standard deviations of its shape, once that is fitted
     options: dict = {}  # other options, the same for all candidates of the effect
-    freedoms: tuple["Freedom", ...] = ()  # of its form
+    freedoms: tuple[Freedom, ...] = ()  # of its form
     fixed_std: float = FIXED  # standard deviation of an amplitude that is fixed
     held: tuple[str, ...] = ()  # options of its shape that are held at a value among the `options`
 

@@ -24,7 +24,7 @@ from rotorstudy.diagnosis.search.places import places_of
 from rotorstudy.diagnosis.search.shown_forces import shown_forces
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import LEAK, neighbourhood
-from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.measurement.spectrum import Spectrum, principal
 from rotorstudy.model.entries import unscaled
 from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
@@ -258,7 +258,7 @@ def most_probable_form(
     gram, prior, found = data.T @ data + rest.T @ rest, 2 * np.linalg.slogdet(known)[1], []
     for shares in SHARES if changes else SHARES[:1]:
         columns, at = _columns(spectrum, changes, shares, largest)
-        along, variance = _principal(columns)
+        along, variance = principal(columns, 0.0, ROUND_OFF)
         turned = (along * np.sqrt(variance)).T @ data
         found.append((_by_scale(gram, turned, variance, -prior), shares, columns, at))
     whole = np.array([np.logaddexp.reduce(one[0]) for one in found])
@@ -364,14 +364,3 @@ def _by_scale(gram, turned, variance, narrowed):
     gain = gram[0, 0] * (2 - root[:, -1] ** 2)
     narrowed = narrowed + np.log1p(every).sum(axis=1) + 2 * np.log(root[:, :-1] * size[:, :-1]).sum(axis=1)
     return -0.5 * (products[:, -1, -1] - gain + narrowed)
-
-
-def _principal(columns):
-    """Orthonormal directions (component, error) of columns, and their variances (error,)."""
-    if columns.shape[1] > len(columns):
-        variance, along = np.linalg.eigh(columns @ columns.T)
-    else:
-        variance, along = np.linalg.eigh(columns.T @ columns)
-        along = columns @ (along / np.sqrt(np.maximum(variance, np.finfo(float).tiny)))
-    kept = variance > ROUND_OFF * variance.max(initial=0.0)
-    return along[:, kept], variance[kept]
