@@ -1,6 +1,7 @@
 """Machines on oil films whose clearance differs from the rig file: the numbers of bearings move in every fit."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -201,7 +202,7 @@ DRIFTED = np.outer(np.linspace(0, 1, 4), [5e-6j, 0, 0])  # at one bearing, up to
 def test_means_are_data_of_a_comparison_as_far_as_probes_keep_their_place(film, means, is_named, monkeypatch):
     """A film that changed is named; a drift names nothing."""
     harmonics, nodes = np.array([0, 1, -1, 2, -2]), [node + 1 for node in NODES]
-    shown = np.array([on_true_films(FEW, harmonics, 1.0, films=(one, FILMS[1])) for one in (LEFT, film)])
+    shown = np.array([on_true_films(tuple(FEW), tuple(harmonics), films=(one, FILMS[1])) for one in (LEFT, film)])
     shown[1, :, 0] += means
     before, after = (readings(one, FEW, harmonics, nodes, 1e-7, seed) for seed, one in enumerate(shown))
     settings = Settings(
@@ -226,10 +227,12 @@ def test_a_spring_at_the_film_is_no_change_of_its_numbers():
     assert cause.effect == "support_stiffness"
 
 
-def on_true_films(speeds, harmonics, heavier, preload=0.0, twice=0.0, films=FILMS):
+@cache
+def on_true_films(speeds, harmonics, heavier=1.0, preload=0.0, twice=0.0, films=FILMS):
     """Harmonics (speed, harmonic, sensor), m, on films whose force is that of Reynolds' equation at every instant.
 
-    heavier : times the unbalance;  preload, twice : constant force, and forward one at 2X, at node 4, N
+    speeds, harmonics : tuples;  heavier : times the unbalance
+    preload, twice : constant force, and forward one at 2X, at node 4, N
     """
 
     def add(machine, speed):
@@ -238,22 +241,18 @@ def on_true_films(speeds, harmonics, heavier, preload=0.0, twice=0.0, films=FILM
         add_preload(machine, 3, abs(preload), np.angle(preload))
         add_elliptic_forces(machine, 3, {(2, 0): (twice, 0.0)})
 
-    return motion_on(films, speeds, harmonics, heavier, add)
+    return motion_on(films, np.array(speeds), np.array(harmonics), heavier, add)
 
 
-@pytest.fixture(scope="module")
-def aside():
-    """A constant force up and aside, by more than half of the weight, at two speeds."""
-    return on_true_films(SPEEDS[[0, 4]], np.array([1, -1, 0]), 0.3, 400.0 * np.exp(1.9j))
+TWO = (90.0, 210.0)  # of the speeds
+FAR_ASIDE = 500.0 * np.exp(2.5j)  # a constant force, up and aside, by more than the weight
 
 
 @pytest.fixture(scope="module")
 def far_aside():
-    """A constant force up and aside, by more than the weight: the force and what the sensors show."""
-    force, speeds = 500.0 * np.exp(2.5j), SPEEDS[::2]
-    return force, readings(
-        on_true_films(speeds, HARMONICS, 0.3, force), speeds, HARMONICS, [n + 1 for n in NODES], 1e-8
-    )
+    """What the sensors show of it."""
+    shown = on_true_films(tuple(SPEEDS[::2]), tuple(HARMONICS), 0.3, FAR_ASIDE)
+    return readings(shown, SPEEDS[::2], HARMONICS, [n + 1 for n in NODES], 1e-8)
 
 
 @pytest.mark.parametrize("effect", [
@@ -261,9 +260,10 @@ def far_aside():
     {"kind": "parallel_misalignment", "node": 4, "harmonics": [0],
      "misalignment_force_0X_N": 400.0, "misalignment_force_0X_phase_rad": 1.9},
 ])  # fmt: skip
-def test_a_constant_force_changes_the_load_of_the_films_and_with_it_their_coefficients(effect, aside):
+def test_a_constant_force_changes_the_load_of_the_films_and_with_it_their_coefficients(effect):
     """In size and direction, by 35 degrees; and it moves the journals, by half of the clearance."""
-    speeds, harmonics, true, files = SPEEDS[[0, 4]], np.array([1, -1]), aside[:, :2], rig(0.3, loads=False)
+    aside = on_true_films(TWO, (1, -1, 0), 0.3, 400.0 * np.exp(1.9j))
+    speeds, harmonics, true, files = TWO, np.array([1, -1]), aside[:, :2], rig(0.3, loads=False)
     model = build_model(files | {"effects": [*files["effects"], effect]})
     mean = measured_response(model, speeds, [0])[:, 0, ::2]  # at the films
     assert np.abs(mean - aside[:, 2, ::2]).max() < 0.02 * np.abs(mean).max()  # what the orbit adds to the mean
@@ -282,8 +282,7 @@ def test_a_constant_force_changes_the_load_of_the_films_and_with_it_their_coeffi
 
 def test_the_place_of_a_force_that_changes_films_by_much_is_told_by_steps_of_a_fit(far_aside, monkeypatch):
     """What the rig with linear films promises is most at another node."""
-    (force, record), files = far_aside, rig(0.3, loads=False)
-    record = record.at_harmonics([1, -1])
+    files, record = rig(0.3, loads=False), far_aside.at_harmonics([1, -1])
     settings = Settings(leave_out=all_but("static_preload"), uncertainty=KNOWN, nuisance={})
     work = begin(build_model(files), record, settings)
 
@@ -293,7 +292,7 @@ def test_the_place_of_a_force_that_changes_films_by_much_is_told_by_steps_of_a_f
     best = most_promising()
     (cause,) = best.causes
     assert cause.where == {"node": 4}
-    assert complex(*(best.values[name] for name in cause.names)) == pytest.approx(force, rel=5e-3)
+    assert complex(*(best.values[name] for name in cause.names)) == pytest.approx(FAR_ASIDE, rel=5e-3)
     monkeypatch.setattr(moves, "STEPS", 0)  # negative control: nothing but where it begins
     assert most_promising().log_odds < best.log_odds - 100
     monkeypatch.setattr(moves, "needs_fit", lambda cause, structure: False)  # negative control: linear films
@@ -302,9 +301,8 @@ def test_the_place_of_a_force_that_changes_films_by_much_is_told_by_steps_of_a_f
 
 def test_the_place_of_a_coupling_that_loads_films_is_told_by_steps_of_a_fit(far_aside):
     """A misalignment at rest, of more than the weight, with amplitudes of all other harmonics and a stiffness."""
-    (force, record), files = far_aside, rig(0.3, loads=False)
     settings = Settings(leave_out=all_but("parallel_misalignment"), uncertainty=KNOWN, nuisance={})
-    work = begin(build_model(files), record, settings)
+    work = begin(build_model(rig(0.3, loads=False)), far_aside, settings)
 
     def best_of(proposals):
         return max(proposals, key=lambda one: one.log_odds)
@@ -313,20 +311,20 @@ def test_the_place_of_a_coupling_that_loads_films_is_told_by_steps_of_a_fit(far_
     (cause,) = best.causes
     assert cause.where == {"node": 4}
     constant = complex(*(best.values[name] for name in cause.names if "_0X" in name))
-    assert constant == pytest.approx(force, rel=0.15)
+    assert constant == pytest.approx(FAR_ASIDE, rel=0.15)
     linear = best_of(additions(work, work.nothing, [work.free_forces[0].fitted]))
     assert linear.causes[0].where != {"node": 4}  # negative control
 
 
 def test_three_films_share_a_constant_force_as_their_springs_do():
     """A third bearing at the force, which would carry it alone if it was rigid."""
-    speeds, harmonics, small, force = SPEEDS[[0, 4]], np.array([1, -1]), 0.3, 100.0j
+    speeds, harmonics, small, force = TWO, (1, -1), 0.3, 100.0j
     files = rig(small, loads=False)
     files["bearings"] = [{**files["bearings"][0], "node": n, "label": f"{n}"} for n in (1, 4, 7)]
     model = build_model(files)
     loads = [film.load for film in model.structure.films]
     films = [replace(LEFT, node=n, load=load) for n, load in zip((0, 3, 6), loads, strict=True)]
-    true = on_true_films(speeds, harmonics, small, force, films=films)
+    true = on_true_films(speeds, harmonics, small, force, films=tuple(films))
     preload = {"kind": "static_preload", "node": 4, "static_preload_N": 100.0, "static_preload_phase_rad": np.pi / 2}
 
     def off(one):
@@ -341,8 +339,8 @@ def test_three_films_share_a_constant_force_as_their_springs_do():
 
 
 def test_what_linear_films_leave_out_is_within_the_error_that_a_diagnosis_allows():
-    speeds, heavier = SPEEDS[[0, 4]], 20.0
-    shown = on_true_films(speeds, HARMONICS, heavier)
+    speeds, heavier, every = TWO, 20.0, tuple(HARMONICS)
+    shown = on_true_films(speeds, every, heavier)
     record = readings(shown, speeds, HARMONICS, [node + 1 for node in NODES], 1e-9)
     files = rig(heavier)
     second, model = np.abs(HARMONICS) == 2, build_model(files)
@@ -355,7 +353,7 @@ def test_what_linear_films_leave_out_is_within_the_error_that_a_diagnosis_allows
     assert left(record) > 10  # negative control
     assert 0.1 < left(with_film_error(record, model)) < 2
     growth = 0.25
-    change = shown - on_true_films(speeds, HARMONICS, heavier / (1 + growth))
+    change = shown - on_true_films(speeds, every, heavier / (1 + growth))
     allowed = with_film_error(record, build_model(rig(heavier / (1 + growth))), growth=np.full(2, growth))
     off = [np.sqrt(np.mean(one.by_harmonic(one.whitened(change))[:, second] ** 2)) for one in (record, allowed)]
     assert off[0] > 10 and 0.1 < off[1] < 2  # of 2X, which linear films do not change
@@ -367,8 +365,9 @@ def test_what_linear_films_leave_out_is_within_the_error_that_a_diagnosis_allows
 @pytest.mark.parametrize("shared", [True, False])
 def test_a_sound_machine_whose_films_are_not_linear_has_no_fault(shared, monkeypatch):
     """Negative control: an error of each probe and speed alone is explained by a contact."""
-    speeds, harmonics, heavier = SPEEDS, np.array([1, -1, 2, -2, 3, -3]), 10.0
-    record = readings(on_true_films(speeds, harmonics, heavier), speeds, harmonics, [n + 1 for n in NODES], 2e-8)
+    heavier, every = 10.0, (1, -1, 2, -2, 3, -3)
+    shown = on_true_films(tuple(SPEEDS), every, heavier)
+    record = readings(shown, SPEEDS, np.array(every), [n + 1 for n in NODES], 2e-8)
 
     def apart(*given, **more):
         found = with_film_error(*given, **more)
@@ -386,9 +385,9 @@ def test_a_sound_machine_whose_films_are_not_linear_has_no_fault(shared, monkeyp
 
 def test_records_mirrored_on_films_are_told_from_what_linear_films_leave_out():
     """Negative control: by an error of the records as stated alone, the right convention leaves far more than noise."""
-    harmonics, heavier, settings = np.array([1, -1, 2, -2]), 20.0, Settings(**STRICT, uncertainty=KNOWN)
-    shown = on_true_films(SPEEDS[::2], harmonics, heavier)[:, [1, 0, 3, 2]].conj()  # the sense of rotation is reversed
-    record, model = readings(shown, SPEEDS[::2], harmonics, [n + 1 for n in NODES], 2e-8), build_model(rig(heavier))
+    heavier, settings = 20.0, Settings(**STRICT, uncertainty=KNOWN)
+    shown = on_true_films(TWO, tuple(HARMONICS), heavier)[:, [1, 0, 3, 2]].conj()  # the sense of rotation is reversed
+    record, model = readings(shown, TWO, HARMONICS, [n + 1 for n in NODES], 2e-8), build_model(rig(heavier))
     work = begin(model, with_film_error(with_model_error(record, settings), model), settings)
     alone = replace(work, spectrum=with_model_error(record, settings))
     told, control = (wrong_convention.tested_convention(one, record) for one in (work, alone))
@@ -398,8 +397,9 @@ def test_records_mirrored_on_films_are_told_from_what_linear_films_leave_out():
 
 def test_a_fault_that_moves_the_films_adds_to_what_they_leave_out():
     """A force at 2X, by whose motion the second term of a film gives 4X."""
-    speeds, harmonics, size = SPEEDS[[0, 4]], np.array([1, -1, 2, -2, 3, -3, 4, -4]), 100.0
-    record = readings(on_true_films(speeds, harmonics, 1.0, twice=size), speeds, harmonics, [1, 3, 7], 1e-9)
+    speeds, harmonics, size = TWO[1:], (1, -1, 2, -2, 3, -3, 4, -4), 100.0
+    shown = on_true_films(speeds, harmonics, twice=size)
+    record = readings(shown, speeds, np.array(harmonics), [1, 3, 7], 1e-9)
     force = {"kind": "parallel_misalignment", "node": 4, "harmonics": [2], "misalignment_force_2X_N": size}
     model, faulty = (build_model(rig() | {"effects": [*rig()["effects"], *more]}) for more in ([], [force]))
 
