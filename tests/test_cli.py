@@ -16,11 +16,13 @@ import numpy as np
 import pytest
 import xarray as xr
 from one_line_errors import run
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from rotorstudy import __version__
 from rotorstudy.authoring.files import _folder_of
 from rotorstudy.commands import blind, demo
 from rotorstudy.commands.line import COMMANDS, QUIET_S, main, parser, show_progress
+from rotorstudy.diagnosis import investigate
 from rotorstudy.store import load, save
 
 RIG = str(Path(__file__).parents[1] / "examples" / "jeffcott.yaml")
@@ -259,28 +261,26 @@ def test_linear_algebra_uses_one_thread_unless_more_are_stated_to_a_command(stat
 
 
 @pytest.mark.parametrize(("stated", "used"), [([], 1), (["OMP"], 1), (["OPENBLAS", "MKL"], 2)])
-def test_a_diagnosis_from_python_uses_one_thread_unless_more_are_stated(stated, used):
+def test_a_diagnosis_from_python_uses_one_thread_unless_more_are_stated(stated, used, monkeypatch):
     """Also where numpy was imported before; and afterwards as many as before."""
-    names = [f"{library}_NUM_THREADS" for library in ("OPENBLAS", "OMP", "MKL")]
-    own = {name: value for name, value in os.environ.items() if name not in names}
-    code = """
-import numpy
-from threadpoolctl import threadpool_info, threadpool_limits
-from rotorstudy.diagnosis import investigate
-class Asked:
-    @property
-    def sensors(self):
-        print(*{one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"})
-        raise KeyboardInterrupt
-with threadpool_limits(2, user_api="blas"):
-    try:
-        investigate(Asked(), None)
-    except KeyboardInterrupt:
-        print(*{one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"})
-"""
-    environment = own | {f"{library}_NUM_THREADS": "2" for library in stated}
-    asked = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
-    assert asked.stdout.split() == [f"{used}", "2"]
+    for library in ("OPENBLAS", "OMP", "MKL"):
+        monkeypatch.delenv(f"{library}_NUM_THREADS", raising=False)
+    for library in stated:
+        monkeypatch.setenv(f"{library}_NUM_THREADS", "2")
+
+    def threads():
+        return {one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"}
+
+    class Asked:
+        @property
+        def sensors(self):
+            assert threads() == {used}
+            raise KeyboardInterrupt
+
+    with threadpool_limits(2, user_api="blas"):
+        with pytest.raises(KeyboardInterrupt):
+            investigate(Asked(), None)
+        assert threads() == {2}
 
 
 def test_a_result_goes_to_a_file_in_a_folder_that_exists_and_never_over_an_input(tmp_path, command):
