@@ -128,6 +128,7 @@ def test_whirl_of_an_isotropic_rotor_is_circular_and_of_an_anisotropic_one_a_lin
     assert np.abs(damped_modes(lines, [100.0], 2).direction).max() < 1e-9
 
 
+@pytest.mark.usefixtures("few_speeds")
 def test_bearings_carry_the_weight_as_levers_say():
     model = read_rig("examples/two_discs.yaml").model
     found = analyse_rotor(model.without(["switching"]))
@@ -247,6 +248,7 @@ def test_a_rotor_on_pedestals_alone_has_the_critical_speeds_of_the_whole_structu
     assert np.abs(true / other.speed - 1).min() > 0.005
 
 
+@pytest.mark.usefixtures("few_speeds")
 def test_growth_with_a_crack_leaves_out_hysteretic_damping():
     crack = {"kind": "switching", "element": 2, "angle_rad": 1.0, "stiffness_loss": 0.1, "weight_dominance": False}
     lossy = {"kind": "hysteretic_damping", "loss_factor": 0.01}
