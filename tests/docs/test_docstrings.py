@@ -43,7 +43,7 @@ def complaints_of(files):
     found = subprocess.run(
         [sys.executable, "-m", "ruff", "check", "--isolated", "--preview", "--select", f"{RULES},D417",
          "--ignore", IGNORED, "--config", 'lint.pydocstyle.convention="numpy"', "--output-format", "json", *files],
-        capture_output=True, text=True, timeout=60,
+        capture_output=True, text=True, timeout=600,
     )  # fmt: skip
     assert found.stdout, found.stderr
     return [

@@ -43,7 +43,7 @@ def contracts(config):
     """What import-linter says: its exit status and text."""
     code = "import sys; from importlinter.cli import lint_imports_command; sys.exit(lint_imports_command())"
     call = [sys.executable, "-c", code, "--config", str(config), "--no-cache", "--no-logo"]
-    found = subprocess.run(call, capture_output=True, text=True, cwd=ROOT, timeout=100)
+    found = subprocess.run(call, capture_output=True, text=True, cwd=ROOT, timeout=600)
     return found.returncode, found.stdout + found.stderr
 
 

@@ -39,7 +39,7 @@ def test_a_signal_gives_one_line_and_leaves_no_partial_file(number, status, name
     process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout.readline() == "started\n" and len(os.listdir(tmp_path)) == 1
     process.send_signal(number)
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=600)
     assert process.returncode == status and err == "stopped; files that were finished are kept\n"
     assert os.listdir(tmp_path) == []
 
@@ -50,7 +50,7 @@ def test_a_second_of_work_is_not_needed_to_see_the_partial_file(tmp_path):
     process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     process.stdout.readline()
     process.kill()
-    process.communicate(timeout=60)
+    process.communicate(timeout=600)
     time.sleep(0.05)
     assert len(os.listdir(tmp_path)) == 1
 
