@@ -83,6 +83,26 @@ def test_a_drift_of_the_mean_leaks_into_no_harmonic(line, gap):
         assert len(found.lines) == (line > 0)
 
 
+@pytest.mark.parametrize("per_turn", [PER_TURN, 20.37])
+@pytest.mark.parametrize("gap", [0, 9])
+def test_harmonics_that_nobody_asked_for_are_no_scatter(per_turn, gap):
+    """Whether the samples at the ends of blocks fall to one or the next is round-off if a turn has whole samples."""
+    others, generator = np.array([5, -5, 7, -4]), np.random.default_rng(8)
+    angle = 2 * np.pi * np.arange(int(40 * per_turn)) / per_turn
+    moved = angle + 1e-10 * generator.normal(size=len(angle))
+    signal = SIZE @ rotating_basis(angle, 1.0, LISTED) + noise("white", generator, len(angle))
+    signal[450 : 450 + gap] = np.nan
+    added = np.array([20, 10j, 10, -10]) @ rotating_basis(angle, 1.0, others)
+    for turned in (angle, moved):
+        alone, found = estimate(signal, turned, 40, LISTED), estimate(signal + added, turned, 40, LISTED)
+        assert np.diag(found.covariance) == pytest.approx(np.diag(alone.covariance), rel=0.05)
+        std = np.sqrt(np.diag(alone.covariance).reshape(2, -1).sum(axis=0))
+        assert (np.abs(found.amplitude - alone.amplitude) < 0.1 * std).all()
+        there = np.isfinite(signal)
+        plain = fit_harmonics((signal + added)[there], turned[there], [*LISTED, *others])
+        assert found.noise_std == pytest.approx(np.std(plain.residual) / np.sqrt(2), rel=0.01)
+
+
 def test_few_blocks_give_neither_a_singular_nor_a_wild_covariance():
     """Seven draws of 22 components: rank six at most, but shrunk to within a factor of four of the true, white one."""
     generator = np.random.default_rng(5)

@@ -31,10 +31,15 @@ def in_cosines(angle, harmonics):
 def fit_harmonics(signal, angle, harmonics, basis=rotating):
     """Least squares of signals (..., time) on a basis of harmonics (harmonic,) of the angle (time,) rad; see `Fit`."""
     amplitude, inverse = fit_amplitude(signal, angle, harmonics, basis)
-    residual = np.empty(signal.shape, amplitude.dtype)
+    return Fit(amplitude, without(signal, amplitude, angle, harmonics, basis), inverse)
+
+
+def without(signal, amplitude, angle, harmonics, basis=rotating):
+    """Signals (..., time) without harmonics of the amplitude (..., harmonic)."""
+    left = np.empty(signal.shape, np.result_type(signal, amplitude))
     for piece in _pieces(angle):
-        residual[..., piece] = signal[..., piece] - amplitude @ basis(angle[piece], harmonics)
-    return Fit(amplitude, residual, inverse)
+        left[..., piece] = signal[..., piece] - amplitude @ basis(angle[piece], harmonics)
+    return left
 
 
 def fit_amplitude(signal, angle, harmonics, basis=rotating):

@@ -5,12 +5,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from rotorstudy.measurement.angle_fit import Fit, fit_amplitude, fit_harmonics
-from rotorstudy.measurement.lines import Line, line_basis, orders_of_lines
+from rotorstudy.measurement.angle_fit import Fit, fit_amplitude, fit_harmonics, without
+from rotorstudy.measurement.lines import LEAST_POWER, Line, line_basis, orders_of_lines
 from rotorstudy.measurement.spectrum import along_probe, seen_rows
 from rotorstudy.response.series import rotating_basis
 
 MOST_BLOCKS = 32
+MOST_OTHERS = 16  # orders that are not asked for
 SLOWEST = 64  # records: noise of power 1/f is taken to reach down to this period
 WHITE = (0.5, 0.99)  # prior probability that a record has no noise of power 1/f: of the mean, of another harmonic
 CORNERS = 12  # between white noise and noise of power 1/f
@@ -76,10 +77,11 @@ class Harmonics:
 def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None, drift=None):
     """Harmonics of a record of whole revolutions.
 
-    The mean is harmonic 0. Its drift, a straight line in the angle, which would leak into the others, and lines that
-    are not synchronous are fitted together with the harmonics. The covariance is
-    that of the blocks of whole revolutions without these lines, shrunk (`shrunk_covariance`), divided by the number of
-    blocks in the record, with noise that is slower than a block (`with_slow_noise`).
+    The mean is harmonic 0. Its drift, a straight line in the angle, other harmonics and lines that are not synchronous,
+    all of which would leak into these, are fitted together with them: other harmonics cancel in whole revolutions, but
+    a block is whole only to the nearest sample. The covariance is that of the blocks of whole revolutions without them,
+    shrunk (`shrunk_covariance`), divided by the number of blocks in the record, with noise that is slower than a block
+    (`with_slow_noise`).
 
     signal : (time,) complex, m; NaN where missing;  angle : (time,) rad, increasing;  harmonics : (harmonic,)
     direction : rad, of the only probe of the node, along which the signal is; NaN for an orbit
@@ -92,6 +94,12 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None, 
     if drift is None or not usable.all():
         drift = fit_harmonics(turned[usable], angle[usable], harmonics)
     slope, fit = _without_drift(fit, drift)
+    others = _others(fit.residual, usable, revolutions, harmonics)
+    every = np.concatenate([harmonics, others])
+    if len(others):
+        amplitude, _ = fit_amplitude((signal - slope * turned)[usable], angle[usable], every)
+        signal = without(signal, amplitude[len(harmonics) :], angle, others)
+        slope, fit = _without_drift(fit_harmonics(signal[usable], angle[usable], harmonics), drift)
     orders = orders_of_lines(signal[usable] - slope * turned[usable], angle[usable], harmonics, fit.residual)
     widened, lines = 1.0, ()
     if len(orders):
@@ -100,7 +108,7 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None, 
         fit = fit_harmonics(signal[usable] - slope * turned[usable], angle[usable], harmonics)
     signal = signal - slope * turned
     amplitude, residual, inverse = fit
-    freedom = max(1, usable.sum() - len(harmonics))
+    freedom = max(1, usable.sum() - len(every))
     noise_std = float(np.sqrt(np.sum(np.abs(residual) ** 2) / freedom / channels))
     length = max(1, int(np.ceil(revolutions / MOST_BLOCKS)))  # of a block, in revolutions
     count = revolutions // length
@@ -110,7 +118,7 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None, 
     full = np.flatnonzero(sizes >= 0.8 * (2 * np.pi * length) / np.median(np.diff(angle)))
     full = full[sizes[full] > 2 * len(harmonics)]
     if len(full) < FEWEST_BLOCKS:
-        at = np.unique(np.rint(harmonics * revolutions).astype(int) % len(residual))
+        at = np.unique(np.rint(every * revolutions).astype(int) % len(residual))
         covariance = white_noise_covariance(residual, inverse, at) * widened
         covariance = covariance if channels == 2 else along_probe(2 * covariance, harmonics, direction)
         return Harmonics(amplitude, covariance, np.zeros((0, len(harmonics))), noise_std, (1, 1), lines)
@@ -140,6 +148,20 @@ def _without_drift(fit, drift):
     slope = np.vdot(drift.residual, fit.residual) / power
     inverse = fit.inverse + np.outer(drift.amplitude, drift.amplitude.conj()) / power
     return slope, Fit(fit.amplitude - slope * drift.amplitude, fit.residual - slope * drift.residual, inverse)
+
+
+def _others(residual, usable, revolutions, harmonics):
+    """Harmonics (other,) besides those fitted that the residual of the usable samples of whole revolutions shows."""
+    orders = np.arange(1, int(np.ceil(len(usable) / 2 / revolutions)))
+    if revolutions < FEWEST_BLOCKS:
+        return orders[:0]
+    whole = np.zeros(len(usable), complex)
+    whole[usable] = residual
+    power = np.abs(np.fft.fft(whole * np.sin(np.pi * (np.arange(len(whole)) + 0.5) / len(whole)) ** 2)) ** 2
+    size = power[np.rint(np.multiply.outer([1, -1], orders) * revolutions).astype(int)].max(axis=0)
+    strongest = np.argsort(-size, kind="stable")[:MOST_OTHERS]
+    shown = orders[strongest[size[strongest] > LEAST_POWER * np.median(power) / np.log(2)]]
+    return np.setdiff1d([*shown, *-shown], harmonics)
 
 
 def _lines(signal, angle, usable, harmonics, orders):
