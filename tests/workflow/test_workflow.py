@@ -46,12 +46,15 @@ def run(project, folder, *arguments, config, cores=2):
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory):
-    """A copy of what the workflow is made of."""
+    """A copy of what the workflow is made of, with coarser pictures, which are still wider than a narrow window."""
     folder = tmp_path_factory.mktemp("project")
     for name in ("src", "plugins", "workflow"):
         # bytecode comes along, it saves compiling; but not what another process is just writing
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("*.pyc.*"))
     shutil.copy(ROOT / "Snakefile", folder)
+    plots, fine = folder / "src" / "rotorstudy" / "presentation" / "plots.py", '"savefig.dpi": 200'
+    assert fine in plots.read_text()
+    plots.write_text(plots.read_text().replace(fine, '"savefig.dpi": 110'))
     return folder
 
 
@@ -191,7 +194,7 @@ def test_a_killed_run_resumes_on_one_core_with_the_bytes_of_two(built, snakemake
         assert target.read_bytes() == (built / SOME_TARGETS[0]).read_bytes()
     assert list((tmp_path / ".snakemake" / "locks").iterdir())  # which stops a run by itself; `make` removes it first
     unlock = [sys.executable, str(project / "workflow" / "unlock.py")]
-    said = subprocess.run(unlock, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=True).stderr
+    said = subprocess.run(unlock, cwd=tmp_path, capture_output=True, text=True, timeout=600, check=True).stderr
     assert said.startswith("unlocked")
     snakemake(tmp_path, "--rerun-incomplete", "--", *SOME_TARGETS, config=some, cores=1)
     for name in SOME_TARGETS:
