@@ -152,6 +152,7 @@ def test_a_seal_is_never_called_internal_damping(monkeypatch, tmp_path):
 
     verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0, leave_out=CRACKS)
     assert "seal" in {cause.effect for cause in (*verdict.causes, *verdict.ambiguous_with)}
+    assert "internal_damping" not in {cause.effect for cause in verdict.causes}
 
 
 def test_a_zero_on_the_unloaded_line_is_no_preload(tmp_path):
