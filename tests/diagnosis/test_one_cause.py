@@ -16,7 +16,7 @@ from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, 
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.search import candidates as candidates_module
-from rotorstudy.diagnosis.search.candidates import SPREADS, candidate, freedom_of, with_shape
+from rotorstudy.diagnosis.search.candidates import SPREADS, candidate, freedoms_of, with_shape
 from rotorstudy.diagnosis.search.form_fit import fitted_with_form
 from rotorstudy.diagnosis.search.held_shapes import HeldShapes
 from rotorstudy.diagnosis.search.odds import odds_of
@@ -131,7 +131,7 @@ def at_the_truth(spectrum, form, breathing="gradual", model=None, shape=TRUE, **
     """The crack fitted from its true shape, with a front of a form or, without one, a straight front."""
     model = model or build_model(rig())
     work = Work(model, *base_model(model, SETTINGS), spectrum, SETTINGS)
-    freedoms = (freedom_of("transverse_crack", any_form=False),) if form else ()
+    freedoms = freedoms_of("transverse_crack", any_form=False) if form else ()
     variant |= {"breathing": breathing}
     cause = candidate(model, "transverse_crack", {}, shape | form, variant=variant, freedoms=freedoms)
     fitted = fitted_from(work, [cause], np.concatenate([work.prior.mean, [mean for mean, _ in cause.prior.values()]]))
@@ -369,14 +369,14 @@ def test_a_law_that_is_off_by_less_than_published_ones_is_taken_as_such():
 @pytest.mark.parametrize(("far", "gain"), [(0.0, 6.0), (2.0, 1.0)])
 def test_a_law_is_as_probable_as_by_its_own_distance_from_the_library(far, gain, monkeypatch):
     """Negative control: by that of published laws alone those nearer and those farther are less so."""
-    published = freedom_of("transverse_crack", any_form=True).amplitudes
-    rng, std = np.random.default_rng(4), {name: s / SPREADS[-1] for name, (_, s) in published.items()}
+    _, law = freedoms_of("transverse_crack", any_form=True)
+    rng, std = np.random.default_rng(4), {name: s / SPREADS[-1] for name, (_, s) in law.amplitudes.items()}
     drawn = {name: far * s * rng.standard_normal() for name, s in std.items()}
     model, odds = build_model(rig()), []
     work = begin(model, records(crack(any_law=True, **drawn)), SETTINGS)
     for spreads in (SPREADS, (1.0,)):
         monkeypatch.setattr(candidates_module, "SPREADS", spreads)
-        freedoms = (freedom_of("transverse_crack", any_form=True),)
+        freedoms = freedoms_of("transverse_crack", any_form=True)
         variant = {"breathing": "gradual"}
         cause = candidate(model, "transverse_crack", {}, TRUE, variant=variant, freedoms=freedoms)
         odds.append(odds_of(fitted_with_form(work, (cause,), work.base.values)))

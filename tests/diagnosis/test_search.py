@@ -85,7 +85,7 @@ def test_a_fit_that_is_rejected_is_no_cause_however_little_it_leaves(size, is_re
     assert (found.residual_p_value.after < ONE.significance) == is_rejected
     assert found.causes[0].effect in ("unbalance", "base_motion")  # equal on a rotor of one mass
     assert ("closest explanation" in found.summary) == is_rejected
-    more = found.model_copy(update={"verdict": "unknown", "residual_share": 2.0})
+    more = found.model_copy(update={"verdict": "unknown", "residual_share": 2.0, "outside_probability": 0.0})
     assert "closest" not in summary(more) and "leaves more than the rig does" in summary(more)
 
 

@@ -16,7 +16,7 @@ SIZE = {"count": 4, "speeds": 5, "steps": 128, "visible": 0.05}
 def places(case, folder):
     spectrum, model, settings, _ = read(case, folder)
     settings = settings.model_copy(update={"leave_out": all_but()})
-    return [one for one in begin(model, with_model_error(spectrum, settings), settings).free_forces if one.is_testable]
+    return begin(model, with_model_error(spectrum, settings), settings).free_forces
 
 
 def verdict_on(case, folder, library, hold_out=None, **quick):

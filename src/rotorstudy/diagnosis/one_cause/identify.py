@@ -18,7 +18,7 @@ from rotorstudy.diagnosis.search.candidates import (
     candidate,
     form_ranges,
     formulas_of,
-    freedom_of,
+    freedoms_of,
     shape_ranges,
     variants_of,
 )
@@ -224,7 +224,7 @@ def _also_elsewhere(work, laws, found):
 def _alternatives(work, plugin, variants, form=None):
     """The effect at every place in each variant, in the middle of its shapes, with a form or the default one."""
     structure, found, width = work.rig.structure, [], work.settings.prior_width
-    freedoms = (freedom_of(plugin.name, any_form=False),) if form else ()
+    freedoms = freedoms_of(plugin.name, any_form=False) if form else ()
     for where, variant in product(plugin.places(structure, work.rig.sensors), variants):
         ranges = shape_ranges(plugin.name, structure, where.get("node")) | (form or {})
         for x in SOMEWHERE:

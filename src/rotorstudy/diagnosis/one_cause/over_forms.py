@@ -21,7 +21,7 @@ from rotorstudy.diagnosis.search.candidates import (
     Freedom,
     candidate,
     form_ranges,
-    freedom_of,
+    freedoms_of,
     variants_of,
 )
 from rotorstudy.diagnosis.search.held_shapes import CLOSER, UNLIKELY, HeldShapes, Shapes, halfway, slopes_of
@@ -47,11 +47,12 @@ def in_form(work: Work, cause: Candidate, spread: float = 0.0) -> Candidate:
     """
     form, freedoms = {name: ends.value(0.5) for name, ends in form_ranges(cause.effect).items()}, ()
     if form:
-        freedoms = (freedom_of(cause.effect, any_form=False),)
+        freedoms = freedoms_of(cause.effect, any_form=False)
     if form and spread:
-        widest, own, share = freedom_of(cause.effect, any_form=True), freedoms[0].amplitudes, spread / SPREADS[-1]
-        law = {n: (mean, max(share * std, own.get(n, (mean, 0.0))[1])) for n, (mean, std) in widest.amplitudes.items()}
-        freedoms += (Freedom(widest.options, law),)
+        options, every, _ = registry().get("effect", cause.effect).any_form
+        own = freedoms[0].amplitudes
+        law = {n: (mean, max(spread * std, own.get(n, (mean, 0.0))[1])) for n, (mean, std) in every.items()}
+        freedoms += (Freedom(options, law),)
     shape, width = cause.shape | form, work.settings.prior_width
     return candidate(work.rig, cause.effect, cause.where, shape, cause.term.label, width, cause.variant, freedoms)
 

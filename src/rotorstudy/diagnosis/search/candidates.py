@@ -141,17 +141,21 @@ def _with_prior(model, cause, width):
     return cause._replace(prior=prior, positive=positive)
 
 
-def freedom_of(effect: str, *, any_form: bool) -> Freedom:
-    """The Freedom by which an effect may have any form near its own, within `SPREADS`, or one of those searched.
+def freedoms_of(effect: str, *, any_form: bool) -> tuple[Freedom, ...]:
+    """Freedoms by which an effect may have any form near its own, or one of those searched.
+
+    What `Effect.form` has too is of the fault itself, as the shape of a front is; the rest is how far its law is from
+    that of the library, within `SPREADS`.
 
     any_form : as `Effect.any_form` says, instead of `Effect.form`
     """
     plugin = registry().get("effect", effect, "diagnosis")
     if not any_form:
-        return Freedom(*plugin.form[1:])
-    options, law, _ = plugin.any_form
-    widest = {name: (mean, SPREADS[-1] * std) for name, (mean, std) in law.items()}
-    return Freedom(options, widest, tuple(x / SPREADS[-1] for x in SPREADS))
+        return (Freedom(*plugin.form[1:]),)
+    options, every, _ = plugin.any_form
+    own = {name: known for name, known in every.items() if name in plugin.form[2]}
+    law = {name: (mean, SPREADS[-1] * std) for name, (mean, std) in every.items() if name not in own}
+    return Freedom(options, own), Freedom({}, law, tuple(x / SPREADS[-1] for x in SPREADS))
 
 
 def _same(unknown, term, model):
@@ -297,7 +301,7 @@ def _candidates_of(plugin, model, settings, first):
     """Candidates of one effect; their terms are labelled by number, from `first` on."""
     found = []
     variants = variants_of(plugin.any_form[2] or plugin.alternatives)
-    freedoms = (freedom_of(plugin.name, any_form=True),)
+    freedoms = freedoms_of(plugin.name, any_form=True)
     for place in plugin.places(model.structure, model.sensors):
         for variant, shape in product(variants, _shapes(plugin, model.structure, place)):
             label = f"cause {first + len(found)}"

@@ -121,9 +121,7 @@ class Search:
     @property
     def log_outside(self) -> float:
         """Log odds of a fault that the library lacks, at any place."""
-        return float(
-            np.logaddexp.reduce([one.log_odds for one in self.free_forces if one.is_testable], initial=-np.inf)
-        )
+        return float(np.logaddexp.reduce([one.log_odds for one in self.free_forces], initial=-np.inf))
 
     @property
     def outside_probability(self) -> float:
@@ -134,7 +132,7 @@ class Search:
     def outside_places(self, share: float) -> list[FreeForce]:
         """The places where a fault that the library lacks acts with a probability of `share`, if there is one."""
         total, found = 0.0, []
-        for one in (one for one in self.free_forces if one.is_testable):
+        for one in self.free_forces:
             if total >= share:
                 break
             total += np.exp(one.log_odds - self.log_outside)

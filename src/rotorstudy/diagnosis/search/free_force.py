@@ -45,7 +45,6 @@ class FreeForce(NamedTuple):
     log_odds: float  # that it and nothing else acts, against no fault
     left: float  # misfit with the most probable force
     count: int  # of data
-    is_testable: bool  # whether it takes no more than half of the data; else it explains whatever they are
     fitted: Fit | None = None  # of the rig with it, of the amplitude `FREE_FORCE`; None but at the best places
     force: np.ndarray | None = None  # (row, speed, harmonic), N, of that fit
 
@@ -96,9 +95,8 @@ def free_forces(work) -> list[FreeForce]:
     found, count = [], spectrum.data_count
     for one, at in known.items():
         kind, number, motion = one
-        taken = 2 * at.force.size
         odds = at.evidence - base + prior
-        found.append(FreeForce({kind: number}, motion, odds, at.left, count, 2 * taken <= count, *fits.get(one, ())))
+        found.append(FreeForce({kind: number}, motion, odds, at.left, count, *fits.get(one, ())))
     return sorted(found, key=lambda one: -one.log_odds)
 
 

@@ -110,9 +110,9 @@ def first_answer(work: Search) -> str:
         return f"first answer: the rig explains the records (residual: {p_value(work.base.p_value)})"
     left = np.sqrt(work.base.cost / work.spectrum.data_count)
     said = f"first answer: the rig leaves {left:.3g} standard deviations (rms) unexplained"
-    best = next((one for one in work.free_forces if one.is_testable), None)
-    if best is None:
+    if not work.free_forces:
         return said
+    best = work.free_forces[0]
     ((place, number),) = best.where.items()
     share = percent(min(best.left / work.base.cost, 1.0) ** 0.5)
     return f"{said}; {ACTS_BY[best.motion]} at {place} {number} would leave {share} of it, the least of all places"

@@ -9,7 +9,7 @@ from rotorstudy.blind.machines.cracks import add_form, arc_form, static_moment
 from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
 from rotorstudy.blind.machines.stepping import NoSteadyState, steady_state
 from rotorstudy.diagnosis.one_cause.answer import identified, interval_of
-from rotorstudy.diagnosis.search.candidates import candidate, form_ranges, freedom_of
+from rotorstudy.diagnosis.search.candidates import candidate, form_ranges, freedoms_of
 from rotorstudy.diagnosis.search.shape_fit import fitted_from
 from rotorstudy.measurement.noise import standard_normal
 from rotorstudy.model.cracks import compliance
@@ -94,7 +94,7 @@ def _by_each_law(config, work, shape):
     middle = {name: ends.value(0.5) for name, ends in form_ranges(crack.kind).items()}
     for options, form in [*((options, {}) for options in config.fronts.laws.values()), ({}, middle)]:
         width, variant = config.diagnosis.prior_width, {**crack.variant, **options}
-        freedoms = (freedom_of(crack.kind, any_form=False),) if form else ()
+        freedoms = freedoms_of(crack.kind, any_form=False) if form else ()
         one = candidate(work.rig, crack.kind, {}, shape | form, "crack", width, variant, freedoms)
         fitted = fitted_from(work, [one], np.concatenate([work.prior.mean, [mean for mean, _ in one.prior.values()]]))
         found = identified(work, fitted, [fitted])
