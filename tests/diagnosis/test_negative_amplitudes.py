@@ -8,11 +8,14 @@ from scipy.stats import norm
 from rotorstudy import build_model
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import candidate
+from rotorstudy.diagnosis.search.form_fit import fitted_with_form
 from rotorstudy.diagnosis.search.impossible import is_negative, loses_more_than_all
 from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.search.screening import Projected, screen
+from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.inference.prior import Prior
 
 pytestmark = pytest.mark.usefixtures("right_conventions")
@@ -92,18 +95,33 @@ def test_what_the_rig_has_of_the_same_counts_with_it(change, expected):
     assert is_negative(found, SIGNIFICANCE) == expected
 
 
-@pytest.mark.parametrize(("stiffness", "named"), [(4e4, True), (-4e4, False)])
-def test_a_coupling_of_negative_stiffness_is_not_named(stiffness, named):
+KNOWN = {"uncertainty": {"default": 1e-3}, "leave_out": all_but("parallel_misalignment")}  # nothing else explains it
+
+
+def coupled(stiffness):
+    """Records of a coupling with a stiffness that may be negative."""
     cause = candidate(MODEL, "parallel_misalignment", {"node": 1})
     hidden = {"coupling_stiffness": stiffness, "misalignment_force_2X": 20.0}
     values = [hidden.get(p.name, 0.0) for p in cause.term.parameters for _ in range(2 if p.is_complex else 1)]
     theta = np.concatenate([MODEL.theta, values])
-    measured = spectrum_of(MODEL.plus(cause.term), SPEEDS, HARMONICS, 1e-8, theta=theta)
-    settings = {
-        "uncertainty": {"default": 1e-3},
-        "leave_out": all_but(cause.effect),
-    }  # no other effect, nor the rig, explains it
-    found = investigate(measured, MODEL, settings=settings).verdict
+    return cause, spectrum_of(MODEL.plus(cause.term), SPEEDS, HARMONICS, 1e-8, theta=theta)
+
+
+@pytest.mark.parametrize("may_be_negative", [False, True])
+def test_a_fit_ends_at_zero_where_less_cannot_be(may_be_negative):
+    cause, measured = coupled(-4e4)
+    settings = Settings(**KNOWN)
+    work = begin(MODEL, with_model_error(measured, settings), settings)
+    (limited,) = cause.positive
+    cause = cause._replace(positive={} if may_be_negative else cause.positive)
+    found = fitted_with_form(work, (cause,), work.base.values)
+    assert found.fit.values[limited] == pytest.approx(-4e4 if may_be_negative else 0.0, rel=0.01)
+
+
+@pytest.mark.parametrize(("stiffness", "named"), [(4e4, True), (-4e4, False)])
+def test_a_coupling_of_negative_stiffness_is_not_named(stiffness, named):
+    cause, measured = coupled(stiffness)
+    found = investigate(measured, MODEL, settings=KNOWN).verdict
     assert ({c.effect for c in found.causes} == {cause.effect}) == named
     assert (found.verdict == "cause") == named
 

@@ -65,8 +65,15 @@ class _Parameters:
         return np.append(np.full(len(self.prior.names), np.inf), np.full(shapes, LONGEST_OF_SHAPE))
 
     def bounds(self, theta):
-        """(parameter,) least and largest values of a fit from some on; see `ShapeRange.between_breaks`."""
+        """(parameter,) least and largest values of a fit from some on; of shapes see `ShapeRange.between_breaks`.
+
+        An amplitude that cannot be negative, with what the rig has of the same, is at least zero.
+        """
         amplitudes, shapes = np.full((len(self.prior.names), 2), [-np.inf, np.inf]), theta[len(self.prior.names) :]
+        known = dict(zip(self.prior.names, theta, strict=False))
+        for name, same in (one for cause in self.causes for one in cause.positive.items()):
+            there = sum(factor * known.get(other, 0.0) for other, factor in same.items() if other != name)
+            amplitudes[self.prior.names.index(name), 0] = min(-there, known[name])
         ends = [ends for own in self.ranges for ends in own.values()]
         ends = [one.between_breaks(x) for one, x in zip(ends, shapes, strict=True)]
         return np.concatenate([amplitudes, np.reshape(ends, (-1, 2))]).T
