@@ -210,8 +210,8 @@ class PriorOdds:
         With the prior width of highest evidence, which is about the amplitude itself, the Occam factor depends on the
         decrease of the cost; hence the fixed-point iteration.
         """
-        absent = cause.parameter[-1]  # all parameters but one
-        widths = 0 if cause.fixed else np.log(len(SCALES)) + (absent + 1) * np.log(2) * (absent > 0)
+        absent = cause.parameter[-1] * (not cause.fixed)  # all parameters but one
+        widths = sum(np.log(len(scales)) for *_, scales in cause.widths) + (absent + 1) * np.log(2) * (absent > 0)
         given = -2 * np.log(self.of(cause)) + 2 * widths
         count, gain = max(np.bincount(cause.parameter)) * (not cause.fixed), given
         for _ in range(THRESHOLD_STEPS):
