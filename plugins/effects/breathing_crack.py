@@ -1,3 +1,5 @@
+from typing import Literal
+
 import numpy as np
 
 from rotorstudy.plugins import CannotAct, Effect, crack_parameters, registry
@@ -8,7 +10,10 @@ from rotorstudy.plugins import CannotAct, Effect, crack_parameters, registry
     # of a solid shaft: transverse_crack
     places=lambda structure, sensors: [] if structure.is_solid else structure.crack_places(),
     shape={"crack_angle_rad": (-np.pi, np.pi)},
-    alternatives={"crack": lambda: sorted(registry().plugins["crack"])},
+    alternatives={
+        "crack": lambda: sorted(registry().plugins["crack"]),
+        "opened_by": lambda: ("weight", "deflection"),
+    },
     hypothesis={"isotropic": True},
     positive=True,
     checked="force in time is sigma dk times the motion along the crack, to 1e-12; integrated x-y motion to 1e-6",
@@ -28,15 +33,20 @@ def breathing_crack(
     node: int | None = None,
     element: int | None = None,
     isotropic: bool = False,
+    opened_by: Literal["weight", "deflection"] = "weight",
 ):
-    """Crack opened and closed by the weight, whose stiffness loss acts on the total motion (time-varying).
+    """Crack whose stiffness loss acts on the total motion (time-varying), opened and closed by the weight.
 
     crack: name of a crack plugin, which gives the breathing function; "open" is a notch.  crack_angle_rad: angle of the
     middle of the crack edge from the reference line of the shaft, in the direction of rotation.  isotropic: with
-    an amplitude for a loss alike in all directions, too, beside that along xi.
+    an amplitude for a loss alike in all directions, too, beside that along xi.  opened_by: deflection is, on a rotor
+    with one coordinate, the direction in which the shaft is bent at that instant, by the vibration too.
     """
-    if crack != "open" and not np.any(structure.static_load):
+    by_deflection = opened_by == "deflection"
+    if crack == "open" and by_deflection:
+        raise CannotAct("a notch is always open; nothing opens it")
+    if crack != "open" and not by_deflection and not np.any(structure.static_load):
         raise CannotAct("no weight opens and closes a crack here; only one that stays open can be")
     law = registry().get("crack", crack, "breathing_crack")
     place = {"node": node, "element": element, "angle_rad": crack_angle_rad}
-    return crack_parameters(law, structure, False, isotropic=isotropic, **place)
+    return crack_parameters(law, structure, False, isotropic=isotropic, by_deflection=by_deflection, **place)

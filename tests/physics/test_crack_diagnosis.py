@@ -42,7 +42,7 @@ def apart(angle, other, period=2 * np.pi):
 def check(verdict, where, opening, angle, loss):
     assert verdict.verdict == "cause"
     (cause,) = verdict.causes
-    assert (cause.effect, cause.where, cause.variant) == ("breathing_crack", where, {"crack": opening})
+    assert (cause.effect, cause.where, cause.variant["crack"]) == ("breathing_crack", where, opening)
     found, size = cause.parameters["crack_angle_rad"], cause.parameters["stiffness_loss"]
     off = apart(found.value, angle, np.pi if opening == "open" else 2 * np.pi)  # a notch has two sides
     assert off < 4 * found.std < np.deg2rad(10)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from cracked_rotor import cracked_jeffcott, cracked_shaft
 from machines import disc, jeffcott_rig, point, rig_of, shaft, springs, unbalance
+from scipy.integrate import solve_ivp
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.response.statics import static_deflection
@@ -41,6 +42,36 @@ def test_a_crack_at_any_angle_moves_the_rotor_as_stepped_in_time(opening, degree
     assert np.abs(shown - seen).max() < 1e-3 * effect
     unturned = jeffcott(kind=kind, crack=opening)
     assert np.abs(measured_response(unturned, [speed], ORDERS)[0, :, 0] - seen).max() > 0.1 * effect
+
+
+@pytest.mark.parametrize("opening", ["switching", "breathing"])
+@pytest.mark.parametrize("speed", [400.0, 900.0])
+def test_a_crack_opened_by_the_deflection_moves_the_rotor_as_stepped_in_time(speed, opening):
+    """Below and above the critical speed, with more vibration than sag; by the weight it moves otherwise (control)."""
+    push, angle, turns = 12 * abs(PUSH), 0.6, 160
+    share = {"switching": lambda r: r.real > 0, "breathing": lambda r: (1 + np.cos(np.angle(r))) / 2}[opening]
+
+    def acceleration(t, state):
+        (x, y), velocity = state[:2], state[2] + 1j * state[3]
+        turned = np.exp(1j * (speed * t + angle))
+        r = (x + 1j * y) / turned
+        force = LOSS * share(r) * r.real * turned + push * speed**2 * np.exp(1j * speed * t)
+        found = (force - STIFFNESS * (x + 1j * y) - DAMPING * velocity) / MASS + 9.80665
+        return [velocity.real, velocity.imag, found.real, found.imag]
+
+    period = 2 * np.pi / speed
+    times = (turns + np.arange(512) / 512) * period
+    stepped = solve_ivp(acceleration, [0, times[-1]], np.zeros(4), t_eval=times, rtol=1e-8, atol=1e-13).y
+    series = np.fft.fft(stepped[0] + 1j * stepped[1]) / 512
+
+    def off(opened_by):
+        crack = {"crack": opening, "opened_by": opened_by, "crack_angle_rad": angle, "stiffness_loss_N_per_m": LOSS}
+        known = {"rotor": point(MASS, STIFFNESS), "external": DAMPING}
+        model = build_model(jeffcott_rig(push / MASS, 0.0, {"kind": "breathing_crack", **crack}, **known))
+        shown = measured_response(model, [speed], ORDERS)[0, 1:, 0]  # 0X counts from the sag
+        return np.abs(shown - series[ORDERS[1:]]).max()
+
+    assert off("deflection") < 1e-3 * off("weight")
 
 
 SHAFT_SPEEDS = [70.0, 120.0]

@@ -23,11 +23,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import PluginError, RotorstudyError
+from rotorstudy.errors import CannotAct, PluginError, RotorstudyError
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.options import Positive, check_options, option_names
 from rotorstudy.model.registry import registry
-from rotorstudy.model.terms import Parameter
+from rotorstudy.model.terms import NonlinearForce, Parameter
 
 SERIES_ORDER = 15  # doubling it changes the first harmonics of a switching crack by 0.3 % at most
 SAMPLES = 2**14  # per revolution; coefficients are accurate to 1e-4 of a jump, 1e-8 of a kink, else to round-off
@@ -109,13 +109,17 @@ def crack_parameters(
     element=None,
     angle_rad=0.0,
     isotropic=False,
+    by_deflection=False,
     **options,
 ):
     """Parameters of a crack plugin, one for each stiffness loss that the rotor states.
 
-    isotropic : with a second amplitude each, of a loss alike in all directions. As neither is negative, the shaft loses
-    most along xi, which is the only direction that an open crack has.
+    isotropic     : with a second amplitude each, of a loss alike in all directions. As neither is negative, the shaft
+                    loses most along xi, which is the only direction that an open crack has.
+    by_deflection : the direction in which the shaft is bent at that instant opens the crack, not that of the weight
     """
+    if by_deflection:
+        return _by_deflection(crack, structure, angle_rad, isotropic, options)
     parameters, on = [], ("static", "static conj") if weight_dominance else ("z", "conj")
     losses = structure.stiffness_loss_at(node, element)  # refuses a place that does not exist
     side = structure.tension_side(element)
@@ -131,6 +135,28 @@ def crack_parameters(
                 entries.append(Entry(pattern * turned, on=source, shift=shift))
         default = 0.0 if which else None
         parameters.append(Parameter(name + which, unit, tuple(entries), typical, default=default))
+    return parameters
+
+
+def _by_deflection(crack, structure, angle_rad, isotropic, options):
+    """Parameters of a crack that the deflection of a rotor with one coordinate opens: a in s(a) is -arg r, see above."""
+    if len(structure.dofs) > 1:
+        raise CannotAct("opened_by: deflection needs a rotor with one coordinate; this one has more")
+    ((name, (_, unit, typical)),) = structure.stiffness_loss_at().items()
+
+    def force_of(is_isotropic):
+        def lost(displacement, velocity, deflection, shaft_angle):
+            turned = np.exp(1j * (shaft_angle + angle_rad))
+            r = displacement / turned
+            xi, eta, both = breathing_function(crack, -np.angle(r), options)
+            found = xi * r if is_isotropic else xi * r.real + both * r.imag + 1j * (both * r.real + eta * r.imag)
+            return found * turned
+
+        return NonlinearForce(np.eye(1), lost, takes_angle=True, takes_velocity=False)
+
+    parameters = [Parameter(name, unit, (), typical, force=force_of(False))]
+    if isotropic:
+        parameters.append(Parameter(f"{name}_isotropic", unit, (), typical, force=force_of(True), default=0.0))
     return parameters
 
 
