@@ -139,7 +139,7 @@ def crack_parameters(
 
 
 def _by_deflection(crack, structure, angle_rad, isotropic, options):
-    """Parameters of a crack that the deflection of a rotor with one coordinate opens: a in s(a) is -arg r, see above."""
+    """Parameters of a crack that the deflection of a rotor with one coordinate opens: a of s(a) is -arg r."""
     if len(structure.dofs) > 1:
         raise CannotAct("opened_by: deflection needs a rotor with one coordinate; this one has more")
     ((name, (_, unit, typical)),) = structure.stiffness_loss_at().items()
