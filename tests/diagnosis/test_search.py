@@ -382,13 +382,25 @@ def test_a_crack_held_open_by_a_residual_stress_is_one_fault(may_be_stressed, mo
     assert (search(work).best.named == {"transverse_crack"}) == may_be_stressed
 
 
-@pytest.mark.parametrize(("beside", "promised", "is_rejected", "is_fitted"), [
+@pytest.mark.parametrize(("form", "is_doubtful"), [(0.0, False), (1.0, False), (10.0, True)])
+def test_an_explanation_is_doubtful_whose_form_must_err_more_than_noise_beside_a_further_fault(form, is_doubtful):
+    """It leaves as little as one in its own form, and is not rejected."""
+    work = begun()
+    known = search(work).best
+    columns = form * np.eye(work.spectrum.data_count)[:, :40]
+    fitted = replace(known.fit, misfit=float(work.spectrum.data_count - 40))
+    one = replace(known, fit=fitted, spectrum=work.spectrum.with_shared_error(columns))
+    found = replace(work, found={**work.found, one.kind: one}, free_forces=[])
+    assert (found.is_rejected, found.is_doubtful) == (False, is_doubtful)
+
+
+@pytest.mark.parametrize(("beside", "promised", "is_doubtful", "is_fitted"), [
     ((), -40, False, False), ((), -20, False, True), ((), -40, True, True), (("shaft_damping",), -40, False, True)
 ])  # fmt: skip
 def test_a_single_fault_is_fitted_if_it_may_lead_near_the_best_one_fitted_before(
-    beside, promised, is_rejected, is_fitted, monkeypatch
+    beside, promised, is_doubtful, is_fitted, monkeypatch
 ):
-    """Within 30 of log odds, if the records do not reject the best one; of two faults the promise is no limit."""
+    """Within 30 of log odds, if the best one is not doubtful; of two faults the promise is no limit."""
     work, fitted = begun(), []
     by_name = {c.cause: c for c in work.candidates}
     first = by_name["added_mass, node 3"]
@@ -400,7 +412,7 @@ def test_a_single_fault_is_fitted_if_it_may_lead_near_the_best_one_fitted_before
         return work.found[len(fitted)]
 
     monkeypatch.setattr(Search, "explain", explain)
-    monkeypatch.setattr(Search, "is_rejected", is_rejected)
+    monkeypatch.setattr(Search, "is_doubtful", is_doubtful)
     _fit_best(work, [[Proposal((first,), {}, 1010.0)], [Proposal(other, {}, 1000.0 + promised)]])
     assert fitted == [(first,), other][: 1 + is_fitted]
 

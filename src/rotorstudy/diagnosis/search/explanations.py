@@ -11,7 +11,14 @@ from rotorstudy.diagnosis.search.candidates import Candidate, with_priors
 from rotorstudy.diagnosis.search.form import LocalForces
 from rotorstudy.diagnosis.search.form_fit import fitted_with_form
 from rotorstudy.diagnosis.search.free_force import FreeForce
-from rotorstudy.diagnosis.search.odds import LEAST_LOG_PROBABILITY, Explanation, PriorOdds, kind_of, odds_of
+from rotorstudy.diagnosis.search.odds import (
+    FURTHER_FAULT,
+    LEAST_LOG_PROBABILITY,
+    Explanation,
+    PriorOdds,
+    kind_of,
+    odds_of,
+)
 from rotorstudy.diagnosis.search.screening import Projected, Screened, project, screen_each
 from rotorstudy.diagnosis.search.shape_fit import point_of
 from rotorstudy.diagnosis.settings import Settings
@@ -96,6 +103,17 @@ class Search:
         if best.fit.is_rejected(significance) or parameter_p_value(best.fit, self.prior.by_name) < significance:
             return True
         return bool(best.causes) and self.outside_probability > LIKELY_OUTSIDE
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether a better explanation is to be expected than the best one that was found.
+
+        It is rejected; or its error of form is so large that one more fault that leaves only noise, with no error of
+        form, would be more probable.
+        """
+        one = self.best
+        excess = one.fit.misfit - len(one.fit.residual) + (one.spectrum.log_shared_volume if one.spectrum else 0.0)
+        return bool(self.is_rejected or 0.5 * excess > -np.log(FURTHER_FAULT))
 
     @property
     def form_error(self) -> float:

@@ -134,7 +134,7 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
     try:
         if known:
             _fit_best(work, [[_proposed_again(work, one) for one in known]], possible)
-            tried += [[work.nothing]] if work.best.causes and not work.is_rejected else []
+            tried += [[work.nothing]] if work.best.causes and not work.is_doubtful else []
         has_gained = True
         while len(tried) < EXPANDED or (has_gained and len(tried) < LAST):
             _drop_impossible(work, possible)
@@ -147,7 +147,7 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
             before = max(map(odds_of, work.explanations))
             _fit_best(work, [group for one in current for group in moves_from(work, one)], possible)
             has_gained = max(map(odds_of, work.explanations)) > before + SETTLED
-            if len(tried) == 1 and work.is_rejected:  # before two causes are tried
+            if len(tried) == 1 and work.is_doubtful:  # before two causes are tried
                 _fit_best(work, [loading_films(work), pairs(work)], possible)
     except KeyboardInterrupt as stop:
         if not is_asked_to_stop(stop):
@@ -198,7 +198,7 @@ def _due(work, tried):
     """
     every = _best_of_each_set(work)
     best = max((e for e in every if _is_due(work, e, tried)), key=odds_of, default=None)
-    if best is None or len(best.faults) != 1 or not work.is_rejected:
+    if best is None or len(best.faults) != 1 or not work.is_doubtful:
         return [best] if best else []
     return [e for e in every if e is best or (len(e.faults) == 1 and _is_new(e, tried) and odds_of(e) > 0)][:ALONE]
 
@@ -297,7 +297,7 @@ def _least(work, promised=-np.inf):
     A promise includes the largest error of form. So a rejected explanation, fitted with a smaller one, is no measure.
     """
     known = max(map(odds_of, work.explanations))
-    return (min(known, promised) if work.is_rejected else known) - WITHIN
+    return (min(known, promised) if work.is_doubtful else known) - WITHIN
 
 
 def _best_of_each_set(work):
