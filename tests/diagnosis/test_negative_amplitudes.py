@@ -10,7 +10,7 @@ from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.form_fit import fitted_with_form
 from rotorstudy.diagnosis.search.impossible import is_negative, loses_more_than_all
-from rotorstudy.diagnosis.search.odds import Explanation
+from rotorstudy.diagnosis.search.odds import Explanation, _log_beyond, log_possible
 from rotorstudy.diagnosis.search.screening import Projected, screen
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
@@ -116,6 +116,15 @@ def test_a_fit_ends_at_zero_where_less_cannot_be(may_be_negative):
     cause = cause._replace(positive={} if may_be_negative else cause.positive)
     found = fitted_with_form(work, (cause,), work.base.values)
     assert found.fit.values[limited] == pytest.approx(-4e4 if may_be_negative else 0.0, rel=0.01)
+
+
+@pytest.mark.parametrize("beyond", [0.0, 1.0, 3.0, 6.0])
+def test_what_is_held_at_zero_is_as_probable_as_the_part_of_its_posterior_above(beyond):
+    """The normal posterior of one amplitude whose mean is some standard deviations below zero, in closed form."""
+    std, cost = 0.7, beyond**2  # the cost at zero is that much above the least
+    held = -cost / 2 + log_possible(0.0, std) + _log_beyond(0.0, std, -beyond / std)
+    assert held == pytest.approx(norm.logcdf(-beyond) + np.log(2))
+    assert _log_beyond(0.5 * std, std, -beyond / std) == 0.0  # of a fit that ended above zero nothing is left out
 
 
 @pytest.mark.parametrize(("stiffness", "named"), [(4e4, True), (-4e4, False)])

@@ -67,11 +67,15 @@ class Posterior:
         return chi_square_p_value(self.cost, len(self.residual))
 
     @property
+    def slope(self) -> np.ndarray:
+        """(free,) half of what the cost falls by with each parameter; zero but at a bound."""
+        whitener = self.prior.whitener
+        return self.jacobian.T @ self.residual + whitener.T @ whitener @ (self.prior.mean - self.free)
+
+    @property
     def gain(self) -> float:
         """By which a further linear step would lower the cost."""
-        whitener = self.prior.whitener
-        slope = self.jacobian.T @ self.residual + whitener.T @ whitener @ (self.prior.mean - self.free)
-        return float(slope @ self.covariance @ slope)
+        return float(self.slope @ self.covariance @ self.slope)
 
     @property
     def excess(self) -> float:

@@ -16,6 +16,7 @@ FURTHER_FAULT = 0.1  # prior odds of one more fault against none, whichever it i
 FURTHER_PART = 0.5  # prior probability that a fault has one more of its parts: as likely as not
 THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
 ROUND_OFF = 1e-15  # of the largest eigenvalue of a covariance: smaller ones have no correct digits
+HELD = 1e-6  # standard deviations of an amplitude above its bound, where a fit ends that is held there
 LEAST_LOG_PROBABILITY = -700.0  # keeps posterior probabilities from underflow to zero
 
 
@@ -237,7 +238,9 @@ def log_posterior_odds(causes: tuple[Candidate, ...], fitted: Fit, base: Fit, pr
     odds = fitted.evidence - base.evidence + prior_odds.log_odds(causes)
     for cause in causes:
         for name in cause.positive:
-            odds += float(log_possible(*total(cause, name, fitted), _stated(cause, name, fitted)))
+            mean, std = total(cause, name, fitted)
+            odds += float(log_possible(mean, std, _stated(cause, name, fitted)))
+            odds += _log_beyond(mean, std, fitted.slope[fitted.names.index(name)])
     for parts in prior_odds.together(causes):
         known = [_in_widths(cause, fitted, *of) for cause in parts for of in cause.widths]
         if is_distributed(parts):
@@ -266,6 +269,17 @@ def _static_and_couple(parts, fitted):
     turned = np.kron(modes, np.eye(count)) / width
     parameter = np.repeat(np.arange(len(parts)), count)
     return turned @ fitted.free[place], turned @ fitted.covariance[np.ix_(place, place)] @ turned.T, parameter
+
+
+def _log_beyond(mean, std, slope):
+    """Logarithm of the posterior probability above zero, over that as if the fit, which was held there, ended there.
+
+    mean, std : of an amplitude that cannot be negative;  slope : `Posterior.slope` along it
+    """
+    from scipy.special import erfcx
+
+    is_held = mean < HELD * std and slope < 0
+    return float(np.log(erfcx(-slope * std / np.sqrt(2)))) if is_held else 0.0
 
 
 def total(cause: Candidate, name: str, fitted: Fit) -> tuple[float, float]:
