@@ -144,8 +144,8 @@ def _with_prior(model, cause, width):
 def freedoms_of(effect: str, *, any_form: bool) -> tuple[Freedom, ...]:
     """Freedoms by which an effect may have any form near its own, or one of those searched.
 
-    What `Effect.form` has too is of the fault itself, as the shape of a front is; the rest is how far its law is from
-    that of the library, within `SPREADS`.
+    What `Effect.form` has too is of the fault itself, as the shape of a front is; the rest is of its law. How far each
+    of the two is from those of the library is not known; see `SPREADS`.
 
     any_form : as `Effect.any_form` says, instead of `Effect.form`
     """
@@ -153,9 +153,11 @@ def freedoms_of(effect: str, *, any_form: bool) -> tuple[Freedom, ...]:
     if not any_form:
         return (Freedom(*plugin.form[1:]),)
     options, every, _ = plugin.any_form
-    own = {name: known for name, known in every.items() if name in plugin.form[2]}
-    law = {name: (mean, SPREADS[-1] * std) for name, (mean, std) in every.items() if name not in own}
-    return Freedom(options, own), Freedom({}, law, tuple(x / SPREADS[-1] for x in SPREADS))
+    widest = {name: (mean, SPREADS[-1] * std) for name, (mean, std) in every.items()}
+    own = {name: known for name, known in widest.items() if name in plugin.form[2]}
+    law = {name: known for name, known in widest.items() if name not in own}
+    spreads = tuple(x / SPREADS[-1] for x in SPREADS)
+    return Freedom(options, own, spreads), Freedom({}, law, spreads)
 
 
 def _same(unknown, term, model):
