@@ -16,7 +16,7 @@ pytestmark = pytest.mark.usefixtures("right_conventions", "begun_once")
 NOISE = 4e-3  # of the rms vibration at 1X
 SPEEDS = np.array([90.0, 140.0, 180.0, 230.0, 280.0, 350.0, 420.0])
 STATED = {"uncertainty": {"default": 0.02}, "most_causes": 1, "candidates_per_round": 2}
-SLOW = ["rub", "looseness", "cubic_stiffness", "pedestal_resonance"]  # whose fits take most of the time
+SLOW = ["rub", "looseness", "support_clearance", "cubic_stiffness", "pedestal_resonance"]  # whose fits take most of the time
 
 
 def noisy(motion, speeds, sensors):
