@@ -71,7 +71,8 @@ def faulty(model, *items):
 
 # Effects of which the search fits many shapes, which takes most of its time: tests about others leave them out. The
 # whole library is searched in test_report.py, test_findings.py, the blind tests and those against foreign machines.
-SLOW = ["breathing_crack", "cubic_stiffness", "looseness", "pedestal_resonance", "rub", "transverse_crack"]
+SLOW = ["breathing_crack", "cubic_stiffness", "looseness", "pedestal_resonance", "rub", "support_clearance",
+        "transverse_crack"]  # fmt: skip
 
 
 def all_but(*effects):

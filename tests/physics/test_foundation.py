@@ -129,6 +129,7 @@ def test_a_machine_with_a_transducer_on_a_housing_is_drawn(tmp_path):
     assert (tmp_path / "out" / "figures" / "mode_shapes.png").exists()
 
 
+@pytest.mark.usefixtures("few_speeds")
 @pytest.mark.parametrize("in_file", [False, True])
 def test_velocities_and_accelerations_of_casings_are_read_as_displacements(in_file, tmp_path):
     """Of cosines with offsets whose derivatives are written out; units in the rig file, or in the header alone."""
