@@ -27,6 +27,12 @@ def test_every_fault_of_the_simulator_has_a_meaning():
     assert left_out([{"family": "preload"}]) == ["parallel_misalignment", "static_preload"]
 
 
+def test_what_the_library_lacks_it_lacks_in_other_words_too(drawn):
+    """Dry friction is a damping; without that, too, it is outside the library."""
+    assert left_out([{"family": "dry_friction_form"}]) == ["bearing_coefficients", "external_damping"]
+    assert all(bool(truth["leave_out"]) != truth["known"] for truth, _ in drawn)
+
+
 def test_the_truth_is_recognised_at_its_place_and_not_elsewhere(truths):
     for truth in truths:
         for one in truth["true"]:

@@ -147,7 +147,7 @@ def _size(case, true, folder):
 
 
 def _truth(order, case, kind, fault, true, size, beside, without_noise):
-    outside = "outside" in kind
+    known = "outside" not in kind and all(in_library(one["family"]) for one in true)
     numbers = {} if without_noise is None else {
         "without_noise": [without_noise.real.tolist(), without_noise.imag.tolist()]
     }  # fmt: skip
@@ -158,8 +158,8 @@ def _truth(order, case, kind, fault, true, size, beside, without_noise):
         "speeds_rad_per_s": case.steady.speed.tolist(), "mass_kg": float(case.rotor.mass),
         "elements": len(case.rotor.elements), "probed_nodes": len(case.nodes),
         "size": None if np.isnan(size) else size, "beside": None if np.isnan(beside) else beside,
-        "known": not outside and all(in_library(one["family"]) for one in true),
-        "leave_out": left_out(true) if outside else [],
+        "known": known,
+        "leave_out": [] if known else left_out(true),
     }  # fmt: skip
 
 
