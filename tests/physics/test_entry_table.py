@@ -46,7 +46,7 @@ def unknowns(random):
 def multiples(unknowns):
     """Amplitudes of which the tables are multiples of the same entries, one that carries load, and others."""
     own = np.random.default_rng(6)
-    basis = Basis(tuple(entry for unknown in unknowns[:3] for entry in unknown.entries))
+    basis = Basis(own.normal(size=SIZE) * [1, 0, 1], 2.0, -3.0, (-3, -1, 0, 1, 4))
     factors = own.normal(size=(6, len(basis.entries))) * own.integers(0, 2, (6, len(basis.entries))) * (1 - 0.3j)
     shared = [Unknown(f"shared {i}", "N", Multiples(basis, one), 1.0, carries=i == 4) for i, one in enumerate(factors)]
     return (*unknowns[3:6], *shared, unknowns[-1])

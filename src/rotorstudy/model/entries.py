@@ -155,10 +155,19 @@ class Entry(Evaluated):
 
 
 class Basis:
-    """Entries of which those of several amplitudes are multiples; see `Multiples`."""
+    """Entries of which those of several amplitudes are multiples; see `Multiples`.
 
-    def __init__(self, entries: tuple[Entry, ...]):
-        self.entries, parts = entries, [entry.nonzero for entry in entries]
+    They are forces along a row of coordinates (dof,), at some shifts of each kind: a stiffness times the motion along
+    that row, times its conjugate, and a constant load.
+    """
+
+    def __init__(self, row: np.ndarray, stiffness: float, load: float, shifts: Sequence[int]):
+        self.here, self.shifts, self._load = np.flatnonzero(row), np.array(shifts), load
+        self.row, pattern = row[self.here], stiffness * local_outer(row)
+        own, self._stiffness = LocalMatrix(row.shape, (self.here, 0 * self.here, load * self.row)), stiffness
+        kinds = ("z", pattern), ("conj", pattern), ("one", own)
+        self.entries = tuple(Entry(matrix, on=on, shift=int(shift)) for on, matrix in kinds for shift in shifts)
+        parts = [entry.nonzero for entry in self.entries]
         self._count = np.array([len(row) for row, _, _ in parts])  # (entry,) of elements
         self._first = np.cumsum(self._count) - self._count
         self._elements = [np.concatenate(part) for part in zip(*parts, strict=True)]  # row, column and value
@@ -171,6 +180,21 @@ class Basis:
         amplitude, entry = np.repeat(amplitude, count), np.repeat(entry, count)
         row, column, value = (part[self._first[entry] + within] for part in self._elements)
         return amplitude, entry, row, column, factor[amplitude, entry] * value
+
+    def forces(self, amplitudes, deflection, harmonics) -> np.ndarray:
+        """Force (..., speed, harmonic, entry) along the row by each entry, at a motion (..., speed, harmonic, dof), m.
+
+        deflection : (..., speed, dof), m, not in `amplitudes`
+        """
+        harmonics = np.asarray(harmonics)
+        reach = np.abs(harmonics).max() + np.abs(self.shifts).max()
+        at_rest = deflection[..., self.here] @ self.row
+        moving = np.zeros((*at_rest.shape, 2 * reach + 1), complex)  # from the harmonic -reach on
+        moving[..., reach + harmonics] = amplitudes[..., self.here] @ self.row
+        moving[..., reach] += at_rest
+        moving, source = self._stiffness * moving, harmonics[:, None] - self.shifts
+        loaded = np.broadcast_to(self._load * (source == 0), (*at_rest.shape, *source.shape))
+        return np.concatenate([moving[..., reach + source], moving[..., reach - source].conj(), loaded], axis=-1)
 
 
 class Multiples(Sequence):

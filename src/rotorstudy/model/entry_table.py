@@ -45,22 +45,30 @@ class Pattern(NamedTuple):
         return found
 
 
+def multiples_of(unknowns: Sequence[Unknown], motion: Sequence[int]) -> tuple[dict, list[int]]:
+    """Positions of the unknowns with Multiples of a (Basis, whether it carries, motion), and of the others."""
+    tables, others = {}, []
+    for u, (unknown, at) in enumerate(zip(unknowns, motion, strict=True)):
+        is_multiple = isinstance(unknown.entries, Multiples)
+        own = tables.setdefault((unknown.entries.basis, unknown.carries, at), []) if is_multiple else others
+        own.append(u)
+    return tables, others
+
+
 def elements_of(
     unknowns: Sequence[Unknown], motion: Sequence[int], size: int, chosen: Callable[[Unknown, Entry], bool]
 ) -> tuple[Elements, list[Entry]]:
     """Elements of chosen entries, in columns of motions, their conjugates, constants, and an Entry of each kind."""
-    kinds, parts, tables, seen = {}, [], {}, size * (max(motion, default=0) + 1)
+    kinds, parts, seen = {}, [], size * (max(motion, default=0) + 1)
+    tables, others = multiples_of(unknowns, motion)
 
     def place(entry, first):
         """Number of its kind, and its first column."""
         k, _ = kinds.setdefault(entry.kind, (len(kinds), entry))
         return k, 2 * seen if entry.is_constant else first + seen * entry.is_conjugate
 
-    for u, unknown in enumerate(unknowns):
-        if isinstance(unknown.entries, Multiples):
-            tables.setdefault((unknown.entries.basis, unknown.carries, motion[u]), []).append(u)
-            continue
-        for entry in (e for e in unknown.entries if chosen(unknown, e)):
+    for u in others:
+        for entry in (e for e in unknowns[u].entries if chosen(unknowns[u], e)):
             parts.append((u, *place(entry, size * motion[u]), *entry.nonzero))
     found = [_in_one(parts)]
     for (basis, _, at), own in tables.items():
@@ -124,6 +132,11 @@ class Columns(NamedTuple):
     unknown: np.ndarray
     value: np.ndarray
 
+    @classmethod
+    def together(cls, parts: Sequence["Columns"]) -> "Columns":
+        """Those of all parts."""
+        return cls(*(np.concatenate(one, axis=-1) for one in zip(*parts, strict=True)))
+
     def dense(self, size: int, count: int) -> np.ndarray:
         """(..., speed, harmonic, coordinate, amplitude) of `size` coordinates and `count` amplitudes."""
         whole = np.zeros((*self.value.shape[:-1], size, count), complex)
@@ -164,6 +177,22 @@ class EntryTable:
         """The Columns at harmonics (..., speed, harmonic, motion * coordinate), m, and a static deflection."""
         lead = np.broadcast_shapes(amplitudes.shape[:-3], np.shape(deflection)[:-2])
         amplitudes = np.broadcast_to(amplitudes, (*lead, *amplitudes.shape[-3:]))
+        tables, others, rest = self._apart
+        if not tables:
+            return self._columns(amplitudes, speed, harmonics, deflection)
+        still = np.broadcast_to(0.0 if deflection is None else deflection, (*lead, len(speed), self.seen))
+        found = rest._columns(amplitudes[..., : rest.seen], speed, harmonics, still[..., : rest.seen])
+        found = [found._replace(unknown=others[found.unknown])]
+        for (basis, carries, at), unknown in tables.items():
+            part = slice(self.size * at, self.size * (at + 1))
+            forces = basis.forces(amplitudes[..., part], still[..., part] * (not carries), harmonics)
+            along = forces @ np.transpose([self.unknowns[u].entries.factor for u in unknown])
+            value = (along[..., None, :] * basis.row[:, None]).reshape(*along.shape[:-1], -1)
+            places = np.repeat(basis.here, len(unknown)), np.tile(unknown, len(basis.here))
+            found.append(Columns(*places, value))
+        return Columns.together(found)
+
+    def _columns(self, amplitudes, speed, harmonics, deflection):
         (row, unknown), (kind, column, weights) = self._places, self._seen
         moving, still = self._factors(*_key(speed, harmonics))
         seen = _with_conjugate(amplitudes)[..., moving.source[:, kind], column] * moving.factor[..., kind]
@@ -214,6 +243,13 @@ class EntryTable:
         elements, kinds = self._on_motion
         here = np.array([entry.shift != 0 for entry in kinds], bool)[elements.kind]
         return np.unique(np.concatenate([elements.row[here], elements.column[here] % self.size]))
+
+    @cached_property
+    def _apart(self):
+        """What `multiples_of` returns, and an EntryTable of the others."""
+        tables, others = multiples_of(self.unknowns, self.motion)
+        rest = EntryTable([self.unknowns[u] for u in others], self.size, [self.motion[u] for u in others])
+        return tables, np.array(others, int), rest
 
     @cached_property
     def _on_motion(self):

@@ -29,7 +29,7 @@ from numpy.polynomial.chebyshev import chebder, chebval
 
 from rotorstudy.errors import CannotAct, RotorstudyError
 from rotorstudy.model.breathing import SHIFTS, open_compliance, series_of, shares_of, shares_of_parts
-from rotorstudy.model.entries import Basis, Entry, LocalMatrix, Multiples, local_outer
+from rotorstudy.model.entries import Basis, Multiples
 from rotorstudy.model.kinds import CrackDepth
 from rotorstudy.model.options import option_names
 from rotorstudy.model.registry import registry
@@ -145,7 +145,8 @@ class Hinge:
 
     def entries(self, breathing: str, along: bool = False) -> Multiples:
         """The crack whose opening depends on the turn of the shaft alone, by one of `breathing.LAWS`."""
-        return self._entries(shares_of(self._law(breathing)), along)
+        (found,) = self._entries(shares_of(self._law(breathing))[None], along)
+        return found
 
     def entries_of_forms(self, parts: tuple[tuple[str, int], ...], breathing: str) -> list[Multiples]:
         """Parts (motion, order) of other laws of breathing, beside one of `breathing.LAWS`.
@@ -156,24 +157,25 @@ class Hinge:
         "lagging", across, with its sine; "skewed", coupled, but with one minus the cosine, for a front that is not
         symmetric. order 0 is an open crack.
         """
-        return [self._entries(shares, False) for shares in shares_of_parts(self._law(breathing), parts)]
+        return self._entries(shares_of_parts(self._law(breathing), parts))
 
     def _law(self, breathing):
         """What `shares_of` takes."""
         section = (*self._stated, float(self.section.stiffness)) if breathing == "weight" else ()
         return breathing, tuple(self._softer.tolist()), self.side, self.sudden, section
 
-    def _entries(self, shares, along):
-        """Entries of a kink; shares (2, shift) of the imposed rotation and of its conjugate, at `SHIFTS`.
+    def _entries(self, shares, along=False):
+        """Entries of kinks; shares (kink, 2, shift) of the imposed rotation and of its conjugate, at `SHIFTS`.
 
         along : only (g - conj g) / 2 of a kink g in the frame of the crack, as large as the flexibility across makes it
         """
         if along:
-            shares = (shares - shares[::-1, ::-1]) * np.divide(*self.open_compliance) / 2  # shift k, and 2 - k
+            shares = (shares - shares[:, ::-1, ::-1]) * np.divide(*self.open_compliance) / 2  # shift k, and 2 - k
         turned = np.exp(1j * SHIFTS * self.angle) * shares
-        at_rest = turned.sum(axis=0) if self.section.own_moment else 0.0 * turned[0]
+        at_rest = turned.sum(axis=1, keepdims=True) * (self.section.own_moment != 0)
+        factors = np.concatenate([turned, at_rest], axis=1).reshape(len(shares), 3 * len(SHIFTS))
         basis = _basis(self.row.tobytes(), float(self.section.own_moment), float(self.section.stiffness))
-        return Multiples(basis, np.concatenate([*turned, at_rest]))
+        return [Multiples(basis, factor) for factor in factors]
 
     @cached_property
     def _kink_by_rotation(self):
@@ -248,8 +250,4 @@ def crack_at(
 @lru_cache(maxsize=POSITIONS)
 def _basis(row, own_moment, stiffness):
     """The Basis of a crack at a position: a kink as large as the rotation imposed by a motion, and by the weight."""
-    row = np.frombuffer(row)
-    (here,) = row.nonzero()
-    pattern, own = stiffness * local_outer(row), LocalMatrix(row.shape, (here, 0 * here, own_moment * row[here]))
-    kinds = ("z", pattern), ("conj", pattern), ("one", own)
-    return Basis(tuple(Entry(matrix, on=on, shift=int(shift)) for on, matrix in kinds for shift in SHIFTS))
+    return Basis(np.frombuffer(row), stiffness, own_moment, SHIFTS)

@@ -151,7 +151,7 @@ def _parameters(plugin, function, fixed, options, where, is_foundation=False):
     if isinstance(plugin, Bearing) or getattr(plugin, "places", None) is at_supports:
         return at_housings(fixed["structure"], parameters, from_ground=is_foundation)
     return tuple(
-        p if isinstance(p.entries, Multiples) else replace(p, entries=tuple(map(compacted, p.entries)))
+        p if isinstance(p.entries, Multiples) or not p.entries else replace(p, entries=tuple(map(compacted, p.entries)))
         for p in parameters
     )
 

@@ -270,7 +270,7 @@ def films_of(structure: Structure) -> tuple[Film, ...]:
     return tuple(_film(structure, *one, own, one[0].theta) for one, own in zip(films, carried, strict=True))
 
 
-def loading_films(parameters: Iterable[Parameter], films: Iterable[Film]) -> tuple[Parameter, ...]:
+def loading_films(parameters: Iterable[Parameter], films: tuple[Film, ...]) -> tuple[Parameter, ...]:
     """The parameters, those that are constant forces with what they change of films."""
 
     def loading(force, turn):
@@ -282,7 +282,7 @@ def loading_films(parameters: Iterable[Parameter], films: Iterable[Film]) -> tup
             for entry in (entries if share else ())
         )
 
-    forces = [(p, _constant_force(p)) for p in parameters]
+    forces = [(p, _constant_force(p) if films else None) for p in parameters]
     return tuple(p if f is None else replace(p, films=(loading(f, 1), loading(f, 1j))) for p, f in forces)
 
 

@@ -142,4 +142,4 @@ class Neighbourhood:
             table = EntryTable(unknowns, motions[0].amplitude.shape[-1], at)
             found = table.columns(amplitude, speed, carried, deflection)
             parts.append(found._replace(unknown=np.array(place)[found.unknown]))
-        return Columns(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
+        return Columns.together(parts)
