@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebder, chebval
+from numpy.polynomial.chebyshev import chebder, chebvander
 
 from rotorstudy.errors import CannotAct, RotorstudyError
 from rotorstudy.model.breathing import SHIFTS, open_compliance, series_of, shares_of, shares_of_parts
@@ -115,9 +115,12 @@ class Hinge:
 
         def moment(rotation, velocity, deflection, shaft_angle):
             known = self._imposed(rotation, shaft_angle)[-1]
-            if "direction" not in known:
+            if "laws" not in known:
                 known |= self._whole_parts(rotation, shaft_angle)
-            law = known["direction"] ** order if order else 1.0 + 0j
+            laws = known["laws"]  # powers of the direction
+            while len(laws) <= order:
+                laws.append(laws[-1] * laws[1])
+            law = laws[order]
             open_part = law.imag if motion in ("coupled", "lagging") else 1 - law.real if order else 2.0
             return open_part / 2 * known[acting]
 
@@ -132,7 +135,7 @@ class Hinge:
         kinks = {"across": strain.real, "along": 1j * strain.imag, "coupled": strain.imag + 1j * strain.real}
         for motion, kink in kinks.items():
             found[motion] = -self.section.stiffness * self._softer[0] * (kink - tangent(kink)) * turned
-        return found | {"direction": _direction(strain)}
+        return found | {"laws": [1.0 + 0j, _direction(strain)]}
 
     def _imposed(self, rotation, shaft_angle):
         """The imposed rotation (...) in the frame of the crack, the turn of that frame, and what is known of it."""
@@ -186,7 +189,7 @@ class Hinge:
 
         def kink(imposed):
             direction = _direction(imposed)
-            along, across = chebval(direction.real, self._series)
+            along, across = _at(direction.real, self._series)
             return np.abs(imposed) * along + 1j * (imposed.imag * across)
 
         return kink
@@ -201,7 +204,8 @@ class Hinge:
             return lambda change: self.open_shares[0] * np.where(imposed.real > 0, change.real, 0.0)
         direction = _direction(imposed)
         cosine, sine = direction.real, direction.imag
-        (along, across), (more, wider) = (chebval(cosine, one) for one in (self._series, chebder(self._series)))
+        slopes = np.vstack([chebder(self._series), np.zeros(2)])
+        along, across, more, wider = _at(cosine, np.hstack([self._series, slopes]))
         by_size, by_turn = along + 1j * sine * across, -sine * more + 1j * (cosine * across - sine**2 * wider)
 
         def tangent(change):
@@ -209,6 +213,12 @@ class Hinge:
             return by_size * change.real + by_turn * change.imag
 
         return tangent
+
+
+def _at(cosine, series):
+    """Values (column, ...) of Chebyshev series (k, column) at cosines (...), all from the same polynomials."""
+    found = chebvander(cosine.ravel(), len(series) - 1) @ series
+    return found.T.reshape(-1, *cosine.shape)
 
 
 def _direction(rotation):

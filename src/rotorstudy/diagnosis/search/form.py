@@ -353,14 +353,15 @@ def _by_scale(gram, turned, variance, narrowed):
     turned   : (error, ...) products of the errors with these;  variance : (error,) of the errors, which are orthogonal
     narrowed : log determinant of the covariance of other errors, less that of the precision of the prior
     """
-    every = SCALES[:, None] ** 2 * variance
-    less = turned.T @ ((SCALES[:, None] ** 2 / (1 + every))[..., None] * turned)
-    products = np.roll(gram - less, -1, axis=(1, 2))  # those of the residual come last
-    size = np.sqrt(np.diagonal(products, axis1=1, axis2=2))
-    size[:, -1] = np.sqrt(gram[0, 0]) or 1.0
-    scaled = products / (size[:, :, None] * size[:, None]) + DEFINITE * np.eye(len(gram))
-    scaled[:, -1, -1] = 2.0  # the root is then real, also where nothing is left of the residual
-    root = np.diagonal(np.linalg.cholesky(scaled), axis1=1, axis2=2)
-    gain = gram[0, 0] * (2 - root[:, -1] ** 2)
+    every, whole = SCALES[:, None] ** 2 * variance, gram[0, 0]
+    gram, turned = np.roll(gram, -1, axis=(0, 1)), np.roll(turned, -1, axis=1)  # those of the residual come last
+    products = gram - turned.T @ ((SCALES[:, None] ** 2 / (1 + every))[..., None] * turned)
+    left, size = products[:, -1, -1].copy(), np.sqrt(np.diagonal(products, axis1=1, axis2=2))
+    size[:, -1] = np.sqrt(whole) or 1.0
+    products /= size[:, :, None] * size[:, None]
+    np.einsum("sii->si", products)[:] += DEFINITE
+    products[:, -1, -1] = 2.0  # the root is then real, also where nothing is left of the residual
+    root = np.diagonal(np.linalg.cholesky(products), axis1=1, axis2=2)
+    gain = whole * (2 - root[:, -1] ** 2)
     narrowed = narrowed + np.log1p(every).sum(axis=1) + 2 * np.log(root[:, :-1] * size[:, :-1]).sum(axis=1)
-    return -0.5 * (products[:, -1, -1] - gain + narrowed)
+    return -0.5 * (left - gain + narrowed)
