@@ -39,8 +39,8 @@ def breathing_crack(
 
     crack: name of a crack plugin, which gives the breathing function; "open" is a notch.  crack_angle_rad: angle of the
     middle of the crack edge from the reference line of the shaft, in the direction of rotation.  isotropic: with
-    an amplitude for a loss alike in all directions, too, beside that along xi.  opened_by: deflection is, on a rotor
-    with one coordinate, the direction in which the shaft is bent at that instant, by the vibration too.
+    an amplitude for a loss alike in all directions, too, beside that along xi.  opened_by: deflection: by the
+    direction in which the shaft is bent at that instant, by vibration too (rotors with one coordinate only).
     """
     by_deflection = opened_by == "deflection"
     if crack == "open" and by_deflection:

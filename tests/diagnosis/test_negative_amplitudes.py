@@ -124,7 +124,26 @@ def test_what_is_held_at_zero_is_as_probable_as_the_part_of_its_posterior_above(
     std, cost = 0.7, beyond**2  # the cost at zero is that much above the least
     held = -cost / 2 + log_possible(0.0, std) + _log_beyond(0.0, std, -beyond / std)
     assert held == pytest.approx(norm.logcdf(-beyond) + np.log(2))
-    assert _log_beyond(0.5 * std, std, -beyond / std) == 0.0  # of a fit that ended above zero nothing is left out
+    assert _log_beyond(20 * std, std, -beyond / std) == 0.0  # a fit that ended far above zero was not held there
+
+
+def test_either_amplitude_of_a_crack_is_positive_by_itself_whatever_opens_it():
+    """Powers of one law are positive together, which two directions of a loss are not."""
+    known = [{"crack": "breathing", "opened_by": one} for one in ("weight", "deflection")]
+    found = [candidate(MODEL, "breathing_crack", {}, variant=variant).positive for variant in known]
+    assert [list(one.values()) for one in found] == 2 * [[{}, {}]]
+    both = candidate(MODEL, "cubic_stiffness", {"node": 1}).positive  # negative control
+    assert all(same for same in both.values())
+
+
+@pytest.mark.parametrize("uncertainty", [0.0, 0.02])
+def test_a_lower_bound_counts_what_the_rig_has_also_where_that_is_held(uncertainty):
+    settings = Settings(**KNOWN | {"uncertainty": {"default": uncertainty}, "leave_out": all_but("external_damping")})
+    measured = spectrum_of(build_model(jeffcott_rig(2e-5, external=40.0)), SPEEDS, HARMONICS, 1e-8)
+    work = begin(MODEL, with_model_error(measured, settings), settings)
+    (cause,) = work.candidates
+    found = fitted_with_form(work, (cause,), work.base.values)
+    assert found.fit.values[cause.names[0]] == pytest.approx(-60.0, rel=0.1)  # of 100 N s/m
 
 
 @pytest.mark.parametrize(("stiffness", "named"), [(4e4, True), (-4e4, False)])

@@ -119,7 +119,9 @@ def crack_parameters(
     by_deflection : the direction in which the shaft is bent at that instant opens the crack, not that of the weight
     """
     if by_deflection:
-        return _by_deflection(crack, structure, angle_rad, isotropic, options)
+        return _by_deflection(
+            crack, structure, structure.stiffness_loss_at(node, element), angle_rad, isotropic, options
+        )
     parameters, on = [], ("static", "static conj") if weight_dominance else ("z", "conj")
     losses = structure.stiffness_loss_at(node, element)  # refuses a place that does not exist
     side = structure.tension_side(element)
@@ -138,11 +140,11 @@ def crack_parameters(
     return parameters
 
 
-def _by_deflection(crack, structure, angle_rad, isotropic, options):
-    """Parameters of a crack that the deflection of a rotor with one coordinate opens: a of s(a) is -arg r."""
+def _by_deflection(crack, structure, losses, angle_rad, isotropic, options):
+    """Parameters of a crack that the deflection z of a rotor with one coordinate opens: s(-arg r), r as above."""
     if len(structure.dofs) > 1:
         raise CannotAct("opened_by: deflection needs a rotor with one coordinate; this one has more")
-    ((name, (_, unit, typical)),) = structure.stiffness_loss_at().items()
+    ((name, (_, unit, typical)),) = losses.items()
 
     def force_of(is_isotropic):
         def lost(displacement, velocity, deflection, shaft_angle):

@@ -170,8 +170,8 @@ class Effect(Plugin):
                 physics: `identify --cause` tries them where the others do not explain the records
     fixed     : present with its typical amplitude or absent: a cable is swapped or not
     fold      : ratio of the phase of its amplitude to the angle of its direction: 2 for two stiffnesses
-    positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack), together with those of the rig,
-                and forces in time all together; or the names of those that cannot, if others can
+    positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack), together with those of the rig;
+                or the names of those that cannot, of which forces in time are powers of one law, positive together
     base_rate : how often it is a cause, relative to a usual effect, before anything is measured
     change_rate : how often it is what changed between two runs, likewise; by default as `base_rate`
     at_discs  : what changed of it between two runs may be at several discs at once, as one fault

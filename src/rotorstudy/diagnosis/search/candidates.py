@@ -137,7 +137,8 @@ def _with_prior(model, cause, width):
         prior[term.full_name(p)] = mean * p.typical, std * p.typical
     limited = {term.full_name(p) for p in term.parameters if plugin.is_positive(p.name)}
     limited = [unknown for unknown in term.unknowns if unknown.name in limited]
-    positive = {unknown.name: _same(unknown, term, model) | _powers(unknown, limited) for unknown in limited}
+    together = limited if isinstance(plugin.positive, tuple) else []
+    positive = {unknown.name: _same(unknown, term, model) | _powers(unknown, together) for unknown in limited}
     return cause._replace(prior=prior, positive=positive)
 
 

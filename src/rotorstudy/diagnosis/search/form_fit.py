@@ -64,16 +64,19 @@ class _Parameters:
         shapes = len(self.whole.names) - len(self.prior.names)
         return np.append(np.full(len(self.prior.names), np.inf), np.full(shapes, LONGEST_OF_SHAPE))
 
-    def bounds(self, theta):
+    def bounds(self, work, theta):
         """(parameter,) least and largest values of a fit from some on; of shapes see `ShapeRange.between_breaks`.
 
         An amplitude that cannot be negative, with what the rig has of the same, is at least zero.
         """
         amplitudes, shapes = np.full((len(self.prior.names), 2), [-np.inf, np.inf]), theta[len(self.prior.names) :]
-        known = dict(zip(self.prior.names, theta, strict=False))
-        for name, same in (one for cause in self.causes for one in cause.positive.items()):
-            there = sum(factor * known.get(other, 0.0) for other, factor in same.items() if other != name)
-            amplitudes[self.prior.names.index(name), 0] = min(-there, known[name])
+        known = dict(zip(work.model.names, work.model.stated, strict=True))
+        known |= dict(zip(self.prior.names, theta, strict=False))
+        for positive in (cause.positive for cause in self.causes):
+            for name, same in positive.items():
+                total = known[name] + sum(factor * known[other] for other, factor in same.items())
+                powers = 1 + len(positive.keys() & same.keys())  # each may fall by its share
+                amplitudes[self.prior.names.index(name), 0] = known[name] - max(total, 0.0) / powers
         ends = [ends for own in self.ranges for ends in own.values()]
         ends = [one.between_breaks(x) for one, x in zip(ends, shapes, strict=True)]
         return np.concatenate([amplitudes, np.reshape(ends, (-1, 2))]).T
@@ -194,7 +197,7 @@ def _fitted_within(work, causes, values, least):
             parameters.whole.names,
             prior=parameters.whole,
             longest=parameters.longest,
-            bounds=parameters.bounds(theta),
+            bounds=parameters.bounds(work, theta),
             needed=cost - 2 * to_gain,
             convergence=ROUND,
         )

@@ -16,7 +16,6 @@ FURTHER_FAULT = 0.1  # prior odds of one more fault against none, whichever it i
 FURTHER_PART = 0.5  # prior probability that a fault has one more of its parts: as likely as not
 THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
 ROUND_OFF = 1e-15  # of the largest eigenvalue of a covariance: smaller ones have no correct digits
-HELD = 1e-6  # standard deviations of an amplitude above its bound, where a fit ends that is held there
 LEAST_LOG_PROBABILITY = -700.0  # keeps posterior probabilities from underflow to zero
 
 
@@ -276,10 +275,10 @@ def _log_beyond(mean, std, slope):
 
     mean, std : of an amplitude that cannot be negative;  slope : `Posterior.slope` along it
     """
-    from scipy.special import erfcx
+    from scipy.special import log_ndtr
 
-    is_held = mean < HELD * std and slope < 0
-    return float(np.log(erfcx(-slope * std / np.sqrt(2)))) if is_held else 0.0
+    at, beyond = mean / std, min(slope * std, 0.0)
+    return min(0.0, float(log_ndtr(at + beyond) + beyond**2 / 2 - log_ndtr(at)))  # of one not held there is no more
 
 
 def total(cause: Candidate, name: str, fitted: Fit) -> tuple[float, float]:

@@ -115,4 +115,4 @@ def first_answer(work: Search) -> str:
     best = work.free_forces[0]
     ((place, number),) = best.where.items()
     share = percent(min(best.left / work.base.cost, 1.0) ** 0.5)
-    return f"{said}; {ACTS_BY[best.motion]} at {place} {number} would leave {share} of it, the least of all places"
+    return f"{said}; {ACTS_BY[best.motion]} at {place} {number} would leave {share} of it, the most probable place"

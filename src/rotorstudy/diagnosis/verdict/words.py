@@ -195,7 +195,7 @@ def where_it_acts(verdict):
         for key, value in one.where.items()
     ]
     first, *others = places
-    more = [f"{len(others) - SEVERAL} other places"] if len(others) > SEVERAL else []
+    more = ["others, which the records do not tell apart"] if len(others) > SEVERAL else []
     also = f"; so do {' or '.join([*others[:SEVERAL], *more])}" if others else ""
     return f"{first} alone, free at every speed and harmonic, explains the records{also}."
 
