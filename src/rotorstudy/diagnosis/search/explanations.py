@@ -11,12 +11,19 @@ from rotorstudy.diagnosis.search.candidates import Candidate, with_priors
 from rotorstudy.diagnosis.search.form import LocalForces
 from rotorstudy.diagnosis.search.form_fit import fitted_with_form
 from rotorstudy.diagnosis.search.free_force import FreeForce
-from rotorstudy.diagnosis.search.odds import LEAST_LOG_PROBABILITY, Explanation, PriorOdds, kind_of, odds_of
+from rotorstudy.diagnosis.search.odds import (
+    FURTHER_FAULT,
+    LEAST_LOG_PROBABILITY,
+    Explanation,
+    PriorOdds,
+    kind_of,
+    odds_of,
+)
 from rotorstudy.diagnosis.search.screening import Projected, Screened, project, screen_each
 from rotorstudy.diagnosis.search.shape_fit import point_of
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, NoSteadyState
-from rotorstudy.inference.fit import Fit, chi_square_p_value, fit, parameter_p_value
+from rotorstudy.inference.fit import Fit, fit, parameter_p_value
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -101,11 +108,12 @@ class Search:
     def is_doubtful(self) -> bool:
         """Whether a better explanation is to be expected than the best one that was found.
 
-        It is rejected; or noise alone hardly costs as much as it leaves, together with the volume of its error of form.
+        It is rejected; or what it leaves, together with the volume of its error of form, costs more than noise on
+        average, by more than the prior odds of one more fault.
         """
         one = self.best
-        cost = one.fit.misfit + (one.spectrum.log_shared_volume if one.spectrum else 0.0)
-        return self.is_rejected or chi_square_p_value(cost, len(one.fit.residual)) < self.settings.significance
+        excess = one.fit.misfit - len(one.fit.residual) + (one.spectrum.log_shared_volume if one.spectrum else 0.0)
+        return bool(self.is_rejected or 0.5 * excess > -np.log(FURTHER_FAULT))
 
     @property
     def form_error(self) -> float:
