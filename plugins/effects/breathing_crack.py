@@ -35,12 +35,12 @@ def breathing_crack(
     isotropic: bool = False,
     opened_by: Literal["weight", "deflection"] = "weight",
 ):
-    """Crack whose stiffness loss acts on the total motion (time-varying), opened and closed by the weight.
+    """Crack whose stiffness loss acts on the total motion (time-varying), opened by the weight or by the deflection.
 
     crack: name of a crack plugin, which gives the breathing function; "open" is a notch.  crack_angle_rad: angle of the
     middle of the crack edge from the reference line of the shaft, in the direction of rotation.  isotropic: with
-    an amplitude for a loss alike in all directions, too, beside that along xi.  opened_by: deflection: by the
-    direction in which the shaft is bent at that instant, by vibration too (rotors with one coordinate only).
+    an amplitude for a loss alike in all directions, too, beside that along xi.  opened_by: the weight
+    alone, or the deflection at each instant, vibration included (only of a rotor with one coordinate).
     """
     by_deflection = opened_by == "deflection"
     if crack == "open" and by_deflection:

@@ -1,5 +1,7 @@
 """What is built in cannot be negative, together with what the rig has of it; a support loses no more than it has."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from machines import OFFSET_DISC, all_but, disc, jeffcott_rig, rig_of, shaft, spectrum_of, springs, unbalance
@@ -9,7 +11,7 @@ from rotorstudy import build_model
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.form_fit import fitted_with_form
-from rotorstudy.diagnosis.search.impossible import is_negative, loses_more_than_all
+from rotorstudy.diagnosis.search.impossible import _is_idle, is_negative, loses_more_than_all
 from rotorstudy.diagnosis.search.odds import Explanation, _log_beyond, log_possible
 from rotorstudy.diagnosis.search.screening import Projected, screen
 from rotorstudy.diagnosis.search.search import begin
@@ -116,6 +118,13 @@ def test_a_fit_ends_at_zero_where_less_cannot_be(may_be_negative):
     cause = cause._replace(positive={} if may_be_negative else cause.positive)
     found = fitted_with_form(work, (cause,), work.base.values)
     assert found.fit.values[limited] == pytest.approx(-4e4 if may_be_negative else 0.0, rel=0.01)
+
+
+def test_a_cause_that_a_fit_holds_at_zero_is_none():
+    """Negative control: with the amplitude that it has."""
+    found, _ = explained("external_damping", 40.0, 1e-8)
+    assert not _is_idle(found)
+    assert _is_idle(replace(found, fit=replace(found.fit, free=0.0 * found.fit.free)))
 
 
 @pytest.mark.parametrize("beyond", [0.0, 1.0, 3.0, 6.0])

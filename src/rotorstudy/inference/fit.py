@@ -68,14 +68,15 @@ class Posterior:
 
     @property
     def slope(self) -> np.ndarray:
-        """(free,) half of what the cost falls by with each parameter; zero but at a bound."""
+        """(free,) half the decrease of the cost by a unit of each parameter; zero unless that is held at a bound."""
         whitener = self.prior.whitener
         return self.jacobian.T @ self.residual + whitener.T @ whitener @ (self.prior.mean - self.free)
 
     @property
     def gain(self) -> float:
         """By which a further linear step would lower the cost."""
-        return float(self.slope @ self.covariance @ self.slope)
+        slope = self.slope
+        return float(slope @ self.covariance @ slope)
 
     @property
     def excess(self) -> float:

@@ -118,12 +118,10 @@ def crack_parameters(
                     loses most along xi, which is the only direction that an open crack has.
     by_deflection : the direction in which the shaft is bent at that instant opens the crack, not that of the weight
     """
-    if by_deflection:
-        return _by_deflection(
-            crack, structure, structure.stiffness_loss_at(node, element), angle_rad, isotropic, options
-        )
-    parameters, on = [], ("static", "static conj") if weight_dominance else ("z", "conj")
     losses = structure.stiffness_loss_at(node, element)  # refuses a place that does not exist
+    if by_deflection:
+        return _by_deflection(crack, structure, losses, angle_rad, isotropic, options)
+    parameters, on = [], ("static", "static conj") if weight_dominance else ("z", "conj")
     side = structure.tension_side(element)
     series = crack_series(crack, order, options)
     acting = [("", {k: _on_z_and_conj(s) for k, s in series.items()})]

@@ -27,17 +27,23 @@ def is_impossible(work, explanation):
     A free motion that grows at a measured speed leaves no steady records; where the rig is unstable without causes too,
     that is no fault of the explanation. A contact that never opens or closes in the records is a constant force and a
     stiffness. A support cannot lose more stiffness than it has, and a damping or a stiffness that is built in cannot be
-    negative.
+    negative. A cause of which a fit holds every amplitude at zero is none.
 
     work : Search, which says where the rig is unstable;  explanation : Explanation
     """
     return (
-        is_negative(explanation, work.settings.significance)
+        _is_idle(explanation)
+        or is_negative(explanation, work.settings.significance)
         or loses_more_than_all(explanation, work.rig.structure, work.spectrum.speed)
         or _never_switches(work, explanation)
         or is_unseen(work, explanation)
         or bool((grows(explanation.fit, work.spectrum.speed) & ~work.unstable).any())  # the last, as it takes longest
     )
+
+
+def _is_idle(explanation):
+    """Whether a cause has no amplitude but zero."""
+    return any(not any(explanation.fit.values[name] for name in cause.names) for cause in explanation.causes)
 
 
 def is_negative(explanation, significance):
