@@ -17,10 +17,7 @@ def readable(name):
 
 
 def place(named):
-    """'unbalance at node 2 (disc A)', 'bow in elements 5 to 8' for a Place, Cause or DetectionLimit.
-
-    For a Candidate without the rig's label.
-    """
+    """'unbalance at node 2 (disc A)', 'bow in elements 5 to 8' of a Place; of a Candidate without the rig's label."""
     label = named.label.removesuffix(f" node {named.where.get('node')}") if isinstance(named, Place) else ""
     labelled = f" ({label})" if label else ""
     said = {"node": f"at node {{}}{labelled}", "element": "in element {}", "foundation": "of the foundation at node {}"}

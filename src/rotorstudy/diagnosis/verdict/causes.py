@@ -25,10 +25,7 @@ def causes_of(explanation, probability, inadequacy, among, share, over):
 
 
 def _by_variant(explanation, name, among, share):
-    """The best explanation by each variant of a cause, the likeliest first.
-
-    As many as hold the true variant with a probability of `share`, if the cause is true.
-    """
+    """The best explanation by each variant of a cause, likeliest first; with a probability of `share` one is true."""
     best = {}
     for e in sorted((e for e in among if e.named == explanation.named), key=odds_of, reverse=True):
         best.setdefault(tuple(_variant(e, name).items()), e)
@@ -52,10 +49,7 @@ def _over_forms(found, explanation, name):
 
 
 def cause_of(parts, explanation, probability, inadequacy, variants=(), over=None):
-    """The Cause of the parts of a fault, whose options are listed where they differ.
-
-    variants : that are not excluded;  over : OverForms or None
-    """
+    """The Cause of the parts of a fault, options listed where they differ; variants : that are not excluded."""
     where, fitted = {}, explanation.fit
     for key in dict.fromkeys(key for part in parts for key in part.where):
         values = sorted({part.where[key] for part in parts if key in part.where})
@@ -119,11 +113,8 @@ def _estimates(sizes, intervals=None):
 def over_its_forms(found, share):
     """The OverForms of the one cause of the best explanation that has a form, None if there is none, and findings.
 
-    It is by the variant of most evidence among the likely ones; share : as of `_by_variant`.
-
     The search takes the usual form (a straight front) by any law near its own, and so one depth. Here the form is free,
-    by the law of the library and by any near it, as far as the records tell them apart. A form far from those of the
-    library is told: none fits the records, or only one with an unusual size.
+    by the likely variant of most evidence. A form far from those of the library is told.
     """
     best, settings = found.best, found.settings
     formed = [cause.cause for cause in best.causes if cause.shape and form_ranges(cause.effect)]

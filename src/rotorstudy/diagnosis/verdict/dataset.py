@@ -100,8 +100,7 @@ def odds_of_causes_not_fitted(search):
 def equivalent_residual_force(model, theta, speed, harmonics, residual):
     """The force at the measured nodes, N, that would cause the residual (speed, harmonic, sensor), m, of a model.
 
-    Coupled harmonics are solved together. It acts there wherever the true one acts; an effect of the measuring chain
-    appears as a force too. The receptance of nonlinear forces is neglected.
+    Coupled harmonics are solved together; the receptance of nonlinear forces is neglected.
     """
     harmonics = np.asarray(harmonics)
     units = [model.structure.unit(node) for node in model.sensors]

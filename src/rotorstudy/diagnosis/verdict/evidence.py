@@ -6,17 +6,8 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS
 from rotorstudy.diagnosis.search.odds import odds_of
+from rotorstudy.diagnosis.verdict import result
 from rotorstudy.diagnosis.verdict.cause_words import place, readable
-from rotorstudy.diagnosis.verdict.result import (
-    DetectionLimit,
-    Excluded,
-    Identifiability,
-    MovedParameter,
-    Place,
-    SeparatingMeasurement,
-    Tradeoff,
-    Unexplained,
-)
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_numbers import is_number
 
@@ -41,7 +32,7 @@ def unexplained(fitted, spectrum, settings):
             part = 2 * square[:, h, s].sum()
             if chdtrc(2 * speeds, part) * square[0].size < settings.significance:
                 share, sigma = part / (2 * total), np.sqrt(part / (2 * speeds))
-                found.append(Unexplained(harmonic=int(n), node=int(node), share=share, sigma=sigma))
+                found.append(result.Unexplained(harmonic=int(n), node=int(node), share=share, sigma=sigma))
     return sorted(found, key=lambda row: -row.share)
 
 
@@ -60,7 +51,7 @@ def detection_limits(found):
             if one < SEEN * c.prior[unknown.name][1]:
                 size = {"amplitude": needed * one, "unit": p.unit, "of_typical": needed * one / unknown.typical}
                 size |= {"parameter": p.name, "part": part}
-                limits.append(DetectionLimit.of(c.effect, c.where, found.model.structure, **size))
+                limits.append(result.DetectionLimit.of(c.effect, c.where, found.model.structure, **size))
     return sorted(limits, key=lambda row: row.of_typical)
 
 
@@ -71,7 +62,7 @@ def moved_parameters(fitted, prior):
         value, std = known[name]
         if abs(moved := (value - mean) / given) > MOVED:
             row = {"stated": mean, "stated_std": given, "value": value, "std": std, "moved_sigma": moved}
-            rows.append(MovedParameter(name=name, unit=units[name], **row))
+            rows.append(result.MovedParameter(name=name, unit=units[name], **row))
     return rows
 
 
@@ -81,11 +72,11 @@ def identifiability(fitted, prior):
     seen = np.linalg.norm(fitted.jacobian, axis=0)
     correlation = fitted.covariance / np.outer(std, std)
     names = fitted.names
-    return Identifiability(
+    return result.Identifiability(
         dead=[n for n, size in zip(names, seen, strict=True) if size == 0],
         known_by_prior_alone=[n for n, s in zip(names, std, strict=True) if n in prior and s > 0.9 * prior[n][1]],
         traded_off=[
-            Tradeoff(pair=(names[i], names[j]), correlation=correlation[i, j])
+            result.Tradeoff(pair=(names[i], names[j]), correlation=correlation[i, j])
             for i, j in zip(*np.triu_indices(len(std), 1), strict=True)
             if abs(correlation[i, j]) > TRADED_OFF
         ],
@@ -99,8 +90,8 @@ def separating_measurements(causes, others, structure):
         text = registry().confounders(a.effect).get(b.effect, "other speeds, nearer to and beyond resonance")
         if a.effect == b.effect:
             text = "a probe nearer to one of the places, or a speed near a mode that moves them differently"
-        pair = [Place.of(one.effect, one.where, structure) for one in (a, b)]
-        found[text, *map(place, pair)] = SeparatingMeasurement(causes=pair, measurement=text)
+        pair = [result.Place.of(one.effect, one.where, structure) for one in (a, b)]
+        found[text, *map(place, pair)] = result.SeparatingMeasurement(causes=pair, measurement=text)
     return list(found.values())
 
 
@@ -144,8 +135,8 @@ def _row(found, best, one, other):
     worse = (squares[0] - squares[1]).mean(axis=0)
     h, s = np.unravel_index(np.argmax(worse), worse.shape)
     fails = worse[h, s] >= WORSE
-    return Excluded(
-        cause=Place.of(other.effect, other.where, found.model.structure),
+    return result.Excluded(
+        cause=result.Place.of(other.effect, other.where, found.model.structure),
         log_odds=odds_of(best) - odds_of(one),
         harmonic=int(found.spectrum.harmonics[h]) if fails else None,
         node=int(found.spectrum.sensors[s]) if fails else None,

@@ -98,11 +98,8 @@ def findings_of(one, kind, labels):
 def _far_from_the_rig(found, fitted, labels):
     """A warning if the records look like those of a rig with other values: another machine, other units, other speeds.
 
-    They do if the best explanation needs unusual values of the rig, sizes of causes, errors of form or several faults
-    at once, and the rig without causes, but with other values, explains most of the excess error. A fault that no
-    values explain casts no doubt on the records.
-
-    fitted : of the best explanation, or of the rig without causes if none is accepted
+    The best explanation then needs unusual values of the rig, as `fitted`, sizes of causes, errors of form or several
+    faults at once, and the rig without causes, but with other values, explains most of the excess error.
     """
     best, settings = found.best, found.settings
     theta = best.fit.values
@@ -129,10 +126,7 @@ def _far_from_the_rig(found, fitted, labels):
 
 
 def _within_uncertainty(found):
-    """A note if nothing is missing because a vector of the rig, such as an unbalance, took over what changed.
-
-    Its uncertainty allows that, but a fault of the same kind at the same place would look alike.
-    """
+    """A note if nothing is missing because a vector of the rig, such as an unbalance, took over what changed."""
     fitted, prior, said = found.base, found.prior, []
     vectors = [(term.full_name(p), p) for term in found.rig.terms for p in term.parameters if p.is_complex]
     for name, p in vectors if found.rig.before is None else ():

@@ -27,8 +27,7 @@ IMPROBABLE = 0.01  # probability by which the error at held-out speeds may rise 
 def split(spectrum, hold_out, others=False):
     """The spectrum without the speeds held out, and these: by default a quarter of five or more, or the ones below.
 
-    Of more than `MOST_FITTED` others the fits have so many, evenly among them, as their time and memory grow with the
-    number; the rest is held out, too, and counts in the odds.
+    Of more than `MOST_FITTED` others, with which time and memory of fits grow, the rest is held out, too.
     """
     count = len(spectrum.speed)
     if hold_out is None:
@@ -68,8 +67,8 @@ def gain_of(found, held, expected):
 def rise_probability(found: Search, held: Spectrum) -> float:
     """Probability that the error (rms, m) at held-out speeds rises, though the extended model is true.
 
-    With the error e of its prediction, by noise and uncertain parameters, and what the causes change, d, it rises if
-    |e| > |e + d|, that is if d.e < -|d|^2 / 2. This is linear in e, which is normally distributed.
+    With the error e of its prediction, normally distributed, and what the causes change, d, it rises if
+    |e| > |e + d|, that is if d.e < -|d|^2 / 2.
     """
     from scipy.special import ndtr
 

@@ -164,13 +164,10 @@ def _smallest(clearness, needed, near, largest, parameter):
 
 
 def _clearness(work, sound, cost, term, fitted):
-    """How clearly a term is seen once the rig is fitted to records that have it, in standard deviations of these.
+    """The root of what no values of the rig explain of records with a term, more than of `sound` ones without it.
 
-    It is the root of what no values of the rig explain, more than without the term; infinite where there is no steady
-    state with it.
-
-    sound, cost : what the rig without it predicts, and the cost of its fit to that
-    fitted      : whether the rig is fitted; otherwise by its linearised response, which takes a fraction of the time
+    In standard deviations of the records; infinite where there is no steady state. The rig is `fitted`, or linearised,
+    which takes a fraction of the time.
     """
     base, spectrum = work.base, work.spectrum
     faulty, known = base.model.plus(term), dict(base.values)

@@ -7,17 +7,8 @@ from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.film_error import with_offset_of_mean
 from rotorstudy.diagnosis.search.odds import faults_of
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict import evidence
 from rotorstudy.diagnosis.verdict.causes import cause_of, causes_of, over_its_forms
-from rotorstudy.diagnosis.verdict.evidence import (
-    detection_limits,
-    excluded,
-    identifiability,
-    moved_parameters,
-    not_considered,
-    parameter_labels,
-    separating_measurements,
-    unexplained,
-)
 from rotorstudy.diagnosis.verdict.findings import findings_of
 from rotorstudy.diagnosis.verdict.held_out import gain_of, is_contradicted, split
 from rotorstudy.diagnosis.verdict.next_run import next_runs
@@ -126,19 +117,19 @@ def _judged(one, settings, findings):
     stated, gain = _stated(found.credible(STATED_SET), best), gain_of(found, held, expected)
     kind = _kind(found, probability, is_alone=not stated, is_contradicted=is_contradicted(found, expected, gain))
     over, odd = over_its_forms(found, STATED_SET) if kind in ("cause", "ambiguous") else (None, [])
-    labels = parameter_labels(best.fit.model, best.causes)
+    labels = evidence.parameter_labels(best.fit.model, best.causes)
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
         verdict=kind,
         causes=causes_of(best, probability, inadequacy, found.explanations, STATED_SET, over),
         ambiguous_with=[cause_of(parts, e, probability[fault], inadequacy) for fault, parts, e in stated],
         resultant=resultant_of(found, best),
-        separating_measurement=separating_measurements(best.causes, others, model.structure),
+        separating_measurement=evidence.separating_measurements(best.causes, others, model.structure),
         next_runs=next_runs(found, measured, held, STATED_SET) if kind == "ambiguous" and not of_change else [],
-        excluded=excluded(found, best, [one.effect for one in others]) if best.causes else [],
-        not_considered=not_considered(best.causes, settings, {term.kind for term in model.terms}),
+        excluded=evidence.excluded(found, best, [one.effect for one in others]) if best.causes else [],
+        not_considered=evidence.not_considered(best.causes, settings, {term.kind for term in model.terms}),
         broken_plugins=[*registry().failures, *found.broken],
-        unexplained=unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
+        unexplained=evidence.unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
         residual_p_value=PValues(before=base.p_value, after=best.fit.p_value),
         form_error=found.form_error,
         one_place=_places_of_outside(found) if kind == "unknown" and not chain else (),
@@ -146,10 +137,10 @@ def _judged(one, settings, findings):
         residual_share=left,
         log_posterior_odds=max(odds, default=None),
         parameter_p_value=parameter_p_value(best.fit, found.prior.by_name),
-        detection_limit=detection_limits(found),
+        detection_limit=evidence.detection_limits(found),
         gain=gain,
-        base_parameters=moved_parameters(best.fit, found.prior.by_name),
-        identifiability=identifiability(best.fit, found.prior.by_name),
+        base_parameters=evidence.moved_parameters(best.fit, found.prior.by_name),
+        identifiability=evidence.identifiability(best.fit, found.prior.by_name),
         candidates=len(found.candidates),
         settings=settings.model_copy(update={"uncertainty": with_usual(settings.uncertainty, model)}),
         measuring_chain=chain,

@@ -73,10 +73,7 @@ class Hypothesis(NamedTuple):
 
 
 def hypotheses(spectrum: Spectrum, model: Model) -> Iterator[Hypothesis]:
-    """Every hypothesis that a spectrum allows; with single probes none that turns or mirrors what they show.
-
-    model : its structure has the Reading of the records
-    """
+    """Every hypothesis that a spectrum allows; with single probes none that turns or mirrors what they show."""
     harmonics, sensors, reading = spectrum.harmonics, spectrum.sensors, model.structure.reading
     whole = np.ones((len(harmonics), len(sensors)), complex)
     turn = np.outer(harmonics, np.ones(len(sensors)))

@@ -30,10 +30,9 @@ PROPOSED = 3  # runs
 
 
 def next_runs(found: Search, measured: Spectrum, held: Spectrum | None, decided: float) -> list[NextRun]:
-    """Further runs that separate the explanations best: up to the highest speed and beyond, with and without a trial.
+    """Further runs, at other speeds than those held out, that separate the explanations best, with or without a trial.
 
-    measured : without the model error;  held : of speeds that were measured too, which are not proposed
-    decided  : posterior probability of an explanation from which on it is taken to be decided
+    measured : without the model error;  decided : posterior probability from which on an explanation counts as decided
     """
     fits, weights = explanations_in_question(found, decided)
     if len(fits) < 2:
@@ -115,10 +114,9 @@ def with_term(fitted: Fit, term: Term) -> Fit:
 
 
 def further_run(found, measured, base, fits, weights, speeds):
-    """The Spectrum expected of a run at those of some speeds where all explanations have a steady state.
+    """The Spectrum expected of a run at those of some speeds where all explanations have a steady state, and of each.
 
-    Its covariance is the mean one of the speeds measured, with the error of the model and of a cause; its amplitude is
-    the mean of the explanations. Then that of each (explanation, speed, harmonic, sensor).
+    Its covariance is the mean one of the speeds measured, with the error of the model and of a cause.
     """
     covariance = np.broadcast_to(measured.covariance.mean(axis=0), (len(speeds), *measured.covariance.shape[1:]))
     blank = np.zeros((len(speeds), *measured.amplitude.shape[1:]), complex)

@@ -26,15 +26,11 @@ def _without_numpy(where):
 
 
 class Place(Result):
-    """An effect of the library at a place.
-
-    where : options of the place, like {"node": 2}, lists for several parts
-    label : what the rig calls the disc or bearing there, or empty
-    """
+    """An effect of the library at a place."""
 
     effect: str
-    where: Annotated[dict[str, Any], BeforeValidator(_without_numpy)]
-    label: str = ""
+    where: Annotated[dict[str, Any], BeforeValidator(_without_numpy)]  # like {"node": 2}; lists for several parts
+    label: str = ""  # what the rig calls the disc or bearing there
 
     @classmethod
     def of(cls, effect, where, structure, **more):
@@ -43,33 +39,22 @@ class Place(Result):
 
 
 class ParameterEstimate(Result):
-    """A parameter of a cause.
-
-    part : an "amplitude", the "magnitude" or "phase" of a complex one, or an option of the "shape", which has its unit
-           in its name and a standard deviation if it was fitted
-    interval_95 : its ends, where they are not 1.96 standard deviations from the value
-    """
+    """A parameter of a cause."""
 
     value: float | None
-    std: float | None
-    unit: str
-    part: Literal["amplitude", "magnitude", "phase", "shape"]
-    interval_95: tuple[float, float] | None = None
+    std: float | None  # of an option of the shape if it was fitted
+    unit: str  # of an option of the shape it is in its name
+    part: Literal["amplitude", "magnitude", "phase", "shape"]  # magnitude and phase of a complex one; option of a shape
+    interval_95: tuple[float, float] | None = None  # its ends, where they are not 1.96 standard deviations away
 
 
 class Cause(Place):
-    """A possible cause.
+    """A possible cause."""
 
-    parameters : by name, a complex amplitude `x` as `x` and `x_phase`; the shape is that over all its forms
-    usual_form : its shape in the usual form, where it may have others; the extended rig has it
-    variant    : which of its alternatives fits best, like {"crack": "breathing"}
-    other_variants : those that the records do not exclude, most probable first
-    """
-
-    parameters: dict[str, ParameterEstimate]
-    usual_form: dict[str, ParameterEstimate] = {}
-    variant: dict[str, str] = {}
-    other_variants: list[dict[str, str]] = []
+    parameters: dict[str, ParameterEstimate]  # a complex amplitude `x` as `x` and `x_phase`; the shape over all forms
+    usual_form: dict[str, ParameterEstimate] = {}  # its shape in the usual form, if it has others; in the extended rig
+    variant: dict[str, str] = {}  # which of its alternatives fits best, like {"crack": "breathing"}
+    other_variants: list[dict[str, str]] = []  # those that the records do not exclude, most probable first
     posterior_probability: float  # of this effect at this place, among all explanations that were fitted
     probability: float  # the same, less the share of such causes that are wrong (`Settings.model_inadequacy`)
 
@@ -82,56 +67,43 @@ class SeparatingMeasurement(Result):
 
 
 class NextRun(Result):
-    """A further run that would separate the causes.
+    """A further run that would separate the causes."""
 
-    speed : rad/s;  trial : the disc with a trial unbalance, at the shaft's reference line, of `trial_unbalance`, kg m
-    expected_log_odds : natural logarithm of the posterior odds of the true cause against its closest rival, on average,
-                        where odds above 1000 count as 1000
-    decision_probability : that only one cause remains
-    """
-
-    speed: float
-    trial: Place | None = None
-    trial_unbalance: float | None = None
-    expected_log_odds: float
-    decision_probability: float
+    speed: float  # rad/s
+    trial: Place | None = None  # the disc with a trial unbalance, at the shaft's reference line
+    trial_unbalance: float | None = None  # kg m
+    expected_log_odds: float  # of the true cause against its closest rival, natural logarithm; odds count up to 1000
+    decision_probability: float  # that only one cause remains
 
 
 class Excluded(Result):
     """Another effect that the records exclude, by the most probable explanation with it.
 
-    log_odds : natural logarithm of the posterior odds of the verdict against it
-    harmonic, node, sigma : where it leaves most beyond what the verdict leaves, and the rms residual there in standard
-                            deviations; None if it leaves hardly more, but needs values that are less probable
+    Where it leaves most beyond what the verdict leaves; None if it leaves hardly more, but needs less probable values.
     """
 
     cause: Place
-    log_odds: float
+    log_odds: float  # natural logarithm of the posterior odds of the verdict against it
     harmonic: int | None
     node: int | None
-    sigma: float | None
+    sigma: float | None  # rms residual there, in standard deviations
 
 
 class Unexplained(Result):
-    """A harmonic at a node with a significant residual; share : of the mean square, sigma : rms residual."""
+    """A harmonic at a node with a significant residual."""
 
     harmonic: int
     node: int
-    share: float
-    sigma: float
+    share: float  # of the mean square
+    sigma: float  # rms residual
 
 
 class OnePlace(Result):
-    """A place at which one force, free at every speed and harmonic, explains the records whatever its cause.
+    """A place at which one force, free at every speed and harmonic, explains the records whatever its cause."""
 
-    where : {"node": 4}, {"element": 3} or, on a foundation that moves, {"bearing": 4} or {"foundation": 4}
-    motion : a force, a moment, or bending moments of an element
-    p_value : of what it leaves
-    """
-
-    where: Annotated[dict[str, Any], BeforeValidator(_without_numpy)]
-    motion: Literal["force", "moment", "bending"]
-    p_value: float
+    where: Annotated[dict[str, Any], BeforeValidator(_without_numpy)]  # a node, an element, a bearing or a foundation
+    motion: Literal["force", "moment", "bending"]  # bending moments of an element
+    p_value: float  # of what it leaves
 
 
 class PValues(Result):
@@ -142,88 +114,66 @@ class PValues(Result):
 
 
 class ChainHypothesis(Result):
-    """A convention that seems to be stated wrongly, because correcting it explains the records better than any cause.
+    """A convention that seems to be stated wrongly: correcting it explains the records better than any cause."""
 
-    hypothesis, remedy : what the records look like, and what to state instead
-    beside : cause on the rotor that the corrected records need as well, or None; the next diagnosis judges it
-    log_odds : natural logarithm of its odds against the stated conventions without causes; the same of the best causes
-    residual_p_value, residual_share : as in `Verdict`, after the correction
-    """
-
-    hypothesis: str
-    remedy: str
-    beside: Place | None = None
-    log_odds: float
-    log_odds_of_best_causes: float
-    residual_p_value: PValues
+    hypothesis: str  # what the records look like
+    remedy: str  # what to state instead
+    beside: Place | None = None  # cause that the corrected records need as well; the next diagnosis judges it
+    log_odds: float  # natural logarithm of its odds against the stated conventions without causes
+    log_odds_of_best_causes: float  # the same of these
+    residual_p_value: PValues  # after the correction, as in `Verdict`
     residual_share: float
 
 
 class Resultant(Result):
-    """What the unbalances of several discs are together, where the records do not tell how they are split.
-
-    discs : Places;  weights : of each disc in the sum, the largest one 1
-    size, angle : of the sum, kg m and rad;  std_of_each : standard deviation of each part of each disc alone, kg m
-    """
+    """What the unbalances of several discs are together, where the records do not tell how they are split."""
 
     discs: tuple[Place, ...]
-    weights: tuple[float, ...]
-    size: ParameterEstimate
-    angle: ParameterEstimate
-    std_of_each: tuple[float, ...]
+    weights: tuple[float, ...]  # of each disc in the sum, the largest one 1
+    size: ParameterEstimate  # of the sum, kg m
+    angle: ParameterEstimate  # rad
+    std_of_each: tuple[float, ...]  # of each part of the unbalance of each disc alone, kg m
 
 
 class Gain(Result):
-    """Error (rms) at the held-out speeds (rad/s), in m and in standard deviations; ratio : of the errors in m.
+    """Error (rms) at the held-out speeds, in m and in standard deviations."""
 
-    rise_probability : probability that the error in m rises by noise although the causes are right
-    """
-
-    speeds: tuple[float, ...]
+    speeds: tuple[float, ...]  # rad/s
     before_m: float
     after_m: float
-    ratio: float
+    ratio: float  # of the errors in m
     before_sigma: float
     after_sigma: float
-    rise_probability: float = 0.0
+    rise_probability: float = 0.0  # that the error in m rises by noise although the causes are right
 
 
 class DetectionLimit(Place):
-    """The smallest amplitude of a parameter, in unit, that is detected with a probability of 95 %.
-
-    part : of a complex parameter;  of_typical : ratio to the typical size that its plugin states
-    """
+    """The smallest amplitude of a parameter that is detected with a probability of 95 %."""
 
     parameter: str
-    part: Literal["amplitude", "real", "imaginary"]
-    amplitude: float | None
+    part: Literal["amplitude", "real", "imaginary"]  # of a complex parameter
+    amplitude: float | None  # in unit
     unit: str
-    of_typical: float | None
+    of_typical: float | None  # ratio to the typical size that its plugin states
 
 
 class Hidden(Place):
-    """A fault that operators fear: the size of a parameter, in unit, that is seen with a probability of 95 %.
-
-    size : None if none is seen, with what to measure then
-    """
+    """A fault that operators fear: the size of a parameter that is seen with a probability of 95 %."""
 
     parameter: str
-    size: float | None
+    size: float | None  # in unit; None if none is seen
     unit: str
-    measure: str = ""
+    measure: str = ""  # what to measure then
 
 
 class MovedParameter(Result):
-    """A parameter of the rig that the fit moved by more than two of its stated standard deviations (moved_sigma).
-
-    name, unit : of the parameter;  stated, stated_std : in the rig;  value, std : as fitted
-    """
+    """A parameter of the rig that the fit moved by more than two of its stated standard deviations."""
 
     name: str
     unit: str
-    stated: float
+    stated: float  # in the rig
     stated_std: float
-    value: float
+    value: float  # as fitted
     std: float | None
     moved_sigma: float
 

@@ -41,10 +41,7 @@ class Sought(NamedTuple):
 
 
 def seek(measured, held, model, settings, failed, before=None):
-    """The Sought of two Spectra, of the speeds measured and of those held out, or None.
-
-    failed : effects left out -> why;  before : Sought of the same run with other speeds held out
-    """
+    """The Sought of two Spectra, measured and held out; before : that of the same run with other speeds held out."""
     kept = settings.model_copy(update={"leave_out": [*settings.leave_out, *failed]})
     known = near_best(before.found) if before else ()
     begun, moving = _begun(model, with_model_error(measured, kept), kept)
@@ -75,10 +72,7 @@ def _judged(one):
 
 
 def _begun(model, spectrum, settings):
-    """The Search in which nothing was searched yet, and the model whose motion gives the error of films, with values.
-
-    If the rig does not explain the records, that motion is the one with the most likely force at one place.
-    """
+    """The Search in which nothing was searched yet, and the model and values whose motion gives the error of films."""
     begun = begin(model, with_film_error(spectrum, model), settings)
     log.info("%s", first_answer(begun))
     force = next((one.fitted for one in begun.free_forces if one.fitted is not None), None)

@@ -28,9 +28,7 @@ MOVED = 3  # numbers that are said
 def wide_ranges(model: Model, spectrum: Spectrum, settings: Settings, stated: Fit | None = None) -> str:
     """What a rig leaves unexplained with wide ranges of its bearings or foundation, or any runout, as a sentence.
 
-    Empty for a rig without uncertain bearings or foundation
-
-    spectrum : with the model error;  stated : Fit of the rig as stated, if it is known
+    Empty for a rig without uncertain bearings or foundation. The spectrum has the model error.
     """
     parts, rows = _parts(model), spectrum.data_count
     stated = stated if stated or not parts else _fitted(*base_model(model, settings), spectrum, {})

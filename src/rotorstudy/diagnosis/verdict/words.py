@@ -79,10 +79,9 @@ def _odds(log_odds):
 
 def resultant_in_words(found):
     """A sentence on what the unbalances of several discs are together, and that their split is not known."""
-    parts = [
-        f"{number(w, 2)} × " * (abs(w - 1) > SAME_WEIGHT) + (one.label or f"node {one.where['node']}")
-        for w, one in zip(found.weights, found.discs, strict=True)
-    ]
+    names = (one.label or f"node {one.where['node']}" for one in found.discs)
+    weights = (f"{number(w, 2)} × " * (abs(w - 1) > SAME_WEIGHT) for w in found.weights)
+    parts = map("".join, zip(weights, names, strict=True))
     size, angle = (quantity(one.value, one.unit, one.std) for one in (found.size, found.angle))
     each = ", ".join(quantity(std, "kg m", digits=2) for std in found.std_of_each)
     return (
@@ -116,12 +115,11 @@ def _said(verdict, of_change):
             f"The records look as if {chain.hypothesis}. That{beside} explains them better than any cause in the "
             f"records as stated, so none is named. Remedy: {chain.remedy}. Then diagnose again."
         )
-    implausible = ""
-    if verdict.verdict == "unknown" and verdict.parameter_p_value < verdict.settings.significance:
-        implausible = f"parameters implausibly far from their stated values ({p_value(verdict.parameter_p_value)})"
+    is_far = verdict.verdict == "unknown" and verdict.parameter_p_value < verdict.settings.significance
+    implausible = f"parameters implausibly far from their stated values ({p_value(verdict.parameter_p_value)})" * is_far
     if not verdict.causes:
-        why = f": the fit needs {implausible}." if implausible else f" ({residual})."
-        return f"{something}, and no effect of the library explains it{why}"
+        why = f": the fit needs {implausible}" if implausible else f" ({residual})"
+        return f"{something}, and no effect of the library explains it{why}."
     if verdict.verdict == "cause":
         likely, named = _named(verdict.causes)
         text = f"{something}, and it is most likely {named}; {likely}."
@@ -131,10 +129,8 @@ def _said(verdict, of_change):
     else:
         text = _said_of_unknown(verdict, something, implausible)
     if verdict.verdict != "unknown" and verdict.outside_probability > WORTH_SAYING:
-        text += (
-            f" With a probability of {percent(verdict.outside_probability, 2)} the true cause is one that the library "
-            "lacks."
-        )
+        likely = percent(verdict.outside_probability, 2)
+        text += f" With a probability of {likely} the true cause is one that the library lacks."
     return f"{text} {gain_in_words(verdict)}"
 
 
@@ -173,16 +169,13 @@ def _said_of_unknown(verdict, something, implausible):
             f"the library lacks: {where_it_acts(verdict) or 'a force of another law explains the records better.'} The "
             f"closest explanation of the library is {near}."
         )
-    closest = (
-        f"The closest explanation is {near}, which leaves {percent(verdict.residual_share)} of the excess error (rms)"
-    )
+    left = percent(verdict.residual_share)
+    closest = f"The closest explanation is {near}, which leaves {left} of the excess error (rms)"
     if verdict.residual_share > 1:  # large changes that cancel, whose error of form covers what they leave
         closest = f"The most probable explanation, {near}, leaves more than the rig does"
-    return (
-        f"{something} that no effect of the library explains. {closest}"
-        + (f" and needs {implausible}." if implausible else ".")
-        + f" {where_it_acts(verdict).capitalize()}" * bool(verdict.one_place)
-    )
+    closest += f" and needs {implausible}" * bool(implausible)
+    where = f" {where_it_acts(verdict).capitalize()}" * bool(verdict.one_place)
+    return f"{something} that no effect of the library explains. {closest}.{where}"
 
 
 def where_it_acts(verdict):
@@ -210,22 +203,21 @@ def hidden_in_words(verdict):
     for (effect, number_of_bearing), places in rows.items():
         name = readable(effect) + f" ({without_unit(number_of_bearing)})" * bool(number_of_bearing)
         seen = sorted((row for row in places if row.size is not None), key=lambda row: row.size)
-        text = ""
+        facts = []
         if seen:
             ends = [f"{_hidden_size(row)} ({place(row)})" for row in (seen[:1] + seen[1:][-1:])]
-            text = f"{name} is seen with 95 % probability above {' to '.join(ends)}"
+            facts.append(f"seen with 95 % probability above {' to '.join(ends)}")
         if blind := [row for row in places if row.size is None]:
-            text += ("; " if seen else f"{name} is ") + (
-                f"not observable with these probes and speeds {_all_of(blind)}: measure {blind[0].measure}"
-            )
-        said.append(f"{text[0].upper()}{text[1:]}.")
+            where, instead = _all_of(blind), blind[0].measure
+            facts.append(f"not observable with these probes and speeds {where}: measure {instead}")
+        said.append(f"{name[0].upper()}{name[1:]} is {'; '.join(facts)}.")
     return said
 
 
 def _hidden_size(row):
     """Of a feared fault: a share as a percentage, else with its unit."""
     if row.unit in ("1", OF_DIAMETER):
-        return f"{percent(row.size, 2)}{f' {row.unit}' * (row.unit == OF_DIAMETER)}"
+        return f"{percent(row.size, 2)} {row.unit}".removesuffix(" 1")
     return quantity(row.size, row.unit)
 
 
@@ -265,10 +257,7 @@ def gain_in_words(verdict):
 
 
 def detection_limits(verdict):
-    """Detection limits, the most sensitive first; the larger one of real and imaginary part.
-
-    Without those of what is present or absent, which has no size.
-    """
+    """Limits of what has a size, the most sensitive first; the larger one of real and imaginary part."""
     effects = registry().plugins["effect"]
     limits = [row for row in verdict.detection_limit if not effects[row.effect].fixed]
     # sorted, so that the larger one comes last
@@ -338,10 +327,8 @@ def next_steps(verdict, of_change=False):
     if verdict.broken_plugins:
         steps.append("Repair the broken plugins (see below): they were not, or not fully, considered.")
     if kind == "nothing":
-        steps.append(
-            "None, unless effects below the detection limits matter: longer records, or speeds nearer to resonance, "
-            "lower the limits."
-        )
+        lower = "longer records, or speeds nearer to resonance, lower the limits"
+        steps.append(f"None, unless effects below the detection limits matter: {lower}.")
     if kind == "ambiguous":
         steps += runs_in_words(verdict)
         steps += [f"{text.rstrip('.')}." for text in separated(verdict)]
@@ -351,17 +338,14 @@ def next_steps(verdict, of_change=False):
         rest = ", ".join(f"{row.harmonic}X at node {row.node}" for row in verdict.unexplained[:FEW])
         steps.append(REPEAT if of_change else CHECK)
         steps.append("Measure at further speeds: causes that look alike at these differ there.")
-        steps.append(
-            (f"Examine what remains: {rest}. " if rest else "")
-            + "Physics that the library lacks can be added as an effect (docs/adding_a_model.md)."
-        )
+        lacking = "Physics that the library lacks can be added as an effect (docs/adding_a_model.md)."
+        steps.append(f"Examine what remains: {rest}. " * bool(rest) + lacking)
     for name in verdict.not_considered:
         hints = (registry().confounders(cause.effect).get(name) for cause in verdict.causes)
         steps.append(f"Rule out {readable(name)}, which was not considered: {next(filter(None, hints))}.")
     if kind == "cause":
-        steps.append(
-            "Measure one more speed and compare: 'rotorstudy simulate extended_rig.yaml --speeds ...' predicts it."
-        )
+        command = "rotorstudy simulate extended_rig.yaml --speeds ..."
+        steps.append(f"Measure one more speed and compare: '{command}' predicts it.")
     if verdict.gain is None and kind != "nothing":
         steps.append("Hold out a speed ('--hold-out') to measure the gain.")
     return steps

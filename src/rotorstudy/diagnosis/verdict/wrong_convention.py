@@ -85,9 +85,9 @@ def clear_convention(begun, tested):
 def _one_comes_near(begun, screened, cost):
     """Whether some cause alone leaves less than a cost: linearised, or fitted.
 
-    Fitted are those best when linearised, and those that act on the output, as an error of one probe can be the same
-    change of the records as a wrong convention: with one node, a reversed probe is the other sense of rotation. So are
-    those where a free force comes near: columns of a rig that is fitted far off do not tell what they explain.
+    Fitted are those best when linearised; those that act on the output, which may change the records as a wrong
+    convention does (of one node a reversed probe as the other sense of rotation); and those where a free force comes
+    near, as columns of a rig that is fitted far off do not tell what they explain.
     """
     explained = np.array([one.explained for one in screened])
     if begun.base.cost - explained.max(initial=0.0) < cost:
@@ -104,10 +104,7 @@ def _one_comes_near(begun, screened, cost):
 
 
 def chain_hypothesis(found, tested):
-    """The ChainHypothesis that explains the records better than any cause under the stated conventions, or None.
-
-    It is tried without causes and, if neither it nor the best causes leave only noise, with one cause on the rotor.
-    """
+    """The ChainHypothesis that, perhaps with one cause, explains the records better than any causes alone, or None."""
     best, gain, tried = found.best, _gain(tested, found.base), [Explanation((), tested.fit, 0.0)]
     if gain > LEAST_MARGIN and all(one.is_rejected(found.settings.significance) for one in (best.fit, tested.fit)):
         tried += _with_one_cause(found, tested)
