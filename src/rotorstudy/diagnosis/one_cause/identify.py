@@ -14,14 +14,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.one_cause.answer import SAME, Identified, identified, is_same
 from rotorstudy.diagnosis.one_cause.over_forms import in_form
-from rotorstudy.diagnosis.search.candidates import (
-    candidate,
-    form_ranges,
-    formulas_of,
-    freedoms_of,
-    shape_ranges,
-    variants_of,
-)
+from rotorstudy.diagnosis.search import candidates
 from rotorstudy.diagnosis.search.free_force import FREE_FORCE
 from rotorstudy.diagnosis.search.moves import in_best_shapes
 from rotorstudy.diagnosis.search.search import begin
@@ -77,13 +70,10 @@ def identify_cause(
 
 
 def _identified(begun, spectrum, plugin, count):
-    """The Identified of an effect that is known to be the only cause, or of several.
-
-    begun : Search of some speeds, at which shapes are first scanned;  spectrum : of all
-    """
+    """The Identified of a cause, or of several; begun : Search of some speeds, at which shapes are first scanned."""
     work = replace(begun, spectrum=spectrum)
-    form = form_ranges(plugin.name)
-    laws = _alternatives(work, plugin, variants_of(plugin.alternatives), form if count == 1 else {})
+    form = candidates.form_ranges(plugin.name)
+    laws = _alternatives(work, plugin, candidates.variants_of(plugin.alternatives), form if count == 1 else {})
     if not laws:
         raise RotorstudyError(f"{plugin.name} cannot act on this rotor at any place")
     found = _fitted(work, _first_starts(begun, laws))
@@ -105,10 +95,9 @@ def _identified(begun, spectrum, plugin, count):
 def _searched_further(work, begun, plugin, laws, found):
     """The fits with more of them, as the best one does not explain the records: by formulas, then at another motion.
 
-    By a formula a crack may explain by chance what a law of the physics explains in another shape. So it has to be far
-    better.
+    A formula may explain by chance what a law of the physics explains in another shape, and has to be far better.
     """
-    formulas = _alternatives(work, plugin, formulas_of(plugin.name))
+    formulas = _alternatives(work, plugin, candidates.formulas_of(plugin.name))
     published = _fitted(work, _first_starts(begun, formulas), found)
     if _explains(work, published[0]) and found[0].cost > FURTHER[1] * published[0].cost:
         return published
@@ -123,10 +112,7 @@ def _first_starts(work, laws):
 
 
 def _starts(work, fitted, laws, others=(), without=()):
-    """(causes, amplitudes) of the best shapes of a cause beside others, by its columns at a fit with these.
-
-    without : amplitudes of the fit that are taken out, at whose motion the cause is judged
-    """
+    """(causes, amplitudes) of the best shapes of a cause beside others, by its columns at a fit but some amplitudes."""
     kept, found, by_law = [name not in without for name in fitted.names], [], {}
     for cause in laws:
         by_law.setdefault(tuple(cause.variant.values()), []).append(cause)
@@ -224,12 +210,13 @@ def _also_elsewhere(work, laws, found):
 def _alternatives(work, plugin, variants, form=None):
     """The effect at every place in each variant, in the middle of its shapes, with a form or the default one."""
     structure, found, width = work.rig.structure, [], work.settings.prior_width
-    freedoms = freedoms_of(plugin.name, any_form=False) if form else ()
+    freedoms = candidates.freedoms_of(plugin.name, any_form=False) if form else ()
     for where, variant in product(plugin.places(structure, work.rig.sensors), variants):
-        ranges = shape_ranges(plugin.name, structure, where.get("node")) | (form or {})
+        ranges = candidates.shape_ranges(plugin.name, structure, where.get("node")) | (form or {})
         for x in SOMEWHERE:
             shape = {name: ends.value(x) for name, ends in ranges.items()}
+            given = work.rig, plugin.name, where, shape, "cause", width, variant, freedoms
             with suppress(CannotAct):
-                found.append(candidate(work.rig, plugin.name, where, shape, "cause", width, variant, freedoms))
+                found.append(candidates.candidate(*given))
                 break
     return found

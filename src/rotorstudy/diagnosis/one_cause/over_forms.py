@@ -133,8 +133,7 @@ def over_forms(
 def _weighted(shapes, starts, wider=None):
     """The _Weighted of the law of some HeldShapes; None if it can act nowhere.
 
-    starts : points (row, option) of the first form
-    wider  : _Weighted of a law with more freedom, from whose likely shapes this one begins instead
+    It begins with points (row, option) of the first form, or the likely shapes of a law with more freedom.
     """
     at, along = shapes.held
     begun, known = (wider.known if wider else {}), {}
@@ -170,10 +169,7 @@ def _weighted(shapes, starts, wider=None):
 
 
 def beside_likely(near, along):
-    """Likely points of a form, and beyond the ends of each stretch of them, up to its own length; their amplitudes.
-
-    With the form the likely positions move along the shaft.
-    """
+    """Likely points of a form, and beyond the ends of each stretch of them, up to its own length; their amplitudes."""
     near = near.part(near.cost < near.cost.min(initial=np.inf) + 2 * UNLIKELY)
     near = near.part(np.argsort(near.points[:, along]))
     points, amplitudes = [near.points], [near.amplitudes]
@@ -201,10 +197,7 @@ def _places(cause, law, ranges, place):
 
 
 def _stated(shapes, there, least):
-    """Stated number -> (2, row) its logarithm and the variance of that; of unlikely rows as of those beside them.
-
-    least : misfit of the best
-    """
+    """Stated number -> (2, row) its logarithm and the variance of that; of unlikely rows as of those beside them."""
     along, scale, found = shapes.held[1], np.ones(there.covariance.shape[1]), {}
     likely = np.flatnonzero(there.cost < least + UNLIKELY)
     likely = likely[np.argsort(there.points[likely, along])]
@@ -220,9 +213,7 @@ def _stated(shapes, there, least):
 
 
 def _distribution(there, along, stated):
-    """Along the position: (level, number and its log variance), and the logarithm of the evidence of the form.
-
-    The numbers are the options and those stated, whose logarithms and variances are given.
+    """Along the position: (level, number and its log variance) of options and stated numbers, and the log evidence.
 
     The posterior volume of amplitudes, depth and angle is taken to be the same everywhere: fits at nine places of a
     shaft agree to 1.4 in its logarithm, while at a motion that is held it changes by 7 within an element.
@@ -245,10 +236,7 @@ def _distribution(there, along, stated):
 
 
 def _mixture(rows, ranges, held, stated):
-    """Log evidence, values and weights of a law from distributions (fraction of the form -> as `_distribution`).
-
-    stated : names of the stated numbers
-    """
+    """Log evidence, values and weights of a law from rows: fraction of the form -> what `_distribution` gives."""
     from scipy.interpolate import PchipInterpolator
     from scipy.special import ndtri
 

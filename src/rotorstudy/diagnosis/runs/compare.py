@@ -178,8 +178,8 @@ def _with_scatter(model, speed, after, settings):
                 "swing": (Entry(each, gain=here),),
             }.items()
         ]
-    term = replace(Term("repeatability", tuple(parameters), acts_on="output"), values={p.name: 0.0 for p in parameters})
     names = tuple(p.name for p in parameters)
+    term = Term("repeatability", tuple(parameters), dict.fromkeys(names, 0.0), acts_on="output")
     known = model.uncertainty
     spread = block_diag(known.covariance, settings.repeatability**2 * np.eye(len(names)))
     model = replace(model.plus(term), uncertainty=Uncertainty((*known.names, *names), spread))
@@ -193,11 +193,10 @@ def _only_at(speed, value=1.0):
 
 
 def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tuple[Model, list[Finding]]:
-    """The model with the values and the uncertainty of a fit to the state before, whatever its records are offset by.
+    """The model as fitted to the state before with any offset; notes; the model error of the prediction of a change.
 
-    The offset is a constant at each harmonic and sensor, as large as the vibration. The error of the model is raised
-    until the fit leaves no more than noise: what the model cannot explain cancels in the comparison. A note tells if it
-    had to be raised far, and then it is that of the prediction of the change too, which is returned as the third.
+    The model error is raised until the fit leaves no more than noise: what the model cannot explain cancels in the
+    comparison. If it had to be raised far, a note tells so, and the prediction of the change has it too.
     """
     whole, prior = base_model(model, settings)
     offset, known = any_offset(spectrum)
@@ -220,6 +219,5 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
             covariance[i], covariance[:, i] = 0.0, 0.0
             covariance[i, i] = prior.by_name[name][1] ** 2
     values = found.values
-    each = [(term, {p.name: value_of(term, p, values) for p in term.parameters}) for term in model.terms]
-    terms = tuple(replace(term, values=own) for term, own in each)
-    return replace(model, terms=terms, uncertainty=Uncertainty(names, covariance)), notes, error
+    terms = (replace(t, values={p.name: value_of(t, p, values) for p in t.parameters}) for t in model.terms)
+    return replace(model, terms=tuple(terms), uncertainty=Uncertainty(names, covariance)), notes, error

@@ -153,9 +153,9 @@ def _as_large_as_measured(whole, names, measured):
 
 
 def _with_larger_error(runs):
-    """The IdentifiedRig with the least error of the model, by steps, with which it explains the runs; and that error.
+    """The IdentifiedRig with the least error of the model that explains the runs, or None; and that error.
 
-    None where none does. The error is alike at neighbouring speeds, so that the runs say as much as fewer speeds would.
+    It is alike at neighbouring speeds, so that the runs say as much as fewer speeds would.
     """
     for share in islice(model_errors(runs.settings), 1, None):
         raised = runs.settings.model_copy(update={"model_error": share})

@@ -45,10 +45,7 @@ def without_turn(before: Spectrum, after: Spectrum, settings: Settings) -> tuple
 
 
 def without_turn_beside_a_change(after, prepared, settings):
-    """The later state turned back if a moved phase mark and a change at the discs explain it, and neither alone does.
-
-    prepared : function of such a Spectrum -> Spectrum of the difference, Model of it, Settings
-    """
+    """A later state turned back if a moved phase mark and a change at the discs explain it, and neither does alone."""
     straight = _fitted(after, prepared)
     if straight is None or not straight.is_rejected(settings.significance):
         return after, []

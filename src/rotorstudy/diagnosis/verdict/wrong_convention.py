@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.search import with_one_cause
@@ -147,22 +148,12 @@ def _accepted(tested, explained, base, odds_of_best, work):
 
 def _with_one_cause(found, tested):
     """Explanations of the corrected records by one cause on the rotor."""
-    work = replace(
-        found,
-        model=tested.fit.model,
-        spectrum=tested.spectrum,
-        base=tested.fit,
-        candidates=[cause for cause in found.candidates if not cause.term.acts_on_output],
-        screened=[],
-        shapes={},
-        unfitted={},
-        found={frozenset(): Explanation((), tested.fit, 0.0)},
-        starts={},
-        rests={},
-        impossible={},
-    )
-    if not work.candidates:
+    candidates = [cause for cause in found.candidates if not cause.term.acts_on_output]
+    if not candidates:
         return []
+    known = {"failures": found.failures, "found": {frozenset(): Explanation((), tested.fit, 0.0)}}
+    given = found.rig, tested.fit.model, tested.spectrum, found.settings, found.prior, tested.fit, candidates
+    work = Search(*given, **known)
     return with_one_cause(replace(work, free_forces=tuple(free_forces(work))))
 
 
