@@ -53,8 +53,9 @@ def run(given):
             print(f"  {spin(speed)}, node {node}: {number(factor * found.before[i, j], 2)}, {left}, {shown}")
     if given.out:
         _save(given, rig, found, planes)
-    names = {"correction_kg_m": found.corrections, "covariance": found.covariance, "before_m": found.before}
-    return {"planes": planes} | {name: one.tolist() for name, one in (names | {"after_m": found.after}).items()}
+    shown = {"correction_kg_m": found.corrections, "covariance": found.covariance}
+    shown |= {"before_m": found.before, "after_m": found.after}
+    return {"planes": planes} | {name: one.tolist() for name, one in shown.items()}
 
 
 def _corrections(found, planes, sense):
@@ -79,7 +80,6 @@ def _in_holes(choice, count):
 def _save(given, rig, found, planes):
     """Write the corrections, and the vibration before and after, to a NetCDF file."""
     from rotorstudy.diagnosis.runs.balance import INTERVAL
-    from rotorstudy.model.rig import named_plugins
     from rotorstudy.store import dataset, provenance, save
 
     spectrum = found.spectrum
@@ -97,6 +97,5 @@ def _save(given, rig, found, planes):
         "after": (("percentile", "speed", "node"), found.after, "m", f"{axis}, left by the corrections"),
         "next_reading": (("percentile", "speed", "node"), found.next_reading, "m", f"{axis} that the next run shows"),
     }
-    data = dataset(variables, coordinates, title="corrections of the balance")
-    origin = provenance(rig.given, named_plugins(rig.given)) | {"records": ", ".join(map(str, given.records))}
-    save(data.assign_attrs(origin), given.out)
+    origin = provenance(rig.given, rig.plugins) | {"records": ", ".join(map(str, given.records))}
+    save(dataset(variables, coordinates, title="corrections of the balance", **origin), given.out)

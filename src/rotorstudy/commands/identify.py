@@ -72,7 +72,7 @@ def run(given):
     if given.rig_out:
         found = rig_with_estimate(rig.given, model, unknowns, estimate.theta, estimate.covariance)
         write_rig(found, given.rig_out, f"{given.rig} identified from {', '.join(map(str, given.records))}")
-    return _data(rows) | {"misfit": float(estimate.misfit)}
+    return {"estimates": rows, "misfit": float(estimate.misfit)}
 
 
 def _check_options(given):
@@ -137,7 +137,7 @@ def _run_cause(given, rig, spectrum, model):
         tell([f"warning: {told}: the cause has another form than the model, and its intervals are not valid"])
     if given.out:
         _save(given, rig, [*rig.plugins, registry().get("effect", given.cause)], rows)
-    return _data(rows) | {"places": places, "p_value": float(found.p_value)}
+    return {"estimates": rows, "places": places, "p_value": float(found.p_value)}
 
 
 def _told(place):
@@ -145,25 +145,20 @@ def _told(place):
     return "".join(f", {key} {value}" for key, value in place.items())
 
 
-def _rows(estimates, stated=None):
-    """(name, value, standard deviation, unit, [low, high]) of estimates, the last as stated or 1.96 of them away."""
+def _rows(estimates, intervals=None):
+    """Each of some (name, value, standard deviation, unit) as for JSON, in SI; 95 % is 1.96 of these, or as given."""
     found = []
     for name, value, std, unit in estimates:
-        value, half = float(value), HALF_INTERVAL * float(std)
-        found.append((name, value, float(std), unit, list((stated or {}).get(name, (value - half, value + half)))))
+        value, std, half = float(value), float(std), HALF_INTERVAL * float(std)
+        ends = list((intervals or {}).get(name, (value - half, value + half)))
+        found.append({"name": name, "value": value, "standard_deviation": std, "unit": unit, "interval_95": ends})
     return found
-
-
-def _data(rows):
-    """Estimates for JSON, in SI."""
-    keys = ("name", "value", "standard_deviation", "unit", "interval_95")
-    return {"estimates": [dict(zip(keys, row, strict=True)) for row in rows]}
 
 
 def _print_estimates(rows):
     """Print each estimate with its standard deviation and its 95 % interval."""
-    width = max(24, *(len(name) for name, *_ in rows))
-    for name, value, std, unit, ends in rows:
+    width = max(24, *(len(row["name"]) for row in rows))
+    for name, value, std, unit, ends in map(dict.values, rows):
         print(f"{name:{width}} {with_interval(value, std, unit, ends=ends)}")
 
 
@@ -186,13 +181,13 @@ def _save(given, rig, plugins, rows):
 
     from rotorstudy.store import dataset, provenance, save
 
-    names, values, std, units, intervals = zip(*rows, strict=True)
-    coordinates = {"parameter": (list(names), "1", "identified parameter")}
+    names, values, std, units, intervals = zip(*map(dict.values, rows), strict=True)
+    along, origin = ("parameter",), provenance(rig.given, plugins)
     variables = {
-        "estimate": (("parameter",), np.array(values), "SI", "estimated parameter"),
-        "standard_deviation": (("parameter",), np.array(std), "SI", "stated standard deviation"),
-        "interval": (("parameter", "end"), np.array(intervals), "SI", "ends of the 95 % interval"),
-        "unit": (("parameter",), np.array(units, object), "1", "unit of each parameter"),
+        "estimate": (along, np.array(values), "SI", "estimated parameter"),
+        "standard_deviation": (along, np.array(std), "SI", "stated standard deviation"),
+        "interval": ((*along, "end"), np.array(intervals), "SI", "ends of the 95 % interval"),
+        "unit": (along, np.array(units, object), "1", "unit of each parameter"),
     }
-    attributes = provenance(rig.given, plugins) | {"records": ", ".join(map(str, given.records))}
-    save(dataset(variables, coordinates, title="identification").assign_attrs(attributes), given.out)
+    origin |= {"title": "identification", "records": ", ".join(map(str, given.records))}
+    save(dataset(variables, {"parameter": (list(names), "1", "identified parameter")}, **origin), given.out)

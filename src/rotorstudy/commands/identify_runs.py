@@ -73,7 +73,7 @@ def _save(given, found, units, own):
 
     import numpy as np
 
-    from rotorstudy.model.rig import named_plugins, read_rig
+    from rotorstudy.model.rig import read_rig
     from rotorstudy.store import dataset, provenance, save, write_text
 
     joint = found.joint
@@ -96,10 +96,10 @@ def _save(given, found, units, own):
         "misfit": (("run",), costs, "1", "weighted sum of squares"),
         "data_count": (("run",), counts.astype(int), "1", "number of real data"),
     }
-    rig = read_rig(given.rig).given
+    rig = read_rig(given.rig)
     told = {"runs": str(given.runs), "findings": "\n".join(map(str, found.findings))}
-    data = dataset(variables, coordinates, title="identification by several runs")
-    data = data.assign_attrs(provenance(rig, named_plugins(rig)) | told)
+    origin = provenance(rig.given, rig.plugins) | told
+    data = dataset(variables, coordinates, title="identification by several runs", **origin)
     if given.out.lower().endswith(JSON):
         write_text(given.out, json.dumps(data.to_dict(), indent=1) + "\n")
     else:

@@ -196,10 +196,7 @@ def _posterior(seen, right):
 
 
 def _moved(whole, spectrum, known, values, moved):
-    """What the probes show (draw, speed, harmonic, sensor) where the parameters move (draw, parameter) from values.
-
-    To first order, and in second in a parameter together with the forces, in which all is linear.
-    """
+    """What the probes show (draw, speed, harmonic, sensor) where the parameters move (draw, parameter) from values."""
     forces = {u.name for u in whole.rotor_unknowns if all(entry.is_constant for entry in u.entries)}
     force = np.array([name in forces for name in known.names])
     shown, slopes = _shown(whole, spectrum, values, known.names)

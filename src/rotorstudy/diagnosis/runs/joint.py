@@ -117,7 +117,7 @@ def _check_distinct(item, spectrum, others):
 def _updated(runs, findings):
     """The IdentifiedRig, whose intervals include the error of the model that the runs show."""
     settings = runs.settings
-    found, shared = _settled(runs, settings)
+    found, shared = _settled(runs)
     odd = contradictions(found.joint, shared, settings, runs.conventions.sense)
     if not any(one.name in TOLD_APART for one in odd) and is_implausible(found.joint, settings.significance):
         forced = _with_other_forces(runs)
@@ -139,7 +139,7 @@ def _with_other_forces(runs):
     for _ in range(2):
         own = {n: (0.0, u * size) for part, u, size in zip(parts, units, sizes, strict=True) for n in part}
         forces = terms, Prior.independent(own)
-        found, _ = _settled(runs, runs.settings, forces=forces)
+        found, _ = _settled(runs, forces=forces)
         odds = by_sizes(found.joint.posterior, parts, sizes)[0]
         sizes = PAIRS[np.argmax(odds)]
     return found
@@ -158,11 +158,11 @@ def _with_larger_error(runs):
     It is alike at neighbouring speeds, so that the runs say as much as fewer speeds would.
     """
     for share in islice(model_errors(runs.settings), 1, None):
-        raised = runs.settings.model_copy(update={"model_error": share})
+        raised = runs._replace(settings=runs.settings.model_copy(update={"model_error": share}))
         log.info("fitting the runs with a model error of %s", percent(share))
-        found, _ = _settled(runs, raised)
+        found, _ = _settled(raised)
         if not exceeds_noise(found.joint):
-            return _settled(runs, raised, variance=1 / independent_share(found.joint))[0], share
+            return _settled(raised, variance=1 / independent_share(found.joint))[0], share
     return None, None
 
 
@@ -175,14 +175,14 @@ def model_errors(settings: Settings) -> Iterator[float]:
         yield share
 
 
-def _settled(runs, with_error, variance=1.0, forces=None):
+def _settled(runs, variance=1.0, forces=None):
     """The IdentifiedRig without findings, and the Prior of the parameters that runs share.
 
     Numbers of the rotor are estimated again with the rotor that they make. `variance` is a factor of the covariance
     with the model error; forces : terms that no rig states, and the Prior of their amplitudes.
     """
     rig, model, settings, conventions = runs.rig, runs.model, runs.settings, runs.conventions
-    spectra = [with_model_error(one, with_error) for one in runs.measured]
+    spectra = [with_model_error(one, settings) for one in runs.measured]
     spectra = [replace(one, covariance=variance * one.covariance) for one in spectra]
     given, start, ratio = rig.given, None, 1.0
     for _ in range(REBUILDS):
@@ -238,13 +238,13 @@ def _run(item, spectrum, whole, shared, settings, conventions):
 
 def _own_names(item, whole, shared, settings):
     """Names of the parameters of the machine that a run has for itself."""
-    found = []
+    found = {}
     for wanted in [*item.own, *settings.run_to_run]:
         here = [name for name in whole.amplitudes_of(wanted) if name in shared.names]
         if not here:
             raise unknown_name("uncertain parameter", wanted, shared.names, f"run '{item.name}', own")
-        found += here
-    return list(dict.fromkeys(found))
+        found |= dict.fromkeys(here)
+    return list(found)
 
 
 def unbalance_term(added: AddedUnbalance, whole: Model, conventions: Conventions, label: str, where: str) -> Term:

@@ -53,13 +53,10 @@ def next_runs(found: Search, measured: Spectrum, held: Spectrum | None, decided:
 
 def explanations_in_question(found: Search, decided: float) -> tuple[list[Fit], np.ndarray]:
     """Fits of a credible set but those that add to the best, at most `MOST`, and their probabilities, of sum one."""
-    best, chosen = found.best, []
-    for explanation, weight in found.credible(decided):
-        if explanation is best or not (best.causes and best.named <= explanation.named):
-            chosen.append((explanation.fit, weight))
-    chosen = chosen[:MOST]
-    weights = np.array([weight for _, weight in chosen])
-    return [fitted for fitted, _ in chosen], weights / weights.sum()
+    best = found.best
+    chosen = [e for e in found.credible(decided) if e[0] is best or not (best.causes and best.named <= e[0].named)]
+    weights = np.array([weight for _, weight in chosen[:MOST]])
+    return [explanation.fit for explanation, _ in chosen[:MOST]], weights / weights.sum()
 
 
 def _trials(found, measured):
