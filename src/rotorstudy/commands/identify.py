@@ -6,7 +6,8 @@ from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.registry import registry
 from rotorstudy.units import HALF_INTERVAL, with_interval
 
-NOT_WITH_RUNS = ("unknowns", "cause", "harmonics", "spectrum")
+NOT_WITH_RUNS = ("unknowns", "cause", "harmonics", "spectrum", "estimator")
+ESTIMATOR = "maximum_likelihood"  # by default
 MOST_OF_A_CAUSE = 3  # more shapes than that trade off
 
 
@@ -30,8 +31,7 @@ def add(parser):
     parser.add_argument("--harmonics", type=int, nargs="+", metavar="N", help=told)
     told = "spectrum plugin for the records (default: harmonics and covariance as `import` writes them)"
     parser.add_argument("--spectrum", metavar="NAME", help=told)
-    told = "estimator plugin (default maximum_likelihood)"
-    parser.add_argument("--estimator", default="maximum_likelihood", help=told)
+    parser.add_argument("--estimator", default=ESTIMATOR, help=f"estimator plugin (default {ESTIMATOR})")
     parser.add_argument("--out", help="NetCDF file to write the estimates to")
     told = "rig file to write, with the estimates and, in 'prior:', their covariance"
     parser.add_argument("--rig-out", metavar="FILE", help=told)
@@ -80,9 +80,9 @@ def _check_options(given):
     if bool(given.runs) == bool(given.records):
         raise RotorstudyError("identify: give either record files, or a file of several runs with --runs")
     for name in NOT_WITH_RUNS if given.runs else ():
-        if getattr(given, name) is not None:
+        if getattr(given, name) not in (None, ESTIMATOR):
             raise RotorstudyError(f"--{name} is for a single set of records; leave it out, or leave out --runs")
-    if given.cause and (given.unknowns or given.rig_out or given.estimator != "maximum_likelihood"):
+    if given.cause and (given.unknowns or given.rig_out or given.estimator != ESTIMATOR):
         raise RotorstudyError(
             "--cause estimates all that the rig file leaves uncertain, by maximum likelihood; leave out --unknowns, "
             "--estimator and --rig-out ('diagnose' writes an extended rig)"

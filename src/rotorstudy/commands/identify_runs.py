@@ -33,32 +33,29 @@ def identify_several(given):
 
 def _print_estimates(found, names, units):
     """Print values with their uncertainty; an eccentricity as its unbalance, at an angle of the user's picture."""
-    of_one = {  # joint name of an eccentricity, without its part -> eccentricity of 1 kg m, in m
-        run.joint_name(f"{term.full_name(p)}_real").replace("_real", ""): p.also["unbalance"][1]
-        for run in found.joint.runs
-        for term in run.model.terms
-        for p in term.parameters
-        if "unbalance" in p.also
-    }
-    width = max([40, *map(len, names)])
+    of_real, imaginary, width = {}, set(), max([40, *map(len, names)])
+    for run in found.joint.runs:
+        every = ((p, term.full_name(p)) for term in run.model.terms for p in term.parameters)
+        for name, factor in ((name, p.also["unbalance"][1]) for p, name in every if "unbalance" in p.also):
+            real, imag = parts = [run.joint_name(f"{name}_{part}") for part in ("real", "imag")]
+            told = name.replace("eccentricity", "unbalance", 1) + real.removeprefix(f"{name}_real")
+            of_real[real] = told, parts, factor
+            imaginary.add(imag)
     for name in names:
-        stem = name.replace("_real", "").replace("_imag", "")
-        if stem not in of_one:
+        if name in of_real:
+            told, parts, factor = of_real[name]
+            print(f"  {told:{width}} {_unbalance(found, parts, factor)}")
+        elif name not in imaginary:
             print(f"  {name:{width}} {with_interval(*found.of(name), units[name])}")
-        elif "_imag" not in name:  # both parts are said together
-            print(f"  {stem.replace('eccentricity', 'unbalance'):{width}} {_unbalance(found, stem, of_one[stem])}")
 
 
-def _unbalance(found, stem, factor):
-    """The size and the angle of an unbalance with standard deviations and 95 % intervals."""
+def _unbalance(found, parts, factor):
+    """The size and the angle of an unbalance of which 1 kg m is a factor of the parameter, as text."""
     import numpy as np
 
     from rotorstudy.inference.estimate import magnitude_and_phase
 
-    name, *run = stem.split(" @ ")
-    parts = [f"{name}_{part}" for part in ("real", "imag")]
-    theta, covariance = found.joint.of([" @ ".join([part, *run]) for part in parts])
-    _, (size, angle), spread = magnitude_and_phase(parts, theta, covariance)
+    _, (size, angle), spread = magnitude_and_phase(["x_real", "x_imag"], *found.joint.of(parts))
     unit, shown = shown_unit("kg m")
     std = np.sqrt(np.diag(spread))
     degrees = np.degrees(found.conventions.sense * angle) % 360
