@@ -27,12 +27,11 @@ def unexplained(fitted, spectrum, settings):
     square = spectrum.by_harmonic(fitted.residual) ** 2  # (speed, harmonic, sensor), of standard deviations
     total, speeds = square.sum(), len(spectrum.speed)
     found = []
-    for h, n in enumerate(spectrum.harmonics):
-        for s, node in enumerate(spectrum.sensors):
-            part = 2 * square[:, h, s].sum()
-            if chdtrc(2 * speeds, part) * square[0].size < settings.significance:
-                share, sigma = part / (2 * total), np.sqrt(part / (2 * speeds))
-                found.append(result.Unexplained(harmonic=int(n), node=int(node), share=share, sigma=sigma))
+    for (h, n), (s, node) in product(enumerate(spectrum.harmonics), enumerate(spectrum.sensors)):
+        part = 2 * square[:, h, s].sum()
+        if chdtrc(2 * speeds, part) * square[0].size < settings.significance:
+            share, sigma = part / (2 * total), np.sqrt(part / (2 * speeds))
+            found.append(result.Unexplained(harmonic=int(n), node=int(node), share=share, sigma=sigma))
     return sorted(found, key=lambda row: -row.share)
 
 

@@ -29,18 +29,15 @@ def split(spectrum, hold_out, others=False):
 
     Of more than `MOST_FITTED` others, with which time and memory of fits grow, the rest is held out, too.
     """
-    count = len(spectrum.speed)
-    if hold_out is None:
-        held = np.linspace(0, count - 1, count // 4 + 2).round().astype(int)[1:-1] - int(others) if count >= 5 else []
-    else:
-        held = []
-        for speed in hold_out:
-            near = int(np.abs(spectrum.speed - speed).argmin())
-            if not abs(spectrum.speed[near] - speed) <= 1e-3 * speed:
-                raise RotorstudyError(
-                    f"hold-out speed {spin(speed)} was not measured (measured: {spins(spectrum.speed)}; --rpm for rpm)"
-                )
-            held.append(near)
+    count, held = len(spectrum.speed), []
+    if hold_out is None and count >= 5:
+        held = np.linspace(0, count - 1, count // 4 + 2).round().astype(int)[1:-1] - int(others)
+    for speed in () if hold_out is None else hold_out:
+        held.append(int(np.abs(spectrum.speed - speed).argmin()))
+        if not abs(spectrum.speed[held[-1]] - speed) <= 1e-3 * speed:
+            raise RotorstudyError(
+                f"hold-out speed {spin(speed)} was not measured (measured: {spins(spectrum.speed)}; --rpm for rpm)"
+            )
     mask = np.isin(np.arange(count), held)
     if mask.all():
         raise RotorstudyError("every speed is held out; leave some to fit")
