@@ -9,7 +9,8 @@ from machines import disc, film, point, rig_of, shaft, springs
 from one_line_errors import refused, run
 from page_checks import problems
 
-from rotorstudy import build_model, harmonic_response, measured_spectrum, read_rig
+from rotorstudy import NonlinearForce, Parameter, build_model, harmonic_response, measured_spectrum, read_rig, registry
+from rotorstudy.model.kinds import Bearing
 from rotorstudy.presentation.rotor_files import analyse_files, measured_vectors
 from rotorstudy.presentation.rotor_page import check_words, resonances, summary
 from rotorstudy.response.stability import damping_of_effects
@@ -201,6 +202,27 @@ def test_a_probe_at_a_node_that_the_rig_lacks_is_named(tmp_path):
 def test_without_a_stated_unbalance_that_of_the_grade_is_taken_also_beside_a_runout(effect):
     found = analyse_rotor(build_model(jeffcott(effect)))
     assert found.unbalance.startswith("none is stated") and found.peaks
+
+
+def test_of_a_term_with_a_nonlinear_force_the_linear_part_counts(monkeypatch):
+    """A bearing with a stop that the shaft does not reach whirls as without the stop."""
+
+    def stop(structure, node):
+        push = NonlinearForce(
+            structure.unit(node)[None], lambda z, velocity, still: -np.maximum(np.abs(z) - 1.0, 0) * z
+        )
+        linear = registry().get("bearing", "linear").function(structure, node)
+        return [*linear, Parameter("stop", "N/m", (), 1.0, force=push)]
+
+    monkeypatch.setitem(registry().plugins["bearing"], "stop", Bearing("stop", stop, source="none"))
+    plain = springs([1, 5], damping=100.0)
+    stopped = [{**one, "kind": "stop", "stop_N_per_m": 1e6} for one in plain]
+    one, other = (
+        analyse_rotor(build_model({"rotor": SHAFT, "bearings": bearings, "sensors": [3]}), 10.0, 1000.0)
+        for bearings in (plain, stopped)
+    )
+    assert other.criticals == one.criticals and (one.left_out, other.left_out) == ([], ["stop"])
+    assert other.threshold is None and other.loads == one.loads
 
 
 @pytest.mark.parametrize("speeds", [(None, None), (10.0, 1000.0)])

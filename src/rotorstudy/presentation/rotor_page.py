@@ -66,8 +66,8 @@ def summary(analysis):
     found.append(f"Unbalance: {analysis.unbalance}.")
     if analysis.left_out:
         found.append(
-            f"Whirl and unbalance response leave out {', '.join(analysis.left_out)}: they are nonlinear or rotate with "
-            "the shaft. The growth rate includes them; that of a nonlinear force is about its own steady state."
+            f"Whirl and unbalance response leave out {', '.join(analysis.left_out)}: what is nonlinear or rotates with "
+            "the shaft. The growth rate includes it; that of a nonlinear force is about its own steady state."
         )
     if analysis.at_spin_speed:
         found.append(

@@ -63,9 +63,15 @@ def _stiffness_and_damping(entry, frequency):
 
 
 def without_rotation(model):
-    """The model without the terms that are nonlinear or vary with the rotation, such as a crack."""
+    """The model without nonlinear forces, and without the terms that vary with the rotation, such as a crack."""
     turning = [t.kind for t in model.terms for u in t.unknowns for e in u.entries if e.reads_motion and e.shift]
-    return model.without([*turning, *(t.kind for t in model.terms for u in t.unknowns if u.force)])
+    return linear(model.without(turning))
+
+
+def linear(model):
+    """The model without nonlinear forces."""
+    terms = (replace(t, parameters=tuple(p for p in t.parameters if not p.force)) for t in model.terms)
+    return replace(model, terms=tuple(term for term in terms if term.parameters))
 
 
 def is_in_time(term):

@@ -9,7 +9,7 @@ from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.terms import with_entries
 from rotorstudy.response.floquet import periodic_growth_rate, varies_in_time
 from rotorstudy.response.stability import SLOWEST_GROWTH, growth_rate, stability_threshold
-from rotorstudy.response.whirl import damped_modes, is_in_time
+from rotorstudy.response.whirl import damped_modes, is_in_time, linear
 
 PERIODIC_SPEEDS = 40  # evenly spaced, at which the growth in a rotor with rotating stiffness is integrated
 PUMPED_MODES = 4  # the lowest ones, whose parametric resonances are looked at too
@@ -59,7 +59,7 @@ def parametric_resonances(model, speeds):
 def _mean_over_a_turn(model):
     """The model with the mean of what rotates with the shaft, and without nonlinear forces."""
     terms = (with_entries(t, lambda e: [] if e.reads_motion and e.shift else [e]) for t in model.terms)
-    return replace(model, terms=tuple(t for t in terms if any(u.entries for u in t.unknowns)))
+    return linear(replace(model, terms=tuple(t for t in terms if any(u.entries for u in t.unknowns))))
 
 
 def _growth(model, speed):

@@ -49,7 +49,7 @@ class RotorAnalysis(NamedTuple):
     threshold: float | None  # lowest speed, rad/s, at which a free motion grows; None if there is none in the range
     # {effect: change of the growth rate of the least stable mode, 1/s} at the threshold, else at the highest speed
     damping: dict  # empty if the stiffness rotates with the shaft
-    left_out: list  # kinds of effects that whirl and response leave out: they rotate with the shaft or are nonlinear
+    left_out: list  # kinds of effects of which whirl and response leave out what rotates with the shaft or is nonlinear
     timeless: list  # kinds of effects that whirl and stability leave out: they are stated in frequency only
     at_spin_speed: bool  # whether whirl and stability take the timeless ones as they act at the spin speed instead
     unbalance: str  # how the rotor is unbalanced, in words
@@ -103,7 +103,7 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None, covered=0.0):
         weight=float(np.abs(model.structure.static_load @ model.structure.along)),
         threshold=threshold,
         damping={} if varies_in_time(model) else damping_of_effects(still, threshold or highest),
-        left_out=sorted({term.kind for term in model.terms} - {term.kind for term in steady.terms}),
+        left_out=sorted({term.kind for term in model.terms for one in term.unknowns if one.name not in steady.names}),
         timeless=timeless,
         at_spin_speed=at_spin_speed,
         unbalance=unbalance,
