@@ -6,7 +6,7 @@ from machines import OFFSET_DISC, disc, shaft, springs
 from one_line_errors import refused
 from uniform_shaft import LENGTH, E, rotor
 
-from rotorstudy import Model, build_model, eigenvalues, harmonic_response, make_term
+from rotorstudy import Model, build_model, check_stable, eigenvalues, harmonic_response, make_term
 from rotorstudy.response.statics import static_deflection
 
 HARMONICS = [0, 1, 2, 3, 5, -1, -3]
@@ -54,6 +54,9 @@ def test_a_disc_on_a_light_shaft_is_the_disc_of_the_zoo(a, b, weight_dominance):
         assert np.abs(reversed_sign - expected).max() > 1e-3 * np.abs(expected).max()
 
 
+SPRING = {"kind": "support_stiffness", "support_stiffness_N_per_m": 1e6}
+
+
 def test_the_shaft_sags_on_its_bearings():
     light = shaft(LENGTH, 2, disc(2, 4.0, 0.0, 0.0), density_kg_per_m3=1e-6, theory="euler_bernoulli")
     model = build_model({"rotor": light, "bearings": springs((1, 3), damping=0.0)})
@@ -64,7 +67,13 @@ def test_the_shaft_sags_on_its_bearings():
     expected = {(1, "translation"): ends, (2, "translation"): ends + sag, (2, "tilt"): 0.0}
     for place, value in expected.items():
         assert found[model.structure.dofs.index(place)] == pytest.approx(value, rel=1e-6, abs=1e-12)
-    refused(lambda: harmonic_response(build_model({"rotor": light}), [50.0], [0]), "nothing carries the weight")
+    damping = {"kind": "shaft_damping", "shaft_damping_s": 1e-5}  # resists bending alone, as the shaft does
+    for effects in ([], [damping]):
+        free = build_model({"rotor": light, "effects": effects})
+        refused(lambda free=free: harmonic_response(free, [50.0], [0]), "nothing carries the weight")
+        refused(lambda free=free: check_stable(free, [50.0]), "nothing carries the weight")
+    held = build_model({"rotor": light, "effects": [{**SPRING, "node": n, "label": n} for n in (1, 3)]})
+    held.check_carried()
 
 
 def test_a_bow_of_a_free_shaft_counts_from_the_line_through_its_ends():

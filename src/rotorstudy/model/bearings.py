@@ -123,7 +123,7 @@ def journal_shift(structure: Structure, node: int, parameters: tuple, before: Ca
 
 
 def springs_at_rest(structure: Structure, term: Term) -> np.ndarray:
-    """Static stiffness (part, dof, part, dof), N/m, of a bearing at a usual speed, by real and imaginary parts.
+    """Static stiffness (part, dof, part, dof), N/m, of a term at a usual speed, by real and imaginary parts.
 
     It is a typical one where it is not stated.
     """

@@ -8,11 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import MissingValue, RigError, RotorstudyError, unknown_name
+from rotorstudy.model.bearings import springs_at_rest
 from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.rig_numbers import with_bearings_at
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import NonlinearForce, Term, Unknown
 from rotorstudy.model.variation import Matrices, Variation, kept
+
+ROUND_OFF = 1e-9  # relative, of a sum of stiffnesses
 
 
 class Uncertainty(NamedTuple):
@@ -262,17 +265,25 @@ class Assembled:
         """Whether bearings carry the static load, alone or together with rigid supports."""
         return any(unknown.carries for unknown in self.rotor_unknowns)
 
+    @property
+    def rests(self) -> bool:
+        """Whether the static deflection balances the static load: bearings or supports do, or it is stated."""
+        return self.is_carried or self.held_deflection is not None or self.structure.is_supported
+
     @cached_property
     def static_residual(self) -> np.ndarray:
         """Static load (dof,) that the static deflection does not balance, N; an error if nothing carries it."""
-        structure = self.structure
-        if self.is_carried or self.held_deflection is not None or structure.is_supported:
-            return np.zeros(len(structure.dofs))
-        acting = (e for _, u in self.acting for e in u.entries if e.reads_motion)
-        springs = (e for e in acting if not (e.is_conjugate or e.order or e.shift))
-        if structure.static_load.any() and not any(springs):
+        self.check_carried()
+        return (0.0 if self.rests else 1.0) * self.structure.static_load
+
+    def check_carried(self) -> None:
+        """Raise RigError unless something carries the static load; shaft damping resists no shift of the rotor."""
+        structure, acting = self.structure, (term for term in self.terms if not term.acts_on_output)
+        if self.rests or not structure.static_load.any():
+            return
+        springs = sum((springs_at_rest(structure, term)[0, :, 0] for term in acting), 0 * structure.mass)
+        if not structure.along @ springs @ structure.along > ROUND_OFF * np.abs(springs).max():
             raise RigError("nothing carries the weight of the rotor; add bearings or rigid supports")
-        return structure.static_load
 
 
 @dataclass(frozen=True, eq=False)  # hashed by identity, so that what follows from a model can be kept
