@@ -53,6 +53,26 @@ def test_a_wrong_file_is_found_out_by_the_right_claim(kind, tmp_path, command):
     assert any(claim in line for line in failing)
 
 
+DRAG = """import numpy as np
+
+from rotorstudy.plugins import Effect, NonlinearForce, Parameter
+
+
+@Effect(source="drag of a bluff body", checked="on a circular orbit a damper c r w")
+def drag(structure, node: int | None = None):
+    \"\"\"Drag of a disc in a fluid: force -c |dz/dt| dz/dt.\"\"\"
+    force = NonlinearForce(structure.unit(node)[None], lambda z, velocity, still: -np.abs(velocity) * velocity)
+    scales = structure.scales
+    usual = 0.02 * scales.critical_damping(node) / (scales.frequency * scales.length)
+    return [Parameter("drag", "N s^2/m^2", (), typical=usual, force=force)]
+"""
+
+
+def test_a_weak_force_in_time_is_not_blamed_for_what_the_bench_is_off_without_it(tmp_path, command):
+    (tmp_path / "drag.py").write_text(DRAG)
+    assert "7 of 7 hold" in command("check", tmp_path / "drag.py").out
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [("def f(:", "SyntaxError"), ("x = 1", "contains no plugin"), ("import nothing_here", "No module named")],

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorstudy import Entry, Parameter, RotorstudyError, Structure, registry
+from rotorstudy import Entry, NonlinearForce, Parameter, RotorstudyError, Structure, registry
 from rotorstudy.authoring.invariants import INVARIANTS, outcomes
 from rotorstudy.authoring.invariants.base import BrokenInvariant, claimed, kind_of, numbers_checked, stated
 from rotorstudy.authoring.invariants.crack import depth_keeps_to_its_range
@@ -50,6 +50,12 @@ def depth(xi, eta=lambda d: 0.5 * d, valid=(0.0, 0.5)):
 
 def term(kind, *entries, typical=1.0, unit="N/m", **more):
     return kind("wrong", lambda structure: [Parameter("k", unit, entries, typical)], **SAYS, **more)
+
+
+def pushing(push):
+    """An effect whose force in time is a function of the displacement (..., time, coordinate)."""
+    force = NonlinearForce(np.eye(1), lambda displacement, velocity, deflection: push(displacement))
+    return Effect("wrong", lambda structure, node=None: [Parameter("k", "N/m", (), 1.0, force=force)], **SAYS)
 
 
 def planar(stiffness=(), damping=()):
@@ -145,6 +151,7 @@ CONTROLS = [
     ("bearing_numbers_exist", replace(PEDESTAL, uncertain={"pedestal_mass_kg": 3}), "10 %"),
     ("bearing_takes_energy", term(Bearing, spring(order=1, stiffness=300.0), positive_damping=True), "gains energy"),
     ("bearing_takes_energy", term(Bearing, *planar(damping=DRIVES), positive_damping=True), "energy from its damping"),
+    ("bearing_takes_energy", term(Bearing, spring(), positive_damping=True), "loses no energy"),
     ("bearing_is_symmetric", term(Bearing, *planar({"xy": 3e4, "yx": -3e4}), symmetric=True), "drive a whirl"),
     ("bearing_is_symmetric", term(Bearing, *planar(damping={"xy": 20.0}), symmetric=True), "xy and yx differ"),
     ("effect_offers_places", effect(places=lambda structure, sensors: []), "no place"),
@@ -155,6 +162,8 @@ CONTROLS = [
     ("term_states_units", term(Effect, spring(), typical=0.0), "typical size 0"),
     ("term_states_units", term(Effect, spring(), unit=""), "no unit"),
     ("term_is_one_table", term(Effect, Forgetful(np.eye(1), gain=np.ones_like)), "differ"),
+    ("term_is_one_table", pushing(lambda z: -1e3 * z * (1 + (z.shape[-2] > 1))), "differs by"),
+    ("term_is_one_table", pushing(lambda z: np.zeros_like(z)), "nothing happens; state options"),
     ("term_is_found_again", term(Effect, spring(0.0)), "do not depend on k"),
     ("spectrum_is_exact", spectrum("fft", lambda a, c: (a * 1.001, c)), "is off by"),
     ("spectrum_covariance_is_honest", spectrum("fft", lambda a, c: (a, c / 4)), "times the scatter"),

@@ -42,7 +42,8 @@ def bearing_carries(plugin):
     try:
         deflection = static_deflection(model, SPEEDS, model.theta).value
     except NoSteadyState:
-        raise BrokenInvariant("it has no static stiffness and does not carry the shaft") from None
+        spring = "give it a spring of entries, or make its nonlinear force an effect beside a linear bearing"
+        raise BrokenInvariant(f"it has no static stiffness and does not carry the shaft; {spring}") from None
     down = np.real(deflection @ structure.static_load)
     require(np.isfinite(down).all(), "it has no static stiffness and does not carry the shaft")
     require((down > 0).all(), f"the shaft rises against its weight at {np.array(SPEEDS)[down <= 0]} rad/s")
@@ -53,7 +54,8 @@ def bearing_takes_energy(plugin):
     """dissipates energy in every motion by its damping"""
     loss = _stiffness(plugin).imag
     least = np.linalg.eigvalsh(loss + np.swapaxes(loss, -1, -2)).min()
-    require(least > 0, f"a motion gains energy from its damping: {least / 2:.3g} N/m in quadrature")
+    taken = "gains" if least < 0 else "loses no"
+    require(least > 0, f"a motion {taken} energy from its damping: {least / 2:.3g} N/m in quadrature")
 
 
 @claimed("symmetric")
