@@ -38,6 +38,8 @@ def read_yaml(path):
         at = f" line {place.line + 1}" if place else ""
         what = " ".join(str(getattr(error, "problem", None) or error).split())
         what = "it is not in UTF-8; save it as such a text" if isinstance(error, UnicodeDecodeError) else what
+        if place and re.match(" *\t", text.split("\n")[place.line]):
+            what = "the line begins with a tab; indent it with spaces"
         raise RotorstudyError(f"{path}{at}: not valid YAML: {what}") from None
     if not isinstance(found, dict):
         what = f"found a {KINDS.get(type(found), 'value')}; is it the right file?"
@@ -116,11 +118,14 @@ class Loader(SafeLoader):
 
     def construct_mapping(self, node, deep=False):
         seen = set()
-        for key, _ in node.value:
+        for key, value in node.value:
             if key.tag.endswith(":bool"):  # `on:`, a truth to YAML 1.1
                 key.tag = "tag:yaml.org,2002:str"
             if not isinstance(key, yaml.ScalarNode) or key.tag.rsplit(":")[-1] in ("null", "float"):
                 raise _refused("a key must be a text or a whole number", key.start_mark)
+            if value.value == "" and value.tag.endswith(":null") and re.search(r":|^\d+$", key.value):
+                what = "write a space after a colon, and numbers with a decimal point, not a comma"
+                raise _refused(f"'{key.value}' has no value; {what}", key.start_mark)
             if key.value in seen:
                 raise _refused(f"key '{key.value}' is given twice", key.start_mark)
             seen.add(key.value)

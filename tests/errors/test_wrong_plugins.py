@@ -68,6 +68,7 @@ def gives(entry, typical="1.0"):
 OTHERS = [  # kind, what is wrong, what is given back and answered
     ("bearing", "entry", gives('Entry(-here, on="conjugate")'), "has on = 'conjugate'"),
     ("effect", "entry", gives(f"{HERE}, order=1.5)"), "order = 1.5"),
+    ("effect", "gain", gives(f"{HERE}, gain=3.0)"), "`gain` a function of the speed"),
     ("effect", "numbers", gives(f"{HERE}.astype(object))"), "matrix of numbers"),
     ("effect", "size", gives(f"{HERE})", 'float("nan")'), "typical = nan"),
     ("effect", "writes", "    structure.stiffness[:] *= 2\n    return None", "is read-only"),
@@ -147,6 +148,7 @@ MISTAKES = [
     ("the paper and equation it comes from", "", "has no source"),
     ('    source="the paper and equation it comes from",\n', "", "has no source"),
     ("from rotorstudy", "import sys; sys.exit(0)\nfrom rotorstudy", "SystemExit: 0"),
+    ("checked=", "cheked=", "unknown property 'cheked' in @Effect; did you mean 'checked'"),
 ]
 OF_KINDS = [
     *(("effect", *mistake) for mistake in MISTAKES),
@@ -168,6 +170,16 @@ def test_a_plugin_without_source_or_that_does_not_parse_is_named(wrong_plugin, t
     assert main(command) == 1
     said = capsys.readouterr().err.splitlines()
     assert f"unknown {kind} 'mine'" in said[-1] and words in said[-1] and str(path) in said[-1]
+
+
+def test_a_plugin_that_does_not_load_is_named_with_its_line(wrong_plugin, monkeypatch, capsys):
+    path = wrong_plugin("effect", "    return None")
+    path.write_text(path.read_text().replace("@Effect", "@Efect"))
+    line = path.read_text().split("@Efect")[0].count("\n") + 1
+    monkeypatch.delenv("ROTORSTUDY_PLUGINS")
+    monkeypatch.chdir(path.parent)
+    run("check", path.name, status=1)
+    assert f"plugin mine.py:{line}: NameError" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -30,6 +30,7 @@ def test_the_rig_itself_is_right():
         (("rotor", "kind"), "jefcott", ["unknown rotor 'jefcott'", "did you mean 'jeffcott'", "rig.yaml, rotor"]),
         (("cracks", 0, "kind"), "swich", ["unknown crack 'swich'", "switching", "rig.yaml, cracks[0]"]),
         (("effects", 1, "kind"), "unbalanced", ["unknown effect", "'unbalance'", "effects[1]"]),
+        (("effects", 1, "kind"), "linear", ["unknown effect 'linear' in", "effects[1]", "is of the kind bearing"]),
         (("effects", 1, "kind"), DROP, ["key 'kind' is missing", "effects[1]"]),
         (("rotor", "kind"), DROP, ["key 'kind' is missing", "rotor"]),
         (("rotor",), DROP, ["section 'rotor' is missing", "rig.yaml"]),

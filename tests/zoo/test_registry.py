@@ -70,7 +70,10 @@ WRONG = [
     (CRACK.format(name="wrong").replace("@Crack", "@Crak"), "a_broken.py:4: NameError: name 'Crak'"),
     (CRACK.format(name="wrong").replace('"a test"', '""'), "Crack 'wrong' has no source; name the paper"),
     (CRACK.format(name="wrong").replace('"a test"', "1 / 0"), "a_broken.py:4: ZeroDivisionError"),
-    (CRACK.format(name="wrong").replace('source="a test"', 'sourse="a test"'), "a_broken.py:4: TypeError"),
+    (
+        CRACK.format(name="wrong").replace('source="a test"', 'sourse="a test"'),
+        "unknown property 'sourse' in @Crack; did",
+    ),
     ("from rotorstudy.plugins import Crack\n\n@Crack\ndef f(angle):\n    return 1\n", "write @Crack(source=...)"),
     ("import numpy as np\n\nx = undefined_name\n", "a_broken.py:3: NameError"),
     ("def f(:\n", "a_broken.py:1: SyntaxError"),

@@ -1,7 +1,7 @@
 """Plugin kinds, what each states and claims: decorators of the functions of a plugin file, and the hooks of pluggy."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 
 import pluggy
 
-from rotorstudy.errors import PluginError
+from rotorstudy.errors import PluginError, check_known
 from rotorstudy.model.options import option_names
 
 hookimpl = pluggy.HookimplMarker("rotorstudy")
@@ -21,7 +21,7 @@ class Plugin:
 
     name    : by default that of the function
     source  : of its equation: a paper, a book
-    example : options for its checks, where some have no default
+    example : options for its checks, where some have no default, or nothing happens with it: a gap that closes
     checked : the published or closed-form numbers it was checked against
     """
 
@@ -30,6 +30,11 @@ class Plugin:
     source: str = ""
     example: dict = field(default_factory=dict, compare=False, kw_only=True)
     checked: str = field(default="", kw_only=True)
+
+    def __new__(cls, *_, **stated):
+        known = [one.name for one in fields(cls)]
+        check_known("property", stated, known, f"@{cls.__name__}", PluginError)
+        return super().__new__(cls)
 
     def __post_init__(self):
         if callable(self.name):

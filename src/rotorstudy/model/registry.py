@@ -20,7 +20,7 @@ from types import SimpleNamespace
 
 import pluggy
 
-from rotorstudy.errors import PluginError, unknown_name
+from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.kinds import KINDS, Hooks, hookimpl
 
 FOLDERS_VARIABLE = "ROTORSTUDY_PLUGINS"
@@ -90,6 +90,9 @@ class Registry:
     def get(self, kind, name, where=""):
         """The plugin of a kind by name; an unknown name is an error with a suggestion."""
         if name not in self.plugins[kind]:
+            for other in (other for other, known in self.plugins.items() if name in known):
+                place = f" in {where}" if where else ""
+                raise RotorstudyError(f"unknown {kind} '{name}'{place}: it is of the kind {other}; state it as such")
             error = unknown_name(kind, name, self.plugins[kind], where)
             words = name.replace("_", " ").lower()
             mentioned = [one for one, plugin in self.plugins[kind].items() if words in (plugin.summary or "").lower()]
@@ -186,7 +189,7 @@ def _frames(error):
 
 def _blame(place, error):
     """'file:line' of the deepest frame inside the plugin itself."""
-    lines = [getattr(error, "lineno", None), *(line for file, line in _frames(error) if file == str(place))]
+    lines = [getattr(error, "lineno", None), *(line for file, line in _frames(error) if file == os.path.abspath(place))]
     line = lines[-1]
     return f"{place}:{line}" if line else str(place)
 

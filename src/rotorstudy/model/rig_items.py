@@ -279,10 +279,12 @@ def _check_entry(entry, size, who):
             f"{who} has a matrix of shape {np.shape(entry.matrix)}; on '{entry.on}' it must be {needed} here"
         )
     whole = all(isinstance(n, (int, np.integer)) for n in (entry.order, entry.shift)) and entry.order >= 0
-    if entry.on not in ACTS_ON or not whole or entry.nonzero[-1].dtype.kind not in "biufc":
+    is_gain = entry.gain is None or callable(entry.gain)
+    if entry.on not in ACTS_ON or not (whole and is_gain) or entry.nonzero[-1].dtype.kind not in "biufc":
         raise PluginError(
             f"{who} has on = {entry.on!r}, order = {entry.order!r}, shift = {entry.shift!r}; `on` must be one of "
-            f"{', '.join(ACTS_ON)}, `order` a whole number from 0, `shift` a whole number, and the matrix of numbers"
+            f"{', '.join(ACTS_ON)}, `order` a whole number from 0, `shift` a whole number, `gain` a function of the "
+            "speed, and the matrix of numbers"
         )
     if not np.isfinite(entry.nonzero[-1]).all():
         raise PluginError(f"{who} is not finite")
