@@ -8,7 +8,8 @@ from one_line_errors import refused
 
 from jobs import run
 from jobs.plan import Job
-from jobs.run import code_digest, imported_files, opened, run_job
+from jobs.report import captioned
+from jobs.run import code_digest, imported_files, named_function, opened, run_job
 from jobs.shown import write_tables
 from rotorstudy import RotorstudyError
 from rotorstudy.presentation.pages import Table
@@ -36,6 +37,16 @@ def test_a_missing_or_an_extra_figure_is_named_and_nothing_is_written(tmp_path):
         save_figures(one, files(tmp_path, "figure_2_4", "figure_2_6"))
     refused(lambda: save_figures(one, []), "no file is named for the figure: figure_2_4")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_new_figure_without_a_caption_or_a_function_is_named():
+    for stated in ({"kind": "study.spectra"}, {"caption": 3}, None):
+        refused(
+            lambda stated=stated: captioned("chapter_2", {"orbit": stated}), "'orbit' of chapter_2 needs 'caption:'"
+        )
+    assert captioned("cracks", {"losses": "Losses."}) == {"losses": {"caption": "Losses."}}
+    said = "unknown function 'spectrum' in thesis.figures.study; did you mean 'spectra'? (known: breathing_function, "
+    refused(lambda: named_function("thesis.figures.study.spectrum"), said)
 
 
 def test_a_table_goes_to_the_files_of_its_name_and_a_missing_one_is_named(tmp_path):

@@ -12,6 +12,15 @@ from rotorstudy.store import write_text
 from rotorstudy.yaml_file import read_yaml
 from thesis.scoreboard import table_name
 
+
+def captioned(group, figures):
+    """{figure: its caption, and its kind and arguments if it has some}; RotorstudyError without a caption."""
+    found = {name: one if isinstance(one, dict) else {"caption": one} for name, one in figures.items()}
+    for name in (name for name, one in found.items() if not isinstance(one.get("caption"), str)):
+        raise RotorstudyError(f"report/captions.yaml: figure '{name}' of {group} needs 'caption:', a text")
+    return found
+
+
 STATED = read_yaml(Path(__file__).parents[1] / "report" / "captions.yaml")
 CAPTIONS = {
     **{f"diagnosis_{name}": text for name, (_, text) in DIAGNOSIS_FIGURES.items()},
@@ -21,9 +30,7 @@ CAPTIONS = {
 REPLAYED = STATED.pop("replays")
 SHOWN, TABLES = {}, {}  # group -> its figures, each with its kind and arguments, and its tables, in the order stated
 for _group, _parts in STATED.items():
-    SHOWN[_group] = {
-        name: one if isinstance(one, dict) else {"caption": one} for name, one in _parts["figures"].items()
-    }
+    SHOWN[_group] = captioned(_group, _parts["figures"])
     CAPTIONS |= {f"{_group}_{name}": one.pop("caption") for name, one in SHOWN[_group].items()}
     if "tables" in _parts:
         TABLES[_group] = list(_parts["tables"])

@@ -16,7 +16,7 @@ from rotorstudy.threads import use_one_thread
 
 use_one_thread()  # Snakemake states as many threads as a job has cores, which the processes of the job share
 
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.registry import blamed
 from rotorstudy.store import load
 
@@ -82,7 +82,11 @@ def opened(inputs, configuration=""):
 def named_function(name):
     """The function of a full name: "rotorstudy.studies.identify.bias"."""
     module, _, attribute = name.rpartition(".")
-    return getattr(import_module(module), attribute)
+    inside = vars(import_module(module))
+    if attribute not in inside:
+        own = [name for name, one in inside.items() if getattr(one, "__module__", "") == module and name[0] != "_"]
+        raise unknown_name("function", attribute, own, module)
+    return inside[attribute]
 
 
 @functools.cache
