@@ -8,6 +8,7 @@ what its odds need by `evidence.POWER`.
 
 import logging
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from functools import cache, partial
 from itertools import product
@@ -89,24 +90,22 @@ def _of_fault(work, plugin, vibration, seen):
     tried = np.linspace(0, len(places) - 1, min(len(places), MOST_PLACES)).astype(int)
     begin = near = feared.largest, 3.0 if feared.size in plugin.shape else 1.0  # a size, and how its clearness grows
     for where, options in (places[i] for i in tried):
-        found = None
-        for worst in (dict(zip(feared.worst, chosen, strict=True)) for chosen in product(*feared.worst.values())):
-            try:
-                there = {"vibration": vibration[where["node"]]} if "node" in where else {}
-                shape = {
-                    name: factor * (there.get(scale) or structure.scales.usual(scale, where.get("node")))
-                    for name, (factor, scale) in feared.shape.items()
-                }
+        sizes, there = [], {"vibration": vibration[where["node"]]} if "node" in where else {}
+        with suppress(RotorstudyError):  # it cannot act there
+            shape = {
+                name: factor * (there.get(scale) or structure.scales.usual(scale, where.get("node")))
+                for name, (factor, scale) in feared.shape.items()
+            }
+            for worst in (dict(zip(feared.worst, chosen, strict=True)) for chosen in product(*feared.worst.values())):
                 one, scale, unit = _just_seen(work, plugin, {**options, **shape, **worst}, seen, near)
-            except RotorstudyError:  # it cannot act there
-                break
-            near, size = one or begin, one and one[0] * scale
-            found = (size if found is None or size is None or found[0] < size else found[0]), unit
-            if size is None:
-                break
-        if found:
-            row = {"parameter": feared.size, "size": found[0], "unit": found[1]}
-            yield Hidden.of(plugin.name, where, structure, **row, measure=feared.measure if found[0] is None else "")
+                near = one or begin
+                sizes.append(one and one[0] * scale)
+                if one is None:
+                    break
+        if sizes:
+            size = None if None in sizes else max(sizes)
+            row = {"parameter": feared.size, "size": size, "unit": unit}
+            yield Hidden.of(plugin.name, where, structure, **row, measure=feared.measure if size is None else "")
 
 
 def _just_seen(work, plugin, options, seen, near):
