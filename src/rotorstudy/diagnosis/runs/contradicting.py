@@ -7,6 +7,7 @@ import numpy as np
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.findings import told
 from rotorstudy.errors import NoSteadyState
+from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.inference.joint import JointFit, Run, fit_runs
 from rotorstudy.inference.prior import Prior
@@ -95,14 +96,14 @@ def _contradicted(joint, run, freed, sense):
     texts = []
     for term in _stated_masses(run):
         unit = term.parameters[0].also["unbalance"][1]  # m of 1 kg m
-
-        def mass(parts, std=None, unit=unit):
-            angle = sense * np.arctan2(parts[1], parts[0]) % (2 * np.pi)
-            return f"{quantity(np.hypot(*parts) / unit, 'kg m', std)} at {quantity(angle, 'rad')}"
-
-        theta, covariance = joint.of([freed.joint_name(unknown.name) for unknown in term.unknowns])
-        shown = mass(theta, float(np.sqrt(covariance[0, 0])) / unit)
-        texts.append(f"{mass(term.theta)} is stated, and the records show {shown}")
+        known = joint.of([freed.joint_name(unknown.name) for unknown in term.unknowns])
+        _, found, covariance = magnitude_and_phase(["x_real", "x_imag"], *known)
+        each = (np.hypot(*term.theta), np.arctan2(*term.theta[::-1]), None), (*found, np.sqrt(covariance[0, 0]) / unit)
+        stated, shown = (
+            f"{quantity(size / unit, 'kg m', std)} at {quantity(sense * angle % (2 * np.pi), 'rad')}"
+            for size, angle, std in each
+        )
+        texts.append(f"{stated} is stated, and the records show {shown}")
     return told("known mass contradicted", f"run '{run.name}'", said="; ".join(texts))
 
 

@@ -168,10 +168,10 @@ def _with_larger_error(runs):
 
 def model_errors(settings: Settings) -> Iterator[float]:
     """Errors of the model with which a fit is tried, fractions of each harmonic: the stated one, then larger ones."""
-    share = max(settings.model_error, LEAST_ERROR)
+    share = settings.model_error
     yield share
     while share < LARGEST_ERROR:
-        share = min(2 * share, LARGEST_ERROR)
+        share = min(max(2 * share, LEAST_ERROR), LARGEST_ERROR)
         yield share
 
 
