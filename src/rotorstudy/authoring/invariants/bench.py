@@ -21,6 +21,7 @@ from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.measured import measured_response
 
 SERIES_ORDER = 15
+HIGHEST = SERIES_ORDER + 2  # harmonic of the force of the known crack at rest: of its part on the conjugate
 
 
 def bench_structure():
