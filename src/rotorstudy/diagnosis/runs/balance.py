@@ -158,7 +158,7 @@ def _with_unbalances(whole, planes, conventions):
     if len(set(planes)) < len(planes):
         raise RotorstudyError(f"planes {', '.join(map(str, planes))}: give each once")
     terms = [
-        unbalance_term(one, whole, conventions, f"plane {i}", f"plane {one.node}") for i, one in enumerate(zero, 1)
+        unbalance_term(one, whole, conventions, f"correction {i}", f"plane {one.node}") for i, one in enumerate(zero, 1)
     ]
     terms += other_forces(whole.structure)
     names = [[unknown.name for unknown in term.unknowns] for term in terms]

@@ -224,7 +224,8 @@ def _run(item, spectrum, whole, shared, settings, conventions):
         term = unbalance_term(one, whole, conventions, f"added {i + 1}", f"run '{item.name}', unbalances[{i}]")
         added.append((term, one.std_g_mm * GRAM_MM / GRAM))
     for i, effect in enumerate(item.effects):
-        place, labelled = f"run '{item.name}', effects[{i}]", {"label": f"added {i + 1}", **effect}
+        labelled = {"label": f"added {len(item.unbalances) + i + 1}", **effect}
+        place = f"run '{item.name}', effects[{i}]"
         added.append((make_term("effect", labelled, whole.structure, whole.sensors, place), 0.0))
     known = {  # what has no value is wide, unless its usual size is stated
         u.name: (np.nan_to_num(value), std or settings.prior_width * u.typical)

@@ -64,7 +64,7 @@ def _trials(found, measured):
     structure, trials, base = found.rig.structure, [(None, None, None)], found.base
     discs = structure.nodes if len(structure.nodes) == 1 else {disc.node for disc in structure.discs}
     for node in sorted(discs):
-        item = {"kind": "unbalance", "node": node, "label": "trial"}
+        item = {"kind": "unbalance", "node": node, "label": "trial of a further run"}
         term = make_term("effect", item, structure, found.rig.sensors, "trial unbalance")
         (parameter,) = term.parameters
         usual = with_term(base, replace(term, values={parameter.name: complex(parameter.typical)}))
