@@ -53,10 +53,7 @@ def base_rate(effect, settings):
 
 def read_settings(rig, where):
     """The Settings in the section `diagnosis:` of a rig dict; RotorstudyError for unknown keys and bad values."""
-    given = rig.get("diagnosis") or {}
-    if not isinstance(given, dict):
-        raise RotorstudyError(f"{where}, diagnosis: expected keys and values, found {type(given).__name__}")
-    return check_config(Settings, given, f"{where}, diagnosis")
+    return check_config(Settings, rig.get("diagnosis") or {}, f"{where}, diagnosis")
 
 
 GROUPS = {"default", "rotor", "bearings"}  # of uncertainties, that are no names of parameters

@@ -15,15 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.diagnosis.one_cause.stated import stated_numbers
-from rotorstudy.diagnosis.search.candidates import (
-    SPREADS,
-    Candidate,
-    Freedom,
-    candidate,
-    form_ranges,
-    freedoms_of,
-    variants_of,
-)
+from rotorstudy.diagnosis.search import candidates
+from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.held_shapes import CLOSER, UNLIKELY, HeldShapes, Shapes, halfway, slopes_of
 from rotorstudy.diagnosis.search.screening import Projection
 from rotorstudy.diagnosis.search.shape_fit import Work, ranges_of
@@ -45,22 +38,22 @@ def in_form(work: Work, cause: Candidate, spread: float = 0.0) -> Candidate:
 
     spread : of the freedom of `Effect.any_form` that it has, too, times the standard deviations there
     """
-    form, freedoms = {name: ends.value(0.5) for name, ends in form_ranges(cause.effect).items()}, ()
+    form, freedoms = {name: ends.value(0.5) for name, ends in candidates.form_ranges(cause.effect).items()}, ()
     if form:
-        freedoms = freedoms_of(cause.effect, any_form=False)
+        freedoms = candidates.freedoms_of(cause.effect, any_form=False)
     if form and spread:
         options, every, _ = registry().get("effect", cause.effect).any_form
         own = freedoms[0].amplitudes
         law = {n: (mean, max(spread * std, own.get(n, (mean, 0.0))[1])) for n, (mean, std) in every.items()}
-        freedoms += (Freedom(options, law),)
-    shape, width = cause.shape | form, work.settings.prior_width
-    return candidate(work.rig, cause.effect, cause.where, shape, cause.term.label, width, cause.variant, freedoms)
+        freedoms += (candidates.Freedom(options, law),)
+    given = cause.term.label, work.settings.prior_width, cause.variant, freedoms
+    return candidates.candidate(work.rig, cause.effect, cause.where, cause.shape | form, *given)
 
 
 def laws_of(work: Work, cause: Candidate) -> list[Candidate]:
     """A cause in the middle of its forms by its own law and, where it may have any near it, by these."""
-    near = variants_of(registry().get("effect", cause.effect).any_form[2])
-    return [in_form(work, cause, one) for one in (SPREADS if cause.variant in near else (0.0,))]
+    near = candidates.variants_of(registry().get("effect", cause.effect).any_form[2])
+    return [in_form(work, cause, one) for one in (candidates.SPREADS if cause.variant in near else (0.0,))]
 
 
 class OverForms(NamedTuple):
@@ -96,7 +89,7 @@ def over_forms(
     laws    : as `laws_of` returns them
     returns : None if form and position of the cause are not both free, or no law explains the records
     """
-    form = [name for name in form_ranges(cause.effect) if name in laws[0].shape]
+    form = [name for name in candidates.form_ranges(cause.effect) if name in laws[0].shape]
     place = [name for name in cause.shape if name.startswith("position")]
     if len(form) != 1 or len(place) != 1:
         return None

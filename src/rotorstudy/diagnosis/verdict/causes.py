@@ -101,13 +101,11 @@ def _shape(candidate, fitted):
 
 def _estimates(sizes, intervals=None):
     """{name: ParameterEstimate} of a shape; sizes : name -> (value, std);  intervals : name -> ends of 95 %."""
-    return {
-        name: ParameterEstimate(
-            value=value, std=std, unit="rad" if name.endswith("_rad") else "", part="shape",
-            interval_95=(intervals or {}).get(name),
-        )
-        for name, (value, std) in sizes.items()
-    }  # fmt: skip
+    found = {}
+    for name, (value, std) in sizes.items():
+        unit, ends = "rad" if name.endswith("_rad") else "", (intervals or {}).get(name)
+        found[name] = ParameterEstimate(value=value, std=std, unit=unit, part="shape", interval_95=ends)
+    return found
 
 
 def over_its_forms(found, share):
