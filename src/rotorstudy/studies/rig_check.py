@@ -48,7 +48,7 @@ def check_rig(path):
         rig = read_rig(path)
         model = rig.model
     except RotorstudyError as error:
-        said = str(error).removeprefix(f"{path}: ")
+        said = str(error).removeprefix(str(path)).lstrip(":, ")
         return RigCheck([Finding("error", "not valid", str(path), said), *(_implausible(rig) if rig else ())])
     findings = [*_sections(rig, model), *_implausible(rig), *odd_materials(rig.given["rotor"])]
     bearings = [item for item in rig.given.get("bearings") or [] if isinstance(item, dict)]

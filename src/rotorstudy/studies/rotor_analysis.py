@@ -124,7 +124,7 @@ def _check_held(still, speed):
     """Raise if the rotor can move at a speed (rad/s) without a restoring force."""
     slowest = np.abs(eigenvalues(still, [speed], shapes=few_shapes(still))).min()
     if slowest < UNHELD * still.structure.scales.frequency:
-        raise RigError("the bearings and feet do not hold the rotor: no force restores it when it moves; add some")
+        raise RigError("the bearings and feet do not hold the rotor: no linear force restores it; add some")
 
 
 def _resonances(still, found, criticals, speeds):
