@@ -40,6 +40,10 @@ class NoSteadyState(RigError):
     """No periodic response at a speed: an undamped resonance, a jump, or bearings that do not carry the rotor."""
 
 
+class NotHeld(RigError):
+    """A rotor that can move without a restoring force."""
+
+
 class UnidentifiableError(RotorstudyError):
     """Unknowns that the data cannot separate, named in `parameters`."""
 

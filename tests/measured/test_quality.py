@@ -301,10 +301,12 @@ def test_import_from_the_command_line(tmp_path, command):
     assert not out.exists() and "clipping" in printed.err and "no spectrum was written" in printed.err
     assert "clipped by the probe" in (tmp_path / "q.html").read_text()
     assert "would overwrite an input" in command("import", bad, "--rig", rig, "--out", bad, status=1).err
-    free = yaml.safe_load(Path(rig).read_text())
-    (tmp_path / "free.yaml").write_text(yaml.safe_dump({name: one for name, one in free.items() if name != "bearings"}))
-    said = command("import", paths[0], "--rig", tmp_path / "free.yaml", "--out", out, status=1).err
-    assert "free.yaml: nothing carries the weight of the rotor" in said
+    given = yaml.safe_load(Path(rig).read_text())
+    for left in ([], given["bearings"][:1]):
+        free = given | {"bearings": left, "effects": given["effects"][1:]}  # no cross force
+        (tmp_path / "free.yaml").write_text(yaml.safe_dump(free))
+        said = command("import", paths[0], "--rig", tmp_path / "free.yaml", "--out", out, status=1).err
+        assert "free.yaml: the bearings and feet do not hold the rotor" in said and not out.exists()
 
 
 def test_a_spectrum_file_that_is_none_is_named(tmp_path):

@@ -203,7 +203,6 @@ def read_measurement(
     tables = [table for table in opened if table is not None]
     of_probes = [table for table in tables if table.by_probe]
     conventions = with_harmonics_of_tables(conventions, of_probes)
-    rig.model.check_carried()
     nodes, found, findings = rig.model.structure.measurable, [], []
     for table in tables:
         notes = check_stated(table, conventions)

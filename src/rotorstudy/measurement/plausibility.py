@@ -4,11 +4,12 @@ from difflib import get_close_matches
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import NotHeld, RotorstudyError
 from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT
 from rotorstudy.measurement.spectrum import along_probes
 from rotorstudy.response.measured import measured_response
+from rotorstudy.response.whirl import check_held, time_invariant
 from rotorstudy.units import METRES, spin, um
 
 BACKWARD = 2.0  # ratio of backward to forward 1X
@@ -61,8 +62,11 @@ def _expected(rig, spectrum):
     """Prediction by the rig, m: largest amplitude or None (by its weight alone without values); rms +1X, -1X; 0X."""
     sag = float(np.abs(rig.structure.static_deflection).max()) or None
     try:
+        check_held(time_invariant(rig), spectrum.speed.max())
         shown = measured_response(rig, spectrum.speed, [1, -1, 0])
         shown = along_probes(shown, [1, -1, 0], spectrum.directions)
+    except NotHeld:
+        raise
     except RotorstudyError:
         return sag, np.zeros((2, len(rig.sensors))), rig.structure.static_deflection[list(rig.measured)]
     size = np.abs(shown[:, :2])

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.errors import NotHeld
 from rotorstudy.model.terms import with_entries
 from rotorstudy.response.few_shapes import few_shapes
 from rotorstudy.response.stability import eigenvalues, state_matrix
@@ -16,6 +17,7 @@ OVERDAMPED = 1e-6  # imaginary part over modulus of an eigenvalue; a smaller one
 HALF_POWER = np.sqrt(0.5)
 SAME = 1e-6  # relative difference of whirl frequencies that are equal
 RESONANT = 0.5  # damping ratio up to which a critical speed shows as a resonance
+UNHELD = 1e-6  # of the lowest natural frequency: eigenvalue of a motion that nothing holds
 UNCRITICAL = 2.5  # amplification factor below which a resonance is critically damped and needs no margin
 
 
@@ -72,6 +74,13 @@ def linear(model):
     """The model without nonlinear forces."""
     terms = (replace(t, parameters=tuple(p for p in t.parameters if not p.force)) for t in model.terms)
     return replace(model, terms=tuple(term for term in terms if term.parameters))
+
+
+def check_held(still, speed):
+    """Raise NotHeld if a time-invariant model can move at a speed (rad/s) without a restoring force."""
+    slowest = np.abs(eigenvalues(still, [speed], shapes=few_shapes(still))).min()
+    if slowest < UNHELD * still.structure.scales.frequency:
+        raise NotHeld("the bearings and feet do not hold the rotor: no linear force restores it; add some")
 
 
 def is_in_time(term):

@@ -27,7 +27,6 @@ NATURAL_FREQUENCIES = 3.5  # default highest speed, relative to the lowest natur
 LOWEST_SHARE = 0.02  # of the highest speed: default lowest speed
 OSCILLATING = 0.3  # imaginary part over modulus of an eigenvalue whose motion swings through; slower ones creep back
 DENSER = 20  # speeds of the response over those of the whirl, where forces without it shift and damp the resonances
-UNHELD = 1e-6  # of the lowest natural frequency: eigenvalue of a motion that nothing holds
 
 
 class ProbePeak(NamedTuple):
@@ -74,7 +73,7 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None, covered=0.0):
     timeless = sorted({term.kind for term in steady.terms if not term.acts_on_output and not whirl.is_in_time(term)})
     at_spin_speed = whirl.is_held_in_frequency(steady)
     at_rest, moving = (steady, whirl.synchronous(model)) if at_spin_speed else (still, model)
-    _check_held(still, highest or lowest or still.structure.scales.frequency)
+    whirl.check_held(still, highest or lowest or still.structure.scales.frequency)
     highest = max(_default_highest(still, lowest), covered) if highest is None else highest
     lowest = LOWEST_SHARE * highest if lowest is None else lowest
     if not 0 < lowest < highest:
@@ -118,13 +117,6 @@ def _default_highest(still, lowest):
     if share.max() <= whirl.OVERDAMPED:
         raise RigError("every motion of the rotor is overdamped; state the range of speeds")
     return NATURAL_FREQUENCIES * float(whirling.min())
-
-
-def _check_held(still, speed):
-    """Raise if the rotor can move at a speed (rad/s) without a restoring force."""
-    slowest = np.abs(eigenvalues(still, [speed], shapes=few_shapes(still))).min()
-    if slowest < UNHELD * still.structure.scales.frequency:
-        raise RigError("the bearings and feet do not hold the rotor: no linear force restores it; add some")
 
 
 def _resonances(still, found, criticals, speeds):
