@@ -6,7 +6,7 @@ from machines import OFFSET_DISC, disc, shaft, springs
 from one_line_errors import refused
 from uniform_shaft import LENGTH, E, rotor
 
-from rotorstudy import Model, build_model, check_stable, eigenvalues, harmonic_response, make_term
+from rotorstudy import Model, build_model, eigenvalues, harmonic_response, make_term, simulate_records
 from rotorstudy.response.statics import static_deflection
 
 HARMONICS = [0, 1, 2, 3, 5, -1, -3]
@@ -71,9 +71,9 @@ def test_the_shaft_sags_on_its_bearings():
     for effects in ([], [damping]):
         free = build_model({"rotor": light, "effects": effects})
         refused(lambda free=free: harmonic_response(free, [50.0], [0]), "nothing carries the weight")
-        refused(lambda free=free: check_stable(free, [50.0]), "nothing carries the weight")
+        refused(lambda free=free: simulate_records(free, [50.0], [1], np.arange(9)), "do not hold the rotor")
     held = build_model({"rotor": light, "effects": [{**SPRING, "node": n, "label": n} for n in (1, 3)]})
-    held.check_carried()
+    assert np.isfinite(harmonic_response(held, [50.0], [0])).all()
 
 
 def test_a_bow_of_a_free_shaft_counts_from_the_line_through_its_ends():

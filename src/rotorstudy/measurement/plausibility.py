@@ -9,7 +9,7 @@ from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT
 from rotorstudy.measurement.spectrum import along_probes
 from rotorstudy.response.measured import measured_response
-from rotorstudy.response.whirl import check_held, time_invariant
+from rotorstudy.response.whirl import check_held
 from rotorstudy.units import METRES, spin, um
 
 BACKWARD = 2.0  # ratio of backward to forward 1X
@@ -62,7 +62,7 @@ def _expected(rig, spectrum):
     """Prediction by the rig, m: largest amplitude or None (by its weight alone without values); rms +1X, -1X; 0X."""
     sag = float(np.abs(rig.structure.static_deflection).max()) or None
     try:
-        check_held(time_invariant(rig), spectrum.speed.max())
+        check_held(rig, spectrum.speed.max())
         shown = measured_response(rig, spectrum.speed, [1, -1, 0])
         shown = along_probes(shown, [1, -1, 0], spectrum.directions)
     except NotHeld:

@@ -14,6 +14,7 @@ from rotorstudy.response.coupling import forced_harmonics
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.response.stability import check_stable
+from rotorstudy.response.whirl import check_held
 from rotorstudy.store import dataset
 
 log = logging.getLogger(__name__)
@@ -160,6 +161,7 @@ def simulate_records(
 def each_record(model, speeds, harmonics, time, start_angle_rad=0.0, keyphasor_wanted=True):
     """The records of `simulate_records`, one after another, so that only some need be in memory."""
     log.info("stability and response at %d speeds", len(speeds))
+    check_held(model, max(speeds))
     check_stable(model, speeds)
     vibrating = forced_harmonics(model)
     every = np.union1d(vibrating, harmonics)

@@ -265,25 +265,18 @@ class Assembled:
         """Whether bearings carry the static load, alone or together with rigid supports."""
         return any(unknown.carries for unknown in self.rotor_unknowns)
 
-    @property
-    def rests(self) -> bool:
-        """Whether the static deflection balances the static load: bearings or supports do, or it is stated."""
-        return self.is_carried or self.held_deflection is not None or self.structure.is_supported
-
     @cached_property
     def static_residual(self) -> np.ndarray:
         """Static load (dof,) that the static deflection does not balance, N; an error if nothing carries it."""
-        self.check_carried()
-        return (0.0 if self.rests else 1.0) * self.structure.static_load
-
-    def check_carried(self) -> None:
-        """Raise RigError unless something carries the static load; shaft damping resists no shift of the rotor."""
-        structure, acting = self.structure, (term for term in self.terms if not term.acts_on_output)
-        if self.rests or not structure.static_load.any():
-            return
+        structure = self.structure
+        if self.is_carried or self.held_deflection is not None or structure.is_supported:
+            return np.zeros(len(structure.dofs))
+        along, acting = structure.along, (term for term in self.terms if not term.acts_on_output)
         springs = sum((springs_at_rest(structure, term)[0, :, 0] for term in acting), 0 * structure.mass)
-        if not structure.along @ springs @ structure.along > ROUND_OFF * np.abs(springs).max():
+        is_held = along @ springs @ along > ROUND_OFF * np.abs(springs).max()  # damping of the shaft does not hold it
+        if structure.static_load.any() and not is_held:
             raise RigError("nothing carries the weight of the rotor; add bearings or rigid supports")
+        return structure.static_load
 
 
 @dataclass(frozen=True, eq=False)  # hashed by identity, so that what follows from a model can be kept

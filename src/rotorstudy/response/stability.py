@@ -180,7 +180,6 @@ def check_stable(model: Model, speeds: ArrayLike, theta: ArrayLike | None = None
     NoSteadyState
         With the growth rate.
     """
-    model.check_carried()
     growth, speeds = growth_of_free_motion(model, speeds, theta), check_speed(speeds)
     if varies_in_time(model):
         unstable = growth * 2 * np.pi / speeds > SLOWEST_GROWTH

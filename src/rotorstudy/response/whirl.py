@@ -76,8 +76,11 @@ def linear(model):
     return replace(model, terms=tuple(term for term in terms if term.parameters))
 
 
-def check_held(still, speed):
-    """Raise NotHeld if a time-invariant model can move at a speed (rad/s) without a restoring force."""
+def check_held(model, speed):
+    """Raise NotHeld if a rotor without nonlinear forces can move at a speed (rad/s) without a restoring force."""
+    if model.nonlinear_forces:
+        return
+    still = time_invariant(model)
     slowest = np.abs(eigenvalues(still, [speed], shapes=few_shapes(still))).min()
     if slowest < UNHELD * still.structure.scales.frequency:
         raise NotHeld("the bearings and feet do not hold the rotor: no linear force restores it; add some")
