@@ -21,6 +21,19 @@ def invert(normal: np.ndarray) -> np.ndarray:
     return np.linalg.inv(normal / outer) / outer
 
 
+def marginal(columns: np.ndarray, off: np.ndarray) -> tuple[float, float]:
+    """Misfit of data (component,) in which independent unit parameters have columns (component, parameter), log volume.
+
+    All whitened; minus half of both is the logarithm of the marginal likelihood, less a constant. Normal equations would
+    lose all digits where the columns are large.
+    """
+    count = columns.shape[1]
+    basis, triangle = np.linalg.qr(np.vstack([columns, np.eye(count)]))
+    off = np.concatenate([off, np.zeros(count)])
+    left = off - basis @ (basis.T @ off)
+    return float(left @ left), 2 * float(np.log(np.abs(np.diag(triangle))).sum())
+
+
 def by_speed(weights: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Weights (..., speed, row, row) of each speed applied to stacked equations (..., speed * row[, parameter])."""
     stacked = rows.reshape(*rows.shape[: weights.ndim - 3], *weights.shape[-3:-1], -1)

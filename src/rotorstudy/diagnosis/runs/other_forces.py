@@ -7,6 +7,7 @@ from itertools import product
 
 import numpy as np
 
+from rotorstudy.inference.linear import marginal
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Parameter, Term
@@ -44,10 +45,4 @@ def by_sizes(found, others, sizes) -> tuple[np.ndarray, np.ndarray, np.ndarray, 
         scales[:, [prior.names.index(name) for name in part]] = column[:, None]
     right = found.residual + found.jacobian @ (found.free - prior.mean)
     seen = found.jacobian @ prior.factor
-    return np.array([_evidence(seen * scale, right) for scale in scales]), scales, seen, right
-
-
-def _evidence(seen, right):
-    """Logarithm of the evidence of whitened data, less a constant, by unit parameters with columns `seen`."""
-    precision, pull = np.eye(seen.shape[1]) + seen.T @ seen, seen.T @ right
-    return 0.5 * (pull @ np.linalg.solve(precision, pull) - np.linalg.slogdet(precision)[1])
+    return np.array([-0.5 * sum(marginal(seen * scale, right)) for scale in scales]), scales, seen, right

@@ -3,10 +3,9 @@
 import numpy as np
 
 from rotorstudy.diagnosis.search.odds import odds_of
+from rotorstudy.diagnosis.search.shown_forces import shown_forces
 from rotorstudy.diagnosis.verdict.result import FORMAT_VERSION
 from rotorstudy.inference.prediction import BEYOND, predicted
-from rotorstudy.model.entries import Entry
-from rotorstudy.model.terms import Unknown
 from rotorstudy.response.neighbourhood import Neighbourhood
 from rotorstudy.store import dataset
 
@@ -102,20 +101,11 @@ def equivalent_residual_force(model, theta, speed, harmonics, residual):
 
     Coupled harmonics are solved together; the receptance of nonlinear forces is neglected.
     """
-    harmonics = np.asarray(harmonics)
-    units = [model.structure.unit(node) for node in model.sensors]
-    pushes = [
-        Unknown(f"{part} {n}X at {node}", "N", (Entry(factor * unit, on="one", shift=int(n)),), 1.0)
-        for part, factor in (("real", 1), ("imag", 1j))
-        for n in harmonics
-        for node, unit in zip(model.sensors, units, strict=True)
-    ]
     order = int(np.abs(harmonics).max()) + BEYOND
-    reply = Neighbourhood(model, speed, harmonics, theta, order=order).changes_by_forces([(pushes, None)])
-    reply = reply.reshape(len(speed), -1, len(pushes))
-    right = residual.reshape(len(speed), -1)
-    found = np.linalg.solve(
-        np.concatenate([reply.real, reply.imag], axis=1), np.concatenate([right.real, right.imag], axis=1)[..., None]
-    )[..., 0]
-    real, imag = np.split(found, 2, axis=1)
-    return (real + 1j * imag).reshape(residual.shape)
+    near = Neighbourhood(model, speed, np.asarray(harmonics), theta, order=order)
+    units = [model.structure.unit(node) for node in model.sensors]
+    shown = np.moveaxis(shown_forces(near, near, units), 2, 0)  # (speed, node, part and harmonic, harmonic, sensor)
+    columns, right = shown.reshape(len(speed), -1, residual[0].size).swapaxes(1, 2), residual.reshape(len(speed), -1, 1)
+    found = np.linalg.solve(*(np.concatenate([one.real, one.imag], axis=1) for one in (columns, right)))
+    real, imag = np.moveaxis(found.reshape(len(speed), len(units), 2, -1), 2, 0)
+    return (real + 1j * imag).swapaxes(1, 2)

@@ -14,6 +14,7 @@ from rotorstudy.diagnosis.search.shape_fit import Work, point_of, response_with_
 from rotorstudy.diagnosis.verdict.result import Gain
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import chi_square_p_value
+from rotorstudy.inference.linear import marginal
 from rotorstudy.inference.prediction import predicted, shown_and_slopes
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.response.neighbourhood import carried_motion
@@ -161,10 +162,9 @@ class HeldOutMisfit(NamedTuple):
 def held_out_misfit(found: Search, one: Explanation, held: Spectrum) -> HeldOutMisfit:
     """Misfit of the held-out speeds, given their noise and the posterior covariance of amplitudes and shapes."""
     off, columns = _off_and_slopes(found, one, held)
-    within, pull = np.eye(columns.shape[1]) + columns.T @ columns, columns.T @ off
-    misfit = float(off @ off - pull @ np.linalg.solve(within, pull))
-    volume = np.linalg.slogdet(within)[1] + held.log_shared_volume
-    return HeldOutMisfit(misfit, chi_square_p_value(misfit, len(off)), -0.5 * (misfit + volume))
+    misfit, volume = marginal(columns, off)
+    likelihood = -0.5 * (misfit + volume + held.log_shared_volume)
+    return HeldOutMisfit(misfit, chi_square_p_value(misfit, len(off)), likelihood)
 
 
 def _off_and_slopes(found, one, held):

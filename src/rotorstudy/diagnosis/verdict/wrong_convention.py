@@ -12,6 +12,7 @@ from rotorstudy.diagnosis.search.search import with_one_cause
 from rotorstudy.diagnosis.verdict.measuring_chain import Hypothesis, hypotheses
 from rotorstudy.diagnosis.verdict.result import ChainHypothesis, Place, PValues
 from rotorstudy.inference.fit import Fit, chi_square_p_value, fit, residual_share
+from rotorstudy.inference.linear import marginal
 from rotorstudy.inference.prediction import carried_order, shown_and_slopes, with_model_error
 from rotorstudy.measurement.spectrum import Spectrum
 
@@ -52,8 +53,9 @@ def tested_convention(begun, spectrum):
         corrected = replace(corrected, covariance=covariance, common_error=begun.spectrum.common_error)
         volume = corrected.log_volume - begun.spectrum.log_volume
         log_factor = float(log_volume + volume + np.log(PRIOR_ODDS / len(every)))
-        evidence = _linear_evidence(corrected, *linearised[hypothesis.other_zero], prior)
-        screened.append((evidence + log_factor, log_factor, hypothesis, corrected))
+        shown, change = linearised[hypothesis.other_zero]
+        left = marginal(corrected.whitened(change).T @ prior.factor, corrected.whitened(corrected.amplitude - shown))
+        screened.append((log_factor - 0.5 * sum(left), log_factor, hypothesis, corrected))
     screened.sort(key=lambda one: -one[0])
     tested = [
         Tested(one, corrected, fit(models[one.other_zero], corrected, prior, start=about), log_factor)
@@ -155,13 +157,3 @@ def _with_one_cause(found, tested):
     given = found.rig, tested.fit.model, tested.spectrum, found.settings, found.prior, tested.fit, candidates
     work = Search(*given, **known)
     return with_one_cause(replace(work, free_forces=tuple(free_forces(work))))
-
-
-def _linear_evidence(spectrum, shown, change, prior):
-    """Log evidence of a spectrum up to a constant; shown, change : harmonics at the prior mean, and derivatives."""
-    columns = spectrum.whitened(change).T @ prior.factor
-    off = np.concatenate([spectrum.whitened(spectrum.amplitude - shown), np.zeros(columns.shape[1])])
-    # not by the normal equations, which lose all digits where a hypothesis shrinks the data and their errors
-    basis, triangle = np.linalg.qr(np.vstack([columns, np.eye(columns.shape[1])]))
-    left = off - basis @ (basis.T @ off)
-    return float(-0.5 * left @ left - np.log(np.abs(np.diag(triangle))).sum())
