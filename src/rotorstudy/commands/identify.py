@@ -164,12 +164,12 @@ def _print_estimates(rows):
 
 def _print_misfit(misfit, freedom):
     """Print the misfit per degree of freedom and its 95 % range for a model that explains the records."""
-    from scipy.special import chdtri
+    from rotorstudy.inference.fit import chi_square_cost
 
     if freedom < 1:
         tell(["note: as many unknowns as data: the misfit does not tell whether the model explains the records"])
         return
-    low, high = chdtri(freedom, [0.975, 0.025]) / freedom
+    low, high = (chi_square_cost(p, freedom) / freedom for p in (0.975, 0.025))
     expected = f"{low:.2g} to {high:.2g} expected if only noise is left"
     print(f"misfit {misfit / freedom:.3g} per degree of freedom ({expected})")
     if misfit / freedom > high:

@@ -24,8 +24,8 @@ def invert(normal: np.ndarray) -> np.ndarray:
 def marginal(columns: np.ndarray, off: np.ndarray) -> tuple[float, float]:
     """Misfit of data (component,) in which independent unit parameters have columns (component, parameter), log volume.
 
-    All whitened; minus half of both is the logarithm of the marginal likelihood, less a constant. Normal equations would
-    lose all digits where the columns are large.
+    All whitened; minus half of both is the logarithm of the marginal likelihood, less a constant. The normal equations
+    would lose all digits where the columns are large.
     """
     count = columns.shape[1]
     basis, triangle = np.linalg.qr(np.vstack([columns, np.eye(count)]))

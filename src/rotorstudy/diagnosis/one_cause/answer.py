@@ -9,7 +9,7 @@ from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.one_cause.stated import sizes_of
 from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges
 from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, as_fit, ranges_of, shaped
-from rotorstudy.inference.fit import chi_square_p_value
+from rotorstudy.inference.fit import chi_square_cost, chi_square_p_value
 from rotorstudy.model.model import Model
 from rotorstudy.units import HALF_INTERVAL, unit_ending
 
@@ -65,14 +65,12 @@ def is_same(work: Work, one: Fitted, other: Fitted) -> bool:
 
 def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
     """The Identified of a fit, the best of all that were tried."""
-    from scipy.stats import chi2
-
     names = [*work.prior.names, *(name for cause in best.causes for name in cause.names)]
     names += [name for cause in best.causes for name in cause.shape]
     misfits = {}
     for one in tried:
         misfits[one.variant] = min(misfits.get(one.variant, np.inf), one.cost - best.cost)
-    least, elsewhere = best.cost + chi2.isf(1 - LIKELY, sum(len(cause.shape) for cause in best.causes)), [best]
+    least, elsewhere = best.cost + chi_square_cost(1 - LIKELY, sum(len(cause.shape) for cause in best.causes)), [best]
     for one in tried:
         if one.minimum.converged[0] and one.cost <= least and not any(is_same(work, one, known) for known in elsewhere):
             elsewhere.append(one)

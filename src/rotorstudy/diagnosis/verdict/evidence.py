@@ -8,6 +8,7 @@ from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS
 from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.verdict import result
 from rotorstudy.diagnosis.verdict.cause_words import place, readable
+from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_numbers import is_number
 
@@ -22,14 +23,12 @@ WORSE = 4.0  # mean square (standard deviations) beyond that of the verdict, by 
 
 def unexplained(fitted, spectrum, settings):
     """Harmonics and nodes with a significant residual, the largest share first."""
-    from scipy.special import chdtrc
-
     square = spectrum.by_harmonic(fitted.residual) ** 2  # (speed, harmonic, sensor), of standard deviations
     total, speeds = square.sum(), len(spectrum.speed)
     found = []
     for (h, n), (s, node) in product(enumerate(spectrum.harmonics), enumerate(spectrum.sensors)):
         part = 2 * square[:, h, s].sum()
-        if chdtrc(2 * speeds, part) * square[0].size < settings.significance:
+        if chi_square_p_value(part, 2 * speeds) * square[0].size < settings.significance:
             share, sigma = part / (2 * total), np.sqrt(part / (2 * speeds))
             found.append(result.Unexplained(harmonic=int(n), node=int(node), share=share, sigma=sigma))
     return sorted(found, key=lambda row: -row.share)

@@ -60,6 +60,4 @@ def _with_rotor_built_again(rig, diagnosis, renamed):
     ratio = np.where(own, 1 + best.free, 1)
     mean = np.where(own, (1 + best.prior.mean) / ratio - 1, best.prior.mean)
     prior = Prior(names, mean, best.prior.covariance / np.outer(ratio, ratio))
-    start = np.zeros(len(model.names))
-    start[model.position(names)] = np.where(own, 0, best.free)
-    return rig, fit(model, diagnosis.spectrum, prior, start=start)
+    return rig, fit(model, diagnosis.spectrum, prior, start=model.filled(names, np.where(own, 0, best.free)))

@@ -20,6 +20,7 @@ from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.search.search import is_asked_to_stop
 from rotorstudy.diagnosis.verdict.evidence import POWER
 from rotorstudy.diagnosis.verdict.findings import told
+from rotorstudy.diagnosis.verdict.next_run import with_term
 from rotorstudy.diagnosis.verdict.result import Hidden
 from rotorstudy.diagnosis.verdict.words import OF_DIAMETER, summary
 from rotorstudy.errors import NoSteadyState, RotorstudyError
@@ -169,13 +170,11 @@ def _clearness(work, sound, cost, term, fitted):
     which takes a fraction of the time.
     """
     base, spectrum = work.base, work.spectrum
-    faulty, known = base.model.plus(term), dict(base.values)
-    known |= dict(zip((u.name for u in term.unknowns), term.theta, strict=True))
+    faulty = with_term(base, term)
     try:
-        shown = predicted(faulty, spectrum, np.array([known[name] for name in faulty.names]))
+        shown = spectrum.shown(predicted(faulty.model, spectrum, faulty.theta))
     except NoSteadyState:
         return np.inf
-    shown = spectrum.shown(shown)
     errors = [model_error_variance(one, spectrum.harmonics, work.settings) for one in (shown, sound)]
     records = spectrum.with_amplitude(shown).with_error(np.maximum(errors[0] - errors[1], 0.0))
     found = fit(base.model, records, base.prior, start=base.theta, steps=1 if fitted else 0)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.measurement.conventions import combine
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 
@@ -118,10 +119,9 @@ def one_probe(reading, node, name):
 
     Its reading is (z e^{-ja} + conj(z) e^{ja}) / 2, and the readings of all probes of the node give z by least squares.
     """
-    along = np.exp(1j * np.array(list(reading.probes_at(node).values())))
-    at = list(reading.probes_at(node)).index(name)
-    x, y = np.linalg.pinv(np.column_stack([along.real, along.imag]))[:, at]
-    return (x + 1j * y) * along[at].conj() / 2, (x + 1j * y) * along[at] / 2
+    probes = reading.probes_at(node)
+    share = combine([*probes.values()], np.eye(len(probes)))[[*probes].index(name)] / 2
+    return share * np.exp(-1j * probes[name]), share * np.exp(1j * probes[name])
 
 
 def _of_orbits(harmonics, sensors, reading, whole, turn, is_symmetric):
