@@ -111,8 +111,7 @@ def chain_hypothesis(found, tested):
     best, gain, tried = found.best, _gain(tested, found.base), [Explanation((), tested.fit, 0.0)]
     if gain > LEAST_MARGIN and all(one.is_rejected(found.settings.significance) for one in (best.fit, tested.fit)):
         tried += _with_one_cause(found, tested)
-    near = [one for one in tried if odds_of(one) + gain - odds_of(best) >= LEAST_MARGIN]
-    ranked = sorted(near, key=odds_of, reverse=True)
+    ranked = sorted(tried, key=odds_of, reverse=True)
     return next(filter(None, (_accepted(tested, one, found.base, odds_of(best), found) for one in ranked)), None)
 
 
