@@ -23,7 +23,7 @@ def eccentricity_ratio(ocvirk, where="the journal"):
     """
     from scipy.optimize import brentq
 
-    wanted = float(np.log(ocvirk))
+    wanted = log(ocvirk) if ocvirk > 0 else np.nan  # of a load that turned round in a fit there is none
 
     def excess(e):
         return 2 * log(1 - e * e) - log(e) - 0.5 * log(16 * e * e + np.pi**2 * (1 - e * e)) - wanted

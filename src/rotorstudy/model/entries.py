@@ -162,23 +162,33 @@ class Basis:
     """
 
     def __init__(self, row: np.ndarray, stiffness: float, load: float, shifts: Sequence[int]):
-        self.here, self.shifts, self._load = np.flatnonzero(row), np.array(shifts), load
-        self.row, pattern = row[self.here], stiffness * local_outer(row)
-        own, self._stiffness = LocalMatrix(row.shape, (self.here, 0 * self.here, load * self.row)), stiffness
-        kinds = ("z", pattern), ("conj", pattern), ("one", own)
-        self.entries = tuple(Entry(matrix, on=on, shift=int(shift)) for on, matrix in kinds for shift in shifts)
+        self.whole_row, self._stiffness, self._load = row, stiffness, load
+        self.here, self.shifts = np.flatnonzero(row), np.array(shifts)
+        self.row = row[self.here]
+        self.kinds = [(on, 0, int(shift)) for on in ("z", "conj", "one") for shift in shifts]
+
+    @cached_property
+    def entries(self) -> tuple[Entry, ...]:
+        """One of each kind; most shapes of a cause are judged without them, by `forces`."""
+        pattern = self._stiffness * local_outer(self.whole_row)
+        own = LocalMatrix(self.whole_row.shape, (self.here, 0 * self.here, self._load * self.row))
+        return tuple(Entry(own if on == "one" else pattern, on=on, shift=shift) for on, _, shift in self.kinds)
+
+    @cached_property
+    def _parts(self):
+        """(entry,) count of elements of the entries and the first one of each, and their rows, columns and values."""
         parts = [entry.nonzero for entry in self.entries]
-        self._count = np.array([len(row) for row, _, _ in parts])  # (entry,) of elements
-        self._first = np.cumsum(self._count) - self._count
-        self._elements = [np.concatenate(part) for part in zip(*parts, strict=True)]  # row, column and value
+        count = np.array([len(row) for row, _, _ in parts])
+        return count, np.cumsum(count) - count, [np.concatenate(part) for part in zip(*parts, strict=True)]
 
     def elements(self, factor: np.ndarray) -> tuple[np.ndarray, ...]:
         """Amplitude, entry, row, column and value (element,) of the multiples by factors (amplitude, entry)."""
         amplitude, entry = factor.nonzero()
-        count = self._count[entry]
+        counts, first, elements = self._parts
+        count = counts[entry]
         within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
         amplitude, entry = np.repeat(amplitude, count), np.repeat(entry, count)
-        row, column, value = (part[self._first[entry] + within] for part in self._elements)
+        row, column, value = (part[first[entry] + within] for part in elements)
         return amplitude, entry, row, column, factor[amplitude, entry] * value
 
     def forces(self, amplitudes, deflection, harmonics) -> np.ndarray:
@@ -212,6 +222,11 @@ class Multiples(Sequence):
     def unscaled(self) -> list[Entry]:
         """The entries without their factors."""
         return [self.basis.entries[i] for i in self.factor.nonzero()[0].tolist()]
+
+    @property
+    def kinds(self) -> list[tuple]:
+        """On, order and shift of each."""
+        return [self.basis.kinds[i] for i in self.factor.nonzero()[0].tolist()]
 
     @cached_property
     def _entries(self):

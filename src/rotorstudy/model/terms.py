@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from rotorstudy.errors import PluginError
-from rotorstudy.model.entries import Entry, unscaled
+from rotorstudy.model.entries import Entry, Multiples, unscaled
 from rotorstudy.model.variation import Variation
 
 SPEEDS_COMPARED = np.array([1.0, 31.0, 470.0])  # rad/s; gains that agree there are taken as the same function
@@ -140,7 +140,8 @@ class Unknown:
     @cached_property
     def kinds(self) -> frozenset[tuple]:
         """What its entries act on, their order and shift."""
-        return frozenset(entry.kind[:3] for entry in self.unscaled)
+        table = self.entries
+        return frozenset(table.kinds if isinstance(table, Multiples) else (entry.kind[:3] for entry in table))
 
     @cached_property
     def rows(self) -> frozenset[int]:

@@ -230,7 +230,8 @@ def _screen_alike(projected, sets, least=-np.inf):
     ]
     if limited:
         s, i, weight, there = (np.array(part) for part in zip(*limited, strict=True))
-        spread = np.sqrt(np.einsum("li,lij,lj->l", weight * std[s], covariance[s], weight * std[s]))
+        variance = np.einsum("li,lij,lj->l", weight * std[s], covariance[s], weight * std[s])
+        spread = np.sqrt(np.maximum(variance, np.finfo(float).tiny))  # below zero by round-off
         stated, found = (np.sum(weight * sizes[s], axis=-1) + there for sizes in (mean, start))
         np.add.at(evidence, s, log_possible(found, spread, stated / std[s, i]))
     doubled = np.bincount([s for s, *_ in limited], minlength=len(sets))

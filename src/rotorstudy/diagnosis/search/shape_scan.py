@@ -20,7 +20,7 @@ from rotorstudy.diagnosis.search.shape_fit import ranges_of, reshaped
 from rotorstudy.diagnosis.search.shown_forces import motions_by_free_forces
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit
-from rotorstudy.model.entries import unscaled
+from rotorstudy.model.entries import Multiples
 from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
 from rotorstudy.response.neighbourhood import Motion
@@ -57,7 +57,9 @@ def acts_on(cause, structure):
     unknown = cause.term.unknowns[0]  # all act there
     if unknown.force:
         return unknown.force.matrix[np.argmax(np.linalg.norm(unknown.force.matrix, axis=1))]
-    row, column, value = unscaled(unknown.entries)[0].nonzero
+    if isinstance(unknown.entries, Multiples):
+        return unknown.entries.basis.whole_row
+    row, column, value = unknown.entries[0].nonzero
     here, found = row == np.argmax(np.bincount(row, value.real**2)), np.zeros(len(structure.dofs))
     found[column[here]] = value.real[here]
     return found
