@@ -8,6 +8,9 @@ STRIPS = dict.fromkeys(("cosine", "switching"), "strip_integration")  # depth pl
 ALONG = 0.2  # standard deviation of the flexibility along the front, over that across: published ratios are 0.05 to 0.6
 CLOSING = 0.1  # standard deviation of the closing moment by residual stress, over the static moment: an assumption
 ELEMENTS_TRIED = 10  # of a long shaft, to say which depth is seen
+# (1 - cos) / 2 and sin / 2 of multiples of the angle from the side that the weight stretches
+ANGLE = np.deg2rad(np.arange(-90, 91))
+TURN = {order: ((1 - np.cos(order * ANGLE)) / 2, np.sin(order * ANGLE) / 2) for order in range(6)}
 Breathing = Literal["gradual", "sudden", "turning", "cosine", "switching", "none"]
 
 # parts of a law of breathing -> (which, standard deviation), of what the open crack yields across. Those of "across"
@@ -28,13 +31,19 @@ FORM = {
 
 
 def depth_and_flexibility(
-    structure, position_m, depth_ratio, flexibility_factor=1.0, front_aspect_ratio=0.0, breathing="gradual"
-):
-    """The depth in m by the diameter at its position, and how far the open crack yields to the moment that opens it."""
+    structure, position_m, depth_ratio, flexibility_factor=1.0, front_aspect_ratio=0.0, breathing="gradual",
+    across_1=0.0, across_2=0.0, across_3=0.0, across_4=0.0, across_5=0.0, lagging_1=0.0, lagging_2=0.0, lagging_3=0.0,
+):  # fmt: skip
+    """The depth in m by the diameter at its position, and how far the crack yields across where it is widest open."""
     flexibility = STRIPS.get(breathing, "elasticity")
     hinge = crack_at(structure, position_m, depth_ratio, 0.0, flexibility, False, front_aspect_ratio)
-    depth = depth_ratio * hinge.section.outer_diameter_m
-    return {"depth_m": depth, "flexibility_rad_per_N_m": flexibility_factor * hinge.open_compliance[0]}
+    depth, widest = depth_ratio * hinge.section.outer_diameter_m, 1.0
+    if breathing == "turning":  # a crack that lags is wider open before or after its front is in tension
+        across, lagging = (across_1, across_2, across_3, across_4, across_5), (lagging_1, lagging_2, lagging_3)
+        more = sum(size * TURN[order][0] for order, size in enumerate(across, start=1))
+        more += sum(size * TURN[order][1] for order, size in enumerate(lagging, start=1))
+        widest = np.max(1 - TURN[1][0] + more)
+    return {"depth_m": depth, "flexibility_rad_per_N_m": widest * flexibility_factor * hinge.open_compliance[0]}
 
 
 def middles_of_elements(structure):

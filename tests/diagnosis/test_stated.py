@@ -43,3 +43,13 @@ def test_depth_and_factor_that_compensate_leave_the_flexibility_known(stepped):
     joint = numbers(stepped, np.outer(way, way))["flexibility_rad_per_N_m"]
     apart = numbers(stepped, np.diag(way[3:] ** 2))["flexibility_rad_per_N_m"]
     assert joint[1] < 1e-3 * joint[0] and apart[1] == pytest.approx(0.01 * slope * np.sqrt(2) * apart[0], rel=1e-3)
+
+
+def test_a_crack_that_lags_yields_most_beside_the_side_that_the_weight_stretches(stepped):
+    """(1 + cos x + b sin x) / 2 is at most (1 + (1 + b^2)^0.5) / 2; by the moment a crack has no such law."""
+    stated = registry().get("effect", "transverse_crack").stated
+    place, name = (stepped.structure, 0.35, 0.2), "flexibility_rad_per_N_m"
+    found = {law: stated(*place, breathing=law, lagging_1=0.6)[name] for law in ("turning", "gradual")}
+    plain = {law: stated(*place, breathing=law)[name] for law in found}
+    assert found["turning"] == pytest.approx(plain["turning"] * (1 + np.hypot(1, 0.6)) / 2, rel=1e-4)
+    assert found["gradual"] == plain["gradual"]
