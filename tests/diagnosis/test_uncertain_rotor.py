@@ -8,11 +8,15 @@ from one_line_errors import run
 
 from rotorstudy import RotorstudyError, build_model, load_rig, measured_response
 from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.one_cause.identify import identify_cause
+from rotorstudy.diagnosis.search import shape_fit
+from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.prior import prior_of
+from rotorstudy.model.hinge import crack_at
 from rotorstudy.model.rig_numbers import rig_with_changes
 
 pytestmark = pytest.mark.usefixtures("right_conventions")
@@ -93,6 +97,51 @@ def test_the_extended_rig_has_the_new_numbers_and_their_covariance():
     assert known.search.prior.by_name[MODULUS][0] == 0
     assert known.search.prior.by_name[MODULUS][1] < 0.01
     assert known.verdict.verdict == "nothing"
+
+
+CRACK = {
+    "kind": "transverse_crack",
+    "position_m": 0.25,
+    "depth_ratio": 0.2,
+    "angle_rad": 0.7,
+    "flexibility_factor": 1.0,
+}
+LOOSE = Settings(uncertainty={"default": 0.02, "rotor": 0, MODULUS: 0.02}, nuisance={})
+
+
+@pytest.mark.usefixtures("few_shapes")
+def test_a_crack_yields_by_the_modulus_that_is_found(monkeypatch):
+    """Force and flexibility are both by the modulus: with that of the rig file, 2 % too low, they are 4 % too large."""
+    cracked = {**RIG, "effects": [*RIG["effects"], {**CRACK, "breathing": "none"}]}
+    true = build_model(with_changes(cracked, youngs_modulus_Pa=0.02))
+    spectrum = spectrum_of(true, SPEEDS[::2], HARMONICS, 2e-10, 7)
+    hinge = crack_at(true.structure, CRACK["position_m"], CRACK["depth_ratio"], CRACK["angle_rad"], "elasticity")
+
+    def off():
+        found = identify_cause(spectrum, build_model(RIG), "transverse_crack", LOOSE)
+        value, std = found.stated["flexibility_rad_per_N_m"]
+        return value / hinge.open_compliance[0] - 1, std / value
+
+    error, std = off()
+    assert abs(error) < 3 * std < 0.015
+    monkeypatch.setattr(shape_fit, "rotor_at", lambda structure, values: structure)  # negative control
+    assert off()[0] == pytest.approx(0.04, abs=0.015)
+
+
+def test_the_slope_by_the_modulus_has_what_the_crack_changes():
+    model = build_model(RIG)
+    whole, prior = base_model(model, LOOSE)
+    crack = candidate(model, "transverse_crack", {}, {k: CRACK[k] for k in ("position_m", "depth_ratio", "angle_rad")})
+    spectrum = spectrum_of(model, SPEEDS, HARMONICS, 2e-9, 8)
+    work, at = shape_fit.Work(model, whole, prior, spectrum, LOOSE), prior.names.index(MODULUS)
+    theta, point = np.append(prior.mean, 1.0), shape_fit.point_of(work, crack)
+
+    def shown(change):
+        moved = theta + change * (np.arange(len(theta)) == at)
+        return shape_fit.response_with_shape(work, [crack], moved, [point])
+
+    ends, (_, slopes) = [shown(change)[0] for change in (1e-3, -1e-3)], shown(0.0)
+    assert slopes[at] == pytest.approx((ends[0] - ends[1]) / 2e-3, rel=1e-3, abs=1e-5 * np.abs(slopes[at]).max())
 
 
 def test_a_geometry_that_is_25_per_cent_off_is_updated_by_identify(tmp_path, capsys, command):

@@ -1,5 +1,7 @@
 """Faults of other forms: where one has a form that is known, it acts as that."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -53,13 +55,13 @@ SLOT = formed(Form(compliance(0.6), "open", None))
 
 def add_switching(machine):
     """A hinge that yields across the front alone, while the moment pulls on it."""
-    ((selection, stiffness, _),) = cracks.pieces(machine, POSITION, 0.0)
+    ((selection, stiffness, _, own),) = cracks.pieces(machine, POSITION, 0.0)
     softer = compliance(0.6)[0, 0] / (1 + stiffness * compliance(0.6)[0, 0])
 
     def law(turn, y, v, speed):
         across = -np.array([np.cos(turn + 0.7), np.sin(turn + 0.7)])
-        slope = softer * np.outer(across, across) * (y @ across > 0)[:, None, None]
-        return (slope @ y[..., None])[..., 0], slope, np.zeros_like(slope)
+        slope = softer * np.outer(across, across) * ((y + own) @ across > 0)[:, None, None]
+        return (slope @ (y + own)[..., None])[..., 0], slope, np.zeros_like(slope)
 
     machine.local.append(LocalForce(selection, law, "crack"))
 
@@ -105,8 +107,31 @@ def test_a_short_softened_length_is_a_section_and_a_long_one_is_not():
     machine = build(ROTOR)
     assert len(cracks.pieces(machine, POSITION, 2 * ROTOR.elements[1].length)) == 3
     assert sum(
-        share for *_, share in cracks.pieces(machine, POSITION, 1.5 * ROTOR.elements[1].length)
+        share for _, _, share, _ in cracks.pieces(machine, POSITION, 1.5 * ROTOR.elements[1].length)
     ) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("length", [0.0, 0.5])
+def test_the_weight_between_the_nodes_bends_the_crack_too(length):
+    """The moment at a place of the shaft does not depend on where it is divided."""
+    part, *others = ROTOR.elements
+    divided = replace(part, length=part.length / 4)
+    fine = replace(
+        ROTOR, elements=(*4 * [divided], *others), discs=tuple(replace(d, node=d.node + 3) for d in ROTOR.discs),
+        bearings=tuple(replace(b, node=b.node + 3 * (b.node > 0)) for b in ROTOR.bearings),
+        external_damping=np.insert(ROTOR.external_damping, 1, [0.0] * 3),
+    )  # fmt: skip
+
+    def moment(rotor):
+        machine = build(rotor)
+        found = cracks.pieces(machine, 0.5 * part.length, length * part.length)
+        return sum(share * (selection.T @ machine.sag() + own)[0] for selection, _, share, own in found), found
+
+    (coarse, ((selection, *_),)), (exact, _) = moment(ROTOR), moment(fine)
+    assert coarse == pytest.approx(exact, rel=1e-9)
+    assert (selection.T @ build(ROTOR).sag())[0] != pytest.approx(
+        exact, rel=1e-3
+    )  # negative control: by the nodes alone
 
 
 def test_a_whole_element_of_less_rigidity_is_the_softened_length():
@@ -115,7 +140,7 @@ def test_a_whole_element_of_less_rigidity_is_the_softened_length():
     share, flexibility = 0.2, part.length / part.bending_stiffness
     form = Form(flexibility * share / (1 - share) * np.eye(2), "open", None)
     machine = build(ROTOR)
-    ((selection, stiffness, whole),) = cracks.pieces(machine, ROTOR.positions[1] + part.length / 2, part.length)
+    ((selection, stiffness, whole, _),) = cracks.pieces(machine, ROTOR.positions[1] + part.length / 2, part.length)
     softer = whole * form.compliance[0, 0] / (1 + stiffness * whole * form.compliance[0, 0])
     reduced = machine.stiffness - softer * selection @ selection.T
     bent = np.zeros(machine.size)  # pure bending of the element: opposite rotations of its ends

@@ -125,7 +125,7 @@ def with_numbers(model, names: Iterable[str], where: str = "the rig"):
     wanted = [name for name in dict.fromkeys(names) if is_number(name) and name not in model.names]
     for name in wanted:
         _check_known(model, name, where)
-    rotor = [name for name in wanted if _section_of(name) == "rotor"]
+    rotor = rotor_numbers(wanted)
     if rotor:
         known = [p.name for term in model.terms if term.variation for p in term.parameters]
         others = tuple(term for term in model.terms if not term.variation)
@@ -138,6 +138,36 @@ def with_numbers(model, names: Iterable[str], where: str = "the rig"):
     values = dict(zip(model.names, model.nominal.tolist(), strict=True))
     values |= dict.fromkeys((model.names[p] for p in model.bearing_numbers), 0.0)
     return replace(model, terms=with_bearings_at(model.structure, model.terms, values))
+
+
+def rotor_numbers(names: Iterable[str]) -> list[str]:
+    """Those of some names that mean numbers of the rotor."""
+    return [name for name in names if _section_of(name) == "rotor"]
+
+
+OF_THE_SHAFT = (
+    "mass", "stiffness", "gyroscopic", "static_load", "stiffness_loss", "shape_at", "curvature_at", "section_at",
+    "length", "node_positions", "discs",
+)  # fmt: skip
+
+
+def rotor_at(structure: Structure, values: dict[str, float]) -> Structure:
+    """The rotor at the relative changes of its numbers among some values, for effects that are built of its shaft.
+
+    raises : NoSteadyState if the plugin builds no rotor of these numbers
+    """
+    changes = tuple((name, values[name]) for name in rotor_numbers(values) if values[name])
+    return _rotor_at(structure, changes) if changes else structure
+
+
+@lru_cache(maxsize=4)  # one, and those beside it
+def _rotor_at(structure, changes):
+    rotor = structure.origin
+    try:
+        built = rotor.function(**rotor.changed(dict(changes)))
+    except RotorstudyError as error:
+        raise NoSteadyState(f"no rotor with these numbers: {error}") from None
+    return replace(structure, **{name: getattr(built, name) for name in OF_THE_SHAFT})
 
 
 def uncertain_numbers(model, section: str, stated: Iterable[str] = ()) -> dict[str, float]:

@@ -33,7 +33,7 @@ class Reading:
         return complex(first if (np.conj(first) * second).imag > 0 else second)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Structure(Shaft):
     """The rotor without its effects: M q'' - j w G q' + K q = f, in complex nodal coordinates.
 

@@ -168,24 +168,29 @@ def by_angle(form, angle, stiffness, stretched):
 
 
 def pieces(machine, position, length):
-    """[(selection, kink stiffness, share)] of a crack at a position (m); over a length (m) the curvature is uniform.
+    """[(selection, kink stiffness, share, own)] of a crack at a position (m); over a length (m) it bends uniformly.
 
     selection : (coordinates, 2) of the moments in x and y at the kink
+    own       : (2,) what the weight between the nodes adds to these, N m
     """
     rotor = machine.rotor
     if not rotor.elements:
         selection, stiffness = rotor.hinge(position)
-        return [(selection, stiffness, 1.0)]
+        return [(selection, stiffness, 1.0, np.zeros(2))]
     found, start = [], 0.0
     for number, part in enumerate(rotor.elements):
         low, high = np.clip(np.array([position - length / 2, position + length / 2]) - start, 0.0, part.length)
         is_there = 0 <= position - start < part.length if length == 0 else high > low
         if is_there:
             kink = np.array([0.0, 0.0, part.length - (low + high) / 2, 1.0])  # by what it moves the ends of its element
-            own, selection = plane_matrices(part)[0], np.zeros((machine.size, 2))
-            selection[4 * number : 4 * number + 8] = both_planes(own) @ by_plane(kink[:, None])
+            (bending, _, _, load), selection = plane_matrices(part), np.zeros((machine.size, 2))
+            selection[4 * number : 4 * number + 8] = both_planes(bending) @ by_plane(kink[:, None])
             share = 1.0 if length == 0 else (high - low) / length
-            found.append((selection, kink @ own @ kink, share))
+            # by a unit kink the shaft falls by half the square of what is behind it, less what the nodes are moved by
+            behind = (part.length - low) ** 2 / 2 - (part.length - low) * (high - low) / 2 + (high - low) ** 2 / 6
+            weight = part.density * part.area * machine.gravity
+            own = np.array([weight * (behind - load @ kink), 0.0])
+            found.append((selection, kink @ bending @ kink, share, own))
         start += part.length
     return found
 
@@ -194,20 +199,26 @@ def add_form(machine, position, form, angle, length=0.0):
     """Add a Form at a position (m), `angle` (rad) of the middle of its front, over a length (m) or in one section."""
     sag = machine.sag() if form.law in BY_ANGLE else None
     found = pieces(machine, position, length)
-    whole = sum(share for _, _, share in found)  # less than 1 where the length ends beyond the shaft
-    for selection, stiffness, share in found:
+    whole = sum(share for _, _, share, _ in found)  # less than 1 where the length ends beyond the shaft
+    for selection, stiffness, share, own in found:
         part = Form(form.compliance * share / whole, form.law, form.share, form.closing)
         if form.law in BY_ANGLE:
-            static = -(selection.T @ sag)
+            static = -(selection.T @ sag + own)
             law = by_angle(part, angle, stiffness, np.arctan2(static[1], static[0]))
         else:
             law = tabulated(part, angle, stiffness)
-        machine.local.append(LocalForce(selection, law, "crack"))
+        machine.local.append(LocalForce(selection, _beside(own, law), "crack"))
+
+
+def _beside(own, law):
+    """The law with a constant moment beside that by the nodes."""
+    return lambda turn, y, v, speed: law(turn, y + own, v, speed)
 
 
 def static_moment(machine, position):
     """Bending moment (N m) at a position (m) at rest."""
-    return float(np.linalg.norm(pieces(machine, position, 0.0)[0][0].T @ machine.sag()))
+    selection, *_, own = pieces(machine, position, 0.0)[0]
+    return float(np.linalg.norm(selection.T @ machine.sag() + own))
 
 
 CURVATURES = (0.0, 0.8)

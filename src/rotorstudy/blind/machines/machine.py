@@ -129,7 +129,7 @@ class PointRotor:
 
     def build(self, gravity):
         """Its machine."""
-        machine = Machine(self, *np.zeros((5, 4, 4)))
+        machine = Machine(self, *np.zeros((5, 4, 4)), gravity)
         add_disc(machine, self.disc, gravity)
         machine.stiffness += both_planes(self.plane_stiffness)
         machine.at_node(0, (self.external + self.internal) * np.eye(2), "damping")
@@ -172,6 +172,7 @@ class Machine:
     gyroscopic: np.ndarray
     stiffness: np.ndarray
     circulatory: np.ndarray
+    gravity: float = GRAVITY
     harmonic: dict = field(default_factory=dict)
     local: list = field(default_factory=list)
 
@@ -242,7 +243,7 @@ def build(rotor, gravity=GRAVITY):
     if isinstance(rotor, PointRotor):
         return rotor.build(gravity)
     size = 4 * rotor.nodes
-    machine = Machine(rotor, *np.zeros((5, size, size)))
+    machine = Machine(rotor, *np.zeros((5, size, size)), gravity)
     weight = np.zeros(size, complex)
     for number, element in enumerate(rotor.elements):
         part = slice(4 * number, 4 * number + 8)

@@ -8,9 +8,10 @@ import numpy as np
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.one_cause.stated import sizes_of
 from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges
-from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, as_fit, ranges_of, shaped
+from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, as_fit, at_numbers, ranges_of, shaped
 from rotorstudy.inference.fit import chi_square_cost, chi_square_p_value
 from rotorstudy.model.model import Model
+from rotorstudy.model.rig_numbers import rotor_at
 from rotorstudy.units import HALF_INTERVAL, unit_ending
 
 LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
@@ -76,7 +77,8 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
             elsewhere.append(one)
     causes, known = shaped(work, best), ()
     if len(causes) == 1 and form_ranges(causes[0].effect).keys() & causes[0].shape.keys():
-        over = over_forms(work, as_fit(work, best), causes[0], laws_of(work, causes[0]))
+        there, fitted = at_numbers(work, best.amplitudes), as_fit(work, best)
+        over = over_forms(there, fitted, causes[0], laws_of(there, causes[0]))
         if over is not None:
             causes = (causes[0]._replace(shape=over.cause.shape, shape_std=over.cause.shape_std),)
             known = over.stated, over.intervals
@@ -115,7 +117,8 @@ def estimates_of(found: Identified) -> list[tuple[str, float, float, str]]:
 def shape_of(found: Identified, cause: Candidate) -> list[tuple[str, float, float, str]]:
     """(name, value, standard deviation, unit) of the shape of a cause, and what follows from it."""
     place = [found.names.index(name) for name in cause.names]
-    sizes = sizes_of(found.model.structure, cause, found.theta[place], found.covariance[np.ix_(place, place)])
+    structure = rotor_at(found.model.structure, dict(zip(found.names, found.theta.tolist(), strict=True)))
+    sizes = sizes_of(structure, cause, found.theta[place], found.covariance[np.ix_(place, place)])
     sizes |= found.stated if cause is found.cause else {}
     return [(name, *one, unit_ending(name)[1] or "1") for name, one in sizes.items()]
 

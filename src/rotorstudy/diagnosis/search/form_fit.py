@@ -7,7 +7,7 @@ import numpy as np
 from rotorstudy.diagnosis.search.candidates import SCALES, Candidate, with_priors
 from rotorstudy.diagnosis.search.form import changes_of, most_probable_form
 from rotorstudy.diagnosis.search.odds import Explanation, log_posterior_odds, odds_of
-from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of, reshaped, response_with_shape
+from rotorstudy.diagnosis.search.shape_fit import causes_at, point_of, ranges_of, reshaped, response_with_shape
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS, levenberg_marquardt
@@ -84,7 +84,7 @@ class _Parameters:
     def motion(self, work, theta):
         """The Motion at the values of a fit, at the harmonics of the local forces."""
         amplitudes, *points = np.split(theta, self.ends)
-        here = [reshaped(work, c, x) if len(x) else c for c, x in zip(self.causes, points, strict=True)]
+        here = causes_at(work, self.causes, amplitudes, points)
         model, near = work.model.plus(*(c.term for c in here)), work.local_forces.near
         whole = model.filled(self.prior.names, amplitudes)
         return carried_motion(model, near.speed, near.harmonics, whole, order=near.order)
@@ -233,10 +233,9 @@ def _explanation(work, parameters, theta, response, form, evidence, converged):
     covariance = invert(jacobian.T @ jacobian + rows.T @ rows)
     distance = rows @ (parameters.whole.mean - theta)
     stds = np.split(np.sqrt(np.diag(covariance)), parameters.ends)[1:]
-    causes = []
-    for cause, ranges, point, std in zip(parameters.causes, parameters.ranges, points, stds, strict=True):
+    causes, here = [], causes_at(work, parameters.causes, amplitudes, points)
+    for cause, ranges, std in zip(here, parameters.ranges, stds, strict=True):
         if ranges:
-            cause = reshaped(work, cause, point)
             spread = {n: ends.slope(cause.shape[n]) * x for (n, ends), x in zip(ranges.items(), std, strict=True)}
             cause = cause._replace(shape_std=spread)
         causes.append(cause)

@@ -11,7 +11,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.screening import Projection, screen_each
-from rotorstudy.diagnosis.search.shape_fit import Work, as_one, point_of, ranges_of, reshaped
+from rotorstudy.diagnosis.search.shape_fit import Work, as_one, at_numbers, point_of, ranges_of, reshaped
 from rotorstudy.errors import CannotAct
 from rotorstudy.inference.fit import Fit
 
@@ -193,6 +193,7 @@ def slopes_of(work: Work, fitted: Fit, causes: Sequence[Candidate], without: tup
     """
     shaped, found = [one for one in causes if one.shape], []
     projection = Projection(fitted, work.spectrum, without) if shaped else None
+    work = at_numbers(work, fitted.free) if shaped else work
     for cause in shaped:
         shapes = HeldShapes(work, projection, cause, ranges_of(work, cause), ())
         values = np.array([[fitted.values[name] for name in cause.names]])

@@ -19,10 +19,12 @@ from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import Multiples
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
+from rotorstudy.model.rig_numbers import rotor_at, rotor_numbers
 from rotorstudy.model.terms import Parameter
 
 CLOSELY = replace(HYPOTHESIS, steps=ESTIMATE.steps)
 EVENLY = 12**-0.5  # standard deviation of a fraction of a range of which any is as likely
+STEP = 1e-4  # relative change of a number of the rotor, for a derivative
 FAILURES = 1  # steps of a fit without a steady state, which take long to find out
 
 
@@ -86,6 +88,17 @@ def reshaped(
     return with_shape(work.rig, cause, shape, work.settings.prior_width)
 
 
+def at_numbers(work: Work, theta: np.ndarray) -> Work:
+    """The Work with its rotor at the numbers of a fit: a crack yields by the modulus of its shaft.
+
+    theta  : (parameter,) those of the rig first
+    raises : NoSteadyState if there is no such rotor
+    """
+    structure = rotor_at(work.rig.structure, dict(zip(work.prior.names, theta.tolist(), strict=False)))
+    rig = work.rig if structure is work.rig.structure else replace(work.rig, structure=structure)
+    return Work(rig, work.whole, work.prior, work.spectrum, work.settings)
+
+
 def point_of(work: Work, cause: Candidate) -> np.ndarray:
     """The shape of a cause as fractions (option,) of its ranges."""
     return np.array([ends.fraction(cause.shape[name]) for name, ends in ranges_of(work, cause).items()])
@@ -139,7 +152,7 @@ def fitted_from(
         convergence=convergence,
     )
     shapes = np.split(found.theta[0, count:], ends)
-    return Fitted(tuple(reshaped(work, *one) for one in zip(causes, shapes, strict=True)), found)
+    return Fitted(tuple(causes_at(work, causes, found.theta[0], shapes)), found)
 
 
 def as_fit(work: Work, one: Fitted, causes: Sequence[Candidate] | None = None) -> Fit:
@@ -182,26 +195,47 @@ def response_with_shape(
 
     points : (option,) of each cause, fractions of the ranges of its shape; none of a cause without one
     """
-    here = [reshaped(work, cause, point) if len(point) else cause for cause, point in zip(causes, points, strict=True)]
+    here = causes_at(work, causes, amplitudes, points)
     check_together(work, here)
     names = [*work.prior.names, *(name for cause in here for name in cause.names)]
     beside, model = [], work.whole.plus(*(cause.term for cause in here))
     for number, (cause, point) in enumerate(zip(causes, points, strict=True)):
-        ranges = ranges_of(work, cause) if len(point) else {}
-        offs = [ends.step(x) for ends, x in zip(ranges.values(), point, strict=True)]
         own = [names.index(name) for name in here[number].names]
-        for i, (at, off) in enumerate(zip(point + np.diag(offs), offs, strict=True)):
-            one = reshaped(work, cause, at, f"beside {number} {i}")
-            beside.append((own, off, *as_one(one.term, amplitudes[own])))
+        for i, (row, off, one) in enumerate(_moved(work, cause, amplitudes, point)):
+            term = replace(one.term, label=f"beside {number} {i}")
+            beside.append((own, row, off, *as_one(term, amplitudes[own])))
     model = model.plus(*(term for *_, term, _ in beside)) if beside else model
     more = [unknown.name for *_, term, _ in beside for unknown in term.unknowns]
     theta = model.filled([*names, *more], np.concatenate([amplitudes, np.zeros(len(more))]))
     shown, change = shown_and_slopes(model, work.spectrum, theta, model.names)
-    columns = [change[model.position(names)]]
-    for own, off, term, weights in beside:
+    columns, shapes = change[model.position(names)], []
+    by = [np.tensordot(amplitudes[own], columns[own], 1) for own, *_ in beside]
+    for (_, row, off, term, weights), whole in zip(beside, by, strict=True):
         there = np.tensordot(weights, change[model.position([unknown.name for unknown in term.unknowns])], 1)
-        columns.append((there - np.tensordot(amplitudes[own], columns[0][own], 1))[None] / off)
-    return shown, np.concatenate(columns)
+        if row is None:
+            shapes.append((there - whole) / off)
+        else:
+            columns[names.index(row)] += (there - whole) / off
+    return shown, np.stack([*columns, *shapes])
+
+
+def causes_at(work: Work, causes: Sequence[Candidate], theta: np.ndarray, points: Sequence) -> list[Candidate]:
+    """Causes in the shapes at some points (option,), on the rotor as of `at_numbers`."""
+    there = at_numbers(work, theta)
+    return [reshaped(there, c, point) if len(point) else c for c, point in zip(causes, points, strict=True)]
+
+
+def _moved(work, cause, theta, point):
+    """(None, step, cause) of each option of its shape; (name, step, cause) of each number of the rotor.
+
+    A cause that is at no section of the shaft follows none of these.
+    """
+    ranges, there = ranges_of(work, cause) if len(point) else {}, at_numbers(work, theta)
+    for ends, x, unit in zip(ranges.values(), point, np.eye(len(point)), strict=True):
+        yield None, ends.step(x), reshaped(there, cause, point + ends.step(x) * unit)
+    for name in rotor_numbers(work.prior.names) if any(ends.breaks for ends in ranges.values()) else ():
+        moved = theta + STEP * (np.arange(len(theta)) == work.prior.names.index(name))
+        yield name, STEP, reshaped(at_numbers(work, moved), cause, point)
 
 
 def as_one(term, amplitudes):

@@ -7,12 +7,13 @@ from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.one_cause.stated import sizes_of
 from rotorstudy.diagnosis.search.candidates import form_ranges
 from rotorstudy.diagnosis.search.odds import faults_of, odds_of
-from rotorstudy.diagnosis.search.shape_fit import Work
+from rotorstudy.diagnosis.search.shape_fit import Work, at_numbers
 from rotorstudy.diagnosis.verdict.cause_words import FEW, readable
 from rotorstudy.diagnosis.verdict.findings import told
 from rotorstudy.diagnosis.verdict.result import Cause, ParameterEstimate
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import chi_square_p_value
+from rotorstudy.model.rig_numbers import rotor_at
 
 
 def causes_of(explanation, probability, inadequacy, among, share, over):
@@ -44,6 +45,7 @@ def _over_forms(found, explanation, name):
     """The OverForms of a cause of an explanation, beside its others, and its log evidence; None as of `over_forms`."""
     ((cause,), others) = ([c for c in explanation.causes if (c.cause == name) == own] for own in (True, False))
     work = Work(found.rig, found.whole, found.prior, explanation.spectrum, found.settings)
+    work = at_numbers(work, explanation.fit.free)
     over = over_forms(work, explanation.fit, cause, laws_of(work, cause), others)
     return over and (over, over.log_evidence - work.spectrum.log_shared_volume / 2)
 
@@ -96,7 +98,8 @@ def _parameters(candidate, fitted):
 
 def _shape(candidate, fitted):
     """{name: ParameterEstimate} of the shape of a candidate as fitted, and of what follows from it."""
-    return _estimates(sizes_of(fitted.model.structure, candidate, *fitted.of(candidate.names)))
+    structure = rotor_at(fitted.model.structure, fitted.values)
+    return _estimates(sizes_of(structure, candidate, *fitted.of(candidate.names)))
 
 
 def _estimates(sizes, intervals=None):
