@@ -34,11 +34,14 @@ def depth_and_flexibility(
     structure, position_m, depth_ratio, flexibility_factor=1.0, front_aspect_ratio=0.0, breathing="gradual",
     across_1=0.0, across_2=0.0, across_3=0.0, across_4=0.0, across_5=0.0, lagging_1=0.0, lagging_2=0.0, lagging_3=0.0,
 ):  # fmt: skip
-    """The depth in m by the diameter at its position, and how far the crack yields across where it is widest open."""
+    """The depth in m by the diameter at its position, and how far the open crack yields to the moment that opens it.
+
+    By the angle (turning) it is stated where the crack is widest open; by the moment, where the front is in tension.
+    """
     flexibility = STRIPS.get(breathing, "elasticity")
     hinge = crack_at(structure, position_m, depth_ratio, 0.0, flexibility, False, front_aspect_ratio)
     depth, widest = depth_ratio * hinge.section.outer_diameter_m, 1.0
-    if breathing == "turning":  # a crack that lags is wider open before or after its front is in tension
+    if breathing == "turning":  # its opening may lag the bending moment
         across, lagging = (across_1, across_2, across_3, across_4, across_5), (lagging_1, lagging_2, lagging_3)
         more = sum(size * TURN[order][0] for order, size in enumerate(across, start=1))
         more += sum(size * TURN[order][1] for order, size in enumerate(lagging, start=1))

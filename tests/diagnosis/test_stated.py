@@ -46,7 +46,7 @@ def test_depth_and_factor_that_compensate_leave_the_flexibility_known(stepped):
 
 
 def test_a_crack_that_lags_yields_most_beside_the_side_that_the_weight_stretches(stepped):
-    """(1 + cos x + b sin x) / 2 is at most (1 + (1 + b^2)^0.5) / 2; by the moment a crack has no such law."""
+    """(1 + cos x + b sin x) / 2 is at most (1 + (1 + b^2)^0.5) / 2; by the moment the front is in tension."""
     stated = registry().get("effect", "transverse_crack").stated
     place, name = (stepped.structure, 0.35, 0.2), "flexibility_rad_per_N_m"
     found = {law: stated(*place, breathing=law, lagging_1=0.6)[name] for law in ("turning", "gradual")}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import yaml
-from machines import SLOW, disc, shaft, spectrum_of, unbalance
+from machines import SLOW, disc, shaft, spectrum_of, springs, unbalance
 from one_line_errors import run
 
 from rotorstudy import RotorstudyError, build_model, load_rig, measured_response
@@ -142,6 +142,22 @@ def test_the_slope_by_the_modulus_has_what_the_crack_changes():
 
     ends, (_, slopes) = [shown(change)[0] for change in (1e-3, -1e-3)], shown(0.0)
     assert slopes[at] == pytest.approx((ends[0] - ends[1]) / 2e-3, rel=1e-3, abs=1e-5 * np.abs(slopes[at]).max())
+
+
+@pytest.mark.parametrize("effect, where", [("transverse_crack", {}), ("pedestal_resonance", {"node": 1})])
+def test_the_shape_of_a_cause_stays_as_it_is_where_its_rotor_follows_the_numbers(effect, where):
+    """Usual sizes, which are the ends of its ranges, are those of the rig: a shape would else move at every fit."""
+    model = build_model({**RIG, "rotor": shaft(0.6, 4, disc(2)), "bearings": springs((1, 5), 2e6, 400.0)})
+    whole, prior = base_model(model, LOOSE)
+    work = shape_fit.Work(model, whole, prior, spectrum_of(model, SPEEDS, HARMONICS, 2e-9, 9), LOOSE)
+    ranges = shape_fit.ranges_of(work, candidate(model, effect, where))
+    shape = {name: ends.value(0.3) for name, ends in ranges.items()}
+    cause = candidate(model, effect, where, shape)
+    moved = prior.mean + 0.02 * (np.array(prior.names) == MODULUS)
+    (there,) = shape_fit.causes_at(work, [cause], moved, [shape_fit.point_of(work, cause)])
+    assert there.shape == pytest.approx(shape, rel=1e-12)
+    (other,) = shape_fit.causes_at(shape_fit.at_numbers(work, moved), [cause], moved, [np.full(len(shape), 0.3)])
+    assert (other.shape == pytest.approx(shape, rel=1e-12)) == (effect == "transverse_crack")  # control
 
 
 def test_a_geometry_that_is_25_per_cent_off_is_updated_by_identify(tmp_path, capsys, command):

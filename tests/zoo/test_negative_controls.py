@@ -163,7 +163,7 @@ CONTROLS = [
     ("term_states_units", term(Effect, spring(), unit=""), "no unit"),
     ("term_is_one_table", term(Effect, Forgetful(np.eye(1), gain=np.ones_like)), "differ"),
     ("term_is_one_table", pushing(lambda z: -1e3 * z * (1 + (z.shape[-2] > 1))), "differ by"),
-    ("term_is_one_table", pushing(lambda z: np.zeros_like(z)), "nothing happens; state options"),
+    ("term_is_one_table", pushing(lambda z: np.zeros_like(z)), "zero on the bench; state options"),
     ("term_is_found_again", term(Effect, spring(0.0)), "do not depend on k"),
     ("spectrum_is_exact", spectrum("fft", lambda a, c: (a * 1.001, c)), "is off by"),
     ("spectrum_covariance_is_honest", spectrum("fft", lambda a, c: (a, c / 4)), "times the scatter"),

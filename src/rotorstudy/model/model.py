@@ -273,7 +273,8 @@ class Assembled:
             return np.zeros(len(structure.dofs))
         along, acting = structure.along, (term for term in self.terms if not term.acts_on_output)
         springs = sum((springs_at_rest(structure, term)[0, :, 0] for term in acting), 0 * structure.mass)
-        is_held = along @ springs @ along > ROUND_OFF * np.abs(springs).max()  # damping of the shaft does not hold it
+        held, largest = along @ springs @ along, np.abs(np.diag(springs) * along).max(initial=0.0)
+        is_held = held > ROUND_OFF * largest  # damping of the shaft does not hold it
         if structure.static_load.any() and not is_held:
             raise RigError("nothing carries the weight of the rotor; add bearings or rigid supports")
         return structure.static_load

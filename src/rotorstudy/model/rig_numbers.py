@@ -160,7 +160,7 @@ def rotor_at(structure: Structure, values: dict[str, float]) -> Structure:
     return _rotor_at(structure, changes) if changes else structure
 
 
-@lru_cache(maxsize=4)  # one, and those beside it
+@lru_cache(maxsize=16)  # one, and those with each number beside its value
 def _rotor_at(structure, changes):
     rotor = structure.origin
     try:

@@ -17,7 +17,9 @@ from rotorstudy.units import spin
 
 SAMPLES_PER_HARMONIC = 16  # of the highest harmonic: a sudden contact has many more harmonics than are carried
 TOLERANCE = 1e-11  # of the residual relative to the motion; the round-off of some hundred sums is near 1e-14
-NEWTON_STEPS = 8  # it converges in four to eight, if at all; else a smaller share of the force does
+NEWTON_STEPS = (
+    8  # of which it seldom takes more than six, if it converges at all; else a smaller share of the force does
+)
 SMALLEST_GROWTH = 1e-3  # smallest continuation step, as a share of the force
 DIFFERENCE = 1e-6  # step of the central differences relative to the motion: an error of 1e-12 where the force is smooth
 

@@ -67,7 +67,7 @@ def check_steady_state(term, structure, order=bench.HIGHEST):
     harmonics = np.arange(-order, order + 1)
     found, without = (harmonic_response(m, [w], harmonics)[0] for m in (model, without_term))
     size = np.abs(found - without).max()
-    require(size > 0, "on the bench nothing happens; state options with which it acts: example={'clearance_m': 1e-6}")
+    require(size > 0, "the force is zero on the bench; state options with which it acts: example={'clearance_m': 1e-6}")
     # after two revolutions a wrong start has lost 96 % of its error
     sampled = (2 + np.arange(128) / 128) * 2 * np.pi / w
     start = (found.sum(axis=0), 1j * w * harmonics @ found)
@@ -75,7 +75,8 @@ def check_steady_state(term, structure, order=bench.HIGHEST):
     seen = (np.fft.fft(moved, axis=0) / len(sampled))[harmonics]
     off = np.abs(found - seen).max()
     # a sudden contact has harmonics beyond those carried, which decrease with the cube of their number
-    told = f"its steady state by harmonic balance and time integration differ by {off:.3g} m; it moves {size:.3g} m"
+    differ = f"its steady state by harmonic balance and time integration differ by {off:.3g} m"
+    told = f"{differ}; it changes the motion by {size:.3g} m"
     require(off < 1e-2 * size, told)
 
 

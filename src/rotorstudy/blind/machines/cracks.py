@@ -186,7 +186,7 @@ def pieces(machine, position, length):
             (bending, _, _, load), selection = plane_matrices(part), np.zeros((machine.size, 2))
             selection[4 * number : 4 * number + 8] = both_planes(bending) @ by_plane(kink[:, None])
             share = 1.0 if length == 0 else (high - low) / length
-            # by a unit kink the shaft falls by half the square of what is behind it, less what the nodes are moved by
+            # deflection by a unit kink while the nodes are held, integrated over the element: the work of its weight
             behind = (part.length - low) ** 2 / 2 - (part.length - low) * (high - low) / 2 + (high - low) ** 2 / 6
             weight = part.density * part.area * machine.gravity
             own = np.array([weight * (behind - load @ kink), 0.0])

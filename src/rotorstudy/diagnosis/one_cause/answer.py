@@ -1,6 +1,7 @@
 """What is said of an effect that was identified: its shape and sizes, and others that explain the records as well."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -77,7 +78,8 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
             elsewhere.append(one)
     causes, known = shaped(work, best), ()
     if len(causes) == 1 and form_ranges(causes[0].effect).keys() & causes[0].shape.keys():
-        there, fitted = at_numbers(work, best.amplitudes), as_fit(work, best)
+        slopes = best.minimum.jacobian[0, : 2 * work.spectrum.amplitude.size, : len(best.amplitudes)]
+        there, fitted = at_numbers(work, best.amplitudes), replace(as_fit(work, best), jacobian=slopes)
         over = over_forms(there, fitted, causes[0], laws_of(there, causes[0]))
         if over is not None:
             causes = (causes[0]._replace(shape=over.cause.shape, shape_std=over.cause.shape_std),)

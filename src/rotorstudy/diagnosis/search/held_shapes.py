@@ -196,8 +196,8 @@ def slopes_of(work: Work, fitted: Fit, causes: Sequence[Candidate], without: tup
     work = at_numbers(work, fitted.free) if shaped else work
     for cause in shaped:
         shapes = HeldShapes(work, projection, cause, ranges_of(work, cause), ())
-        values = np.array([[fitted.values[name] for name in cause.names]])
-        found += [*shapes.columns([cause], point_of(work, cause)[None], values)[1][0]]
+        values, point = np.array([[fitted.values[name] for name in cause.names]]), point_of(work, cause)[None]
+        found += [*shapes.columns(shapes.reshaped(point)[0], point, values)[1][0]]
     return found
 
 

@@ -230,8 +230,9 @@ def _screen_alike(projected, sets, least=-np.inf):
     ]
     if limited:
         s, i, weight, there = (np.array(part) for part in zip(*limited, strict=True))
-        variance = np.einsum("li,lij,lj->l", weight * std[s], covariance[s], weight * std[s])
-        spread = np.sqrt(np.maximum(variance, np.finfo(float).tiny))  # below zero by round-off
+        scaled = weight * std[s]
+        variance = np.einsum("li,lij,lj->l", scaled, covariance[s], scaled)
+        spread = np.sqrt(np.maximum(variance, np.finfo(float).eps * np.sum(scaled**2, axis=-1)))  # round-off
         stated, found = (np.sum(weight * sizes[s], axis=-1) + there for sizes in (mean, start))
         np.add.at(evidence, s, log_possible(found, spread, stated / std[s, i]))
     doubled = np.bincount([s for s, *_ in limited], minlength=len(sets))

@@ -89,7 +89,7 @@ def reshaped(
 
 
 def at_numbers(work: Work, theta: np.ndarray) -> Work:
-    """The Work with its rotor at the numbers of a fit: a crack yields by the modulus of its shaft.
+    """The Work with its rotor rebuilt at fitted numbers: the flexibility of a crack follows the modulus of its shaft.
 
     theta  : (parameter,) those of the rig first
     raises : NoSteadyState if there is no such rotor
@@ -222,7 +222,8 @@ def response_with_shape(
 def causes_at(work: Work, causes: Sequence[Candidate], theta: np.ndarray, points: Sequence) -> list[Candidate]:
     """Causes in the shapes at some points (option,), on the rotor as of `at_numbers`."""
     there = at_numbers(work, theta)
-    return [reshaped(there, c, point) if len(point) else c for c, point in zip(causes, points, strict=True)]
+    pairs = zip(causes, points, strict=True)
+    return [reshaped(there, c, point, ranges=ranges_of(work, c)) if len(point) else c for c, point in pairs]
 
 
 def _moved(work, cause, theta, point):
@@ -232,10 +233,10 @@ def _moved(work, cause, theta, point):
     """
     ranges, there = ranges_of(work, cause) if len(point) else {}, at_numbers(work, theta)
     for ends, x, unit in zip(ranges.values(), point, np.eye(len(point)), strict=True):
-        yield None, ends.step(x), reshaped(there, cause, point + ends.step(x) * unit)
+        yield None, ends.step(x), reshaped(there, cause, point + ends.step(x) * unit, ranges=ranges)
     for name in rotor_numbers(work.prior.names) if any(ends.breaks for ends in ranges.values()) else ():
         moved = theta + STEP * (np.arange(len(theta)) == work.prior.names.index(name))
-        yield name, STEP, reshaped(at_numbers(work, moved), cause, point)
+        yield name, STEP, reshaped(at_numbers(work, moved), cause, point, ranges=ranges)
 
 
 def as_one(term, amplitudes):

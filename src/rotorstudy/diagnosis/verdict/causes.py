@@ -26,7 +26,10 @@ def causes_of(explanation, probability, inadequacy, among, share, over):
 
 
 def _by_variant(explanation, name, among, share):
-    """The best explanation by each variant of a cause, likeliest first; with a probability of `share` one is true."""
+    """The best explanation by each variant of a cause, the likeliest first.
+
+    As many as hold the true variant with a probability of `share`, if the cause is true.
+    """
     best = {}
     for e in sorted((e for e in among if e.named == explanation.named), key=odds_of, reverse=True):
         best.setdefault(tuple(_variant(e, name).items()), e)

@@ -39,7 +39,7 @@ def extended_rig(given, diagnosis):
 def _with_rotor_built_again(rig, diagnosis, renamed):
     """The rig with the fitted numbers of its rotor, and a Fit of it, whose free parameters are those of the best one.
 
-    In the best fit, effects that depend on the matrices of the rotor did not follow its numbers.
+    In the best fit most effects that depend on the matrices of the rotor did not follow its numbers.
     """
     best = diagnosis.best
     names = tuple(renamed.get(name, name) for name in best.names)

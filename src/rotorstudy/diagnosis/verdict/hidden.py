@@ -18,6 +18,7 @@ import numpy as np
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.search.search import is_asked_to_stop
+from rotorstudy.diagnosis.search.shape_fit import at_numbers
 from rotorstudy.diagnosis.verdict.evidence import POWER
 from rotorstudy.diagnosis.verdict.findings import told
 from rotorstudy.diagnosis.verdict.next_run import with_term
@@ -113,10 +114,11 @@ def _just_seen(work, plugin, options, seen, near):
     """Size that is seen with 95 % at a place, with its growth, or None; its scale and unit; near : one elsewhere."""
     feared = plugin.feared
     own = {name: value for name, value in options.items() if name != feared.size}
+    rig = at_numbers(work, work.base.free).rig
     is_option = feared.size in plugin.shape
 
     def cause(size):
-        return candidate(work.rig, plugin.name, {**own, feared.size: size} if is_option else own, label="hidden")
+        return candidate(rig, plugin.name, {**own, feared.size: size} if is_option else own, label="hidden")
 
     largest = cause(feared.largest)
     (parameter,) = [p for p in largest.term.parameters if is_option or p.name == feared.size][:1]
@@ -164,10 +166,10 @@ def _smallest(clearness, needed, near, largest, parameter):
 
 
 def _clearness(work, sound, cost, term, fitted):
-    """The root of what no values of the rig explain of records with a term, more than of `sound` ones without it.
+    """How clearly a term is seen once the rig is fitted to records that have it, in standard deviations of these.
 
-    In standard deviations of the records; infinite where there is no steady state. The rig is `fitted`, or linearised,
-    which takes a fraction of the time.
+    It is the root of what no values of the rig explain, more than of `sound` records without the term; infinite where
+    there is no steady state with it. The rig is `fitted`, or linearised, which takes a fraction of the time.
     """
     base, spectrum = work.base, work.spectrum
     faulty = with_term(base, term)

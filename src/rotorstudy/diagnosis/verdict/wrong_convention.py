@@ -89,7 +89,7 @@ def _one_comes_near(begun, screened, cost):
     """Whether some cause alone leaves less than a cost: linearised, or fitted.
 
     Fitted are those best when linearised; those that act on the output, which may change the records as a wrong
-    convention does (of one node a reversed probe as the other sense of rotation); and those where a free force comes
+    convention does (with one node, a reversed probe is the other sense of rotation); and those where a free force comes
     near, as columns of a rig that is fitted far off do not tell what they explain.
     """
     explained = np.array([one.explained for one in screened])
