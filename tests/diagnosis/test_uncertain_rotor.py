@@ -15,9 +15,10 @@ from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.diagnosis.verdict.investigate import investigate
+from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.prior import prior_of
 from rotorstudy.model.hinge import crack_at
-from rotorstudy.model.rig_numbers import rig_with_changes
+from rotorstudy.model.rig_numbers import rig_with_changes, rotor_at
 
 pytestmark = pytest.mark.usefixtures("right_conventions")
 
@@ -126,6 +127,14 @@ def test_a_crack_yields_by_the_modulus_that_is_found(monkeypatch):
     assert abs(error) < 3 * std < 0.015
     monkeypatch.setattr(shape_fit, "rotor_at", lambda structure, values: structure)  # negative control
     assert off()[0] == pytest.approx(0.04, abs=0.015)
+
+
+def test_no_rotor_is_built_of_a_modulus_below_zero_where_a_fit_tries_one():
+    model = build_model({**RIG, "rotor": {**ROTOR, "theory": "timoshenko"}})
+    softer, known = rotor_at(model.structure, {MODULUS: -0.9}).stiffness, 0.1 * model.structure.stiffness
+    assert np.abs(softer - known).max() < 1e-12 * np.abs(known).max()
+    with pytest.raises(NoSteadyState, match="youngs_modulus_Pa would be zero or negative"):
+        rotor_at(model.structure, {MODULUS: -1.1})
 
 
 def test_the_slope_by_the_modulus_has_what_the_crack_changes():

@@ -163,6 +163,7 @@ def rotor_at(structure: Structure, values: dict[str, float]) -> Structure:
 @lru_cache(maxsize=16)  # one, and those with each number beside its value
 def _rotor_at(structure, changes):
     rotor = structure.origin
+    _check_positive(dict(changes))
     try:
         built = rotor.function(**rotor.changed(dict(changes)))
     except RotorstudyError as error:
@@ -417,9 +418,7 @@ def _rebuilt(structure, bearing, holder, changes, more=0.0, sound=None):
 
     sound : changes of numbers without those of causes: displacements count from where the journal then runs
     """
-    lost = [name for name, change in changes.items() if not change > -1]
-    if lost:
-        raise NoSteadyState(f"{lost[0]} would be zero or negative")
+    _check_positive(changes)
     options = holder.changed(changes)
     if more:
         size, angle = _load(bearing)
@@ -462,6 +461,12 @@ def _slopes(ends, theta):
         else:
             found += [one.times(share), other.times(-share)]
     return found
+
+
+def _check_positive(changes):
+    """Raise NoSteadyState if a number would not be positive any more; changes : name -> relative change."""
+    if lost := [name for name, change in changes.items() if not change > -1]:
+        raise NoSteadyState(f"{lost[0]} would be zero or negative")
 
 
 @contextmanager
