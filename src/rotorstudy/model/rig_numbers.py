@@ -34,6 +34,11 @@ from rotorstudy.model.variation import Matrices, Variation
 # Relative, of central differences: errors of 1e-9 (its square) by truncation, and 3e-10 by round-off where the film is
 # found to 1e-14, as by a short bearing that solves for its eccentricity
 STEP = 3e-5
+# fields of a Structure that its plugin gives; the others are set where a rig is read
+OF_THE_SHAFT = (
+    "mass", "stiffness", "gyroscopic", "static_load", "stiffness_loss", "shape_at", "curvature_at", "section_at",
+    "length", "node_positions", "discs",
+)  # fmt: skip
 NAME = re.compile(r"(?P<section>rotor|bearings)(\[(?P<which>[^\]]*)\])?\.(?P<path>.+)")
 
 
@@ -143,12 +148,6 @@ def with_numbers(model, names: Iterable[str], where: str = "the rig"):
 def rotor_numbers(names: Iterable[str]) -> list[str]:
     """Those of some names that mean numbers of the rotor."""
     return [name for name in names if _section_of(name) == "rotor"]
-
-
-OF_THE_SHAFT = (
-    "mass", "stiffness", "gyroscopic", "static_load", "stiffness_loss", "shape_at", "curvature_at", "section_at",
-    "length", "node_positions", "discs",
-)  # fmt: skip
 
 
 def rotor_at(structure: Structure, values: dict[str, float]) -> Structure:

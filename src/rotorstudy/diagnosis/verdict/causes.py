@@ -1,5 +1,7 @@
 """The causes of an explanation as data: place, parameters with their standard deviations, and posterior probability."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from rotorstudy.diagnosis.one_cause.answer import far_amplitudes
@@ -7,7 +9,7 @@ from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.one_cause.stated import sizes_of
 from rotorstudy.diagnosis.search.candidates import form_ranges
 from rotorstudy.diagnosis.search.odds import faults_of, odds_of
-from rotorstudy.diagnosis.search.shape_fit import Work, at_numbers
+from rotorstudy.diagnosis.search.shape_fit import at_numbers
 from rotorstudy.diagnosis.verdict.cause_words import FEW, readable
 from rotorstudy.diagnosis.verdict.findings import told
 from rotorstudy.diagnosis.verdict.result import Cause, ParameterEstimate
@@ -47,8 +49,7 @@ def _variant(explanation, name):
 def _over_forms(found, explanation, name):
     """The OverForms of a cause of an explanation, beside its others, and its log evidence; None as of `over_forms`."""
     ((cause,), others) = ([c for c in explanation.causes if (c.cause == name) == own] for own in (True, False))
-    work = Work(found.rig, found.whole, found.prior, explanation.spectrum, found.settings)
-    work = at_numbers(work, explanation.fit.free)
+    work = at_numbers(replace(found, spectrum=explanation.spectrum), explanation.fit.free)
     over = over_forms(work, explanation.fit, cause, laws_of(work, cause), others)
     return over and (over, over.log_evidence - work.spectrum.log_shared_volume / 2)
 
