@@ -6,7 +6,7 @@ two forces. A cause of many shapes comes in the best ones that a
 scan finds.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import product
@@ -38,6 +38,7 @@ from rotorstudy.model.structure import Structure
 EXPLAINS = 2.0  # misfit for each datum that a free force at one place leaves, at most, if one fault may act there
 HIDES = 30.0  # gain of log odds by an error of form, above which it may hide another fault
 WORTH_ADDING = -1.0  # change of the log odds that one more cause must promise
+FIRST = 3  # causes at nodes that are fitted before cracks are sought
 PAIRS = 6  # of two causes at two places that are fitted
 STEPS = 6  # of a fit that tells what a cause promises where linear columns do not
 LOOSE = 0.5  # standard deviation of a known amplitude in a scan, as a shape that is not yet found has another one
@@ -52,27 +53,9 @@ class Proposal(NamedTuple):
 
 
 def moves_from(work: Search, current: Explanation) -> list[list[Proposal]]:
-    """The Proposals from an explanation, in lists whose promises compare.
-
-    Without causes, each free force that explains the records is another motion at which causes are judged; those of
-    many shapes, which take longest, at that of the best one and of one at their own place.
-    """
+    """The Proposals from an explanation, in lists whose promises compare."""
     if not current.causes:
-        forces = [one for one in work.free_forces if one.fitted is not None]
-        alone = [one for one in forces if one.left < EXPLAINS * one.count and one.log_odds > 0]
-        if not alone:
-            return [additions(work, current, [work.base, *(one.fitted for one in forces[:1])])]
-        first, *others = [one for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
-        of_readings = [c for c in work.candidates if c.term.acts_on_output]
-        at_first = additions(work, current, [first.fitted], _within_reach(work, first))
-        # films are not linear in their numbers: neither columns nor the first step of a fit tell how much these explain
-        films = [c for c in work.candidates if c.term.carries]
-        at_first += by_steps_of_a_fit(work, films, work.base.values, -np.inf)
-        if of_readings:
-            # which an error of the readings leaves as it is
-            stated = fit(work.model, work.spectrum, work.prior, steps=0)
-            at_first += additions(work, current, [work.base, stated], of_readings)
-        return [at_first, *(additions(work, current, [one.fitted], _told_by(work, one)) for one in others)]
+        return [*single_causes(work)][-1]
     found = turns(work, current)
     # of one alone, all others were judged at the same motion, unless it changes the films
     if len(current.faults) > 1 or any(p.loads_films for c in current.causes for p in c.term.parameters):
@@ -80,30 +63,66 @@ def moves_from(work: Search, current: Explanation) -> list[list[Proposal]]:
     return [found + additions(work, current, [current.fit])]
 
 
-def _within_reach(work, force):
-    """The candidates that may be nearly as likely as a free force that explains the records.
+def single_causes(work: Search) -> Iterator[list[list[Proposal]]]:
+    """The Proposals of one cause, in lists whose promises compare, in two steps.
+
+    Each free force that explains the records alone is another motion at which causes are judged; those of many shapes,
+    which take longest, at that of the best one and of one at their own place. Then a cause at a node is fitted before
+    any crack is sought, if it promises as much as the best force.
+    """
+    forces = [one for one in work.free_forces if one.fitted is not None]
+    alone = [one for one in forces if one.left < EXPLAINS * one.count and one.log_odds > 0]
+    if not alone:
+        yield [additions(work, work.nothing, [work.base, *(one.fitted for one in forces[:1])])]
+        return
+    first, *others = [one for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
+    cracks = [c for c in work.candidates if can_be_scanned(c) and "node" not in c.where]
+    at_nodes = [c for c in work.candidates if not any(c is one for one in cracks)]
+    found = additions(work, work.nothing, [first.fitted], _within_reach(work, first, at_nodes))
+    # films are not linear in their numbers: neither columns nor the first step of a fit tell how much these explain
+    films = [c for c in work.candidates if c.term.carries]
+    found += by_steps_of_a_fit(work, films, work.base.values, -np.inf)
+    if of_readings := [c for c in work.candidates if c.term.acts_on_output]:
+        # which an error of the readings leaves as it is
+        stated = fit(work.model, work.spectrum, work.prior, steps=0)
+        found += additions(work, work.nothing, [work.base, stated], of_readings)
+    yield [sorted((one for one in found if one.log_odds > first.log_odds), key=lambda one: -one.log_odds)[:FIRST]]
+    found += additions(work, work.nothing, [first.fitted], _within_reach(work, first, cracks))
+    yield [found, *(additions(work, work.nothing, [one.fitted], _told_by(work, one)) for one in others)]
+
+
+def _within_reach(work, best, causes):
+    """The causes that may be nearly as likely as a free force that explains the records, or as one that is known.
 
     To first order in the values of the rig, a cause hardly explains more than a free force at its place, which is known
     before any of its shapes is tried; `WITHIN` allows for the rest.
     """
-    least = work.base.cost - 2 * (force.log_odds - WITHIN)
+    least = work.base.cost - 2 * (max(best.log_odds, *map(odds_of, work.explanations)) - WITHIN)
+    least = max(least, best.left + 2 * WITHIN)
+    beyond = [one for one in work.free_forces if one.left >= least]
     near = [one for one in work.free_forces if one.left < least]
-    scanned = [c for c in work.candidates if can_be_scanned(c) and "node" in c.where]
-    beyond = {c.label for c in scanned if not any(_acts_at(c, one) for one in near)}
-    return [c for c in work.candidates if c.label not in beyond]
+    scanned = [c for c in causes if can_be_scanned(c) and any(_acts_at(c, one) for one in beyond)]
+    out = {c.label for c in scanned if not any(_acts_at(c, one) for one in near)}
+    return [c for c in causes if c.label not in out]
 
 
 def _acts_at(cause, force):
-    """Whether a contact acts as a free force does: at its place, or at a bearing against the housing there."""
+    """Whether a contact or a crack acts as a free force does: at its place, or at a bearing against the housing there.
+
+    A crack may be in any element.
+    """
     node = cause.where.get("node")
-    return force.motion == "force" and (force.where == cause.where or (node and force.where == {"bearing": node}))
+    if node is None:
+        return force.motion == "bending"
+    return force.motion == "force" and (force.where == cause.where or force.where == {"bearing": node})
 
 
 def _told_by(work, force):
     """The candidates that are judged at the motion with a free force that is not the best one."""
     structure = work.rig.structure
     plain = [c for c in work.candidates if not (can_be_scanned(c) or needs_fit(c, structure))]
-    return [*plain, *(c for c in work.candidates if can_be_scanned(c) and _acts_at(c, force))]
+    contacts = [c for c in work.candidates if can_be_scanned(c) and "node" in c.where]
+    return [*plain, *(c for c in contacts if _acts_at(c, force))]
 
 
 class _Judge(NamedTuple):

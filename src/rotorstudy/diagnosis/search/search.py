@@ -18,7 +18,7 @@ from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.search.form_fit import SETTLED, WITHIN
 from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.impossible import grows, is_impossible
-from rotorstudy.diagnosis.search.moves import Proposal, loading_films, moves_from, pairs
+from rotorstudy.diagnosis.search.moves import Proposal, loading_films, moves_from, pairs, single_causes
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
 from rotorstudy.diagnosis.search.shape_fit import ranges_of
@@ -145,7 +145,11 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
             for one in current:
                 log.info("trying moves from %s (log odds %.1f)", " and ".join(one.named) or "the rig", odds_of(one))
             before = max(map(odds_of, work.explanations))
-            _fit_best(work, [group for one in current for group in moves_from(work, one)], possible)
+            if current == [work.nothing]:
+                for groups in single_causes(work):
+                    _fit_best(work, groups, possible)
+            else:
+                _fit_best(work, [group for one in current for group in moves_from(work, one)], possible)
             has_gained = max(map(odds_of, work.explanations)) > before + SETTLED
             if len(tried) == 1 and work.is_doubtful:  # before two causes are tried
                 _fit_best(work, [loading_films(work), pairs(work)], possible)
@@ -169,7 +173,8 @@ def without_impossible(work: Search) -> Search:
 
 def with_one_cause(work: Search) -> list[Explanation]:
     """The best explanations by one cause, of a Search in which nothing was searched yet."""
-    _fit_best(work, moves_from(work, work.nothing))
+    for groups in single_causes(work):
+        _fit_best(work, groups)
     return [one for one in work.explanations if one.causes]
 
 

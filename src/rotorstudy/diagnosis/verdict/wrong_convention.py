@@ -57,10 +57,11 @@ def tested_convention(begun, spectrum):
         left = marginal(corrected.whitened(change).T @ prior.factor, corrected.whitened(corrected.amplitude - shown))
         screened.append((log_factor - 0.5 * sum(left), log_factor, hypothesis, corrected))
     screened.sort(key=lambda one: -one[0])
-    tested = [
-        Tested(one, corrected, fit(models[one.other_zero], corrected, prior, start=about), log_factor)
-        for _, log_factor, one, corrected in screened[:FITTED]
-    ]
+    tested = []
+    for _, log_factor, one, corrected in screened[:FITTED]:
+        needed = 2 * (log_factor - LEAST_MARGIN - base.evidence)  # above it no hypothesis is accepted
+        fitted = fit(models[one.other_zero], corrected, prior, start=about, needed=needed)
+        tested.append(Tested(one, corrected, fitted, log_factor))
     return max(tested, key=lambda one: one.fit.evidence + one.log_factor)
 
 
