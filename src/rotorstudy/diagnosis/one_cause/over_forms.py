@@ -134,12 +134,14 @@ def _weighted(shapes, starts, wider=None):
     for _ in range(1 + CLOSER):
         for x in wanted:
             if x in begun:
-                start = beside_likely(begun[x], along)[0], None
+                start = *beyond_likely(begun[x], along), likely_of(begun[x], along)
             elif known:
-                start = beside_likely(known[min(known, key=lambda other, x=x: abs(other - x))], along)
+                near = known[min(known, key=lambda other, x=x: abs(other - x))]
+                likely = likely_of(near, along)
+                start = [np.concatenate(both) for both in zip(likely[:2], beyond_likely(near, along), strict=True)]
                 start[0][:, at] = x
             else:
-                start = starts, None
+                start = (starts,)
             known[x] = shapes.over_places(*start)
         forms = np.sort(list(known))
         wanted = halfway(forms, np.array([known[x].cost.min(initial=np.inf) for x in forms]), shapes.other)[0]
@@ -161,11 +163,16 @@ def _weighted(shapes, starts, wider=None):
     return _Weighted(shapes.law, known, best.amplitudes[0], float(best.cost[0]), evidence, values, weight)
 
 
-def beside_likely(near, along):
-    """Likely points of a form, and beyond the ends of each stretch of them, up to its own length; their amplitudes."""
+def likely_of(near, along):
+    """The likely Shapes of a form, along the position."""
     near = near.part(near.cost < near.cost.min(initial=np.inf) + 2 * UNLIKELY)
-    near = near.part(np.argsort(near.points[:, along]))
-    points, amplitudes = [near.points], [near.amplitudes]
+    return near.part(np.argsort(near.points[:, along]))
+
+
+def beyond_likely(near, along):
+    """Points beyond the ends of each stretch of the likely ones of a form, up to its own length; their amplitudes."""
+    near = likely_of(near, along)
+    points, amplitudes = [near.points[:0]], [near.amplitudes[:0]]
     gaps = np.flatnonzero(np.diff(near.points[:, along]) > 1.5 / PLACES) + 1
     for rows in (one for one in np.split(np.arange(len(near.cost)), gaps) if len(one) > 1):
         reach = np.ptp(near.points[rows, along]) * np.array([0.25, 0.5, 1.0])

@@ -34,6 +34,10 @@ class Shapes(NamedTuple):
     covariance: np.ndarray  # (row, option + unknown, option + unknown) of both, zero of options that are held
     cost: np.ndarray  # (row,) misfit and penalty
     log_volume: np.ndarray  # (row,) of the posterior of the rest beside that of the prior
+    # what these follow from: points of the last columns (row, unknown, component) and slopes (row, option, component)
+    linearised: np.ndarray
+    columns: np.ndarray
+    slopes: np.ndarray
 
     def part(self, rows) -> "Shapes":
         """Some of the rows."""
@@ -79,12 +83,14 @@ class HeldShapes(NamedTuple):
         """(option,) whether one that is not held is an angle."""
         return np.array([ends.goes_around for ends in self.ranges.values()])[self.free]
 
-    def over_places(self, points, amplitudes=None):
+    def over_places(self, points, amplitudes=None, known=None):
         """Shapes from points (row, option), and at positions between them, all that are inside their ranges.
 
-        amplitudes : as of `fitted`
+        amplitudes : as of `fitted`;  known : Shapes of another law with the same columns, from which others begin
         """
         along, found = self.held[1], self.fitted(points, amplitudes)
+        if known is not None:
+            found = self.fitted(known.linearised, known.amplitudes, known=known).with_more(found)
         for _ in range(CLOSER):
             x, near = halfway(found.points[:, along], found.cost, self.other)
             if not len(x):
@@ -108,11 +114,12 @@ class HeldShapes(NamedTuple):
             points = np.array([tried[max(rows)[1]] for rows in best.values()])
         return points
 
-    def fitted(self, points, amplitudes=None, reach=2 * UNLIKELY):
+    def fitted(self, points, amplitudes=None, reach=2 * UNLIKELY, known=None):
         """Shapes from points (row, option), without those in which the cause cannot act.
 
         amplitudes : (row, unknown) of the starts, by default their usual ones
         reach      : a shape is given up whose next step would leave the misfit larger than the best by more
+        known      : Shapes with the columns and slopes at these points
         """
         free, around = self.free, self.around
         mean, std = np.array([self.law.prior[name] for name in self.law.names]).T
@@ -122,14 +129,19 @@ class HeldShapes(NamedTuple):
         nowhere = np.full(rows, np.inf)
         size = points.shape[1] + len(mean)
         place = [*range(points.shape[1], size), *free]
-        found = Shapes(points.copy(), amplitudes.copy(), np.zeros((rows, size, size)), nowhere, -nowhere)
+        count = len(self.projection.residual)
+        empty = np.zeros((rows, size, size)), nowhere, -nowhere, points.copy()
+        more = np.zeros((rows, len(mean), count)), np.zeros((rows, len(free), count))
+        found = Shapes(points.copy(), amplitudes.copy(), *empty, *more)
         active = np.arange(rows)
-        for _ in range(STEPS):
-            causes, usable = self.reshaped(points[active])
+        for number in range(STEPS):
+            is_known = known is not None and number == 0
+            causes, usable = ([], np.arange(rows)) if is_known else self.reshaped(points[active])
             active = active[usable]
             if not len(active):
                 break
-            columns, slopes = self.columns(causes, points[active], amplitudes[active])
+            at = points[active], amplitudes[active]
+            columns, slopes = (known.columns, known.slopes) if is_known else self.columns(causes, *at)
             off = np.where(around, 0.0, 0.5 - points[active][:, free])
             here = _solved(self.projection.residual, columns, slopes, mean, std, off)
             is_close = np.abs(here.step).max(axis=1) < CLOSE
@@ -140,7 +152,8 @@ class HeldShapes(NamedTuple):
             found.points[np.ix_(kept, free)] += np.where(is_close[:, None], here.step, 0.0)[is_better]
             found.covariance[np.ix_(kept, place, place)] = here.covariance[is_better]
             found.amplitudes[kept], found.cost[kept] = here.amplitudes[is_better], cost[is_better]
-            found.log_volume[kept] = here.log_volume[is_better]
+            found.log_volume[kept], found.linearised[kept] = here.log_volume[is_better], points[kept]
+            found.columns[kept], found.slopes[kept] = columns[is_better], slopes[is_better]
             forward = np.clip(here.step, -LONGEST, LONGEST)
             back = found.points[active][:, free] - points[active][:, free]  # of which a quarter of the step is left
             step[active] = np.where(is_better[:, None], forward, 0.75 * back)

@@ -38,7 +38,7 @@ from rotorstudy.model.structure import Structure
 EXPLAINS = 2.0  # misfit for each datum that a free force at one place leaves, at most, if one fault may act there
 HIDES = 30.0  # gain of log odds by an error of form, above which it may hide another fault
 WORTH_ADDING = -1.0  # change of the log odds that one more cause must promise
-FIRST = 3  # causes at nodes that are fitted before cracks are sought
+FIRST = 3  # causes that are fitted before those are scanned that may be anywhere on the shaft
 PAIRS = 6  # of two causes at two places that are fitted
 STEPS = 6  # of a fit that tells what a cause promises where linear columns do not
 LOOSE = 0.5  # standard deviation of a known amplitude in a scan, as a shape that is not yet found has another one
@@ -67,8 +67,8 @@ def single_causes(work: Search) -> Iterator[list[list[Proposal]]]:
     """The Proposals of one cause, in lists whose promises compare, in two steps.
 
     Each free force that explains the records alone is another motion at which causes are judged; those of many shapes,
-    which take longest, at that of the best one and of one at their own place. Then a cause at a node is fitted before
-    any crack is sought, if it promises as much as the best force.
+    which take longest, at that of the best one and of one at their own place. Those that promise as much as the best
+    force are fitted before causes are scanned whose position on the shaft is a part of their shape.
     """
     forces = [one for one in work.free_forces if one.fitted is not None]
     alone = [one for one in forces if one.left < EXPLAINS * one.count and one.log_odds > 0]
@@ -76,9 +76,9 @@ def single_causes(work: Search) -> Iterator[list[list[Proposal]]]:
         yield [additions(work, work.nothing, [work.base, *(one.fitted for one in forces[:1])])]
         return
     first, *others = [one for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
-    cracks = [c for c in work.candidates if can_be_scanned(c) and "node" not in c.where]
-    at_nodes = [c for c in work.candidates if not any(c is one for one in cracks)]
-    found = additions(work, work.nothing, [first.fitted], _within_reach(work, first, at_nodes))
+    anywhere = [c for c in work.candidates if _is_anywhere(c)]
+    rest = [c for c in work.candidates if not _is_anywhere(c)]
+    found = additions(work, work.nothing, [first.fitted], _within_reach(work, first, rest))
     # films are not linear in their numbers: neither columns nor the first step of a fit tell how much these explain
     films = [c for c in work.candidates if c.term.carries]
     found += by_steps_of_a_fit(work, films, work.base.values, -np.inf)
@@ -87,7 +87,7 @@ def single_causes(work: Search) -> Iterator[list[list[Proposal]]]:
         stated = fit(work.model, work.spectrum, work.prior, steps=0)
         found += additions(work, work.nothing, [work.base, stated], of_readings)
     yield [sorted((one for one in found if one.log_odds > first.log_odds), key=lambda one: -one.log_odds)[:FIRST]]
-    found += additions(work, work.nothing, [first.fitted], _within_reach(work, first, cracks))
+    found += additions(work, work.nothing, [first.fitted], _within_reach(work, first, anywhere))
     yield [found, *(additions(work, work.nothing, [one.fitted], _told_by(work, one)) for one in others)]
 
 
@@ -101,27 +101,33 @@ def _within_reach(work, best, causes):
     least = max(least, best.left + 2 * WITHIN)
     beyond = [one for one in work.free_forces if one.left >= least]
     near = [one for one in work.free_forces if one.left < least]
-    scanned = [c for c in causes if can_be_scanned(c) and any(_acts_at(c, one) for one in beyond)]
-    out = {c.label for c in scanned if not any(_acts_at(c, one) for one in near)}
+    scanned = [c for c in causes if can_be_scanned(c) and ("node" in c.where or _is_anywhere(c))]
+    tried = [c for c in scanned if any(_acts_at(c, one) for one in beyond)]
+    out = {c.label for c in tried if not any(_acts_at(c, one) for one in near)}
     return [c for c in causes if c.label not in out]
 
 
-def _acts_at(cause, force):
-    """Whether a contact or a crack acts as a free force does: at its place, or at a bearing against the housing there.
+def _is_anywhere(cause):
+    """Whether a cause with shapes to scan may be anywhere on the shaft."""
+    return can_be_scanned(cause) and not cause.where
 
-    A crack may be in any element.
+
+def _acts_at(cause, force):
+    """Whether a cause acts as a free force does: at its place, or at a bearing against the housing there.
+
+    One that may be anywhere bends an element.
     """
-    node = cause.where.get("node")
-    if node is None:
+    if not cause.where:
         return force.motion == "bending"
-    return force.motion == "force" and (force.where == cause.where or force.where == {"bearing": node})
+    node = cause.where.get("node")
+    return force.motion == "force" and (force.where == cause.where or (node and force.where == {"bearing": node}))
 
 
 def _told_by(work, force):
     """The candidates that are judged at the motion with a free force that is not the best one."""
     structure = work.rig.structure
     plain = [c for c in work.candidates if not (can_be_scanned(c) or needs_fit(c, structure))]
-    contacts = [c for c in work.candidates if can_be_scanned(c) and "node" in c.where]
+    contacts = [c for c in work.candidates if can_be_scanned(c) and c.where]
     return [*plain, *(c for c in contacts if _acts_at(c, force))]
 
 
