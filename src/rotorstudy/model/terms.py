@@ -240,19 +240,21 @@ def _entry_share(mine, its):
     if np.shape(mine.matrix) != np.shape(its.matrix):
         return 0.0
     elements = mine.nonzero, its.nonzero
-    (row, _, value), (its_row, *_) = elements
-    if not np.isin(its_row, row[np.abs(value) == np.abs(value).max(initial=0.0)]).any():
-        return 0.0  # nothing of its where mine is largest
-    places, at = np.unique(np.concatenate([row + 1j * column for row, column, _ in elements]), return_inverse=True)
-    one, other = np.zeros((2, len(places)), complex)
-    one[at[: len(elements[0][2])]], other[at[len(elements[0][2]) :]] = elements[0][2], elements[1][2]
+    (row, column, one), (its_row, its_column, other) = elements
+    if not (np.array_equal(row, its_row) and np.array_equal(column, its_column)):
+        if not np.isin(its_row, row[np.abs(one) == np.abs(one).max(initial=0.0)]).any():
+            return 0.0  # nothing of its where mine is largest
+        places, at = np.unique(np.concatenate([row + 1j * column for row, column, _ in elements]), return_inverse=True)
+        one, other = np.zeros((2, len(places)), complex)
+        one[at[: len(row)]], other[at[len(row) :]] = elements[0][2], elements[1][2]
     size = np.vdot(one, one)
     factor = np.vdot(one, other) / size if size else 0.0
     if not abs(np.imag(factor)) < 1e-12 * abs(factor):  # zero, above all: other coordinates
         return 0.0
-    off = np.abs(other - factor * one).max()
-    gains = [e.gain_at(SPEEDS_COMPARED, 1) for e in (mine, its)]
-    alike = off <= 1e-9 * np.abs(other).max() and np.all(np.abs(gains[0] - gains[1]) <= 1e-9 * np.abs(gains[1]))
+    if np.abs(other - factor * one).max() > 1e-9 * np.abs(other).max():
+        return 0.0
+    gains = [] if mine.gain is its.gain else [e.gain_at(SPEEDS_COMPARED, 1) for e in (mine, its)]
+    alike = not gains or np.all(np.abs(gains[0] - gains[1]) <= 1e-9 * np.abs(gains[1]))
     return float(np.real(factor)) if alike else 0.0
 
 
