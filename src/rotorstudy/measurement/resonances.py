@@ -143,8 +143,7 @@ def find_resonances(speed, vectors, swept):
 def _without_modes(speed, vectors):
     """Half the sum of squares that a linear change over the range leaves of the vectors."""
     basis = np.vstack([np.ones_like(speed), speed - speed.mean()]).T
-    left = vectors.T - basis @ np.linalg.lstsq(basis, vectors.T, rcond=None)[0]
-    return float(np.sum(np.abs(left) ** 2)) / 2
+    return float(np.linalg.lstsq(basis, vectors.T, rcond=None)[1].sum()) / 2
 
 
 def _fitted(speed, vectors, modes, rates, peak, bandwidth):
