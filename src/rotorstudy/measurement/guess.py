@@ -7,8 +7,9 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.channel_names import angle_in, numbered_angles, plane_in, unit_in
-from rotorstudy.measurement.conventions import Conventions
+from rotorstudy.measurement.conventions import Conventions, Keyphasor
 from rotorstudy.measurement.files import kind_of, open_channels
+from rotorstudy.measurement.keyphasor import LONGEST_PULSE, find_pulses
 from rotorstudy.measurement.netcdf_files import existing, netcdf
 from rotorstudy.measurement.tables import USUAL_V_PER_M, open_table
 from rotorstudy.measurement.text_table import guess_layout, header_of, whole_numbers
@@ -21,7 +22,6 @@ SPEED = re.compile(r"rpm|speed|drehzahl", re.IGNORECASE)
 MARK = re.compile(r"key|kph|tach|trig|mark|once|phase", re.IGNORECASE)
 INSTRUMENT_NOISE = 2e-7  # m, standard deviation of real and imaginary part: about 0.01 mil peak to peak
 EVEN = 1e-3  # relative scatter of the time steps of a time column
-PULSES = 0.25  # share of the range between the median and the middle of it, of a signal of pulses
 
 
 class Guess(NamedTuple):
@@ -233,13 +233,9 @@ def _is_time(column):
 
 
 def _is_pulses(column):
-    """Whether a signal rests at one end of its range and leaves it at least twice."""
-    values = column.values[np.isfinite(column.values)]
-    low, high = values.min(), values.max()
-    if not high > low:
-        return False
-    rests = abs(np.median(values) - (low + high) / 2) > PULSES * (high - low)
-    return bool(rests and np.count_nonzero(np.diff(values > (low + high) / 2)) >= 4)
+    """Whether a signal has pulses as a keyphasor has them."""
+    pulses = find_pulses(column.values, np.arange(len(column.values)), Keyphasor())
+    return pulses is not None and len(pulses.time) > 1 and pulses.duty < LONGEST_PULSE
 
 
 def _layout_words(csv):

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from rotorstudy.measurement.angle_fit import Fit, fit_amplitude, fit_harmonics, without
+from rotorstudy.measurement.angle_fit import Fit, fit_amplitude, fit_basis, fit_harmonics, without
 from rotorstudy.measurement.lines import LEAST_POWER, Line, line_basis, orders_of_lines
 from rotorstudy.measurement.spectrum import along_probe, seen_rows
 from rotorstudy.response.series import rotating_basis
@@ -22,17 +22,6 @@ def spectral_lines(time, speed, harmonics):
     """(harmonic,) line of the discrete Fourier transform nearest to each harmonic."""
     revolutions = speed * (time[1] - time[0]) * len(time) / (2 * np.pi)
     return np.rint(np.asarray(harmonics) * revolutions).astype(int) % len(time)
-
-
-def fit_basis(signal, basis, window=1.0):
-    """Fit of a signal (..., time) on a basis (..., harmonic, time): amplitude, residual, inverse normal matrix."""
-    weighted = basis.conj() * window
-    inverse = np.linalg.inv(weighted @ np.swapaxes(basis, -1, -2))
-    if basis.ndim == 2:
-        amplitude = signal @ weighted.T @ inverse.T
-        return amplitude, signal - amplitude @ basis, inverse
-    amplitude = (inverse @ (weighted @ signal[..., None]))[..., 0]
-    return amplitude, signal - (amplitude[..., None, :] @ basis)[..., 0, :], inverse
 
 
 def noise_power(residual, lines, window=1.0):
@@ -262,8 +251,7 @@ def shrunk_variances(variance, freedom):
 def with_phase_noise(amplitude, covariance, harmonics, variance):
     """Covariance (component, component) m^2 with the error of the phase mark, rad^2, which turns harmonic n n times."""
     turned = 1j * np.asarray(harmonics) * amplitude
-    slope = np.concatenate([turned.real, turned.imag])
-    return covariance + variance * np.outer(slope, slope)
+    return covariance + shared_error_covariance(turned[:, None], np.array([[variance]]))
 
 
 def trend(blocks):

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.measurement.angle_fit import fit_harmonics
+from rotorstudy.measurement.angle_fit import fit_basis, fit_harmonics
 from rotorstudy.measurement.findings import told
 from rotorstudy.response.series import rotating_basis
 from rotorstudy.units import um
@@ -52,7 +52,7 @@ def orders_of_lines(signal, angle, harmonics, residual=None):
             left_out = np.append(left_out, order)
             continue
         found = refined
-        left = _without(signal, np.concatenate([synchronous, line_basis(angle, found)]))
+        left = fit_basis(signal, np.concatenate([synchronous, line_basis(angle, found)]))[1]
     return found
 
 
@@ -60,11 +60,6 @@ def line_basis(angle, orders):
     """(2 * line, time) forward parts of all lines, then backward parts."""
     forward = np.exp(1j * np.multiply.outer(orders, angle))
     return np.concatenate([forward, forward.conj()])
-
-
-def _without(signal, basis):
-    """A signal (..., time) without its least-squares fit on a basis (column, time)."""
-    return signal - np.linalg.solve(basis.conj() @ basis.T, basis.conj() @ signal.T).T @ basis
 
 
 def _strongest(residual, angle, known, least):
@@ -108,10 +103,9 @@ def _refined(signal, angle, synchronous, orders):
     for _ in range(STEPS):
         lines = line_basis(angle, orders)
         basis = np.concatenate([synchronous, lines])
-        amplitude = np.linalg.solve(basis.conj() @ basis.T, basis.conj() @ signal)
+        amplitude, off, _ = fit_basis(signal, basis)
         forward, backward = np.split((1j * amplitude[len(synchronous) :, None] * lines), 2)
-        columns = _without((forward - backward) * (angle - angle.mean()), basis)
-        off = signal - amplitude @ basis
+        columns = fit_basis((forward - backward) * (angle - angle.mean()), basis)[1]
         normal, right = (columns.conj() @ columns.T).real, (columns.conj() @ off).real
         step = np.linalg.lstsq(normal, right, rcond=1e-12)[0]
         orders = np.clip(orders + step, start - line, start + line)
