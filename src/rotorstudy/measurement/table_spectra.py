@@ -107,7 +107,7 @@ def check_stated(table, conventions):
 
 
 def _columns_in(text, path, by_probe):
-    """Names of a table's columns of speed, size and phase, each of which is one, and reference phase if there is one."""
+    """Columns of speed, size, phase and, if an orbit has one, reference phase; RotorstudyError for none or several."""
     if twice := next((name.removesuffix(" #1") for name in text if name.endswith(" #1")), None):
         raise RotorstudyError(f"{path}: two columns are named '{twice}'; keep one")
     sizes, others = (("amplitude", "velocity"), []) if by_probe else (("amplitude",), [("reference_phase",)])
