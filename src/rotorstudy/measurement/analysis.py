@@ -16,7 +16,7 @@ from rotorstudy.measurement.harmonics import (
     white_noise_covariance,
     with_phase_noise,
 )
-from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses, steady_turning
+from rotorstudy.measurement.keyphasor import count_revolutions, pulses_of, steady_turning
 from rotorstudy.measurement.records import Record, reference_signal
 from rotorstudy.measurement.run_up import FAST, LOST, is_swept, peaks, speed_grid, track
 from rotorstudy.response.series import rotating_basis
@@ -37,16 +37,16 @@ class Analysed:
     findings: list[Finding]
     speed: float = np.nan  # rad/s; NaN after an error
     record: Record | None = None
-    directions: dict = field(default_factory=dict)  # {node: rad} of the nodes with a single probe
     dead: frozenset = frozenset()  # {(node, channel)} of dead probes
+    directions: dict = field(default_factory=dict)  # {node: rad} of the nodes with a single probe
     is_tracked: bool = False  # whether it is of a run-up or coast-down
 
 
-def _steady(found, raw, pulses, marks, with_signals):
+def _steady(found, raw, pulses, with_signals):
     """Adds to the Analysed of a record at one speed: harmonics, the clean record if wanted, facts, findings."""
     where, harmonics, facts = raw.where, np.array(raw.conventions.harmonics), found.facts
     facts.label = np.nan if raw.label is None else raw.label
-    turning, findings = _turning(raw, pulses, marks)
+    turning, findings = _turning(raw, pulses)
     found.findings += findings
     if turning is None:
         return
@@ -106,18 +106,18 @@ def integrated(signals, orders, time, speed):
     return found
 
 
-def _turning(raw, pulses, marks):
+def _turning(raw, pulses):
     """The Turning of a raw record, None if the record does not determine it, and findings."""
     where = raw.where
     if raw.keyphasor is None and raw.marks is None:
         if raw.reference is not None and raw.label is not None:
             return steady_turning(raw.label, raw.time), []
         return None, [told("no phase reference", where)]
-    if marks is None:
+    if pulses is None:
         return None, [told("dead keyphasor", where)]
-    turning = count_revolutions(marks, 0.0 if pulses is None else pulses.resolution)
+    turning = count_revolutions(pulses.time, pulses.resolution)
     if turning is None:
-        return None, [told("too few revolutions (marks)", where, count=len(marks))]
+        return None, [told("too few revolutions (marks)", where, count=len(pulses.time))]
     findings = [*quality.check_pulses(pulses, turning, raw.conventions.keyphasor.polarity, where)]
     return turning, [*findings, *quality.check_speed_label(raw.label, float(turning.speed(np.mean(raw.time))), where)]
 
@@ -127,18 +127,15 @@ def _find_harmonics(raw, facts, signals, angle, psi, mark_variance):
     harmonics, findings = np.array(raw.conventions.harmonics), []
     *fits, drift = fit_each(np.array([*signals, angle - angle.mean()]), angle, harmonics)
     for node, signal, direction, fit, order in zip(raw.nodes, signals, raw.directions, fits, raw.orders, strict=True):
-        found = estimate(signal, angle, int(facts.revolutions), harmonics, direction, fit, drift)
-        amplitude, covariance = found.amplitude, found.covariance
+        facts.nodes[node] = own = estimate(signal, angle, int(facts.revolutions), harmonics, direction, fit, drift)
         if psi is None:
-            covariance = with_phase_noise(amplitude, covariance, harmonics, mark_variance)
+            own.covariance = with_phase_noise(own.amplitude, own.covariance, harmonics, mark_variance)
         else:
-            (amplitude,), (covariance,) = compensate(amplitude[None], covariance[None], *psi)
+            (own.amplitude,), (own.covariance,) = compensate(own.amplitude[None], own.covariance[None], *psi)
         if order:
-            covariance = covariance + NO_MEAN**2 * np.diag(np.tile(harmonics == 0, 2))
-        place = f"{raw.where}, node {node}"
-        findings += quality.check_noise(amplitude, covariance, found.blocks, harmonics, place)
-        facts.nodes[node] = node_facts(amplitude, covariance, harmonics, found.noise_std, found.shrinkage, found.lines)
-        facts.blocks = len(found.blocks)
+            own.covariance = own.covariance + NO_MEAN**2 * np.diag(np.tile(harmonics == 0, 2))
+        findings += quality.check_noise(own, harmonics, f"{raw.where}, node {node}")
+        facts.blocks = len(own.blocks)
     return findings
 
 
@@ -162,18 +159,13 @@ def _check_signals(found, raw, chosen, angle, missing):
 
 def analyse_each(raw, with_signals=True):
     """Analysed of a raw record: one, or of a run-up or coast-down one for each speed at which it was tracked."""
-    pulses, marks = None, raw.marks
-    if marks is None and raw.keyphasor is not None:
-        pulses = find_pulses(raw.keyphasor, raw.time, raw.conventions.keyphasor)
-        marks = None if pulses is None else pulses.time
-    marks = None if marks is None else np.asarray(marks, float)
-    raw, findings = _without_spikes(raw, 1 if marks is None else len(marks) // REVOLUTIONS)
+    pulses = pulses_of(raw, raw.conventions.keyphasor)
+    raw, findings = _without_spikes(raw, 1 if pulses is None else len(pulses.time) // REVOLUTIONS)
     single = {node: float(a) for node, a in zip(raw.nodes, raw.directions, strict=True) if np.isfinite(a)}
-    facts = RecordFacts(raw.where, {node: NodeFacts() for node in raw.nodes})
-    found = Analysed(facts, findings, directions=single)
-    if marks is not None and is_swept(marks):
-        return _tracked(found, raw, pulses, marks)
-    _steady(found, raw, pulses, marks, with_signals)
+    found = Analysed(RecordFacts(raw.where, {node: NodeFacts() for node in raw.nodes}), findings, directions=single)
+    if pulses is not None and is_swept(pulses.time):
+        return _tracked(found, raw, pulses)
+    _steady(found, raw, pulses, with_signals)
     return [found]
 
 
@@ -190,9 +182,9 @@ def _without_spikes(raw, pieces):
     return (replace(raw, channels=channels) if findings else raw), findings
 
 
-def _tracked(whole, raw, pulses, marks):
+def _tracked(whole, raw, pulses):
     """The Analysed of each speed of a sweep, given that of the whole without harmonics; that alone after an error."""
-    sweep = count_revolutions(marks, 0.0 if pulses is None else pulses.resolution, swept=True)
+    sweep = count_revolutions(pulses.time, pulses.resolution, swept=True)
     findings = whole.findings
     findings += quality.check_pulses(pulses, sweep, raw.conventions.keyphasor.polarity, raw.where)
     harmonics = np.array(raw.conventions.harmonics)

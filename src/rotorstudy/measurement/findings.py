@@ -183,7 +183,8 @@ class NodeFacts:
     noise_std: float = _fact("m", "standard deviation of the noise of a sample of x or y")
     variance_shrinkage: float = _fact("1", "weight of the common variance in the covariance")
     correlation_shrinkage: float = _fact("1", "weight of zero correlation in the covariance")
-    lines: tuple = ()
+    lines: tuple = ()  # Line of each spectral line that is not synchronous; they are in no other quantity
+    blocks: np.ndarray | tuple = ()  # (block, harmonic) complex, m; empty if there were too few revolutions
 
 
 @dataclass
@@ -210,9 +211,9 @@ def facts_of(kind):
     return [(one.name, *one.metadata.values()) for one in fields(kind) if one.metadata]
 
 
-def node_facts(amplitude, covariance, harmonics, noise_std=np.nan, shrinkage=(np.nan, np.nan), lines=()):
+def node_facts(amplitude, covariance, harmonics, noise_std=np.nan, shrinkage=(np.nan, np.nan), *more):
     """NodeFacts of the amplitudes (harmonic,) of a node, m; round-off of the largest one is zero."""
     sizes = np.abs(amplitude)
     sizes = np.where(sizes <= ROUND_OFF * sizes.max(initial=0.0), 0.0, sizes)
     size = dict(zip((int(n) for n in harmonics), sizes, strict=True))
-    return NodeFacts(amplitude, covariance, size.get(1, np.nan), size.get(-1, np.nan), noise_std, *shrinkage, lines)
+    return NodeFacts(amplitude, covariance, size.get(1, np.nan), size.get(-1, np.nan), noise_std, *shrinkage, *more)

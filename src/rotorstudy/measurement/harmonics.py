@@ -1,11 +1,11 @@
 """Harmonics of a record against the angle of the shaft, and their covariance from repeat blocks."""
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from rotorstudy.measurement.angle_fit import Fit, fit_amplitude, fit_basis, fit_harmonics, without
+from rotorstudy.measurement.findings import node_facts
 from rotorstudy.measurement.lines import LEAST_POWER, Line, line_basis, orders_of_lines
 from rotorstudy.measurement.spectrum import along_probe, seen_rows
 from rotorstudy.response.series import rotating_basis
@@ -15,6 +15,7 @@ MOST_OTHERS = 16  # orders that are not asked for
 SLOWEST = 64  # records: noise of power 1/f is taken to reach down to this period
 WHITE = (0.5, 0.99)  # prior probability that a record has no noise of power 1/f: of the mean, of another harmonic
 CORNERS = 12  # between white noise and noise of power 1/f
+ROUND_OFF = 1e-9  # rad, by which samples that are locked to the shaft may miss the begin of a revolution
 FEWEST_BLOCKS = 6  # with fewer their scatter is too uncertain; the noise floor is used instead
 
 
@@ -51,20 +52,8 @@ def shared_error_covariance(change, covariance):
     return slope @ covariance @ np.swapaxes(slope, -1, -2)
 
 
-@dataclass(frozen=True)
-class Harmonics:
-    """Harmonics of one node at one speed."""
-
-    amplitude: np.ndarray  # (harmonic,) complex, m
-    covariance: np.ndarray  # (component, component) m^2, real parts then imaginary parts
-    blocks: np.ndarray  # (block, harmonic) complex, m; empty if there were too few revolutions
-    noise_std: float  # standard deviation of a sample of x or y, m, from the residual
-    shrinkage: tuple  # weights (0 to 1) of the common variance, and of zero correlation
-    lines: tuple[Line, ...] = ()  # Line of each spectral line that is not synchronous; they are in no other quantity
-
-
 def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None, drift=None):
-    """Harmonics of a record of whole revolutions.
+    """NodeFacts of a record of whole revolutions.
 
     The mean is harmonic 0. Its drift, a straight line in the angle, other harmonics and lines that are not synchronous,
     all of which would leak into these, are fitted together with them: other harmonics cancel in whole revolutions, but
@@ -101,7 +90,7 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None, 
     noise_std = float(np.sqrt(np.sum(np.abs(residual) ** 2) / freedom / channels))
     length = max(1, int(np.ceil(revolutions / MOST_BLOCKS)))  # of a block, in revolutions
     count = revolutions // length
-    edges = np.searchsorted(angle - angle[0], 2 * np.pi * length * np.arange(count + 1))
+    edges = np.searchsorted(angle - angle[0], 2 * np.pi * length * np.arange(count + 1) - ROUND_OFF)
     pieces = [np.flatnonzero(usable[a:b]) + a for a, b in pairwise(edges)]
     sizes = np.array([len(piece) for piece in pieces])
     full = np.flatnonzero(sizes >= 0.8 * (2 * np.pi * length) / np.median(np.diff(angle)))
@@ -110,7 +99,7 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None, 
         at = np.unique(np.rint(every * revolutions).astype(int) % len(residual))
         covariance = white_noise_covariance(residual, inverse, at) * widened
         covariance = covariance if channels == 2 else along_probe(2 * covariance, harmonics, direction)
-        return Harmonics(amplitude, covariance, np.zeros((0, len(harmonics))), noise_std, (1, 1), lines)
+        return node_facts(amplitude, covariance, harmonics, noise_std, (1, 1), lines)
     blocks = np.array([fit_amplitude(signal[c], angle[c], harmonics)[0] for c in (pieces[b] for b in full)])
     blocks[:, harmonics == 0] += [[slope * turned[pieces[b]].mean()] for b in full]
     parts = np.concatenate([blocks.real, blocks.imag], axis=1)
@@ -120,7 +109,7 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None, 
     else:
         covariance, shrinkage = _covariance_of_probe(parts, harmonics, direction)
     share = sizes[full].mean() / usable.sum()  # of a block in the record, by which the variance of the whole is smaller
-    return Harmonics(amplitude, covariance * share * widened, blocks, noise_std, shrinkage, lines)
+    return node_facts(amplitude, covariance * share * widened, harmonics, noise_std, shrinkage, lines, blocks)
 
 
 def _covariance_of_probe(parts, harmonics, direction):

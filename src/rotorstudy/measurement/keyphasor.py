@@ -26,10 +26,17 @@ class Pulses:
     """
 
     time: np.ndarray
-    polarity: int
-    duty: float
-    resolution: float
-    opposite: float
+    polarity: int = 1
+    duty: float = 0.0
+    resolution: float = 0.0
+    opposite: float = 0.0
+
+
+def pulses_of(record, settings):
+    """The Pulses of a record: at its own marks, else those of its keyphasor; None if it has neither."""
+    if record.marks is not None:
+        return Pulses(np.asarray(record.marks, float))
+    return None if record.keyphasor is None else find_pulses(record.keyphasor, record.time, settings)
 
 
 def find_pulses(signal, time, settings):
@@ -174,12 +181,10 @@ def mark_times(record, drifting=False):
     """
     if record.marks is None and record.keyphasor is None:
         raise RotorstudyError(f"{record.where}: no keyphasor; record one, or use a reference signal")
-    found = record.marks
-    if found is None:
-        from rotorstudy.measurement.conventions import Keyphasor  # late: pydantic, which plugins load without
+    from rotorstudy.measurement.conventions import Keyphasor  # late: pydantic, which plugins load without
 
-        pulses = find_pulses(record.keyphasor, record.time, Keyphasor())
-        found = np.zeros(0) if pulses is None else pulses.time
+    pulses = pulses_of(record, Keyphasor())
+    found = np.zeros(0) if pulses is None else pulses.time
     expected = record.speed * (record.time[-1] - record.time[0]) / (2 * np.pi)
     regular = _follow_each_other(record, found) if drifting else _keep_to_the_speed(record, found, expected)
     if not regular:
