@@ -233,7 +233,7 @@ def check_sweep(speed, rate, amplitudes, harmonics, where):
     """A note on a sweep (speed, rate: (speed,)), and whether it is too fast for its narrowest resonance."""
     kind, rpm = "run-up" if rate.mean() > 0 else "coast-down", RAD_PER_S["rpm"]
     first, last = (number(speed[i] / rpm, 4) for i in (0, -1))
-    yield told(kind, where, rate=number(abs(np.median(rate))), count=len(speed), first=first, last=last)
+    yield told(kind, where, kind=kind, rate=number(abs(np.median(rate))), count=len(speed), first=first, last=last)
     first = np.flatnonzero(np.abs(harmonics) == 1)
     resonances = peaks(speed, np.sqrt(sum(np.sum(np.abs(one[:, first]) ** 2, axis=1) for one in amplitudes)))
     if not resonances:

@@ -7,7 +7,7 @@ import numpy as np
 
 SEVERITIES = ("error", "warning", "note")
 ROUND_OFF = 1e-9  # of the largest harmonic
-# severity: name (which of its kind): words, of every finding on records
+# severity: names (which of their kind): words, of every finding on records
 TABLE = """
 error: no phase reference: neither keyphasor nor phase mark times; the phase of the harmonics is undetermined. Record
     one of them
@@ -21,8 +21,8 @@ warning: keyphasor polarity (both): it also has pulses of the other sign, {share
     taken. State which is the mark by 'keyphasor: polarity'; an AC-coupled keyphasor has both
 warning: missing pulses: {count} of {every}; counted without them
 warning: doubled pulses: {count} extra pulses beside {marks} marks; left out
-error: missing pulses (many): {count} for {marks} regular pulses, too many to identify the marks. Check threshold_V
-error: doubled pulses (many): {count} for {marks} regular pulses, too many to identify the marks. Check threshold_V
+error: missing pulses (many), doubled pulses (many): {count} for {marks} regular pulses, too many to identify the marks.
+    Check threshold_V
 warning: keyphasor jitter: the marks scatter by {scatter:.2g} degrees about steady rotation (up to {usual:.2g} is
     usual), harmonic n by n times as much. The covariance includes it
 error: speed label: labelled {label}, but the phase mark passes at {speed} ({off:+.3g} %, allowed
@@ -62,9 +62,7 @@ warning: noise floor: no harmonic but the mean exceeds five times its standard d
 error: reference signal: {problem}
 error: no displacement: a velocity or an acceleration during a run-up is not integrated; give displacements, or
     constant speeds
-note: run-up: run-up at {rate} rad/s per second, tracked at {count} speeds from {first} to {last} rpm; the transient of
-    the sweep is removed from the harmonics
-note: coast-down: coast-down at {rate} rad/s per second, tracked at {count} speeds from {first} to {last} rpm; the
+note: run-up, coast-down: {kind} at {rate} rad/s per second, tracked at {count} speeds from {first} to {last} rpm; the
     transient of the sweep is removed from the harmonics
 warning: sweep too fast: {beats}. They are removed, to about a percent; {slower}
 error: sweep too fast (lost): {beats}, which cannot be removed; {slower}
@@ -131,9 +129,9 @@ note: last digits: the last digits are those of the cells as printed; give colum
 
 
 def words_of(table):
-    """{name (which of its kind): (severity, words)} of a text like the TABLE."""
+    """{name (which of its kind): (severity, words)} of a text like the TABLE, where a row may be of several."""
     rows = (row.split(": ", 2) for row in re.sub(r"\n +", " ", table.strip()).split("\n"))
-    return {key: (severity, words) for severity, key, words in rows}
+    return {key: (severity, words) for severity, keys, words in rows for key in keys.split(", ")}
 
 
 SAID = words_of(TABLE)
