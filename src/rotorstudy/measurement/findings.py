@@ -69,7 +69,7 @@ error: sweep too fast (lost): {beats}, which cannot be removed; {slower}
 warning: sweep too fast (vectors): the vectors beat as in a sweep at {rate} rad/s per second, {times} times the square
     of the half-power bandwidth: near and beyond the critical speed they are not steady, and their peak lies beyond
     it. Give the record in time, whose transient can be removed, or use lower speeds
-note: critical speeds: {each}; the residual is {residual} µm
+note: critical speeds: {each}; the residual is {residual}
 warning: non-synchronous line: a line at {hertz:.5g} Hz, {order:.4f} times the speed{across}: forward {forward},
     backward {backward} at node {node}, {sense}. {kind}. It is fitted together with the harmonics and kept out of
     their covariance; the diagnosis does not explain it
