@@ -9,13 +9,7 @@ from rotorstudy.measurement import quality
 from rotorstudy.measurement.angle_fit import fit_each
 from rotorstudy.measurement.findings import Finding, NodeFacts, RecordFacts, errors_among, node_facts, told
 from rotorstudy.measurement.full_spectra import compensate, phase_from_reference
-from rotorstudy.measurement.harmonics import (
-    FEWEST_BLOCKS,
-    estimate,
-    fit_basis,
-    white_noise_covariance,
-    with_phase_noise,
-)
+from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, estimate, fit_basis, white_noise_covariance
 from rotorstudy.measurement.keyphasor import count_revolutions, pulses_of, steady_turning
 from rotorstudy.measurement.records import Record, reference_signal
 from rotorstudy.measurement.run_up import FAST, LOST, is_swept, peaks, speed_grid, track
@@ -73,13 +67,14 @@ def _steady(found, raw, pulses, with_signals):
     _check_signals(found, raw, whole, angle, facts.missing_samples)
     if found.dead or facts.missing_samples > quality.GAP[1]:
         return
+    mark_variance = turning.jitter_rad**2 / len(turning.marks) + facts.mark_resolution**2
+    psi = np.zeros(len(harmonics)), mark_variance * np.outer(harmonics, harmonics)
     try:
-        psi = None if by_marks else _reference_phase(raw, whole, angle, harmonics)
+        psi = psi if by_marks else _reference_phase(raw, whole, angle, harmonics)
     except RotorstudyError as error:
         found.findings.append(told("reference signal", where, problem=error))
         return
-    mark_variance = turning.jitter_rad**2 / len(turning.marks) + facts.mark_resolution**2
-    found.findings += _find_harmonics(raw, facts, signals, angle, psi, mark_variance)
+    found.findings += _find_harmonics(raw, facts, signals, angle, psi)
     if facts.blocks < FEWEST_BLOCKS:
         found.findings.append(told("few revolutions", where, revolutions=revolutions, needed=FEWEST_BLOCKS))
     if errors_among(found.findings):
@@ -87,7 +82,7 @@ def _steady(found, raw, pulses, with_signals):
     found.speed = speed
     if not with_signals:
         return
-    lead = (angle.mean() - speed * time.mean()) / speed - (0 if psi is None else psi[0][harmonics == 1][0] / speed)
+    lead = (angle.mean() - speed * time.mean()) / speed - psi[0][harmonics == 1][0] / speed
     marks = turning.whole_marks - raw.conventions.mark_rad / speed + lead if by_marks else None
     reference = reference_signal(speed, harmonics, time + lead)
     found.record = Record(time + lead, signals, speed, raw.nodes, reference, None, where, marks)
@@ -122,16 +117,13 @@ def _turning(raw, pulses):
     return turning, [*findings, *quality.check_speed_label(raw.label, float(turning.speed(np.mean(raw.time))), where)]
 
 
-def _find_harmonics(raw, facts, signals, angle, psi, mark_variance):
-    """Adds to facts the harmonics of nodes; returns findings. psi : as `_reference_phase` gives, None with marks."""
+def _find_harmonics(raw, facts, signals, angle, psi):
+    """Adds to facts the harmonics of nodes; returns findings. psi : phases (harmonic,), rad, and their covariance."""
     harmonics, findings = np.array(raw.conventions.harmonics), []
     *fits, drift = fit_each(np.array([*signals, angle - angle.mean()]), angle, harmonics)
     for node, signal, direction, fit, order in zip(raw.nodes, signals, raw.directions, fits, raw.orders, strict=True):
         facts.nodes[node] = own = estimate(signal, angle, int(facts.revolutions), harmonics, direction, fit, drift)
-        if psi is None:
-            own.covariance = with_phase_noise(own.amplitude, own.covariance, harmonics, mark_variance)
-        else:
-            (own.amplitude,), (own.covariance,) = compensate(own.amplitude[None], own.covariance[None], *psi)
+        (own.amplitude,), (own.covariance,) = compensate(own.amplitude[None], own.covariance[None], *psi)
         if order:
             own.covariance = own.covariance + NO_MEAN**2 * np.diag(np.tile(harmonics == 0, 2))
         findings += quality.check_noise(own, harmonics, f"{raw.where}, node {node}")

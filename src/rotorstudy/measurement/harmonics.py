@@ -97,27 +97,18 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None, 
     full = full[sizes[full] > 2 * len(harmonics)]
     if len(full) < FEWEST_BLOCKS:
         at = np.unique(np.rint(every * revolutions).astype(int) % len(residual))
-        covariance = white_noise_covariance(residual, inverse, at) * widened
-        covariance = covariance if channels == 2 else along_probe(2 * covariance, harmonics, direction)
+        covariance = white_noise_covariance(residual, inverse, at) * widened * 2 / channels
+        covariance = along_probe(covariance, harmonics, direction)
         return node_facts(amplitude, covariance, harmonics, noise_std, (1, 1), lines)
     blocks = np.array([fit_amplitude(signal[c], angle[c], harmonics)[0] for c in (pieces[b] for b in full)])
     blocks[:, harmonics == 0] += [[slope * turned[pieces[b]].mean()] for b in full]
     parts = np.concatenate([blocks.real, blocks.imag], axis=1)
-    if channels == 2:
-        covariance, shrinkage = shrunk_covariance(parts)
-        covariance = with_slow_noise(covariance, parts, harmonics)
-    else:
-        covariance, shrinkage = _covariance_of_probe(parts, harmonics, direction)
+    rows = seen_rows(harmonics, direction)
+    seen, own, covariance = rows.any(axis=1), parts @ rows.T, np.zeros(rows.shape)  # of the data: all parts of an orbit
+    covariance[np.ix_(seen, seen)], shrinkage = shrunk_covariance(own[:, seen])
+    covariance = rows.T @ with_slow_noise(covariance, own, harmonics, seen) @ rows
     share = sizes[full].mean() / usable.sum()  # of a block in the record, by which the variance of the whole is smaller
     return node_facts(amplitude, covariance * share * widened, harmonics, noise_std, shrinkage, lines, blocks)
-
-
-def _covariance_of_probe(parts, harmonics, direction):
-    """Covariance of blocks (block, component) of the motion along one probe, shrunk as its own data; shrinkage."""
-    rows = seen_rows(harmonics, direction)
-    seen, own, covariance = rows.any(axis=1), parts @ rows.T, np.zeros(rows.shape)
-    covariance[np.ix_(seen, seen)], shrinkage = shrunk_covariance(own[:, seen])
-    return rows.T @ with_slow_noise(covariance, own, harmonics, seen) @ rows, shrinkage
 
 
 def _without_drift(fit, drift):
@@ -155,7 +146,7 @@ def _lines(signal, angle, usable, harmonics, orders):
     return amplitude[count:-1] @ both[count:-1], amplitude[-1], np.outer(wider, wider), lines
 
 
-def with_slow_noise(covariance, draws, harmonics, seen=None):
+def with_slow_noise(covariance, draws, harmonics, seen):
     """Covariance of draws (draw, component) that includes noise slower than a draw, which their scatter does not show.
 
     The power of the draws at line k of their Fourier transform is B (1 + c / k): white noise plus noise of power 1/f,
@@ -163,7 +154,7 @@ def with_slow_noise(covariance, draws, harmonics, seen=None):
     of (1 + c / |x|) sinc^2 x. It is averaged over the corner c, with the prior WHITE that there is no such noise; B is
     marginalised (exponentially distributed powers). A line within a cycle of a harmonic is seen as slow noise of it.
 
-    seen : (component,) whether a component is a datum, by default all; the others are zero
+    seen : (component,) whether a component is a datum; the others are zero
     """
     count, size = len(draws), len(harmonics)
     lines = np.arange(1, (count - 1) // 2 + 1)
@@ -174,7 +165,7 @@ def with_slow_noise(covariance, draws, harmonics, seen=None):
     shape = 1 + np.concatenate([[0.0], corners])[:, None] / lines  # (corner, line)
     level = np.mean(power / shape[..., None, None], axis=1)  # (corner, part, harmonic)
     level = np.maximum(level, np.finfo(float).tiny)
-    data = np.ones((2, size)) if seen is None else seen.reshape(2, size)
+    data = seen.reshape(2, size)
     evidence = -data.sum(axis=0) * np.log(shape).sum(axis=1)[:, None]
     evidence = evidence - len(lines) * (data * np.log(level / variance)).sum(axis=1)
     prior = np.where(harmonics == 0, *WHITE)
@@ -238,9 +229,9 @@ def shrunk_variances(variance, freedom):
 
 
 def with_phase_noise(amplitude, covariance, harmonics, variance):
-    """Covariance (component, component) m^2 with the error of the phase mark, rad^2, which turns harmonic n n times."""
+    """Covariance (..., component, component) m^2 with the error of the phase mark, rad^2, which turns nX n times."""
     turned = 1j * np.asarray(harmonics) * amplitude
-    return covariance + shared_error_covariance(turned[:, None], np.array([[variance]]))
+    return covariance + shared_error_covariance(turned[..., None], np.array([[variance]]))
 
 
 def trend(blocks):
