@@ -64,7 +64,7 @@ def guess_measurement(path, nodes):
 def _columns(path, conventions):
     """The numeric columns of a file, and a sentence on the others, which says why the first is none."""
     channels = open_channels(path, conventions)
-    found, left, why = [], [], ""
+    found, left, why = {}, [], ""
     for name in channels.names:
         try:
             values = channels.values(name)
@@ -74,8 +74,9 @@ def _columns(path, conventions):
             continue
         if np.isfinite(values).any():
             unit = unit_in(name, channels.units[name] or "")
-            found.append(Column(name, unit, np.where(np.isfinite(values), values, np.nan)))
-    return found, [f"not used, as it is no number: {', '.join(left)} ({why})"] if left else []
+            key = values.tobytes() if kind_of(path) == "uff" else name  # a data set has two names, last its label
+            found[key] = Column(name, unit, np.where(np.isfinite(values), values, np.nan))
+    return list(found.values()), [f"not used, as it is no number: {', '.join(left)} ({why})"] if left else []
 
 
 def _of_signals(columns, section, said, nodes):
