@@ -6,10 +6,10 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import quality
-from rotorstudy.measurement.angle_fit import fit_each
+from rotorstudy.measurement.angle_fit import fit_basis, fit_each
 from rotorstudy.measurement.findings import Finding, NodeFacts, RecordFacts, errors_among, node_facts, told
 from rotorstudy.measurement.full_spectra import compensate, phase_from_reference
-from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, estimate, fit_basis, white_noise_covariance
+from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, estimate, spectral_lines, white_noise_covariance
 from rotorstudy.measurement.keyphasor import count_revolutions, pulses_of, steady_turning
 from rotorstudy.measurement.records import Record, reference_signal
 from rotorstudy.measurement.run_up import FAST, LOST, is_swept, peaks, speed_grid, track
@@ -135,8 +135,7 @@ def _reference_phase(raw, whole, angle, harmonics):
     """Phase (harmonic,) of the reference signal's harmonics, and its covariance."""
     basis = rotating_basis(angle, 1.0, harmonics)
     amplitude, residual, inverse = fit_basis(raw.reference[whole].astype(complex), basis)
-    lines = np.unique(np.rint(harmonics * (angle[-1] - angle[0]) / (2 * np.pi)).astype(int) % len(residual))
-    covariance = white_noise_covariance(residual, inverse, lines)
+    covariance = white_noise_covariance(residual, inverse, spectral_lines(angle, 1.0, harmonics))
     return phase_from_reference(raw.where, harmonics, amplitude, covariance)
 
 
