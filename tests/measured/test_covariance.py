@@ -198,3 +198,14 @@ def test_false_alarms_of_the_chi_square(kind, turns, most):
     assert alarms / 200 <= most, alarms / 200
     slow = kind in ("pink", "hum beside a harmonic")
     assert (without / 200 > 0.3) == slow, without / 200  # negative control: the blocks alone do not show it
+
+
+def test_samples_that_are_locked_to_the_shaft_fall_into_blocks_whatever_the_rounding():
+    """Ten samples a revolution, the first of each on the edge of a block; without room for round-off a third of it."""
+    generator, turns = np.random.default_rng(3), 90
+    angle, (x, y) = 2 * np.pi * np.arange(10 * turns) / 10, generator.normal(size=(2, 10 * turns))
+    exact, moved = (
+        estimate(x + 1j * y, angle + off * generator.normal(size=len(angle)), turns, LISTED).covariance
+        for off in (0, 1e-13)
+    )
+    assert moved == pytest.approx(exact, abs=1e-9 * exact.max())

@@ -110,6 +110,29 @@ def test_the_pulses_of_a_second_mark_are_no_probe(signals, tmp_path):
     assert found.section["keyphasor"]["channel"] == "key" and "not used: tacho (constant" in " ".join(found.said)
 
 
+def test_a_probe_with_impacts_is_no_phase_mark(signals, tmp_path):
+    """Sharp on one side, and before the mark, whose name says nothing."""
+    probes, pulses = signals
+    impacts = np.cos(SPEED * TIME) + 4 * np.exp(-0.5 * (np.angle(np.exp(1j * SPEED * TIME)) / 0.2) ** 2)
+    given = {"t": TIME, "X (um)": impacts, "Y (um)": probes[3, "Y"], "A3": pulses}
+    found = guess_measurement(csv(tmp_path / "run.csv", given), PLANES).section
+    assert found["keyphasor"]["channel"] == "A3" and [p["channel"] for p in found["probes"]] == ["X (um)", "Y (um)"]
+
+
+def test_a_uff_file_is_guessed_by_its_labels(signals, tmp_path):
+    """Each signal once, though its node and direction are another name of it; and the unit that a label states."""
+    uff = pytest.importorskip("uff_files")
+    probes, pulses = signals
+    sets = [uff.signal_set(f"DE {name}", i, TIME, probes[3, name]) for i, name in enumerate("XY", start=1)]
+    sets = [one | {"ordinate_axis_units_lab": "mil"} for one in sets]  # by the size of the numbers they would be um
+    uff.write_sets(tmp_path / "run.uff", [*sets, uff.signal_set("key", 9, TIME, pulses)])
+    rig = new_rig("mine", tmp_path, [tmp_path / "run.uff"]).path
+    section = yaml.safe_load(rig.read_text())["measurement"]
+    assert section["keyphasor"]["channel"] == "key"
+    assert [(p["channel"], p["node"], p["unit"]) for p in section["probes"]] == [("DE X", 3, "mil"), ("DE Y", 3, "mil")]
+    assert read_measurement([tmp_path / "run.uff"], rig).spectrum.speed == pytest.approx([SPEED], rel=1e-3)
+
+
 def test_a_shaft_that_turns_the_other_way_is_noticed(signals, tmp_path):
     """Mirrored left and right, the same signals are those of a shaft that turns to the right."""
     probes, pulses = signals

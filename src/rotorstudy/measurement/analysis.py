@@ -6,17 +6,11 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import quality
-from rotorstudy.measurement.angle_fit import fit_each
+from rotorstudy.measurement.angle_fit import fit_basis, fit_each
 from rotorstudy.measurement.findings import Finding, NodeFacts, RecordFacts, errors_among, node_facts, told
 from rotorstudy.measurement.full_spectra import compensate, phase_from_reference
-from rotorstudy.measurement.harmonics import (
-    FEWEST_BLOCKS,
-    estimate,
-    fit_basis,
-    white_noise_covariance,
-    with_phase_noise,
-)
-from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses, steady_turning
+from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, estimate, spectral_lines, white_noise_covariance
+from rotorstudy.measurement.keyphasor import count_revolutions, pulses_of, steady_turning
 from rotorstudy.measurement.records import Record, reference_signal
 from rotorstudy.measurement.run_up import FAST, LOST, is_swept, peaks, speed_grid, track
 from rotorstudy.response.series import rotating_basis
@@ -37,16 +31,16 @@ class Analysed:
     findings: list[Finding]
     speed: float = np.nan  # rad/s; NaN after an error
     record: Record | None = None
-    directions: dict = field(default_factory=dict)  # {node: rad} of the nodes with a single probe
     dead: frozenset = frozenset()  # {(node, channel)} of dead probes
+    directions: dict = field(default_factory=dict)  # {node: rad} of the nodes with a single probe
     is_tracked: bool = False  # whether it is of a run-up or coast-down
 
 
-def _steady(found, raw, pulses, marks, with_signals):
+def _steady(found, raw, pulses, with_signals):
     """Adds to the Analysed of a record at one speed: harmonics, the clean record if wanted, facts, findings."""
     where, harmonics, facts = raw.where, np.array(raw.conventions.harmonics), found.facts
     facts.label = np.nan if raw.label is None else raw.label
-    turning, findings = _turning(raw, pulses, marks)
+    turning, findings = _turning(raw, pulses)
     found.findings += findings
     if turning is None:
         return
@@ -73,13 +67,14 @@ def _steady(found, raw, pulses, marks, with_signals):
     _check_signals(found, raw, whole, angle, facts.missing_samples)
     if found.dead or facts.missing_samples > quality.GAP[1]:
         return
+    mark_variance = turning.jitter_rad**2 / len(turning.marks) + facts.mark_resolution**2
+    psi = np.zeros(len(harmonics)), mark_variance * np.outer(harmonics, harmonics)
     try:
-        psi = None if by_marks else _reference_phase(raw, whole, angle, harmonics)
+        psi = psi if by_marks else _reference_phase(raw, whole, angle, harmonics)
     except RotorstudyError as error:
         found.findings.append(told("reference signal", where, problem=error))
         return
-    mark_variance = turning.jitter_rad**2 / len(turning.marks) + facts.mark_resolution**2
-    found.findings += _find_harmonics(raw, facts, signals, angle, psi, mark_variance)
+    found.findings += _find_harmonics(raw, facts, signals, angle, psi)
     if facts.blocks < FEWEST_BLOCKS:
         found.findings.append(told("few revolutions", where, revolutions=revolutions, needed=FEWEST_BLOCKS))
     if errors_among(found.findings):
@@ -87,7 +82,7 @@ def _steady(found, raw, pulses, marks, with_signals):
     found.speed = speed
     if not with_signals:
         return
-    lead = (angle.mean() - speed * time.mean()) / speed - (0 if psi is None else psi[0][harmonics == 1][0] / speed)
+    lead = (angle.mean() - speed * time.mean()) / speed - psi[0][harmonics == 1][0] / speed
     marks = turning.whole_marks - raw.conventions.mark_rad / speed + lead if by_marks else None
     reference = reference_signal(speed, harmonics, time + lead)
     found.record = Record(time + lead, signals, speed, raw.nodes, reference, None, where, marks)
@@ -106,39 +101,33 @@ def integrated(signals, orders, time, speed):
     return found
 
 
-def _turning(raw, pulses, marks):
+def _turning(raw, pulses):
     """The Turning of a raw record, None if the record does not determine it, and findings."""
     where = raw.where
     if raw.keyphasor is None and raw.marks is None:
         if raw.reference is not None and raw.label is not None:
             return steady_turning(raw.label, raw.time), []
         return None, [told("no phase reference", where)]
-    if marks is None:
+    if pulses is None:
         return None, [told("dead keyphasor", where)]
-    turning = count_revolutions(marks, 0.0 if pulses is None else pulses.resolution)
+    turning = count_revolutions(pulses.time, pulses.resolution)
     if turning is None:
-        return None, [told("too few revolutions (marks)", where, count=len(marks))]
+        return None, [told("too few revolutions (marks)", where, count=len(pulses.time))]
     findings = [*quality.check_pulses(pulses, turning, raw.conventions.keyphasor.polarity, where)]
     return turning, [*findings, *quality.check_speed_label(raw.label, float(turning.speed(np.mean(raw.time))), where)]
 
 
-def _find_harmonics(raw, facts, signals, angle, psi, mark_variance):
-    """Adds to facts the harmonics of nodes; returns findings. psi : as `_reference_phase` gives, None with marks."""
+def _find_harmonics(raw, facts, signals, angle, psi):
+    """Adds to facts the harmonics of nodes; returns findings. psi : phases (harmonic,), rad, and their covariance."""
     harmonics, findings = np.array(raw.conventions.harmonics), []
     *fits, drift = fit_each(np.array([*signals, angle - angle.mean()]), angle, harmonics)
     for node, signal, direction, fit, order in zip(raw.nodes, signals, raw.directions, fits, raw.orders, strict=True):
-        found = estimate(signal, angle, int(facts.revolutions), harmonics, direction, fit, drift)
-        amplitude, covariance = found.amplitude, found.covariance
-        if psi is None:
-            covariance = with_phase_noise(amplitude, covariance, harmonics, mark_variance)
-        else:
-            (amplitude,), (covariance,) = compensate(amplitude[None], covariance[None], *psi)
+        facts.nodes[node] = own = estimate(signal, angle, int(facts.revolutions), harmonics, direction, fit, drift)
+        (own.amplitude,), (own.covariance,) = compensate(own.amplitude[None], own.covariance[None], *psi)
         if order:
-            covariance = covariance + NO_MEAN**2 * np.diag(np.tile(harmonics == 0, 2))
-        place = f"{raw.where}, node {node}"
-        findings += quality.check_noise(amplitude, covariance, found.blocks, harmonics, place)
-        facts.nodes[node] = node_facts(amplitude, covariance, harmonics, found.noise_std, found.shrinkage, found.lines)
-        facts.blocks = len(found.blocks)
+            own.covariance = own.covariance + NO_MEAN**2 * np.diag(np.tile(harmonics == 0, 2))
+        findings += quality.check_noise(own, harmonics, f"{raw.where}, node {node}")
+        facts.blocks = len(own.blocks)
     return findings
 
 
@@ -146,8 +135,7 @@ def _reference_phase(raw, whole, angle, harmonics):
     """Phase (harmonic,) of the reference signal's harmonics, and its covariance."""
     basis = rotating_basis(angle, 1.0, harmonics)
     amplitude, residual, inverse = fit_basis(raw.reference[whole].astype(complex), basis)
-    lines = np.unique(np.rint(harmonics * (angle[-1] - angle[0]) / (2 * np.pi)).astype(int) % len(residual))
-    covariance = white_noise_covariance(residual, inverse, lines)
+    covariance = white_noise_covariance(residual, inverse, spectral_lines(angle, 1.0, harmonics))
     return phase_from_reference(raw.where, harmonics, amplitude, covariance)
 
 
@@ -162,18 +150,13 @@ def _check_signals(found, raw, chosen, angle, missing):
 
 def analyse_each(raw, with_signals=True):
     """Analysed of a raw record: one, or of a run-up or coast-down one for each speed at which it was tracked."""
-    pulses, marks = None, raw.marks
-    if marks is None and raw.keyphasor is not None:
-        pulses = find_pulses(raw.keyphasor, raw.time, raw.conventions.keyphasor)
-        marks = None if pulses is None else pulses.time
-    marks = None if marks is None else np.asarray(marks, float)
-    raw, findings = _without_spikes(raw, 1 if marks is None else len(marks) // REVOLUTIONS)
+    pulses = pulses_of(raw, raw.conventions.keyphasor)
+    raw, findings = _without_spikes(raw, 1 if pulses is None else len(pulses.time) // REVOLUTIONS)
     single = {node: float(a) for node, a in zip(raw.nodes, raw.directions, strict=True) if np.isfinite(a)}
-    facts = RecordFacts(raw.where, {node: NodeFacts() for node in raw.nodes})
-    found = Analysed(facts, findings, directions=single)
-    if marks is not None and is_swept(marks):
-        return _tracked(found, raw, pulses, marks)
-    _steady(found, raw, pulses, marks, with_signals)
+    found = Analysed(RecordFacts(raw.where, {node: NodeFacts() for node in raw.nodes}), findings, directions=single)
+    if pulses is not None and is_swept(pulses.time):
+        return _tracked(found, raw, pulses)
+    _steady(found, raw, pulses, with_signals)
     return [found]
 
 
@@ -190,9 +173,9 @@ def _without_spikes(raw, pieces):
     return (replace(raw, channels=channels) if findings else raw), findings
 
 
-def _tracked(whole, raw, pulses, marks):
+def _tracked(whole, raw, pulses):
     """The Analysed of each speed of a sweep, given that of the whole without harmonics; that alone after an error."""
-    sweep = count_revolutions(marks, 0.0 if pulses is None else pulses.resolution, swept=True)
+    sweep = count_revolutions(pulses.time, pulses.resolution, swept=True)
     findings = whole.findings
     findings += quality.check_pulses(pulses, sweep, raw.conventions.keyphasor.polarity, raw.where)
     harmonics = np.array(raw.conventions.harmonics)
@@ -241,7 +224,7 @@ def check_sweep(speed, rate, amplitudes, harmonics, where):
     """A note on a sweep (speed, rate: (speed,)), and whether it is too fast for its narrowest resonance."""
     kind, rpm = "run-up" if rate.mean() > 0 else "coast-down", RAD_PER_S["rpm"]
     first, last = (number(speed[i] / rpm, 4) for i in (0, -1))
-    yield told(kind, where, rate=number(abs(np.median(rate))), count=len(speed), first=first, last=last)
+    yield told(kind, where, kind=kind, rate=number(abs(np.median(rate))), count=len(speed), first=first, last=last)
     first = np.flatnonzero(np.abs(harmonics) == 1)
     resonances = peaks(speed, np.sqrt(sum(np.sum(np.abs(one[:, first]) ** 2, axis=1) for one in amplitudes)))
     if not resonances:

@@ -28,6 +28,17 @@ def in_cosines(angle, harmonics):
     return np.array([turned[n].real if n >= 0 else turned[-n].imag for n in harmonics])
 
 
+def fit_basis(signal, basis, window=1.0):
+    """Fit of a signal (..., time) on a basis (..., harmonic, time): amplitude, residual, inverse normal matrix."""
+    weighted = basis.conj() * window
+    inverse = np.linalg.inv(weighted @ np.swapaxes(basis, -1, -2))
+    if basis.ndim == 2:
+        amplitude = signal @ weighted.T @ inverse.T
+        return amplitude, signal - amplitude @ basis, inverse
+    amplitude = (inverse @ (weighted @ signal[..., None]))[..., 0]
+    return amplitude, signal - (amplitude[..., None, :] @ basis)[..., 0, :], inverse
+
+
 def fit_harmonics(signal, angle, harmonics, basis=rotating):
     """Least squares of signals (..., time) on a basis of harmonics (harmonic,) of the angle (time,) rad; see `Fit`."""
     amplitude, inverse = fit_amplitude(signal, angle, harmonics, basis)

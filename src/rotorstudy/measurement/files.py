@@ -29,10 +29,9 @@ SAME_RATE = 0.01  # relative difference of a stated sampling rate and that of th
 class Channels:
     """Channels of a file: names; a function from a name to its values (samples,); units that the file states."""
 
-    def __init__(self, names, values, units=None):
+    def __init__(self, names, values, units=()):
         self.names, self.values = list(names), values
-        units = [""] * len(self.names) if units is None else units
-        self.units = dict(zip(self.names, stated_units(self.names, units), strict=True))
+        self.units = dict(zip(self.names, stated_units(self.names, units or [""] * len(self.names)), strict=True))
 
 
 def read_file(path, conventions, nodes):

@@ -7,7 +7,7 @@ import numpy as np
 
 SEVERITIES = ("error", "warning", "note")
 ROUND_OFF = 1e-9  # of the largest harmonic
-# severity: name (which of its kind): words, of every finding on records
+# severity: names (which of their kind): words, of every finding on records
 TABLE = """
 error: no phase reference: neither keyphasor nor phase mark times; the phase of the harmonics is undetermined. Record
     one of them
@@ -21,8 +21,8 @@ warning: keyphasor polarity (both): it also has pulses of the other sign, {share
     taken. State which is the mark by 'keyphasor: polarity'; an AC-coupled keyphasor has both
 warning: missing pulses: {count} of {every}; counted without them
 warning: doubled pulses: {count} extra pulses beside {marks} marks; left out
-error: missing pulses (many): {count} for {marks} regular pulses, too many to identify the marks. Check threshold_V
-error: doubled pulses (many): {count} for {marks} regular pulses, too many to identify the marks. Check threshold_V
+error: missing pulses (many), doubled pulses (many): {count} for {marks} regular pulses, too many to identify the marks.
+    Check threshold_V
 warning: keyphasor jitter: the marks scatter by {scatter:.2g} degrees about steady rotation (up to {usual:.2g} is
     usual), harmonic n by n times as much. The covariance includes it
 error: speed label: labelled {label}, but the phase mark passes at {speed} ({off:+.3g} %, allowed
@@ -62,16 +62,14 @@ warning: noise floor: no harmonic but the mean exceeds five times its standard d
 error: reference signal: {problem}
 error: no displacement: a velocity or an acceleration during a run-up is not integrated; give displacements, or
     constant speeds
-note: run-up: run-up at {rate} rad/s per second, tracked at {count} speeds from {first} to {last} rpm; the transient of
-    the sweep is removed from the harmonics
-note: coast-down: coast-down at {rate} rad/s per second, tracked at {count} speeds from {first} to {last} rpm; the
+note: run-up, coast-down: {kind} at {rate} rad/s per second, tracked at {count} speeds from {first} to {last} rpm; the
     transient of the sweep is removed from the harmonics
 warning: sweep too fast: {beats}. They are removed, to about a percent; {slower}
 error: sweep too fast (lost): {beats}, which cannot be removed; {slower}
 warning: sweep too fast (vectors): the vectors beat as in a sweep at {rate} rad/s per second, {times} times the square
     of the half-power bandwidth: near and beyond the critical speed they are not steady, and their peak lies beyond
     it. Give the record in time, whose transient can be removed, or use lower speeds
-note: critical speeds: {each}; the residual is {residual} µm
+note: critical speeds: {each}; the residual is {residual}
 warning: non-synchronous line: a line at {hertz:.5g} Hz, {order:.4f} times the speed{across}: forward {forward},
     backward {backward} at node {node}, {sense}. {kind}. It is fitted together with the harmonics and kept out of
     their covariance; the diagnosis does not explain it
@@ -131,9 +129,9 @@ note: last digits: the last digits are those of the cells as printed; give colum
 
 
 def words_of(table):
-    """{name (which of its kind): (severity, words)} of a text like the TABLE."""
+    """{name (which of its kind): (severity, words)} of a text like the TABLE, where a row may be of several."""
     rows = (row.split(": ", 2) for row in re.sub(r"\n +", " ", table.strip()).split("\n"))
-    return {key: (severity, words) for severity, key, words in rows}
+    return {key: (severity, words) for severity, keys, words in rows for key in keys.split(", ")}
 
 
 SAID = words_of(TABLE)
@@ -183,7 +181,8 @@ class NodeFacts:
     noise_std: float = _fact("m", "standard deviation of the noise of a sample of x or y")
     variance_shrinkage: float = _fact("1", "weight of the common variance in the covariance")
     correlation_shrinkage: float = _fact("1", "weight of zero correlation in the covariance")
-    lines: tuple = ()
+    lines: tuple = ()  # Line of each spectral line that is not synchronous; they are in no other quantity
+    blocks: np.ndarray | tuple = ()  # (block, harmonic) complex, m; empty if there were too few revolutions
 
 
 @dataclass
@@ -210,9 +209,9 @@ def facts_of(kind):
     return [(one.name, *one.metadata.values()) for one in fields(kind) if one.metadata]
 
 
-def node_facts(amplitude, covariance, harmonics, noise_std=np.nan, shrinkage=(np.nan, np.nan), lines=()):
+def node_facts(amplitude, covariance, harmonics, noise_std=np.nan, shrinkage=(np.nan, np.nan), *more):
     """NodeFacts of the amplitudes (harmonic,) of a node, m; round-off of the largest one is zero."""
     sizes = np.abs(amplitude)
     sizes = np.where(sizes <= ROUND_OFF * sizes.max(initial=0.0), 0.0, sizes)
     size = dict(zip((int(n) for n in harmonics), sizes, strict=True))
-    return NodeFacts(amplitude, covariance, size.get(1, np.nan), size.get(-1, np.nan), noise_std, *shrinkage, lines)
+    return NodeFacts(amplitude, covariance, size.get(1, np.nan), size.get(-1, np.nan), noise_std, *shrinkage, *more)

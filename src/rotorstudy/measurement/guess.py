@@ -7,12 +7,13 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.channel_names import angle_in, numbered_angles, plane_in, unit_in
-from rotorstudy.measurement.conventions import Conventions
+from rotorstudy.measurement.conventions import Conventions, Keyphasor
 from rotorstudy.measurement.files import kind_of, open_channels
+from rotorstudy.measurement.keyphasor import LONGEST_PULSE, find_pulses
 from rotorstudy.measurement.netcdf_files import existing, netcdf
 from rotorstudy.measurement.tables import USUAL_V_PER_M, open_table
-from rotorstudy.measurement.text_table import guess_layout, header_of, whole_numbers
-from rotorstudy.units import METRES, um
+from rotorstudy.measurement.text_table import guess_layout, whole_numbers
+from rotorstudy.units import METRES, RAD_PER_S, SECONDS, um
 
 VIEW = {"rotation": "with_angles", "gravity_angle_deg": 180}  # angles from straight up, counter-clockwise
 PAIR = (-45.0, 45.0)  # X and Y of a node, right and left of the top
@@ -21,7 +22,6 @@ SPEED = re.compile(r"rpm|speed|drehzahl", re.IGNORECASE)
 MARK = re.compile(r"key|kph|tach|trig|mark|once|phase", re.IGNORECASE)
 INSTRUMENT_NOISE = 2e-7  # m, standard deviation of real and imaginary part: about 0.01 mil peak to peak
 EVEN = 1e-3  # relative scatter of the time steps of a time column
-PULSES = 0.25  # share of the range between the median and the middle of it, of a signal of pulses
 
 
 class Guess(NamedTuple):
@@ -32,10 +32,10 @@ class Guess(NamedTuple):
 
 
 class Column(NamedTuple):
-    """A channel of a file: its name, the text of its unit, and its values (sample,)."""
+    """A channel of a file: its name, its unit (see `unit_in`), and its values (sample,)."""
 
     name: str
-    unit: str
+    unit: str | None
     values: np.ndarray
 
 
@@ -45,27 +45,26 @@ def guess_measurement(path, nodes):
     kind = kind_of(path)
     if kind == "netcdf":
         return _of_netcdf(path, nodes)
-    section, said, units, conventions = dict(VIEW), [], {}, Conventions()
+    section, said, conventions = dict(VIEW), [], Conventions()
     if kind == "csv":
         layout = guess_layout(path)
-        names, below, _ = header_of(path, layout)
-        units, conventions = dict(zip(names, below, strict=True)), Conventions(csv=layout)
+        conventions = Conventions(csv=layout)
         changed = layout.model_dump(exclude_defaults=True)
         section |= {"csv": changed} if changed else {}
         said.append(f"layout: {_layout_words(layout)}")
         if table := open_table(path, layout):
             return (_of_table if table.by_probe else _of_harmonics)(table, section, said, nodes)
-    columns, said_of_text = _columns(path, conventions, units)
+    columns, said_of_text = _columns(path, conventions)
     try:
         return _of_signals(columns, section, said + said_of_text, nodes)
     except RotorstudyError as error:
         raise RotorstudyError("; ".join((f"{path}: {error}", *said_of_text))) from None
 
 
-def _columns(path, conventions, units):
+def _columns(path, conventions):
     """The numeric columns of a file, and a sentence on the others, which says why the first is none."""
     channels = open_channels(path, conventions)
-    found, left, why = [], [], ""
+    found, left, why = {}, [], ""
     for name in channels.names:
         try:
             values = channels.values(name)
@@ -74,8 +73,10 @@ def _columns(path, conventions, units):
             why = why or str(error)
             continue
         if np.isfinite(values).any():
-            found.append(Column(name, units.get(name, ""), np.where(np.isfinite(values), values, np.nan)))
-    return found, [f"not used, as it is no number: {', '.join(left)} ({why})"] if left else []
+            unit = unit_in(name, channels.units[name] or "")
+            key = values.tobytes() if kind_of(path) == "uff" else name  # a data set has two names, last its label
+            found[key] = Column(name, unit, np.where(np.isfinite(values), values, np.nan))
+    return list(found.values()), [f"not used, as it is no number: {', '.join(left)} ({why})"] if left else []
 
 
 def _of_signals(columns, section, said, nodes):
@@ -90,14 +91,13 @@ def _of_signals(columns, section, said, nodes):
     elif time is None:
         said.append("time: no column; NOT read before sample_rate_Hz is stated")
     else:
-        unit = "ms" if unit_in(time.name, time.unit) == "ms" else "s"
+        unit = "ms" if time.unit == "ms" else "s"
         section |= {"time_channel": time.name} | ({"time_unit": "ms"} if unit == "ms" else {})
-        step = float(np.mean(np.diff(time.values))) * (1e-3 if unit == "ms" else 1.0)  # times may be rounded
+        step = float(np.mean(np.diff(time.values))) * SECONDS[unit]  # times may be rounded
         said.append(f"time: '{time.name}' in {unit}, {1 / step:.6g} samples per second")
     speed = _take(left, lambda c: SPEED.search(c.name))
     if speed is not None:
-        unit = unit_in(speed.name, speed.unit)
-        unit = unit if unit in ("rpm", "Hz", "rad/s") else "rpm"
+        unit = speed.unit if speed.unit in RAD_PER_S else "rpm"
         section |= {"speed_channel": speed.name, "speed_unit": unit}
         said.append(f"speed: '{speed.name}' in {unit}, {np.nanmean(speed.values):.5g} on average")
     mark = _take(left, lambda c: MARK.search(c.name)) or _take(left, _is_pulses)
@@ -106,7 +106,7 @@ def _of_signals(columns, section, said, nodes):
         said.append(f"phase mark: '{mark.name}'; its sensor is taken to be at the top (NOT known)")
     else:
         said.append("phase mark: no column found; without one there is no phase, state keyphasor: channel")
-    others = [c for c in left if unit_in(c.name, c.unit) == "other" or _is_time(c) or not np.nanstd(c.values) > 0]
+    others = [c for c in left if c.unit == "other" or _is_time(c) or not np.nanstd(c.values) > 0]
     others += [c for c in left if c not in others and MARK.search(c.name) and _is_pulses(c)]
     if others:
         said.append(f"not used: {', '.join(c.name for c in others)} (constant, a ramp, pulses, or not a displacement)")
@@ -114,7 +114,7 @@ def _of_signals(columns, section, said, nodes):
     if not probes:
         raise RotorstudyError(f"no column may be a probe (columns: {', '.join(c.name for c in columns)})")
     section["probes"], more = _probes([c.name for c in probes], [_unit(c) for c in probes], nodes)
-    unknown = [c.name for c in (time, speed, *probes) if c and unit_in(c.name, c.unit) is None]
+    unknown = [c.name for c in (time, speed, *probes) if c and c.unit is None]
     if unknown:
         more.append(f"units: the file states none for {', '.join(unknown)}; those above are guesses (NOT known)")
     return Guess(section, said + more)
@@ -208,11 +208,10 @@ def direction_words(angle_deg):
 
 def _unit(column):
     """Keys of the unit of a probe: as its name or the row of units says, else by the size of its values."""
-    unit = unit_in(column.name, column.unit)
-    if unit in ("m", "mm", "um", "mil"):
-        return {"unit": unit}
+    if column.unit in METRES:
+        return {"unit": column.unit}
     is_gap_voltage = -24 < np.nanmedian(column.values) < -1  # of an eddy-current probe
-    if unit == "V" or (unit is None and is_gap_voltage):
+    if column.unit == "V" or (column.unit is None and is_gap_voltage):
         return {"unit": "V", "sensitivity_V_per_m": USUAL_V_PER_M}
     return {"unit": "um" if np.nanstd(column.values) > 1e-3 else "m"}
 
@@ -233,13 +232,9 @@ def _is_time(column):
 
 
 def _is_pulses(column):
-    """Whether a signal rests at one end of its range and leaves it at least twice."""
-    values = column.values[np.isfinite(column.values)]
-    low, high = values.min(), values.max()
-    if not high > low:
-        return False
-    rests = abs(np.median(values) - (low + high) / 2) > PULSES * (high - low)
-    return bool(rests and np.count_nonzero(np.diff(values > (low + high) / 2)) >= 4)
+    """Whether a signal has pulses as a keyphasor has them."""
+    pulses = find_pulses(column.values, np.arange(len(column.values)), Keyphasor())
+    return pulses is not None and len(pulses.time) > 1 and pulses.duty < LONGEST_PULSE
 
 
 def _layout_words(csv):

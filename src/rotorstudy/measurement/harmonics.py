@@ -1,11 +1,11 @@
 """Harmonics of a record against the angle of the shaft, and their covariance from repeat blocks."""
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from rotorstudy.measurement.angle_fit import Fit, fit_amplitude, fit_harmonics, without
+from rotorstudy.measurement.angle_fit import Fit, fit_amplitude, fit_basis, fit_harmonics, without
+from rotorstudy.measurement.findings import node_facts
 from rotorstudy.measurement.lines import LEAST_POWER, Line, line_basis, orders_of_lines
 from rotorstudy.measurement.spectrum import along_probe, seen_rows
 from rotorstudy.response.series import rotating_basis
@@ -15,6 +15,7 @@ MOST_OTHERS = 16  # orders that are not asked for
 SLOWEST = 64  # records: noise of power 1/f is taken to reach down to this period
 WHITE = (0.5, 0.99)  # prior probability that a record has no noise of power 1/f: of the mean, of another harmonic
 CORNERS = 12  # between white noise and noise of power 1/f
+ROUND_OFF = 1e-9  # rad, by which samples that are locked to the shaft may miss the begin of a revolution
 FEWEST_BLOCKS = 6  # with fewer their scatter is too uncertain; the noise floor is used instead
 
 
@@ -22,17 +23,6 @@ def spectral_lines(time, speed, harmonics):
     """(harmonic,) line of the discrete Fourier transform nearest to each harmonic."""
     revolutions = speed * (time[1] - time[0]) * len(time) / (2 * np.pi)
     return np.rint(np.asarray(harmonics) * revolutions).astype(int) % len(time)
-
-
-def fit_basis(signal, basis, window=1.0):
-    """Fit of a signal (..., time) on a basis (..., harmonic, time): amplitude, residual, inverse normal matrix."""
-    weighted = basis.conj() * window
-    inverse = np.linalg.inv(weighted @ np.swapaxes(basis, -1, -2))
-    if basis.ndim == 2:
-        amplitude = signal @ weighted.T @ inverse.T
-        return amplitude, signal - amplitude @ basis, inverse
-    amplitude = (inverse @ (weighted @ signal[..., None]))[..., 0]
-    return amplitude, signal - (amplitude[..., None, :] @ basis)[..., 0, :], inverse
 
 
 def noise_power(residual, lines, window=1.0):
@@ -62,20 +52,8 @@ def shared_error_covariance(change, covariance):
     return slope @ covariance @ np.swapaxes(slope, -1, -2)
 
 
-@dataclass(frozen=True)
-class Harmonics:
-    """Harmonics of one node at one speed."""
-
-    amplitude: np.ndarray  # (harmonic,) complex, m
-    covariance: np.ndarray  # (component, component) m^2, real parts then imaginary parts
-    blocks: np.ndarray  # (block, harmonic) complex, m; empty if there were too few revolutions
-    noise_std: float  # standard deviation of a sample of x or y, m, from the residual
-    shrinkage: tuple  # weights (0 to 1) of the common variance, and of zero correlation
-    lines: tuple[Line, ...] = ()  # Line of each spectral line that is not synchronous; they are in no other quantity
-
-
 def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None, drift=None):
-    """Harmonics of a record of whole revolutions.
+    """NodeFacts of a record of whole revolutions.
 
     The mean is harmonic 0. Its drift, a straight line in the angle, other harmonics and lines that are not synchronous,
     all of which would leak into these, are fitted together with them: other harmonics cancel in whole revolutions, but
@@ -112,34 +90,25 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None, 
     noise_std = float(np.sqrt(np.sum(np.abs(residual) ** 2) / freedom / channels))
     length = max(1, int(np.ceil(revolutions / MOST_BLOCKS)))  # of a block, in revolutions
     count = revolutions // length
-    edges = np.searchsorted(angle - angle[0], 2 * np.pi * length * np.arange(count + 1))
+    edges = np.searchsorted(angle - angle[0], 2 * np.pi * length * np.arange(count + 1) - ROUND_OFF)
     pieces = [np.flatnonzero(usable[a:b]) + a for a, b in pairwise(edges)]
     sizes = np.array([len(piece) for piece in pieces])
     full = np.flatnonzero(sizes >= 0.8 * (2 * np.pi * length) / np.median(np.diff(angle)))
     full = full[sizes[full] > 2 * len(harmonics)]
     if len(full) < FEWEST_BLOCKS:
         at = np.unique(np.rint(every * revolutions).astype(int) % len(residual))
-        covariance = white_noise_covariance(residual, inverse, at) * widened
-        covariance = covariance if channels == 2 else along_probe(2 * covariance, harmonics, direction)
-        return Harmonics(amplitude, covariance, np.zeros((0, len(harmonics))), noise_std, (1, 1), lines)
+        covariance = white_noise_covariance(residual, inverse, at) * widened * 2 / channels
+        covariance = along_probe(covariance, harmonics, direction)
+        return node_facts(amplitude, covariance, harmonics, noise_std, (1, 1), lines)
     blocks = np.array([fit_amplitude(signal[c], angle[c], harmonics)[0] for c in (pieces[b] for b in full)])
     blocks[:, harmonics == 0] += [[slope * turned[pieces[b]].mean()] for b in full]
     parts = np.concatenate([blocks.real, blocks.imag], axis=1)
-    if channels == 2:
-        covariance, shrinkage = shrunk_covariance(parts)
-        covariance = with_slow_noise(covariance, parts, harmonics)
-    else:
-        covariance, shrinkage = _covariance_of_probe(parts, harmonics, direction)
-    share = sizes[full].mean() / usable.sum()  # of a block in the record, by which the variance of the whole is smaller
-    return Harmonics(amplitude, covariance * share * widened, blocks, noise_std, shrinkage, lines)
-
-
-def _covariance_of_probe(parts, harmonics, direction):
-    """Covariance of blocks (block, component) of the motion along one probe, shrunk as its own data; shrinkage."""
     rows = seen_rows(harmonics, direction)
-    seen, own, covariance = rows.any(axis=1), parts @ rows.T, np.zeros(rows.shape)
+    seen, own, covariance = rows.any(axis=1), parts @ rows.T, np.zeros(rows.shape)  # of the data: all parts of an orbit
     covariance[np.ix_(seen, seen)], shrinkage = shrunk_covariance(own[:, seen])
-    return rows.T @ with_slow_noise(covariance, own, harmonics, seen) @ rows, shrinkage
+    covariance = rows.T @ with_slow_noise(covariance, own, harmonics, seen) @ rows
+    share = sizes[full].mean() / usable.sum()  # of a block in the record, by which the variance of the whole is smaller
+    return node_facts(amplitude, covariance * share * widened, harmonics, noise_std, shrinkage, lines, blocks)
 
 
 def _without_drift(fit, drift):
@@ -177,7 +146,7 @@ def _lines(signal, angle, usable, harmonics, orders):
     return amplitude[count:-1] @ both[count:-1], amplitude[-1], np.outer(wider, wider), lines
 
 
-def with_slow_noise(covariance, draws, harmonics, seen=None):
+def with_slow_noise(covariance, draws, harmonics, seen):
     """Covariance of draws (draw, component) that includes noise slower than a draw, which their scatter does not show.
 
     The power of the draws at line k of their Fourier transform is B (1 + c / k): white noise plus noise of power 1/f,
@@ -185,7 +154,7 @@ def with_slow_noise(covariance, draws, harmonics, seen=None):
     of (1 + c / |x|) sinc^2 x. It is averaged over the corner c, with the prior WHITE that there is no such noise; B is
     marginalised (exponentially distributed powers). A line within a cycle of a harmonic is seen as slow noise of it.
 
-    seen : (component,) whether a component is a datum, by default all; the others are zero
+    seen : (component,) whether a component is a datum; the others are zero
     """
     count, size = len(draws), len(harmonics)
     lines = np.arange(1, (count - 1) // 2 + 1)
@@ -196,7 +165,7 @@ def with_slow_noise(covariance, draws, harmonics, seen=None):
     shape = 1 + np.concatenate([[0.0], corners])[:, None] / lines  # (corner, line)
     level = np.mean(power / shape[..., None, None], axis=1)  # (corner, part, harmonic)
     level = np.maximum(level, np.finfo(float).tiny)
-    data = np.ones((2, size)) if seen is None else seen.reshape(2, size)
+    data = seen.reshape(2, size)
     evidence = -data.sum(axis=0) * np.log(shape).sum(axis=1)[:, None]
     evidence = evidence - len(lines) * (data * np.log(level / variance)).sum(axis=1)
     prior = np.where(harmonics == 0, *WHITE)
@@ -260,10 +229,9 @@ def shrunk_variances(variance, freedom):
 
 
 def with_phase_noise(amplitude, covariance, harmonics, variance):
-    """Covariance (component, component) m^2 with the error of the phase mark, rad^2, which turns harmonic n n times."""
+    """Covariance (..., component, component) m^2 with the error of the phase mark, rad^2, which turns nX n times."""
     turned = 1j * np.asarray(harmonics) * amplitude
-    slope = np.concatenate([turned.real, turned.imag])
-    return covariance + variance * np.outer(slope, slope)
+    return covariance + shared_error_covariance(turned[..., None], np.array([[variance]]))
 
 
 def trend(blocks):

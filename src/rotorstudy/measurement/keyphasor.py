@@ -3,7 +3,6 @@
 `count_revolutions` repairs and reports irregular pulses; `mark_times`, for spectrum methods, refuses them.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -27,10 +26,17 @@ class Pulses:
     """
 
     time: np.ndarray
-    polarity: int
-    duty: float
-    resolution: float
-    opposite: float
+    polarity: int = 1
+    duty: float = 0.0
+    resolution: float = 0.0
+    opposite: float = 0.0
+
+
+def pulses_of(record, settings):
+    """The Pulses of a record: at its own marks, else those of its keyphasor; None if it has neither."""
+    if record.marks is not None:
+        return Pulses(np.asarray(record.marks, float))
+    return None if record.keyphasor is None else find_pulses(record.keyphasor, record.time, settings)
 
 
 def find_pulses(signal, time, settings):
@@ -82,7 +88,7 @@ def _crossings(signal, time, after):
 class Turning:
     """Angle of the shaft over time."""
 
-    revolutions: Callable  # function(time, s, order of the derivative) of the revolutions since the first mark
+    revolutions: object  # BSpline over time, s: the revolutions since the first mark
     marks: np.ndarray  # (mark,) s
     counts: np.ndarray  # (mark,) revolution that each begins
     missing: int = 0  # pulses
@@ -92,7 +98,7 @@ class Turning:
 
     def angle(self, time):
         """(time,) rad since the first mark."""
-        return 2 * np.pi * self.revolutions(time, 0)
+        return 2 * np.pi * self.revolutions(time)
 
     def speed(self, time):
         """(time,) rad/s."""
@@ -125,6 +131,8 @@ def count_revolutions(pulses, resolution_s=0.0, swept=False):
     follows a steady change of speed and averages jitter; of a run-up or coast-down (`swept`) a cubic spline with a knot
     every ten revolutions, which follows any.
     """
+    from scipy.interpolate import make_lsq_spline
+
     if len(pulses) < 2:
         return None
     of_period = [pulses[i : i + 6] if swept else pulses for i in range(min(5, len(pulses) - 1))]
@@ -133,26 +141,14 @@ def count_revolutions(pulses, resolution_s=0.0, swept=False):
     kept, counts = max(followed, key=lambda found: len(found[0]))
     if len(kept) < 2:
         return None
-    marks = pulses[kept]
-    if swept:
-        from scipy.interpolate import make_lsq_spline
-
-        inner = marks[PIECE_REVOLUTIONS:-PIECE_REVOLUTIONS:PIECE_REVOLUTIONS]
-        knots = np.concatenate([[marks[0]] * 4, inner, [marks[-1]] * 4])
-        revolutions, parameters = make_lsq_spline(marks, counts.astype(float), knots), len(inner) + 4
-    else:
-        parameters = 3 if len(marks) >= 6 else 2
-        middle = marks.mean()
-        revolutions = _polynomial(np.polyfit(marks - middle, counts, parameters - 1), middle)
-    off, freedom = counts - revolutions(marks, 0), len(marks) - parameters
+    marks, degree = pulses[kept], 3 if swept else 2 if len(kept) >= 6 else 1
+    inner = marks[PIECE_REVOLUTIONS:-PIECE_REVOLUTIONS:PIECE_REVOLUTIONS] if swept else []
+    knots = np.concatenate([[marks[0]] * (degree + 1), inner, [marks[-1]] * (degree + 1)])
+    revolutions = make_lsq_spline(marks, counts.astype(float), knots, degree)
+    off, freedom = counts - revolutions(marks), len(marks) - len(revolutions.c)
     jitter = 2 * np.pi * np.sqrt(np.sum(off**2) / freedom) if freedom > 0 else 0.0
     missing, doubled = int(counts[-1] + 1 - len(marks)), len(pulses) - len(marks)
     return Turning(revolutions, marks, counts, missing, doubled, float(jitter), resolution_s)
-
-
-def _polynomial(coefficients, middle):
-    """`Turning.revolutions` of a polynomial in the time from `middle` on, highest power first."""
-    return lambda time, order: np.polyval(np.polyder(coefficients, order), np.asarray(time) - middle)
 
 
 def _follow(pulses, start, period, gain):
@@ -170,10 +166,11 @@ def _follow(pulses, start, period, gain):
 
 def steady_turning(speed, time):
     """The Turning of a shaft known to run at `speed` rad/s with its mark at the first sample."""
-    counts = np.array([0, int(speed * (time[-1] - time[0]) / (2 * np.pi))])
-    marks = time[0] + counts * 2 * np.pi / speed
-    middle, rate = marks.mean(), speed / (2 * np.pi)
-    return Turning(_polynomial([rate, rate * (middle - time[0])], middle), marks, counts)
+    from scipy.interpolate import make_interp_spline
+
+    ends = time[[0, -1]]
+    counts = speed * (ends - time[0]) / (2 * np.pi)
+    return Turning(make_interp_spline(ends, counts, 1), ends, counts)
 
 
 def mark_times(record, drifting=False):
@@ -184,12 +181,10 @@ def mark_times(record, drifting=False):
     """
     if record.marks is None and record.keyphasor is None:
         raise RotorstudyError(f"{record.where}: no keyphasor; record one, or use a reference signal")
-    found = record.marks
-    if found is None:
-        from rotorstudy.measurement.conventions import Keyphasor  # late: pydantic, which plugins load without
+    from rotorstudy.measurement.conventions import Keyphasor  # late: pydantic, which plugins load without
 
-        pulses = find_pulses(record.keyphasor, record.time, Keyphasor())
-        found = np.zeros(0) if pulses is None else pulses.time
+    pulses = pulses_of(record, Keyphasor())
+    found = np.zeros(0) if pulses is None else pulses.time
     expected = record.speed * (record.time[-1] - record.time[0]) / (2 * np.pi)
     regular = _follow_each_other(record, found) if drifting else _keep_to_the_speed(record, found, expected)
     if not regular:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.measurement.angle_fit import fit_harmonics
+from rotorstudy.measurement.angle_fit import fit_basis, fit_harmonics
 from rotorstudy.measurement.findings import told
 from rotorstudy.response.series import rotating_basis
 from rotorstudy.units import um
@@ -16,7 +16,6 @@ LEAST_CYCLES = 5.0  # in the record; slower motion is drift
 BESIDE_HARMONIC = 3.0  # cycles in the record within which a line may be a modulated harmonic
 NARROW, WIDE = 4, 12  # lines on either side from which the noise at a line follows, of slow and of other lines
 LONG = 100_000  # samples of a record that is cut to a number quick to transform, and needs twice WIDE lines
-LINES_AT_ONCE = 4096  # whose noise is computed together
 STEPS = 4
 MAINS_HZ = (50.0, 60.0)
 MOST_MAINS = 6  # multiples of the mains frequency
@@ -53,7 +52,7 @@ def orders_of_lines(signal, angle, harmonics, residual=None):
             left_out = np.append(left_out, order)
             continue
         found = refined
-        left = _without(signal, np.concatenate([synchronous, line_basis(angle, found)]))
+        left = fit_basis(signal, np.concatenate([synchronous, line_basis(angle, found)]))[1]
     return found
 
 
@@ -61,11 +60,6 @@ def line_basis(angle, orders):
     """(2 * line, time) forward parts of all lines, then backward parts."""
     forward = np.exp(1j * np.multiply.outer(orders, angle))
     return np.concatenate([forward, forward.conj()])
-
-
-def _without(signal, basis):
-    """A signal (..., time) without its least-squares fit on a basis (column, time)."""
-    return signal - np.linalg.solve(basis.conj() @ basis.T, basis.conj() @ signal.T).T @ basis
 
 
 def _strongest(residual, angle, known, least):
@@ -93,17 +87,13 @@ def _strongest(residual, angle, known, least):
 
 def _above_noise(power, cycles, lines):
     """The line (position) of most power among some, of those whose power exceeds the noise around it; None if none."""
-    lines = lines[np.argsort(-power[lines], kind="stable")]
-    for first in range(0, len(lines), LINES_AT_ONCE):
-        some = lines[first : first + LINES_AT_ONCE]
-        widths = NARROW, WIDE * (2 if len(power) > LONG else 1)
-        around = [power[(some[:, None] + np.arange(-width, width + 1)) % len(power)] for width in widths]
-        medians = [np.partition(beside, beside.shape[1] // 2)[:, beside.shape[1] // 2] for beside in around]
-        noise = np.where(np.abs(cycles[some]) < 2 * WIDE, *medians) / np.log(2)
-        above = np.flatnonzero(power[some] / np.maximum(noise, np.finfo(float).tiny) > LEAST_POWER)
-        if len(above):
-            return some[above[0]]
-    return None
+    from scipy.ndimage import median_filter
+
+    widths = NARROW, WIDE * (2 if len(power) > LONG else 1)
+    medians = (median_filter(power, 2 * width + 1, mode="wrap")[lines] for width in widths)
+    noise = np.where(np.abs(cycles[lines]) < 2 * WIDE, *medians) / np.log(2)
+    above = lines[power[lines] / np.maximum(noise, np.finfo(float).tiny) > LEAST_POWER]
+    return above[power[above].argmax()] if len(above) else None
 
 
 def _refined(signal, angle, synchronous, orders):
@@ -113,10 +103,9 @@ def _refined(signal, angle, synchronous, orders):
     for _ in range(STEPS):
         lines = line_basis(angle, orders)
         basis = np.concatenate([synchronous, lines])
-        amplitude = np.linalg.solve(basis.conj() @ basis.T, basis.conj() @ signal)
+        amplitude, off, _ = fit_basis(signal, basis)
         forward, backward = np.split((1j * amplitude[len(synchronous) :, None] * lines), 2)
-        columns = _without((forward - backward) * (angle - angle.mean()), basis)
-        off = signal - amplitude @ basis
+        columns = fit_basis((forward - backward) * (angle - angle.mean()), basis)[1]
         normal, right = (columns.conj() @ columns.T).real, (columns.conj() @ off).real
         step = np.linalg.lstsq(normal, right, rcond=1e-12)[0]
         orders = np.clip(orders + step, start - line, start + line)

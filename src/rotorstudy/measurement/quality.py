@@ -39,12 +39,12 @@ LIKELY_WRONG = (  # speed by the marks over the stated one, and a likely reason
 
 
 def check_pulses(pulses, turning, asked, where):
-    """Findings on the regularity of the keyphasor. pulses : Pulses, or None if the file has the mark times."""
-    if pulses is not None and pulses.duty > LONGEST_PULSE:
+    """Findings on the regularity of the keyphasor, by its Pulses and the Turning of them."""
+    if pulses.duty > LONGEST_PULSE:
         stated = f" if they are {asked}, as in the rig file" * (asked != "auto")
         severity = "error" if stated else "warning"
         yield told("keyphasor polarity", where, severity, duty=100 * pulses.duty, asked=stated)
-    elif pulses is not None and asked == "auto" and pulses.opposite > OPPOSITE:
+    elif asked == "auto" and pulses.opposite > OPPOSITE:
         sign, share = ("positive", "negative")[pulses.polarity < 0], 100 * pulses.opposite
         yield told("keyphasor polarity (both)", where, share=share, sign=sign)
     marks = len(turning.marks)
@@ -199,15 +199,15 @@ def check_sampling(samples, revolutions, harmonics, where):
         yield told("sampling rate", where, highest=highest, needed=2 * highest, **both)
 
 
-def check_noise(amplitude, covariance, blocks, harmonics, where):
-    """Whether harmonics (harmonic,) exceed the noise, and are steady over the blocks (block, harmonic); complex, m."""
+def check_noise(own, harmonics, where):
+    """Whether the harmonics (harmonic,) of NodeFacts exceed the noise, and are steady over the blocks."""
     moving = np.asarray(harmonics) != 0
-    std = np.sqrt(np.diag(covariance).reshape(2, -1).sum(axis=0))
-    if np.max(np.abs(amplitude[moving]) / np.maximum(std[moving], 1e-300)) <= SIGNIFICANT:
+    std = np.sqrt(np.diag(own.covariance).reshape(2, -1).sum(axis=0))
+    if np.max(np.abs(own.amplitude[moving]) / np.maximum(std[moving], 1e-300)) <= SIGNIFICANT:
         yield told("noise floor", where)
-    if len(blocks) < FEWEST_BLOCKS:
+    if len(own.blocks) < FEWEST_BLOCKS:
         return
-    (change, p), scale = trend(blocks), np.abs(blocks.mean(axis=0))[moving].max()
+    (change, p), scale = trend(own.blocks), np.abs(own.blocks.mean(axis=0))[moving].max()
     if change.max() >= CHANGE * scale and p <= STEADY:
         n = int(np.asarray(harmonics)[change.argmax()])
         yield told("not steady", where, n=n, change=um(change.max()))

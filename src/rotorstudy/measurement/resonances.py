@@ -12,7 +12,7 @@ import numpy as np
 
 from rotorstudy.measurement.findings import told
 from rotorstudy.measurement.run_up import FAST, peaks
-from rotorstudy.units import RAD_PER_S, as_certain_as, number
+from rotorstudy.units import number, quantity, um
 
 MOST_MODES = 2
 FEWEST_SPEEDS = 20
@@ -76,22 +76,18 @@ def check_resonances(spectrum, swept, where):
     found = find_resonances(spectrum.speed[order], np.array(vectors)[:, order], swept) if vectors else None
     if found is None:
         return
-    rpm, (rate_std, speed_std, factor_std) = RAD_PER_S["rpm"], found.std
+    rate_std, speed_std, factor_std = found.std
     each = [
-        f"{_with(speed / rpm, std / rpm)} rpm (amplification factor {_with(factor, spread)})"
+        f"{quantity(speed, 'rad/s', std)} (amplification factor {quantity(factor, '1', spread)})"
         for speed, std, factor, spread in zip(found.speed, speed_std, found.amplification, factor_std, strict=True)
         if factor >= LEAST_FACTOR
     ]
     if each:
-        yield told("critical speeds", where, each=" and ".join(each), residual=number(1e6 * found.noise, 2))
+        yield told("critical speeds", where, each=" and ".join(each), residual=um(found.noise))
     ratio = abs(found.rate) / (2 * found.decay.min()) ** 2
     if each and ratio > FAST:
-        yield told("sweep too fast (vectors)", where, rate=_with(found.rate, rate_std), times=number(ratio, 2))
-
-
-def _with(value, std):
-    """A value with its standard deviation."""
-    return " ± ".join(as_certain_as((value, std), std))
+        rate = quantity(found.rate, "1", rate_std)
+        yield told("sweep too fast (vectors)", where, rate=rate, times=number(ratio, 2))
 
 
 def modal_passage(offset, decay, rate):
@@ -143,8 +139,7 @@ def find_resonances(speed, vectors, swept):
 def _without_modes(speed, vectors):
     """Half the sum of squares that a linear change over the range leaves of the vectors."""
     basis = np.vstack([np.ones_like(speed), speed - speed.mean()]).T
-    left = vectors.T - basis @ np.linalg.lstsq(basis, vectors.T, rcond=None)[0]
-    return float(np.sum(np.abs(left) ** 2)) / 2
+    return float(np.linalg.lstsq(basis, vectors.T, rcond=None)[1].sum()) / 2
 
 
 def _fitted(speed, vectors, modes, rates, peak, bandwidth):

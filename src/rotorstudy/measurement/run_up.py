@@ -111,8 +111,7 @@ def track(signals, time, angle, grid, harmonics, directions, mark_variance):
         steady, spread = steady[grid.given], covariance[s, grid.given] * _noise_gain()
         if np.isfinite(direction):
             spread = along_probe(2 * spread, harmonics, direction)
-        both = zip(steady, spread, strict=True)
-        spread = np.array([with_phase_noise(a, c, harmonics, mark_variance) for a, c in both])
+        spread = with_phase_noise(steady, spread, harmonics, mark_variance)
         std = noise[s, grid.given] / (np.sqrt(2) if np.isnan(direction) else 1)
         found.append(Tracked(steady, spread, std))
     return found

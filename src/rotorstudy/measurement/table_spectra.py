@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 import pandas as pd
@@ -32,10 +32,9 @@ def read_table(table, conventions, nodes):
               {node: direction of a single probe, rad}), and findings
     """
     path, text, by_probe = table.path, table.text, table.by_probe
-    held = _quantities_in(text, path, by_probe)
-    column = _column_of("speed", text, path)
-    _check_groups(text[column], path)
-    speed = numbers_of(text, column, path) * COLUMNS[column].factor
+    turning, *readings = _columns_in(text, path, by_probe)
+    _check_groups(text[turning], path)
+    speed = numbers_of(text, turning, path) * COLUMNS[turning].factor
     rows = pd.DataFrame({"speed": speed, "harmonic": harmonics_in(text, path)}, text.index)
     if by_probe:
         _check_rows(rows, path)
@@ -47,14 +46,15 @@ def read_table(table, conventions, nodes):
     rows["repeat"] = rows.groupby(list(rows.columns)).cumcount()
     kept, findings = _complete(text, rows, conventions, str(path))
     text, rows = text[kept], rows[kept]
-    for quantity in held:
-        rows = _with_values(rows, quantity, text, path)
-    if by_probe and (rows[held[0]] < 0).any():
+    for name in readings:
+        rows = _with_values(rows, name, text, path)
+    size = COLUMNS[readings[0]].quantity
+    if by_probe and (wrong := rows[size] < 0).any():
         raise RotorstudyError(
-            f"{path}, line {rows.index[rows[held[0]] < 0][0]}: the {held[0]} is negative; leave the cell empty if the "
-            "reading is missing, else make it positive, and its phase 180° more"
+            f"{path}, line {rows.index[wrong][0]}: the {size} is negative; leave the cell empty if the reading is "
+            "missing, else make it positive, and its phase 180° more"
         )
-    rows = _with_readings(rows, held[0], probes, conventions)
+    rows = _with_readings(rows, size, probes, conventions)
     findings += [*_check_radians(rows.phase, text, path), *_check_zeros(rows, path)]
     dead, spectra = _dead(rows), []
     for (speed, again), record in rows.groupby(["speed", "repeat"], sort=False):
@@ -74,7 +74,7 @@ def read_table(table, conventions, nodes):
         findings.append(told("columns not read", path, columns=", ".join(names[:LISTED]) + more))
     if not conventions.table_noise_m:
         findings.append(told("rounding only", path))
-    if any(f"{quantity}_last_digit" not in text for quantity in held):
+    if any(f"{COLUMNS[name].quantity}_last_digit" not in text for name in readings):
         findings.append(told("last digits", path))
     return spectra, findings
 
@@ -106,18 +106,22 @@ def check_stated(table, conventions):
     return [told("not stated", table.path, taken=taken)]
 
 
-def _quantities_in(text, path, by_probe):
-    """The READINGS of a table, its size first; RotorstudyError for a column that is none of a table of its kind."""
+def _columns_in(text, path, by_probe):
+    """Columns of speed, size, phase and, if an orbit has one, reference phase; RotorstudyError for none or several."""
     if twice := next((name.removesuffix(" #1") for name in text if name.endswith(" #1")), None):
         raise RotorstudyError(f"{path}: two columns are named '{twice}'; keep one")
-    quantities = ["amplitude", "phase", "velocity" if by_probe else "reference_phase"]
-    known = {f"{one}_last_digit" for one in quantities} | {"harmonic", "probe" if by_probe else "node"}
-    known |= {name for name, column in COLUMNS.items() if column.quantity in ("speed", *quantities)}
-    check_known("column", text.columns, known, str(path))
-    held = {COLUMNS[name].quantity for name in text if name in COLUMNS}
-    if {"amplitude", "velocity"} <= held:
-        raise RotorstudyError(f"{path}: columns of an amplitude and of a velocity; keep one")
-    return ["velocity" if "velocity" in held else "amplitude", "phase", *held & {"reference_phase"}]
+    sizes, others = (("amplitude", "velocity"), []) if by_probe else (("amplitude",), [("reference_phase",)])
+    wanted, found = [("speed",), sizes, ("phase",), *others], []
+    every = [[name for name, column in COLUMNS.items() if column.quantity in one] for one in wanted]
+    known = {"harmonic", "probe" if by_probe else "node", *(f"{one}_last_digit" for one in chain(*wanted[1:]))}
+    check_known("column", text.columns, known.union(*every), str(path))
+    for quantities, names in zip(wanted, every, strict=True):
+        held = [name for name in names if name in text]
+        if len(held) != 1 and (held or quantities not in others):
+            told = f"columns {held}" if held else "no column"
+            raise RotorstudyError(f"{path}: {told} of {', '.join(names)}; exactly one is needed")
+        found += held
+    return found
 
 
 def _check_groups(cells, where):
@@ -128,16 +132,6 @@ def _check_groups(cells, where):
             f"{where}: speeds such as '{grouped[0]}' beside whole numbers below 1000: digits in groups? Write 1004, "
             "not 1.004; if thousandths are meant, write all speeds with three decimals"
         )
-
-
-def _column_of(quantity, text, path):
-    """The one column of a quantity in a table."""
-    known = [name for name, column in COLUMNS.items() if column.quantity == quantity]
-    found = [name for name in known if name in text]
-    if len(found) != 1:
-        told = f"columns {found}" if found else "no column"
-        raise RotorstudyError(f"{path}: {told} of {', '.join(known)}; exactly one is needed")
-    return found[0]
 
 
 def _nodes_in(text, conventions, nodes, path):
@@ -175,10 +169,10 @@ def _probes_in(text, conventions, nodes, where):
     return names, found
 
 
-def _with_values(rows, quantity, text, path):
-    """The rows with the values of a quantity and, as `quantity_digit`, the unit of their last digit, in SI."""
-    name, stated = _column_of(quantity, text, path), f"{quantity}_last_digit"
-    _, unit, factor = COLUMNS[name]
+def _with_values(rows, name, text, path):
+    """The rows with the values of the quantity of a column and, as `quantity_digit`, their last digit's unit, in SI."""
+    quantity, unit, factor = COLUMNS[name]
+    stated = f"{quantity}_last_digit"
     values = numbers_of(text, name, path) * factor
     if unit == "rad" and (largest := np.abs(values).max(initial=0)) > LARGEST_RAD:
         raise RotorstudyError(
@@ -294,14 +288,14 @@ def _of_node(rows, angles, wanted, where):
                 f"{wanted} must occur once, at each repeat of a speed too. Add the readings, or state those of the "
                 "table under 'measurement: harmonics:'"
             )
-    share = dict(zip(names, combine(angles, np.eye(len(angles))) if len(angles) else [1.0], strict=True))  # in x + j y
+    shares = combine(angles, np.eye(len(angles))) if len(angles) else [1.0]  # of the probes in x + j y
+    share, wanted = rows.probe.map(dict(zip(names, shares, strict=True))).to_numpy(), np.array(wanted)[:, None]
     turned = np.exp(1j * np.angle(rows.reading))
     seen = np.array([rows.reading, turned * np.sqrt(rows.along), 1j * turned * np.sqrt(rows.across)])
-    change = np.zeros((len(wanted), *seen.shape), complex)  # (harmonic, reading and its two errors, row)
-    for k, (name, n) in enumerate(zip(rows.probe, rows.harmonic, strict=True)):
-        change[wanted.index(n), :, k] = share[name] * seen[:, k]
-        if len(angles):
-            change[wanted.index(-n), :, k] = share[name] * seen[:, k].conj()
-    spread = change[:, 1:].reshape(len(wanted), -1)
+    n = rows.harmonic.to_numpy()  # change : (reading and its two errors, harmonic, row)
+    change = (wanted == n) * (share * seen)[:, None]
+    if len(angles):
+        change = change + (wanted == -n) * (share * seen.conj())[:, None]
+    spread = np.hstack(change[1:])
     spread = np.concatenate([spread.real, spread.imag])
-    return change[:, 0].sum(axis=1), spread @ spread.T
+    return change[0].sum(axis=1), spread @ spread.T

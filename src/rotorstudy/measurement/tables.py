@@ -191,9 +191,6 @@ def _speed_columns(below):
 
 def _in_rows(text, speeds, pairs, columns, where):
     """The cells of a wide table with a row for each speed, probe and harmonic, by the columns of a long one."""
-    cells = [text[[own[what] for own in pairs.values()]] for what in ("amplitude", "phase")]
-    for name in [*cells[0], *cells[1]]:
-        numbers_of(text, name, where, may_lack=True)
     turning = {n: numbers_of(text, n, where, may_lack=True) * COLUMNS[own].factor for n, own in speeds.items()}
     first, *others = turning
     for name in others:
@@ -201,11 +198,13 @@ def _in_rows(text, speeds, pairs, columns, where):
             raise RotorstudyError(
                 f"{where}: columns '{first}' and '{name}' are speeds that differ; take out what is not the shaft's own"
             )
-    probes, harmonics = (np.tile(list(map(str, one)), len(text)) for one in zip(*pairs, strict=True))
-    lines = text.index.repeat(len(pairs))
-    rows = {speeds[first]: text.loc[lines, first].to_numpy(), "probe": probes, "harmonic": harmonics}
-    rows |= {name: part.to_numpy().ravel() for name, part in zip(columns, cells, strict=True)}
-    return pd.DataFrame(rows, lines, dtype=object)
+    rows = []
+    for (probe, harmonic), own in pairs.items():
+        part = text[[first, own["amplitude"], own["phase"]]]
+        for name in part:
+            numbers_of(text, name, where, may_lack=True)
+        rows.append(part.set_axis([speeds[first], *columns], axis=1).assign(probe=probe, harmonic=str(harmonic)))
+    return pd.concat(rows).sort_index(kind="stable")
 
 
 def harmonics_in(text, path):

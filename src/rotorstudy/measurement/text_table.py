@@ -48,18 +48,18 @@ def guess_layout(path):
         )
     first = cells_in(lines[rows[0]], separator)
     narrowest, widest = len(_trimmed(first)), len(first)
-    above = {i: _names(lines[i], separator) for i in range(rows[0]) if lines[i].strip()}
-    widths = {i: len(cells) - ("".join(cells[-1:]).lower() == COMMENT) for i, cells in above.items()}
-    named = [i for i, width in widths.items() if narrowest <= width <= widest]
-    last = max((i for i in above if i in named or not lines[i].lstrip().startswith(COMMENTS)), default=None)
-    if last not in named:
-        width = len(above.get(last, ()))
+    above = [_names(line, separator) for line in lines[: rows[0]]]
+    widths = [len(cells) - ("".join(cells[-1:]).lower() == COMMENT) for cells in above]
+    named = [narrowest <= width <= widest for width in widths]
+    header = rows[0] - 1
+    while header > 0 and not named[header] and (not above[header] or lines[header].lstrip().startswith(COMMENTS)):
+        header -= 1
+    if not named[header]:
         raise RotorstudyError(
-            f"{path}, line {rows[0] + 1}: the row has {narrowest} cells, and the line above it names {width} columns; "
-            "each column needs a name"
+            f"{path}, line {rows[0] + 1}: the row has {narrowest} cells, and the line above it names "
+            f"{len(above[header])} columns; each column needs a name"
         )
-    header = last
-    while header - 1 in named and _are_units(above[header]):  # units, not names
+    while header > 0 and named[header - 1] and _are_units(above[header]):  # units, not names
         header -= 1
     return CsvLayout(separator=separator, decimal=decimal, skip_rows=header, unit_rows=rows[0] - header - 1)
 
@@ -208,10 +208,7 @@ def cells_in(line, separator):
 
 def _opened(path):
     """A file as text, see `decoded`."""
-    path = Path(path)
-    if not path.is_file():
-        raise RotorstudyError(f"record file '{path}' does not exist")
-    return decoded(path.open("rb"), path)
+    return decoded(Path(path).open("rb"), path)
 
 
 def decoded(file, path):
