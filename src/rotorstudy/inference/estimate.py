@@ -71,13 +71,13 @@ def linear_estimate(problem: Problem, theta: np.ndarray, covariance: np.ndarray)
 
 def estimate_rig(estimator: Estimator, problem: Problem, rig: dict) -> Estimate:
     """The Estimate of some parameters of a rig dict, with effects on the rotor of the numbers that are found."""
-    from rotorstudy.model.estimated_rig import settled, with_effects_at  # which every estimator plugin would load
+    from rotorstudy.model.estimated_rig import settled, with_effects_at, with_values  # heavy for plugins
 
     def fitted(at, before):
         if before is None:
             return estimate_by(estimator, problem)
         start = dict(zip(before.names, before.theta.tolist(), strict=True)) | at
-        model = with_effects_at(problem.model, rig, at).with_values(start)
+        model = with_values(with_effects_at(problem.model, rig, at), start)
         return estimate_by(estimator, replace(problem, model=model))
 
     return settled(fitted, lambda found: dict(zip(found.names, zip(found.theta, found.std, strict=True), strict=True)))

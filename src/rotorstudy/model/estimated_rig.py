@@ -11,7 +11,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import SECTIONS, SMALLEST, build_model
 from rotorstudy.model.rig_items import make_term, spellings, with_options
-from rotorstudy.model.rig_numbers import is_number, rig_with_changes, rotor_numbers
+from rotorstudy.model.rig_numbers import is_number, rig_with_changes, rotor_numbers, value_of
 from rotorstudy.model.uncertainty import uncertainty_section
 from rotorstudy.store import write_text
 
@@ -42,6 +42,13 @@ def with_effects_at(model: Model, rig: dict, values: dict[str, float]) -> Model:
         return replace(with_options(term, {}, built.structure, built.sensors), values=term.values)
 
     return replace(model, terms=tuple(map(moved, model.terms)))
+
+
+def with_values(model: Model, values: dict[str, float]) -> Model:
+    """The model with other values of some of its amplitudes, by name."""
+    known = dict(zip(model.names, model.stated.tolist(), strict=True)) | values
+    terms = (replace(t, values={p.name: value_of(t, p, known) for p in t.parameters}) for t in model.terms)
+    return replace(model, terms=tuple(terms))
 
 
 def settled(fitted: Callable, known: Callable):

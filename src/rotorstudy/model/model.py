@@ -10,7 +10,7 @@ import numpy as np
 from rotorstudy.errors import MissingValue, RigError, RotorstudyError, unknown_name
 from rotorstudy.model.bearings import springs_at_rest
 from rotorstudy.model.entry_table import EntryTable
-from rotorstudy.model.rig_numbers import value_of, with_bearings_at
+from rotorstudy.model.rig_numbers import with_bearings_at
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import NonlinearForce, Term, Unknown
 from rotorstudy.model.variation import Matrices, Variation, kept
@@ -325,12 +325,6 @@ class Model(Assembled):
         Model
         """
         return replace(self, terms=tuple(term for term in self.terms if term.kind not in kinds))
-
-    def with_values(self, values: dict[str, float]) -> "Model":
-        """The model with other values of some of its amplitudes, by name."""
-        known = dict(zip(self.names, self.stated.tolist(), strict=True)) | values
-        terms = (replace(t, values={p.name: value_of(t, p, known) for p in t.parameters}) for t in self.terms)
-        return replace(self, terms=tuple(terms))
 
     def plus(self, *terms: Term) -> "Model":
         """The model extended by terms.

@@ -30,6 +30,7 @@ from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import Entry
+from rotorstudy.model.estimated_rig import with_values
 from rotorstudy.model.model import Model, Uncertainty
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_numbers import with_numbers
@@ -218,5 +219,5 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
         if name in moving:  # the next run has another value again, as far off as stated
             covariance[i], covariance[:, i] = 0.0, 0.0
             covariance[i, i] = prior.by_name[name][1] ** 2
-    model = model.with_values({name: found.values[name] for name in model.names})
+    model = with_values(model, {name: found.values[name] for name in model.names})
     return replace(model, uncertainty=Uncertainty(names, covariance)), notes, error
