@@ -77,8 +77,8 @@ def estimate_rig(estimator: Estimator, problem: Problem, rig: dict) -> Estimate:
         if before is None:
             return estimate_by(estimator, problem)
         start = dict(zip(before.names, before.theta.tolist(), strict=True)) | at
-        model = with_values(with_effects_at(problem.model, rig, at), start)
-        return estimate_by(estimator, replace(problem, model=model))
+        (model,) = with_effects_at([problem.model], rig, at)
+        return estimate_by(estimator, replace(problem, model=with_values(model, start)))
 
     return settled(fitted, lambda found: dict(zip(found.names, zip(found.theta, found.std, strict=True), strict=True)))
 

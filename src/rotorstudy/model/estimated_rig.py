@@ -20,18 +20,19 @@ REBUILDS = 10
 LEAST_CHANGE = -0.5  # of a number of the rotor of which effects are built: it keeps its sign
 
 
-def with_effects_at(model: Model, rig: dict, values: dict[str, float]) -> Model:
-    """The model with its effects as on a rotor of other numbers: a stiffness loss is a share of the fitted modulus.
+def with_effects_at(models: Sequence[Model], rig: dict, values: dict[str, float]) -> list[Model]:
+    """Models with their effects as on a rotor of other numbers: a stiffness loss is a share of the fitted modulus.
 
     Matrices and bearings follow the numbers in every response, effects by this alone: to build them takes as long.
 
-    rig : dict that the model was built of;  values : name -> relative change, of other amplitudes without effect
+    models : each of the rig and further effects, with the same sensors
+    rig : dict that they were built of;  values : name -> relative change, of other amplitudes without effect
     """
-    numbers = {name: max(values[name], LEAST_CHANGE) for name in rotor_numbers(values) if values[name]}
+    one, numbers = models[0], {n: max(values[n], LEAST_CHANGE) for n in rotor_numbers(values) if values[n]}
     if not numbers:
-        return model
-    given = {**rig_with_changes(rig, model, numbers), "sensors": list(model.sensors), "prior": None}
-    built = build_model(given, reading=model.structure.reading)
+        return list(models)
+    given = {**rig_with_changes(rig, one, numbers), "sensors": list(one.sensors), "prior": None}
+    built = build_model(given, reading=one.structure.reading)
     known, effects = {(term.kind, term.label): term for term in built.terms}, registry().plugins["effect"]
 
     def moved(term):
@@ -41,7 +42,7 @@ def with_effects_at(model: Model, rig: dict, values: dict[str, float]) -> Model:
             return term
         return replace(with_options(term, {}, built.structure, built.sensors), values=term.values)
 
-    return replace(model, terms=tuple(map(moved, model.terms)))
+    return [replace(model, terms=tuple(map(moved, model.terms))) for model in models]
 
 
 def with_values(model: Model, values: dict[str, float]) -> Model:

@@ -112,12 +112,7 @@ class Holder:
         return path_pattern(path) if any(map(path_pattern(path).fullmatch, self.paths)) else None
 
     def changed(self, changes: dict[str, float]) -> dict:
-        """Its options with some of its numbers changed; NoSteadyState if one would not be positive any more.
-
-        changes : name -> relative change
-        """
-        if lost := [name for name, change in changes.items() if not change > -1]:
-            raise NoSteadyState(f"{lost[0]} would be zero or negative")
+        """Its options with some of its numbers changed; changes : name -> relative change."""
         options = self.options
         for name, change in changes.items():
             if change and (pattern := self.pattern(name)):
@@ -166,10 +161,15 @@ def rotor_at(structure: Structure, values: dict[str, float]) -> Structure:
 
 @lru_cache(maxsize=16)  # one, and those with each number beside its value
 def _rotor_at(structure, changes):
-    options = structure.origin.changed(dict(changes))
-    with _none_with_these_numbers("rotor"):
-        built = structure.origin.function(**options)
+    _check_positive(dict(changes))
+    built = _built_rotor(structure.origin, dict(changes))
     return replace(structure, **{name: getattr(built, name) for name in OF_THE_SHAFT})
+
+
+def _built_rotor(rotor, changes):
+    """The Structure with changed numbers, also negative ones, which a fit may try on its way; or NoSteadyState."""
+    with _none_with_these_numbers("rotor"):
+        return rotor.function(**rotor.changed(changes))
 
 
 def uncertain_numbers(model, section: str, stated: Iterable[str] = ()) -> dict[str, float]:
@@ -230,7 +230,7 @@ def _rotor_term(structure, names, where):
     """The Term whose amplitudes are relative changes of numbers of the rotor."""
 
     def build(changes):
-        return rotor_at(structure, dict(zip(names, changes, strict=True))).matrices
+        return _built_rotor(structure.origin, dict(zip(names, changes, strict=True))).matrices
 
     variation, parameters = Variation(build, len(names)), []
     for name, *parts in zip(names, *variation.slopes, strict=True):
@@ -414,6 +414,7 @@ def _rebuilt(structure, bearing, holder, changes, more=0.0, sound=None):
 
     sound : changes of numbers without those of causes: displacements count from where the journal then runs
     """
+    _check_positive(changes)
     options = holder.changed(changes)
     if more:
         size, angle = _load(bearing)
@@ -457,6 +458,12 @@ def _slopes(structure, bearing, holder, ends, theta):
         else:
             found += [one.times(share), other.times(-share)]
     return found
+
+
+def _check_positive(changes):
+    """Raise NoSteadyState if a number would not be positive any more; changes : name -> relative change."""
+    if lost := [name for name, change in changes.items() if not change > -1]:
+        raise NoSteadyState(f"{lost[0]} would be zero or negative")
 
 
 @contextmanager

@@ -181,12 +181,11 @@ def _settled(runs, variance=1.0, forces=None):
     each = [_run(*one, whole, shared, settings, conventions) for one in zip(runs.items, spectra, strict=True)]
 
     def fitted(at, before):
-        own = [{n: at[run.joint_name(n)] for n in run.model.names if run.joint_name(n) in at} for run in each]
-        models = (with_effects_at(run.model, rig.given, here) for run, here in zip(each, own, strict=True))
+        models = with_effects_at([run.model for run in each], rig.given, at)
         here = [run._replace(model=model) for run, model in zip(each, models, strict=True)]
         return fit_runs(here, shared, before and before.with_values(at))
 
-    joint = settled(fitted, lambda joint: joint.posterior.by_name)
+    joint = settled(fitted, lambda joint: {name: joint.posterior.by_name[name] for name in shared_names(joint)})
     names = [name for name in shared_names(joint) if name in bare.names or is_number(name)]
     updated = rig_with_estimate(rig.given, bare, names, *joint.of(names))
     return IdentifiedRig(joint, updated, [], conventions), shared

@@ -12,7 +12,7 @@ def extended_rig(given, diagnosis):
     Its section `prior` has the covariance of the fit. The calibration of the measuring chain is left out.
     """
     best, causes, rig = diagnosis.best, diagnosis.search.best.causes, dict(given)
-    whole = with_effects_at(best.model, given, best.values)
+    (whole,) = with_effects_at([best.model], given, best.values)
     if whole is not best.model:  # in the best fit most effects of the rig did not follow the numbers of its rotor
         best = fit(whole, diagnosis.spectrum, best.prior, start=best.theta)
     own = build_model(given).names
