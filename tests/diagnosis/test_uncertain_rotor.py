@@ -6,7 +6,7 @@ import yaml
 from machines import SLOW, all_but, disc, shaft, spectrum_of, springs, unbalance
 from one_line_errors import run
 
-from rotorstudy import RotorstudyError, build_model, load_rig, measured_response
+from rotorstudy import RotorstudyError, build_model, load_rig, measured_response, registry
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.search import shape_fit
@@ -16,9 +16,12 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.errors import NoSteadyState
+from rotorstudy.inference.estimate import estimate_rig
 from rotorstudy.inference.prior import prior_of
+from rotorstudy.inference.problem import Problem
+from rotorstudy.model import estimated_rig
 from rotorstudy.model.hinge import crack_at
-from rotorstudy.model.rig_numbers import rig_with_changes, rotor_at
+from rotorstudy.model.rig_numbers import rig_with_changes, rotor_at, with_numbers
 
 pytestmark = pytest.mark.usefixtures("right_conventions")
 
@@ -146,6 +149,24 @@ def test_a_share_of_the_stiffness_is_one_of_the_modulus_that_is_found(monkeypatc
     assert abs(error) < 3 * std < 1e-3
     monkeypatch.setattr(shape_fit, "rotor_at", lambda structure, values: structure)  # negative control
     assert off()[0] == pytest.approx(0.02, abs=1e-3)
+
+
+def test_a_crack_of_the_rig_is_a_share_of_the_modulus_that_is_identified(monkeypatch):
+    """As a share of the modulus in the rig file, 2 % too low, the loss would be 2 % larger."""
+    rig = {**RIG, "cracks": [{"kind": "open", "element": 2, "angle_rad": 0.3, "weight_dominance": False}]}
+    true = {**rig, "cracks": [{**rig["cracks"][0], "stiffness_loss": 0.2}]}
+    spectrum = spectrum_of(build_model(with_changes(true, youngs_modulus_Pa=0.02)), SPEEDS, HARMONICS, 1e-10, 3)
+    names = (MODULUS, "stiffness_loss")
+
+    def off():
+        problem = Problem(with_numbers(build_model(rig), names), spectrum, names)
+        found = estimate_rig(registry().get("estimator", "maximum_likelihood"), problem, rig)
+        return found.theta - [0.02, 0.2], found.std
+
+    error, std = off()
+    assert (np.abs(error) < 4 * std).all() and std[1] < 1e-4
+    monkeypatch.setattr(estimated_rig, "REBUILDS", 1)  # negative control
+    assert off()[0] == pytest.approx([0.0, 0.004], abs=2e-4)
 
 
 def test_no_rotor_is_built_of_a_modulus_below_zero_where_a_fit_tries_one():
