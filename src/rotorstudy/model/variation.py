@@ -71,10 +71,10 @@ class Variation:
     @kept(2)  # as a response asks often
     def _linear(self, shape, changes):
         """The Matrices of a linear rotor, not to be changed."""
-        change = np.frombuffer(changes).reshape(shape)
-        found = [base + np.tensordot(change, slope, 1) for base, slope in zip(self.base, self.slopes, strict=True)]
-        for part in found:
-            part.setflags(write=False)
+        change, found = np.frombuffer(changes).reshape(shape), []
+        for base, slope in zip(self.base, self.slopes, strict=True):
+            found.append(base + (change @ slope.reshape(self.count, -1)).reshape(*shape[:-1], *base.shape))
+            found[-1].setflags(write=False)
         return Matrices(*found)
 
     @kept(16)  # one, and those with each number beside its value
