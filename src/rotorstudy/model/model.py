@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import MissingValue, RigError, RotorstudyError, unknown_name
+from rotorstudy.errors import MissingValue, RigError, RotorstudyError, check_known
 from rotorstudy.model.bearings import springs_at_rest
 from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.rig_numbers import with_bearings_at
@@ -98,9 +98,7 @@ class Assembled:
 
     def position(self, names: Iterable[str]) -> np.ndarray:
         """Positions (name,) of amplitudes in `theta`, int; RotorstudyError for an unknown name."""
-        for name in names:
-            if name not in self._places:
-                raise unknown_name("parameter", name, self.names, "this model")
+        check_known("parameter", names, self._places, "this model")
         return np.array([self._places[name] for name in names], int)
 
     @cached_property
@@ -116,13 +114,9 @@ class Assembled:
                 known = ", ".join(self.names)
                 raise RotorstudyError(f"the rig gives every parameter a value; name the unknowns (among {known})")
             return self.unstated
-        found = []
-        for name in wanted:
-            found += self.amplitudes_of(name) or [name]
+        found = tuple(name for one in wanted for name in self.amplitudes_of(one) or [one])
         self.position(found)
-        if len(set(found)) < len(found):
-            raise RotorstudyError(f"unknowns {list(wanted)}: a parameter is named twice")
-        return tuple(found)
+        return found
 
     def amplitudes_of(self, parameter: str) -> tuple[str, ...]:
         """Names of the real amplitudes of a parameter, of all terms if it has no label; empty if there is none."""
