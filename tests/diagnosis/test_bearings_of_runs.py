@@ -47,7 +47,7 @@ def test_runs_give_the_viscosity_of_a_film(tmp_path):
     runs = [{"name": "baseline", "records": ["baseline.csv"]},
             {"name": "trial", "records": ["trial.csv"], "unbalances": [added]}]  # fmt: skip
     (tmp_path / "runs.yaml").write_text(yaml.safe_dump({"runs": runs}))
-    value, std = identify_runs(tmp_path / "runs.yaml", tmp_path / "rig.yaml").of(VISCOSITY)
+    value, std = identify_runs(tmp_path / "runs.yaml", tmp_path / "rig.yaml").joint.posterior.by_name[VISCOSITY]
     assert std < 0.02
     assert abs(value - 0.15) < 3.3 * std  # p = 0.001
 

@@ -142,7 +142,7 @@ def test_the_command_writes_its_result(folder, found, suffix, monkeypatch):
     read = xr.load_dataset(out) if suffix == ".nc" else xr.Dataset.from_dict(json.loads(out.read_text()))
     for name in [*shared_names(found.joint), "eccentricity[added 1]_real @ unknown"]:
         one = read.sel(parameter=name)
-        value, std = found.of(name)
+        value, std = found.joint.posterior.by_name[name]
         assert float(one.estimate) == pytest.approx(value, rel=1e-12)
         assert float(one.covariance.sel(other=name)) == pytest.approx(std**2, rel=1e-12)
         assert str(one.own_of_run.item()) == ("unknown" if "@" in name else "")
@@ -241,7 +241,8 @@ def test_a_number_of_the_rotor_keeps_its_sign_while_it_is_fitted(folder, monkeyp
 
     monkeypatch.setattr(diagnosis_joint, "fit_runs", overshooting)
     found = identify_runs(folder / "runs.yaml", folder / "rig.yaml")
-    assert len(steps) > 1 and abs(found.of("rotor.youngs_modulus_Pa")[0] - TRUE["rotor.youngs_modulus_Pa"]) < 0.01
+    value, _ = found.joint.posterior.by_name["rotor.youngs_modulus_Pa"]
+    assert len(steps) > 1 and abs(value - TRUE["rotor.youngs_modulus_Pa"]) < 0.01
 
 
 def test_a_slow_roll_above_the_first_critical_speed_is_told(folder):

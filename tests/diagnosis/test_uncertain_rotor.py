@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 import yaml
-from machines import SLOW, disc, shaft, spectrum_of, springs, unbalance
+from machines import SLOW, all_but, disc, shaft, spectrum_of, springs, unbalance
 from one_line_errors import run
 
-from rotorstudy import RotorstudyError, build_model, load_rig, measured_response
+from rotorstudy import RotorstudyError, build_model, load_rig, measured_response, registry
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.search import shape_fit
@@ -16,9 +16,12 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.errors import NoSteadyState
+from rotorstudy.inference.estimate import estimate_rig
 from rotorstudy.inference.prior import prior_of
+from rotorstudy.inference.problem import Problem
+from rotorstudy.model import estimated_rig
 from rotorstudy.model.hinge import crack_at
-from rotorstudy.model.rig_numbers import rig_with_changes, rotor_at
+from rotorstudy.model.rig_numbers import rig_with_changes, rotor_at, with_numbers
 
 pytestmark = pytest.mark.usefixtures("right_conventions")
 
@@ -127,6 +130,43 @@ def test_a_crack_yields_by_the_modulus_that_is_found(monkeypatch):
     assert abs(error) < 3 * std < 0.015
     monkeypatch.setattr(shape_fit, "rotor_at", lambda structure, values: structure)  # negative control
     assert off()[0] == pytest.approx(0.04, abs=0.015)
+
+
+def test_a_share_of_the_stiffness_is_one_of_the_modulus_that_is_found(monkeypatch):
+    """Of an effect without a shape, too: as a share of the stiffness in the rig file, 2 % too low, it is 2 % larger."""
+    cause = {"kind": "shaft_asymmetry", "element": 2, "shaft_asymmetry": 0.1, "shaft_asymmetry_phase_rad": 0.4}
+    true = with_changes({**RIG, "effects": [*RIG["effects"], {**cause, "label": "x"}]}, youngs_modulus_Pa=0.02)
+    spectrum = spectrum_of(build_model(true), SPEEDS, HARMONICS, 2e-10, 7)
+    alone = LOOSE.model_copy(update={"leave_out": all_but("shaft_asymmetry"), "model_error": 1e-4, "model_floor": 1e-5})
+
+    def off():
+        (found,) = investigate(spectrum, build_model(RIG), settings=alone).verdict.causes
+        assert found.where == {"element": 2}
+        share = found.parameters["shaft_asymmetry"]
+        return share.value / 0.1 - 1, share.std / 0.1
+
+    error, std = off()
+    assert abs(error) < 3 * std < 1e-3
+    monkeypatch.setattr(shape_fit, "rotor_at", lambda structure, values: structure)  # negative control
+    assert off()[0] == pytest.approx(0.02, abs=1e-3)
+
+
+def test_a_crack_of_the_rig_is_a_share_of_the_modulus_that_is_identified(monkeypatch):
+    """As a share of the modulus in the rig file, 2 % too low, the loss would be 2 % larger."""
+    rig = {**RIG, "cracks": [{"kind": "open", "element": 2, "angle_rad": 0.3, "weight_dominance": False}]}
+    true = {**rig, "cracks": [{**rig["cracks"][0], "stiffness_loss": 0.2}]}
+    spectrum = spectrum_of(build_model(with_changes(true, youngs_modulus_Pa=0.02)), SPEEDS, HARMONICS, 1e-10, 3)
+    names = (MODULUS, "stiffness_loss")
+
+    def off():
+        problem = Problem(with_numbers(build_model(rig), names), spectrum, names)
+        found = estimate_rig(registry().get("estimator", "maximum_likelihood"), problem, rig)
+        return found.theta - [0.02, 0.2], found.std
+
+    error, std = off()
+    assert (np.abs(error) < 4 * std).all() and std[1] < 1e-4
+    monkeypatch.setattr(estimated_rig, "REBUILDS", 1)  # negative control
+    assert off()[0] == pytest.approx([0.0, 0.004], abs=2e-4)
 
 
 def test_no_rotor_is_built_of_a_modulus_below_zero_where_a_fit_tries_one():

@@ -62,5 +62,5 @@ def test_a_run_up_finds_a_foundation_of_which_nothing_is_known(tmp_path):
     (tmp_path / "runs.yaml").write_text(yaml.safe_dump({"runs": [{"name": "up", "records": ["up.csv"]}]}))
     found = identify_runs(tmp_path / "runs.yaml", tmp_path / "rig.yaml")
     for name, true in (("bearing_stiffness", 2e6), ("bearing_mass_scale", 1.5)):
-        value, std = found.of(f"{name}[pedestal 1]")
+        value, std = found.joint.posterior.by_name[f"{name}[pedestal 1]"]
         assert abs(value - true) < 3 * std < 0.1 * true

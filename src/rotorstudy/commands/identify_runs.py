@@ -26,7 +26,8 @@ def identify_several(given):
     if given.rig_out:
         write_rig(found.rig, given.rig_out, f"{given.rig} updated by the runs of {given.runs}")
     keys = ("name", "value", "standard_deviation")
-    rows = [(name, *map(float, found.of(name))) for names in (shared, *own.values()) for name in names]
+    known = found.joint.posterior.by_name
+    rows = [(name, *known[name]) for names in (shared, *own.values()) for name in names]
     misfits = {name: float(cost / count) for name, (cost, count) in found.joint.misfits.items()}
     return {"estimates": [dict(zip(keys, row, strict=True)) for row in rows], "misfit_per_component": misfits}
 
@@ -46,7 +47,7 @@ def _print_estimates(found, names, units):
             told, parts, factor = of_real[name]
             print(f"  {told:{width}} {_unbalance(found, parts, factor)}")
         elif name not in imaginary:
-            print(f"  {name:{width}} {with_interval(*found.of(name), units[name])}")
+            print(f"  {name:{width}} {with_interval(*found.joint.posterior.by_name[name], units[name])}")
 
 
 def _unbalance(found, parts, factor):
@@ -76,8 +77,7 @@ def _save(given, found, units, own):
     joint = found.joint
     names = list(joint.prior.names)
     alone = {name: run for run, some in own.items() for name in some}
-    ratio = np.array([found.ratio.get(name, 1.0) for name in names])
-    covariance = joint.of(names)[1] * np.outer(ratio, ratio)
+    theta, covariance = joint.of(names)
     costs, counts = np.array(list(joint.misfits.values())).T
     coordinates = {
         "parameter": (names, "1", "parameter; of one run only: parameter @ run"),
@@ -86,7 +86,7 @@ def _save(given, found, units, own):
     }
     along = ("parameter",)
     variables = {
-        "estimate": (along, np.array([found.of(name)[0] for name in names]), "SI", "estimated parameter"),
+        "estimate": (along, theta, "SI", "estimated parameter"),
         "covariance": (("parameter", "other"), covariance, "SI", "of the estimates"),
         "unit": (along, np.array([units[name] for name in names], object), "1", "unit of each parameter"),
         "own_of_run": (along, np.array([alone.get(n, "") for n in names], object), "1", "run that has it alone"),

@@ -5,7 +5,7 @@ from typing import Annotated
 from annotated_types import Ge, Gt, Len, Lt
 from pydantic import Field
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_numbers import with_numbers
@@ -65,9 +65,8 @@ def check_names(settings, model, where):
     known = {*GROUPS}
     for term in model.terms:
         known |= {name for p in term.parameters for name in (p.name, term.full_name(p))}
+    check_known("parameter", settings.uncertainty, known, f"{where}.uncertainty")
     for name, share in settings.uncertainty.items():
-        if name not in known:
-            raise unknown_name("parameter", name, known, f"{where}.uncertainty")
         if share < 0:
             raise RotorstudyError(
                 f"uncertainty of {name} = {share:g} in {where}: must not be negative; 0 holds it fixed"
@@ -77,9 +76,7 @@ def check_names(settings, model, where):
             raise RotorstudyError(f"nuisance '{name}' in {where}: must be an effect of the measuring chain")
         if not std > 0:
             raise RotorstudyError(f"nuisance {name} = {std:g} in {where}: must be positive; leave it out to have none")
-    for name in settings.run_to_run:
-        if name not in known - GROUPS:
-            raise unknown_name("parameter", name, known - GROUPS, f"{where}.run_to_run")
+    check_known("parameter", settings.run_to_run, known - GROUPS, f"{where}.run_to_run")
     for key in ("leave_out", "base_rates", "at_discs"):
         for name in getattr(settings, key):
             registry().get("effect", name, f"{where}.{key}")

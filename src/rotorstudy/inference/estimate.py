@@ -8,10 +8,6 @@ import numpy as np
 from rotorstudy.errors import PluginError
 from rotorstudy.inference.problem import Problem
 from rotorstudy.model.kinds import Estimator
-from rotorstudy.model.rig_numbers import is_number, with_numbers
-
-SETTLED = 1e-2  # standard deviations by which a number of a rotor still changes when it is built again
-REBUILDS = 10
 
 
 @dataclass(frozen=True)
@@ -74,23 +70,17 @@ def linear_estimate(problem: Problem, theta: np.ndarray, covariance: np.ndarray)
 
 
 def estimate_rig(estimator: Estimator, problem: Problem, rig: dict) -> Estimate:
-    """The Estimate of some parameters of a rig; with new numbers of its rotor it is built again and that repeated."""
-    from rotorstudy.model.estimated_rig import rig_with_values  # which every plugin of an estimator would load
-    from rotorstudy.model.rig import build_model
+    """The Estimate of some parameters of a rig dict, with effects on the rotor of the numbers that are found."""
+    from rotorstudy.model.estimated_rig import settled, with_effects_at, with_values  # heavy for plugins
 
-    found = estimate_by(estimator, problem)
-    own = np.array([is_number(name) for name in problem.names])
-    ratio = np.ones(len(own))
-    for _ in range(REBUILDS if own.any() else 0):
-        if np.all(np.abs(found.theta[own]) <= SETTLED * found.std[own]):
-            break
-        ratio = np.where(own, ratio * (1 + found.theta), 1)
-        values = {name: value for name, value in zip(found.names, found.theta, strict=True) if np.isfinite(value)}
-        rig = {**rig_with_values(rig, problem.model, values), "sensors": list(problem.model.sensors)}
-        problem = replace(problem, model=with_numbers(build_model(rig), problem.names))
-        found = estimate_by(estimator, problem)
-    theta = np.where(own, ratio * (1 + found.theta) - 1, found.theta)
-    return replace(found, theta=theta, covariance=found.covariance * np.outer(ratio, ratio))
+    def fitted(at, before):
+        if before is None:
+            return estimate_by(estimator, problem)
+        start = dict(zip(before.names, before.theta.tolist(), strict=True)) | at
+        (model,) = with_effects_at([problem.model], rig, at)
+        return estimate_by(estimator, replace(problem, model=with_values(model, start)))
+
+    return settled(fitted, lambda found: dict(zip(found.names, zip(found.theta, found.std, strict=True), strict=True)))
 
 
 def magnitude_and_phase(

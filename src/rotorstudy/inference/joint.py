@@ -37,6 +37,10 @@ class JointFit(NamedTuple):
         """Values (parameter,) and covariance (parameter, parameter) of some joint names, in the units of the model."""
         return self.posterior.of(names)
 
+    def with_values(self, values: dict[str, float]) -> np.ndarray:
+        """Values (parameter,) of all parameters, some of them other ones, by joint name."""
+        return np.array([values.get(name, value) for name, (value, _) in self.posterior.by_name.items()])
+
     @property
     def misfits(self) -> dict[str, tuple[float, int]]:
         """Name of each run -> its misfit, and the number of its data."""

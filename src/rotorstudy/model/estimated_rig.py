@@ -1,6 +1,7 @@
 """A rig with estimated values and their covariance, as the next command reads it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,11 +9,64 @@ import numpy as np
 from rotorstudy.model.cracks import keys_from_depth
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import SECTIONS, SMALLEST
-from rotorstudy.model.rig_items import make_term, spellings
-from rotorstudy.model.rig_numbers import is_number, rig_with_changes
+from rotorstudy.model.rig import SECTIONS, SMALLEST, build_model
+from rotorstudy.model.rig_items import make_term, spellings, with_options
+from rotorstudy.model.rig_numbers import is_number, rig_with_changes, rotor_numbers, value_of
 from rotorstudy.model.uncertainty import uncertainty_section
 from rotorstudy.store import write_text
+
+SETTLED = 1e-2  # standard deviations by which a number of the rotor still changes when effects are built again
+REBUILDS = 10
+LEAST_CHANGE = -0.5  # of a number of the rotor of which effects are built: it keeps its sign
+
+
+def with_effects_at(models: Sequence[Model], rig: dict, values: dict[str, float]) -> list[Model]:
+    """Models with their effects as on a rotor of other numbers: a stiffness loss is a share of the fitted modulus.
+
+    Matrices and bearings follow the numbers in every response, effects by this alone: to build them takes as long.
+
+    models : each of the rig and further effects, with the same sensors
+    rig : dict that they were built of;  values : name -> relative change, of other amplitudes without effect
+    """
+    one, numbers = models[0], {n: max(values[n], LEAST_CHANGE) for n in rotor_numbers(values) if values[n]}
+    if not numbers:
+        return list(models)
+    given = {**rig_with_changes(rig, one, numbers), "sensors": list(one.sensors), "prior": None}
+    built = build_model(given, reading=one.structure.reading)
+    known, effects = {(term.kind, term.label): term for term in built.terms}, registry().plugins["effect"]
+
+    def moved(term):
+        if (term.kind, term.label) in known:
+            return known[term.kind, term.label]
+        if term.acts_on_output or term.kind not in effects:
+            return term
+        return replace(with_options(term, {}, built.structure, built.sensors), values=term.values)
+
+    return [replace(model, terms=tuple(map(moved, model.terms))) for model in models]
+
+
+def with_values(model: Model, values: dict[str, float]) -> Model:
+    """The model with other values of some of its amplitudes, by name."""
+    known = dict(zip(model.names, model.stated.tolist(), strict=True)) | values
+    terms = (replace(t, values={p.name: value_of(t, p, known) for p in t.parameters}) for t in model.terms)
+    return replace(model, terms=tuple(terms))
+
+
+def settled(fitted: Callable, known: Callable):
+    """What is fitted with effects built of the numbers that are found.
+
+    fitted : function(name -> relative change of a number of the rotor with which they are built, the last result)
+    known  : function(result) -> {name: (value, standard deviation)}
+    """
+    at, found = {}, None
+    for _ in range(REBUILDS):
+        found = fitted(at, found)
+        here = known(found)
+        here = {name: here[name] for name in rotor_numbers(here)}
+        if all(abs(value - at.get(name, 0.0)) <= SETTLED * std for name, (value, std) in here.items()):
+            break
+        at = {name: max(value, LEAST_CHANGE) for name, (value, _) in here.items()}
+    return found
 
 
 def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.ndarray, covariance: np.ndarray) -> dict:

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import MissingValue, RigError, RotorstudyError, unknown_name
+from rotorstudy.errors import MissingValue, RigError, RotorstudyError, check_known
 from rotorstudy.model.bearings import springs_at_rest
 from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.rig_numbers import with_bearings_at
@@ -30,6 +30,13 @@ class Varied(NamedTuple):
 
     positions: tuple[int, ...]
     variation: Variation
+
+
+@lru_cache(maxsize=16)  # of models on the same bearings, which differ in their effects
+def _with_bearings_at(structure, carrying, values):
+    """{term: at (name, value) of the amplitudes that carry load}, no more to be placed, of those that have any."""
+    placed = zip(carrying, with_bearings_at(structure, carrying, dict(values)), strict=True)
+    return {term: replace(at, is_bearing_number=False) if at.is_bearing_number else at for term, at in placed}
 
 
 class Assembled:
@@ -91,9 +98,7 @@ class Assembled:
 
     def position(self, names: Iterable[str]) -> np.ndarray:
         """Positions (name,) of amplitudes in `theta`, int; RotorstudyError for an unknown name."""
-        for name in names:
-            if name not in self._places:
-                raise unknown_name("parameter", name, self.names, "this model")
+        check_known("parameter", names, self._places, "this model")
         return np.array([self._places[name] for name in names], int)
 
     @cached_property
@@ -109,13 +114,9 @@ class Assembled:
                 known = ", ".join(self.names)
                 raise RotorstudyError(f"the rig gives every parameter a value; name the unknowns (among {known})")
             return self.unstated
-        found = []
-        for name in wanted:
-            found += self.amplitudes_of(name) or [name]
+        found = tuple(name for one in wanted for name in self.amplitudes_of(one) or [one])
         self.position(found)
-        if len(set(found)) < len(found):
-            raise RotorstudyError(f"unknowns {list(wanted)}: a parameter is named twice")
-        return tuple(found)
+        return found
 
     def amplitudes_of(self, parameter: str) -> tuple[str, ...]:
         """Names of the real amplitudes of a parameter, of all terms if it has no label; empty if there is none."""
@@ -198,24 +199,15 @@ class Assembled:
     @kept(4)
     def _placed(self, values):
         """The Model with its bearings at (name, value) of the amplitudes that carry load."""
-        if self._extended:  # on the same bearings, which are then built once
-            model, more = self._extended
-            placed = model._placed(values)
-            found, force = placed.plus(*more), placed.constant_force
-        else:
-            terms = with_bearings_at(self.structure, self.terms, dict(values))
-            settled = (replace(t, is_bearing_number=False) if t.is_bearing_number else t for t in terms)
-            found = replace(self, terms=tuple(settled))
-            loading, given = (u for _, u in self.acting if u.carries), dict(values)
-            forces = ((given[u.name], e) for u in loading for e in u.entries if e.is_constant and not e.gain)
-            force = sum((size * np.asarray(e.matrix) for size, e in forces), self.constant_force)
+        carrying = tuple(term for term in self.terms if any(unknown.carries for unknown in term.unknowns))
+        placed = _with_bearings_at(self.structure, carrying, values)
+        found, given = replace(self, terms=tuple(placed.get(term, term) for term in self.terms)), dict(values)
+        loading = (u for _, u in self.acting if u.carries)
+        forces = ((given[u.name], e) for u in loading for e in u.entries if e.is_constant and not e.gain)
+        force = sum((size * np.asarray(e.matrix) for size, e in forces), self.constant_force)
         found.__dict__["constant_force"] = force
         found.__dict__["output_table"] = self.output_table  # bearings do not act on the output
         return found
-
-    @cached_property
-    def _extended(self):
-        """(Model, terms): what `plus` extended, by terms that neither load bearings nor change them; None if other."""
 
     @cached_property
     def constant_force(self) -> np.ndarray:
@@ -351,8 +343,6 @@ class Model(Assembled):
                 f"{len(self.structure.mass)}; make it for this rotor's structure"
             )
         found = replace(self, terms=self.terms + terms)
-        if not any(u.carries for term in terms for u in term.unknowns):
-            found.__dict__["_extended"] = self, terms
         if self.before is not None and not any(u.name in self.before for term in terms for u in term.unknowns):
             found.__dict__["earlier"] = self.earlier  # the same machine, whose tables are then formed once
         return found

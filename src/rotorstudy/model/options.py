@@ -8,7 +8,7 @@ from annotated_types import Ge, Gt, Le, Lt, MinLen, MultipleOf
 from typing_extensions import TypedDict as TypedDict  # for plugins: pydantic takes no other before Python 3.12
 from typing_extensions import is_typeddict
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known, unknown_name
 from rotorstudy.yaml_file import LARGEST_WHOLE
 
 Positive = Annotated[float, Gt(0)]
@@ -69,9 +69,7 @@ def check_config(model, given, where, left=()):
 
     if not isinstance(given, dict):
         raise RotorstudyError(f"{where}: expected keys and values, found {type(given).__name__}")
-    for key in given:
-        if key not in model.model_fields:
-            raise unknown_name("key", key, model.model_fields, where)
+    check_known("key", given, model.model_fields, where)
     try:
         return model(**given)
     except ValidationError as error:

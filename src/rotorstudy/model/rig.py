@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorstudy.errors import CannotAct, RotorstudyError, unknown_name
+from rotorstudy.errors import CannotAct, RotorstudyError, check_known
 from rotorstudy.model.bearings import on_housings, springs_at_rest
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import check_options, plain
@@ -127,9 +127,7 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
         rig = plain(rig)
     if not isinstance(rig, dict):
         raise RotorstudyError(f"{where}: expected sections {', '.join(SECTIONS)}, found {type(rig).__name__}")
-    for key in rig:
-        if key not in {*SECTIONS, *OTHER}:
-            raise unknown_name("section", key, [*SECTIONS, *OTHER], where)
+    check_known("section", rig, [*SECTIONS, *OTHER], where)
     _check_sizes(rig, where)
     if "rotor" not in rig:
         raise RotorstudyError(f"section 'rotor' is missing in {where}")
@@ -141,9 +139,7 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
     function = on_housings(plugin.function, _housings(rig, where))
     structure, origin = function(**options), Holder("rotor", "", function, options, plugin.uncertain)
     bearing_nodes = tuple(item["node"] for item in _at_nodes(rig.get("bearings")))
-    for node in bearing_nodes:
-        if node not in structure.nodes:
-            raise unknown_name("node", node, structure.nodes, f"{where}, bearings")
+    check_known("node", bearing_nodes, structure.nodes, f"{where}, bearings")
     structure = replace(structure, bearing_nodes=bearing_nodes)
     structure = replace(structure, casings=_carried("on", rig, structure, (), where))
     sensors = _sensors(rig.get("sensors"), structure, where)
@@ -212,15 +208,13 @@ def _at_nodes(items):
 
 def _housings(rig, where):
     """Nodes of the items of the section `foundation:`, each once; all must have a bearing."""
-    items, found = rig.get("foundation") or [], []
+    items, found, carried = rig.get("foundation") or [], [], [one["node"] for one in _at_nodes(rig.get("bearings"))]
     for i, item in enumerate(items if isinstance(items, list) else []):
         given = item if isinstance(item, dict) else {}
         given = [value for key, value in given.items() if str(key).endswith(("node", "_nodes"))]
         given = [node for value in given for node in (value if isinstance(value, list) else [value])]
         found += given
-        for node in given:
-            if node not in (known := [one["node"] for one in _at_nodes(rig.get("bearings"))]):
-                raise unknown_name("node of a bearing", node, known, f"{where}, foundation[{i}]")
+        check_known("node of a bearing", given, carried, f"{where}, foundation[{i}]")
     return dict.fromkeys(found)
 
 
@@ -273,9 +267,8 @@ def _held_deflection(given, structure, where):
     if not isinstance(given, dict):
         raise RotorstudyError(f"static_deflection_m = {given!r} in {where}: must be a mapping of nodes to metres")
     held = np.zeros(len(structure.dofs))
+    check_known("node", given, structure.nodes, f"{where}, static_deflection_m")
     for node, value in given.items():
-        if node not in structure.nodes:
-            raise unknown_name("node", node, structure.nodes, f"{where}, static_deflection_m")
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
             raise RotorstudyError(f"static_deflection_m of node {node} = {value!r} in {where}: must be a finite number")
         held[structure.index(node)] = value

@@ -161,13 +161,15 @@ def rotor_at(structure: Structure, values: dict[str, float]) -> Structure:
 
 @lru_cache(maxsize=16)  # one, and those with each number beside its value
 def _rotor_at(structure, changes):
-    rotor = structure.origin
     _check_positive(dict(changes))
-    try:
-        built = rotor.function(**rotor.changed(dict(changes)))
-    except RotorstudyError as error:
-        raise NoSteadyState(f"no rotor with these numbers: {error}") from None
+    built = _built_rotor(structure.origin, dict(changes))
     return replace(structure, **{name: getattr(built, name) for name in OF_THE_SHAFT})
+
+
+def _built_rotor(rotor, changes):
+    """The Structure with changed numbers, also negative ones, which a fit may try on its way; or NoSteadyState."""
+    with _none_with_these_numbers("rotor"):
+        return rotor.function(**rotor.changed(changes))
 
 
 def uncertain_numbers(model, section: str, stated: Iterable[str] = ()) -> dict[str, float]:
@@ -190,15 +192,11 @@ def rig_with_changes(rig: dict, model, changes: dict[str, float]) -> dict:
         new = {k: v for k, v in options.items() if number_paths(v) and v != holder.options[k]}
         return {**item, **new}
 
-    found = dict(rig)
-    sections, every = {_section_of(name) for name in changes}, bearings_of(model.terms)
-    if "rotor" in sections:
-        found["rotor"] = changed(rig["rotor"], model.structure.origin)
-    if "bearings" in sections:
-        for section in ("bearings", "foundation"):
-            holders = [holder for term, holder in every if term.is_foundation == (section == "foundation")]
-            if holders:
-                found[section] = [changed(*one) for one in zip(rig[section], holders, strict=True)]
+    found = {**rig, "rotor": changed(rig["rotor"], model.structure.origin)}
+    for section in ("bearings", "foundation"):
+        holders = [holder for term, holder in bearings_of(model.terms) if term.is_foundation == (section != "bearings")]
+        if holders:
+            found[section] = [changed(*one) for one in zip(rig[section], holders, strict=True)]
     return found
 
 
@@ -230,12 +228,12 @@ def _acts(model, name):
 
 def _rotor_term(structure, names, where):
     """The Term whose amplitudes are relative changes of numbers of the rotor."""
-    rotor = structure.origin
-    variation = Variation(
-        lambda changes: rotor.function(**rotor.changed(dict(zip(names, changes, strict=True)))).matrices, len(names)
-    )
-    slopes, parameters = variation.slopes_at(np.zeros(len(names))), []
-    for name, *parts in zip(names, *slopes, strict=True):
+
+    def build(changes):
+        return _built_rotor(structure.origin, dict(zip(names, changes, strict=True))).matrices
+
+    variation, parameters = Variation(build, len(names)), []
+    for name, *parts in zip(names, *variation.slopes, strict=True):
         slope = Matrices(*parts)
         if not any(part.any() for part in slope):
             raise RotorstudyError(f"{name} in {where}: the rotor does not depend on it; leave it out")
@@ -276,8 +274,8 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
         theta = [values[unknown.name] for unknown in bearing.unknowns]
         for name in own:
             each = ({**own, name: own[name] + step} for step in (STEP, -STEP))
-            ends = ((_together(end, meant), more, _together(end | causes, meant)) for end in each)
-            slopes[name] += _slopes((_rebuilt(structure, bearing, holder, *end) for end in ends), theta)
+            ends = [(_together(end, meant), more, _together(end | causes, meant)) for end in each]
+            slopes[name] += _slopes(structure, bearing, holder, ends, theta)
         if carried is not None:
             films.append(_film(structure, bearing, holder, carried, theta, changes, more, sound))
     built |= {id(term): _with_entries(term, slopes, films) for term in terms if term.is_bearing_number}
@@ -359,8 +357,8 @@ def _film(structure, bearing, holder, carried, theta, changes=None, more=0.0, so
     changes, derivatives = changes or {}, []
     size = holder.changed(changes)[_load(bearing)[0]]
     for step in (STEP * size, 1j * STEP * size):
-        ends = (_rebuilt(structure, bearing, holder, changes, more + part, sound) for part in (step, -step))
-        derivatives.append(_slopes(ends, np.divide(theta, size)))
+        ends = [(changes, more + part, sound) for part in (step, -step)]
+        derivatives.append(_slopes(structure, bearing, holder, ends, np.divide(theta, size)))
     return Film(size, carried, *derivatives)
 
 
@@ -370,9 +368,8 @@ def number_slope(structure: Structure, node: int | None, number: str) -> tuple[E
     for bearing, holder in bearings_of(structure.bearings):
         here = node in (None, _at_node(bearing, structure))
         if here and number in holder.paths and not np.isnan(bearing.theta).any():
-            name = holder.name(number)
-            ends = (_rebuilt(structure, bearing, holder, {name: step}) for step in (STEP, -STEP))
-            found += _slopes(ends, bearing.theta)
+            ends = [({holder.name(number): step},) for step in (STEP, -STEP)]
+            found += _slopes(structure, bearing, holder, ends, bearing.theta)
     if not found:
         raise CannotAct(f"no bearing{'' if node is None else f' at node {node}'} has a value of {number}")
     return tuple(found)
@@ -423,7 +420,7 @@ def _rebuilt(structure, bearing, holder, changes, more=0.0, sound=None):
         size, angle = _load(bearing)
         load = options[size] * np.exp(1j * options[angle]) + more
         options = {**options, size: float(abs(load)), angle: float(np.angle(load))}
-    with _none_with_these_numbers():
+    with _none_with_these_numbers("bearing"):
         given = check_options(holder.function, options, f"bearing {bearing.kind}", ("structure",))
         parameters = holder.function(structure=structure, **given)
         if before := running_position(bearing.kind, holder.changed(sound or {})):
@@ -434,7 +431,7 @@ def _rebuilt(structure, bearing, holder, changes, more=0.0, sound=None):
     @cache  # entries of one gain keep one
     def guard(gain):
         def guarded(*at):
-            with _none_with_these_numbers():
+            with _none_with_these_numbers("bearing"):
                 return gain(*at)
 
         return guarded
@@ -446,8 +443,9 @@ def _rebuilt(structure, bearing, holder, changes, more=0.0, sound=None):
     return replace(bearing, parameters=tuple(guarded), options=options)
 
 
-def _slopes(ends, theta):
-    """Entries of the derivative by a number of a bearing with amplitudes, from the bearing on both sides of it."""
+def _slopes(structure, bearing, holder, ends, theta):
+    """Entries of the derivative by a number of a bearing with amplitudes; ends : of `_rebuilt`, on both sides of it."""
+    ends = (_rebuilt(structure, bearing, holder, *end) for end in ends)
     above, below = ([(i, e) for i, u in enumerate(end.unknowns) for e in u.entries] for end in ends)
     gain_slope = cache(lambda above, below: lambda *at: above(*at) - below(*at))  # entries of one gain keep one
     found = []
@@ -469,11 +467,11 @@ def _check_positive(changes):
 
 
 @contextmanager
-def _none_with_these_numbers():
+def _none_with_these_numbers(what):
     try:
         yield
     except RotorstudyError as error:
-        raise NoSteadyState(f"no bearing with these numbers: {error}") from None
+        raise NoSteadyState(f"no {what} with these numbers: {error}") from None
 
 
 def _with_entries(term, slopes, films):

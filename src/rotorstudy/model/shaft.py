@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import CannotAct, unknown_name
+from rotorstudy.errors import CannotAct, check_known
 
 STRETCHES = 8  # most parts into which a shaft is divided, of which longer stretches consist
 UNBALANCED = 1e-6  # of the static load: larger forces that the bearings leave are no round-off
@@ -72,8 +72,7 @@ class Shaft:
         if callable(self.stiffness_loss):
             if (node is None) == (element is None):
                 raise CannotAct("this rotor can crack at several places; choose one with 'node:' or 'element:'")
-            if node is not None and node not in {n for n, _ in self.dofs}:
-                raise unknown_name("node", node, {n for n, _ in self.dofs}, "the crack", CannotAct)
+            check_known("node", [] if node is None else [node], {n for n, _ in self.dofs}, "the crack", CannotAct)
             return self.stiffness_loss(node, element)
         if element is not None or (node is not None and self.nodes != (node,)):
             place = f"node {node}" if element is None else f"element {element}"

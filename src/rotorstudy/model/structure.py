@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorstudy.errors import CannotAct, unknown_name
+from rotorstudy.errors import CannotAct, check_known, unknown_name
 from rotorstudy.model.scales import Scales
 from rotorstudy.model.shaft import RigidDisc, Shaft
 from rotorstudy.model.terms import Term
@@ -277,8 +277,7 @@ def couples_a_driver(structure, node=None, element=None):
 def sensor_unit(sensors, node=None):
     """Vector (sensor,) with a one at the sensor of a node, by default the first; a node without one is an error."""
     node = sensors[0] if node is None else node
-    if node not in sensors:
-        raise unknown_name("sensor at node", node, sensors, "the rig", CannotAct)
+    check_known("sensor at node", [node], sensors, "the rig", CannotAct)
     return np.eye(len(sensors))[sensors.index(node)]
 
 

@@ -149,7 +149,7 @@ class Unknown:
         return frozenset(row for entry in self.unscaled for row in entry.nonzero[0].tolist())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # hashed by identity, so that what follows from terms can be kept
 class Term:
     """An effect at a place: its plugin, its parameters, and their values where known.
 

@@ -18,7 +18,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.model import Model, Uncertainty
 from rotorstudy.model.rig_numbers import with_numbers
@@ -42,9 +42,8 @@ def with_uncertainty(model: Model, section: dict, where: str) -> Model:
     model = with_numbers(model, given.parameters, where)
     names, count = given.parameters, len(given.parameters)
     values = dict(zip(model.names, model.stated, strict=True))
+    check_known("parameter", names, values, where)
     for name in names:
-        if name not in values:
-            raise unknown_name("parameter", name, model.names, where)
         if np.isnan(values[name]):
             raise RotorstudyError(
                 f"{name} in {where} has no value in the rig; give the value that the standard deviation refers to"

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import NoSteadyState, RotorstudyError
+from rotorstudy.errors import NoSteadyState
 
 STEP = 1e-7  # relative, of forward differences: errors of a few 1e-7 (d^4) by truncation, 1e-9 by round-off
 FAR = 0.5  # relative change at which it is tried whether the matrices are linear
@@ -15,15 +15,8 @@ LINEAR = 1e-8  # relative difference up to which they are, by round-off of the s
 
 
 def kept(most):
-    """Decorate a method whose last results are kept by its arguments; most : a number, or a function of the object."""
-
-    def of(method):
-        def bound(self):
-            return lru_cache(maxsize=most(self) if callable(most) else most)(partial(method, self))
-
-        return cached_property(bound)
-
-    return of
+    """Decorate a method of which the last results, that many, are kept by its arguments."""
+    return lambda method: cached_property(lambda self: lru_cache(maxsize=most)(partial(method, self)))
 
 
 class Matrices(NamedTuple):
@@ -47,74 +40,61 @@ class Variation:
     count: int
 
     @cached_property
-    def base(self) -> np.ndarray:
-        """(component,) matrices and load without changes, one after the other."""
+    def base(self) -> Matrices:
+        """Without changes."""
         return self._built((0.0,) * self.count)
 
     @cached_property
-    def slopes(self) -> np.ndarray:
-        """(number, component) derivatives of `base`."""
+    def slopes(self) -> Matrices:
+        """Derivatives (number, dof, dof) and (number, dof) of `base`."""
         return self._differences((0.0,) * self.count)
 
     @cached_property
     def is_linear(self) -> bool:
         """Whether the matrices are linear in the changes of all numbers together."""
-        far = self._built((FAR,) * self.count)
-        off = _unpacked(far - self.base - FAR * self.slopes.sum(axis=0))
-        return all(np.abs(a).max() <= LINEAR * np.abs(b).max() for a, b in zip(off, _unpacked(far), strict=True))
+        each = zip(self._built((FAR,) * self.count), self.base, self.slopes, strict=True)
+        return all(
+            np.abs(far - base - FAR * slope.sum(axis=0)).max() <= LINEAR * np.abs(far).max()
+            for far, base, slope in each
+        )
 
     def at(self, change: np.ndarray) -> Matrices:
         """Matrices at relative changes (..., number); NoSteadyState if the plugin builds no rotor of these numbers."""
-        if self.is_linear:
-            return self._linear(change.shape, change.tobytes())
-        return _unpacked(_of_each(self._built, change))
+        return self._linear(change.shape, change.tobytes()) if self.is_linear else _of_each(self._built, change)
 
     def slopes_at(self, change: np.ndarray) -> Matrices:
         """Their derivatives (..., number, dof, dof) and (..., number, dof) there; raises as `at`."""
-        if self.is_linear:
-            return _unpacked(np.broadcast_to(self.slopes, (*change.shape[:-1], *self.slopes.shape)))
-        return _unpacked(_of_each(self._differences, change))
+        if not self.is_linear:
+            return _of_each(self._differences, change)
+        return Matrices(*(np.broadcast_to(part, (*change.shape[:-1], *part.shape)) for part in self.slopes))
 
     @kept(2)  # as a response asks often
     def _linear(self, shape, changes):
         """The Matrices of a linear rotor, not to be changed."""
-        found = self.base + np.frombuffer(changes).reshape(shape) @ self.slopes
-        found.setflags(write=False)
-        return _unpacked(found)
+        change, found = np.frombuffer(changes).reshape(shape), []
+        for base, slope in zip(self.base, self.slopes, strict=True):
+            found.append(base + (change @ slope.reshape(self.count, -1)).reshape(*shape[:-1], *base.shape))
+            found[-1].setflags(write=False)
+        return Matrices(*found)
 
-    @kept(lambda self: 4 + 2 * self.count)
+    @kept(16)  # one, and those with each number beside its value
     def _built(self, changes):
-        """The components (component,) of a rotor."""
-        try:
-            with np.errstate(invalid="ignore"):
-                found = np.concatenate([part.ravel() for part in self.build(changes)])
-            if not np.isfinite(found).all():
-                raise RotorstudyError("its matrices are not finite")
-        except RotorstudyError as error:
-            raise NoSteadyState(f"no rotor with these numbers: {error}") from None
-        found.setflags(write=False)
+        with np.errstate(invalid="ignore"):
+            found = self.build(changes)
+        if not all(np.isfinite(part).all() for part in found):
+            raise NoSteadyState("no rotor with these numbers: its matrices are not finite")
         return found
 
     @kept(1)  # as a response asks twice
     def _differences(self, changes):
-        """The derivatives (number, component) at some changes."""
+        """The derivatives at some changes."""
         moved = [(*changes[:i], changes[i] + STEP, *changes[i + 1 :]) for i in range(self.count)]
-        found = np.array([self._built(one) for one in moved])
-        found -= self._built(changes)
-        found /= STEP
-        found.setflags(write=False)
-        return found
+        each = zip(self._built(changes), *map(self._built, moved), strict=True)
+        return Matrices(*((np.stack(beside) - here) / STEP for here, *beside in each))
 
 
 def _of_each(function, changes):
-    """(..., value) of a function of a tuple, at changes (..., number)."""
+    """Matrices (..., dof, dof) of a function of a tuple, at changes (..., number)."""
     rows = [function(tuple(one)) for one in changes.reshape(-1, changes.shape[-1]).tolist()]
-    whole = rows[0] if len(rows) == 1 else np.array(rows)  # one is not copied, as it may be large
-    return whole.reshape(*changes.shape[:-1], *rows[0].shape)
-
-
-def _unpacked(components):
-    """The Matrices of components (..., component): three matrices and a vector."""
-    size = round((np.sqrt(12 * components.shape[-1] + 1) - 1) / 6)
-    square = [components[..., i * size**2 : (i + 1) * size**2] for i in range(3)]
-    return Matrices(*(part.reshape(*part.shape[:-1], size, size) for part in square), components[..., 3 * size**2 :])
+    whole = rows[0] if len(rows) == 1 else map(np.stack, zip(*rows, strict=True))  # one is not copied: it may be large
+    return Matrices(*(part.reshape(*changes.shape[:-1], *np.shape(rows[0][i])) for i, part in enumerate(whole)))

@@ -9,7 +9,7 @@ import numpy as np
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.one_cause.stated import sizes_of
 from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges
-from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, as_fit, at_numbers, ranges_of, shaped
+from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, as_fit, ranges_of, shaped
 from rotorstudy.inference.fit import chi_square_cost, chi_square_p_value
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig_numbers import rotor_at
@@ -79,8 +79,8 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
     causes, known = shaped(work, best), ()
     if len(causes) == 1 and form_ranges(causes[0].effect).keys() & causes[0].shape.keys():
         slopes = best.minimum.jacobian[0, : 2 * work.spectrum.amplitude.size, : len(best.amplitudes)]
-        there, fitted = at_numbers(work, best.amplitudes), replace(as_fit(work, best), jacobian=slopes)
-        over = over_forms(there, fitted, causes[0], laws_of(there, causes[0]))
+        fitted = replace(as_fit(work, best), jacobian=slopes)
+        over = over_forms(work, fitted, causes[0], laws_of(work, causes[0]))
         if over is not None:
             causes = (causes[0]._replace(shape=over.cause.shape, shape_std=over.cause.shape_std),)
             known = over.stated, over.intervals

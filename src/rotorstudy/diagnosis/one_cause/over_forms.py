@@ -19,7 +19,7 @@ from rotorstudy.diagnosis.search import candidates
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.held_shapes import CLOSER, UNLIKELY, HeldShapes, Shapes, halfway, slopes_of
 from rotorstudy.diagnosis.search.screening import Projection
-from rotorstudy.diagnosis.search.shape_fit import Work, ranges_of
+from rotorstudy.diagnosis.search.shape_fit import Work, at_numbers, ranges_of
 from rotorstudy.diagnosis.search.shape_scan import AtOwnMotions
 from rotorstudy.inference.fit import Fit
 from rotorstudy.model.registry import registry
@@ -93,6 +93,7 @@ def over_forms(
     place = [name for name in cause.shape if name.startswith("position")]
     if len(form) != 1 or len(place) != 1:
         return None
+    work = at_numbers(work, fitted.free)
     slopes = slopes_of(work, fitted, others, cause.names)
     projection = Projection(fitted, work.spectrum, cause.names, slopes, answers=False)
     ranges = ranges_of(work, laws[0])  # as of all laws

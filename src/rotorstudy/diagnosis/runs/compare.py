@@ -30,9 +30,10 @@ from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import Entry
+from rotorstudy.model.estimated_rig import with_values
 from rotorstudy.model.model import Model, Uncertainty
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig_numbers import value_of, with_numbers
+from rotorstudy.model.rig_numbers import with_numbers
 from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.measured import measured_response
 from rotorstudy.threads import on_one_thread
@@ -218,6 +219,5 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
         if name in moving:  # the next run has another value again, as far off as stated
             covariance[i], covariance[:, i] = 0.0, 0.0
             covariance[i, i] = prior.by_name[name][1] ** 2
-    values = found.values
-    terms = (replace(t, values={p.name: value_of(t, p, values) for p in t.parameters}) for t in model.terms)
-    return replace(model, terms=tuple(terms), uncertainty=Uncertainty(names, covariance)), notes, error
+    model = with_values(model, {name: found.values[name] for name in model.names})
+    return replace(model, uncertainty=Uncertainty(names, covariance)), notes, error

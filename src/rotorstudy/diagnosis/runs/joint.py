@@ -30,7 +30,7 @@ from rotorstudy.measurement.corrections import check_slow_roll
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
+from rotorstudy.model.estimated_rig import rig_with_estimate, settled, with_effects_at
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.model.rig_items import make_term
@@ -42,9 +42,6 @@ from rotorstudy.units import percent
 log = logging.getLogger(__name__)
 
 GRAM, GRAM_MM = 1e-3, 1e-6  # kg, kg m
-SETTLED = 1e-2  # standard deviations by which a number of the rotor still changes when it is built again
-REBUILDS = 5
-LARGEST_CHANGE = (-0.5, 1.0)  # of a number of the rotor before it is built again: it keeps its sign
 LEAST_ERROR, LARGEST_ERROR = 1e-3, 0.5  # of the model, fraction of each harmonic
 FEWEST_VECTORS = 4  # of a run that do not equal those of another one by the rounding of the instrument
 
@@ -67,13 +64,6 @@ class IdentifiedRig(NamedTuple):
     rig: dict
     findings: list[Finding]
     conventions: Conventions
-    # number of the rotor or its bearings -> that with which the JointFit begins over that of the rig file
-    ratio: dict[str, float]
-
-    def of(self, name: str) -> tuple[float, float]:
-        """Value and standard deviation of a parameter; of a number its change relative to the rig file."""
-        (value, std), ratio = self.joint.posterior.by_name[name], self.ratio.get(name)
-        return (value, std) if ratio is None else (ratio * (1 + value) - 1, ratio * std)
 
 
 @on_one_thread
@@ -178,37 +168,27 @@ def model_errors(settings: Settings) -> Iterator[float]:
 def _settled(runs, variance=1.0, forces=None):
     """The IdentifiedRig without findings, and the Prior of the parameters that runs share.
 
-    Numbers of the rotor are estimated again with the rotor that they make. `variance` is a factor of the covariance
-    with the model error; forces : terms that no rig states, and the Prior of their amplitudes.
+    `variance` is a factor of the covariance with the model error; forces : terms that no rig states, and the Prior of
+    their amplitudes.
     """
     rig, model, settings, conventions = runs.rig, runs.model, runs.settings, runs.conventions
     spectra = [with_model_error(one, settings) for one in runs.measured]
     spectra = [replace(one, covariance=variance * one.covariance) for one in spectra]
-    given, start, ratio = rig.given, None, 1.0
-    for _ in range(REBUILDS):
-        bare = RigFile(rig.path, given).measured_at(model.sensors, model.structure.reading)
-        whole, prior = base_model(replace(bare, from_unloaded_line=model.from_unloaded_line), settings)
-        own = np.array([is_number(name) for name in prior.names])
-        scale = np.where(own, ratio, 1.0)
-        mean = np.where(own, (1 + prior.mean) / scale - 1, prior.mean)
-        shared = Prior(prior.names, mean, prior.covariance / np.outer(scale, scale))
-        if forces:
-            whole, shared = whole.plus(*forces[0]), shared.plus(forces[1])
-        each = zip(runs.items, spectra, strict=True)
-        joint = fit_runs([_run(*one, whole, shared, settings, conventions) for one in each], shared, start)
-        known, names = joint.posterior.by_name, shared_names(joint)
-        moved = {name: known[name] for name in names if is_number(name)}
-        if all(abs(value) <= SETTLED * std for value, std in moved.values()):
-            break
-        numbers = {name: float(np.clip(value, *LARGEST_CHANGE)) for name, (value, _) in moved.items()}
-        ratio = ratio * np.array([1 + numbers.get(name, 0.0) for name in prior.names])
-        given = rig_with_values(given, bare, numbers)
-        start = joint.posterior.free.copy()
-        start[[joint.prior.names.index(name) for name in numbers]] = 0.0
-    names = [name for name in names if name in bare.names or is_number(name)]
-    updated = rig_with_estimate(given, bare, names, *joint.of(names))
-    began = {name: float(share) for name, share, mine in zip(prior.names, scale, own, strict=True) if mine}
-    return IdentifiedRig(joint, updated, [], conventions, began), shared
+    bare = rig.measured_at(model.sensors, model.structure.reading)
+    whole, shared = base_model(replace(bare, from_unloaded_line=model.from_unloaded_line), settings)
+    if forces:
+        whole, shared = whole.plus(*forces[0]), shared.plus(forces[1])
+    each = [_run(*one, whole, shared, settings, conventions) for one in zip(runs.items, spectra, strict=True)]
+
+    def fitted(at, before):
+        models = with_effects_at([run.model for run in each], rig.given, at)
+        here = [run._replace(model=model) for run, model in zip(each, models, strict=True)]
+        return fit_runs(here, shared, before and before.with_values(at))
+
+    joint = settled(fitted, lambda joint: {name: joint.posterior.by_name[name] for name in shared_names(joint)})
+    names = [name for name in shared_names(joint) if name in bare.names or is_number(name)]
+    updated = rig_with_estimate(rig.given, bare, names, *joint.of(names))
+    return IdentifiedRig(joint, updated, [], conventions), shared
 
 
 def shared_names(joint: JointFit) -> list[str]:

@@ -223,7 +223,7 @@ def causes_at(work: Work, causes: Sequence[Candidate], theta: np.ndarray, points
     """Causes in the shapes at some points (option,), on the rotor as of `at_numbers`."""
     there = at_numbers(work, theta)
     pairs = zip(causes, points, strict=True)
-    return [reshaped(there, c, point, ranges=ranges_of(work, c)) if len(point) else c for c, point in pairs]
+    return [reshaped(there, c, point, ranges=ranges_of(work, c)) for c, point in pairs]
 
 
 def _moved(work, cause, theta, point):

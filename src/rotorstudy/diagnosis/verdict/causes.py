@@ -9,7 +9,6 @@ from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.one_cause.stated import sizes_of
 from rotorstudy.diagnosis.search.candidates import form_ranges
 from rotorstudy.diagnosis.search.odds import faults_of, odds_of
-from rotorstudy.diagnosis.search.shape_fit import at_numbers
 from rotorstudy.diagnosis.verdict.cause_words import FEW, readable
 from rotorstudy.diagnosis.verdict.findings import told
 from rotorstudy.diagnosis.verdict.result import Cause, ParameterEstimate
@@ -49,7 +48,7 @@ def _variant(explanation, name):
 def _over_forms(found, explanation, name):
     """The OverForms of a cause of an explanation, beside its others, and its log evidence; None as of `over_forms`."""
     ((cause,), others) = ([c for c in explanation.causes if (c.cause == name) == own] for own in (True, False))
-    work = at_numbers(replace(found, spectrum=explanation.spectrum), explanation.fit.free)
+    work = replace(found, spectrum=explanation.spectrum)
     over = over_forms(work, explanation.fit, cause, laws_of(work, cause), others)
     return over and (over, over.log_evidence - work.spectrum.log_shared_volume / 2)
 
