@@ -151,7 +151,7 @@ def test_an_installed_distribution_that_is_wrong_is_named_and_the_next_loads(ins
     assert {"switching", "installed"} <= set(zoo.plugins["crack"])
 
 
-def test_a_module_that_makes_its_plugins_implements_the_hook_of_their_kind(tmp_path):
+def test_a_module_that_makes_its_plugins_implements_the_hook_of_pluggy(tmp_path):
     write(tmp_path, "made", MADE)
     assert set(alone(tmp_path).plugins["crack"]) == {"one", "two"}
 

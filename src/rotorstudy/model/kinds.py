@@ -1,29 +1,18 @@
-"""Plugin kinds, what each states and claims: decorators of the functions of a plugin file, and hooks."""
+"""Plugin kinds, what each states and claims: decorators of the functions of a plugin file, and the hooks of pluggy."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from hashlib import sha256
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Literal, NamedTuple
+
+import pluggy
 
 from rotorstudy.errors import PluginError, check_known
 from rotorstudy.model.options import option_names
 
-
-def hookimpl(function: Callable) -> Callable:
-    """Mark a function `rotorstudy_KIND` of a module, which returns the plugins that the module makes.
-
-    Parameters
-    ----------
-    function : function
-        Without arguments; it returns a Plugin or a list of them.
-
-    Returns
-    -------
-    function
-    """
-    function.rotorstudy_impl = True
-    return function
+hookimpl = pluggy.HookimplMarker("rotorstudy")
 
 
 @dataclass(frozen=True)
@@ -316,3 +305,17 @@ KINDS = {
     "spectrum": SpectrumMethod,
     "estimator": Estimator,
 }
+
+
+def _hook(kind, gives):
+    """Specification of the hook of a kind; historic: each file is called when it is registered, to blame it alone."""
+
+    def hook():
+        pass
+
+    hook.__name__ = f"rotorstudy_{kind}"
+    hook.__doc__ = f"{gives.__name__}, or a list of them: {gives.__doc__.splitlines()[0]}"
+    return pluggy.HookspecMarker("rotorstudy")(historic=True)(hook)
+
+
+Hooks = SimpleNamespace(**{f"rotorstudy_{kind}": _hook(kind, gives) for kind, gives in KINDS.items()})

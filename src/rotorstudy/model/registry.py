@@ -1,23 +1,27 @@
 """The registry that finds the plugins.
 
-A plugin is one file: a function with the equation, below what it states, such as `@Crack(source="a paper")`. A module
-may also have the hook of a kind, a function `rotorstudy_crack` that returns the plugins it makes. A file is found if it
-is in the project's plugins/ folder, in the folder rotorstudy_plugins/ of the current folder, or in one listed in
-ROTORSTUDY_PLUGINS, or if an installed distribution provides its module as an entry point in the group "rotorstudy".
+A plugin is one file: a function with the equation, below what it states, such as `@Crack(source="a paper")`. The
+registry gives it to pluggy as the hook of its kind, `rotorstudy_crack`; a module may also implement the hook itself,
+for plugins that it makes. It is found if the file is in the project's plugins/ folder, in the folder
+rotorstudy_plugins/ of the current folder, or in one listed in ROTORSTUDY_PLUGINS, or if an installed distribution
+provides its module as an entry point in the group "rotorstudy".
 """
 
 import os
 import sys
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import lru_cache
+from functools import lru_cache, partial
 from hashlib import sha256
 from inspect import isfunction
 from pathlib import Path
 from traceback import walk_tb
+from types import SimpleNamespace
 
-from rotorstudy.errors import PluginError, RotorstudyError, check_known, unknown_name
-from rotorstudy.model.kinds import KINDS
+import pluggy
+
+from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
+from rotorstudy.model.kinds import KINDS, Hooks, hookimpl
 
 FOLDERS_VARIABLE = "ROTORSTUDY_PLUGINS"
 OWN_FOLDER = "rotorstudy_plugins"  # in the folder where a user works
@@ -31,6 +35,12 @@ class Registry:
     """
 
     def __init__(self, folders=(), entry_points=True, files=()):
+        self._manager = pluggy.PluginManager("rotorstudy")
+        self._manager.add_hookspecs(Hooks)
+        self._given = {}  # kind -> plugins returned by the file that is being registered
+        for kind in KINDS:
+            hook = getattr(self._manager.hook, f"rotorstudy_{kind}")
+            hook.call_historic(partial(self._given.__setitem__, kind))
         self.plugins = {kind: {} for kind in KINDS}
         self.failures = []
         for folder in folders:
@@ -52,12 +62,20 @@ class Registry:
             self._add(file, lambda file=file: _import_file(file))
 
     def _add(self, place, load):
+        hooks = None
+        self._given.clear()
         try:
-            found = _plugins_of(load())
+            hooks = _hooks_of(load())
+            self._manager.register(hooks)
+            self._manager.check_pending()
+            asked = [kind for kind in KINDS if hasattr(hooks, f"rotorstudy_{kind}")]
+            found = [(kind, plugin) for kind in asked for plugin in _plugins_of(kind, self._given.get(kind))]
         except BaseException as error:  # of any kind, but for a person who interrupts
             if isinstance(error, KeyboardInterrupt):
                 raise
             self.failures.append(f"plugin {_blame(place, error)}: {said(error)}")
+            if hooks and self._manager.is_registered(hooks):
+                self._manager.unregister(hooks)
             return
         for kind, plugin in found:
             namesake = self.plugins[kind].get(plugin.name)
@@ -102,25 +120,24 @@ def _is_in(file, folder):
     return Path(folder).resolve() in Path(file).resolve().parents
 
 
-def _plugins_of(module):
-    """(kind, plugin) of the functions of a module with a decorator, and those that its hooks return."""
+def _hooks_of(module):
+    """The hooks of a module: those it implements, and one of each kind of its functions with a decorator."""
     hooks = {name: one for name, one in vars(module).items() if name.startswith("rotorstudy_")}
     for name, one in hooks.items():
         if not hasattr(one, "rotorstudy_impl"):
-            raise PluginError(f"{name} is not marked; write @hookimpl above it")
-    check_known("hook", hooks, [f"rotorstudy_{kind}" for kind in KINDS], "the module", PluginError)
+            raise PluginError(f"{name} is not marked; write @hookimpl above it")  # pluggy would ignore it
     functions = filter(isfunction, vars(module).values())
     stated = [plugin for function in functions for plugin in getattr(function, "plugins", ())]
-    found = []
     for kind, gives in KINDS.items():
-        own, name = [plugin for plugin in stated if type(plugin) is gives], f"rotorstudy_{kind}"
-        if own and name in hooks:
-            raise PluginError(f"{name} and @{gives.__name__} above a function; state the plugins in one way")
-        found += [(kind, plugin) for plugin in _checked(kind, hooks[name]() if name in hooks else own)]
-    return found
+        if own := [plugin for plugin in stated if type(plugin) is gives]:
+            name = f"rotorstudy_{kind}"
+            if name in hooks:
+                raise PluginError(f"{name} and @{gives.__name__} above a function; state the plugins in one way")
+            hooks[name] = hookimpl(lambda own=own: own)
+    return SimpleNamespace(**hooks)
 
 
-def _checked(kind, given):
+def _plugins_of(kind, given):
     """The plugins returned by the hook of a kind as a list; other types, or a missing source, are errors."""
     found = list(given) if isinstance(given, (list, tuple)) else [given]
     for plugin in found:
