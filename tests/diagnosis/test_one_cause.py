@@ -127,6 +127,22 @@ def test_a_position_at_a_disc_is_left_out():
     assert shapes.fitted(points).points[:, 0] == pytest.approx(points[1:, 0])
 
 
+def test_a_narrower_law_begins_at_the_columns_with_which_a_wider_one_ended(monkeypatch):
+    """None are computed again where it ends there, too. Negative control: without these it begins anew."""
+    work, cause, fitted = as_usual(records(crack()))
+    ranges, point = ranges_of(work, cause), point_of(work, cause)
+    shapes = HeldShapes(work, Projection(fitted, work.spectrum, cause.names), cause, ranges, (0,))
+    known, computed = shapes.fitted(point[None] + [[0.0, 0.02, 0.01]]), []
+    columns = HeldShapes.columns
+    monkeypatch.setattr(HeldShapes, "columns", lambda self, *given: computed.append(1) or columns(self, *given))
+    again = shapes.fitted(known.linearised, known.amplitudes, known=known)
+    assert not computed
+    for one, other in zip(again, known, strict=True):
+        assert one == pytest.approx(other, rel=1e-12)
+    assert shapes.fitted(known.linearised, known.amplitudes).cost == pytest.approx(known.cost, rel=1e-3)
+    assert computed
+
+
 def at_the_truth(spectrum, form, breathing="gradual", model=None, shape=TRUE, **variant):
     """The crack fitted from its true shape, with a front of a form or, without one, a straight front."""
     model = model or build_model(rig())

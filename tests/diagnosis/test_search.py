@@ -427,3 +427,21 @@ def test_where_a_cause_changes_the_films_others_are_judged_on_these(on_films):
     cause = next(c for c in work.candidates if c.effect == "parallel_misalignment" and c.where == {"node": 3})
     groups = moves_from(work, work.explain((cause,), dict.fromkeys(cause.names, 0.0)))
     assert (("static_preload", {"node": 3}) in [names(p.causes)[0] for some in groups for p in some]) == on_films
+
+
+@pytest.mark.usefixtures("few_shapes")
+@pytest.mark.parametrize(("fault", "is_sought"), [
+    ({"kind": "added_mass", "node": 2, "added_mass_kg": 0.1}, False),
+    ({"kind": "transverse_crack", "position_m": 0.22, "depth_ratio": 0.3, "flexibility_factor": 1.0}, True),
+])  # fmt: skip
+def test_a_crack_is_sought_only_where_bending_moments_may_explain_the_records(fault, is_sought):
+    """Where a mass explains them, no moment in an element comes near. Negative control: a crack."""
+    tried = "transverse_crack", "added_mass", "unbalance", "support_stiffness"
+    settings = KNOWN.model_copy(update={"leave_out": all_but(*tried), "model_error": 1e-3})
+    model = build_model(TWO_DISCS)
+    truth = make_term("effect", {"label": "hidden", **fault}, model.structure, model.sensors)
+    work = begin(model, with_model_error(measured(model, truth, noise=2e-9), settings), settings)
+    at_nodes, (found,) = moves.single_causes(work)
+    assert all(one.log_odds > work.free_forces[0].log_odds for one in at_nodes[0])
+    assert ("transverse_crack" in {p.causes[0].effect for p in found}) == is_sought
+    assert max(found, key=lambda one: one.log_odds).causes[0].effect == fault["kind"]
