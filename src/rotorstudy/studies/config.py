@@ -16,7 +16,7 @@ from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.coupling import check_harmonics
-from rotorstudy.studies.common import HARMONIC, SPEED, clean_spectrum, parameter_coordinates
+from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.yaml_file import read_study
 
 PositiveNumber = Annotated[float, Field(gt=0)]
@@ -166,25 +166,21 @@ class StudyConfig(Strict):
 
     @property
     def coordinates(self):
-        """Coordinates of the Datasets of its stages: name -> (values, unit, long name)."""
+        """Coordinates of the Datasets of its stages."""
         return {
-            "case": (list(self.cases), "1", "speeds used together"),
-            "spectrum_method": (self.spectra, "1", "spectrum method"),
-            "phase_reference": (list(PHASES), "1", "what the phase is compensated by"),
-            "estimator": (self.estimators, "1", "parameter estimator"),
-            "speed": (np.array(self.shown_speeds_rad_s, float), *SPEED),
-            "harmonic": (np.array(self.harmonics), *HARMONIC),
-            **parameter_coordinates(self.reported),
+            "case": list(self.cases),
+            "spectrum_method": self.spectra,
+            "phase_reference": list(PHASES),
+            "estimator": self.estimators,
+            "speed": np.array(self.shown_speeds_rad_s, float),
+            "harmonic": np.array(self.harmonics),
+            "parameter": list(self.reported),
         }
 
     def true_values(self, model):
         """(parameter,) the values that a model has of the reported unknowns."""
         theta = model.theta[model.position(self.unknowns)]
         return magnitude_and_phase(self.unknowns, theta, np.eye(len(theta)))[1]
-
-    def true_variable(self, rig):
-        """The values that a rig has of the reported unknowns, as a variable of a Dataset, by its name."""
-        return {"true": (("parameter",), self.true_values(self.rig(rig)), "SI", "value assumed")}
 
     def relative_error(self, theta, true):
         """(..., parameter) relative errors of reported unknowns; of phases the differences in rad."""

@@ -49,7 +49,7 @@ def weight_dominance(config, weight_dominance, title, cases=None):
     """A crack on the static deflection alone: amplitude ratio at the shown speeds, error of the first of the cases."""
     case, shown = next(iter((cases or {case: case for case in config.cases}).items()))
     picture, ((left, right),) = figure(1, 2, height=2.8)
-    weight_dominant, full = np.abs(as_complex(weight_dominance.displacement))
+    weight_dominant, full = np.abs(as_complex(weight_dominance.displacement.transpose("crack", ...)))
     structure, crack = config.rig(config.main_rig).structure, config.rigs[config.main_rig]["cracks"][0]
     losses = structure.stiffness_loss_at(crack.get("node"), crack.get("element"))
     name, (pattern, _, _) = next(iter(losses.items()))
