@@ -33,13 +33,8 @@ class Table(NamedTuple):
 def _environment():
     from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 
-    style = {
-        "autoescape": select_autoescape(),
-        "undefined": StrictUndefined,
-        "trim_blocks": True,
-        "lstrip_blocks": True,
-    }
-    made = Environment(loader=PackageLoader("rotorstudy.presentation"), **style)
+    style = {"undefined": StrictUndefined, "trim_blocks": True, "lstrip_blocks": True}
+    made = Environment(loader=PackageLoader("rotorstudy.presentation"), autoescape=select_autoescape(), **style)
     made.globals["vendored"] = _vendored
     return made
 

@@ -1,6 +1,7 @@
 """The page of a rotordynamic analysis; and the check of a rig file, as text and as plain data."""
 
 from dataclasses import asdict
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -19,6 +20,7 @@ OIL_WHIRL, LITTLE_DAMPED = (0.35, 0.55), 0.3  # frequency over speed, and logari
 OVERDAMPED = 10.0  # logarithmic decrement that is not worth a number
 FAR = 0.15  # of the clearance: three times what an error of 10 % in clearance or viscosity moves a journal
 SAME_RESONANCE = 0.05  # a peak of a probe within this of a critical speed is that of its mode
+_speed = partial(quantity, unit="rad/s", digits=5)
 
 
 def rotor_page(analysis, figures, charts, title, captions):
@@ -38,27 +40,22 @@ def rotor_page(analysis, figures, charts, title, captions):
     )
 
 
-def _speed(speed, unit=True):
-    """A speed (rad/s) in the reader's unit: 5400 rpm."""
-    name, per = shown_speed()
-    return f"{number(float(speed) * per, 5)}{f' {name}' if unit else ''}"
-
-
 def summary(analysis):
     """The results in sentences, a list."""
-    data, margin = analysis.data, analysis.margin
+    data, margin, (unit, per) = analysis.data, analysis.margin, shown_speed()
     speed, growth, decrement = data.growth_speed.values, data.growth_rate.values, margin and margin.log_decrement
     text = render(
         "rotor_summary.txt",
         analysis=analysis,
-        last=_speed(data.speed[-1]),
+        last=_speed(float(data.speed[-1])),
         shown=[f"{_speed(one.speed)} ({whirl_name(one.direction)})" for one in analysis.resonant],
         none_shown=_none(analysis),
         overdamped=len(analysis.criticals) - len(analysis.resonant),
         resonant=RESONANT,
         growth_speeds=len(speed),
+        threshold=number((analysis.threshold or 0.0) * per, 5),
         stable=speed[(speed > (analysis.threshold or np.inf)) & (growth < 0)].tolist(),
-        unit=shown_speed()[0],
+        unit=unit,
         margin=margin,
         decrement=margin and (number(decrement, 3) if decrement < OVERDAMPED else f"over {OVERDAMPED:g}"),
         least=LEAST_DECREMENT,

@@ -123,12 +123,6 @@ def variants(config):
     return results("variants", f"{config.title}: variants of least squares", ("variant", "case"), solved, **given)
 
 
-def probe_noise(config, model, speeds):
-    """Standard deviation of a sample of any probe, m; speeds (speed,) rad/s."""
-    shown = measured_response(model, speeds, config.harmonics)[:, np.array(config.harmonics) != 0]
-    return NOISE * np.sqrt(np.mean(np.sum(np.abs(shown) ** 2, axis=1)) / 2)
-
-
 def information(config, model, speeds, harmonics, rows, std):
     """Fisher information J^T C^-1 J (parameter, parameter) of rows (output, dof) with noise std (output,), m."""
     if any(name in {u.name for u in model.output_unknowns} for name in config.unknowns):
@@ -148,7 +142,8 @@ def identifiability(config):
 
     def at(case):
         own, covariances = config.cases[case].speeds, []
-        noise = probe_noise(config, model, own)
+        shown = measured_response(model, own, config.harmonics)[:, np.array(config.harmonics) != 0]
+        noise = NOISE * np.sqrt(np.mean(np.sum(np.abs(shown) ** 2, axis=1)) / 2)
         for extra in options.values():
             speeds = own if extra.speeds is None else extra.speeds.speeds
             harmonics = config.harmonics if extra.harmonics is None else extra.harmonics

@@ -160,17 +160,8 @@ def errors_and_bounds(noisy, units, title):
     count = next(iter(noisy.values())).sizes["parameter"]
     if count > MANY:
         return _errors_over_bounds(noisy, columns, title)
-    alone = len(columns) == 1
-    if alone:
-        picture, axes = figure(-(-count // 3), 3, height=2.0, width=2.4)
-        for unused in axes.flat[count:]:
-            unused.axis("off")
-        panels = [axes.flat[:count]]
-    else:
-        height, width = min(1.7, HIGHEST / count), min(2.6, WIDEST / len(columns))
-        picture, axes = figure(count, len(columns), height, width)
-        panels = list(axes.T)
-    for (name, model), column in zip(columns, panels, strict=True):
+    picture, axes = figure(count, len(columns), min(1.7, HIGHEST / count), min(2.6, WIDEST / len(columns)))
+    for (name, model), column in zip(columns, axes.T, strict=True):
         data = noisy[name].sel(noise_model=model)
         for panel, parameter in zip(column, data.parameter.values, strict=True):
             true, unit = float(data.true.sel(parameter=parameter)), units[parameter]
@@ -180,12 +171,11 @@ def errors_and_bounds(noisy, units, title):
                 panel.loglog(data.noise, rms, MARKERS[i] + "-", color=COLOURS[i], label=label(estimator))
             bound = in_units(unit, data.cramer_rao.sel(parameter=parameter), true)
             panel.loglog(data.noise, bound, "k--", label="Cramér-Rao bound")
-            if alone or column is panels[0]:
+            if panel in axes[:, 0]:
                 panel.set_ylabel(f"{label(parameter)}\nrms error ({error_unit(unit)})")
             plain_log(panel, data.noise.values)
-            if alone or panel is column[-1]:
-                panel.set_xlabel("noise level (%)")
         column[0].set_title(f"{name}\nnoise {model}")
+        column[-1].set_xlabel("noise level (%)")
     return finished(picture, title, legend=4)
 
 
