@@ -13,13 +13,12 @@ from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.full_spectra import PHASES
 from rotorstudy.measurement.noise import MODELS
 from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.model.options import Positive
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.coupling import check_harmonics
 from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.yaml_file import read_study
-
-PositiveNumber = Annotated[float, Field(gt=0)]
 
 
 class SpeedRange(Strict):
@@ -81,7 +80,7 @@ class MonteCarloConfig(Strict):
     """rigs : name of a rig -> its trials"""
 
     trials: int = Field(ge=2)
-    levels_percent: list[PositiveNumber] = Field(min_length=1)
+    levels_percent: list[Positive] = Field(min_length=1)
     rigs: dict[str, MonteCarloRig]
     seed: int
 
@@ -97,11 +96,11 @@ class ExtraMeasurement(Strict):
     """A further or different measurement, to find which would separate the unknowns best."""
 
     tilts: list[int] = []  # nodes where two probes, tilt_arm_m apart, measure the tilt
-    tilt_arm_m: PositiveNumber = 0.04
+    tilt_arm_m: Positive = 0.04
     stations_m: list[float] = []  # further probes along the shaft
     speeds: SpeedRange | None = None  # instead of the study's
     harmonics: list[int] | None = None  # instead of the study's
-    times_longer: PositiveNumber = 1.0  # length of the records relative to the study's
+    times_longer: Positive = 1.0  # length of the records relative to the study's
 
     def output_rows(self, structure, sensors):
         """Output matrix (output, dof) of sensors, tilts, stations, and the noise of each relative to a probe's."""
@@ -134,14 +133,14 @@ class StudyConfig(Strict):
     rigs: dict[str, dict]  # name -> rig (see `rotorstudy.model.rig`)
     harmonics: list[int] = Field(min_length=1)
     record: RecordConfig
-    shown_speeds_rad_s: list[PositiveNumber] = Field(min_length=1)
+    shown_speeds_rad_s: list[Positive] = Field(min_length=1)
     cases: dict[str, SpeedRange] = Field(min_length=1)  # name -> speeds
     unknowns: list[str] = Field(min_length=1)
     spectra: list[str] = Field(min_length=1)  # shown; `studies.comparison` compares all of the library
     estimators: list[str] = Field(min_length=1)  # likewise
     monte_carlo: MonteCarloConfig
     bias: BiasConfig
-    crack_scales: list[PositiveNumber] = []
+    crack_scales: list[Positive] = []
     extra_measurements: dict[str, ExtraMeasurement] = {}
     sensor_sets: dict[str, list[int]] = {}
     variants: dict[str, Variant] = {}

@@ -8,12 +8,12 @@ from pydantic import Field
 from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.cracks import breathing_function, stiffness_loss
-from rotorstudy.model.options import check_options
+from rotorstudy.model.options import Positive, check_options
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.studies.common import results
-from rotorstudy.studies.config import PositiveNumber, SpeedRange
+from rotorstudy.studies.config import SpeedRange
 from rotorstudy.yaml_file import read_yaml
 
 DIRECTIONS = ("xi", "eta", "vertical", "horizontal")
@@ -22,9 +22,9 @@ DIRECTIONS = ("xi", "eta", "vertical", "horizontal")
 class Shaft(Strict):
     """The simply supported shaft for the relations from crack depth to stiffness loss."""
 
-    diameter_m: PositiveNumber
-    span_m: PositiveNumber
-    youngs_modulus_Pa: PositiveNumber = 2.1e11
+    diameter_m: Positive
+    span_m: Positive
+    youngs_modulus_Pa: Positive = 2.1e11
 
     @property
     def stiffness(self):
@@ -42,7 +42,7 @@ class CracksConfig(Strict):
     options: dict[str, dict[str, Any]] = {}  # crack -> options other than those of its example
     angles: int = Field(gt=8)  # samples per revolution
     harmonics: list[int] = Field(min_length=1)
-    shown_speeds_rad_s: list[PositiveNumber] = Field(min_length=1)  # of the full spectra
+    shown_speeds_rad_s: list[Positive] = Field(min_length=1)  # of the full spectra
     swept: SpeedRange  # speeds of the sweep
     shown_orders: list[int] = Field(min_length=1)  # harmonics of the sweep
     shaft: Shaft
