@@ -18,7 +18,6 @@ from rotorstudy.model.registry import registry
 from rotorstudy.response.floquet import periodic_growth_rate
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.whirl import critical_speeds, time_invariant
-from rotorstudy.store import dataset
 from rotorstudy.studies.common import results
 from rotorstudy.studies.crack_study.sensitivity import SHAPE, Machine, explained_away, visibility
 
@@ -59,31 +58,21 @@ def smallest(depths, seen, needed):
 
 def limits(config):
     """A Dataset of the visibility of cracks at their worst angle, and of the smallest one detected, over shafts."""
-    coordinates = {
-        "noise": (np.array(config.noise_percent), "percent", "white noise on each sample, of the rms vibration"),
-        "baseline": (list(BASELINES), "1", "what is known of the healthy machine beyond the rig file"),
-        "depth_ratio": (np.array(config.map.depth_ratios), "1", "depth over diameter"),
-    }
-    variables = {}
-    needed = needed_visibility(config.false_alarm, config.power)
+    import xarray as xr
+
+    depths, needed = config.map.depth_ratios, needed_visibility(config.false_alarm, config.power)
+    common = {"noise": config.noise_percent, "baseline": list(BASELINES), "depth_ratio": depths}
+    title, found = f"{config.title}: smallest crack detected", []
     for name, rotor in config.rotors.items():
         machine = Machine(config, rotor)
         position = machine.positions(config.map.positions)
         seen = _visibilities(config, machine, position)
-        least = smallest(config.map.depth_ratios, seen, needed)
-        dims = (f"planes_{name}", "noise", "baseline", f"position_{name}")
-        section = [machine.model.structure.section_at(s).outer_diameter_m for s in position]
-        variables |= {
-            f"visibility_{name}": ((*dims, "depth_ratio"), seen, "1", "change that nothing else explains, in sigma"),
-            f"smallest_depth_{name}": (dims, least, "1", "smallest depth detected, over the diameter"),
-            f"diameter_{name}": (dims[-1:], np.array(section), "m", "diameter of the shaft"),
-        }
-        coordinates |= {
-            f"planes_{name}": (list(rotor.planes), "1", f"probes of {name}"),
-            f"position_{name}": (position, "m", f"position on the shaft of {name}, from node 1"),
-        }
-    title = f"{config.title}: smallest crack detected"
-    return dataset(variables, coordinates, title=title, needed_visibility=needed)
+        own = {"planes": list(rotor.planes), "position": position, "visibility": seen}
+        own["smallest_depth"] = smallest(depths, seen, needed)
+        own["diameter"] = [machine.model.structure.section_at(s).outer_diameter_m for s in position]
+        of_rotor = results("limits", title, **common, **own, needed_visibility=needed)
+        found.append(of_rotor.rename({key: f"{key}_{name}" for key in own}))
+    return xr.merge(found)
 
 
 def _visibilities(config, machine, position):
