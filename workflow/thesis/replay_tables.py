@@ -9,7 +9,7 @@ from rotorstudy.store import as_complex
 from rotorstudy.units import percent
 from thesis import checks
 from thesis.replay import BOTH_DAMPINGS, COLUMN, DAMPINGS, remove_slow_roll, rounding_draws, thesis_estimates
-from thesis.scoreboard import KEYS, published, scored_against, scored_tables
+from thesis.scoreboard import KEYS, load_reasons, published, score, scored_tables
 from thesis.texts import page
 
 
@@ -61,7 +61,7 @@ def scored_rows(config, reference, spectra, identification, response, reasons):
         own = {name: float(value) * factor for name, value in own.items()}
         rows.append({**row, **own, "cases": " and ".join(config.groups[group])})
     replayed = [table for table, rows in in_tables.groupby("table") if set(rows.method) <= set(config.data_sets)]
-    return scored_against(printed, rows, reasons, measured_again=replayed)
+    return score(printed, pd.DataFrame(rows), load_reasons(reasons), measured_again=replayed)
 
 
 def all_estimates(identification):
