@@ -176,7 +176,7 @@ def errors_and_bounds(noisy, units, title):
             plain_log(panel, data.noise.values)
         column[0].set_title(f"{name}\nnoise {model}")
         column[-1].set_xlabel("noise level (%)")
-    return finished(picture, title, legend=4)
+    return finished(picture, title, legend=4 if len(columns) > 1 else 1)
 
 
 def _errors_over_bounds(noisy, columns, title):
