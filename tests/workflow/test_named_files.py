@@ -1,5 +1,6 @@
 """What binds a job to its files: figures and tables by name, results by name, and the code that a function needs."""
 
+import re
 from pathlib import Path
 
 import pandas as pd
@@ -15,7 +16,11 @@ from rotorstudy import RotorstudyError
 from rotorstudy.presentation.pages import Table
 from rotorstudy.presentation.plots import figure, save_figures
 from rotorstudy.store import dataset, save
+from rotorstudy.studies.common import RESULTS
+from rotorstudy.studies.plausibility import WORDS
+from rotorstudy.yaml_file import read_yaml
 
+ROOT = Path(__file__).parents[2]
 WHIRL, BIAS = "rotorstudy.studies.analyses.whirl", "rotorstudy.studies.identify.bias"
 
 
@@ -117,3 +122,16 @@ def test_a_job_runs_in_a_process_of_its_own_and_its_failure_is_told(tmp_path):
     with pytest.raises(RotorstudyError, match=r"odd ended with 1; see .*odd\.log"):
         run_job(refused, refused.inputs, refused.outputs, {}, 1, log)
     assert "error: file 'none.yaml' does not exist" in Path(log[0]).read_text()
+
+
+def test_every_kind_of_results_and_every_finding_on_a_rig_is_made_somewhere():
+    code = {
+        file: file.read_text() for folder in ("src/rotorstudy", "workflow") for file in (ROOT / folder).rglob("*.py")
+    }
+    of_replays = ROOT / "workflow/thesis/templates/results.yaml"
+    for stated, function in ((RESULTS, "results"), (of_replays, "replay_results")):
+        made = [kind for text in code.values() for kind in re.findall(rf'\b{function}\(\s*"(\w+)"', text)]
+        assert sorted(made) == sorted(read_yaml(stated).keys() - {"coordinates"})
+    checks = "".join(code[ROOT / "src/rotorstudy/studies" / name] for name in ("plausibility.py", "rig_check.py"))
+    findings = re.findall(r"^\w+: (.+?): ", WORDS.read_text(), re.MULTILINE)
+    assert sorted(findings) == sorted(re.findall(r'\btold\("(.+?)"', checks))

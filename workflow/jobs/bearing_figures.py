@@ -8,7 +8,7 @@ from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.model.registry import registry
 from rotorstudy.presentation.plots import COLOURS, figure, finished, save_figure
 from rotorstudy.store import provenance, save
-from rotorstudy.studies.common import sweep
+from rotorstudy.studies.common import results
 
 SPEEDS = np.linspace(50.0, 400.0, 71)  # rad/s: from slow roll to beyond the first critical speed of a test rig
 SHOWN = (("stiffness", 1e-6, "MN/m"), ("damping", 1e-3, "kN s/m"))
@@ -26,17 +26,8 @@ def bearing_coefficients(plugins, speeds=SPEEDS):
             return {}
         return {"stiffness": stiffness.real, "damping": stiffness.imag / speed}
 
-    coordinates = {
-        "bearing": (list(terms), "1", "bearing plugin"),
-        "speed": (speeds, "rad/s", "spin speed"),
-        "direction": (list(LINES), "1", "of the force, of the motion; x down"),
-    }
-    told = {
-        "stiffness": (("direction",), "N/m", "real part of the dynamic stiffness at +-1X"),
-        "damping": (("direction",), "N s/m", "its imaginary part over the speed"),
-    }
-    title = "Stiffness and damping of every bearing over speed"
-    return sweep(coordinates, ("bearing", "speed"), at, told, title=title)
+    title, given = "Stiffness and damping of every bearing over speed", {"bearing": list(terms), "speed": speeds}
+    return results("bearings", title, tuple(given), at, **given, direction=list(LINES))
 
 
 def plot_bearing_coefficients(data):

@@ -8,7 +8,7 @@ from rotorstudy.response.statics import static_deflection
 from rotorstudy.store import as_complex
 from rotorstudy.studies.config import file_name
 from rotorstudy.yaml_file import read_yaml
-from thesis.scoreboard import KEYS, PLACE, PRINTED, published, scored_against, scored_tables, table_name
+from thesis.scoreboard import KEYS, PLACE, PRINTED, load_reasons, published, score, scored_tables, table_name
 
 QUANTITIES = {"amplitude": np.abs, "phase": np.angle, "compensated phase": np.angle}
 BY_METHOD = (["item"], ["case", "method"])  # keys of the rows and of the columns
@@ -148,7 +148,7 @@ def tables(
     for where in places(reference, "rows_of_estimates", texts["tables"]):
         some = printed[(printed.table == where["table"]) & (printed.case == where["printed_case"])]
         rows += estimate_rows(some, where, texts, found.estimate, monte_carlo_thesis)
-    scored = scored_against(printed, rows, reasons)
+    scored = score(printed, pd.DataFrame(rows), load_reasons(reasons))
     keys = dict.fromkeys(printed[printed.quantity == "estimate"].table, BY_NOISE if by_variants else BY_CASE)
     about = {number: (*text, *keys.get(number, BY_METHOD)) for number, text in texts["tables"].items()}
     first = {table_name(texts["assumed"]["number"]): assumed_parameters(config, texts, found.true)}

@@ -4,6 +4,9 @@ Rounding is the only known noise: every value is known to half a unit of its las
 by drawing the printed values uniformly from within it.
 """
 
+from functools import partial
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 
@@ -15,11 +18,13 @@ from rotorstudy.measurement.spectrum import Spectrum, components, independent_co
 from rotorstudy.model.registry import registry
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
-from rotorstudy.store import as_complex, dataset
-from rotorstudy.studies.common import SPEED, parameter_coordinates, sweep
+from rotorstudy.store import as_complex
+from rotorstudy.studies.common import results
 from thesis.config import QUANTITIES
 from thesis.scoreboard import published
 
+replay_results = partial(results, stated_in=Path(__file__).with_name("templates") / "results.yaml")
+VERSIONS = ["as printed", "corrected"]
 COLUMN = "fft"  # the printed column shown on pages and in figures
 DAMPINGS, BOTH_DAMPINGS = ("external_damping", "internal_damping"), "both_dampings"
 
@@ -69,52 +74,28 @@ def records(config, reference):
         for signals, size, order in ((displacement, amplitude, harmonics), (marks, mark, harmonics[forward])):
             turned = [synthesize(size[:, c], w, order, time) for c, w in enumerate(config.speeds)]
             signals.append(np.moveaxis(turned, 0, 1))
-    coordinates = {
-        "version": (["as printed", "corrected"], "1", "with the misprints or without"),
-        "data_set": (config.data_sets, "1", "column of the tables: spectrum method of the thesis"),
-        "case": (list(config.cases), "1", "published speed"),
-        "time": (time, "s", "time from the first sample"),
-    }
-    dims = tuple(coordinates)
-    variables = {
-        "displacement": (dims, np.array(displacement), "m", "complex displacement with bow and sensor gap"),
-        "reference": (dims, np.array(marks).real, "1", "reference signal"),
-        "speed": (("case",), config.speeds, *SPEED),
-    }
-    return dataset(variables, coordinates, title=f"{config.title}: replayed records")
+    given = {"version": VERSIONS, "data_set": config.data_sets, "case": list(config.cases), "time": time}
+    given |= {"displacement": displacement, "reference": np.real(marks), "speed": config.speeds}
+    return replay_results("records", f"{config.title}: replayed records", **given)
 
 
 def spectra(config, records):
     """A Dataset of full spectra of replayed records by every method: plain, compensated, and without the slow roll."""
-    methods = {name: registry().get("spectrum", name) for name in config.spectra}
-    signals, references = as_complex(records.displacement), records.reference.values
-    shape = (*signals.shape[:2], len(methods), len(config.cases), len(config.harmonics))
-    plain, compensated = np.zeros(shape, complex), np.zeros(shape, complex)
-    for v, d in np.ndindex(*signals.shape[:2]):
-        for m, method in enumerate(methods.values()):
-            taken = []
-            for c, (case, w) in enumerate(config.cases.items()):
-                signal, reference, mark = signals[v, d, c], references[v, d, c], keyphasor_signal(w, config.time)
-                taken.append(Record(config.time, signal[None], w, (1,), reference, mark, f"{config.name}, {case}"))
-            plain[v, d, m] = full_spectrum(taken, config.harmonics, method, "none").amplitude[..., 0]
-            compensated[v, d, m] = full_spectrum(taken, config.harmonics, method, "reference").amplitude[..., 0]
-    coordinates = {
-        "version": (records.version.values, "1", "with the misprints or without"),
-        "data_set": (config.data_sets, "1", "column of the tables"),
-        "spectrum_method": (list(methods), "1", "spectrum method"),
-        "case": (list(config.cases), "1", "published speed"),
-        "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
-    }
-    dims = tuple(coordinates)
-    phase = np.angle(plain * compensated.conj())
-    variables = {
-        "displacement": (dims, plain, "m", "full spectrum"),
-        "compensated": (dims, compensated, "m", "full spectrum, phase from the reference signal"),
-        "corrected": (dims, remove_slow_roll(config, compensated), "m", "compensated, without bow and sensor gap"),
-        "reference_phase": (dims, phase, "rad", "phase of the reference signal"),
-        "speed": (("case",), config.speeds, *SPEED),
-    }
-    return dataset(variables, coordinates, title=f"{config.title}: full spectra")
+
+    def found(version, data_set, name):
+        here, method, taken = records.sel(version=version, data_set=data_set), registry().get("spectrum", name), []
+        for case, w in config.cases.items():
+            one, mark = here.sel(case=case), keyphasor_signal(w, config.time)
+            signals = as_complex(one.displacement)[None], w, (1,), one.reference.values, mark
+            taken.append(Record(config.time, *signals, f"{config.name}, {case}"))
+        both = (full_spectrum(taken, config.harmonics, method, phase) for phase in ("none", "reference"))
+        plain, compensated = (spectrum.amplitude[..., 0] for spectrum in both)
+        phase, corrected = np.angle(plain * compensated.conj()), remove_slow_roll(config, compensated)
+        return {"displacement": plain, "compensated": compensated, "corrected": corrected, "reference_phase": phase}
+
+    along = {"version": VERSIONS, "data_set": config.data_sets, "spectrum_method": config.spectra}
+    given = {"case": list(config.cases), "harmonic": config.harmonics, "speed": config.speeds}
+    return replay_results("spectra", f"{config.title}: full spectra", tuple(along), found, **along, **given)
 
 
 def remove_slow_roll(config, amplitude):
@@ -182,23 +163,10 @@ def identify(config, reference, spectra):
         simulated = measured_response(problem.model, speeds, config.harmonics, fitted.theta)[..., 0]
         return {"estimate": theta, "low": low, "high": high, "misfit": misfit, "simulated": simulated}
 
-    coordinates = {
-        "estimator": (config.estimators, "1", "parameter estimator"),
-        "data_set": (config.data_sets, "1", "column of the tables"),
-        "group": (list(config.groups), "1", "speeds used together"),
-        **parameter_coordinates(names),
-        "case": (list(config.higher_cases), "1", "published speed"),
-        "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
-    }
-    told = {
-        "estimate": (("parameter",), "SI", "estimated parameter"),
-        "low": (("parameter",), "SI", "lower end of the 95 % interval"),
-        "high": (("parameter",), "SI", "upper end of the 95 % interval"),
-        "misfit": ((), "1", "misfit over degrees of freedom, 1 if the model explains the data"),
-        "simulated": (("case", "harmonic"), "m", "response of the identified model, slow roll removed"),
-    }
-    title, along = f"{config.title}: identification", ("estimator", "data_set", "group")
-    return sweep(coordinates, along, found, told, title=title, seed=config.seed)
+    along = {"estimator": config.estimators, "data_set": config.data_sets, "group": list(config.groups)}
+    given = {"parameter": list(names), "case": list(config.higher_cases), "harmonic": config.harmonics}
+    title = f"{config.title}: identification"
+    return replay_results("identification", title, tuple(along), found, **along, **given, seed=config.seed)
 
 
 def _reported(names, theta, covariance):

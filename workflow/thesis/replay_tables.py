@@ -9,7 +9,7 @@ from rotorstudy.store import as_complex
 from rotorstudy.units import percent
 from thesis import checks
 from thesis.replay import BOTH_DAMPINGS, COLUMN, DAMPINGS, remove_slow_roll, rounding_draws, thesis_estimates
-from thesis.scoreboard import KEYS, published, scored_against, scored_tables
+from thesis.scoreboard import KEYS, load_reasons, published, score, scored_tables
 from thesis.texts import page
 
 
@@ -61,15 +61,13 @@ def scored_rows(config, reference, spectra, identification, response, reasons):
         own = {name: float(value) * factor for name, value in own.items()}
         rows.append({**row, **own, "cases": " and ".join(config.groups[group])})
     replayed = [table for table, rows in in_tables.groupby("table") if set(rows.method) <= set(config.data_sets)]
-    return scored_against(printed, rows, reasons, measured_again=replayed)
+    return score(printed, pd.DataFrame(rows), load_reasons(reasons), measured_again=replayed)
 
 
 def all_estimates(identification):
     """Every estimate with its interval and the misfit of its fit, one row each, SI."""
-    every = identification[["estimate", "low", "high"]].to_dataframe().reset_index()
-    every = every.merge(identification.misfit.to_dataframe().reset_index(), on=["estimator", "data_set", "group"])
-    every["estimator"] = every.estimator.str.replace("_", " ")
-    return every
+    every = identification[["estimate", "low", "high", "misfit"]].to_dataframe().reset_index()
+    return every.assign(estimator=every.estimator.str.replace("_", " "))
 
 
 def printed_estimates(config, reference, order):
@@ -107,39 +105,30 @@ def checks_table(config, spectra, checked):
 def response_table(config, spectra, identification, thesis_response):
     """Measured harmonics beside those of every identified model; thesis_response : (higher case, harmonic), m."""
     compensated = shown_compensated(spectra)
-    corrected, still = remove_slow_roll(config, compensated), compensated[config.slow]
+    corrected, still = remove_slow_roll(config, compensated)[config.higher], compensated[config.slow]
     responses = {"thesis's estimates": thesis_response}
     for estimator in config.estimators:
         here = identification.simulated.sel(estimator=estimator, data_set=COLUMN, group=config.all_speeds)
         responses[estimator.replace("_", " ")] = as_complex(here)
-    rows = []
-    for i, (case, c) in enumerate(zip(config.higher_cases, config.higher, strict=True)):
-        for h, n in enumerate(config.harmonics):
-            row = {
-                "case": case,
-                "harmonic": n,
-                "slow roll (µm)": np.abs(still[h]) * 1e6,
-                "as measured (µm)": np.abs(compensated[c, h]) * 1e6,
-                "change from slow roll (µm)": np.abs(compensated[c, h] - still[h]) * 1e6,
-                "compared (µm)": np.abs(corrected[c, h]) * 1e6,
-            }
-            for name, values in responses.items():
-                off = np.abs(values[i, h] - corrected[c, h]) * 1e6
-                row |= {f"{name} (µm)": np.abs(values[i, h]) * 1e6, f"{name}, off (µm)": off}
-            rows.append(row)
-    table = pd.DataFrame(rows)
+    measured = compensated[config.higher]
+    sizes = {
+        "slow roll": np.broadcast_to(still, measured.shape),
+        "as measured": measured,
+        "change from slow roll": measured - still,
+        "compared": corrected,
+    }
+    for name, values in responses.items():
+        sizes |= {name: values, f"{name}, off": values - corrected}
+    rows = pd.MultiIndex.from_product([config.higher_cases, config.harmonics], names=["case", "harmonic"])
+    columns = {f"{name} (µm)": np.abs(values).ravel() * 1e6 for name, values in sizes.items()}
+    table = pd.DataFrame(columns, rows).reset_index()
     off = {name: np.sqrt((table[f"{name}, off (µm)"] ** 2).sum()) for name in responses}
     whole = np.sqrt((table["compared (µm)"] ** 2).sum())
     distances = ", ".join(f"{name} {percent(value / whole)} of the measured" for name, value in off.items())
     largest = [checks.largest_crack_response(config, n) * 1e6 for n in (-1, 2)]
     said, already = {"distances": distances, "group": config.all_speeds}, already_there(config, compensated)
-    said |= {
-        "backward": already[-1],
-        "second": already[2],
-        "largest_backward": largest[0],
-        "largest_second": largest[1],
-    }
-    return page("response", table, digits=4, column=COLUMN, **said)
+    said |= {"largest_backward": largest[0], "largest_second": largest[1]}
+    return page("response", table, digits=4, column=COLUMN, backward=already[-1], second=already[2], **said)
 
 
 def tables(config, reference, reasons, spectra, identification, **others):

@@ -52,12 +52,15 @@ def agreeing(printed, computed):
 def score(printed, computed, reasons, measured_again=()):
     """The scoreboard, COLUMNS, of printed values beside computed ones; one that differs without a reason is an error.
 
-    computed : DataFrame with KEYS and `computed`, and perhaps further columns that reasons quote as {column}
+    computed : DataFrame with KEYS and `computed`, and perhaps further columns that reasons quote as {column}, as they
+               may the `deviation` from the print and its `percent`
     reasons  : list of {"table": ..., further keys to match, "status": ..., "reason": ...}; the first match applies, to
                rows that do not agree, or with "even_if_equal" also to those that agree by coincidence
     measured_again : tables of measurements, replayed as records; all other values are "computed anew"
     """
     merged = printed.merge(computed, on=KEYS, how="left", validate="one_to_one")
+    deviation = (merged.computed - merged.published).abs()
+    merged = merged.assign(deviation=deviation, percent=100 * deviation / merged.published.abs())
     status, text = [], []
     for row, same in zip(merged.to_dict("records"), agreeing(merged, merged.computed), strict=True):
         rule = next((r for r in reasons if _matches(r, row)), None)
@@ -75,16 +78,6 @@ def score(printed, computed, reasons, measured_again=()):
         text.append(" ".join(rule["reason"].format(**row).split()))
     origin = np.where(merged.table.isin(measured_again), "measured again", "computed anew")
     return merged.assign(status=status, reason=text, origin=origin)[COLUMNS]
-
-
-def scored_against(printed, rows, reasons, measured_again=()):
-    """The scoreboard of rows with KEYS; reasons may quote their `deviation` from the print and its `percent`."""
-    computed, values = pd.DataFrame(rows), printed.set_index(KEYS).published
-    known = np.array([values.get(tuple(key), np.nan) for key in computed[KEYS].values])
-    deviation = np.abs(computed.computed - known)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        percent = 100 * deviation / np.abs(known)
-    return score(printed, computed.assign(deviation=deviation, percent=percent), load_reasons(reasons), measured_again)
 
 
 def _matches(rule, row):

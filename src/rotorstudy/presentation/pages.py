@@ -31,10 +31,10 @@ class Table(NamedTuple):
 
 @cache
 def _environment():
-    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 
-    loader = PackageLoader("rotorstudy.presentation")
-    made = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    style = {"undefined": StrictUndefined, "trim_blocks": True, "lstrip_blocks": True}
+    made = Environment(loader=PackageLoader("rotorstudy.presentation"), autoescape=select_autoescape(), **style)
     made.globals["vendored"] = _vendored
     return made
 
@@ -47,9 +47,9 @@ def _vendored(name):
 
 
 def render(template: str, **data) -> str:
-    """A page from a template of `presentation/templates`; every value is escaped.
+    """A page, or a text (.txt), from a template of `presentation/templates`; in a page every value is escaped.
 
-    template : it extends `base.html`, which needs `title` and takes `links` (text -> address, shown at the top)
+    template : a page extends `base.html`, which needs `title` and takes `links` (text -> address, shown at the top)
     data     : values by the names that the template uses; a missing one raises `jinja2.UndefinedError`
     """
     return _environment().get_template(template).render(**data)

@@ -1,6 +1,7 @@
 """The page of a rotordynamic analysis; and the check of a rig file, as text and as plain data."""
 
 from dataclasses import asdict
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -19,6 +20,7 @@ OIL_WHIRL, LITTLE_DAMPED = (0.35, 0.55), 0.3  # frequency over speed, and logari
 OVERDAMPED = 10.0  # logarithmic decrement that is not worth a number
 FAR = 0.15  # of the clearance: three times what an error of 10 % in clearance or viscosity moves a journal
 SAME_RESONANCE = 0.05  # a peak of a probe within this of a critical speed is that of its mode
+_speed = partial(quantity, unit="rad/s", digits=5)
 
 
 def rotor_page(analysis, figures, charts, title, captions):
@@ -38,120 +40,60 @@ def rotor_page(analysis, figures, charts, title, captions):
     )
 
 
-def _speed(speed, unit=True):
-    """A speed (rad/s) in the reader's unit: 5400 rpm."""
-    name, per = shown_speed()
-    return f"{number(float(speed) * per, 5)}{f' {name}' if unit else ''}"
-
-
 def summary(analysis):
     """The results in sentences, a list."""
-    last = _speed(analysis.data.speed[-1])
-    named = [f"{_speed(one.speed)} ({whirl_name(one.direction)})" for one in analysis.resonant]
-    found = [f"Critical speeds up to {last}: {', '.join(named) or _none(analysis)}."]
-    hidden = len(analysis.criticals) - len(analysis.resonant)
-    if hidden:
-        text = f"{hidden} more are overdamped and do not" if hidden > 1 else "1 more is overdamped and does not"
-        found.append(f"{text} show (damping ratio above {RESONANT:g}).")
-    speed, growth = analysis.data.growth_speed.values, analysis.data.growth_rate.values
-    if analysis.threshold is None:
-        shown = f", as far as {len(speed)} speeds show, parametric resonances of the lowest modes included"
-        shown = shown if analysis.left_out and not analysis.damping else ""  # only where the stiffness rotates
-        found.append(f"The rotor is stable up to {last}{shown}.")
-    else:
-        stable = speed[(speed > analysis.threshold) & (growth < 0)]
-        until = f" to {_speed(stable[0])}" if len(stable) else f" {shown_speed()[0]}"
-        found.append(f"The rotor is unstable from {_speed(analysis.threshold, False)}{until}.")
-    found += [*_stability(analysis), *_margins(analysis), *_positions(analysis)]
-    found.append(f"Unbalance: {analysis.unbalance}.")
-    if analysis.left_out:
-        found.append(
-            f"Whirl and unbalance response leave out {', '.join(analysis.left_out)}: what is nonlinear or rotates with "
-            "the shaft. The growth rate includes it; that of a nonlinear force is about its own steady state."
-        )
-    if analysis.at_spin_speed:
-        found.append(
-            f"Stiffness and damping of {', '.join(analysis.timeless)} are those at the spin speed: exact for critical "
-            "speeds and unbalance response, approximate for whirl at other frequencies and for the growth rate."
-        )
-    elif analysis.timeless:
-        left_out = f"what has no time-domain form of {', '.join(analysis.timeless)}"
-        found.append(
-            f"Whirl and growth rate leave out {left_out}; the decrement of the first forward mode and the unbalance "
-            "response include it."
-        )
-    unbounded = dict.fromkeys(_speed(p.peak.speed) for p in analysis.peaks if np.isinf(p.peak.amplitude))
-    if unbounded:
-        found.append(f"No damping acts on the resonance at {', '.join(unbounded)}: its response has no bound.")
-    return found
+    data, margin, (unit, per) = analysis.data, analysis.margin, shown_speed()
+    speed, growth, decrement = data.growth_speed.values, data.growth_rate.values, margin and margin.log_decrement
+    text = render(
+        "rotor_summary.txt",
+        analysis=analysis,
+        last=_speed(float(data.speed[-1])),
+        shown=[f"{_speed(one.speed)} ({whirl_name(one.direction)})" for one in analysis.resonant],
+        none_shown=_none(analysis),
+        overdamped=len(analysis.criticals) - len(analysis.resonant),
+        resonant=RESONANT,
+        growth_speeds=len(speed),
+        threshold=number((analysis.threshold or 0.0) * per, 5),
+        stable=speed[(speed > (analysis.threshold or np.inf)) & (growth < 0)].tolist(),
+        unit=unit,
+        margin=margin,
+        decrement=margin and (number(decrement, 3) if decrement < OVERDAMPED else f"over {OVERDAMPED:g}"),
+        least=LEAST_DECREMENT,
+        oil_whirl=margin
+        and margin.on_films
+        and decrement < LITTLE_DAMPED
+        and OIL_WHIRL[0] < margin.frequency / margin.speed < OIL_WHIRL[1],
+        separations=[_separation(analysis, one.speed) for one in analysis.resonant] if analysis.operating else [],
+        journals=[_journal(one) for one in analysis.centrelines if len(one.measured)],
+        unbounded=dict.fromkeys(_speed(one.peak.speed) for one in analysis.peaks if np.isinf(one.peak.amplitude)),
+        written={"speed": _speed, "percent": percent, "quantity": quantity},
+    )
+    return text.splitlines()
 
 
-def _stability(analysis):
-    """Sentences on the first forward mode at the highest operating speed, as in level 1 of API 617."""
-    margin = analysis.margin
-    if margin is None:
-        return []
-    share = margin.frequency / margin.speed
-    mode = f"the first forward mode ({_speed(margin.frequency)}, {percent(share, 2)} of the speed)"
-    decrement = number(margin.log_decrement, 3) if margin.log_decrement < OVERDAMPED else f"over {OVERDAMPED:g}"
-    found = [
-        f"At {_speed(margin.speed)} {mode} has the logarithmic decrement {decrement}; API 617 "
-        f"asks for {LEAST_DECREMENT:g} with the cross-coupling that the machine is expected to have."
-    ]
-    if margin.cross_coupling:
-        bears = f"Cross-coupling of {quantity(margin.cross_coupling, 'N/m')} at node {margin.node} takes it to zero"
-        found.append(f"{bears}; unless that is more than twice what is expected there, API 617 asks for level 2.")
-    if margin.on_films and OIL_WHIRL[0] < share < OIL_WHIRL[1] and margin.log_decrement < LITTLE_DAMPED:
-        found.append(
-            "Oil whirl: a forward mode near half of the speed is driven by the films. Watch for a line at "
-            f"{percent(share, 2)} of the speed; more load, less clearance or thicker films change it."
-        )
-    return found
+def _separation(analysis, critical):
+    """A critical speed, its separation margin, on which side of the operating range, and what is needed, or None."""
+    near = [one.peak for one in analysis.peaks if abs(one.peak.speed / critical - 1) < SAME_RESONANCE]
+    needed = [required_margin(peak, analysis.operating) for peak in near]
+    place = "below" if critical < analysis.operating[0] else "above"
+    needed = max((share for share in needed if np.isfinite(share)), default=None)
+    return critical, separation_margin(critical, analysis.operating), place, needed
 
 
-def _margins(analysis):
-    """A sentence on the separation margin of each critical speed that shows, up to the end of the range."""
-    if not analysis.operating:
-        return []
-    found = []
-    for one in analysis.resonant:
-        margin, text = separation_margin(one.speed, analysis.operating), f"The critical speed {_speed(one.speed)} is"
-        near = [p.peak for p in analysis.peaks if abs(p.peak.speed / one.speed - 1) < SAME_RESONANCE]
-        needed = [required_margin(peak, analysis.operating) for peak in near]
-        needed = max((share for share in needed if np.isfinite(share)), default=None)
-        place = "below" if one.speed < analysis.operating[0] else "above"
-        text += f" {percent(margin)} {place} the operating range" if margin else " inside the operating range"
-        if needed is None:
-            found.append(f"{text}; its amplification is not known, or no probe shows it.")
-        elif margin >= needed:
-            found.append(f"{text}; API 617 asks for {percent(needed)}.")
-        else:
-            found.append(f"{text}: too near, API 617 asks for {percent(needed)}.")
-    return found
-
-
-def _positions(analysis):
-    """A sentence on each journal whose position was measured, at its highest measured speed."""
-    found = []
-    for one in analysis.centrelines:
-        if not len(one.measured):
-            continue
-        i = int(one.measured_speed.argmax())
-        expected = one.expected[i]
-        seen, film = (f"{number(abs(z) / one.clearance, 2)} of the clearance at {number(np.rad2deg(np.angle(z)), 2)}°"
-                      for z in (one.measured[i], expected))  # fmt: skip
-        text = f"The journal at node {one.node} was measured at {seen} from gravity at {_speed(one.measured_speed[i])}"
-        far = abs(one.measured[i] - expected) > FAR * one.clearance
-        hint = one.doubt(i) or "far off, so that load (alignment), clearance or oil are not as stated"
-        found.append(f"{text}; its film of the rig runs at {film}{f': {hint}' if far else ''}.")
-    return found
+def _journal(one):
+    """Where a journal was measured at its highest measured speed, where its film runs there, and whether it is far."""
+    i = int(one.measured_speed.argmax())
+    seen, film = (f"{number(abs(z) / one.clearance, 2)} of the clearance at {number(np.rad2deg(np.angle(z)), 2)}°"
+                  for z in (one.measured[i], one.expected[i]))  # fmt: skip
+    far = abs(one.measured[i] - one.expected[i]) > FAR * one.clearance
+    doubt = one.doubt(i) or "far off, so that load (alignment), clearance or oil are not as stated"
+    return {"node": one.node, "seen": seen, "speed": one.measured_speed[i], "film": film, "doubt": far and doubt}
 
 
 def _none(analysis):
     """Why no critical speed is listed: where the analysed range ended below the whirl frequencies, that is said."""
-    last = float(analysis.data.speed[-1])
     frequency = analysis.data.frequency.values[-1]
-    above = frequency[np.isfinite(frequency) & (frequency > last)]
+    above = frequency[np.isfinite(frequency) & (frequency > float(analysis.data.speed[-1]))]
     if not len(above):
         return "none"
     return f"none in this range; the lowest whirl frequency above it is {_speed(above.min())} there (see --speeds)"

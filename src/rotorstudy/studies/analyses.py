@@ -15,8 +15,7 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.response.stability import eigenvalues, stability_threshold
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.response.whirl import critical_speeds, time_invariant, without_damping
-from rotorstudy.store import dataset
-from rotorstudy.studies.common import ESTIMATE, RELATIVE_ERROR, SPEED, reported, sweep
+from rotorstudy.studies.common import reported, results
 from rotorstudy.studies.config import ExtraMeasurement
 
 ORDERS = (1, 2, 3, -1)  # whose critical speeds are sought
@@ -38,19 +37,9 @@ def whirl(config, up_to=6.0):
     found = [critical_speeds(model, highest, ORDERS, thetas[name]) for name, model in models.items()]
     most = max(len(values) for rig in found for values in rig)
     critical = np.array([[np.pad(v, (0, most - len(v)), constant_values=np.nan) for v in rig] for rig in found])
-    coordinates = {
-        "rig": (list(models), "1", "rig"),
-        "speed": (speeds, *SPEED),
-        "mode": (np.arange(frequency.shape[-1]), "1", "whirl mode, by frequency"),
-        "order": (list(ORDERS), "1", "multiple of the spin speed"),
-        "critical": (np.arange(most), "1", "number of the critical speed"),
-    }
-    variables = {
-        "frequency": (("rig", "speed", "mode"), frequency, "rad/s", "whirl frequency, positive forward"),
-        "critical_speed": (("rig", "order", "critical"), critical, "rad/s", "critical speed"),
-        "natural_frequency": (("rig",), np.array(natural), "rad/s", "lowest natural frequency at rest"),
-    }
-    return dataset(variables, coordinates, title=f"{config.title}: whirl")
+    coordinates = {"rig": list(models), "speed": speeds, "mode": np.arange(frequency.shape[-1]), "order": list(ORDERS)}
+    variables = {"frequency": frequency, "critical_speed": critical, "natural_frequency": natural}
+    return results("whirl", f"{config.title}: whirl", **coordinates, critical=np.arange(most), **variables)
 
 
 def damping_along_x(unknown):
@@ -78,16 +67,8 @@ def stability(config, ratios=(0.5, 1.0, 2.0, 5.0), up_to=8.0):
         found = stability_threshold(model, up_to * undamped, theta)
         return {"growth_rate": growth, "threshold": np.nan if found is None else found}
 
-    coordinates = {
-        "damping_ratio": (np.array(ratios), "1", "external over internal damping"),
-        "relative_speed": (relative, "1", "speed over natural frequency"),
-    }
-    told = {
-        "growth_rate": (("relative_speed",), "1/s", "largest real part of the eigenvalues"),
-        "threshold": ((), "rad/s", "speed where a whirl mode stops decaying"),
-    }
-    natural = {"natural_frequency": ((), undamped, "rad/s", "undamped natural frequency")}
-    return sweep(coordinates, ("damping_ratio",), at, told, natural, title=f"{config.title}: stability")
+    given = {"damping_ratio": np.array(ratios), "relative_speed": relative, "natural_frequency": undamped}
+    return results("stability", f"{config.title}: stability", ("damping_ratio",), at, **given)
 
 
 def first_crack(config, rig):
@@ -101,32 +82,23 @@ def weight_dominance(config):
     rig = config.main_rig
     scales, crack = np.array(config.crack_scales), config.rigs[rig]["cracks"][0]
     term = first_crack(config, rig)
-    shown, estimates, true = [], [], []
     least_squares = registry().get("estimator", "least_squares").function
-    for scale in scales:
+
+    def at(scale):
         loss = {loss.key: scale * term.values[loss.name] for loss in term.parameters}
         cracks = ([{**crack, **loss, "weight_dominance": dominance}] for dominance in (True, False))
         where = f"study {config.name}, weight dominance"
         dominant, full = (build_model({**config.rigs[rig], "cracks": one}, where=where) for one in cracks)
         both = (measured_response(m, config.shown_speeds_rad_s, config.harmonics) for m in (dominant, full))
-        shown.append([one[..., one.shape[-1] // 2] for one in both])
         spectra = (config.clean_spectrum(full, case.speeds) for case in config.cases.values())
         problems = [config.problem(dominant, spectrum) for spectrum in spectra]
-        estimates.append([reported(problem, least_squares(problem))[0] for problem in problems])
-        true.append([config.true_values(dominant)])
-    errors = config.relative_error(np.array(estimates), np.array(true))
-    given = config.coordinates
-    coordinates = {
-        "crack": (["weight dominant", "full"], "1", "what the crack's stiffness loss acts on"),
-        "crack_scale": (scales, "1", "stiffness loss over that of the rig"),
-        **{name: given[name] for name in ("case", "harmonic", "speed", "parameter")},
-    }
-    shown = np.moveaxis(np.array(shown), 0, 1)
-    variables = {
-        "displacement": (("crack", "crack_scale", "speed", "harmonic"), shown, "m", "full spectrum"),
-        "error": (("crack_scale", "case", "parameter"), errors, "1", "relative error; of phases the difference in rad"),
-    }
-    return dataset(variables, coordinates, title=f"{config.title}: weight dominance against the full crack")
+        estimates = np.array([reported(problem, least_squares(problem))[0] for problem in problems])
+        error = config.relative_error(estimates, config.true_values(dominant))
+        return {"displacement": [one[..., one.shape[-1] // 2] for one in both], "error": error}
+
+    title = f"{config.title}: weight dominance against the full crack"
+    given = config.coordinates | {"crack": ["weight dominant", "full"], "crack_scale": scales}
+    return results("weight_dominance", title, ("crack_scale",), at, **given)
 
 
 def variants(config):
@@ -146,16 +118,9 @@ def variants(config):
         estimate = magnitude_and_phase(config.unknowns, theta, np.eye(len(theta)))[1]
         return {"estimate": estimate, "relative_error": config.relative_error(estimate, config.true_values(source))}
 
-    told = {"estimate": ESTIMATE, "relative_error": RELATIVE_ERROR}
-    coordinates = config.coordinates | {"variant": (list(config.variants), "1", "how the equations are solved")}
-    true, title = config.true_variable(config.main_rig), f"{config.title}: variants of least squares"
-    return sweep(coordinates, ("variant", "case"), solved, told, true, title=title)
-
-
-def probe_noise(config, model, speeds):
-    """Standard deviation of a sample of any probe, m; speeds (speed,) rad/s."""
-    shown = measured_response(model, speeds, config.harmonics)[:, np.array(config.harmonics) != 0]
-    return NOISE * np.sqrt(np.mean(np.sum(np.abs(shown) ** 2, axis=1)) / 2)
+    given = config.coordinates | {"variant": list(config.variants)}
+    given["true"] = config.true_values(config.rig(config.main_rig))
+    return results("variants", f"{config.title}: variants of least squares", ("variant", "case"), solved, **given)
 
 
 def information(config, model, speeds, harmonics, rows, std):
@@ -172,33 +137,24 @@ def information(config, model, speeds, harmonics, rows, std):
 def identifiability(config):
     """A Dataset of bounds of the main rig with white noise on all probes, of correlations and further measurements."""
     model, options = config.rig(config.main_rig), {AS_IT_IS: ExtraMeasurement(), **config.extra_measurements}
-    given, units, covariances = config.coordinates, config.reported, []
-    noise = [probe_noise(config, model, case.speeds) for case in config.cases.values()]
-    theta = model.theta[model.position(config.unknowns)]
-    for case, level in zip(config.cases.values(), noise, strict=True):
+    theta, units = model.theta[model.position(config.unknowns)], config.reported
+    scale = np.where([unit == "rad" for unit in units.values()], 1, np.abs(config.true_values(model)))
+
+    def at(case):
+        own, covariances = config.cases[case].speeds, []
+        shown = measured_response(model, own, config.harmonics)[:, np.array(config.harmonics) != 0]
+        noise = NOISE * np.sqrt(np.mean(np.sum(np.abs(shown) ** 2, axis=1)) / 2)
         for extra in options.values():
-            speeds = case.speeds if extra.speeds is None else extra.speeds.speeds
+            speeds = own if extra.speeds is None else extra.speeds.speeds
             harmonics = config.harmonics if extra.harmonics is None else extra.harmonics
             rows, relative = extra.output_rows(model.structure, model.sensors)
-            std = level * relative / np.sqrt(config.record.samples * extra.times_longer)
+            std = noise * relative / np.sqrt(config.record.samples * extra.times_longer)
             covariance = invert(information(config, model, speeds, harmonics, rows, std))
             covariances.append(magnitude_and_phase(config.unknowns, theta, covariance)[2])
-    covariances = np.reshape(covariances, (len(config.cases), len(options), len(units), len(units)))
-    std = np.sqrt(np.diagonal(covariances, axis1=-2, axis2=-1))
-    correlation = covariances[:, 0] / (std[:, 0, :, None] * std[:, 0, None])  # as it is
-    inflation = np.sqrt(np.diagonal(np.linalg.inv(correlation), axis1=-2, axis2=-1))
-    scale = np.where([unit == "rad" for unit in units.values()], 1, np.abs(config.true_values(model)))
-    coordinates = {
-        "case": given["case"],
-        "measurement": (list(options), "1", "what is measured besides"),
-        "parameter": given["parameter"],
-        "other_parameter": (list(units), "1", "identified parameter"),
-    }
-    pair, one = ("case", "parameter", "other_parameter"), ("case", "parameter")
-    variables = {
-        "noise": (("case",), np.array(noise), "m", "standard deviation of white noise on each sample of a probe"),
-        "bound": (tuple(coordinates)[:3], std / scale, "1", "Cramer-Rao bound over the value, of phases in rad"),
-        "correlation": (pair, correlation, "1", "correlation of efficient estimates"),
-        "inflation": (one, inflation, "1", "bound over the bound with all other parameters known"),
-    }
-    return dataset(variables, coordinates, title=f"{config.title}: identifiability, rig {config.main_rig}")
+        std = np.sqrt(np.diagonal(covariances, axis1=-2, axis2=-1))
+        correlation = covariances[0] / np.outer(std[0], std[0])  # as it is
+        inflation = np.sqrt(np.diag(np.linalg.inv(correlation)))
+        return {"noise": noise, "bound": std / scale, "correlation": correlation, "inflation": inflation}
+
+    given = config.coordinates | {"measurement": list(options), "other_parameter": list(units)}
+    return results("identifiability", f"{config.title}: identifiability, rig {config.main_rig}", ("case",), at, **given)

@@ -1,6 +1,8 @@
-"""Common to the stages of a study: sweeps, reported estimates, and the spectrum without noise."""
+"""Common to the stages of a study: Datasets of results, reported estimates, and the spectrum without noise."""
 
+from functools import cache
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 
@@ -9,42 +11,50 @@ from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.stability import check_stable
 from rotorstudy.store import dataset
+from rotorstudy.yaml_file import read_yaml
 
-SPEED = ("rad/s", "spin speed")
-ESTIMATE = (("parameter",), "SI", "estimated parameter")
-RELATIVE_ERROR = (("parameter",), "1", "relative error; of phases the difference in rad")
-HARMONIC = ("1", "harmonic of the spin speed, positive forward")
+RESULTS = Path(__file__).with_name("templates") / "results.yaml"
 
 
-def sweep(coordinates, along, result, told, constant=None, **attributes):
-    """A Dataset of what a function gives for every combination of values along some dimensions.
+@cache
+def _described(path, kind):
+    """Variables {name: (dimensions, unit, long name)} and coordinates {name: (unit, long name)} of results."""
+    stated = read_yaml(path)
+    every = read_yaml(RESULTS)["coordinates"] | stated["coordinates"] | stated[kind]
+    coordinates = {name: told for name, told in every.items() if len(told) == 2}
+    variables = {name: (told[0].split(), *told[1:]) for name, told in every.items() if len(told) == 3}
+    return variables, coordinates
 
-    coordinates : name -> (values, unit, long name) of all dimensions; those of no variable are left out
-    along       : dimensions swept, the first ones of each variable that is told
-    result      : function(value along each) -> {variable: array over its further dimensions}, NaN where missing
-    told        : variable -> (further dimensions, unit, long name);  constant : others, as `store.dataset` takes them
+
+def results(kind, title, along=(), at=None, stated_in=RESULTS, **given):
+    """A Dataset whose variables and coordinates are those that a file states for a kind of results.
+
+    along : dimensions swept, the first ones of every variable that is not given
+    at    : function(value along each) -> {variable: array over its further dimensions}, NaN where missing
+    given : values of coordinates (those of no variable are left out) and of variables; what is neither is an attribute
     """
-    size = {name: len(values) for name, (values, *_) in coordinates.items()}
-    found = {name: np.full([size[dim] for dim in (*along, *dims)], np.nan) for name, (dims, *_) in told.items()}
-    for place in product(*(range(size[name]) for name in along)):
-        values = (coordinates[name][0][i] for name, i in zip(along, place, strict=True))
-        for name, value in result(*values).items():
-            found[name] = found[name].astype(np.result_type(found[name], value), copy=False)  # it may be complex
+    variables, coordinates = _described(stated_in, kind)
+    found = {}
+    for name in variables.keys() - given.keys():
+        found[name] = np.full([len(given[dim]) for dim in variables[name][0]], np.nan)
+    for place in product(*(range(len(given[dim])) for dim in along)) if found else ():
+        for name, value in at(*(given[dim][i] for dim, i in zip(along, place, strict=True))).items():
+            found[name] = found[name].astype(np.result_type(found[name], np.asarray(value)), copy=False)  # or complex
             found[name][place] = value
-    variables = {name: ((*along, *dims), found[name], *text) for name, (dims, *text) in told.items()} | (constant or {})
+    found |= given
     used = {dim for dims, *_ in variables.values() for dim in dims}
-    return dataset(variables, {dim: one for dim, one in coordinates.items() if dim in used}, **attributes)
+    return dataset(
+        {name: (dims, np.asarray(found[name]), *text) for name, (dims, *text) in variables.items()},
+        {dim: (values, *coordinates[dim]) for dim, values in given.items() if dim in used},
+        title=title,
+        **{name: one for name, one in given.items() if name not in variables and name not in coordinates},
+    )
 
 
 def reported(problem, estimate):
     """Estimate with complex amplitudes as magnitude and phase: theta, std."""
     _, theta, covariance = magnitude_and_phase(problem.names, estimate.theta, estimate.covariance)
     return theta, np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
-
-
-def parameter_coordinates(names):
-    """Coordinate of the reported parameters."""
-    return {"parameter": (list(names), "1", "identified parameter, SI units; phases in rad")}
 
 
 def clean_spectrum(model, speeds, harmonics):

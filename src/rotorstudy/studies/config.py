@@ -13,13 +13,12 @@ from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.full_spectra import PHASES
 from rotorstudy.measurement.noise import MODELS
 from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.model.options import Positive
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.coupling import check_harmonics
-from rotorstudy.studies.common import HARMONIC, SPEED, clean_spectrum, parameter_coordinates
+from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.yaml_file import read_study
-
-PositiveNumber = Annotated[float, Field(gt=0)]
 
 
 class SpeedRange(Strict):
@@ -81,7 +80,7 @@ class MonteCarloConfig(Strict):
     """rigs : name of a rig -> its trials"""
 
     trials: int = Field(ge=2)
-    levels_percent: list[PositiveNumber] = Field(min_length=1)
+    levels_percent: list[Positive] = Field(min_length=1)
     rigs: dict[str, MonteCarloRig]
     seed: int
 
@@ -97,11 +96,11 @@ class ExtraMeasurement(Strict):
     """A further or different measurement, to find which would separate the unknowns best."""
 
     tilts: list[int] = []  # nodes where two probes, tilt_arm_m apart, measure the tilt
-    tilt_arm_m: PositiveNumber = 0.04
+    tilt_arm_m: Positive = 0.04
     stations_m: list[float] = []  # further probes along the shaft
     speeds: SpeedRange | None = None  # instead of the study's
     harmonics: list[int] | None = None  # instead of the study's
-    times_longer: PositiveNumber = 1.0  # length of the records relative to the study's
+    times_longer: Positive = 1.0  # length of the records relative to the study's
 
     def output_rows(self, structure, sensors):
         """Output matrix (output, dof) of sensors, tilts, stations, and the noise of each relative to a probe's."""
@@ -134,14 +133,14 @@ class StudyConfig(Strict):
     rigs: dict[str, dict]  # name -> rig (see `rotorstudy.model.rig`)
     harmonics: list[int] = Field(min_length=1)
     record: RecordConfig
-    shown_speeds_rad_s: list[PositiveNumber] = Field(min_length=1)
+    shown_speeds_rad_s: list[Positive] = Field(min_length=1)
     cases: dict[str, SpeedRange] = Field(min_length=1)  # name -> speeds
     unknowns: list[str] = Field(min_length=1)
     spectra: list[str] = Field(min_length=1)  # shown; `studies.comparison` compares all of the library
     estimators: list[str] = Field(min_length=1)  # likewise
     monte_carlo: MonteCarloConfig
     bias: BiasConfig
-    crack_scales: list[PositiveNumber] = []
+    crack_scales: list[Positive] = []
     extra_measurements: dict[str, ExtraMeasurement] = {}
     sensor_sets: dict[str, list[int]] = {}
     variants: dict[str, Variant] = {}
@@ -166,25 +165,21 @@ class StudyConfig(Strict):
 
     @property
     def coordinates(self):
-        """Coordinates of the Datasets of its stages: name -> (values, unit, long name)."""
+        """Coordinates of the Datasets of its stages."""
         return {
-            "case": (list(self.cases), "1", "speeds used together"),
-            "spectrum_method": (self.spectra, "1", "spectrum method"),
-            "phase_reference": (list(PHASES), "1", "what the phase is compensated by"),
-            "estimator": (self.estimators, "1", "parameter estimator"),
-            "speed": (np.array(self.shown_speeds_rad_s, float), *SPEED),
-            "harmonic": (np.array(self.harmonics), *HARMONIC),
-            **parameter_coordinates(self.reported),
+            "case": list(self.cases),
+            "spectrum_method": self.spectra,
+            "phase_reference": list(PHASES),
+            "estimator": self.estimators,
+            "speed": np.array(self.shown_speeds_rad_s, float),
+            "harmonic": np.array(self.harmonics),
+            "parameter": list(self.reported),
         }
 
     def true_values(self, model):
         """(parameter,) the values that a model has of the reported unknowns."""
         theta = model.theta[model.position(self.unknowns)]
         return magnitude_and_phase(self.unknowns, theta, np.eye(len(theta)))[1]
-
-    def true_variable(self, rig):
-        """The values that a rig has of the reported unknowns, as a variable of a Dataset, by its name."""
-        return {"true": (("parameter",), self.true_values(self.rig(rig)), "SI", "value assumed")}
 
     def relative_error(self, theta, true):
         """(..., parameter) relative errors of reported unknowns; of phases the differences in rad."""

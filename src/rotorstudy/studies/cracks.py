@@ -8,13 +8,12 @@ from pydantic import Field
 from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.cracks import breathing_function, stiffness_loss
-from rotorstudy.model.options import check_options
+from rotorstudy.model.options import Positive, check_options
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.harmonic import harmonic_response
-from rotorstudy.store import dataset
-from rotorstudy.studies.common import HARMONIC, SPEED
-from rotorstudy.studies.config import PositiveNumber, SpeedRange
+from rotorstudy.studies.common import results
+from rotorstudy.studies.config import SpeedRange
 from rotorstudy.yaml_file import read_yaml
 
 DIRECTIONS = ("xi", "eta", "vertical", "horizontal")
@@ -23,9 +22,9 @@ DIRECTIONS = ("xi", "eta", "vertical", "horizontal")
 class Shaft(Strict):
     """The simply supported shaft for the relations from crack depth to stiffness loss."""
 
-    diameter_m: PositiveNumber
-    span_m: PositiveNumber
-    youngs_modulus_Pa: PositiveNumber = 2.1e11
+    diameter_m: Positive
+    span_m: Positive
+    youngs_modulus_Pa: Positive = 2.1e11
 
     @property
     def stiffness(self):
@@ -43,7 +42,7 @@ class CracksConfig(Strict):
     options: dict[str, dict[str, Any]] = {}  # crack -> options other than those of its example
     angles: int = Field(gt=8)  # samples per revolution
     harmonics: list[int] = Field(min_length=1)
-    shown_speeds_rad_s: list[PositiveNumber] = Field(min_length=1)  # of the full spectra
+    shown_speeds_rad_s: list[Positive] = Field(min_length=1)  # of the full spectra
     swept: SpeedRange  # speeds of the sweep
     shown_orders: list[int] = Field(min_length=1)  # harmonics of the sweep
     shaft: Shaft
@@ -92,38 +91,36 @@ def compare(config):
     """A Dataset of every crack of the plugin library on one rotor with one loss, and of every depth relation."""
     cracks, depths = (registry().plugins[kind] for kind in ("crack", "depth"))
     k, angle = config.shaft_stiffness, np.linspace(0, 2 * np.pi, config.angles)
-    mass = float(build_model(config.base).structure.mass[0, 0])
-    stiffness, shown, swept, mean = [], [], [], []
-    for crack in cracks.values():
-        model = config.model(crack)
-        values = breathing_function(crack, angle, config.options_of(crack))
-        stiffness.append(k * (1 - config.loss_share * _directions(values, angle)))
-        mean.append(np.sqrt(stiffness[-1][:2, :-1].mean() / mass))
-        shown.append(harmonic_response(model, config.shown_speeds_rad_s, config.harmonics)[..., 0])
-        swept.append(harmonic_response(model, config.swept.speeds, config.harmonics)[..., 0])
-    ratios = np.linspace(0, 1, 101)
+    mass, ratios = float(build_model(config.base).structure.mass[0, 0]), np.linspace(0, 1, 101)
+
+    def at(name):
+        crack = cracks[name]
+        shares = _directions(breathing_function(crack, angle, config.options_of(crack)), angle)
+        stiffness, model = k * (1 - config.loss_share * shares), config.model(crack)
+        both = (config.shown_speeds_rad_s, config.swept.speeds)
+        shown, swept = (harmonic_response(model, speeds, config.harmonics)[..., 0] for speeds in both)
+        mean = np.sqrt(stiffness[:2, :-1].mean() / mass)
+        found = {"displacement": shown, "swept_displacement": swept}
+        return {"stiffness": stiffness, "mean_natural_frequency": mean, **found}
+
     losses = [[_loss(config.shaft, depth, ratio) for ratio in ratios] for depth in depths.values()]
-    losses, of_depth = np.moveaxis(np.array(losses), -1, 1), ("depth", "turning", "depth_ratio")
-    coordinates = {
-        "crack": (list(cracks), "1", "crack model"),
-        "direction": (list(DIRECTIONS), "1", "rotating with the shaft: xi, eta; fixed: vertical, horizontal"),
-        "shaft_angle": (angle, "rad", "shaft angle, 0 where the crack edge points down"),
-        "speed": (np.array(config.shown_speeds_rad_s), *SPEED),
-        "swept_speed": (config.swept.speeds, *SPEED),
-        "harmonic": (np.array(config.harmonics), *HARMONIC),
-        "depth": (list(depths), "1", "relation from crack depth to stiffness loss"),
-        "turning": (["xi", "eta"], "1", "direction that rotates with the shaft"),
-        "depth_ratio": (ratios, "1", "crack depth over diameter"),
-    }
-    variables = {
-        "stiffness": (("crack", "direction", "shaft_angle"), np.array(stiffness), "N/m", "stiffness at the disc"),
-        "displacement": (("crack", "speed", "harmonic"), np.array(shown), "m", "full spectrum"),
-        "swept_displacement": (("crack", "swept_speed", "harmonic"), np.array(swept), "m", "full spectrum over speed"),
-        "mean_natural_frequency": (("crack",), np.array(mean), "rad/s", "natural frequency of the mean stiffness"),
-        "natural_frequency": ((), np.sqrt(k / mass), "rad/s", "natural frequency of the uncracked rotor"),
-        "depth_loss": (of_depth, losses, "N/m", "stiffness loss of a shaft with crack and disc at mid-span"),
-    }
-    return dataset(variables, coordinates, title=config.title)
+    return results(
+        "cracks",
+        config.title,
+        ("crack",),
+        at,
+        crack=list(cracks),
+        direction=list(DIRECTIONS),
+        shaft_angle=angle,
+        speed=config.shown_speeds_rad_s,
+        swept_speed=config.swept.speeds,
+        harmonic=config.harmonics,
+        depth=list(depths),
+        turning=["xi", "eta"],
+        depth_ratio=ratios,
+        natural_frequency=np.sqrt(k / mass),
+        depth_loss=np.moveaxis(np.array(losses), -1, 1),
+    )
 
 
 def _directions(values, angle):

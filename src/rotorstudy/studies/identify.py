@@ -13,18 +13,12 @@ from rotorstudy.measurement.noise import MODELS, standard_normal, with_noise
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.store import chunk_of, gathered
-from rotorstudy.studies.common import ESTIMATE, RELATIVE_ERROR, parameter_coordinates, reported, sweep
+from rotorstudy.studies.common import reported, results
 from rotorstudy.studies.config import changed, file_name
 from rotorstudy.studies.simulate import SOURCES, case_records, kind_spectra, records_of
 from rotorstudy.units import HALF_INTERVAL
 
 STEADY, CONDENSED = "steady state", "least_squares, condensed"
-UNDER_NOISE = {  # at one noise level: dimensions, unit, long name
-    "estimate": (("estimator", "trial", "parameter"), "SI", "estimated parameter"),
-    "stated_std": (("estimator", "parameter"), "SI", "stated standard deviation"),
-    "coverage": (("estimator", "parameter"), "1", "share of 95 % intervals that hold"),
-    "cramer_rao": (("parameter",), "SI", "Cramer-Rao bound of the standard deviation"),
-}
 
 
 def identify(config, rig):
@@ -44,18 +38,14 @@ def identify(config, rig):
     def found(case, source, record, phase, method, estimator):
         problem = config.problem(model, spectra(case, source, record, method)[phase])
         try:
-            return dict(zip(told, _estimate(estimator, problem), strict=True))
+            return dict(zip(("estimate", "standard_deviation"), _estimate(estimator, problem), strict=True))
         except (NoConvergenceError, NoSteadyState):  # uncompensated phases may fit no model
             return {}
 
-    told = {"estimate": ESTIMATE, "standard_deviation": (("parameter",), "SI", "its stated standard deviation")}
-    coordinates = config.coordinates | {
-        "source": (taken.identified_from, "1", "how the record was made"),
-        "record": (taken.identified, "1", "how the record was taken"),
-    }
+    given = config.coordinates | {"source": taken.identified_from, "record": taken.identified}
     along = ("case", "source", "record", "phase_reference", "spectrum_method", "estimator")
     title = f"{config.title}: identification without noise, rig {rig}"
-    return sweep(coordinates, along, found, told, config.true_variable(rig), title=title)
+    return results("identification", title, along, found, **given, true=config.true_values(model))
 
 
 def _spectrum_without_noise(config, model, speeds, record):
@@ -94,22 +84,15 @@ def monte_carlo(config, rig, case, chunk=0, chunks=1):
     for spectrum, samples in clean.values():
         weighted = config.problem(model, with_noise(spectrum, 0.01, own.models[0], samples))
         exact.append([_estimate(name, weighted)[0] for name in estimators])
-    coordinates = {
-        "record": (kinds, "1", "what the noise is added to"),
-        "noise_model": (list(own.models), "1", "noise model"),
-        "noise": (np.array(levels), "percent", "noise level"),
-        "estimator": (estimators, "1", "parameter estimator"),
-        "trial": (np.arange(settings.trials), "1", "trial"),
-        **parameter_coordinates(config.reported),
-    }
-    constant = {"without_noise": (("record", "estimator", "parameter"), exact, "SI", "estimate without noise")}
-    constant, title = constant | config.true_variable(rig), f"{config.title}: {case}, rig {rig}, under noise"
-    along = ("record", "noise_model", "noise")
-    return sweep(coordinates, along, at, UNDER_NOISE, constant, title=title, seed=settings.seed)
+    given = config.coordinates | {"record": kinds, "noise_model": list(own.models), "noise": np.array(levels)}
+    given |= {"estimator": estimators, "trial": np.arange(settings.trials)}
+    given |= {"without_noise": exact, "true": config.true_values(model), "seed": settings.seed}
+    title = f"{config.title}: {case}, rig {rig}, under noise"
+    return results("monte_carlo", title, ("record", "noise_model", "noise"), at, **given)
 
 
 def _under_noise(problem, trials, estimators, has_bound):
-    """UNDER_NOISE of a problem without noise, whose covariance is that of the noise of the Spectrum `trials`."""
+    """Results at one noise level, of a problem without noise whose covariance is that of the Spectrum `trials`."""
     theta = problem.model.theta[problem.model.position(problem.names)]
     _, true, bound = magnitude_and_phase(problem.names, theta, cramer_rao_bound(problem, theta))
     noisy_problem, found = replace(problem, spectrum=trials), []
@@ -118,8 +101,9 @@ def _under_noise(problem, trials, estimators, has_bound):
         std = np.broadcast_to(std, estimate.shape)
         coverage = np.mean(np.abs(estimate - true) <= HALF_INTERVAL * std, axis=0)
         found.append((estimate, np.median(std, axis=0), coverage))
-    bound = np.sqrt(np.diag(bound)) if has_bound else np.full(len(true), np.nan)
-    return dict(zip(UNDER_NOISE, (*map(np.array, zip(*found, strict=True)), bound), strict=True))
+    estimate, std, coverage = map(np.array, zip(*found, strict=True))
+    bound = np.sqrt(np.diag(bound)) if has_bound else np.nan
+    return {"estimate": estimate, "stated_std": std, "coverage": coverage, "cramer_rao": bound}
 
 
 def gather_monte_carlo(config, case, chunks, parts):
@@ -147,9 +131,6 @@ def bias(config):
             return {}
         return {"relative_error": config.relative_error(estimate, true)}
 
-    coordinates = config.coordinates | {
-        "known": (settings.keys, "1", "quantity held wrong"),
-        "percent": (np.array(settings.percent), "percent", "error of the known quantity"),
-    }
+    given = config.coordinates | {"known": settings.keys, "percent": np.array(settings.percent)}
     along, title = ("known", "percent", "case", "estimator"), f"{config.title}: bias of known quantities, rig {rig}"
-    return sweep(coordinates, along, error, {"relative_error": RELATIVE_ERROR}, title=title)
+    return results("bias", title, along, error, **given)

@@ -1,9 +1,15 @@
 """Numbers of a rig that are probably wrong: far from any machine, or in another unit than their key says."""
 
+from functools import partial
+from pathlib import Path
+
 import numpy as np
 
-from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement import findings
 from rotorstudy.units import METRES, number
+
+WORDS = Path(__file__).with_name("templates") / "findings.txt"
+told = partial(findings.told, table=findings.words_of(WORDS.read_text(encoding="utf-8")))
 
 # Key -> lowest and highest plausible value, and an example. They are wide: what lies outside is in another unit.
 PLAUSIBLE = {
@@ -37,23 +43,20 @@ def implausible_numbers(given, place=""):
         where = f"{place}[{key}]" if isinstance(given, list) else f"{place}, {key}" if place else str(key)
         if isinstance(value, (dict, list)):
             yield from implausible_numbers(value, where)
-        elif isinstance(key, str) and (told := _of_number(key, value)):
-            yield Finding("warning", "units", where, f"{key} = {value:g} {told}")
+        elif isinstance(key, str) and isinstance(value, (int, float)) and not isinstance(value, bool):
+            yield from _of_number(key, value, where)
 
 
-def _of_number(key, value):
-    """What is wrong with a value, in words; None if nothing is, or if it is no number."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return None
+def _of_number(key, value, where):
+    """The Finding on a value that is odd."""
     if key.endswith("_rad") and abs(value) > TURN:
-        return f"is more than a turn; for degrees write {key.removesuffix('_rad')}_deg"
+        yield told("units (of an angle)", where, option=key, value=value, in_degrees=f"{key.removesuffix('_rad')}_deg")
+        return
     known = next((name for name in PLAUSIBLE if key == name or key.startswith(f"{name}_")), None)
-    if known is None or value == 0 or not np.isfinite(value):
-        return None
-    low, high, example = PLAUSIBLE[known]
-    if low <= abs(value) <= high:
-        return None
-    return f"is outside {low:g} to {high:g}, in which machines lie ({example}){_hint(value, low, high)}"
+    low, high, example = PLAUSIBLE.get(known, (0.0, np.inf, ""))
+    if value != 0 and np.isfinite(value) and not low <= abs(value) <= high:
+        usual = {"low": low, "high": high, "example": example, "hint": _hint(value, low, high)}
+        yield told("units", where, option=key, value=value, **usual)
 
 
 def _hint(value, low, high):
@@ -71,8 +74,7 @@ def odd_materials(rotor):
         own = {**rotor, **stretch}
         for key, other in zip(STEEL, reversed(STEEL), strict=True):
             if own.get(key) and other not in own and not STEEL[key][0] <= own[key] <= STEEL[key][1]:
-                text = f"{key} = {own[key]:g} is not of steel, and {other} is taken to be that of steel; state it too"
-                return [Finding("warning", "material", f"rotor, elements[{i}]", text)]
+                return [told("material", f"rotor, elements[{i}]", option=key, value=own[key], other=other)]
     return []
 
 
@@ -82,29 +84,24 @@ def odd_discs(structure):
         label = structure.labels.get(disc.node)
         where = f"disc at node {disc.node}" + (f" ({label})" if label else "")
         if disc.polar_moment > 2 * disc.diametral_moment * (1 + THIN):
-            yield Finding("warning", "moments of inertia", where, f"polar_moment_kg_m2 = {disc.polar_moment:g} is more "
-                          f"than twice diametral_moment_kg_m2 = {disc.diametral_moment:g}, which no rigid body has; a "
-                          "thin disc has exactly twice")  # fmt: skip
-        if disc.polar_moment and (told := _odd_size(disc, structure)):
-            solid = f"a solid disc with this mass ({disc.mass:g} kg) and polar moment"
-            yield Finding("warning", "disc", where, f"{solid} has a diameter of {2 * disc.radius:.3g} m{told}")
+            moments = {"polar": disc.polar_moment, "diametral": disc.diametral_moment}
+            yield told("moments of inertia", where, **moments)
+        if disc.polar_moment:
+            yield from _odd_size(disc, structure, where)
 
 
-def _odd_size(disc, structure):
-    """What is wrong with the solid disc of a mass and moments, in words; None if nothing is."""
-    shaft = _shaft_diameter(structure, disc.node)
-    if shaft and 2 * disc.radius < DIAMETERS * shaft:
-        return f", less than the shaft ({shaft:.3g} m): heavier than plausible; check mass and moments"
-    if structure.length and 2 * disc.radius > structure.length:
-        return f", more than the length of the shaft ({structure.length:.3g} m): wrong unit of the moment?"
-    if disc.thickness > THIN * disc.radius:
+def _odd_size(disc, structure, where):
+    """The Finding on the solid disc of a mass and moments if it is odd."""
+    shaft, diameter = _shaft_diameter(structure, disc.node), 2 * disc.radius
+    solid = f"a solid disc with this mass ({disc.mass:g} kg) and polar moment has a diameter of {diameter:.3g} m"
+    if shaft and diameter < DIAMETERS * shaft:
+        yield told("disc (small)", where, solid=solid, shaft=shaft)
+    elif structure.length and diameter > structure.length:
+        yield told("disc (large)", where, solid=solid, length=structure.length)
+    elif disc.thickness > THIN * disc.radius:
         density = disc.mass / (np.pi * disc.radius**2 * disc.thickness)
         if not DENSITY[0] < density < DENSITY[1]:
-            return (
-                f" and a thickness of {disc.thickness:.3g} m, so that its density would be {number(density)} kg/m3; "
-                "check mass and moments of inertia"
-            )
-    return None
+            yield told("disc (density)", where, solid=solid, thickness=disc.thickness, density=number(density))
 
 
 def odd_films(bearings, loads):
@@ -116,14 +113,11 @@ def odd_films(bearings, loads):
         ratio = 2 * item["radial_clearance_m"] / diameter
         if not CLEARANCE[0] < ratio < CLEARANCE[1]:
             side = "larger" if ratio > CLEARANCE[1] else "smaller"
-            yield Finding("warning", "film clearance", where, f"radial_clearance_m is {ratio:.2g} of the radius, "
-                          f"{side} than in any machine (0.0005 to 0.003 are usual); is it in other units, or the "
-                          "diametral clearance?")  # fmt: skip
+            yield told("film clearance", where, ratio=ratio, side=side)
         load = item.get("load_N", loads.get(item.get("node")))
         if load is not None and not PRESSURE[0] < (pressure := load / (diameter * item["length_m"])) < PRESSURE[1]:
-            size = f"{diameter:g} m x {item['length_m']:g} m"
-            text = f"{load:.3g} N on {size} are {pressure:.2g} Pa; 1e4 to 3e6 are usual"
-            yield Finding("warning", "film pressure", where, text)
+            size = {"diameter": diameter, "length": item["length_m"]}
+            yield told("film pressure", where, load=load, pressure=pressure, **size)
 
 
 def stated_loads(bearings, loads):
@@ -133,12 +127,9 @@ def stated_loads(bearings, loads):
         if load is None or not ("load_N" in item or "radial_clearance_m" in item):
             continue
         if "load_N" not in item:
-            text = f"{load:.4g} N by default, what it carries of the weight"
-            yield Finding("note", "load_N", _bearing_name(item), text)
+            yield told("load_N (by default)", _bearing_name(item), load=load)
         elif abs(item["load_N"] - load) > 0.1 * abs(load):
-            yield Finding("warning", "load_N", _bearing_name(item), f"load_N = {item['load_N']:g} N, but the weight of "
-                          f"the rotor loads this bearing by {load:.4g} N; leave load_N out, unless a belt, a gear or "
-                          "an alignment loads it too")  # fmt: skip
+            yield told("load_N", _bearing_name(item), stated=item["load_N"], load=load)
 
 
 def _bearing_name(item):

@@ -1,5 +1,6 @@
 """Check of a rig file: is it valid, what follows from it, and what is odd about it."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -12,10 +13,10 @@ from rotorstudy.measurement.plausibility import check_probes
 from rotorstudy.model.rig import read_rig
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.whirl import damped_modes, time_invariant, without_rotation
-from rotorstudy.studies.plausibility import implausible_numbers, odd_discs, odd_films, odd_materials, stated_loads
+from rotorstudy.studies.plausibility import implausible_numbers, odd_discs, odd_films, odd_materials, stated_loads, told
 from rotorstudy.studies.rotor_analysis import MODES, analyse_rotor
 from rotorstudy.studies.unbalance_response import with_unbalance
-from rotorstudy.units import RAD_PER_S, number, percent
+from rotorstudy.units import percent, quantity
 
 TRIED = np.geomspace(0.1, 1e5, 121)  # rad/s, at which it is tried whether the bearings are defined
 HALVINGS = 30  # of the interval about an end of that range
@@ -25,6 +26,7 @@ NO_SIZES = ("measurement", "diagnosis", "prior")  # sections
 FILM_ORBIT = 1 / 3  # semi-major axis over the clearance of a film, up to which it is nearly linear
 UNCERTAIN = 2.0  # standard deviation of a parameter relative to its value, as which a percentage is no share
 SAG = 1e-3  # m, static deflection of a shaft in its bearings beyond which they are too soft
+_speed = partial(quantity, unit="rad/s", digits=4)
 
 
 class RigCheck(NamedTuple):
@@ -56,10 +58,9 @@ def check_rig(path):
     findings += [*odd_discs(model.structure), *stated_loads(bearings, loads), *odd_films(bearings, loads)]
     valid, analysis = speed_range(model), None
     if valid is None:
-        findings.append(Finding("error", "speeds", str(path), "there is no speed at which all bearings are defined"))
+        findings.append(told("speeds", path))
     if missing := model.unstated:
-        text = f"no value for {', '.join(missing)}: `identify` estimates them; the other commands need one"
-        findings.append(Finding("note", "unknown", str(path), text))
+        findings.append(told("unknown", path, names=", ".join(missing)))
     elif valid:
         try:
             analysis = _analysed(model, valid)
@@ -121,8 +122,7 @@ def _sections(rig, model):
         check_names(settings, model, f"{path}, diagnosis")
         for name, share in settings.uncertainty.items():
             if share > UNCERTAIN:
-                text = f"uncertainty of {name} = {share:g}, which is {percent(share)} of its value; 10 % are 0.1"
-                yield Finding("warning", "uncertainty", f"{path}, diagnosis", text)
+                yield told("uncertainty", f"{path}, diagnosis", name=name, share=share, percent=percent(share))
     except RotorstudyError as error:
         yield Finding("error", "diagnosis", path, str(error))
     try:
@@ -135,8 +135,7 @@ def _sections(rig, model):
         return
     yield from check_probes(conventions.probes, path)
     if "measurement" not in rig.given:
-        text = "no section `measurement:`, so that only simulated records can be read"
-        yield Finding("note", "measurement", path, text)
+        yield told("measurement", path)
 
 
 def _probe_nodes(rig, model):
@@ -159,35 +158,23 @@ def _loads(structure):
     return found
 
 
-def _rpm(speed):
-    return f"{number(speed / RAD_PER_S['rpm'], 4)} rpm"
-
-
 def _of_analysis(analysis, path):
     """Findings on deflection, damping and stability."""
     moved = analysis.data.coordinate.str.startswith("translation").values
     sag = float(np.abs(analysis.data.static_deflection.values[moved]).max())
     if sag > SAG:
-        text = f"the weight bends the rotor by {1e3 * sag:.3g} mm; are bearings or shaft softer than meant, by a unit?"
-        yield Finding("warning", "static deflection", path, text)
+        yield told("static deflection", path, sag=1e3 * sag)
     if analysis.criticals and not analysis.resonant:
-        text = "every critical speed is overdamped, so that none shows; is a damping larger than meant, by a unit?"
-        yield Finding("note", "damping", path, text)
+        yield told("damping (too much)", path)
     for one in analysis.criticals:
-        where = f"critical speed {_rpm(one.speed)}"
         if 0 <= one.damping_ratio < UNDAMPED:
-            text = f"damping ratio {one.damping_ratio:.1e}: almost undamped; state the damping of bearings or shaft"
-            yield Finding("warning", "damping", where, text)
-    lifted = [f"node {load.node}" for load in analysis.loads if load.force.real < 0]
-    if lifted:
-        text = f"the weight lifts the shaft at {', '.join(lifted)}; film bearings need a load downward"
-        yield Finding("note", "loads", path, text)
+            yield told("damping", f"critical speed {_speed(one.speed)}", ratio=one.damping_ratio)
+    if lifted := [f"node {load.node}" for load in analysis.loads if load.force.real < 0]:
+        yield told("loads", path, nodes=", ".join(lifted))
     if analysis.threshold is not None:
         cause = next(iter(analysis.damping), "stiffness that rotates with the shaft")
-        text = f"unstable from {_rpm(analysis.threshold)}, most of all by {cause}"
-        lowest = float(analysis.data.speed[0])
-        severity = "error" if analysis.threshold <= lowest * (1 + 1e-9) else "note"
-        yield Finding(severity, "stability", path, text)
+        severity = "error" if analysis.threshold <= float(analysis.data.speed[0]) * (1 + 1e-9) else None
+        yield told("stability", path, severity, speed=_speed(analysis.threshold), cause=cause)
 
 
 def _wide_orbits(model, analysis):
@@ -203,12 +190,8 @@ def _wide_orbits(model, analysis):
         size = np.abs(motion).sum(axis=-1)
         wide = np.flatnonzero(size > FILM_ORBIT * clearance)
         if len(wide):
-            text = (
-                f"the orbit by unbalance ({unbalance}) is {percent(size[wide[0]] / clearance, 2)} of the clearance at "
-                f"{_rpm(speeds[wide[0]])}; beyond a third stiffness and damping depend on "
-                "it, and predictions at such speeds are not valid"
-            )
-            yield Finding("warning", "orbit in a film", f"bearing at node {node}", text)
+            said = {"share": percent(size[wide[0]] / clearance, 2), "speed": _speed(speeds[wide[0]])}
+            yield told("orbit in a film", f"bearing at node {node}", unbalance=unbalance, **said)
 
 
 def _probes_at_nodes(model, analysis, nodes):
@@ -221,13 +204,10 @@ def _probes_at_nodes(model, analysis, nodes):
         size = np.hypot(np.abs(modes.forward[0, mode]), np.abs(modes.backward[0, mode]))
         share = size / size[moves].max()
         seen = {node: float(share[still.structure.index(node)]) for node in nodes}
-        where = f"critical speed {_rpm(one.speed)}"
+        where = f"critical speed {_speed(one.speed)}"
         best = max(still.structure.nodes, key=lambda n: share[still.structure.index(n)])
         for node, part in seen.items():
             if part < BLIND:
-                severity = "warning" if max(seen.values()) < BLIND else "note"
-                text = (
-                    f"the probe at node {node} is near a nodal point of this mode ({percent(part, 2)} of its largest "
-                    f"motion, which is at node {best})"
-                )
-                yield Finding(severity, "probe at a nodal point", where, text)
+                severity = None if max(seen.values()) < BLIND else "note"
+                said = {"node": node, "share": percent(part, 2), "best": best}
+                yield told("probe at a nodal point", where, severity, **said)

@@ -13,8 +13,7 @@ from rotorstudy.response.floquet import varies_in_time
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.stability import damping_of_effects, eigenvalues
 from rotorstudy.response.statics import static_deflection, static_loads
-from rotorstudy.store import dataset
-from rotorstudy.studies.common import SPEED
+from rotorstudy.studies.common import results
 from rotorstudy.studies.growth import growth_over_speed
 from rotorstudy.studies.stability_margin import StabilityMargin, decrement_over_speed
 from rotorstudy.studies.unbalance_response import NARROWEST, finer_speeds, probe_vectors, unbounded, with_unbalance
@@ -95,7 +94,26 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None, covered=0.0):
     decrement = decrement_over_speed(model, speeds, modes)
     growing, growth, threshold = growth_over_speed(moving, still, speeds)
     return RotorAnalysis(
-        data=_dataset(model, speeds, fine, modes, decrement, probes, read, (growing, growth), deflection),
+        data=results(
+            "rotor_analysis",
+            "rotordynamic analysis",
+            speed=speeds,
+            growth_speed=growing,
+            mode=np.arange(1, MODES + 1),
+            response_speed=fine,
+            probe=[f"{name} at node {node}" for node, name in probes],
+            coordinate=[f"{motion} at node {node}" for node, motion in model.structure.dofs],
+            frequency=modes.frequency,
+            damping_ratio=modes.damping_ratio,
+            direction=modes.direction,
+            log_decrement=decrement,
+            forward_shape=modes.forward,
+            backward_shape=modes.backward,
+            unbalance_response=read,
+            probe_node=[node for node, _ in probes],
+            growth_rate=growth,
+            static_deflection=deflection,
+        ),
         criticals=criticals,
         peaks=found if timeless else _resonances(still, found, criticals, fine),
         loads=static_loads(at_rest, deflection, highest),
@@ -129,27 +147,3 @@ def _resonances(still, found, criticals, speeds):
         return np.any(np.abs(np.abs(at[speed].imag) - speed) <= width)
 
     return [one for one in found if swings(one.peak.speed)]
-
-
-def _dataset(model, speeds, fine, modes, decrement, probes, read, growth, deflection):
-    coordinates = {
-        "speed": (speeds, *SPEED),
-        "growth_speed": (growth[0], "rad/s", "spin speed of the growth rate"),
-        "mode": (np.arange(1, MODES + 1), "1", "whirl mode, by frequency"),
-        "response_speed": (fine, "rad/s", "spin speed of the unbalance response"),
-        "probe": ([f"{name} at node {node}" for node, name in probes], "1", "probe"),
-        "coordinate": ([f"{motion} at node {node}" for node, motion in model.structure.dofs], "1", "coordinate"),
-    }
-    variables = {
-        "frequency": (("speed", "mode"), modes.frequency, "rad/s", "damped whirl frequency"),
-        "damping_ratio": (("speed", "mode"), modes.damping_ratio, "1", "damping ratio"),
-        "direction": (("speed", "mode"), modes.direction, "1", "1 forward, 0 straight lines, -1 backward"),
-        "log_decrement": (("speed",), decrement, "1", "logarithmic decrement of the first forward mode"),
-        "forward_shape": (("speed", "mode", "coordinate"), modes.forward, "1", "forward part of the mode"),
-        "backward_shape": (("speed", "mode", "coordinate"), modes.backward, "1", "backward part of the mode"),
-        "unbalance_response": (("response_speed", "probe"), read, "m", "1X of the probe, lead from the mark"),
-        "probe_node": (("probe",), np.array([node for node, _ in probes]), "1", "node of the probe"),
-        "growth_rate": (("growth_speed",), growth[1], "1/s", "growth rate of the fastest growing free motion"),
-        "static_deflection": (("coordinate",), deflection, "m", "static deflection (rad for tilts)"),
-    }
-    return dataset(variables, coordinates, title="rotordynamic analysis")

@@ -10,7 +10,7 @@ from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.output_error import cramer_rao_bound, output_error_fit
 from rotorstudy.measurement.noise import standard_normal, with_noise
 from rotorstudy.model.rig import build_model
-from rotorstudy.studies.common import sweep
+from rotorstudy.studies.common import results
 
 NOISE = 0.01  # white in time, relative to each sensor's rms
 STARTS = 10
@@ -19,18 +19,10 @@ START_OFF = 0.3  # relative error of each starting amplitude, of either sign
 
 def sensors(config):
     """A Dataset of fits for every set of sensors and case: exact from 30 % off, noisy from the best of these."""
-    coordinates = config.coordinates | {
-        "sensors": (list(config.sensor_sets), "1", "nodes with probes"),
-        "start": (np.arange(STARTS), "1", "start of the fit, every amplitude 30 % off"),
-    }
-    told = {
-        "bound": (("parameter",), "1", "Cramer-Rao bound over the value, of phases in rad, 1 % white noise"),
-        "scatter": (("parameter",), "1", "rms error of maximum likelihood over the value, of phases in rad"),
-        "start_error": (("start",), "1", "largest relative error from exact data"),
-        "fitted": ((), "1", "share of the noisy fits that converged"),
-    }
-    true, title, along = config.true_variable(config.main_rig), f"{config.title}: few sensors", ("sensors", "case")
-    return sweep(coordinates, along, partial(_fits, config), told, true, title=title, seed=config.monte_carlo.seed)
+    given = config.coordinates | {"sensors": list(config.sensor_sets), "start": np.arange(STARTS)}
+    given |= {"true": config.true_values(config.rig(config.main_rig)), "seed": config.monte_carlo.seed}
+    title = f"{config.title}: few sensors"
+    return results("sensors", title, ("sensors", "case"), partial(_fits, config), **given)
 
 
 def _fits(config, sensors, case):

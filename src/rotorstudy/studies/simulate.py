@@ -8,7 +8,8 @@ from rotorstudy.measurement.full_spectra import PHASES, full_spectra
 from rotorstudy.measurement.records import Record, keyphasor_signal, reference_signal, simulate_records
 from rotorstudy.model.registry import registry
 from rotorstudy.response.integration import time_response, transient_response
-from rotorstudy.store import as_complex, dataset
+from rotorstudy.store import as_complex
+from rotorstudy.studies.common import results
 
 
 def steady_state(config, model, speeds, late_samples=0.0):
@@ -37,15 +38,9 @@ SOURCES = {"steady state": steady_state, "from rest": from_rest}
 def simulate(config, rig):
     """A Dataset of the records of a rig at the shown speeds: the steady state in closed form, and from rest."""
     model, speeds = config.rig(rig), config.shown_speeds_rad_s
-    coordinates = {
-        "source": (list(SOURCES), "1", "how the record was made"),
-        "speed": config.coordinates["speed"],
-        "node": (np.array(model.sensors), "1", "node"),
-        "time": (config.record.time, "s", "time from the first sample"),
-    }
-    signals = np.array([make(config, model, speeds) for make in SOURCES.values()])
-    variables = {"displacement": (tuple(coordinates), signals, "m", "complex displacement from the static deflection")}
-    return dataset(variables, coordinates, title=f"{config.title}: records, rig {rig}")
+    given = config.coordinates | {"source": list(SOURCES), "node": list(model.sensors), "time": config.record.time}
+    given["displacement"] = [make(config, model, speeds) for make in SOURCES.values()]
+    return results("records", f"{config.title}: records, rig {rig}", **given)
 
 
 def take(config, kind, signal, speed, sensors):
@@ -71,17 +66,12 @@ def kind_spectra(config, kind, records, name, phases):
 
 def spectra(config, rig, records):
     """A Dataset of spectra of the records of `simulate` by every kind (some are late), method and reference."""
-    methods, kinds, records, given = config.spectra, config.record.kinds, records[rig], config.coordinates
+    methods, kinds, records = config.spectra, config.record.kinds, records[rig]
     displacement = as_complex(records.displacement)  # (source, speed, node, time)
     speeds, sensors = records.speed.values, tuple(int(n) for n in records.node.values)
-    coordinates = {
-        "source": (records.source.values, "1", "how the record was made"),
-        "record": (list(kinds), "1", "how the record was taken"),
-        **{name: given[name] for name in ("spectrum_method", "phase_reference", "speed", "harmonic")},
-        "node": (np.array(sensors), "1", "node"),
-    }
-    found = np.zeros([len(values) for values, *_ in coordinates.values()], complex)
-    reference_phase = np.zeros((len(kinds), len(methods), len(speeds), len(config.harmonics)))
+    sources, size = records.source.values, (len(speeds), len(config.harmonics))
+    found = np.zeros((len(sources), len(kinds), len(methods), len(PHASES), *size, len(sensors)), complex)
+    reference_phase = np.zeros((len(kinds), len(methods), *size))
     for k, kind in enumerate(kinds.values()):
         for s, w in enumerate(speeds):
             taken = [take(config, kind, _delayed(z, kind.late_samples), w, sensors) for z in displacement[:, s]]
@@ -92,12 +82,9 @@ def spectra(config, rig, records):
                 for o, record in enumerate(taken):
                     seen = kind_spectra(config, kind, [record], name, PHASES)
                     found[o, k, m, :, s] = [seen[phase].amplitude[0] for phase in PHASES]
-    of_phase = ("record", "spectrum_method", "speed", "harmonic")
-    variables = {
-        "displacement": (tuple(coordinates), found, "m", "full spectrum of the displacement"),
-        "reference_phase": (of_phase, reference_phase, "rad", "phase of the multi-harmonic reference signal"),
-    }
-    return dataset(variables, coordinates, title=f"{config.title}: full spectra")
+    given = config.coordinates | {"source": sources, "record": list(kinds), "node": list(sensors)}
+    given |= {"displacement": found, "reference_phase": reference_phase}
+    return results("spectra", f"{config.title}: full spectra", **given)
 
 
 def _delayed(signal, samples):

@@ -49,7 +49,7 @@ def weight_dominance(config, weight_dominance, title, cases=None):
     """A crack on the static deflection alone: amplitude ratio at the shown speeds, error of the first of the cases."""
     case, shown = next(iter((cases or {case: case for case in config.cases}).items()))
     picture, ((left, right),) = figure(1, 2, height=2.8)
-    weight_dominant, full = np.abs(as_complex(weight_dominance.displacement))
+    weight_dominant, full = np.abs(as_complex(weight_dominance.displacement.transpose("crack", ...)))
     structure, crack = config.rig(config.main_rig).structure, config.rigs[config.main_rig]["cracks"][0]
     losses = structure.stiffness_loss_at(crack.get("node"), crack.get("element"))
     name, (pattern, _, _) = next(iter(losses.items()))
@@ -160,17 +160,8 @@ def errors_and_bounds(noisy, units, title):
     count = next(iter(noisy.values())).sizes["parameter"]
     if count > MANY:
         return _errors_over_bounds(noisy, columns, title)
-    alone = len(columns) == 1
-    if alone:
-        picture, axes = figure(-(-count // 3), 3, height=2.0, width=2.4)
-        for unused in axes.flat[count:]:
-            unused.axis("off")
-        panels = [axes.flat[:count]]
-    else:
-        height, width = min(1.7, HIGHEST / count), min(2.6, WIDEST / len(columns))
-        picture, axes = figure(count, len(columns), height, width)
-        panels = list(axes.T)
-    for (name, model), column in zip(columns, panels, strict=True):
+    picture, axes = figure(count, len(columns), min(1.7, HIGHEST / count), min(2.6, WIDEST / len(columns)))
+    for (name, model), column in zip(columns, axes.T, strict=True):
         data = noisy[name].sel(noise_model=model)
         for panel, parameter in zip(column, data.parameter.values, strict=True):
             true, unit = float(data.true.sel(parameter=parameter)), units[parameter]
@@ -180,13 +171,12 @@ def errors_and_bounds(noisy, units, title):
                 panel.loglog(data.noise, rms, MARKERS[i] + "-", color=COLOURS[i], label=label(estimator))
             bound = in_units(unit, data.cramer_rao.sel(parameter=parameter), true)
             panel.loglog(data.noise, bound, "k--", label="Cramér-Rao bound")
-            if alone or column is panels[0]:
+            if panel in axes[:, 0]:
                 panel.set_ylabel(f"{label(parameter)}\nrms error ({error_unit(unit)})")
             plain_log(panel, data.noise.values)
-            if alone or panel is column[-1]:
-                panel.set_xlabel("noise level (%)")
         column[0].set_title(f"{name}\nnoise {model}")
-    return finished(picture, title, legend=4)
+        column[-1].set_xlabel("noise level (%)")
+    return finished(picture, title, legend=4 if len(columns) > 1 else 1)
 
 
 def _errors_over_bounds(noisy, columns, title):

@@ -15,18 +15,8 @@ from rotorstudy.measurement.noise import with_noise
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.store import as_complex
 from rotorstudy.studies import identify
-from rotorstudy.studies.common import parameter_coordinates, sweep
+from rotorstudy.studies.common import results
 from rotorstudy.units import HALF_INTERVAL
-
-ACCURACY = {
-    "bias": (("parameter",), "SI", "mean error"),
-    "scatter": (("parameter",), "SI", "standard deviation over trials"),
-    "rmse": (("parameter",), "SI", "root mean square error"),
-    "efficiency": (("parameter",), "1", "Cramer-Rao variance over mean square error"),
-    "coverage": (("parameter",), "1", "share of stated 95 % intervals that hold the truth"),
-    "failed": ((), "1", "share of trials without an estimate"),
-    "seconds": ((), "s", "time for one estimate; differs from run to run"),
-}
 
 
 def estimates(config, name, rotor, by_method, estimator):
@@ -47,15 +37,9 @@ def estimates(config, name, rotor, by_method, estimator):
         cell = by_method[method].sel(fault=fault, noise=level)
         return _accuracy(asked, cell, estimator, true, is_angle, level * bound)
 
-    coordinates = {
-        "spectrum_method": (list(by_method), "1", "spectrum method"),
-        "fault": (faults, "1", "what is wrong with the record"),
-        "noise": (np.array(levels, float), "percent", "white noise on each sample, of the rms of the vibration"),
-        **parameter_coordinates(names),
-    }
-    constant = {"true": (("parameter",), true, "SI", "value assumed")}
-    title, along = f"{config.title}: {name}, {estimator.name}", ("spectrum_method", "fault", "noise")
-    return sweep(coordinates, along, accuracy, ACCURACY, constant, title=title)
+    given = {"spectrum_method": list(by_method), "fault": faults, "noise": np.array(levels, float)}
+    title, along = f"{config.title}: {name}, {estimator.name}", tuple(given)
+    return results("estimates", title, along, accuracy, **given, parameter=list(names), true=true)
 
 
 def _accuracy(rotor, cell, estimator, true, is_angle, bound):

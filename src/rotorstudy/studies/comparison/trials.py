@@ -10,8 +10,7 @@ from rotorstudy.measurement.full_spectra import compensate, full_spectrum
 from rotorstudy.measurement.keyphasor import phase_from_keyphasor
 from rotorstudy.measurement.noise import standard_normal
 from rotorstudy.measurement.records import Record, keyphasor_signal, simulate_records
-from rotorstudy.store import dataset
-from rotorstudy.studies.common import HARMONIC, SPEED
+from rotorstudy.studies.common import results
 
 
 class Trials(NamedTuple):
@@ -102,19 +101,7 @@ def spectra(config, name, rotor, method, faults=None):
     off = np.abs((amplitude - true) / vibration) ** 2
     cells = np.isfinite(seconds)
     error[cells] = np.sqrt(np.nanmean(off[cells], axis=(1, 2, 3, 4)))
-    coordinates = {
-        "fault": (faults, "1", "what is wrong with the record"),
-        "noise": (np.array(levels, float), "percent", "white noise on each sample, of the rms of the vibration"),
-        "speed": (rotor.speeds, *SPEED),
-        "harmonic": (np.array(harmonics), *HARMONIC),
-        "node": (np.array(model.sensors), "1", "node where the displacement is measured"),
-    }
-    dims = ("fault", "noise", "trial", "speed", "harmonic", "node")
-    stated = ("fault", "noise", "speed", "node", "component", "component_2")
-    variables = {
-        "amplitude": (dims, amplitude, "m", "full spectrum"),
-        "covariance": (stated, covariance, "m^2", "stated covariance: real parts, then imaginary parts"),
-        "harmonic_error": (dims[:2], error, "1", "rms error of the harmonics over the rms of the vibration"),
-        "seconds": (dims[:2], seconds, "s", "time for one record; differs from run to run"),
-    }
-    return dataset(variables, coordinates, title=f"{config.title}: {name}, {method.name}")
+    coordinates = {"fault": faults, "noise": np.array(levels, float), "speed": rotor.speeds, "harmonic": harmonics}
+    found = {"amplitude": amplitude, "covariance": covariance, "harmonic_error": error, "seconds": seconds}
+    title, nodes = f"{config.title}: {name}, {method.name}", list(model.sensors)
+    return results("fault_spectra", title, **coordinates, node=nodes, **found)

@@ -7,8 +7,8 @@ from pydantic import Field
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.model.options import Positive
 from rotorstudy.model.rig import build_model
-from rotorstudy.studies.config import PositiveNumber
 from rotorstudy.yaml_file import read_study
 
 
@@ -19,7 +19,7 @@ class CrackedRotor(Strict):
     rotor: dict[str, Any]
     bearings: list[dict[str, Any]]
     effects: list[dict[str, Any]]
-    speeds_rad_s: list[PositiveNumber] = Field(min_length=1)
+    speeds_rad_s: list[Positive] = Field(min_length=1)
     planes: dict[str, list[int]] = Field(min_length=1)  # name -> nodes with probes
     confounders: dict[str, dict[str, Any]] = {}  # name -> effect that may be present in the healthy machine, too
 
@@ -38,15 +38,15 @@ class CrackMap(Strict):
     """positions : how many, along the shaft;  depth_ratios, angles_rad : at each"""
 
     positions: int = Field(ge=2)
-    depth_ratios: list[PositiveNumber] = Field(min_length=2)
+    depth_ratios: list[Positive] = Field(min_length=2)
     angles_rad: list[float] = Field(min_length=1)
 
 
 class Crack(Strict):
     """A crack in detail."""
 
-    position_m: PositiveNumber
-    depth_ratio: PositiveNumber
+    position_m: Positive
+    depth_ratio: Positive
     angle_rad: float
 
 
@@ -67,7 +67,7 @@ class Trials(Strict):
     """count : noisy records at each of `depth_ratios`, of the reference crack otherwise"""
 
     count: int = Field(ge=2)
-    depth_ratios: list[PositiveNumber] = Field(min_length=1)
+    depth_ratios: list[Positive] = Field(min_length=1)
     seed: int
 
 
@@ -75,11 +75,11 @@ class Fronts(Strict):
     """Records of cracks with other fronts than the library's, drawn within pairs of limits."""
 
     count: int = Field(ge=1)
-    depth_ratios: list[PositiveNumber] = Field(min_length=2, max_length=2)
+    depth_ratios: list[Positive] = Field(min_length=2, max_length=2)
     curvatures: list[float] = Field(min_length=2, max_length=2)
     closing_shares: list[float] = Field(min_length=2, max_length=2)  # of a residual moment, over the static one
-    poissons_ratios: list[PositiveNumber] = Field(min_length=2, max_length=2)
-    positions: list[PositiveNumber] = Field(min_length=1)  # over the length, one of which each crack has
+    poissons_ratios: list[Positive] = Field(min_length=2, max_length=2)
+    positions: list[Positive] = Field(min_length=1)  # over the length, one of which each crack has
     laws: dict[str, dict[str, Any]] = Field(min_length=1)  # name -> options by which a straight front has a depth
     straight: str  # depth plugin of the last law, that of the library
     seed: int
@@ -91,18 +91,18 @@ class ThesisMethod(Strict):
     estimator: str
     cracks: list[dict[str, Any]]
     unknowns: list[str]
-    depth_ratio: PositiveNumber
+    depth_ratio: Positive
 
 
 class Passage(Strict):
     """lowest_rad_s, highest_rad_s, count : speeds of the run-up"""
 
-    lowest_rad_s: PositiveNumber
-    highest_rad_s: PositiveNumber
+    lowest_rad_s: Positive
+    highest_rad_s: Positive
     count: int = Field(ge=2)
     node: int
     orders: list[int] = Field(min_length=1)  # harmonics at `node`
-    depth_ratios: list[PositiveNumber] = Field(min_length=1)  # of the reference crack
+    depth_ratios: list[Positive] = Field(min_length=1)  # of the reference crack
 
 
 class CrackStudy(Strict):
@@ -114,8 +114,8 @@ class CrackStudy(Strict):
     rotors: dict[str, CrackedRotor] = Field(min_length=1)
     harmonics: list[int] = Field(min_length=1)
     samples: int = Field(gt=1)  # of a record, all together
-    noise_percent: list[PositiveNumber] = Field(min_length=1)  # white noise on each sample, of the rms vibration
-    usual_noise_percent: PositiveNumber  # where not varied
+    noise_percent: list[Positive] = Field(min_length=1)  # white noise on each sample, of the rms vibration
+    usual_noise_percent: Positive  # where not varied
     probe_noise_m: float = Field(ge=0)  # white noise on each sample, whatever the vibration
     diagnosis: Settings  # as in a rig: accuracy of its numbers, of the probes and of the model
     false_alarm: float = Field(gt=0, lt=0.5)  # of the test by which a crack is detected

@@ -14,7 +14,7 @@ from rotorstudy.diagnosis.search.shape_fit import fitted_from
 from rotorstudy.measurement.noise import standard_normal
 from rotorstudy.model.cracks import compliance
 from rotorstudy.model.registry import registry
-from rotorstudy.store import dataset
+from rotorstudy.studies.common import results
 from rotorstudy.studies.crack_study.sensitivity import Machine
 
 REFERENCE = "reference"  # the law of `equivalent_beam`
@@ -50,9 +50,9 @@ def fronts(config):
     laws = [*settings.laws, REFERENCE, "front unknown"]
     ranges = settings.depth_ratios, settings.curvatures, (-np.pi, np.pi)
     ranges = *ranges, settings.closing_shares, settings.poissons_ratios
-    truth, found, count = [], [], 0
-    rest = _shown(machine, _built(rotor, unbalance))
-    for trial in range(settings.count):
+    rest, unstable = _shown(machine, _built(rotor, unbalance)), []
+
+    def at(trial):
         rng = np.random.default_rng([settings.seed, trial])
         while True:
             depth, curvature, angle, closing, poisson = (rng.uniform(*ends) for ends in ranges)
@@ -65,27 +65,22 @@ def fronts(config):
             try:
                 shown = _shown(machine, cracked) - rest * (machine.harmonics == 0)[:, None]
             except NoSteadyState:
-                count += 1
+                unstable.append(trial)
                 continue
             break
-        truth.append([depth, curvature, position, closing])
         spectrum = machine.noisy_spectrum(shown, config.usual_noise_percent)
         size = len(machine.prior.names)
         (draw,) = standard_normal(settings.seed, trial, 1, size + 2 * shown.size)
         prior = replace(machine.prior, mean=machine.prior.mean + machine.prior.factor @ draw[:size])
         work = machine.work(machine.drawn(spectrum, shown, draw[size:]))._replace(prior=prior)
         shape = {"position_m": position, "depth_ratio": depth, "angle_rad": angle}
-        found.append(_by_each_law(config, work, shape))
-    coordinates = {"law": (laws, "1", "flexibility of the crack"), "trial": (np.arange(settings.count), "1", "record")}
-    names = {"depth_ratio": "1", "curvature": "1", "position": "m", "closing_share": "1"}
-    columns = zip(names, names.values(), np.transpose(truth), strict=True)
-    variables = {name: (("trial",), values, unit, f"true {name} of the crack") for name, unit, values in columns}
-    ends = (f"{one} end of its 95 % interval" for one in ("lower", "upper"))
-    told = ("depth over diameter found", *ends, "p-value of the misfit")
-    for name, text, values in zip(("found", "low", "high", "p_value"), told, np.transpose(found), strict=True):
-        variables[name] = (("law", "trial"), values, "1", text)
-    title = f"{config.title}: cracks with curved fronts"
-    return dataset(variables, coordinates, title=title, seed=settings.seed).assign_attrs(unstable=count)
+        truth = {"depth_ratio": depth, "curvature": curvature, "position": position, "closing_share": closing}
+        found = np.transpose(_by_each_law(config, work, shape))
+        return truth | dict(zip(("found", "low", "high", "p_value"), found, strict=True))
+
+    given, title = {"law": laws, "trial": np.arange(settings.count)}, f"{config.title}: cracks with curved fronts"
+    data = results("fronts", title, ("trial",), at, **given, seed=settings.seed)
+    return data.assign_attrs(unstable=len(unstable))
 
 
 def _by_each_law(config, work, shape):

@@ -18,14 +18,12 @@ from rotorstudy.model.registry import registry
 from rotorstudy.response.floquet import periodic_growth_rate
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.whirl import critical_speeds, time_invariant
-from rotorstudy.store import dataset
-from rotorstudy.studies.common import SPEED, sweep
+from rotorstudy.studies.common import results
 from rotorstudy.studies.crack_study.sensitivity import SHAPE, Machine, explained_away, visibility
 
 FREEDOM = 3  # position, depth and angle
 BASELINES = ("none", "healthy record")
 DETECTED = 1e-4  # accuracy of the size that is needed
-OF_SHAPE = ("position of the crack, m", "depth over diameter, 1", "angle of the crack, rad")
 
 
 def needed_visibility(false_alarm, power):
@@ -60,31 +58,21 @@ def smallest(depths, seen, needed):
 
 def limits(config):
     """A Dataset of the visibility of cracks at their worst angle, and of the smallest one detected, over shafts."""
-    coordinates = {
-        "noise": (np.array(config.noise_percent), "percent", "white noise on each sample, of the rms vibration"),
-        "baseline": (list(BASELINES), "1", "what is known of the healthy machine beyond the rig file"),
-        "depth_ratio": (np.array(config.map.depth_ratios), "1", "depth over diameter"),
-    }
-    variables = {}
-    needed = needed_visibility(config.false_alarm, config.power)
+    import xarray as xr
+
+    depths, needed = config.map.depth_ratios, needed_visibility(config.false_alarm, config.power)
+    common = {"noise": config.noise_percent, "baseline": list(BASELINES), "depth_ratio": depths}
+    title, found = f"{config.title}: smallest crack detected", []
     for name, rotor in config.rotors.items():
         machine = Machine(config, rotor)
         position = machine.positions(config.map.positions)
         seen = _visibilities(config, machine, position)
-        least = smallest(config.map.depth_ratios, seen, needed)
-        dims = (f"planes_{name}", "noise", "baseline", f"position_{name}")
-        section = [machine.model.structure.section_at(s).outer_diameter_m for s in position]
-        variables |= {
-            f"visibility_{name}": ((*dims, "depth_ratio"), seen, "1", "change that nothing else explains, in sigma"),
-            f"smallest_depth_{name}": (dims, least, "1", "smallest depth detected, over the diameter"),
-            f"diameter_{name}": (dims[-1:], np.array(section), "m", "diameter of the shaft"),
-        }
-        coordinates |= {
-            f"planes_{name}": (list(rotor.planes), "1", f"probes of {name}"),
-            f"position_{name}": (position, "m", f"position on the shaft of {name}, from node 1"),
-        }
-    title = f"{config.title}: smallest crack detected"
-    return dataset(variables, coordinates, title=title, needed_visibility=needed)
+        own = {"planes": list(rotor.planes), "position": position, "visibility": seen}
+        own["smallest_depth"] = smallest(depths, seen, needed)
+        own["diameter"] = [machine.model.structure.section_at(s).outer_diameter_m for s in position]
+        of_rotor = results("limits", title, **common, **own, needed_visibility=needed)
+        found.append(of_rotor.rename({key: f"{key}_{name}" for key in own}))
+    return xr.merge(found)
 
 
 def _visibilities(config, machine, position):
@@ -121,19 +109,20 @@ def accuracy(config):
             return {}
         return {"bound": machine.bounds(changes, percent, crack, machine.chosen(planes[names]))}
 
-    told, along = {"bound": (("shape",), "SI", "Cramer-Rao bound")}, ("planes", "noise", "position", "depth_ratio")
-    coordinates = {
-        "planes": (list(planes), "1", "nodes with probes"),
-        "noise": (np.array(config.noise_percent), "percent", "white noise on each sample, of the rms vibration"),
-        "position": (position, "m", "position on the shaft, from node 1"),
-        "depth_ratio": (np.array(depths), "1", "depth over diameter"),
-        "shape": (list(SHAPE), "1", ", ".join(OF_SHAPE)),
-        "harmonic_group": (list(groups(config)), "1", "harmonics used"),
-        "speed": (machine.speed, *SPEED),
-        "confounder": (list(config.main.confounders), "1", "effect that may be present too"),
+    along = {
+        "planes": list(planes),
+        "noise": np.array(config.noise_percent),
+        "position": position,
+        "depth_ratio": np.array(depths),
     }
-    others = _of_the_reference(config, machine)
-    return sweep(coordinates, along, bound, told, others, title=f"{config.title}: Cramer-Rao bounds")
+    of_reference = {
+        "harmonic_group": list(groups(config)),
+        "speed": machine.speed,
+        "confounder": list(config.main.confounders),
+        **_of_the_reference(config, machine),
+    }
+    title = f"{config.title}: Cramer-Rao bounds"
+    return results("accuracy", title, tuple(along), bound, **along, shape=list(SHAPE), **of_reference)
 
 
 def groups(config):
@@ -157,32 +146,30 @@ def _of_the_reference(config, machine):
         machine.bounds(machine.columns(crack, one), percent, crack, machine.chosen(), one)
         for one in machine.others.values()
     ]
-    told = "Cramer-Rao bound of the reference crack"
-    found = {
-        "bound_by_harmonic": ("harmonic_group", by_harmonic, ", some harmonics alone"),
-        "bound_by_speed": ("speed", by_speed, ", one speed alone"),
-        "bound_by_speeds": ("speed", by_speeds, ", all speeds up to that one"),
-        "bound_with": ("confounder", with_others, " if another effect is free, too"),
-    }
-    return {"bound_of_reference": (("shape",), bound(machine.chosen()), "SI", told)} | {
-        name: ((dim, "shape"), np.array(values), "SI", f"{told}{what}") for name, (dim, values, what) in found.items()
+    return {
+        "bound_of_reference": bound(machine.chosen()),
+        "bound_by_harmonic": by_harmonic,
+        "bound_by_speed": by_speed,
+        "bound_by_speeds": by_speeds,
+        "bound_with": with_others,
     }
 
 
 def trials(config):
     """A Dataset of fits of the reference crack to noisy records; rigs are drawn from their prior, fits start true."""
     machine, settings = Machine(config, config.main), config.trials
-    errors, stated, bound, percent = [], [], [], config.usual_noise_percent
-    for number, depth in enumerate(settings.depth_ratios):
+    percent, depths = config.usual_noise_percent, settings.depth_ratios
+
+    def at(depth):
+        errors, stated = [], []
         crack = machine.crack(**{**config.reference.model_dump(), "depth_ratio": depth})
         model, names = machine.whole.plus(crack.term), (*machine.prior.names, *crack.names)
         prior = machine.prior.plus(Prior.independent(crack.prior))
         cracked, theta = machine.model.plus(crack.term), np.concatenate([machine.model.theta, [1.0]])
         changed = machine.healthy + (predicted(cracked, machine.raw, theta) - machine.healthy)
         spectrum = machine.noisy_spectrum(changed, percent)
-        bound.append(machine.bounds(machine.columns(crack), percent, crack))
         size = len(prior.names) + 2 * spectrum.amplitude.size
-        for draw in standard_normal(settings.seed, number, settings.count, size):
+        for draw in standard_normal(settings.seed, depths.index(depth), settings.count, size):
             true, noise = np.split(draw, [len(prior.names)])
             theta = model.stated.copy()
             theta[model.position(names)] = prior.mean + prior.factor @ true
@@ -191,19 +178,11 @@ def trials(config):
             found = identified(work, fitted, [fitted]).cause
             errors.append([found.shape[name] - crack.shape[name] for name in SHAPE])
             stated.append([found.shape_std[name] for name in SHAPE])
-    shape = (len(settings.depth_ratios), settings.count, len(SHAPE))
-    coordinates = {
-        "depth_ratio": (np.array(settings.depth_ratios), "1", "depth over diameter"),
-        "trial": (np.arange(settings.count), "1", "record"),
-        "shape": (list(SHAPE), "1", "position in m, depth over diameter, angle in rad"),
-    }
-    dims = ("depth_ratio", "trial", "shape")
-    variables = {
-        "error": (dims, np.reshape(errors, shape), "SI", "estimate less truth"),
-        "stated_std": (dims, np.reshape(stated, shape), "SI", "stated standard deviation"),
-        "bound": (("depth_ratio", "shape"), np.array(bound), "SI", "Cramer-Rao bound"),
-    }
-    return dataset(variables, coordinates, title=f"{config.title}: noisy records", seed=settings.seed)
+        bound = machine.bounds(machine.columns(crack), percent, crack)
+        return {"error": errors, "stated_std": stated, "bound": bound}
+
+    given = {"depth_ratio": depths, "trial": np.arange(settings.count), "shape": list(SHAPE), "seed": settings.seed}
+    return results("noisy_records", f"{config.title}: noisy records", ("depth_ratio",), at, **given)
 
 
 def passage(config):
@@ -226,18 +205,9 @@ def passage(config):
             return {}
 
     criticals = critical_speeds(time_invariant(main.model()), settings.highest_rad_s)[0]
-    coordinates = {
-        "depth_ratio": (depths, "1", "depth over diameter"),
-        "speed": (speed, *SPEED),
-        "order": (orders, "1", "multiple of the spin speed"),
-        "critical": (np.arange(1, len(criticals) + 1), "1", "critical speed, by frequency"),
-    }
-    told = {
-        "amplitude": (("order",), "m", f"major semi-axis at node {settings.node}"),
-        "growth_rate": ((), "1/s", "growth rate of the fastest growing free motion"),
-    }
-    sound = {"critical_speed": (("critical",), np.array(criticals), "rad/s", "critical speed of the sound rotor")}
-    return sweep(coordinates, ("depth_ratio", "speed"), at, told, sound, title=f"{config.title}: run-up")
+    given = {"depth_ratio": depths, "speed": speed, "order": orders}
+    given |= {"critical": np.arange(1, len(criticals) + 1), "critical_speed": criticals, "shown_node": settings.node}
+    return results("passage", f"{config.title}: run-up", ("depth_ratio", "speed"), at, **given)
 
 
 def thesis_method(config):
@@ -262,6 +232,4 @@ def thesis_method(config):
 
     count, length = config.map.positions, model.structure.length
     position = (np.arange(count) + 0.5) / count * length
-    coordinates = {"position": (position, "m", "position of the true crack on the shaft, from node 1")}
-    told = {"loss": ((), "N/m", "stiffness loss found at the thesis's node")}
-    return sweep(coordinates, ("position",), loss, told, title=f"{config.title}: the thesis's method")
+    return results("thesis_method", f"{config.title}: the thesis's method", ("position",), loss, position=position)
