@@ -152,7 +152,7 @@ def test_a_change_of_films_is_promised_by_steps_of_a_fit_too(monkeypatch):
     monkeypatch.setattr(moves, "additions", lambda *_: [])
 
     def promised():
-        return [one for group in moves.moves_from(work, work.nothing) for one in group]
+        return [one for groups in moves.single_causes(work) for group in groups for one in group]
 
     best = max(promised(), key=lambda one: one.log_odds)
     (cause,) = best.causes

@@ -382,7 +382,7 @@ def test_a_foot_that_lifts_is_sought_at_the_motion_with_a_force_there(compressor
     as_good = {"log_odds": there.log_odds + 1, "left": there.left}
 
     def promised(*forces):
-        groups = moves.moves_from(replace(work, free_forces=forces), work.nothing)
+        *_, groups = moves.single_causes(replace(work, free_forces=forces))
         return max(one.log_odds for group in groups for one in group if one.causes[0].where == there.where)
 
     alone = promised(there)

@@ -307,14 +307,14 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
             row, column, n = harmonics_seen(entry.shift, entry.is_conjugate, order)
             seen = amplitudes[..., column, :]
             factor = entry.gain_at(speed, np.array(order)[row]) * (1j * n * speed) ** entry.order
-            if len(entry.nonzero[0]) == 1:  # of one probe
+            if len(entry.nonzero[0]) == 1:  # of one coordinate
                 (i,), (j,), (value,) = entry.nonzero
                 seen = seen[..., j].conj() if entry.is_conjugate else seen[..., j]
                 force[..., row, i] += value * factor * seen
-                continue
-            seen = factor[..., None] * (seen.conj() if entry.is_conjugate else seen)
-            flat = seen.reshape(-1, len(matrix)) @ matrix  # faster than a product for each speed
-            force[..., row, :] += flat.reshape(*seen.shape[:-1], rows)
+            else:
+                seen = factor[..., None] * (seen.conj() if entry.is_conjugate else seen)
+                flat = seen.reshape(-1, len(matrix)) @ matrix  # faster than a product for each speed
+                force[..., row, :] += flat.reshape(*seen.shape[:-1], rows)
         if entry.is_constant or (reference is not None and entry.order == 0):
             still = np.conj(reference) if entry.is_conjugate else reference
             at_rest = entry.gain_at(speed, entry.shift) * (matrix if entry.is_constant else still @ matrix)

@@ -133,15 +133,16 @@ def _shown(model, theta, speed, harmonics, order, jacobian):
     if linear and jacobian:
         change[..., linear] += table.dense_columns(true, speed, blocks.harmonics)
         change[..., :first] += np.moveaxis(table.force_of_motion(size, rotor, speed, blocks.harmonics), 0, -1)
-    motions = np.concatenate([shown[None], np.moveaxis(change, -1, 0)]) if jacobian else shown[None]
-    for p, unknown in enumerate(model.output_unknowns, start=first):
-        if unknown.exact:  # not small, so it acts on what the others show
+    exact = [(p, unknown) for p, unknown in enumerate(model.output_unknowns, start=first) if unknown.exact]
+    if exact:
+        motions = np.concatenate([shown[None], np.moveaxis(change, -1, 0)]) if jacobian else shown[None]
+        for p, unknown in exact:  # not small, so it acts on what the others show
             step, size, seen = EXACT_STEP * unknown.typical, theta[..., p], motions[0].copy()
             motions += _exact_change(unknown, size, motions, speed, blocks.harmonics)
             if jacobian:
                 up, down = (_exact_change(unknown, size + h, seen, speed, blocks.harmonics) for h in (step, -step))
                 motions[1 + p] += (up - down) / (2 * step)
-    shown, change = motions[0], np.moveaxis(motions[1:], 0, -1)
+        shown, change = motions[0], np.moveaxis(motions[1:], 0, -1)
     return Linearised(shown[..., chosen, :], change[..., chosen, :, :] if jacobian else None)
 
 

@@ -105,6 +105,7 @@ def over_forms(
         wider = every[-1] if every else None
         other = -2 * wider.log_evidence if wider else np.inf  # a law that leaves as much has less evidence
         one = _weighted(shapes._replace(law=law, other=other), starts, wider)
+        every[-1:] = [last._replace(known={}) for last in every[-1:]]  # whose columns are large
         every += [one] if one else []
     found = [one for one in every if one.weight is not None]
     if not found:

@@ -88,9 +88,12 @@ class HeldShapes(NamedTuple):
 
         amplitudes : as of `fitted`;  known : Shapes of another law with the same columns, from which others begin
         """
-        along, found = self.held[1], self.fitted(points, amplitudes)
+        along, shapes = self.held[1], self
+        found = self.fitted(points[:0])
         if known is not None:
-            found = self.fitted(known.linearised, known.amplitudes, known=known).with_more(found)
+            found = self.fitted(known.linearised, known.amplitudes, known=known)
+            shapes = self._replace(other=found.cost.min(initial=self.other))
+        found = found.with_more(shapes.fitted(points, amplitudes))
         for _ in range(CLOSER):
             x, near = halfway(found.points[:, along], found.cost, self.other)
             if not len(x):
@@ -144,7 +147,8 @@ class HeldShapes(NamedTuple):
             columns, slopes = (known.columns, known.slopes) if is_known else self.columns(causes, *at)
             off = np.where(around, 0.0, 0.5 - points[active][:, free])
             here = _solved(self.projection.residual, columns, slopes, mean, std, off)
-            is_close = np.abs(here.step).max(axis=1) < CLOSE
+            # of slopes with other amplitudes the first step is not the last
+            is_close = (np.abs(here.step).max(axis=1) < CLOSE) & (not is_known)
             cost = np.where(is_close, here.least, here.cost)
             is_better = cost < found.cost[active]
             kept = active[is_better]

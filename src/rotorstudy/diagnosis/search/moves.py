@@ -53,9 +53,7 @@ class Proposal(NamedTuple):
 
 
 def moves_from(work: Search, current: Explanation) -> list[list[Proposal]]:
-    """The Proposals from an explanation, in lists whose promises compare."""
-    if not current.causes:
-        return [*single_causes(work)][-1]
+    """The Proposals from an explanation with causes, in lists whose promises compare."""
     found = turns(work, current)
     # of one alone, all others were judged at the same motion, unless it changes the films
     if len(current.faults) > 1 or any(p.loads_films for c in current.causes for p in c.term.parameters):
@@ -76,8 +74,8 @@ def single_causes(work: Search) -> Iterator[list[list[Proposal]]]:
         yield [additions(work, work.nothing, [work.base, *(one.fitted for one in forces[:1])])]
         return
     first, *others = [one for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
-    anywhere = [c for c in work.candidates if _is_anywhere(c)]
-    rest = [c for c in work.candidates if not _is_anywhere(c)]
+    anywhere = [c for c in work.candidates if _is_anywhere(work, c)]
+    rest = [c for c in work.candidates if not _is_anywhere(work, c)]
     found = additions(work, work.nothing, [first.fitted], _within_reach(work, first, rest))
     # films are not linear in their numbers: neither columns nor the first step of a fit tell how much these explain
     films = [c for c in work.candidates if c.term.carries]
@@ -92,24 +90,24 @@ def single_causes(work: Search) -> Iterator[list[list[Proposal]]]:
 
 
 def _within_reach(work, best, causes):
-    """The causes that may be nearly as likely as a free force that explains the records, or as one that is known.
+    """The causes that may be nearly as likely as a free force that explains the records, or as a cause that does.
 
     To first order in the values of the rig, a cause hardly explains more than a free force at its place, which is known
-    before any of its shapes is tried; `WITHIN` allows for the rest.
+    before any of its shapes is tried; `WITHIN` allows for the rest. A cause that acts where no force was tried may.
     """
-    least = work.base.cost - 2 * (max(best.log_odds, *map(odds_of, work.explanations)) - WITHIN)
-    least = max(least, best.left + 2 * WITHIN)
+    known = odds_of(work.best) if work.best.causes and not work.is_doubtful else best.log_odds
+    least = max(work.base.cost - 2 * (max(best.log_odds, known) - WITHIN), best.left + 2 * WITHIN)
     beyond = [one for one in work.free_forces if one.left >= least]
     near = [one for one in work.free_forces if one.left < least]
-    scanned = [c for c in causes if can_be_scanned(c) and ("node" in c.where or _is_anywhere(c))]
+    scanned = [c for c in causes if can_be_scanned(c) and ("node" in c.where or _is_anywhere(work, c))]
     tried = [c for c in scanned if any(_acts_at(c, one) for one in beyond)]
     out = {c.label for c in tried if not any(_acts_at(c, one) for one in near)}
     return [c for c in causes if c.label not in out]
 
 
-def _is_anywhere(cause):
-    """Whether a cause with shapes to scan may be anywhere on the shaft."""
-    return can_be_scanned(cause) and not cause.where
+def _is_anywhere(work, cause):
+    """Whether the position of a cause on the shaft is a part of its shape."""
+    return can_be_scanned(cause) and any(ends.breaks for ends in ranges_of(work, cause).values())
 
 
 def _acts_at(cause, force):

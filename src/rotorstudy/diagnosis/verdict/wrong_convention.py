@@ -59,7 +59,7 @@ def tested_convention(begun, spectrum):
     screened.sort(key=lambda one: -one[0])
     tested = []
     for _, log_factor, one, corrected in screened[:FITTED]:
-        needed = 2 * (log_factor - LEAST_MARGIN - base.evidence)  # above it no hypothesis is accepted
+        needed = 2 * (log_factor - LEAST_MARGIN - base.evidence)  # of its cost, to be accepted
         fitted = fit(models[one.other_zero], corrected, prior, start=about, needed=needed)
         tested.append(Tested(one, corrected, fitted, log_factor))
     return max(tested, key=lambda one: one.fit.evidence + one.log_factor)
