@@ -174,7 +174,7 @@ def without_impossible(work: Search) -> Search:
 def with_one_cause(work: Search) -> list[Explanation]:
     """The best explanations by one cause, of a Search in which nothing was searched yet."""
     for groups in single_causes(work):
-        _fit_best(work, groups, {frozenset()})
+        _fit_best(work, groups)
     return [one for one in work.explanations if one.causes]
 
 
