@@ -38,7 +38,6 @@ from rotorstudy.model.structure import Structure
 EXPLAINS = 2.0  # misfit for each datum that a free force at one place leaves, at most, if one fault may act there
 HIDES = 30.0  # gain of log odds by an error of form, above which it may hide another fault
 WORTH_ADDING = -1.0  # change of the log odds that one more cause must promise
-FIRST = 3  # causes that are fitted before those are scanned that may be anywhere on the shaft
 PAIRS = 6  # of two causes at two places that are fitted
 STEPS = 6  # of a fit that tells what a cause promises where linear columns do not
 LOOSE = 0.5  # standard deviation of a known amplitude in a scan, as a shape that is not yet found has another one
@@ -62,11 +61,11 @@ def moves_from(work: Search, current: Explanation) -> list[list[Proposal]]:
 
 
 def single_causes(work: Search) -> Iterator[list[list[Proposal]]]:
-    """The Proposals of one cause, in lists whose promises compare, in two steps.
+    """The Proposals of one cause, in lists whose promises compare; the best may be fitted before the others are sought.
 
     Each free force that explains the records alone is another motion at which causes are judged; those of many shapes,
-    which take longest, at that of the best one and of one at their own place. Those that promise as much as the best
-    force are fitted before causes are scanned whose position on the shaft is a part of their shape.
+    which take longest, at that of the best one and of one at their own place. The most promising is told first, if it
+    promises more than the best force. Causes whose position on the shaft is a part of their shape are sought last.
     """
     forces = [one for one in work.free_forces if one.fitted is not None]
     alone = [one for one in forces if one.left < EXPLAINS * one.count and one.log_odds > 0]
@@ -84,7 +83,9 @@ def single_causes(work: Search) -> Iterator[list[list[Proposal]]]:
         # which an error of the readings leaves as it is
         stated = fit(work.model, work.spectrum, work.prior, steps=0)
         found += additions(work, work.nothing, [work.base, stated], of_readings)
-    yield [sorted((one for one in found if one.log_odds > first.log_odds), key=lambda one: -one.log_odds)[:FIRST]]
+    best = max(found, key=lambda one: one.log_odds, default=None)
+    if best and best.log_odds > first.log_odds:
+        yield [[best]]
     found += additions(work, work.nothing, [first.fitted], _within_reach(work, first, anywhere))
     yield [found, *(additions(work, work.nothing, [one.fitted], _told_by(work, one)) for one in others)]
 
