@@ -105,7 +105,8 @@ def over_forms(
         wider = every[-1] if every else None
         other = -2 * wider.log_evidence if wider else np.inf  # a law that leaves as much has less evidence
         one = _weighted(shapes._replace(law=law, other=other), starts, wider)
-        every[-1:] = [last._replace(known={}) for last in every[-1:]]  # whose columns are large
+        if wider:
+            every[-1] = wider._replace(known={})  # whose columns are large
         every += [one] if one else []
     found = [one for one in every if one.weight is not None]
     if not found:
@@ -136,11 +137,11 @@ def _weighted(shapes, starts, wider=None):
     for _ in range(1 + CLOSER):
         for x in wanted:
             if x in begun:
-                start = *beyond_likely(begun[x], along), likely_of(begun[x], along)
+                likely = likely_of(begun[x], along)
+                start = *beyond(likely, along), likely
             elif known:
-                near = known[min(known, key=lambda other, x=x: abs(other - x))]
-                likely = likely_of(near, along)
-                start = [np.concatenate(both) for both in zip(likely[:2], beyond_likely(near, along), strict=True)]
+                likely = likely_of(known[min(known, key=lambda other, x=x: abs(other - x))], along)
+                start = [np.concatenate(both) for both in zip(likely[:2], beyond(likely, along), strict=True)]
                 start[0][:, at] = x
             else:
                 start = (starts,)
@@ -171,9 +172,8 @@ def likely_of(near, along):
     return near.part(np.argsort(near.points[:, along]))
 
 
-def beyond_likely(near, along):
-    """Points beyond the ends of each stretch of the likely ones of a form, up to its own length; their amplitudes."""
-    near = likely_of(near, along)
+def beyond(near, along):
+    """Points beyond the ends of each stretch of Shapes along the position, up to its own length; their amplitudes."""
     points, amplitudes = [near.points[:0]], [near.amplitudes[:0]]
     gaps = np.flatnonzero(np.diff(near.points[:, along]) > 1.5 / PLACES) + 1
     for rows in (one for one in np.split(np.arange(len(near.cost)), gaps) if len(one) > 1):

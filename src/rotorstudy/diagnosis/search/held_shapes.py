@@ -88,12 +88,13 @@ class HeldShapes(NamedTuple):
 
         amplitudes : as of `fitted`;  known : Shapes of another law with the same columns, from which others begin
         """
-        along, shapes = self.held[1], self
-        found = self.fitted(points[:0])
-        if known is not None:
-            found = self.fitted(known.linearised, known.amplitudes, known=known)
-            shapes = self._replace(other=found.cost.min(initial=self.other))
-        found = found.with_more(shapes.fitted(points, amplitudes))
+        along = self.held[1]
+        if known is None:
+            found = self.fitted(points, amplitudes)
+        else:
+            likely = self.fitted(known.linearised, known.amplitudes, known=known)
+            beside = self._replace(other=likely.cost.min(initial=self.other))
+            found = likely.with_more(beside.fitted(points, amplitudes))
         for _ in range(CLOSER):
             x, near = halfway(found.points[:, along], found.cost, self.other)
             if not len(x):

@@ -2,8 +2,7 @@
 
 All are judged at the motion of the explanation, by the columns of the candidates there: a cause more, another one in
 the place of one of its own, the same by another law or facing another side, or one less; two at once at the motion with
-two forces. A cause of many shapes comes in the best ones that a
-scan finds.
+two forces. A cause of many shapes comes in the best ones that a scan finds.
 """
 
 from collections.abc import Iterator, Sequence

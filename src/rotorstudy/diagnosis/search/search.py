@@ -145,11 +145,10 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
             for one in current:
                 log.info("trying moves from %s (log odds %.1f)", " and ".join(one.named) or "the rig", odds_of(one))
             before = max(map(odds_of, work.explanations))
-            if current == [work.nothing]:
-                for groups in single_causes(work):
-                    _fit_best(work, groups, possible)
-            else:
-                _fit_best(work, [group for one in current for group in moves_from(work, one)], possible)
+            with_causes = [one for one in current if one.causes]
+            steps = [[group for one in with_causes for group in moves_from(work, one)]]
+            for groups in steps if with_causes else single_causes(work):
+                _fit_best(work, groups, possible)
             has_gained = max(map(odds_of, work.explanations)) > before + SETTLED
             if len(tried) == 1 and work.is_doubtful:  # before two causes are tried
                 _fit_best(work, [loading_films(work), pairs(work)], possible)
