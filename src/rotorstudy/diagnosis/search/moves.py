@@ -39,6 +39,7 @@ HIDES = 30.0  # gain of log odds by an error of form, above which it may hide an
 WORTH_ADDING = -1.0  # change of the log odds that one more cause must promise
 PAIRS = 6  # of two causes at two places that are fitted
 STEPS = 6  # of a fit that tells what a cause promises where linear columns do not
+ALONG = ("node", "element", "last_element")  # options of a place that count along the shaft
 LOOSE = 0.5  # standard deviation of a known amplitude in a scan, as a shape that is not yet found has another one
 
 
@@ -360,6 +361,38 @@ def turns(work: Search, current: Explanation) -> list[Proposal]:
             values = current.fit.values | dict(zip(other.names, one.start, strict=True))
             found.append(Proposal((*current.causes[:i], other, *current.causes[i + 1 :]), values, np.inf))
     return found
+
+
+def shifts(work: Search, current: Explanation) -> list[Proposal]:
+    """The same causes, one fault at the next place along the shaft on either side; its parts at one place together.
+
+    Where a fault is told by little but its place, columns at the motion with it elsewhere do not tell how likely it is.
+    """
+    found, known = [], {(c.effect, *c.variant.items(), *c.where.items()): c for c in work.candidates}
+    for fault in faults_of(current.causes).values():
+        for where in dict.fromkeys(tuple(c.where.items()) for c in fault):
+            moved = [c for c in fault if tuple(c.where.items()) == where]
+            for there in _next_places(work, moved[0]):
+                others = [known.get((c.effect, *c.variant.items(), *there.items())) for c in moved]
+                if not all(others):
+                    continue
+                causes, values = list(current.causes), dict(current.fit.values)
+                for one, other in zip(moved, others, strict=True):
+                    other = with_shape(work.rig, other, one.shape, work.settings.prior_width)
+                    causes[[c is one for c in causes].index(True)] = other
+                    values |= {name: values[own] for name, own in zip(other.names, one.names, strict=True)}
+                found += [Proposal(tuple(causes), values, np.inf)] if is_allowed(work, causes) else []
+    return found
+
+
+def _next_places(work, cause):
+    """Places of an effect that differ from that of a cause in one number along the shaft, by the least step."""
+    every = [c.where for c in work.candidates if c.effect == cause.effect and c.where.keys() == cause.where.keys()]
+    for key in (key for key in ALONG if key in cause.where):
+        beside = {where[key]: where for where in every if {**where, key: 0} == {**cause.where, key: 0}}
+        numbers = sorted(beside)
+        at = numbers.index(cause.where[key])
+        yield from (beside[number] for number in (*numbers[max(at - 1, 0) : at], *numbers[at + 1 : at + 2]))
 
 
 def other_laws(work: Search, current: Explanation) -> list[Proposal]:

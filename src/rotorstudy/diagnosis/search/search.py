@@ -18,8 +18,8 @@ from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.search.form_fit import SETTLED, WITHIN
 from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.impossible import grows, is_impossible
-from rotorstudy.diagnosis.search.moves import Proposal, loading_films, moves_from, pairs, single_causes
-from rotorstudy.diagnosis.search.odds import Explanation, odds_of
+from rotorstudy.diagnosis.search.moves import Proposal, loading_films, moves_from, pairs, shifts, single_causes
+from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
 from rotorstudy.diagnosis.search.shape_fit import ranges_of
 from rotorstudy.diagnosis.search.shown_forces import with_vibrations
@@ -36,8 +36,7 @@ from rotorstudy.model.rig_numbers import with_numbers
 log = logging.getLogger(__name__)
 
 REACH = 10.0  # log odds below the best, beyond which an explanation cannot change a probability
-EXPANDED = 6  # rounds in which moves are tried, the first one from the rig; after these, as long as each one gains
-LAST = 12  # round
+LAST = 12  # round in which moves are tried, if each one gains
 UNFULFILLED = 4  # proposals beside known causes that in succession do not raise the odds; the next promise less
 ALONE = 5  # single faults beside which a second one is sought, if none of them explains the records
 ANOTHER_SIDE = 0.125  # of the range of an angle: shapes that differ by more are both fitted
@@ -130,28 +129,23 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
     work = replace(begun, unstable=grows(begun.base, begun.spectrum.speed), starts={}, rests={})
     work.screened.extend(work.screen(work.base, work.candidates))
     log.info("searching %d candidates", len(work.candidates))
-    tried, possible = [], {frozenset()}
+    tried, possible, shifted = [], {frozenset()}, set()
     try:
         if known:
             _fit_best(work, [[_proposed_again(work, one) for one in known]], possible)
             tried += [[work.nothing]] if work.best.causes and not work.is_doubtful else []
         has_gained = True
-        while len(tried) < EXPANDED or (has_gained and len(tried) < LAST):
+        while has_gained and len(tried) < LAST:
             _drop_impossible(work, possible)
-            current = _due(work, [one for some in tried for one in some])
-            if not current:
-                break
-            tried.append(current)
-            for one in current:
-                log.info("trying moves from %s (log odds %.1f)", " and ".join(one.named) or "the rig", odds_of(one))
-            before = max(map(odds_of, work.explanations))
-            with_causes = [one for one in current if one.causes]
-            steps = [[group for one in with_causes for group in moves_from(work, one)]]
-            for groups in steps if with_causes else single_causes(work):
-                _fit_best(work, groups, possible)
-            has_gained = max(map(odds_of, work.explanations)) > before + SETTLED
-            if len(tried) == 1 and work.is_doubtful:  # before two causes are tried
+            current, before = _due(work, [one for some in tried for one in some]), max(map(odds_of, work.explanations))
+            if current:
+                tried.append(current)
+                _fit_moves(work, current, possible)
+            if current and len(tried) == 1 and work.is_doubtful:  # before two causes are tried
                 _fit_best(work, [loading_films(work), pairs(work)], possible)
+            has_gained = bool(current) and max(map(odds_of, work.explanations)) > before + SETTLED
+            if not has_gained:
+                has_gained = _shift(work, shifted, possible)
     except KeyboardInterrupt as stop:
         if not is_asked_to_stop(stop):
             raise
@@ -197,11 +191,13 @@ def near_best(work: Search) -> list[Explanation]:
 def _due(work, tried):
     """The explanations from which moves are tried next.
 
-    If the best one is a single fault and the records reject it, these are all single faults: of two faults a third one
-    often explains more than either alone, and is then beside neither of them.
+    Where the records do not reject the best explanation, only from a better one: what is less likely leads to what is
+    less likely. If the best one is a single fault and the records reject it, these are all single faults: of two faults
+    a third one often explains more than either alone, and is then beside neither of them.
     """
-    every = _best_of_each_set(work)
-    best = max((e for e in every if _is_due(work, e, tried)), key=odds_of, default=None)
+    every, least = _best_of_each_set(work), -np.inf if work.is_doubtful or not tried else odds_of(work.best)
+    due = [e for e in every if odds_of(e) >= least and _is_due(work, e, tried)]
+    best = max(due, key=odds_of, default=None)
     if best is None or len(best.faults) != 1 or not work.is_doubtful:
         return [best] if best else []
     return [e for e in every if e is best or (len(e.faults) == 1 and _is_new(e, tried) and odds_of(e) > 0)][:ALONE]
@@ -257,6 +253,35 @@ def _fit_best(work, groups, possible=None):
             break
     for proposals in groups:
         _note_unfitted(work, proposals)
+
+
+def _fit_moves(work, current, possible):
+    """Fit the most promising proposals from some explanations, or of one cause from the rig alone."""
+    for one in current:
+        log.info("trying moves from %s (log odds %.1f)", " and ".join(one.named) or "the rig", odds_of(one))
+    with_causes = [one for one in current if one.causes]
+    steps = [[group for one in with_causes for group in moves_from(work, one)]]
+    for groups in steps if with_causes else single_causes(work):
+        _fit_best(work, groups, possible)
+
+
+def _shift(work, shifted, possible):
+    """Fit the best explanation by several faults with one at the next place, until none is better.
+
+    returns : whether one is so much better that other moves may lead on from there
+    shifted : kinds that were fitted so, to which more are added;  possible : as of `_drop_impossible`
+    """
+    first = best = work.best
+    while len(best.faults) > 1:
+        for one in shifts(work, best):
+            if kind_of(one.causes) not in shifted:
+                shifted.add(kind_of(one.causes))
+                work.explain(one.causes, one.values)
+        _drop_impossible(work, possible)
+        before, best = best, work.best
+        if odds_of(best) <= odds_of(before) + SETTLED:
+            break
+    return odds_of(best) > odds_of(first) + BETTER
 
 
 def _face_alike(work, one, other):
