@@ -13,11 +13,11 @@ from rotorstudy.diagnosis.search import search as search_module
 from rotorstudy.diagnosis.search.candidates import candidate, candidates, with_shape
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form_fit import _Parameters
-from rotorstudy.diagnosis.search.moves import Proposal, additions, exchanges, moves_from, other_laws, removals
+from rotorstudy.diagnosis.search.moves import Proposal, additions, exchanges, moves_from, other_laws, removals, shifts
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.parts import faults_of_several_parts
 from rotorstudy.diagnosis.search.screening import project, screen
-from rotorstudy.diagnosis.search.search import _fit_best, base_model, begin, search
+from rotorstudy.diagnosis.search.search import _fit_best, _shift, base_model, begin, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.words import summary
@@ -309,6 +309,22 @@ def test_causes_are_not_exchanged_nor_fitted_again_from_nearly_the_same_shapes()
     seals = [candidate(work.rig, "seal", {"node": 3}, {"swirl_ratio": ratio}) for ratio in (0.3, 0.32, 0.5)]
     work.note(work.starts, seals[:1])
     assert [work.was_tried(work.starts, [one]) for one in seals] == [True, True, False]
+
+
+@pytest.mark.parametrize("is_offered", [True, False])
+def test_a_fault_beside_another_is_tried_at_the_next_places(is_offered):
+    """With what it brings; the negative control does not offer the true place."""
+    work = replace(begun(), unstable=np.zeros(len(SPEEDS), bool))
+    if not is_offered:
+        work = replace(work, candidates=[c for c in work.candidates if c.cause != "added_mass, node 3"])
+    work.explain([c for c in work.candidates if c.cause in {"added_mass, node 2", "shaft_damping"}], {})
+    _shift(work, set(), {frozenset()})
+    assert (work.best.named == BOTH) == is_offered
+    whole = begin(work.rig, work.spectrum, KNOWN.model_copy(update={"leave_out": all_but("added_mass", "unbalance")}))
+    heavy = whole.explain([c for c in whole.candidates if c.where == {"node": 2}], {})
+    assert {frozenset(c.cause for c in one.causes) for one in shifts(whole, heavy)} == {
+        frozenset({f"added_mass, node {n}", f"unbalance, node {n}"}) for n in (1, 3)
+    }
 
 
 def with_a_mass(other, bow_rad, noise, off=0.0):

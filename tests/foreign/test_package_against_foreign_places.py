@@ -41,9 +41,8 @@ def test_two_faults_at_their_places_are_named(tmp_path):
 
 
 @pytest.mark.parametrize("has_mass", [True, False])
-def test_a_mass_beside_a_bow_is_found(has_mass, monkeypatch, tmp_path):
+def test_a_mass_beside_a_bow_is_found(has_mass, tmp_path):
     """A misalignment explains more than either; negative control: a library without the mass names another cause."""
-    monkeypatch.setattr("rotorstudy.diagnosis.search.search.EXPANDED", 3)
     case = small(2, "added_mass+thermal_bow", speeds=4)
     library = [*["added_mass"] * has_mass, "unbalance", "bow", "parallel_misalignment"]
     found = verdict_on(case, tmp_path, library, hold_out=[], candidates_per_round=3)

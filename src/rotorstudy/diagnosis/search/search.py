@@ -1,9 +1,9 @@
 """The search for causes: from the best explanations so far to others, by one cause more, another, or one less.
 
 Every explanation is fitted with an error of the form of its causes (`form.py`) and judged by its posterior odds, which
-are all that counts. The search keeps the best explanation of each set of effects, so that the many places and shapes of
-one do not crowd out another, and tries the moves from the best that it has not yet tried, until none is left that could
-change a probability.
+are all that counts. The search tries the moves from the best explanation until none leads to a better one, nor does
+one of its faults at the next place along the shaft. Of each set of effects it keeps the best explanation, so that the
+many places and shapes of one do not crowd out another.
 """
 
 import logging
@@ -36,7 +36,7 @@ from rotorstudy.model.rig_numbers import with_numbers
 log = logging.getLogger(__name__)
 
 REACH = 10.0  # log odds below the best, beyond which an explanation cannot change a probability
-LAST = 12  # round in which moves are tried, if each one gains
+LAST = 12  # round in which moves are tried
 UNFULFILLED = 4  # proposals beside known causes that in succession do not raise the odds; the next promise less
 ALONE = 5  # single faults beside which a second one is sought, if none of them explains the records
 ANOTHER_SIDE = 0.125  # of the range of an angle: shapes that differ by more are both fitted
@@ -134,18 +134,15 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
         if known:
             _fit_best(work, [[_proposed_again(work, one) for one in known]], possible)
             tried += [[work.nothing]] if work.best.causes and not work.is_doubtful else []
-        has_gained = True
-        while has_gained and len(tried) < LAST:
+        while len(tried) < LAST:
             _drop_impossible(work, possible)
-            current, before = _due(work, [one for some in tried for one in some]), max(map(odds_of, work.explanations))
-            if current:
+            if current := _due(work, [one for some in tried for one in some]):
                 tried.append(current)
                 _fit_moves(work, current, possible)
-            if current and len(tried) == 1 and work.is_doubtful:  # before two causes are tried
-                _fit_best(work, [loading_films(work), pairs(work)], possible)
-            has_gained = bool(current) and max(map(odds_of, work.explanations)) > before + SETTLED
-            if not has_gained:
-                has_gained = _shift(work, shifted, possible)
+                if len(tried) == 1 and work.is_doubtful:  # before two causes are tried
+                    _fit_best(work, [loading_films(work), pairs(work)], possible)
+            elif not _shift(work, shifted, possible):
+                break
     except KeyboardInterrupt as stop:
         if not is_asked_to_stop(stop):
             raise
@@ -189,30 +186,26 @@ def near_best(work: Search) -> list[Explanation]:
 
 
 def _due(work, tried):
-    """The explanations from which moves are tried next.
+    """The explanations from which moves are tried next: the best one, if it is new, as others lead to less likely ones.
 
-    Where the records do not reject the best explanation, only from a better one: what is less likely leads to what is
-    less likely. If the best one is a single fault and the records reject it, these are all single faults: of two faults
-    a third one often explains more than either alone, and is then beside neither of them.
+    If it is a single fault and the records reject it, these are all single faults: of two faults a third one often
+    explains more than either alone, and is then beside neither of them.
     """
-    every, least = _best_of_each_set(work), -np.inf if work.is_doubtful or not tried else odds_of(work.best)
-    due = [e for e in every if odds_of(e) >= least and _is_due(work, e, tried)]
-    best = max(due, key=odds_of, default=None)
+    every = _best_of_each_set(work)
+    best = max((e for e in every if _is_due(work, e, tried)), key=odds_of, default=None)
     if best is None or len(best.faults) != 1 or not work.is_doubtful:
         return [best] if best else []
     return [e for e in every if e is best or (len(e.faults) == 1 and _is_new(e, tried) and odds_of(e) > 0)][:ALONE]
 
 
 def _is_due(work, explanation, tried):
-    """Whether moves from an explanation may lead to one that matters: not if a part of it is better alone."""
+    """Whether moves from an explanation may lead to a better one than the best that can be true."""
     if not tried:
         return not explanation.causes
     if odds_of(explanation) < 0 and not work.base.is_rejected(work.settings.significance):
         return False
-    odds = odds_of(explanation)
-    near = odds >= max(map(odds_of, work.explanations)) - WITHIN
-    is_worse = any(one.named < explanation.named and odds_of(one) > odds for one in work.explanations if one.causes)
-    return bool(explanation.causes) and near and not is_worse and _is_new(explanation, tried)
+    is_best = odds_of(explanation) >= max(map(odds_of, work.explanations))
+    return bool(explanation.causes) and is_best and _is_new(explanation, tried)
 
 
 def _is_new(explanation, tried):
