@@ -17,7 +17,7 @@ from rotorstudy.diagnosis.search.moves import Proposal, additions, exchanges, mo
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.parts import faults_of_several_parts
 from rotorstudy.diagnosis.search.screening import project, screen
-from rotorstudy.diagnosis.search.search import _fit_best, _shift, base_model, begin, search
+from rotorstudy.diagnosis.search.search import _due, _fit_best, base_model, begin, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.words import summary
@@ -311,20 +311,67 @@ def test_causes_are_not_exchanged_nor_fitted_again_from_nearly_the_same_shapes()
     assert [work.was_tried(work.starts, [one]) for one in seals] == [True, True, False]
 
 
-@pytest.mark.parametrize("is_offered", [True, False])
-def test_a_fault_beside_another_is_tried_at_the_next_places(is_offered):
-    """With what it brings; the negative control does not offer the true place."""
-    work = replace(begun(), unstable=np.zeros(len(SPEEDS), bool))
-    if not is_offered:
-        work = replace(work, candidates=[c for c in work.candidates if c.cause != "added_mass, node 3"])
-    work.explain([c for c in work.candidates if c.cause in {"added_mass, node 2", "shaft_damping"}], {})
-    _shift(work, set(), {frozenset()})
-    assert (work.best.named == BOTH) == is_offered
-    whole = begin(work.rig, work.spectrum, KNOWN.model_copy(update={"leave_out": all_but("added_mass", "unbalance")}))
-    heavy = whole.explain([c for c in whole.candidates if c.where == {"node": 2}], {})
-    assert {frozenset(c.cause for c in one.causes) for one in shifts(whole, heavy)} == {
-        frozenset({f"added_mass, node {n}", f"unbalance, node {n}"}) for n in (1, 3)
-    }
+@pytest.mark.parametrize("has_shifts", [True, False])
+def test_a_fault_beside_another_is_sought_from_place_to_place(has_shifts, monkeypatch):
+    """Here from two nodes beside the true one, and by nothing else; the negative control stays where it began."""
+    wrong = {"added_mass, node 1", "shaft_damping"}
+
+    def begin_there(work):
+        causes = tuple(c for c in work.candidates if c.cause in wrong)
+        yield [[Proposal(causes, {}, np.inf)]]
+
+    monkeypatch.setattr(search_module, "single_causes", begin_there)
+    monkeypatch.setattr(search_module, "moves_from", lambda *_: [])
+    monkeypatch.setattr(search_module, "pairs", lambda _: [])
+    if not has_shifts:
+        monkeypatch.setattr(search_module, "shifts", lambda *_: [])
+    assert search(begun()).best.named == (BOTH if has_shifts else wrong)
+
+
+def test_what_a_fault_brings_moves_with_it_and_a_stretch_with_one_end_or_both():
+    settings = KNOWN.model_copy(update={"leave_out": all_but("added_mass", "unbalance", "bow", "delay")})
+    model = build_model(TWO_DISCS)
+    work = begin(model, with_model_error(measured(model), settings), settings)
+
+    def next_to(*causes):
+        chosen = [next(c for c in work.candidates if c.cause == name) for name in causes]
+        values = {name: 1.0 for c in chosen for name in c.names}
+        current = SimpleNamespace(causes=tuple(chosen), fit=SimpleNamespace(values=values))
+        return [({c.cause for c in moved} - {*causes}, start) for moved, start in shifts(work, current)]
+
+    heavy = next_to("added_mass, node 2", "unbalance, node 2")
+    assert [one for one, _ in heavy] == [{f"added_mass, node {n}", f"unbalance, node {n}"} for n in (1, 3)]
+    _, start = heavy[1]
+    unbalances = [next(c for c in work.candidates if c.cause == f"unbalance, node {n}") for n in (2, 3)]
+    usual = [one.prior[one.names[0]][1] for one in unbalances]
+    assert start[unbalances[1].names[0]] == pytest.approx(usual[1] / usual[0])
+    bent = [one for one, _ in next_to("bow, element 2, last_element 3")]
+    ends = [(1, 2), (3, 4), (1, 3), (2, 4)]
+    assert bent == [{f"bow, element {first}, last_element {last}"} for first, last in ends]
+    assert not next_to(next(c.cause for c in work.candidates if c.effect == "delay"))
+
+
+@pytest.mark.parametrize(("rejected", "expected"), [(True, "seal, node 5"), (False, None)])
+def test_moves_are_tried_from_the_best_that_can_be_true_however_unlikely_beside_a_rejected_rig(rejected, expected):
+    """An impossible one of the same effect does not hide it; without cause to doubt the rig it must be likely."""
+
+    def explained(name, odds):
+        cause = SimpleNamespace(effect=name.split(",")[0], cause=name, variant={})
+        return SimpleNamespace(causes=(cause,), named={name}, faults={name}, log_posterior_odds=odds)
+
+    impossible, best, other = (
+        explained(*one) for one in (("seal, node 2", 9.0), ("seal, node 5", -3.0), ("bow", -9.0))
+    )
+    nothing = SimpleNamespace(causes=(), named=set(), faults=set(), log_posterior_odds=0.0)
+    work = SimpleNamespace(
+        nothing=nothing, explanations=[nothing, other, best], impossible={1: impossible}, is_doubtful=False,
+        settings=KNOWN, base=SimpleNamespace(is_rejected=lambda _: rejected),
+    )  # fmt: skip
+    assert _due(work, []) == [nothing]
+    assert _due(work, [nothing]) == [impossible]
+    impossible.log_posterior_odds = -20.0
+    assert _due(work, [nothing]) == ([best] if expected else [])
+    assert _due(work, [nothing, best]) == []
 
 
 def with_a_mass(other, bow_rad, noise, off=0.0):

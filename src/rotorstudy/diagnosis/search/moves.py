@@ -27,9 +27,9 @@ from rotorstudy.diagnosis.search.parts import (
     faults_with_what_they_bring,
 )
 from rotorstudy.diagnosis.search.screening import screen, screen_each
-from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of
+from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of, reshaped
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
-from rotorstudy.errors import NoSteadyState
+from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import predicted
 from rotorstudy.model.structure import Structure
@@ -363,36 +363,46 @@ def turns(work: Search, current: Explanation) -> list[Proposal]:
     return found
 
 
-def shifts(work: Search, current: Explanation) -> list[Proposal]:
-    """The same causes, one fault at the next place along the shaft on either side; its parts at one place together.
+def shifts(work: Search, current: Explanation) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
+    """The same causes with one fault at a next place along the shaft, each with the values from which a fit starts.
 
-    Where a fault is told by little but its place, columns at the motion with it elsewhere do not tell how likely it is.
+    What a fault brings moves with it. The promise of another place is that of linear columns, at the motion with the
+    fault where it is: too rough where only the place is in question.
     """
     found, known = [], {(c.effect, *c.variant.items(), *c.where.items()): c for c in work.candidates}
     for fault in faults_of(current.causes).values():
-        for where in dict.fromkeys(tuple(c.where.items()) for c in fault):
-            moved = [c for c in fault if tuple(c.where.items()) == where]
-            for there in _next_places(work, moved[0]):
-                others = [known.get((c.effect, *c.variant.items(), *there.items())) for c in moved]
-                if not all(others):
-                    continue
-                causes, values = list(current.causes), dict(current.fit.values)
-                for one, other in zip(moved, others, strict=True):
-                    other = with_shape(work.rig, other, one.shape, work.settings.prior_width)
-                    causes[[c is one for c in causes].index(True)] = other
-                    values |= {name: values[own] for name, own in zip(other.names, one.names, strict=True)}
-                found += [Proposal(tuple(causes), values, np.inf)] if is_allowed(work, causes) else []
-    return found
+        for where in dict.fromkeys(tuple(c.where.items()) for c in fault if not c.term.acts_on_output):
+            here = [c for c in fault if tuple(c.where.items()) == where]
+            for there in _next_places(work, here[0]):
+                others = [known.get((c.effect, *c.variant.items(), *there.items())) for c in here]
+                if all(others):
+                    with suppress(CannotAct):
+                        found.append(_at_another_place(work, current, here, others))
+    return [one for one in found if is_allowed(work, one[0])]
+
+
+def _at_another_place(work, current, here, others):
+    """Causes and values of an explanation with others for some: in the same share of their ranges and typical sizes."""
+    instead, values = {}, dict(current.fit.values)
+    for cause, other in zip(here, others, strict=True):
+        instead[cause.cause] = reshaped(work, other, point_of(work, cause)) if cause.shape else other
+        if len(cause.names) == len(other.names):
+            for own, name in zip(cause.names, other.names, strict=True):
+                values[name] = values[own] * other.prior[name][1] / cause.prior[own][1]
+    return tuple(instead.get(c.cause, c) for c in current.causes), values
 
 
 def _next_places(work, cause):
-    """Places of an effect that differ from that of a cause in one number along the shaft, by the least step."""
+    """The places of an effect next to that of a cause; of a stretch, with one end moved or both."""
     every = [c.where for c in work.candidates if c.effect == cause.effect and c.where.keys() == cause.where.keys()]
-    for key in (key for key in ALONG if key in cause.where):
-        beside = {where[key]: where for where in every if {**where, key: 0} == {**cause.where, key: 0}}
-        numbers = sorted(beside)
-        at = numbers.index(cause.where[key])
-        yield from (beside[number] for number in (*numbers[max(at - 1, 0) : at], *numbers[at + 1 : at + 2]))
+    along = [key for key in ALONG if key in cause.where]
+    numbers = {key: sorted({cause.where[key], *(where[key] for where in every)}) for key in along}
+    for moved, step in product(dict.fromkeys([tuple(along), *((key,) for key in along)]), (-1, 1)):
+        at = {key: numbers[key].index(cause.where[key]) + step for key in moved}
+        if all(0 <= i < len(numbers[key]) for key, i in at.items()):
+            there = {**cause.where, **{key: numbers[key][i] for key, i in at.items()}}
+            if there in every and there != cause.where:
+                yield there
 
 
 def other_laws(work: Search, current: Explanation) -> list[Proposal]:

@@ -1,9 +1,8 @@
 """The search for causes: from the best explanations so far to others, by one cause more, another, or one less.
 
 Every explanation is fitted with an error of the form of its causes (`form.py`) and judged by its posterior odds, which
-are all that counts. The search tries the moves from the best explanation until none leads to a better one, nor does
-one of its faults at the next place along the shaft. Of each set of effects it keeps the best explanation, so that the
-many places and shapes of one do not crowd out another.
+are all that counts. The search tries the moves from the best explanation, and its faults at the next places along the
+shaft, until nothing leads to a better one.
 """
 
 import logging
@@ -15,7 +14,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import candidates, with_shape, with_vibration
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
-from rotorstudy.diagnosis.search.form_fit import SETTLED, WITHIN
+from rotorstudy.diagnosis.search.form_fit import WITHIN
 from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.impossible import grows, is_impossible
 from rotorstudy.diagnosis.search.moves import Proposal, loading_films, moves_from, pairs, shifts, single_causes
@@ -36,11 +35,11 @@ from rotorstudy.model.rig_numbers import with_numbers
 log = logging.getLogger(__name__)
 
 REACH = 10.0  # log odds below the best, beyond which an explanation cannot change a probability
-LAST = 12  # round in which moves are tried
+ROUNDS = 12  # of moves, at most
 UNFULFILLED = 4  # proposals beside known causes that in succession do not raise the odds; the next promise less
 ALONE = 5  # single faults beside which a second one is sought, if none of them explains the records
 ANOTHER_SIDE = 0.125  # of the range of an angle: shapes that differ by more are both fitted
-BETTER = 10.0  # log odds that the same causes must gain before moves are tried from them again
+BETTER = 10.0  # log odds that the same effects must gain before moves are tried from them again
 OF_AN_EFFECT = 2  # proposals of the same effects and laws that are fitted from one explanation
 
 
@@ -134,7 +133,7 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
         if known:
             _fit_best(work, [[_proposed_again(work, one) for one in known]], possible)
             tried += [[work.nothing]] if work.best.causes and not work.is_doubtful else []
-        while len(tried) < LAST:
+        while len(tried) < ROUNDS:
             _drop_impossible(work, possible)
             if current := _due(work, [one for some in tried for one in some]):
                 tried.append(current)
@@ -186,36 +185,35 @@ def near_best(work: Search) -> list[Explanation]:
 
 
 def _due(work, tried):
-    """The explanations from which moves are tried next: the best one, if it is new, as others lead to less likely ones.
+    """The explanations from which moves are tried next: the rig alone at first, then the best one unless it was tried.
 
-    If it is a single fault and the records reject it, these are all single faults: of two faults a third one often
-    explains more than either alone, and is then beside neither of them.
+    One that cannot be true may lead to one that can, if it is better than those. If the best one is a single fault and
+    the records reject it, they are the best single fault of each effect: of two faults a third one often explains more
+    than either alone, and is then beside neither of them.
     """
-    every = _best_of_each_set(work)
-    best = max((e for e in every if _is_due(work, e, tried)), key=odds_of, default=None)
+    if not tried:
+        return [work.nothing]
+    every = sorted([*work.explanations, *work.impossible.values()], key=odds_of, reverse=True)
+    least = [] if work.base.is_rejected(work.settings.significance) else [0.0]
+    least = max([*least, *(odds_of(one) for one in work.explanations if one.causes)], default=-np.inf)
+    best = next((one for one in every if one.causes and odds_of(one) >= least and _is_new(one, tried)), None)
     if best is None or len(best.faults) != 1 or not work.is_doubtful:
         return [best] if best else []
-    return [e for e in every if e is best or (len(e.faults) == 1 and _is_new(e, tried) and odds_of(e) > 0)][:ALONE]
-
-
-def _is_due(work, explanation, tried):
-    """Whether moves from an explanation may lead to a better one than the best that can be true."""
-    if not tried:
-        return not explanation.causes
-    if odds_of(explanation) < 0 and not work.base.is_rejected(work.settings.significance):
-        return False
-    is_best = odds_of(explanation) >= max(map(odds_of, work.explanations))
-    return bool(explanation.causes) and is_best and _is_new(explanation, tried)
+    alone = {}
+    for one in every:
+        if one is best or (len(one.faults) == 1 and _is_new(one, tried) and odds_of(one) > 0):
+            alone.setdefault(frozenset(c.effect for c in one.causes), one)
+    return [*alone.values()][:ALONE]
 
 
 def _is_new(explanation, tried):
-    """Whether moves were tried from the same causes and laws not at all, or only where these were far less likely."""
+    """Whether moves were tried from the same effects and laws not at all, or only where these were far less likely."""
     return all(_laws(one) != _laws(explanation) or odds_of(explanation) > odds_of(one) + BETTER for one in tried)
 
 
 def _laws(explanation):
-    """Names of the causes with their alternatives: with another law the same causes move otherwise."""
-    return frozenset((c.cause, *c.variant.items()) for c in explanation.causes)
+    """The effects with their alternatives: with another law the same effect moves the rotor otherwise."""
+    return sorted((c.effect, *c.variant.items()) for c in explanation.causes)
 
 
 def _fit_best(work, groups, possible=None):
@@ -249,32 +247,34 @@ def _fit_best(work, groups, possible=None):
 
 
 def _fit_moves(work, current, possible):
-    """Fit the most promising proposals from some explanations, or of one cause from the rig alone."""
+    """Fit the most promising proposals from explanations with causes, or those of one cause from the rig alone."""
     for one in current:
         log.info("trying moves from %s (log odds %.1f)", " and ".join(one.named) or "the rig", odds_of(one))
-    with_causes = [one for one in current if one.causes]
-    steps = [[group for one in with_causes for group in moves_from(work, one)]]
-    for groups in steps if with_causes else single_causes(work):
-        _fit_best(work, groups, possible)
+    if not current[0].causes:
+        for groups in single_causes(work):
+            _fit_best(work, groups, possible)
+    else:
+        _fit_best(work, [group for one in current for group in moves_from(work, one)], possible)
 
 
 def _shift(work, shifted, possible):
-    """Fit the best explanation by several faults with one at the next place, until none is better.
+    """Fit the best explanation, if it has several faults, with each fault at its next places, until no fit is better.
 
-    returns : whether one is so much better that other moves may lead on from there
     shifted : kinds that were fitted so, to which more are added;  possible : as of `_drop_impossible`
+    returns : whether another place is better
     """
     first = best = work.best
-    while len(best.faults) > 1:
-        for one in shifts(work, best):
-            if kind_of(one.causes) not in shifted:
-                shifted.add(kind_of(one.causes))
-                work.explain(one.causes, one.values)
+    before = None
+    while len(work.prior_odds.together(best.causes)) > 1 and best is not before:
+        log.info("trying the next places along the shaft of %s", " and ".join(best.named))
+        shifted.add(best.kind)
+        for causes, values in shifts(work, best):
+            if kind_of(causes) not in shifted:
+                shifted.add(kind_of(causes))
+                work.explain(causes, values)
         _drop_impossible(work, possible)
         before, best = best, work.best
-        if odds_of(best) <= odds_of(before) + SETTLED:
-            break
-    return odds_of(best) > odds_of(first) + BETTER
+    return best is not first
 
 
 def _face_alike(work, one, other):
@@ -282,9 +282,9 @@ def _face_alike(work, one, other):
 
     Fits from other places and sizes of the same side mostly end alike.
     """
-    if _laws(one) != _laws(other):
-        return False
     known, off = {c.cause: c.shape for c in other.causes}, []
+    if known.keys() != {c.cause for c in one.causes} or _laws(one) != _laws(other):
+        return False
     for c in (c for c in one.causes if c.shape):
         around = {name: ends for name, ends in ranges_of(work, c).items() if ends.goes_around}
         off += [(c.shape[name] - known[c.cause][name]) / (ends.high - ends.low) for name, ends in around.items()]
@@ -320,14 +320,6 @@ def _least(work, promised=-np.inf):
     """
     known = max(map(odds_of, work.explanations))
     return (min(known, promised) if work.is_doubtful else known) - WITHIN
-
-
-def _best_of_each_set(work):
-    """The best explanation of each set of effects, whether or not it can be true."""
-    best = {}
-    for e in sorted([*work.explanations, *work.impossible.values()], key=odds_of, reverse=True):
-        best.setdefault(frozenset(c.effect for c in e.causes), e)
-    return list(best.values())
 
 
 def _drop_impossible(work, possible):
