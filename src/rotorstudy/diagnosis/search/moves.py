@@ -382,13 +382,12 @@ def shifts(work: Search, current: Explanation) -> list[tuple[tuple[Candidate, ..
 
 
 def _at_another_place(work, current, here, others):
-    """Causes and values of an explanation with others for some: in the same share of their ranges and typical sizes."""
+    """Causes and values of an explanation with others for some, of the same amplitudes and shares of their ranges."""
     instead, values = {}, dict(current.fit.values)
     for cause, other in zip(here, others, strict=True):
         instead[cause.cause] = reshaped(work, other, point_of(work, cause)) if cause.shape else other
         if len(cause.names) == len(other.names):
-            for own, name in zip(cause.names, other.names, strict=True):
-                values[name] = values[own] * other.prior[name][1] / cause.prior[own][1]
+            values |= {name: values[own] for own, name in zip(cause.names, other.names, strict=True)}
     return tuple(instead.get(c.cause, c) for c in current.causes), values
 
 
