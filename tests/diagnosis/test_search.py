@@ -220,6 +220,9 @@ def test_a_fault_counts_with_its_places_that_were_not_fitted():
     counted = np.log(shares[frozenset({"bow"})] / shares[frozenset()])
     assert counted == pytest.approx(np.logaddexp.reduce(every), abs=0.1)
     assert np.logaddexp.reduce(some) < counted - 0.5 and len(some) < len(every) / 4
+    found.impossible.update({named: SimpleNamespace(named=named) for named in found.unfitted})  # these do not count
+    alone = sum(w for e, w in found.posterior() if e.faults == {"bow"}) / found.posterior()[-1][1]
+    assert np.log(alone) == pytest.approx(np.logaddexp.reduce(some), abs=1e-6)
 
 
 @pytest.mark.parametrize("runouts", [{1: 2e-6, 2: 4e-6, 3: 1e-6}, {2: 4e-6}])
