@@ -352,27 +352,24 @@ def test_what_a_fault_brings_moves_with_it_and_a_stretch_with_one_end_or_both():
     assert not next_to(next(c.cause for c in work.candidates if c.effect == "delay"))
 
 
-@pytest.mark.parametrize(("rejected", "expected"), [(True, "seal, node 5"), (False, None)])
-def test_moves_are_tried_from_the_best_that_can_be_true_however_unlikely_beside_a_rejected_rig(rejected, expected):
+@pytest.mark.parametrize("is_rejected", [True, False])
+def test_moves_are_tried_from_the_best_that_can_be_true_however_unlikely_beside_a_rejected_rig(is_rejected):
     """An impossible one of the same effect does not hide it; without cause to doubt the rig it must be likely."""
 
     def explained(name, odds):
-        cause = SimpleNamespace(effect=name.split(",")[0], cause=name, variant={})
-        return SimpleNamespace(causes=(cause,), named={name}, faults={name}, log_posterior_odds=odds)
+        causes = [SimpleNamespace(effect=name.split(",")[0], variant={})] if name else []
+        return SimpleNamespace(causes=causes, kind=name, faults={name}, log_posterior_odds=odds)
 
-    impossible, best, other = (
-        explained(*one) for one in (("seal, node 2", 9.0), ("seal, node 5", -3.0), ("bow", -9.0))
-    )
-    nothing = SimpleNamespace(causes=(), named=set(), faults=set(), log_posterior_odds=0.0)
-    work = SimpleNamespace(
-        nothing=nothing, explanations=[nothing, other, best], impossible={1: impossible}, is_doubtful=False,
-        settings=KNOWN, base=SimpleNamespace(is_rejected=lambda _: rejected),
-    )  # fmt: skip
-    assert _due(work, []) == [nothing]
-    assert _due(work, [nothing]) == [impossible]
-    impossible.log_posterior_odds = -20.0
-    assert _due(work, [nothing]) == ([best] if expected else [])
-    assert _due(work, [nothing, best]) == []
+    nothing, far, best = explained("", 0.0), explained("bow", -9.0), explained("seal, node 5", -3.0)
+    better, worse = explained("seal, node 2", 9.0), explained("seal, node 2", -20.0)
+    rig = SimpleNamespace(is_rejected=lambda _: is_rejected)
+    given = {"nothing": nothing, "explanations": [nothing, far, best], "settings": KNOWN, "base": rig}
+    for impossible, first in ((better, [better]), (worse, [best] * is_rejected)):
+        work = SimpleNamespace(**given, impossible={impossible.kind: impossible}, is_doubtful=False)
+        assert _due(work, []) == [nothing]
+        assert _due(work, [nothing]) == first
+        assert _due(work, [nothing, impossible]) == [best] * is_rejected
+        assert _due(work, [nothing, impossible, best]) == []
 
 
 def with_a_mass(other, bow_rad, noise, off=0.0):

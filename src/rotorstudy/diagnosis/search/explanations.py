@@ -190,9 +190,10 @@ class Search:
     def _of_sets(self):
         """(best explanation, log odds) of each set of causes, with the same faults at places that were not fitted."""
         best = {e.named: e for e in sorted(self.explanations, key=odds_of)}
-        odds, fitted = {named: [odds_of(e)] for named, e in best.items()}, {e.named for e in self.impossible.values()}
+        odds = {named: [odds_of(e)] for named, e in best.items()}
+        impossible = {e.named for e in self.impossible.values()}
         for named, (like, relative) in self.unfitted.items():
-            if named not in fitted | best.keys() and like in best:
+            if named not in impossible | best.keys() and like in best:
                 odds[like].append(odds_of(best[like]) + relative)
         return [(e, float(np.logaddexp.reduce(odds[named]))) for named, e in best.items()]
 

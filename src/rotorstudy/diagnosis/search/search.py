@@ -196,19 +196,24 @@ def _due(work, tried):
     every = sorted([*work.explanations, *work.impossible.values()], key=odds_of, reverse=True)
     least = [] if work.base.is_rejected(work.settings.significance) else [0.0]
     least = max([*least, *(odds_of(one) for one in work.explanations if one.causes)], default=-np.inf)
-    best = next((one for one in every if one.causes and odds_of(one) >= least and _is_new(one, tried)), None)
+    best = next((one for one in every if one.causes and odds_of(one) >= least and _is_new(work, one, tried)), None)
     if best is None or len(best.faults) != 1 or not work.is_doubtful:
         return [best] if best else []
     alone = {}
     for one in every:
-        if one is best or (len(one.faults) == 1 and _is_new(one, tried) and odds_of(one) > 0):
+        if one is best or (len(one.faults) == 1 and _is_new(work, one, tried) and odds_of(one) > 0):
             alone.setdefault(frozenset(c.effect for c in one.causes), one)
     return [*alone.values()][:ALONE]
 
 
-def _is_new(explanation, tried):
-    """Whether moves were tried from the same effects and laws not at all, or only where these were far less likely."""
-    return all(_laws(one) != _laws(explanation) or odds_of(explanation) > odds_of(one) + BETTER for one in tried)
+def _is_new(work, explanation, tried):
+    """Whether moves were tried from the same effects and laws not at all, or only where these were far less likely.
+
+    One that cannot be true does not stand for one that can.
+    """
+    alike = [one for one in tried if _laws(one) == _laws(explanation)]
+    alike = [one for one in alike if (one.kind in work.impossible) == (explanation.kind in work.impossible)]
+    return all(odds_of(explanation) > odds_of(one) + BETTER for one in alike)
 
 
 def _laws(explanation):
