@@ -9,6 +9,7 @@ import pytest
 from machines import readings
 
 from rotorstudy import load_rig
+from rotorstudy.diagnosis.search import form as form_module
 from rotorstudy.diagnosis.search import form_fit
 from rotorstudy.diagnosis.search.candidates import ShapeRange
 from rotorstudy.diagnosis.search.form import (
@@ -157,7 +158,25 @@ def test_a_harmonic_that_is_far_off_does_not_widen_the_others():
     assert (everywhere > 0.01).all()
 
 
-def test_other_speeds_are_as_probable_as_over_all_sizes_that_the_error_may_have():
+def test_an_error_that_is_the_same_at_all_speeds_is_more_probable_with_the_steadiest_share(monkeypatch):
+    """As of a crack that the weight opens. The negative control, an error that varies, gains nothing by that share."""
+    spectrum, prior = noisy(1e-9), Prior.independent({"size": (1.0, 1e-4)})
+    change, steadiest = spectrum.amplitude, SHARES[0]
+    jacobian, wrong = spectrum.whitened(change)[:, None], np.array([0.03, -0.02, 0.02j, -0.04])
+
+    def evidence(*over_speeds):
+        off = np.append(spectrum.whitened(change * np.outer(over_speeds, wrong)[..., None]), 0.0)
+        found = most_probable_form(spectrum, [Change(change)], off, jacobian, prior.whitener, 0.1)
+        return found.shares, found.evidence(off, jacobian, prior.whitener)
+
+    (constant, with_it), (varied, as_before) = evidence(1, 1, 1, 1), evidence(1, 0.5, 1.2, 0.4)
+    monkeypatch.setattr(form_module, "SHARES", SHARES[1:])
+    (_, without), (_, before) = evidence(1, 1, 1, 1), evidence(1, 0.5, 1.2, 0.4)
+    assert constant == steadiest != varied
+    assert with_it > without + 5 and 0 < before - as_before < 0.3  # a share more, of equal prior
+
+
+def test_other_speeds_are_as_probable_as_over_all_sizes_and_shares_of_the_error():
     """The sum over every scale of a harmonic is exact; that of two harmonics nearly, as they share a parameter."""
     spectrum = noisy(1e-9)
     change, prior = spectrum.amplitude, Prior.independent({"size": (1.0, 1e-4)})
@@ -170,13 +189,13 @@ def test_other_speeds_are_as_probable_as_over_all_sizes_that_the_error_may_have(
         form = most_probable_form(spectrum, [Change(seen)], *known, 0.05)
         white, slopes = spectrum.whitened(1.5 * off), 1e-4 * of_size
         found = log_predictive(spectrum, [Change(seen)], form, white, slopes, 0.05)
-        errors, at = form_errors(spectrum.speed, [Change(seen)], form.shares)
-        columns, log_sum = 0.05 * spectrum.whitened(errors).T, -np.inf
-        for chosen in product(range(len(SCALES)), repeat=len(harmonics)):
-            scale, weight = np.zeros(len(HARMONICS)), 1.0
+        log_sum = -np.inf
+        for shares, *chosen in product(range(len(SHARES)), *[range(len(SCALES))] * len(harmonics)):
+            errors, at = form_errors(spectrum.speed, [Change(seen)], SHARES[shares])
+            scale, weight = np.zeros(len(HARMONICS)), np.exp(form.log_shares[shares])
             for n, i in zip(harmonics, chosen, strict=True):
                 scale[n == HARMONICS], weight = SCALES[i], weight * form.weights[n == HARMONICS][0, i]
-            scaled = columns * scale[at]
+            scaled = 0.05 * spectrum.whitened(errors).T * scale[at]
             whole = np.eye(len(white)) + slopes @ slopes.T + scaled @ scaled.T
             each = -0.5 * (white @ np.linalg.solve(whole, white) + np.linalg.slogdet(whole)[1])
             log_sum = np.logaddexp(log_sum, each + np.log(weight)) if weight > 0 else log_sum

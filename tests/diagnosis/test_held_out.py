@@ -11,6 +11,7 @@ from rotorstudy import build_model, make_term
 from rotorstudy.diagnosis import diagnose
 from rotorstudy.diagnosis.search.candidates import with_shape
 from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.form import SHARES
 from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.search.search import base_model, begin
 from rotorstudy.diagnosis.settings import Settings
@@ -163,6 +164,7 @@ def test_the_misfit_of_held_out_speeds_is_that_of_the_whole_covariance(fits, mon
 
 
 SHAFT = shaft(0.6, 6, disc(3, 3.0, 0.006, 0.003), youngs_modulus_Pa=2.1e11, density_kg_per_m3=7850.0)
+SPEEDS = np.array([200.0, 250, 300, 350, 400, 500])
 CRACK = {"position_m": 0.33, "depth_ratio": 0.2, "angle_rad": 0.5}
 
 
@@ -172,7 +174,7 @@ def cracked():
     bearings = [full_bearing(n, 2e7 * np.eye(2), 500.0 * np.eye(2), label=f"bearing {n}") for n in (1, 7)]
     unbalance = {"kind": "unbalance", "node": 3, "eccentricity_m": 5e-6, "mass_kg": 3.0}
     model = build_model(rig_of(SHAFT, bearings, unbalance, sensors=[2, 5]))
-    speeds, harmonics, noise = np.array([200.0, 250, 300, 350, 400, 500]), [0, 1, -1, 2, -2], NOISE / 100
+    speeds, harmonics, noise = SPEEDS, [0, 1, -1, 2, -2], NOISE / 100
     still = readings(np.zeros((6, 5, 2), complex), speeds, harmonics, (2, 5), noise)
 
     def searched(settings, error=0.0):
@@ -210,14 +212,24 @@ def test_a_fit_and_the_speeds_held_out_have_together_the_evidence_of_a_fit_of_al
 
 def test_held_out_speeds_are_predicted_with_the_error_of_form_that_the_fit_has(cracked):
     """A crack off by 3 % in a phase that changes with the speed. Negative control: without that error it is refuted."""
-    speed = np.array([200.0, 250, 300, 350, 400, 500])
-    work, crack = cracked(SETTINGS, 0.03 * np.exp(10j * np.log(speed)))
+    work, crack = cracked(SETTINGS, 0.03 * np.exp(10j * np.log(SPEEDS)))
     part, held = _without_held(work)
     one = _converged(part, crack)
     expected = held_out.expected_of(one, part, held)
     with_error, without = (held_out.held_out_misfit(part, one, seen) for seen in (expected, held))
     assert with_error.p_value > 0.01 and without.p_value < 1e-6
     assert with_error.misfit > held.data_count / 4  # nor is it so large that nothing would contradict
+
+
+def test_the_largest_error_of_held_out_speeds_varies_with_the_speed_though_that_of_the_fit_does_not(cracked):
+    """A crack off by 10 % in opposite senses at the speeds held out. Negative control: the steady error refutes it."""
+    work, crack = cracked(SETTINGS, np.where(np.isin(SPEEDS, HELD), -0.1, 0.1))
+    part, held = _without_held(work)
+    one = _converged(part, crack)
+    one = replace(one, form=one.form._replace(shares=SHARES[0]))
+    largest, usual = (held_out.expected_of(one, part, held, largest=is_largest) for is_largest in (True, False))
+    assert held_out.held_out_misfit(part, one, largest).p_value > 1e-3
+    assert held_out.held_out_misfit(part, one, usual).p_value < 1e-6
 
 
 def _converged(work, cause):

@@ -13,7 +13,15 @@ from rotorstudy.diagnosis.search import search as search_module
 from rotorstudy.diagnosis.search.candidates import candidate, candidates, with_shape
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form_fit import _Parameters
-from rotorstudy.diagnosis.search.moves import Proposal, additions, exchanges, moves_from, other_laws, removals, shifts
+from rotorstudy.diagnosis.search.moves import (
+    Proposal,
+    additions,
+    exchanges,
+    moves_from,
+    other_laws,
+    removals,
+    shifts,
+)
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.parts import faults_of_several_parts
 from rotorstudy.diagnosis.search.screening import project, screen
@@ -314,6 +322,21 @@ def test_causes_are_not_exchanged_nor_fitted_again_from_nearly_the_same_shapes()
     assert [work.was_tried(work.starts, [one]) for one in seals] == [True, True, False]
 
 
+@pytest.mark.parametrize("is_by_its_own", [True, False])
+def test_a_crack_by_another_law_is_judged_with_the_largest_error_of_its_own(is_by_its_own, monkeypatch):
+    """Negative control: with the usual error it promises less than a coupling reaches, and is not fitted."""
+    model, crack = build_model(JEFFCOTT), {"crack": "switching", "crack_angle_rad": 1.1}
+    settings = KNOWN.model_copy(update={"leave_out": all_but("breathing_crack", "parallel_misalignment")})
+    found = measured(model, hidden(model, "breathing_crack", **crack, stiffness_loss_N_per_m=2e4), noise=1e-8)
+    work = begin(model, with_model_error(found, settings), settings)
+    known = {"crack": "power_cosine", "opened_by": "weight"}, {}  # the only law of a crack, and the coupling
+    work = replace(work, candidates=[c for c in work.candidates if c.variant in known])
+    if not is_by_its_own:
+        monkeypatch.setattr(moves, "largest_error", lambda *_: settings.form_error)
+    named = search(work).best.named
+    assert named == ({"breathing_crack"} if is_by_its_own else {"parallel_misalignment, node 1"})
+
+
 @pytest.mark.parametrize("has_shifts", [True, False])
 def test_a_fault_beside_another_is_sought_from_place_to_place(has_shifts, monkeypatch):
     """Here from two nodes beside the true one, and by nothing else; the negative control stays where it began."""
@@ -329,6 +352,24 @@ def test_a_fault_beside_another_is_sought_from_place_to_place(has_shifts, monkey
     if not has_shifts:
         monkeypatch.setattr(search_module, "shifts", lambda *_: [])
     assert search(begun()).best.named == (BOTH if has_shifts else wrong)
+
+
+def bow(first, last):
+    return {f"bow, element {first}" + f", last_element {last}" * (last > first)}
+
+
+def test_of_a_fine_mesh_the_next_stretch_is_the_nearest_that_is_a_candidate():
+    few = [(1, 1), (2, 2), (3, 3), (4, 4), (5, 5), (1, 4), (5, 8), (5, 9), (1, 12)]
+    wheres = [{"element": i} | ({"last_element": k} if k > i else {}) for i, k in few] + [{}]  # of the whole shaft
+    work = SimpleNamespace(candidates=[SimpleNamespace(effect="bow", where=where) for where in wheres])
+
+    def next_to(ends):
+        found = moves._next_places(work, work.candidates[few.index(ends)])
+        return [(one["element"], one.get("last_element", one["element"])) for one in found]
+
+    assert next_to((1, 4)) == [(5, 8), (4, 4), (1, 1), (1, 12)]
+    assert next_to((5, 8)) == [(1, 4), (5, 5), (5, 9)]
+    assert not [*moves._next_places(work, work.candidates[-1])]
 
 
 def test_what_a_fault_brings_moves_with_it_and_a_stretch_with_one_end_or_both():
@@ -347,8 +388,8 @@ def test_what_a_fault_brings_moves_with_it_and_a_stretch_with_one_end_or_both():
     (unbalance,) = (c for c in work.candidates if c.cause == "unbalance, node 3")
     assert {heavy[1][1][name] for name in unbalance.names} == {1.0}
     bent = [one for one, _ in next_to("bow, element 2, last_element 3")]
-    ends = [(1, 2), (3, 4), (1, 3), (2, 4)]
-    assert bent == [{f"bow, element {first}, last_element {last}"} for first, last in ends]
+    assert bent == [bow(*ends) for ends in [(1, 2), (3, 4), (1, 3), (3, 3), (2, 2), (2, 4)]]
+    assert [one for one, _ in next_to("bow, element 4")] == [bow(3, 3), bow(3, 4)]
     assert not next_to(next(c.cause for c in work.candidates if c.effect == "delay"))
 
 
@@ -502,7 +543,7 @@ def test_a_crack_is_sought_only_where_bending_moments_may_explain_the_records(fa
     model = build_model(TWO_DISCS)
     truth = make_term("effect", {"label": "hidden", **fault}, model.structure, model.sensors)
     work = begin(model, with_model_error(measured(model, truth, noise=2e-9), settings), settings)
-    *first, (found,) = moves.single_causes(work)
+    *first, (found, *_), _ = moves.single_causes(work)
     assert bool(first) == (not is_sought)  # a mass that promises more than the best force
     assert ("transverse_crack" in {p.causes[0].effect for p in found}) == is_sought
     assert max(found, key=lambda one: one.log_odds).causes[0].effect == fault["kind"]

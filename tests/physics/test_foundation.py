@@ -1,6 +1,7 @@
 """Bearings on a foundation that moves, and probes that ride on it, against equations written out otherwise."""
 
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 import pytest
@@ -382,8 +383,8 @@ def test_a_foot_that_lifts_is_sought_at_the_motion_with_a_force_there(compressor
     as_good = {"log_odds": there.log_odds + 1, "left": there.left}
 
     def promised(*forces):
-        *_, groups = moves.single_causes(replace(work, free_forces=forces))
-        return max(one.log_odds for group in groups for one in group if one.causes[0].where == there.where)
+        groups = chain(*moves.single_causes(replace(work, free_forces=forces)))
+        return max(one.log_odds for one in chain(*groups) if one.causes[0].where == there.where)
 
     alone = promised(there)
     assert promised(elsewhere._replace(**as_good), there) == pytest.approx(alone, abs=1.0)

@@ -19,7 +19,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.form import SHARES, over_speeds
+from rotorstudy.diagnosis.search.form import SLOWLY_VARYING, over_speeds
 from rotorstudy.diagnosis.search.shown_forces import shown_forces
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
@@ -32,7 +32,7 @@ from rotorstudy.model.registry import registry
 GROWTH = 1.0  # half the relative change of the stiffness of a film per eccentricity ratio
 LARGEST = 1.0  # orbit over the clearance
 DEGREES = (2, 3, 4, 5)  # of the terms
-CONSTANT, SLOW, FREE = SHARES[1]  # of their variance over the speeds: coefficients change slowly, with the eccentricity
+CONSTANT, SLOW, FREE = SLOWLY_VARYING  # of their variance over the speeds: it changes as the eccentricity does
 DRIFT = 0.05  # of the clearance, of a mean position with the temperature, beside what is the same at all speeds
 
 

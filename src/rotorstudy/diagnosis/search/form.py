@@ -31,9 +31,10 @@ from rotorstudy.model.structure import Structure
 from rotorstudy.response.neighbourhood import Motion
 
 SCALES = np.append(0.0, 2.0 ** np.arange(-10, 1))  # of the largest standard deviation of the error, equally likely
-# shares of its variance: the same at all speeds, slowly varying, independent; a form that depends on the motion changes
-# where the motion does: equally likely
-SHARES = ((0.9, 0.1, 0.0), (0.7, 0.28, 0.02), (0.4, 0.5, 0.1), (0.1, 0.3, 0.6))
+# shares of its variance: the same at all speeds, slowly varying, independent. The error of a force that the weight
+# governs hardly varies; that of others changes where the motion does: equally likely
+SLOWLY_VARYING = (0.7, 0.28, 0.02)
+SHARES = ((0.99, 0.01, 0.0), (0.9, 0.1, 0.0), SLOWLY_VARYING, (0.4, 0.5, 0.1), (0.1, 0.3, 0.6))
 STEADY, STEADY_LENGTH = (0.5, 0.5, 0.0), 1.0  # of a force that does not depend on the motion: by a power of the speed
 LENGTH = 0.2  # of the slow part, in the logarithm of the speed: resonances are seldom closer
 SWEEPS = 2  # over the harmonics, for their most probable scales
@@ -196,7 +197,7 @@ def largest_errors(spectrum: Spectrum, change: np.ndarray, largest: float) -> np
 
     spectrum : without such an error;  change : (speed, harmonic, sensor), m
     """
-    return _columns(spectrum, [Change(change)], SHARES[1], largest)[0]
+    return _columns(spectrum, [Change(change)], SLOWLY_VARYING, largest)[0]
 
 
 def _columns(spectrum, changes, shares, largest):
@@ -213,6 +214,7 @@ class FormError(NamedTuple):
     """An error of the form of the causes of an explanation, the most probable one."""
 
     shares: tuple[float, float, float]  # of `SHARES`
+    log_shares: np.ndarray  # (share,) log probability of each of these
     columns: np.ndarray  # (component, error) what it changes, whitened
     weights: np.ndarray  # (harmonic, scale) probability of each of `SCALES`
     std: np.ndarray  # (harmonic,) its expected standard deviation, relative to what the causes change
@@ -276,7 +278,8 @@ def most_probable_form(
     size = sum((np.abs(one.change) ** 2).sum(axis=(0, 2)) for one in changes) if changes else np.zeros(len(std))
     mean = np.sqrt(size @ std**2 / size.sum()) if np.any(size) else 0.0
     reached = float(best + more)
-    return FormError(shares, (columns * scale)[:, scale > 0], weights, std, float(mean), float(more), reached)
+    likely = whole - np.logaddexp.reduce(whole)
+    return FormError(shares, likely, (columns * scale)[:, scale > 0], weights, std, float(mean), float(more), reached)
 
 
 def log_predictive(
@@ -289,21 +292,26 @@ def log_predictive(
 ) -> float:
     """Log probability density of other speeds, less a constant, by the error of form of a fit.
 
-    Few speeds tell the scale of one harmonic only roughly; so the mean is taken over all of them, by their weights.
+    Few speeds tell the shares and the scale of one harmonic only roughly; so the mean is taken over all of them, by
+    their probabilities.
 
     spectrum : of these speeds, without such an error;  changes : there
     off      : (component,) measured less predicted, whitened
     slopes   : (component, parameter) of independent parameters of unit variance, whitened
     """
-    columns, at = _columns(spectrum, changes, form.shares, largest)
     data = np.column_stack([off, slopes])
     gram = data.T @ data + np.diag(np.append(0.0, np.ones(slopes.shape[1])))
-    scale = SCALES[form.weights.argmax(axis=1)][at]
-    if not len(at):
-        return float(_by_scale(gram, np.zeros((0, len(gram))), np.zeros(0), 0.0)[0])
+    most_probable = SCALES[form.weights.argmax(axis=1)]
     with np.errstate(divide="ignore"):  # what a fit excludes
         known = np.log(form.weights)
-    return float(sum(_over_scales(gram, columns, data, at, scale, known, 0.0, form.weights.copy())))
+
+    def by(shares):
+        columns, at = _columns(spectrum, changes, shares, largest)
+        if not len(at):
+            return _by_scale(gram, np.zeros((0, len(gram))), np.zeros(0), 0.0)[0]
+        return sum(_over_scales(gram, columns, data, at, most_probable[at], known, 0.0, form.weights.copy()))
+
+    return float(np.logaddexp.reduce(form.log_shares + [by(shares) for shares in SHARES]))
 
 
 def _over_scales(gram, columns, data, at, scale, log_prior, prior, weights):

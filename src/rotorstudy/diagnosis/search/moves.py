@@ -16,7 +16,7 @@ import numpy as np
 from rotorstudy.diagnosis.search.candidates import FIXED, Candidate, with_shape
 from rotorstudy.diagnosis.search.contained import is_allowed
 from rotorstudy.diagnosis.search.explanations import Search
-from rotorstudy.diagnosis.search.form import largest_errors
+from rotorstudy.diagnosis.search.form import largest_error, largest_errors
 from rotorstudy.diagnosis.search.form_fit import WITHIN
 from rotorstudy.diagnosis.search.free_force import FREE_FORCE, two_forces
 from rotorstudy.diagnosis.search.held_shapes import slopes_of
@@ -37,9 +37,9 @@ from rotorstudy.model.structure import Structure
 EXPLAINS = 2.0  # misfit for each datum that a free force at one place leaves, at most, if one fault may act there
 HIDES = 30.0  # gain of log odds by an error of form, above which it may hide another fault
 WORTH_ADDING = -1.0  # change of the log odds that one more cause must promise
+OF_INEXACT_FORM = 2  # proposals with the largest error of their own that are fitted, of one size of it
 PAIRS = 6  # of two causes at two places that are fitted
 STEPS = 6  # of a fit that tells what a cause promises where linear columns do not
-ALONG = ("node", "element", "last_element")  # options of a place that count along the shaft
 LOOSE = 0.5  # standard deviation of a known amplitude in a scan, as a shape that is not yet found has another one
 
 
@@ -65,12 +65,15 @@ def single_causes(work: Search) -> Iterator[list[list[Proposal]]]:
 
     Each free force that explains the records alone is another motion at which causes are judged; those of many shapes,
     which take longest, at that of the best one and of one at their own place. The most promising is told first, if it
-    promises more than the best force. Causes whose position on the shaft is a part of their shape are sought last.
+    promises more than the best force. Causes whose position on the shaft is a part of their shape are sought later, and
+    those of a less certain form once more at the end.
     """
     forces = [one for one in work.free_forces if one.fitted is not None]
     alone = [one for one in forces if one.left < EXPLAINS * one.count and one.log_odds > 0]
     if not alone:
-        yield [additions(work, work.nothing, [work.base, *(one.fitted for one in forces[:1])])]
+        fits = [work.base, *(one.fitted for one in forces[:1])]
+        yield [additions(work, work.nothing, fits)]
+        yield of_inexact_form(work, fits)
         return
     first, *others = [one for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
     anywhere = [c for c in work.candidates if _is_anywhere(work, c)]
@@ -87,7 +90,9 @@ def single_causes(work: Search) -> Iterator[list[list[Proposal]]]:
     if best and best.log_odds > first.log_odds:
         yield [[best]]
     found += additions(work, work.nothing, [first.fitted], _within_reach(work, first, anywhere))
-    yield [found, *(additions(work, work.nothing, [one.fitted], _told_by(work, one)) for one in others)]
+    told = [additions(work, work.nothing, [one.fitted], _told_by(work, one)) for one in others]
+    yield [found, *told]
+    yield of_inexact_form(work, [first.fitted])
 
 
 def _within_reach(work, best, causes):
@@ -209,13 +214,19 @@ def usual_amplitudes(cause: Candidate) -> np.ndarray:
 
 
 def additions(
-    work: Search, current: Explanation, fits: list[Fit], among: Sequence[Candidate] | None = None
+    work: Search,
+    current: Explanation,
+    fits: list[Fit],
+    among: Sequence[Candidate] | None = None,
+    largest: float | None = None,
 ) -> list[Proposal]:
     """One fault more of all candidates or some, judged at some fits of the explanation.
 
     A free force of a fit is taken out (`free_force.py`). The shapes of the causes follow, to first order. An error of
     form that takes up much may hide the other fault: each is then judged without that error, too. Beside other causes
     it must be worth its prior odds itself, and not by what any error of form takes up.
+
+    largest : error of the form of the cause sought, by default the usual one
     """
     chosen = [c for c in (work.candidates if among is None else among) if is_allowed(work, (*current.causes, c))]
     found, form = [], _error_of_form(work, current)
@@ -224,7 +235,7 @@ def additions(
         here = [c for c in chosen if not (without and c.term.acts_on_output)]  # an error of readings is no force
         if not here or (own is not form and not form.size):
             continue
-        wide, fitted = _with_error_of_form(work, plain, own, without)
+        wide, fitted = _with_error_of_form(work, plain, own, without, largest)
         if own is form:
             widest = wide.spectrum.log_shared_volume
         elif fitted.cost < current.fit.cost + 2 * HIDES:
@@ -240,6 +251,23 @@ def additions(
         judged += judge.scanned(fitted, usable, plain, without, free, plain.excess if own is form else fitted.excess)
         found += [one for one in judged if one.log_odds > least]
     return found
+
+
+def of_inexact_form(work: Search, fits: list[Fit]) -> list[list[Proposal]]:
+    """One fault alone of those whose form is less certain than usual, judged with the largest error of their own.
+
+    With the usual one it promises less than a fit reaches; with its own more: a list for each error, as promises with
+    different ones do not compare. Causes whose law is free, or whose shape is scanned, are left out: these take up what
+    the usual error leaves.
+    """
+    usual, by_error = work.settings.form_error, {}
+    for c in work.candidates:
+        own = max((largest_error(c.effect, p.name, usual) for p in c.term.parameters), default=usual)
+        is_free = can_be_scanned(c) or any(one.amplitudes for one in c.freedoms)
+        if own > usual and not c.term.acts_on_output and not is_free:
+            by_error.setdefault(own, []).append(c)
+    found = [additions(work, work.nothing, fits, among, own) for own, among in sorted(by_error.items())]
+    return [sorted(some, key=lambda one: -one.log_odds)[:OF_INEXACT_FORM] for some in found]
 
 
 def pairs(work: Search) -> list[Proposal]:
@@ -305,19 +333,20 @@ def _error_of_form(work, current):
     return current.form.columns if current.form else np.zeros((work.spectrum.data_count, 0))
 
 
-def _with_error_of_form(work, plain, own, without):
+def _with_error_of_form(work, plain, own, without, largest=None):
     """The search and a fit with an error of the form of the cause sought, of what the fit leaves without it.
 
     A cause is judged at a motion and at values of the rig that are only nearly those with it.
 
-    own : (component, error) columns of an error of the form of the causes of the fit
+    own     : (component, error) columns of an error of the form of the causes of the fit
+    largest : error of the form of the cause sought, by default the usual one
     """
     bare = replace(work.spectrum, shared_error=None)
     held = dict(plain.values) | dict.fromkeys(without, 0.0)
     theta = np.array([held.get(n, v) for n, v in zip(plain.model.names, plain.theta, strict=True)])
     with suppress(NoSteadyState):  # of the other causes, at values that they have beside what is taken out
         left = bare.amplitude - predicted(plain.model, bare, theta)
-        own = np.hstack([largest_errors(bare, left, work.settings.form_error), own])
+        own = np.hstack([largest_errors(bare, left, largest or work.settings.form_error), own])
     wide = bare.with_shared_error(own)
     return replace(work, spectrum=wide), fit(plain.model, wide, plain.prior, start=plain.theta, steps=0)
 
@@ -392,16 +421,25 @@ def _at_another_place(work, current, here, others):
 
 
 def _next_places(work, cause):
-    """The places of an effect next to that of a cause; of a stretch, with one end moved or both."""
-    every = [c.where for c in work.candidates if c.effect == cause.effect and c.where.keys() == cause.where.keys()]
-    along = [key for key in ALONG if key in cause.where]
-    numbers = {key: sorted({cause.where[key], *(where[key] for where in every)}) for key in along}
-    for moved, step in product(dict.fromkeys([tuple(along), *((key,) for key in along)]), (-1, 1)):
-        at = {key: numbers[key].index(cause.where[key]) + step for key in moved}
-        if all(0 <= i < len(numbers[key]) for key, i in at.items()):
-            there = {**cause.where, **{key: numbers[key][i] for key, i in at.items()}}
-            if there in every and there != cause.where:
-                yield there
+    """The places of an effect next to that of a cause; of elements, with both ends moved or one.
+
+    The next place is the nearest that there is, and of both ends moved one of the same length: there are few stretches.
+    """
+    rest, *here = _along_the_shaft(cause.where)
+    placed = [(c.where, *_along_the_shaft(c.where)) for c in work.candidates if c.effect == cause.effect]
+    places = {tuple(ends): where for where, other, *ends in placed if other == rest and len(ends) == len(here)}
+    for moved, step in product(((1, 1), (1, 0), (0, 1)) if here else (), (-1, 1)):
+        by = {ends: step * np.subtract(ends, here) for ends in places}
+        if near := [ends for ends in places if np.array_equal(np.sign(by[ends]), moved)]:
+            yield places[min(near, key=lambda ends: (np.ptp(by[ends]), by[ends].sum()))]
+
+
+def _along_the_shaft(where):
+    """Options of a place that are not along the shaft, then its ends: those of its elements, or twice its node."""
+    rest = {key: value for key, value in where.items() if key not in ("node", "element", "last_element")}
+    if "element" in where:
+        return rest | {"node": where.get("node")}, where["element"], where.get("last_element", where["element"])
+    return (rest, where["node"], where["node"]) if "node" in where else (rest,)
 
 
 def other_laws(work: Search, current: Explanation) -> list[Proposal]:

@@ -222,7 +222,7 @@ def _laws(explanation):
 
 
 def _fit_best(work, groups, possible=None):
-    """Fit the most promising proposals from each of some explanations by turns, as their promises do not compare.
+    """Fit the most promising proposals of some lists by turns, as promises of different lists do not compare.
 
     groups : lists of Proposals;  possible : as of `_drop_impossible`, if what cannot be true is dropped
     """

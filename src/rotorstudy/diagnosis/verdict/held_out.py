@@ -6,7 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
-from rotorstudy.diagnosis.search.form import SCALES, changes_of, form_errors, largest_error, log_predictive
+from rotorstudy.diagnosis.search.form import (
+    SCALES,
+    SLOWLY_VARYING,
+    changes_of,
+    form_errors,
+    largest_error,
+    log_predictive,
+)
 from rotorstudy.diagnosis.search.impossible import grows
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.search import without_impossible
@@ -86,7 +93,10 @@ def expected_of(one: Explanation, found: Search, held: Spectrum, *, largest: boo
     """Held-out speeds with the error of the form of the causes that the fit has, or the largest one (`form.py`)."""
     if not (changes := _changes(one, found, held)):
         return held
-    errors, at = form_errors(held.speed, changes, one.form.shares)
+    shares = one.form.shares
+    if largest and shares[0] > SLOWLY_VARYING[0]:  # the largest error varies over the speeds
+        shares = SLOWLY_VARYING
+    errors, at = form_errors(held.speed, changes, shares)
     stated = found.settings.form_error
     every = [largest_error(c.effect, p.name, stated) for c in one.causes for p in c.term.parameters] if largest else []
     least = max(every, default=0.0) / max(one.inexactness for one in changes)
