@@ -390,6 +390,7 @@ def test_what_a_fault_brings_moves_with_it_and_a_stretch_with_one_end_or_both():
     bent = [one for one, _ in next_to("bow, element 2, last_element 3")]
     assert bent == [bow(*ends) for ends in [(1, 2), (3, 4), (1, 3), (3, 3), (2, 2), (2, 4)]]
     assert [one for one, _ in next_to("bow, element 4")] == [bow(3, 3), bow(3, 4)]
+    assert not next_to("bow, element 1", "bow, element 4")  # one fault at two places
     assert not next_to(next(c.cause for c in work.candidates if c.effect == "delay"))
 
 

@@ -395,18 +395,20 @@ def turns(work: Search, current: Explanation) -> list[Proposal]:
 def shifts(work: Search, current: Explanation) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
     """The same causes with one fault at a next place along the shaft, each with the values from which a fit starts.
 
-    What a fault brings moves with it. The promise of another place is that of linear columns, at the motion with the
-    fault where it is: too rough where only the place is in question.
+    What a fault brings moves with it; several places of one fault were chosen together and stay. The promise of another
+    place is that of linear columns, at the motion with the fault where it is: too rough where only the place is in
+    question.
     """
     found, known = [], {(c.effect, *c.variant.items(), *c.where.items()): c for c in work.candidates}
     for fault in faults_of(current.causes).values():
-        for where in dict.fromkeys(tuple(c.where.items()) for c in fault if not c.term.acts_on_output):
-            here = [c for c in fault if tuple(c.where.items()) == where]
-            for there in _next_places(work, here[0]):
-                others = [known.get((c.effect, *c.variant.items(), *there.items())) for c in here]
-                if all(others):
-                    with suppress(CannotAct):
-                        found.append(_at_another_place(work, current, here, others))
+        here = [c for c in fault if not c.term.acts_on_output]
+        if len({tuple(c.where.items()) for c in here}) != 1:
+            continue
+        for there in _next_places(work, here[0]):
+            others = [known.get((c.effect, *c.variant.items(), *there.items())) for c in here]
+            if all(others):
+                with suppress(CannotAct):
+                    found.append(_at_another_place(work, current, here, others))
     return [one for one in found if is_allowed(work, one[0])]
 
 
