@@ -2,10 +2,9 @@
 
 What a cause changes, c, is taken to be c (1 + d). The relative error d is complex; there is one for each harmonic and
 direction of whirl, the same at all nodes, as a force that acts where the ideal one does moves all of them by its own
-receptances. Over the speeds d is a Gaussian process: partly constant, partly slowly varying, for the smallest part
-free. Its standard deviation is unknown, another one for each harmonic and direction, with a prior over some orders of
-magnitude up to `Settings.form_error`, or that of the effect where published forms of it differ by more
-(`Effect.form_error`).
+receptances. Over the speeds d is a Gaussian process: partly constant, partly slowly varying, partly free. Its standard
+deviation is unknown, another one for each harmonic and direction, with a prior over some orders of magnitude up to
+`Settings.form_error`, or that of the effect where published forms of it differ by more (`Effect.form_error`).
 
 So the data have errors in common, of low rank: the columns c of each harmonic. They serve in the fit, its evidence and
 its intervals alike, for one cause or several. A second cause is then worth its prior odds only if it explains what the
