@@ -121,11 +121,15 @@ class Shaft:
         beside = {node: [rigidity.get(node - 1, 0.0), rigidity.get(node + 1, 0.0)] for node in rigidity}
         return tuple(node for node, own in rigidity.items() if 2 * own <= min(beside[node]))
 
+    @property
+    def stretch_step(self) -> int:
+        """Elements of a part of the shaft, of which longer stretches consist."""
+        return max(-(-len(self.crack_places()) // STRETCHES), 1)
+
     def stretches(self) -> list[dict]:
         """Options of each stretch of elements shorter than the shaft, single ones first; of a fine mesh, of some."""
         numbers = [place["element"] for place in self.crack_places() if place]
-        step = max(-(-len(numbers) // STRETCHES), 1)
-        starts = numbers[::step]
+        starts = numbers[:: self.stretch_step]
         ends = [*(start - 1 for start in starts[1:]), *numbers[-1:]]
         pairs = ((first, last) for first in starts for last in ends if 1 < last - first + 1 < len(numbers))
         longer = [{"element": first, "last_element": last} for first, last in pairs]

@@ -8,6 +8,7 @@ two forces. A cause of many shapes comes in the best ones that a scan finds.
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from typing import NamedTuple
 
@@ -29,6 +30,7 @@ from rotorstudy.diagnosis.search.parts import (
 from rotorstudy.diagnosis.search.screening import screen, screen_each
 from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of, reshaped
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
+from rotorstudy.diagnosis.search.stretches import between_candidates, may_lie_between, next_places
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import predicted
@@ -57,6 +59,8 @@ def moves_from(work: Search, current: Explanation) -> list[list[Proposal]]:
     # of one alone, all others were judged at the same motion, unless it changes the films
     if len(current.faults) > 1 or any(p.loads_films for c in current.causes for p in c.term.parameters):
         found += other_laws(work, current) + removals(current) + exchanges(work, current)
+    elif between := [c.effect for c in current.causes if may_lie_between(work, c)]:
+        found += exchanges(work, current, [c for c in work.candidates if c.effect in between])
     return [found + additions(work, current, [current.fit])]
 
 
@@ -248,6 +252,7 @@ def additions(
         least = odds_of(current) + max(0.5 * more, 0.0) + WORTH_ADDING if current.causes else -np.inf
         alone = judge.alone(projected, usable, least=least)
         judged = (judge.by_fits(alone, fitted.values) if without else alone) + judge.together(projected, usable)
+        judged += between_candidates(work, judge, partial(wide.project, fitted, without=without, free=free), alone)
         judged += judge.scanned(fitted, usable, plain, without, free, plain.excess if own is form else fitted.excess)
         found += [one for one in judged if one.log_odds > least]
     return found
@@ -351,7 +356,7 @@ def _with_error_of_form(work, plain, own, without, largest=None):
     return replace(work, spectrum=wide), fit(plain.model, wide, plain.prior, start=plain.theta, steps=0)
 
 
-def exchanges(work: Search, current: Explanation) -> list[Proposal]:
+def exchanges(work: Search, current: Explanation, among: Sequence[Candidate] | None = None) -> list[Proposal]:
     """Another cause in the place of each fault, judged at the motion with it; beside the same others once."""
     found, whole = [], work.held(current.causes, current.fit.values)
     for gone in faults_of(current.causes).values() if whole else ():
@@ -360,7 +365,7 @@ def exchanges(work: Search, current: Explanation) -> list[Proposal]:
             continue
         work.note(work.rests, rest)
         own = tuple(n for c in gone for n in c.names)
-        chosen = [c for c in work.candidates if c.fault != gone[0].fault and is_allowed(work, (*rest, c))]
+        chosen = [c for c in among or work.candidates if c.fault != gone[0].fault and is_allowed(work, (*rest, c))]
         wide, fitted = _with_error_of_form(work, whole, _error_of_form(work, current), own)
         free = slopes_of(wide, fitted, rest, own)
         projected, usable = wide.project(fitted, [*chosen, *gone], own, free)
@@ -369,7 +374,9 @@ def exchanges(work: Search, current: Explanation) -> list[Proposal]:
         base = odds_of(current) - screen(projected, *gone).evidence - work.prior_odds.log_odds(current.causes)
         judge = _Judge(wide, rest, current.fit.values, base)
         others = [c for c in usable if not any(c is one for one in gone)]
-        found += judge.alone(projected, others) + judge.together(projected, others)
+        alone = judge.alone(projected, others)
+        found += alone + judge.together(projected, others)
+        found += between_candidates(work, judge, partial(wide.project, fitted, without=own, free=free), alone)
         found += judge.scanned(fitted, others, whole, own, free)
     return found
 
@@ -395,20 +402,19 @@ def turns(work: Search, current: Explanation) -> list[Proposal]:
 def shifts(work: Search, current: Explanation) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
     """The same causes with one fault at a next place along the shaft, each with the values from which a fit starts.
 
-    What a fault brings moves with it; several places of one fault were chosen together and stay. The promise of another
-    place is that of linear columns, at the motion with the fault where it is: too rough where only the place is in
-    question.
+    What a fault brings moves with it; parts of one fault at several places were chosen together and stay. The promise
+    of another place is that of linear columns, at the motion with the fault where it is: too rough where only the place
+    is in question.
     """
-    found, known = [], {(c.effect, *c.variant.items(), *c.where.items()): c for c in work.candidates}
+    found = []
     for fault in faults_of(current.causes).values():
         here = [c for c in fault if not c.term.acts_on_output]
-        if len({tuple(c.where.items()) for c in here}) != 1:
-            continue
-        for there in _next_places(work, here[0]):
-            others = [known.get((c.effect, *c.variant.items(), *there.items())) for c in here]
-            if all(others):
-                with suppress(CannotAct):
-                    found.append(_at_another_place(work, current, here, others))
+        if len({tuple(c.where.items()) for c in here}) == 1:
+            places = [next_places(work, c) for c in here]
+            for there in places[0]:
+                if all(there in other for other in places):
+                    with suppress(CannotAct):
+                        found.append(_at_another_place(work, current, here, [other[there] for other in places]))
     return [one for one in found if is_allowed(work, one[0])]
 
 
@@ -420,28 +426,6 @@ def _at_another_place(work, current, here, others):
         if len(cause.names) == len(other.names):
             values |= {name: values[own] for own, name in zip(cause.names, other.names, strict=True)}
     return tuple(instead.get(c.cause, c) for c in current.causes), values
-
-
-def _next_places(work, cause):
-    """The places of an effect next to that of a cause; of elements, with both ends moved or one.
-
-    The next place is the nearest that there is, and of both ends moved one of the same length: there are few stretches.
-    """
-    rest, *here = _along_the_shaft(cause.where)
-    placed = [(c.where, *_along_the_shaft(c.where)) for c in work.candidates if c.effect == cause.effect]
-    places = {tuple(ends): where for where, other, *ends in placed if other == rest and len(ends) == len(here)}
-    for moved, step in product(((1, 1), (1, 0), (0, 1)) if here else (), (-1, 1)):
-        by = {ends: step * np.subtract(ends, here) for ends in places}
-        if near := [ends for ends in places if np.array_equal(np.sign(by[ends]), moved)]:
-            yield places[min(near, key=lambda ends: (np.ptp(by[ends]), by[ends].sum()))]
-
-
-def _along_the_shaft(where):
-    """Options of a place that are not along the shaft, then its ends: those of its elements, or twice its node."""
-    rest = {key: value for key, value in where.items() if key not in ("node", "element", "last_element")}
-    if "element" in where:
-        return rest | {"node": where.get("node")}, where["element"], where.get("last_element", where["element"])
-    return (rest, where["node"], where["node"]) if "node" in where else (rest,)
 
 
 def other_laws(work: Search, current: Explanation) -> list[Proposal]:

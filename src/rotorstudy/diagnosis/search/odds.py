@@ -174,10 +174,15 @@ class PriorOdds:
         self.at_place = _relative_to_places_alike(candidates, settings.expected_place, structure)
         self.at_discs, self.discs = settings.at_discs, {disc.node for disc in structure.discs}
         self.further_part = {name: FURTHER_PART / max(faults.count(name) - 1, 1) for name in set(faults)}
+        # a stretch of elements that is no candidate is one of as many as lie between candidates at each end
+        self.candidates, self.between = {c.cause for c in candidates}, 1 / structure.stretch_step**2
 
     def of(self, cause: Candidate) -> float:
         """Of a cause by itself."""
-        return self.of_effect[cause.effect] * self.at_place.get(cause.cause, 1.0)
+        return self.of_effect[cause.effect] * self._share(cause) * self.at_place.get(cause.cause, 1.0)
+
+    def _share(self, cause):
+        return 1.0 if cause.cause in self.candidates else self.between
 
     def log_odds(self, causes: tuple[Candidate, ...]) -> float:
         """Logarithm of those of several causes together."""
@@ -202,7 +207,9 @@ class PriorOdds:
 
     def _of_further(self, first, cause):
         other_disc = is_distributed([first, cause])  # each as likely as not, whichever it is
-        return FURTHER_PART / (len(self.discs) - 1) if other_disc else self.further_part[cause.fault]
+        if other_disc:
+            return FURTHER_PART / (len(self.discs) - 1)
+        return self.further_part.get(cause.fault, FURTHER_PART) * self._share(cause)
 
     def even_odds_gain(self, cause: Candidate) -> float:
         """Decrease of the cost at which a cause has even posterior odds: it offsets prior odds and Occam factor.

@@ -22,6 +22,7 @@ from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
 from rotorstudy.diagnosis.search.shape_fit import ranges_of
 from rotorstudy.diagnosis.search.shown_forces import with_vibrations
+from rotorstudy.diagnosis.search.stretches import may_lie_between
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import fit
@@ -263,14 +264,18 @@ def _fit_moves(work, current, possible):
 
 
 def _shift(work, shifted, possible):
-    """Fit the best explanation, if it has several faults, with each fault at its next places, until no fit is better.
+    """Fit the best explanation with each fault at its next places, until no fit is better.
+
+    A single fault was judged at all its places, unless it is in a stretch of elements and not all are candidates.
 
     shifted : kinds that were fitted so, to which more are added;  possible : as of `_drop_impossible`
     returns : whether another place is better
     """
     first = best = work.best
     before = None
-    while len(work.prior_odds.together(best.causes)) > 1 and best is not before:
+    while best is not before and (
+        len(work.prior_odds.together(best.causes)) > 1 or any(may_lie_between(work, c) for c in best.causes)
+    ):
         log.info("trying the next places along the shaft of %s", " and ".join(best.named))
         shifted.add(best.kind)
         for causes, values in shifts(work, best):
