@@ -18,6 +18,7 @@ from rotorstudy.diagnosis.search.moves import (
     additions,
     exchanges,
     moves_from,
+    of_inexact_form,
     other_laws,
     removals,
     shifts,
@@ -322,19 +323,36 @@ def test_causes_are_not_exchanged_nor_fitted_again_from_nearly_the_same_shapes()
     assert [work.was_tried(work.starts, [one]) for one in seals] == [True, True, False]
 
 
-@pytest.mark.parametrize("is_by_its_own", [True, False])
-def test_a_crack_by_another_law_is_judged_with_the_largest_error_of_its_own(is_by_its_own, monkeypatch):
-    """Negative control: with the usual error it promises less than a coupling reaches, and is not fitted."""
+def crack_by_another_law():
+    """A Search that knows a coupling and another law of the crack in its records."""
     model, crack = build_model(JEFFCOTT), {"crack": "switching", "crack_angle_rad": 1.1}
     settings = KNOWN.model_copy(update={"leave_out": all_but("breathing_crack", "parallel_misalignment")})
     found = measured(model, hidden(model, "breathing_crack", **crack, stiffness_loss_N_per_m=2e4), noise=1e-8)
     work = begin(model, with_model_error(found, settings), settings)
     known = {"crack": "power_cosine", "opened_by": "weight"}, {}  # the only law of a crack, and the coupling
-    work = replace(work, candidates=[c for c in work.candidates if c.variant in known])
+    return replace(work, candidates=[c for c in work.candidates if c.variant in known])
+
+
+@pytest.mark.parametrize("is_by_its_own", [True, False])
+def test_a_crack_by_another_law_is_judged_with_the_largest_error_of_its_own(is_by_its_own, monkeypatch):
+    """Negative control: with the usual error it promises less than a coupling reaches, and is not fitted."""
+    work = crack_by_another_law()
     if not is_by_its_own:
-        monkeypatch.setattr(moves, "largest_error", lambda *_: settings.form_error)
+        monkeypatch.setattr(moves, "largest_error", lambda *_: work.settings.form_error)
     named = search(work).best.named
     assert named == ({"breathing_crack"} if is_by_its_own else {"parallel_misalignment, node 1"})
+
+
+def test_a_cause_that_cannot_come_near_the_best_is_not_judged_again():
+    work = crack_by_another_law()
+    motion = work.free_forces[0].fitted
+    near = additions(work, work.nothing, [motion])
+    far = [one._replace(log_odds=one.log_odds - 1e6 * (one.causes[0].effect == "breathing_crack")) for one in near]
+    judged = [
+        [one.causes[0].effect for some in of_inexact_form(work, [motion], found) for one in some]
+        for found in (near, far)
+    ]
+    assert "breathing_crack" in judged[0] and {*judged[1]} == {"parallel_misalignment"}
 
 
 @pytest.mark.parametrize("has_shifts", [True, False])

@@ -76,8 +76,8 @@ def single_causes(work: Search) -> Iterator[list[list[Proposal]]]:
     alone = [one for one in forces if one.left < EXPLAINS * one.count and one.log_odds > 0]
     if not alone:
         fits = [work.base, *(one.fitted for one in forces[:1])]
-        yield [additions(work, work.nothing, fits)]
-        yield of_inexact_form(work, fits)
+        yield [found := additions(work, work.nothing, fits)]
+        yield of_inexact_form(work, fits, found)
         return
     first, *others = [one for one in alone if one.log_odds > alone[0].log_odds - WITHIN]
     anywhere = [c for c in work.candidates if _is_anywhere(work, c)]
@@ -96,7 +96,7 @@ def single_causes(work: Search) -> Iterator[list[list[Proposal]]]:
     found += additions(work, work.nothing, [first.fitted], _within_reach(work, first, anywhere))
     told = [additions(work, work.nothing, [one.fitted], _told_by(work, one)) for one in others]
     yield [found, *told]
-    yield of_inexact_form(work, [first.fitted])
+    yield of_inexact_form(work, [first.fitted], found)
 
 
 def _within_reach(work, best, causes):
@@ -258,21 +258,27 @@ def additions(
     return found
 
 
-def of_inexact_form(work: Search, fits: list[Fit]) -> list[list[Proposal]]:
+def of_inexact_form(work: Search, fits: list[Fit], found: list[Proposal]) -> list[list[Proposal]]:
     """One fault alone of those whose form is less certain than usual, judged with the largest error of their own.
 
     With the usual one it promises less than a fit reaches; with its own more: a list for each error, as promises with
     different ones do not compare. Causes whose law is free, or whose shape is scanned, are left out: these take up what
-    the usual error leaves.
+    the usual error leaves. So are those that cannot come near the best: an error k times as large leaves no less than
+    1 / k^2 of the cost.
+
+    found : with the usual error
     """
     usual, by_error = work.settings.form_error, {}
+    best = max((one.log_odds for one in found), default=0.0)
+    promised = {one.causes[0].label: one.log_odds for one in found}
     for c in work.candidates:
         own = max((largest_error(c.effect, p.name, usual) for p in c.term.parameters), default=usual)
         is_free = can_be_scanned(c) or any(one.amplitudes for one in c.freedoms)
-        if own > usual and not c.term.acts_on_output and not is_free:
+        near = best - (own / usual) ** 2 * (WITHIN + 0.5 * work.spectrum.data_count)
+        if own > usual and not is_free and promised.get(c.label, -np.inf) >= near:
             by_error.setdefault(own, []).append(c)
-    found = [additions(work, work.nothing, fits, among, own) for own, among in sorted(by_error.items())]
-    return [sorted(some, key=lambda one: -one.log_odds)[:OF_INEXACT_FORM] for some in found]
+    judged = [additions(work, work.nothing, fits, among, own) for own, among in sorted(by_error.items())]
+    return [sorted(some, key=lambda one: -one.log_odds)[:OF_INEXACT_FORM] for some in judged]
 
 
 def pairs(work: Search) -> list[Proposal]:
