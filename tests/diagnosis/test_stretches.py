@@ -28,10 +28,8 @@ def stretch(kind, element, last_element):
 
 def begun(*effects, **hidden):
     """A Search for one of some effects in the records of a hidden one, not carried out."""
-    model, settings = (
-        build_model(FINE),
-        Settings(uncertainty={"default": 0.02}, most_causes=1, leave_out=all_but(*effects)),
-    )
+    model, known = build_model(FINE), Settings(uncertainty={"default": 0.02}, most_causes=1)
+    settings = known.model_copy(update={"leave_out": all_but(*effects)})
     terms = [make_term("effect", {"label": "hidden", **hidden}, model.structure, model.sensors)] if hidden else []
     found = spectrum_of(model.plus(*terms), SPEEDS, HARMONICS, 1e-8, 1)
     return begin(model, with_model_error(found, settings), settings)

@@ -94,8 +94,7 @@ def single_causes(work: Search) -> Iterator[list[list[Proposal]]]:
     if best and best.log_odds > first.log_odds:
         yield [[best]]
     found += additions(work, work.nothing, [first.fitted], _within_reach(work, first, anywhere))
-    told = [additions(work, work.nothing, [one.fitted], _told_by(work, one)) for one in others]
-    yield [found, *told]
+    yield [found, *(additions(work, work.nothing, [one.fitted], _told_by(work, one)) for one in others)]
     yield of_inexact_form(work, [first.fitted], found)
 
 
@@ -263,18 +262,18 @@ def of_inexact_form(work: Search, fits: list[Fit], found: list[Proposal]) -> lis
 
     With the usual one it promises less than a fit reaches; with its own more: a list for each error, as promises with
     different ones do not compare. Causes whose law is free, or whose shape is scanned, are left out: these take up what
-    the usual error leaves. So are those that cannot come near the best: an error k times as large leaves no less than
-    1 / k^2 of the cost.
+    the usual error leaves. So are those that cannot come near the best that was fitted: an error k times as large
+    leaves no less than 1 / k^2 of the cost.
 
-    found : with the usual error
+    found : with the usual error; of one judged at several fits the best counts
     """
     usual, by_error = work.settings.form_error, {}
-    best = max((one.log_odds for one in found), default=0.0)
-    promised = {one.causes[0].label: one.log_odds for one in found}
+    perfect, known = 0.5 * work.base.cost, max(map(odds_of, work.explanations))  # log odds without any cost, and so far
+    promised = {one.causes[0].label: one.log_odds for one in sorted(found, key=lambda one: one.log_odds)}
     for c in work.candidates:
         own = max((largest_error(c.effect, p.name, usual) for p in c.term.parameters), default=usual)
         is_free = can_be_scanned(c) or any(one.amplitudes for one in c.freedoms)
-        near = best - (own / usual) ** 2 * (WITHIN + 0.5 * work.spectrum.data_count)
+        near = perfect - (own / usual) ** 2 * (perfect - known + WITHIN)
         if own > usual and not is_free and promised.get(c.label, -np.inf) >= near:
             by_error.setdefault(own, []).append(c)
     judged = [additions(work, work.nothing, fits, among, own) for own, among in sorted(by_error.items())]
@@ -363,15 +362,16 @@ def _with_error_of_form(work, plain, own, without, largest=None):
 
 
 def exchanges(work: Search, current: Explanation, among: Sequence[Candidate] | None = None) -> list[Proposal]:
-    """Another cause in the place of each fault, judged at the motion with it; beside the same others once."""
+    """Another cause, of all or some, in the place of each fault, judged at the motion with it; beside the same once."""
     found, whole = [], work.held(current.causes, current.fit.values)
+    every = work.candidates if among is None else among
     for gone in faults_of(current.causes).values() if whole else ():
         rest = tuple(c for c in current.causes if c not in gone)
         if work.was_tried(work.rests, rest):
             continue
         work.note(work.rests, rest)
         own = tuple(n for c in gone for n in c.names)
-        chosen = [c for c in among or work.candidates if c.fault != gone[0].fault and is_allowed(work, (*rest, c))]
+        chosen = [c for c in every if c.fault != gone[0].fault and is_allowed(work, (*rest, c))]
         wide, fitted = _with_error_of_form(work, whole, _error_of_form(work, current), own)
         free = slopes_of(wide, fitted, rest, own)
         projected, usable = wide.project(fitted, [*chosen, *gone], own, free)
