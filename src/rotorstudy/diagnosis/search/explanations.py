@@ -63,7 +63,9 @@ class Search:
     unfitted: dict = field(default_factory=dict)
     # Model without causes, terms of the causes -> Model with them, the last few
     models: dict = field(default_factory=dict)
-    stretches: dict = field(default_factory=dict)  # effect, law and place -> Candidate there, as of `stretches.py`
+    at_places: dict = field(
+        default_factory=dict
+    )  # label without a shape -> Candidate in its first, or made anew; else None
     # effect -> one line with file and line number, for plugins that failed; the rest was searched
     failures: dict = field(default_factory=dict)
     # (speed,) bool, where a free motion of the rig without causes grows; None during the search

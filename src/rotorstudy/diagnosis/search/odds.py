@@ -1,5 +1,6 @@
 """Posterior odds of sets of causes against the base model alone: Bayes factor times prior odds."""
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -167,13 +168,13 @@ class PriorOdds:
 
     def __init__(self, candidates: list[Candidate], settings: Settings, structure: Structure):
         alternatives = dict.fromkeys((c.effect, c.cause, tuple(c.variant.values())) for c in candidates)
-        effects = [effect for effect, _, _ in alternatives]  # in order: a sum of rates must not depend on that of a set
-        faults = [c.fault for c in candidates]
+        effects = Counter(effect for effect, _, _ in alternatives)  # in order, as the digits of a sum depend on it
+        faults = Counter(c.fault for c in candidates)
         rates = {name: base_rate(name, settings) for name in effects}
-        self.of_effect = {name: rate / (sum(rates.values()) * effects.count(name)) for name, rate in rates.items()}
+        self.of_effect = {name: rate / (sum(rates.values()) * effects[name]) for name, rate in rates.items()}
         self.at_place = _relative_to_places_alike(candidates, settings.expected_place, structure)
         self.at_discs, self.discs = settings.at_discs, {disc.node for disc in structure.discs}
-        self.further_part = {name: FURTHER_PART / max(faults.count(name) - 1, 1) for name in set(faults)}
+        self.further_part = {name: FURTHER_PART / max(count - 1, 1) for name, count in faults.items()}
         # a stretch of elements that is no candidate is one of as many as lie between candidates at each end
         self.candidates, self.between = {c.cause for c in candidates}, 1 / structure.stretch_step**2
 

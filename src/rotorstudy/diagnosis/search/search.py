@@ -92,6 +92,7 @@ def begin(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
         tuple(forces),
         failures=failures,
         found={frozenset(): Explanation((), base, 0.0)},
+        at_places={c._replace(shape={}).label: c for c in reversed(every)},
     )
 
 

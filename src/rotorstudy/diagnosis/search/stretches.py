@@ -1,7 +1,7 @@
 """Next places along the shaft: nodes, and stretches of elements, of which on a fine mesh only some are candidates."""
 
 from contextlib import suppress
-from itertools import chain, product
+from itertools import product
 
 from rotorstudy.diagnosis.search.candidates import Candidate, candidate
 from rotorstudy.diagnosis.search.contained import is_allowed
@@ -78,12 +78,11 @@ def _with_ends(work, cause, first, last):
         return None
     rest = {key: value for key, value in cause.where.items() if key not in ("element", "last_element")}
     where = {**rest, "element": first} | ({"last_element": last} if last > first else {})
-    key = cause.effect, *cause.variant.values(), *chain(*where.items())
-    if key not in work.stretches:
-        alike = [c for c in work.candidates if (c.effect, c.variant, c.where) == (cause.effect, cause.variant, where)]
-        work.stretches[key] = alike[0] if alike else None
-        if not alike and last - first + 1 < count and not cause.shape:  # the whole shaft is a place of its own
-            given = work.rig, cause.effect, where, {}, " ".join(map(str, ("cause", *key))), work.settings.prior_width
+    there = cause._replace(where=where, shape={})
+    if there.label not in work.at_places:
+        work.at_places[there.label] = None
+        if last - first + 1 < count and not cause.shape:  # the whole shaft is a place of its own
+            given = work.rig, cause.effect, where, {}, f"cause {there.label}", work.settings.prior_width
             with suppress(CannotAct):
-                work.stretches[key] = candidate(*given, cause.variant, cause.freedoms)
-    return work.stretches[key]
+                work.at_places[there.label] = candidate(*given, cause.variant, cause.freedoms)
+    return work.at_places[there.label]
