@@ -25,13 +25,12 @@ from rotorstudy.commands import (
     simulate,
 )
 from rotorstudy.commands import import_records as import_
-from rotorstudy.commands.shared import INTERRUPTED, YAML, tell
+from rotorstudy.commands.shared import YAML, tell
 from rotorstudy.errors import RigError, RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.shown_units import QUANTITY, asked, shown_for
 
 COMMANDS = (demo, analyse, simulate, import_, identify, diagnose, compare, balance, plugins, new, check, blind)
-TERMINATED = 143  # status, 128 and the number of the signal
 LONG = (compare, diagnose)  # commands that tell their progress also to a file
 QUIET_S = 5.0  # seconds after which a detail is shown
 EPILOG = """examples:
@@ -148,21 +147,13 @@ def show_progress(stream):
     return handler
 
 
-class _Terminated(KeyboardInterrupt):
-    """The signal that `kill` and schedulers of clusters send."""
-
-
 _signals = []  # that were received; a library may answer with an exception of its own
 
 
 def _stop(number, frame):
+    """Answer Ctrl-C, and the signal that `kill` and schedulers of clusters send."""
     _signals.append(number)
-    raise KeyboardInterrupt if number == signal.SIGINT else _Terminated
-
-
-def _stopped(status):
-    print("stopped; files that were finished are kept", file=sys.stderr)
-    return status
+    raise KeyboardInterrupt
 
 
 def main(arguments=None):
@@ -189,16 +180,15 @@ def main(arguments=None):
     except BrokenPipeError:  # the reader of the output has closed it, as `| head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except KeyboardInterrupt as error:
-        return _stopped(TERMINATED if isinstance(error, _Terminated) else INTERRUPTED)
     except UnicodeError as error:
         message = blamed(error) or f"a name that this locale cannot write ({error}); set PYTHONUTF8=1"
     except (OSError, MemoryError) as error:
         place = getattr(error, "filename", None)
         message = blamed(error) or (f"{place}: {error.strerror}" if place else f"{type(error).__name__}: {error}")
     except BaseException as error:  # a plugin may raise any
-        if _signals:
-            return _stopped(128 + _signals[0])
+        if _signals or isinstance(error, KeyboardInterrupt):
+            print("stopped; files that were finished are kept", file=sys.stderr)
+            return 128 + (_signals or [signal.SIGINT])[0]
         message = blamed(error)
         if not message:
             raise
