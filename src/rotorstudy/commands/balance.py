@@ -80,22 +80,13 @@ def _in_holes(choice, count):
 def _save(given, rig, found, planes):
     """Write the corrections, and the vibration before and after, to a NetCDF file."""
     from rotorstudy.diagnosis.runs.balance import INTERVAL
-    from rotorstudy.store import dataset, provenance, save
+    from rotorstudy.store import provenance, save
+    from rotorstudy.studies.common import results
 
     spectrum = found.spectrum
-    coordinates = {
-        "plane": ([str(plane) for plane in planes], "1", "correction plane"),
-        "speed": (spectrum.speed, "rad/s", "speed"),
-        "node": (list(spectrum.sensors), "1", "node of the probes"),
-        "percentile": (list(INTERVAL), "%", "of the predicted vibration"),
-    }
-    size = "unbalance to be added, from the shaft's reference line in the sense of rotation"
-    axis = "semi-major axis of the 1X orbit"
-    variables = {
-        "correction": (("plane",), found.corrections @ [1, 1j], "kg m", size),
-        "before": (("speed", "node"), found.before, "m", f"{axis}, measured"),
-        "after": (("percentile", "speed", "node"), found.after, "m", f"{axis}, left by the corrections"),
-        "next_reading": (("percentile", "speed", "node"), found.next_reading, "m", f"{axis} that the next run shows"),
-    }
+    along = {"plane": list(map(str, planes)), "speed": spectrum.speed, "node": list(spectrum.sensors)}
+    sizes = {"before": found.before, "after": found.after, "next_reading": found.next_reading}
+    sizes["correction"] = found.corrections @ [1, 1j]
+    data = results("balance", "corrections of the balance", **along, percentile=list(INTERVAL), **sizes)
     origin = provenance(rig.given, rig.plugins) | {"records": ", ".join(map(str, given.records))}
-    save(dataset(variables, coordinates, title="corrections of the balance", **origin), given.out)
+    save(data.assign_attrs(origin), given.out)

@@ -180,17 +180,10 @@ def _print_misfit(misfit, freedom):
 
 def _save(given, rig, plugins, rows):
     """Write the estimates to a NetCDF file."""
-    import numpy as np
+    from rotorstudy.store import provenance, save
+    from rotorstudy.studies.common import results
 
-    from rotorstudy.store import dataset, provenance, save
-
-    names, values, std, units, intervals = zip(*map(dict.values, rows), strict=True)
-    along, origin = ("parameter",), provenance(rig.given, plugins)
-    variables = {
-        "estimate": (along, np.array(values), "SI", "estimated parameter"),
-        "standard_deviation": (along, np.array(std), "SI", "stated standard deviation"),
-        "interval": ((*along, "end"), np.array(intervals), "SI", "ends of the 95 % interval"),
-        "unit": (along, np.array(units, object), "1", "unit of each parameter"),
-    }
-    origin |= {"title": "identification", "records": ", ".join(map(str, given.records))}
-    save(dataset(variables, {"parameter": (list(names), "1", "identified parameter")}, **origin), given.out)
+    kinds = ("parameter", "estimate", "standard_deviation", "unit", "interval")
+    found = dict(zip(kinds, map(list, zip(*map(dict.values, rows), strict=True)), strict=True))
+    origin = provenance(rig.given, plugins) | {"records": ", ".join(map(str, given.records))}
+    save(results("estimate", "identification", **found).assign_attrs(origin), given.out)

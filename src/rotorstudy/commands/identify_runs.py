@@ -72,31 +72,29 @@ def _save(given, found, units, own):
     import numpy as np
 
     from rotorstudy.model.rig import read_rig
-    from rotorstudy.store import dataset, provenance, save, write_text
+    from rotorstudy.store import provenance, save, write_text
+    from rotorstudy.studies.common import results
 
-    joint = found.joint
+    joint, rig = found.joint, read_rig(given.rig)
     names = list(joint.prior.names)
     alone = {name: run for run, some in own.items() for name in some}
     theta, covariance = joint.of(names)
     costs, counts = np.array(list(joint.misfits.values())).T
-    coordinates = {
-        "parameter": (names, "1", "parameter; of one run only: parameter @ run"),
-        "other": (names, "1", "parameter"),
-        "run": (list(joint.misfits), "1", "run"),
-    }
-    along = ("parameter",)
-    variables = {
-        "estimate": (along, theta, "SI", "estimated parameter"),
-        "covariance": (("parameter", "other"), covariance, "SI", "of the estimates"),
-        "unit": (along, np.array([units[name] for name in names], object), "1", "unit of each parameter"),
-        "own_of_run": (along, np.array([alone.get(n, "") for n in names], object), "1", "run that has it alone"),
-        "misfit": (("run",), costs, "1", "weighted sum of squares"),
-        "data_count": (("run",), counts.astype(int), "1", "number of real data"),
-    }
-    rig = read_rig(given.rig)
-    told = {"runs": str(given.runs), "findings": "\n".join(map(str, found.findings))}
-    origin = provenance(rig.given, rig.plugins) | told
-    data = dataset(variables, coordinates, title="identification by several runs", **origin)
+    data = results(
+        "joint_estimate",
+        "identification by several runs",
+        parameter=names,
+        other=names,
+        run=list(joint.misfits),
+        estimate=theta,
+        covariance=covariance,
+        unit=[units[name] for name in names],
+        own_of_run=[alone.get(name, "") for name in names],
+        misfit=costs,
+        data_count=counts.astype(int),
+        runs=str(given.runs),
+        findings="\n".join(map(str, found.findings)),
+    ).assign_attrs(provenance(rig.given, rig.plugins))
     if given.out.lower().endswith(JSON):
         write_text(given.out, json.dumps(data.to_dict(), indent=1) + "\n")
     else:
