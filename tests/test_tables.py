@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from rotorstudy.presentation.pages import cells, to_index, write_html
+from rotorstudy.presentation.pages import Table, cells, to_index, write_html
 from thesis.scoreboard import in_table_order, side_by_side
 
 
@@ -28,7 +28,7 @@ def test_lengths_are_shown_in_micrometres_and_nothing_else_is():
 
 def test_numbers_are_marked_rounded_and_written_out(tmp_path):
     table = pd.DataFrame({"a": [63637.4, np.nan], "b": ["x < y", None], "c": ["long " * 30, ""]})
-    write_html(tmp_path / "page.html", "Title", "Note.", {"Heading": table}, digits=4)
+    write_html(tmp_path / "page.html", Table(table, "Title", "Note.", 4, {"Heading": table}))
     page = (tmp_path / "page.html").read_text()
     assert '<th scope="col">a</th>' in page and "<h2>Heading</h2>" in page and 'name="viewport"' in page
     assert '<td class="number">63640</td>' in page and '<td class="number"></td>' in page
@@ -36,7 +36,7 @@ def test_numbers_are_marked_rounded_and_written_out(tmp_path):
 
 
 def test_a_note_can_be_a_list_of_points(tmp_path):
-    write_html(tmp_path / "page.html", "Title", ["First.", "One.", "Two."], {"": pd.DataFrame({"a": [1]})})
+    write_html(tmp_path / "page.html", Table(pd.DataFrame({"a": [1]}), "Title", ["First.", "One.", "Two."]))
     assert "<p>First.</p>\n<ul>\n<li>One.</li>\n<li>Two.</li>\n</ul>\n" in (tmp_path / "page.html").read_text()
 
 
@@ -44,7 +44,7 @@ def test_columns_of_one_quantity_stand_under_one_heading_and_symbols_keep_their_
     table = pd.DataFrame(
         {"item": [1], "c_H (N s/m): thesis": [20.5], "c_H (N s/m): here": [20.0], "noise_percent": [1]}
     )
-    write_html(tmp_path / "page.html", "Title", "Note.", {"": table})
+    write_html(tmp_path / "page.html", Table(table, "Title", "Note."))
     page = (tmp_path / "page.html").read_text()
     assert '<th scope="colgroup" colspan="2">c_H (N s/m)</th>' in page
     assert '<th scope="col">thesis</th><th scope="col">here</th><th scope="col">noise (%)</th>' in page
@@ -53,9 +53,7 @@ def test_columns_of_one_quantity_stand_under_one_heading_and_symbols_keep_their_
 
 def test_a_long_text_can_stand_below_its_row(tmp_path):
     table = pd.DataFrame({"value": [1.0, 2.0], "status": ["explained", "reproduced"], "reason": ["round-off", np.nan]})
-    write_html(
-        tmp_path / "page.html", "Title", "Note.", {"": table}, below="reason", links={"All results": "../index.html"}
-    )
+    write_html(tmp_path / "page.html", Table(table, "Title", below="reason"), {"All results": "../index.html"})
     page = (tmp_path / "page.html").read_text()
     assert page.count('<td class="below" colspan="2"><div>round-off</div>') == page.count('class="below"') == 1
     assert '<th scope="col">reason</th>' not in page and '<td class="short doubtful">explained</td>' in page

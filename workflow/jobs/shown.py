@@ -29,13 +29,11 @@ def write(files, function, index, **inputs):
 def write_tables(tables, paths, index=None):
     """Write every table to the files of its name: .csv for programs, .html for people."""
     for name, files in files_by_name("table", tables, paths).items():
-        rows, title, note, digits, shown, choose, below = tables[name]
         for path in files:
             if path.suffix == ".csv":
-                write_csv(rows, path)
+                write_csv(tables[name].rows, path)
             else:
-                shown = {"": rows} if shown is None else shown
-                write_html(path, title, note, shown, digits, choose, below, _links(path, rows, index))
+                write_html(path, tables[name], _links(path, tables[name].rows, index))
 
 
 def _links(path, rows, index):

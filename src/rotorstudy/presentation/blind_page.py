@@ -10,7 +10,7 @@ from rotorstudy.blind.meanings import MEANS
 from rotorstudy.blind.scoring import ANSWERS_WITHOUT_CAUSE, calibration, is_chain, share_bounds
 from rotorstudy.model.registry import registry
 from rotorstudy.presentation.captions import BLIND_FIGURES
-from rotorstudy.presentation.pages import cells, pictures, render, to_index, write_csv, write_html
+from rotorstudy.presentation.pages import Table, cells, pictures, render, to_index, write_csv, write_html
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, finished, save_pictures
 from rotorstudy.store import write_text
 
@@ -72,7 +72,7 @@ def _write_cases(cases, source, folder, links):
     note += "standard deviations; an effect below 1 can hardly be detected."
     tables = {"Cases": shown, "Duration of a diagnosis (s)": by_rig}
     title = "Blind tests: cases with a wrong answer"
-    write_html(folder / "cases.html", title, [note, source], tables, 3, links=links)
+    write_html(folder / "cases.html", Table(shown, title, [note, source], 3, tables), links)
 
 
 def _shares(found, of):

@@ -18,15 +18,15 @@ MARKS = {"explained": "doubtful", "not reproducible": "bad"}  # cells that a rea
 
 
 class Table(NamedTuple):
-    """Rows with what a page of them says; `shown` and what follows : as for `write_html`, by default the rows alone."""
+    """Rows, and what a page of them says."""
 
     rows: "DataFrame"
     title: str = ""
     note: str | list[str] = ""  # a text, or a list of a text and bullet points
     digits: int = 6  # significant digits of every number on the page
-    shown: dict | None = None
-    choose: tuple = ()
-    below: str | None = None
+    shown: dict | None = None  # heading -> DataFrame, instead of the rows
+    choose: tuple = ()  # columns by which, and by any text, a reader may select the rows of what has them all
+    below: str | None = None  # column of long texts, each shown below its row instead of beside it
 
 
 @cache
@@ -83,18 +83,13 @@ def write_csv(table, path):
         table.to_csv(temporary, index=False)
 
 
-def write_html(path, title, note, tables, digits=6, choose=(), below=None, links=None):
-    """Write a page with a title, a note and DataFrames by heading ({heading: table}).
-
-    note   : a text, or a text and bullet points;  digits : significant digits of every number
-    choose : columns by whose values, and by any text, a reader may select the rows of a table that has them all
-    below  : column of long texts, each shown below its row instead of beside it (optional)
-    links  : text -> address, relative to the page, of pages to go to from its top (optional)
-    """
-    note = [note] if isinstance(note, str) else note
-    tables = {heading: cells(table, digits, below) for heading, table in tables.items()}
-    shown = {"title": title, "note": note, "tables": tables, "choose": choose, "marks": MARKS, "links": links or {}}
-    write_text(path, render("tables.html", **shown))
+def write_html(path, table, links=None):
+    """Write the page of a Table; links : text -> address, relative to the page, of pages to go to from its top."""
+    note = [table.note] if isinstance(table.note, str) else table.note
+    shown = {"": table.rows} if table.shown is None else table.shown
+    tables = {heading: cells(rows, table.digits, table.below) for heading, rows in shown.items()}
+    told = {"title": table.title, "note": note, "choose": table.choose}
+    write_text(path, render("tables.html", **told, tables=tables, marks=MARKS, links=links or {}))
 
 
 def cells(table, digits=6, below=None):
