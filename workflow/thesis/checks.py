@@ -2,7 +2,6 @@
 
 import functools
 import re
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -18,7 +17,8 @@ from rotorstudy.response.stability import eigenvalues
 from rotorstudy.units import percent
 from thesis.replay import BOTH_DAMPINGS, DAMPINGS
 
-CHECKED = ["source", "group", "parameter", "estimate", "low", "high", "largest_possible", "unit", "verdict", "reason"]
+VALUES = ["estimate", "low", "high", "largest_possible"]
+CHECKED = ["source", "group", "parameter", *VALUES, "unit", "verdict", "reason"]
 
 
 @functools.cache
@@ -62,29 +62,20 @@ def shown_name(parameter):
 
 
 def shown_estimates(config, estimates):
-    """DataFrame of parameter, estimate, low, high (SI) as pages show it: names, units, lengths in µm, degrees."""
+    """DataFrame of parameter and values of it (SI, all other numbers) as pages show it: names, units, µm, degrees."""
     reported = config.model.reported_units
     units = {name: reported([name])[0] for name in estimates.parameter if name != BOTH_DAMPINGS}
     units[BOTH_DAMPINGS] = "N s/m"
     shown = {"m": ("µm", 1e6), "rad": ("deg", 180 / np.pi)}
     unit, factor = zip(*(shown.get(units[name], (units[name], 1.0)) for name in estimates.parameter), strict=True)
-    values = {key: estimates[key] * np.array(factor) for key in ("estimate", "low", "high")}
+    values = {key: estimates[key] * np.array(factor) for key in VALUES if key in estimates}
     found = estimates.assign(**values, parameter=estimates.parameter.map(shown_name))
     found.insert(list(found.columns).index("parameter") + 1, "unit", unit)
     return found
 
 
-class Limit(NamedTuple):
-    """The largest possible size of an estimate, SI, the verdict beyond it, and the reason."""
-
-    highest: float
-    unit: str
-    beyond: str
-    reason: str
-
-
 def limit_of_estimates(config, bow):
-    """Reported parameter -> Limit of those that have one; bow : m, 1X of the slow roll."""
+    """Reported parameter -> largest possible size, SI, verdict beyond it, and reason; bow : m, 1X of the slow roll."""
     bound, frequencies = limits(config), config.natural_frequency_Hz.values()
     damping = (
         f"critical damping is {bound['critical damping']:.0f} N s/m; a free vibration at {max(frequencies):g} Hz, with "
@@ -100,10 +91,10 @@ def limit_of_estimates(config, bow):
         f"and {min(frequencies):g} Hz, each within {config.frequency_resolution_Hz:g} Hz), times the largest p_n of "
         "any breathing function"
     )
-    found = {name: Limit(bound["damping"], "N s/m", "impossible", damping) for name in (*DAMPINGS, BOTH_DAMPINGS)}
-    found["eccentricity"] = Limit(bow, "m", "implausible", eccentricity)
+    found = dict.fromkeys((*DAMPINGS, BOTH_DAMPINGS), (bound["damping"], "impossible", damping))
+    found["eccentricity"] = bow, "implausible", eccentricity
     for n, name in config.losses.items():
-        found[name] = Limit(bound["stiffness loss"] * largest_participation(n), "N/m", "impossible", loss)
+        found[name] = bound["stiffness loss"] * largest_participation(n), "impossible", loss
     return found
 
 
@@ -116,19 +107,18 @@ def physical_checks(config, estimates, bow):
     """
     known, judged_by_size, rows = limit_of_estimates(config, bow), set(config.losses.values()), []
     for row in estimates[estimates.parameter.isin(known)].itertuples():
-        limit, low, high = known[row.parameter], row.low, row.high
+        (highest, beyond, reason), low, high = known[row.parameter], row.low, row.high
         if row.parameter in judged_by_size:
             ends = sorted((abs(row.low), abs(row.high)))
             low, high = (0.0 if row.low * row.high < 0 else ends[0]), ends[1]
         verdict = "undecided"
-        if low >= 0 and high <= limit.highest:
+        if low >= 0 and high <= highest:
             verdict = "possible"
-        elif low > limit.highest or high < 0:
-            verdict = limit.beyond
-        unit, scale = ("µm", 1e6) if limit.unit == "m" else (limit.unit, 1.0)
-        sizes = [scale * size for size in (row.estimate, row.low, row.high, limit.highest)]
-        rows.append((row.source, row.group, shown_name(row.parameter), *sizes, unit, verdict, limit.reason))
-    return pd.DataFrame(rows, columns=CHECKED)
+        elif low > highest or high < 0:
+            verdict = beyond
+        rows.append((row.source, row.group, row.parameter, row.estimate, row.low, row.high, highest, verdict, reason))
+    names = [name for name in CHECKED if name != "unit"]
+    return shown_estimates(config, pd.DataFrame(rows, columns=names))[CHECKED]
 
 
 def _bow(config):
@@ -136,7 +126,7 @@ def _bow(config):
 
 
 def bow_magnification(config, compensated):
-    """Change of 1X from slow roll (higher case,) of a spectrum (case, harmonic), and that of a bowed shaft, m.
+    """Change of 1X from slow roll (higher case,) of a spectrum (case, harmonic), that of a bowed shaft, m, its share.
 
     A bow r_0 responds by r_0 k / (k - m w^2); subtracting the slow roll leaves r_0 m w^2 / (k - m w^2), the response
     to an unbalance of eccentricity r_0.
@@ -145,7 +135,8 @@ def bow_magnification(config, compensated):
     unit = harmonic_response(model, config.speeds, [1])[:, 0, model.measured[0]]
     first = compensated[:, config.harmonics.index(1)]
     still = first[config.slow]
-    return first[config.higher] - still, still * (unit[config.higher] / unit[config.slow] - 1)
+    change, magnified = first[config.higher] - still, still * (unit[config.higher] / unit[config.slow] - 1)
+    return change, magnified, 1 - np.abs(change - magnified) / np.abs(change)
 
 
 def bow_confounders(config):
@@ -182,11 +173,10 @@ def refused_text(checks):
 
 def bow_text(config, compensated):
     """Predicted effect of a bow of the slow roll's size on 1X beside the measured one, in words."""
-    change, magnified = bow_magnification(config, compensated)
+    change, magnified, share = bow_magnification(config, compensated)
     at = zip(config.higher_cases, magnified, strict=True)
     expected = ", ".join(f"{abs(size) * 1e6:.0f} µm at {name}" for name, size in at)
     measured = ", ".join(f"{abs(c) * 1e6:.0f} µm" for c in change)
-    share = 1 - np.abs(change - magnified) / np.abs(change)
     text = f"A bow of the slow roll's size would change 1X by {expected}; the measured change is {measured}"
     if share.min() > 0:
         text += f", of which the bow explains {percent(share.min())} to {percent(share.max())} as vectors"

@@ -154,9 +154,9 @@ def bow_magnification(config, spectra):
     picture, ((panel,),) = figure(height=2.6, width=4.0)
     for i, data_set in enumerate(config.data_sets):
         here = spectra.sel(version="corrected", data_set=data_set, spectrum_method=data_set)
-        change, magnified = limits.bow_magnification(config, as_complex(here.compensated))
+        change, magnified, explained = limits.bow_magnification(config, as_complex(here.compensated))
         if data_set == COLUMN:
-            share = 1 - np.abs(change - magnified) / np.abs(change)
+            share = explained
             panel.plot(frequency, np.abs(magnified) * 1e6, "k--", label="predicted for a bow")
         style = {"color": COLOURS[i], "fillstyle": "none", "label": f"measured, {METHODS.get(data_set, data_set)}"}
         panel.plot(frequency, np.abs(change) * 1e6, MARKERS[i], **style)
