@@ -53,17 +53,6 @@ def complaints_of(files):
     ]
 
 
-def is_public(node):
-    return isinstance(node, ast.FunctionDef) and not node.name.startswith("_")
-
-
-def functions_in(text, first=1, last=10**9):
-    """Public functions and methods between two lines of a file."""
-    for node in ast.walk(ast.parse(text)):
-        if is_public(node) and first <= node.lineno <= last:
-            yield node
-
-
 def private_lines(text):
     """Lines of private functions, and of those inside a function."""
     tree = ast.parse(text)
@@ -76,37 +65,30 @@ def private_lines(text):
 def silent_arrays(text, first=1, last=10**9):
     """Array arguments and results whose description lacks a shape by dimension names, or a unit."""
     hidden = private_lines(text)
-    for node in functions_in(text, first, last):
-        if node.lineno in hidden:
+    for node in ast.walk(ast.parse(text)):
+        if not isinstance(node, ast.FunctionDef) or node.lineno in hidden or not first <= node.lineno <= last:
             continue
-        said = " ".join(_descriptions(ast.get_docstring(node) or "").get("Returns", {}).values())
-        given = _descriptions(ast.get_docstring(node) or "").get("Parameters", {})
-        arrays = [(a.arg, given.get(a.arg, "")) for a in [*node.args.args, *node.args.kwonlyargs] if _is_array(a)]
-        if node.returns is not None and any(kind in ast.unparse(node.returns) for kind in ARRAYS):
+        said = ast.get_docstring(node) or ""
+        given = {one.split(" :")[0]: one for one in re.split(r"\n(?=\S)", section(said, "Parameters"))}
+        arrays = [
+            (a.arg, given.get(a.arg, "")) for a in [*node.args.args, *node.args.kwonlyargs] if is_array(a.annotation)
+        ]
+        if is_array(node.returns):
             is_property = any("property" in ast.unparse(d) for d in node.decorator_list)
-            arrays.append(("result", ast.get_docstring(node) or "" if is_property else said))
+            arrays.append(("result", said if is_property else section(said, "Returns")))
         for name, words in arrays:
             if not (SHAPE.search(words) and UNIT.search(words)):
-                yield f"{node.name}: {name} lacks its shape or unit: {words!r}"
+                yield f"{node.name}: {name} lacks its shape or unit: {' '.join(words.split())!r}"
 
 
-def _is_array(argument):
-    return argument.annotation is not None and any(kind in ast.unparse(argument.annotation) for kind in ARRAYS)
+def is_array(hint):
+    return hint is not None and any(kind in ast.unparse(hint) for kind in ARRAYS)
 
 
-def _descriptions(docstring):
-    """{section: {name: description}} of a numpydoc docstring."""
-    found, section, name = {}, None, None
-    lines = docstring.split("\n")
-    for line, following in zip(lines, [*lines[1:], ""], strict=True):
-        if following and set(following) == {"-"}:
-            section, name = found.setdefault(line.strip(), {}), None
-        elif section is not None and line and not line.startswith(" ") and set(line) != {"-"}:
-            name = line.split(" :")[0]
-            section[name] = line
-        elif section is not None and name:
-            section[name] += " " + line.strip()
-    return found
+def section(docstring, heading):
+    """The text of a section of a numpydoc docstring, "" without it."""
+    _, _, rest = docstring.partition(f"\n{heading}\n{'-' * len(heading)}\n")
+    return re.split(r"\n[\w ]+\n-+\n", rest)[0]
 
 
 PUBLIC = list(public())
