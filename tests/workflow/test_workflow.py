@@ -27,21 +27,20 @@ SOME_TARGETS = ["results/chapter_2/monte_carlo/physical/Single_speed_88.nc", "re
 
 
 def command(project, folder, *arguments, config, cores=2):
+    """What `subprocess` needs to run Snakemake with the copied package instead of the installed one."""
     base = [sys.executable, "-m", "snakemake", "--snakefile", project / "Snakefile", "--configfile", config]
     # as profiles/default/config.yaml has it
     options = ["--directory", folder, "--cores", cores, "--scheduler", "greedy", "--force-use-threads"]
-    return [*map(str, base), *map(str, options), *arguments]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    environment = {**os.environ, "PYTHONPATH": str(project / "src")}
+    return {"args": [*map(str, base), *map(str, options), *arguments], "env": environment, **pipes}
 
 
-def environment(project):
-    """The copied package, not the installed one."""
-    return {**os.environ, "PYTHONPATH": str(project / "src")}
-
-
-def run(project, folder, *arguments, config, cores=2):
-    """What Snakemake returns and says."""
-    call = command(project, folder, *arguments, config=config, cores=cores)
-    return subprocess.run(call, capture_output=True, text=True, timeout=1200, env=environment(project))
+def run(project, folder, *arguments, config, cores=2, failing=False):
+    """What Snakemake says, and whether it failed as it should."""
+    found = subprocess.run(**command(project, folder, *arguments, config=config, cores=cores), timeout=1200)
+    assert bool(found.returncode) == failing, found.stdout
+    return found.stdout
 
 
 @pytest.fixture(scope="module")
@@ -75,19 +74,9 @@ def some(whole, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def snakemake(project):
-    def complete(folder, *arguments, config, cores=2):
-        found = run(project, folder, *arguments, config=config, cores=cores)
-        assert found.returncode == 0, found.stdout + found.stderr
-        return found.stdout + found.stderr
-
-    return complete
-
-
-@pytest.fixture(scope="module")
-def built(snakemake, whole, tmp_path_factory):
+def built(project, whole, tmp_path_factory):
     folder = tmp_path_factory.mktemp("built")
-    snakemake(folder, config=whole)
+    run(project, folder, config=whole)
     return folder
 
 
@@ -106,10 +95,10 @@ def planned(said):
     return jobs
 
 
-def test_everything_is_there_and_nothing_is_left_to_do(built, snakemake, whole, project):
+def test_everything_is_there_and_nothing_is_left_to_do(built, whole, project):
     later = (time.time() + 86400,) * 2  # a file that is only dated anew, as after the clock was set, reruns nothing
     os.utime(project / "workflow" / "config" / "test" / "chapter_7.yaml", later)
-    assert "Nothing to be done" in snakemake(built, "--dry-run", config=whole)
+    assert "Nothing to be done" in run(project, built, "--dry-run", config=whole)
     assert not list(built.rglob("*.partial*"))
     for kind, least in (("png", 20), ("svg", 20), ("csv", 15), ("nc", 15)):
         assert len(list((built / "results").rglob(f"*.{kind}"))) >= least
@@ -179,16 +168,14 @@ def test_netcdf_files_carry_units_and_provenance(built):
                 assert "long_name" in data[name].attrs, (path, name)
 
 
-def test_a_killed_run_resumes_on_one_core_with_the_bytes_of_two(built, snakemake, project, some, tmp_path):
+def test_a_killed_run_resumes_on_one_core_with_the_bytes_of_two(built, project, some, tmp_path):
     target = tmp_path / SOME_TARGETS[0]
     log = tmp_path / "results/logs/monte_carlo_physical_chapter_2.log"
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "start_new_session": True}
-    call = command(project, tmp_path, SOME_TARGETS[0], config=some)
-    process = subprocess.Popen(call, env=environment(project), **quiet)
+    process = subprocess.Popen(**command(project, tmp_path, SOME_TARGETS[0], config=some), start_new_session=True)
     while not log.exists() and process.poll() is None:
         time.sleep(0.02)
     os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
+    process.communicate()
     assert log.exists()  # the job had begun
     if target.exists():  # the job may have been quicker than the kill; then the file must be whole
         assert target.read_bytes() == (built / SOME_TARGETS[0]).read_bytes()
@@ -196,7 +183,7 @@ def test_a_killed_run_resumes_on_one_core_with_the_bytes_of_two(built, snakemake
     unlock = [sys.executable, str(project / "workflow" / "unlock.py")]
     said = subprocess.run(unlock, cwd=tmp_path, capture_output=True, text=True, timeout=600, check=True).stderr
     assert said.startswith("unlocked")
-    snakemake(tmp_path, "--rerun-incomplete", "--", *SOME_TARGETS, config=some, cores=1)
+    run(project, tmp_path, "--rerun-incomplete", "--", *SOME_TARGETS, config=some, cores=1)
     for name in SOME_TARGETS:
         assert (tmp_path / name).read_bytes() == (built / name).read_bytes()
 
@@ -215,9 +202,8 @@ def test_another_seed_gives_other_numbers(built, project, tmp_path):
 def test_a_mistake_stops_before_anything_runs(project, some, tmp_path):
     (tmp_path / "study.yaml").write_text(changed_study(project, "crack_scales:", "crack_scale:"))
     study = f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}"
-    found = run(project, tmp_path, "--config", study, config=some)
-    said = found.stdout + found.stderr
-    assert found.returncode != 0 and "Traceback" not in said
+    said = run(project, tmp_path, "--config", study, config=some, failing=True)
+    assert "Traceback" not in said
     assert "unknown key 'crack_scale'" in said and "did you mean 'crack_scales'" in said
     assert not (tmp_path / "results").exists()
 
@@ -248,20 +234,20 @@ def edited(path, old, new):
         os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
 
 
-def test_a_changed_value_reruns_its_dependents_alone(built, snakemake, project, whole):
+def test_a_changed_value_reruns_its_dependents_alone(built, project, whole):
     """Jobs are counted."""
     path = project / "workflow" / "config" / "test" / "chapter_7.yaml"
     with edited(path, "trials: {count: 2", "trials: {count: 3"):
-        plan = planned(snakemake(built, "--dry-run", config=whole))
+        plan = planned(run(project, built, "--dry-run", config=whole))
     assert plan == {"crack_study": 1, "figures_crack_study": 1, "index": 1, "all": 1}
 
 
-def test_editing_a_plugin_reruns_what_used_it(built, snakemake, project, whole):
+def test_editing_a_plugin_reruns_what_used_it(built, project, whole):
     """Snakemake is told which plugin files a job depends on: an estimator concerns identification, not records."""
     plugin = project / "plugins" / "estimators" / "maximum_likelihood.py"
     with edited(plugin, "\n", "\n# touched by a test\n"):
         os.utime(plugin, (time.time() + 5,) * 2)
-        plan = planned(snakemake(built, "--dry-run", config=whole))
+        plan = planned(run(project, built, "--dry-run", config=whole))
     assert {"monte_carlo_physical_chapter_2", "identify_chapter_2", "identify_chapter_3"} <= set(plan)
     assert not {"simulate_chapter_2", "spectra_chapter_2", "analyses_chapter_2", "records_chapter_3"} & set(plan)
 
@@ -271,7 +257,7 @@ COMPARISON, FIGURE = "results/compare/comparison.nc", "results/chapter_7/figures
 
 @pytest.fixture(scope="module")
 def continued(built, project, whole, tmp_path_factory):
-    """A copy of what was built, with one estimator more and one result damaged, and the run that goes on with it."""
+    """A copy of what was built, with one estimator more and one result damaged, and what a run says that goes on."""
     folder = tmp_path_factory.mktemp("continued")
     new_plugin("estimator", "newcomer", folder / "zoo")
     shutil.copytree(built, folder / "copy")  # a job that fails deletes its figures
@@ -279,20 +265,18 @@ def continued(built, project, whole, tmp_path_factory):
     content = path.read_bytes()
     path.write_bytes(content[: len(content) // 2])
     zoo = f"plugin_folders=[{folder / 'zoo'}]"
-    found = run(project, folder / "copy", "--keep-going", "--config", zoo, "--", COMPARISON, FIGURE, config=whole)
-    return folder / "copy", found
+    goes_on = ("--keep-going", "--config", zoo, "--", COMPARISON, FIGURE)
+    return folder / "copy", run(project, folder / "copy", *goes_on, config=whole, failing=True)
 
 
 def test_a_damaged_result_is_named_by_the_job_that_reads_it(continued):
-    _, found = continued
-    assert found.returncode != 0
-    assert "limits.nc: not a readable NetCDF file; a result is made again if you delete" in found.stdout + found.stderr
+    assert "limits.nc: not a readable NetCDF file; a result is made again if you delete" in continued[1]
 
 
 def test_an_estimator_in_one_file_joins_the_comparison_and_nothing_else_runs_again(built, continued):
-    copy, found = continued
+    copy, said = continued
     reader = {"figures_crack_study": 1}  # of the damaged result
-    assert planned(found.stdout + found.stderr) == {"compare_estimates_newcomer_0": 1, "compare": 1, **reader}
+    assert planned(said) == {"compare_estimates_newcomer_0": 1, "compare": 1, **reader}
     with xr.open_dataset(copy / COMPARISON) as after, xr.open_dataset(built / COMPARISON) as before:
         assert set(after.estimator.values) - set(before.estimator.values) == {"newcomer"}
         shared = {"estimator": before.estimator.values}
