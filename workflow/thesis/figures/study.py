@@ -91,22 +91,12 @@ def _panel(config, reference, results, title, column, rows, **elsewhere):
     return Panel(title.format(speed=f"{place['speed_rad_s']:g} rad/s"), kind, shown, marks)
 
 
-def spectra(config, reference, spectra, spectra_thesis, panels, speed=None):
+def spectra(config, reference, spectra, spectra_thesis, panels, speed=None, title=None):
     """Full spectra; panels : arguments of `_panel`;  speed : of the shown ones, instead of that of the columns."""
     elsewhere = {} if speed is None else {"speed_rad_s": config.shown_speeds_rad_s[speed]}
     results = {"physical": spectra, "thesis": spectra_thesis}
-    return full_spectra(config.harmonics, [_panel(config, reference, results, **one, **elsewhere) for one in panels])
-
-
-def spectra_of_nodes(config, reference, spectra, spectra_thesis, title, columns, rows):
-    """Full spectra of every node, those beyond the printed columns without crosses."""
-    columns, some = dict(zip(NODES, columns, strict=False)), columns[0]
-    results, own = (
-        {"physical": spectra, "thesis": spectra_thesis},
-        {n: {} if n in columns else {"node": n} for n in NODES},
-    )
-    panels = [_panel(config, reference, results, NODES[n], columns.get(n, some), rows, **own[n]) for n in NODES]
-    return finished(full_spectra(config.harmonics, panels), title)
+    found = [_panel(config, reference, results, **one, **elsewhere) for one in panels]
+    return finished(full_spectra(config.harmonics, found), title)
 
 
 def _motion(config, records):
