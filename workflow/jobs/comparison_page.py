@@ -51,13 +51,8 @@ def advice_table(ranked, use_if):
     told = ranking.with_words(ranking.advice(ranked), use_if)
     choices = ranking.in_sentences(told)
     first = choices.drop_duplicates(ranking.FIRST).drop(columns="equally good")
-    lowest, highest = (100 * share for share in ranking.VALID)
-    limits = {
-        "as_good": 100 * (ranking.AS_GOOD - 1),
-        "seldom": 100 * ranking.SELDOM,
-        "lowest": lowest,
-        "highest": highest,
-    }
+    limits = {"as_good": 100 * (ranking.AS_GOOD - 1), "seldom": 100 * ranking.SELDOM}
+    limits |= {"lowest": 100 * VALID[0], "highest": 100 * VALID[1]}
     return page("advice", told, digits=3, shown={"First choice": first, "Up to three choices": choices}, **limits)
 
 
@@ -133,10 +128,8 @@ def _row(axes, one, i, trials):
     low, high = (np.sqrt((count - 1) / chi2.ppf(share, count - 1)) * scatter for share in (0.975, 0.025))
     reach = 1.96 * scatter / np.sqrt(count)
     for n, place in enumerate(i + np.linspace(-0.3, 0.3, len(bound))):
-        style, ends = (
-            {**_of_level(n), "markersize": 2.5, "linewidth": 0.8},
-            np.maximum(bias[n] + reach[n] * SIDES, LEAST),
-        )
+        style = {**_of_level(n), "markersize": 2.5, "linewidth": 0.8}
+        ends = np.maximum(bias[n] + reach[n] * SIDES, LEAST)
         for panel, at, interval in ((axes[0], scatter[n], [low[n], high[n]]), (axes[1], max(bias[n], LEAST), ends)):
             panel.plot(interval, [place] * 2, color=style["color"], linewidth=style["linewidth"])
             panel.plot(at, place, **style)

@@ -13,10 +13,8 @@ from rotorstudy.studies.config import file_name, named_methods
 from rotorstudy.yaml_file import read_yaml
 
 LOAD_STUDY, LOAD_REPLAY = "rotorstudy.studies.config.load_study", "thesis.config.load_replay"
-LOAD_COMPARISON, LOAD_BLIND = (
-    "rotorstudy.studies.comparison.config.load_comparison",
-    "rotorstudy.blind.config.load_blind",
-)
+LOAD_COMPARISON = "rotorstudy.studies.comparison.config.load_comparison"
+LOAD_BLIND = "rotorstudy.blind.config.load_blind"
 REPLAY_STAGES = ("records", "spectra", "identification")
 CRACK_STUDY = "rotorstudy.studies.crack_study"
 CRACK_STAGES = ("limits", "accuracy", "trials", "fronts", "passage", "thesis_method")
@@ -211,10 +209,9 @@ class Plan:
             needs += tuple(f"{self.reference}/{file}" for file in ("rows_of_estimates.csv", "tables.yaml"))
         files = [f"{self.results}/{name}/scored.csv", *self.tables(*(f"{name}/tables/{one}" for one in TABLES[name]))]
         inputs = {"config": config, "reasons": f"{self.reference}/reasons.yaml", **results}
+        pictures = self.pictures(name)
         return [
-            drawn(
-                f"figures_{name}", load, config, module, shown, self.pictures(name), given, needs, priority, **results
-            ),
+            drawn(f"figures_{name}", load, config, module, shown, pictures, given, needs, priority, **results),
             self.page(f"tables_{name}", tabling, inputs, files, given, needs, load),
         ]
 
@@ -224,13 +221,11 @@ class Plan:
         same += ["sensors"] * bool(study.sensor_sets) + ["variants"] * bool(study.variants)
         places = {stage: stage for stage in same} | {"records": "records/physical", "spectra": "spectra/physical"}
         places |= {f"{stage}_thesis": f"{stage}/thesis" for stage in ("spectra", "identification")}
-        trials = {
-            "monte_carlo" if rig == "physical" else f"monte_carlo_{rig}": self.of(
-                name, *(f"monte_carlo/{rig}/{file_name(case)}" for case in study.cases)
-            )
-            for rig in study.monte_carlo.rigs
-        }
-        return dict(zip(places, self.of(name, *places.values()), strict=True)) | trials
+        found = dict(zip(places, self.of(name, *places.values()), strict=True))
+        for rig in study.monte_carlo.rigs:
+            trials = self.of(name, *(f"monte_carlo/{rig}/{file_name(case)}" for case in study.cases))
+            found["monte_carlo" if rig == "physical" else f"monte_carlo_{rig}"] = trials
+        return found
 
     def over_all_chapters(self):
         """Scoreboard, errata and -1X of both rigs; the last two need all chapters."""
@@ -327,11 +322,8 @@ class Plan:
                 job("estimator", "estimates", name, chunk, (*needs, *spectra), files, spectra=spectra)
         outputs = {"comparison": f"{base}/comparison.nc", "pictures": self.pictures("compare")}
         outputs["sheets"] = [f"{base}/ranking.csv", *self.tables("compare/advice")]
-        function = "jobs.comparison_page.write_comparison"
-        every = {}  # files of all jobs
-        for made in found:
-            for key, files in made.outputs.items():
-                every[key] = [*every.get(key, ()), *files]
+        function, kinds = "jobs.comparison_page.write_comparison", ("spectra", "estimates", "bias")
+        every = {kind: [path for made in found for path in made.outputs.get(kind, ())] for kind in kinds}
         needs = tuple(path for made in found for path in made.files)
         return [*found, Job("compare", function, LOAD_COMPARISON, inputs, outputs, {**every, **self.index}, needs)]
 

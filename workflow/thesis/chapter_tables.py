@@ -127,11 +127,7 @@ def variant_errors(config, text, relative_error):
     names = zip(error.columns, np.where(phase, "°", "%"), strict=True)
     error.columns = [f"{name.replace('_', ' ')} ({unit})" for name, unit in names]
     error.index = [f"{variant}: {case}" for variant, case in error.index]
-    return Table(
-        error.T.rename_axis("parameter").reset_index(),
-        *text,
-        digits=2,
-    )
+    return Table(error.T.rename_axis("parameter").reset_index(), *text, digits=2)
 
 
 def tables(

@@ -147,8 +147,7 @@ class StudyConfig(Strict):
 
     def rig(self, name):
         """The Model of a rig; raises RotorstudyError for an unknown name."""
-        if name not in self.rigs:
-            raise RotorstudyError(f"study '{self.name}' has no rig '{name}' (known: {', '.join(self.rigs)})")
+        check_known("rig", [name], self.rigs, f"study '{self.name}'")
         return build_model(self.rigs[name], where=f"study {self.name}, rig {name}")
 
     @property
