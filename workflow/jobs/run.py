@@ -100,9 +100,7 @@ def _graph():
 @functools.cache
 def _file(module):
     """The file of a module of the packages."""
-    name, *inside = module.split(".")
-    base = Path(find_spec(name).origin).parent.joinpath(*inside)
-    return base / "__init__.py" if base.is_dir() else base.with_suffix(".py")
+    return Path(find_spec(module).origin)
 
 
 def imported_files(*functions):

@@ -186,20 +186,15 @@ def confusion(rows):
     usual = [name for family in truths if family != "clean" for name in MEANS[family].names if name in set(one)]
     answers = list(dict.fromkeys(usual)) + sorted(set(one) - set(usual) - others)
     answers = ["nothing", *answers, "two causes", *ANSWERS_WITHOUT_CAUSE[1:]]
-    matrix = np.array([[int(((families == t) & (one == a)).sum()) for a in answers] for t in truths], int)
-    return truths, answers, matrix.reshape(len(truths), len(answers))
+    counts = pd.crosstab(families, one).reindex(index=truths, columns=answers, fill_value=0)
+    return truths, answers, counts.to_numpy(int)
 
 
 def confounders_of(truths, answers):
     """(truth, answer): 1 where the answer is right, 2 where it is a declared confounder, else 0."""
-    zoo = registry().plugins["effect"]
-    found = np.zeros((len(truths), len(answers)), int)
-    for i, t in enumerate(truths):
-        means = MEANS[t].names if t in MEANS else ()
+    zoo, found = registry().plugins["effect"], []
+    for truth in truths:
+        means = MEANS[truth].names if truth in MEANS else ("nothing",)
         alike = {name for one in means if one in zoo for name in registry().confounders(one)}
-        for j, a in enumerate(answers):
-            if a in means or (t == "clean" and a == "nothing"):
-                found[i, j] = 1
-            elif a in alike:
-                found[i, j] = 2
-    return found
+        found.append([1 if answer in means else 2 * (answer in alike) for answer in answers])
+    return np.array(found, int).reshape(len(truths), len(answers))

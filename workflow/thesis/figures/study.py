@@ -19,8 +19,8 @@ from thesis.chapter_tables import places
 from thesis.figures.full_spectra import Panel, full_spectra
 from thesis.scoreboard import PLACE, PRINTED, published
 
-PLACES = {1: "left bearing", 2: "disc 1", 3: "crack", 4: "disc 2", 5: "right bearing"}  # nodes of Chapter 6
-NODES = {n: f"node {n}: {place}" for n, place in PLACES.items()}
+PLACES = ("left bearing", "disc 1", "crack", "disc 2", "right bearing")
+NODES = {n: f"node {n}: {place}" for n, place in enumerate(PLACES, start=1)}  # of Chapter 6
 DIRECTIONS = {"vertical x": np.real, "horizontal y": np.imag}
 FLAT = 0.01  # change of a whirl frequency with speed, below which it is taken for constant
 

@@ -107,12 +107,10 @@ def _independent(rotor):
     """A rotor of the study in the independent simulator, and its unbalance {node from 0: kg m}."""
     given, elements = rotor.rotor, []
     for part in given["elements"]:
-        count = part.get("count", 1)
-        diameter = part.get("outer_diameter_m", given.get("outer_diameter_m"))
-        material = given["youngs_modulus_Pa"], given["density_kg_per_m3"]
-        theory = given.get("theory", "timoshenko")
-        one = Element(part["length_m"] / count, diameter, *material, theory=theory)
-        elements += [one] * count
+        own = {"count": 1, "theory": "timoshenko"} | given | part
+        sizes = own["length_m"] / own["count"], own["outer_diameter_m"]
+        one = Element(*sizes, own["youngs_modulus_Pa"], own["density_kg_per_m3"], theory=own["theory"])
+        elements += [one] * own["count"]
     keys = ("mass_kg", "polar_moment_kg_m2", "diametral_moment_kg_m2")
     discs = [Disc(disc["node"] - 1, *map(disc.get, keys)) for disc in given["discs"]]
     bearings = []

@@ -139,19 +139,14 @@ def _of_the_reference(config, machine):
     def bound(chosen):
         return machine.bounds(columns, percent, crack, chosen)
 
-    by_harmonic = [bound(machine.chosen(harmonics=group)) for group in groups(config).values()]
-    by_speed = [bound(machine.chosen(speeds=[w])) for w in machine.speed]
-    by_speeds = [bound(machine.chosen(speeds=machine.speed[: i + 1])) for i in range(len(machine.speed))]
-    with_others = [
-        machine.bounds(machine.columns(crack, one), percent, crack, machine.chosen(), one)
-        for one in machine.others.values()
-    ]
+    every, speed = machine.chosen(), machine.speed
+    others = ((machine.columns(crack, one), percent, crack, every, one) for one in machine.others.values())
     return {
-        "bound_of_reference": bound(machine.chosen()),
-        "bound_by_harmonic": by_harmonic,
-        "bound_by_speed": by_speed,
-        "bound_by_speeds": by_speeds,
-        "bound_with": with_others,
+        "bound_of_reference": bound(every),
+        "bound_by_harmonic": [bound(machine.chosen(harmonics=group)) for group in groups(config).values()],
+        "bound_by_speed": [bound(machine.chosen(speeds=[w])) for w in speed],
+        "bound_by_speeds": [bound(machine.chosen(speeds=speed[: i + 1])) for i in range(len(speed))],
+        "bound_with": [machine.bounds(*one) for one in others],
     }
 
 
