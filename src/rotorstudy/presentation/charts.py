@@ -3,7 +3,6 @@
 In a page they are drawn by uPlot, which adds 53 kB; the smallest bundle of Plotly has 1.1 MB, that of Bokeh 1.3 MB.
 """
 
-import json
 from math import isfinite
 
 import numpy as np
@@ -107,13 +106,13 @@ def speed_view(name, speed, node, harmonic, spectra, std, start=(0, 0), axes=Non
 
 
 def axes_of(model, rig):
-    """What charts need of a model and its rig, JSON for the attribute `axes` of a Dataset: mark, clearances, probes."""
+    """What charts need of a model and its rig, as plain data: mark, clearances, probes."""
     clearance = {}
     for item in rig.get("bearings") or []:
         if isinstance(radius := item.get("radial_clearance_m"), (int, float)):
             clearance[str(item.get("node", model.structure.nodes[0]))] = radius
     probes = {str(node): model.structure.reading.probes_at(node) for node in model.sensors}
-    return json.dumps({"mark_rad": float(model.structure.reading.mark_rad), "clearance_m": clearance, "probes": probes})
+    return {"mark_rad": float(model.structure.reading.mark_rad), "clearance_m": clearance, "probes": probes}
 
 
 def is_sweep(speed, harmonic):

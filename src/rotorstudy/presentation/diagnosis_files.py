@@ -69,7 +69,7 @@ def compare_files(before: list[str | Path], after: list[str | Path], rig_path: s
         mark, both = model.structure.reading.mark_rad, (found.before, found.after)
         figures = {"two_states": two_states(*both, found.difference, mark)}
         figures |= _centreline(model, second, dict(zip(("before", "after"), places, strict=True)))
-        states = both_states(*both, json.loads(axes_of(model, rig)))
+        states = both_states(*both, axes_of(model, rig))
     names = [", ".join(map(str, paths)) for paths in (before, after)]
     origin = {"records": f"{names[1]} after {names[0]}", "rig": where}
     return _write(diagnosis, found.difference, model, rig, origin, out, first=figures, states=states)
@@ -98,7 +98,7 @@ def _write(diagnosis, spectrum, model, rig, origin, out, first=None, name=None, 
     added = [registry().get("effect", cause.effect) for cause in diagnosis.verdict.causes]
     origin = provenance(rig, [*named_plugins(rig), *added]) | origin
     verdict = diagnosis.verdict.model_copy(update={"provenance": origin})
-    data = verdict_dataset(diagnosis, spectrum).assign_attrs(origin, axes=axes_of(model, rig))
+    data = verdict_dataset(diagnosis, spectrum).assign_attrs(origin, axes=json.dumps(axes_of(model, rig)))
     with whole_folder(out) as folder, shown_for(rig, origin["rig"]):
         png = save_pictures((first or {}) | diagnosis_figures(verdict, data), folder / "figures")
         save(data, folder / "verdict.nc")

@@ -1,7 +1,5 @@
 """The quality page: findings, facts and charts of every record, in one self-contained file."""
 
-import json
-
 import numpy as np
 import pandas as pd
 
@@ -33,7 +31,7 @@ def write_page(measurement, path, title):
         counts=counts,
         records=_table(records),
         nodes=_table(nodes),
-        bode=measurement.spectrum and _bode(measurement.spectrum, json.loads(charts.axes_of(measurement.rig, {}))),
+        bode=measurement.spectrum and _bode(measurement.spectrum, charts.axes_of(measurement.rig, {})),
         view=measurement.spectrum and _view(measurement),
     )
     write_text(path, page)

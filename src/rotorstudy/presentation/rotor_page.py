@@ -31,7 +31,6 @@ def rotor_page(analysis, figures, charts, title, captions):
     return render(
         "rotor.html",
         title=f"Rotordynamic analysis of {title}",
-        analysis=analysis,
         summary=summary(analysis),
         operating=analysis.operating and " to ".join(map(_speed, analysis.operating)),
         figures=pictures(figures, captions),
