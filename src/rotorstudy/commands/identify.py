@@ -47,6 +47,7 @@ def run(given):
     from rotorstudy.model.estimated_rig import rig_with_estimate, write_rig
     from rotorstudy.model.rig import read_rig
     from rotorstudy.model.rig_numbers import with_numbers
+    from rotorstudy.response.coupling import check_harmonics
 
     _check_options(given)
     if given.runs:
@@ -56,7 +57,10 @@ def run(given):
     rig = read_rig(given.rig)
     spectrum, model, findings = measured_spectrum(given.records, rig, method)
     tell(findings)
-    spectrum = _chosen(spectrum, given.harmonics)
+    if given.harmonics is not None:
+        where = "--harmonics; 'measurement: harmonics:' of the rig file says which are taken from the records"
+        check_known("harmonic", given.harmonics, spectrum.harmonics, where)
+        spectrum = spectrum.at_harmonics(check_harmonics(given.harmonics))
     if given.cause:
         return _run_cause(given, rig, spectrum, model)
     model = with_numbers(model, given.unknowns or (), "--unknowns")
@@ -95,17 +99,6 @@ def _check_options(given):
         inputs.append(given.out)
     if given.rig_out:
         check_file(given.rig_out, *inputs, option="--rig-out", suffixes=YAML)
-
-
-def _chosen(spectrum, harmonics):
-    """The spectrum at the requested harmonics, by default all."""
-    from rotorstudy.response.coupling import check_harmonics
-
-    if harmonics is None:
-        return spectrum
-    where = "--harmonics; 'measurement: harmonics:' of the rig file says which are taken from the records"
-    check_known("harmonic", harmonics, spectrum.harmonics, where)
-    return spectrum.at_harmonics(check_harmonics(harmonics))
 
 
 def _run_cause(given, rig, spectrum, model):

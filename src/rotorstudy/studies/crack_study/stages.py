@@ -166,8 +166,7 @@ def trials(config):
         size = len(prior.names) + 2 * spectrum.amplitude.size
         for draw in standard_normal(settings.seed, depths.index(depth), settings.count, size):
             true, noise = np.split(draw, [len(prior.names)])
-            theta = model.stated.copy()
-            theta[model.position(names)] = prior.mean + prior.factor @ true
+            theta = model.filled(names, prior.mean + prior.factor @ true)
             work = machine.work(machine.drawn(spectrum, predicted(model, spectrum, theta), noise))
             fitted = fitted_from(work, [crack], np.concatenate([machine.prior.mean, [1.0]]))
             found = identified(work, fitted, [fitted]).cause
