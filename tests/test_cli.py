@@ -102,38 +102,39 @@ def test_an_option_given_twice_is_refused_as_its_first_values_would_be_lost(comm
             assert (f"{values[0]} is given twice" in capsys.readouterr().err) == (times == 2), (name, values)
 
 
+ONE, IDENTIFY = "simulate {rig} --out {out} --speeds 88", "identify {records} --rig {rig} --unknowns external_dampin"
+
+
 @pytest.mark.parametrize(
-    ("arguments", "words"),
+    ("line", "words"),
     [
-        (["--speeds", "0"], ["speed 0 rad/s", "> 0"]),
-        (["--speeds", "88", "--rate", "100"], ["Nyquist", "harmonic 7", "up to 3"]),
-        (["--speeds", "8", "--duration", "0.1"], ["revolutions", "at least one"]),
-        (["--speeds", "88", "--duration", "-1"], ["--duration", "positive"]),
-        (["--speeds", "88", "--duration", "inf"], ["--duration", "finite"]),
-        (["--speeds", "88", "--duration", "1e9"], ["samples per speed", "shorten"]),
-        (["--speeds", "88", "--noise", "nan"], ["--noise nan"]),
-        (["--speeds", "88", "--seed", "-3"], ["--seed -3"]),
-        (["--speeds", "88", "4500", "--rate", "20000"], ["no steady state at 42970 rpm (4500 rad/s)", "threshold"]),
+        ("simulate {rig} --out {out} --speeds 0", ["speed 0 rad/s", "> 0"]),
+        (f"{ONE} --rate 100", ["Nyquist", "harmonic 7", "up to 3"]),
+        ("simulate {rig} --out {out} --speeds 8 --duration 0.1", ["revolutions", "at least one"]),
+        (f"{ONE} --duration -1", ["--duration", "positive"]),
+        (f"{ONE} --duration inf", ["--duration", "finite"]),
+        (f"{ONE} --duration 1e9", ["samples per speed", "shorten"]),
+        (f"{ONE} --noise nan", ["--noise nan"]),
+        (f"{ONE} --seed -3", ["--seed -3"]),
+        (f"{ONE} 4500 --rate 20000", ["no steady state at 42970 rpm (4500 rad/s)", "threshold"]),
+        ("simulate {rig} --speeds 88 --out {rig}", ["would overwrite an input"]),
+        ("simulate {rig} --speeds 88 --out {folder}", ["is a folder"]),
+        ("simulate {rig} --speeds 88 --out {folder}/none/x.nc", ["does not exist"]),
+        ("simulate {rig} --speeds 88 --out {folder}/a.csv", ["a.csv: the file is written as NetCDF; give it a name"]),
+        (IDENTIFY, ["did you mean 'external_damping'"]),
+        (f"{IDENTIFY}g --spectrum ftt", ["unknown spectrum 'ftt'", "'fft'"]),
+        (f"{IDENTIFY}g --estimator least_square", ["'least_squares'"]),
+        ("identify {records} --rig {rig}", ["name the unknowns"]),
     ],
 )
-def test_simulate_refuses_and_writes_nothing(tmp_path, command, arguments, words):
-    out = tmp_path / "x.nc"
+def test_a_mistake_is_answered_in_one_line_and_nothing_is_written(records, tmp_path, command, line, words):
+    rig, out = tmp_path / "rig.yaml", tmp_path / "x.nc"
+    rig.write_text(Path(RIG).read_text())
     out.write_text("precious")
-    refused(command("simulate", RIG, *arguments, "--out", out, status=1), *words)
-    assert out.read_text() == "precious"
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        (["--unknowns", "external_dampin"], ["did you mean 'external_damping'"]),
-        (["--unknowns", "external_damping", "--spectrum", "ftt"], ["unknown spectrum 'ftt'", "'fft'"]),
-        (["--unknowns", "external_damping", "--estimator", "least_square"], ["'least_squares'"]),
-        ([], ["name the unknowns"]),
-    ],
-)
-def test_identify_refuses_unknown_names_with_the_near_miss(records, command, more, words):
-    refused(command("identify", records, "--rig", RIG, *more, status=1), *words)
+    line = line.format(rig=rig, out=out, records=records, folder=tmp_path)
+    refused(command(*line.split(), status=1), *words)
+    assert rig.read_text() == Path(RIG).read_text() and out.read_text() == "precious"
+    assert sorted(tmp_path.iterdir()) == [rig, out]
 
 
 def in_unit(unit):
@@ -281,17 +282,6 @@ def test_a_diagnosis_from_python_uses_one_thread_unless_more_are_stated(stated, 
         with pytest.raises(KeyboardInterrupt):
             investigate(Asked(), None)
         assert threads() == {2}
-
-
-def test_a_result_goes_to_a_file_in_a_folder_that_exists_and_never_over_an_input(tmp_path, command):
-    rig = tmp_path / "rig.yaml"
-    rig.write_text(Path(RIG).read_text())
-    base = ["simulate", rig, "--speeds", "88", "--out"]
-    refused(command(*base, rig, status=1), "would overwrite an input")
-    refused(command(*base, tmp_path, status=1), "is a folder")
-    refused(command(*base, tmp_path / "none" / "x.nc", status=1), "does not exist")
-    refused(command(*base, tmp_path / "a.csv", status=1), "a.csv: the file is written as NetCDF; give it a name")
-    assert rig.read_text() == Path(RIG).read_text()
 
 
 def test_progress_of_short_commands_is_shown_in_a_terminal_alone(tmp_path, capsys):
