@@ -1,19 +1,10 @@
 """What the pages say of other packages is what the rows of the benchmark say."""
 
-import importlib.util
-from pathlib import Path
-
 import pandas as pd
+from peers import run as peers
 
-ROOT = Path(__file__).parents[2]
 
-
-def test_the_numbers_beside_other_packages_are_those_of_the_rows(monkeypatch):
-    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
-    spec = importlib.util.spec_from_file_location("peers_run", ROOT / "benchmarks" / "peers" / "run.py")
-    peers = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(peers)
-
+def test_the_numbers_beside_other_packages_are_those_of_the_rows():
     rows = pd.read_csv(peers.ROWS)
     for path, text in peers.pages(rows).items():
         assert text == path.read_text(encoding="utf-8"), f"{path.name}: run benchmarks/peers/run.py with --page"
@@ -21,9 +12,8 @@ def test_the_numbers_beside_other_packages_are_those_of_the_rows(monkeypatch):
     assert all(text != path.read_text(encoding="utf-8") for path, text in slower.items())
 
 
-def test_the_costs_of_large_models_are_those_of_the_rows(monkeypatch):
-    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
-    import scaling
+def test_the_costs_of_large_models_are_those_of_the_rows():
+    import scaling  # which states the number of threads
 
     rows = pd.read_csv(scaling.ROWS)
     shown = scaling.PAGE.read_text(encoding="utf-8")

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import foreign_page
 import numpy as np
 import pytest
 
@@ -93,10 +94,7 @@ def test_the_readme_counts_printed_values_and_effects_that_are_tried_right():
     assert f"none of the {len(tried)} effects that are tried" in " ".join(README.split())
 
 
-def test_the_numbers_of_the_independent_simulator_follow_from_its_cases(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "benchmarks")
-    import foreign_page
-
+def test_the_numbers_of_the_independent_simulator_follow_from_its_cases():
     rows = foreign_page.read_rows()
     for path, text in foreign_page.pages(rows).items():
         assert text == path.read_text(encoding="utf-8"), f"{path.name}: run benchmarks/foreign_page.py"

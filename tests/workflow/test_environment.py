@@ -4,6 +4,7 @@ import re
 import tomllib
 from importlib.metadata import distributions
 
+import pytest
 from packaging.requirements import Requirement
 
 PIN = re.compile(
@@ -42,8 +43,5 @@ def test_a_line_without_a_hash_is_seen():
     good = "a-b==1.0 \\\n    --hash=sha256:" + "0" * 64 + "\n"
     assert pins(good) == {"a-b": "1.0"}
     for wrong in ("c==1.0\n", "c>=1.0\n", "c==1.0 \\\n    --hash=md5:12\n"):
-        try:
+        with pytest.raises(AssertionError):
             pins(good + wrong)
-        except AssertionError:
-            continue
-        raise AssertionError(wrong)
