@@ -48,8 +48,7 @@ def plot_bearing_coefficients(data):
 
 def write_bearings(data, pictures):
     """Write the coefficients of all bearings, and their figure, to paths."""
-    plugins = [plugin for kind, plugin in registry() if kind == "bearing"]
+    plugins = [plugin for kind, plugin in registry() if kind == "bearing"]  # which state their examples
     found = bearing_coefficients(plugins)
-    examples = {plugin.name: plugin.example for plugin in plugins}
-    save(found.assign_attrs(provenance(examples, plugins)), data)
+    save(found.assign_attrs(provenance({"speed_rad_s": SPEEDS.tolist()}, plugins)), data)
     save_figure(plot_bearing_coefficients(found), *pictures)

@@ -82,7 +82,7 @@ def _separation(analysis, critical):
 def _journal(one):
     """Where a journal was measured at its highest measured speed, where its film runs there, and whether it is far."""
     i = int(one.measured_speed.argmax())
-    seen, film = (f"{number(abs(z) / one.clearance, 2)} of the clearance at {number(np.rad2deg(np.angle(z)), 2)}°"
+    seen, film = (f"{number(abs(z) / one.clearance, 2)} of the clearance at {number(np.rad2deg(np.angle(z)) % 360, 2)}°"
                   for z in (one.measured[i], one.expected[i]))  # fmt: skip
     far = abs(one.measured[i] - one.expected[i]) > FAR * one.clearance
     doubt = one.doubt(i) or "far off, so that load (alignment), clearance or oil are not as stated"
