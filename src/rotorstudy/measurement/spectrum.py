@@ -7,7 +7,7 @@ kept as the motion along the probe, z = e^{ja} r, and only the components of r_n
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -257,11 +257,9 @@ class Spectrum(Whitened):
         covariance = np.array(self.covariance)
         for sensor in np.flatnonzero(~np.isnan(single)):
             covariance[:, sensor] = along_probe(covariance[:, sensor], self.harmonics, single[sensor])
-        amplitude = along_probes(self.amplitude, self.harmonics, single)
         both = np.where(np.isnan(single), self.directions, single)
-        common = None if self.common_error is None else along_probes(self.common_error, self.harmonics, single)
-        parts = {"amplitude": amplitude, "covariance": covariance, "common_error": common}
-        return replace(self, directions=both, shared_error=None, **parts)
+        shown = partial(along_probes, harmonics=self.harmonics, directions=single)
+        return self._changed(shown, covariance=covariance, directions=both)
 
     def with_error(self, variance: ArrayLike) -> "Spectrum":
         """The spectrum with an independent error of each harmonic added to its covariance.
@@ -301,9 +299,8 @@ class Spectrum(Whitened):
         -------
         Spectrum
         """
-        parts = {"amplitude": self.amplitude[..., chosen, :, :], "covariance": self.covariance[chosen]}
-        parts["common_error"] = None if self.common_error is None else self.common_error[:, chosen]
-        return replace(self, speed=self.speed[chosen], shared_error=None, **parts)
+        own = {"speed": self.speed[chosen], "covariance": self.covariance[chosen]}
+        return self._changed(lambda amplitude: amplitude[..., chosen, :, :], **own)
 
     def at_harmonics(self, wanted: Iterable[int]) -> "Spectrum":
         """The spectrum at some of its harmonics.
@@ -320,9 +317,13 @@ class Spectrum(Whitened):
         """
         place = np.array([list(self.harmonics).index(n) for n in wanted])
         both = np.concatenate([place, place + len(self.harmonics)])
-        parts = {"amplitude": self.amplitude[..., place, :], "covariance": self.covariance[..., both, :][..., both]}
-        parts["common_error"] = None if self.common_error is None else self.common_error[..., place, :]
-        return replace(self, harmonics=np.array(wanted), shared_error=None, **parts)
+        own = {"harmonics": np.array(wanted), "covariance": self.covariance[..., both, :][..., both]}
+        return self._changed(lambda amplitude: amplitude[..., place, :], **own)
+
+    def _changed(self, change, **own):
+        """The spectrum with its amplitude and common errors changed alike, and other parts; without shared errors."""
+        common = None if self.common_error is None else change(self.common_error)
+        return replace(self, amplitude=change(self.amplitude), common_error=common, shared_error=None, **own)
 
     def with_amplitude(self, amplitude: ArrayLike) -> "Spectrum":
         """The same speeds, harmonics, sensors and covariance with other amplitudes.
