@@ -62,11 +62,12 @@ def tracked(ratio, rate):
     time, z, marks = sweep(ratio, rate)
     found = count_revolutions(marks, swept=True)
     grid = speed_grid(found)
-    (one,) = track(z[None], time, found.angle(time), grid, [0, 1, -1, 2, -2], np.array([np.nan]), 0.0)
+    of_node = track(z[None], time, found.angle(time), grid, [0, 1, -1, 2, -2], np.array([np.nan]), 0.0)
+    shown, covariance, _ = (part[0] for part in of_node)
     speed = grid.speed[grid.given]
-    error, std = one.amplitude[:, 1] - steady(ratio, speed), np.sqrt(2 * one.covariance[:, 1, 1])
+    error, std = shown[:, 1] - steady(ratio, speed), np.sqrt(2 * covariance[:, 1, 1])
     peak = np.abs(steady(ratio, speed)).max()
-    return speed, np.abs(error) / peak, np.abs(error) / std, np.abs(one.amplitude[:, 3]).max() / peak
+    return speed, np.abs(error) / peak, np.abs(error) / std, np.abs(shown[:, 3]).max() / peak
 
 
 @pytest.mark.parametrize(("ratio", "rate"), [(0.05, 8.0), (0.03, 8.0), (0.03, -8.0)])

@@ -1,13 +1,13 @@
 """One raw record to harmonics with covariance, a clean record, facts and findings."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import quality
 from rotorstudy.measurement.angle_fit import fit_basis, fit_each
-from rotorstudy.measurement.findings import Finding, NodeFacts, RecordFacts, errors_among, node_facts, told
+from rotorstudy.measurement.findings import NodeFacts, RecordFacts, errors_among, node_facts, told
 from rotorstudy.measurement.full_spectra import compensate, phase_from_reference
 from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, estimate, spectral_lines, white_noise_covariance
 from rotorstudy.measurement.keyphasor import count_revolutions, pulses_of, steady_turning
@@ -23,25 +23,12 @@ PIECES = 50  # of a record, of which the loudest shows the state of the probes
 REVOLUTIONS = 8  # at least, in the pieces in which spikes are sought
 
 
-@dataclass
-class Analysed:
-    """Result of one raw record, or of one speed of a table."""
-
-    facts: RecordFacts
-    findings: list[Finding]
-    speed: float = np.nan  # rad/s; NaN after an error
-    record: Record | None = None
-    dead: frozenset = frozenset()  # {(node, channel)} of dead probes
-    directions: dict = field(default_factory=dict)  # {node: rad} of the nodes with a single probe
-    is_tracked: bool = False  # whether it is of a run-up or coast-down
-
-
-def _steady(found, raw, pulses, with_signals):
-    """Adds to the Analysed of a record at one speed: harmonics, the clean record if wanted, facts, findings."""
-    where, harmonics, facts = raw.where, np.array(raw.conventions.harmonics), found.facts
+def _steady(facts, raw, pulses, with_signals):
+    """Adds to the RecordFacts of a record at one speed all that it says, and the clean record if wanted."""
+    where, harmonics = raw.where, np.array(raw.conventions.harmonics)
     facts.label = np.nan if raw.label is None else raw.label
     turning, findings = _turning(raw, pulses)
-    found.findings += findings
+    facts.findings += findings
     if turning is None:
         return
     by_marks = raw.keyphasor is not None or raw.marks is not None
@@ -49,7 +36,7 @@ def _steady(found, raw, pulses, with_signals):
     step = np.median(np.diff(raw.time))
     held = (angle[-1] - angle[0]) / (2 * np.pi) + turning.speed(raw.time[-1]) * step / (2 * np.pi)
     wrong = list(quality.check_sampling(len(raw.time), held + WHOLE_REVOLUTION, harmonics, where))
-    found.findings += wrong
+    facts.findings += wrong
     if wrong:
         return
     revolutions = int(np.floor(held + WHOLE_REVOLUTION))
@@ -63,29 +50,29 @@ def _steady(found, raw, pulses, with_signals):
     facts.jitter, facts.mark_resolution = turning.jitter_rad, speed * turning.resolution_s
     facts.missing_pulses, facts.doubled_pulses = turning.missing, turning.doubled
     facts.missing_samples = float(np.mean(~np.isfinite(signals)))
-    found.findings += quality.check_drift(facts.speed_drift, where)
-    _check_signals(found, raw, whole, angle, facts.missing_samples)
-    if found.dead or facts.missing_samples > quality.GAP[1]:
+    facts.findings += quality.check_drift(facts.speed_drift, where)
+    _check_signals(facts, raw, whole, angle, facts.missing_samples)
+    if facts.dead or facts.missing_samples > quality.GAP[1]:
         return
     mark_variance = turning.jitter_rad**2 / len(turning.marks) + facts.mark_resolution**2
     psi = np.zeros(len(harmonics)), mark_variance * np.outer(harmonics, harmonics)
     try:
         psi = psi if by_marks else _reference_phase(raw, whole, angle, harmonics)
     except RotorstudyError as error:
-        found.findings.append(told("reference signal", where, problem=error))
+        facts.findings.append(told("reference signal", where, problem=error))
         return
-    found.findings += _find_harmonics(raw, facts, signals, angle, psi)
+    facts.findings += _find_harmonics(raw, facts, signals, angle, psi)
     if facts.blocks < FEWEST_BLOCKS:
-        found.findings.append(told("few revolutions", where, revolutions=revolutions, needed=FEWEST_BLOCKS))
-    if errors_among(found.findings):
+        facts.findings.append(told("few revolutions", where, revolutions=revolutions, needed=FEWEST_BLOCKS))
+    if errors_among(facts.findings):
         return
-    found.speed = speed
+    facts.speed = speed
     if not with_signals:
         return
     lead = (angle.mean() - speed * time.mean()) / speed - psi[0][harmonics == 1][0] / speed
     marks = turning.whole_marks - raw.conventions.mark_rad / speed + lead if by_marks else None
     reference = reference_signal(speed, harmonics, time + lead)
-    found.record = Record(time + lead, signals, speed, raw.nodes, reference, None, where, marks)
+    facts.record = Record(time + lead, signals, speed, raw.nodes, reference, None, where, marks)
 
 
 def integrated(signals, orders, time, speed):
@@ -139,25 +126,25 @@ def _reference_phase(raw, whole, angle, harmonics):
     return phase_from_reference(raw.where, harmonics, amplitude, covariance)
 
 
-def _check_signals(found, raw, chosen, angle, missing):
-    """Adds to an Analysed its dead probes and findings on the signals. missing : fraction of the samples."""
-    findings, found.dead = quality.check_channels(raw, chosen, angle)
-    found.findings += findings
-    if not found.dead:
+def _check_signals(facts, raw, chosen, angle, missing):
+    """Adds to RecordFacts dead probes and findings on the signals. missing : fraction of the samples."""
+    findings, facts.dead = quality.check_channels(raw, chosen, angle)
+    facts.findings += findings
+    if not facts.dead:
         steps = np.diff(raw.time)
-        found.findings += quality.check_gaps(missing, float(np.max(steps)) / np.median(steps), raw.where)
+        facts.findings += quality.check_gaps(missing, float(np.max(steps)) / np.median(steps), raw.where)
 
 
 def analyse_each(raw, with_signals=True):
-    """Analysed of a raw record: one, or of a run-up or coast-down one for each speed at which it was tracked."""
+    """RecordFacts of a raw record: one, or of a run-up or coast-down one for each speed at which it was tracked."""
     pulses = pulses_of(raw, raw.conventions.keyphasor)
     raw, findings = _without_spikes(raw, 1 if pulses is None else len(pulses.time) // REVOLUTIONS)
     single = {node: float(a) for node, a in zip(raw.nodes, raw.directions, strict=True) if np.isfinite(a)}
-    found = Analysed(RecordFacts(raw.where, {node: NodeFacts() for node in raw.nodes}), findings, directions=single)
+    facts = RecordFacts(raw.where, {node: NodeFacts() for node in raw.nodes}, findings=findings, directions=single)
     if pulses is not None and is_swept(pulses.time):
-        return _tracked(found, raw, pulses)
-    _steady(found, raw, pulses, with_signals)
-    return [found]
+        return _tracked(facts, raw, pulses)
+    _steady(facts, raw, pulses, with_signals)
+    return [facts]
 
 
 def _without_spikes(raw, pieces):
@@ -174,7 +161,7 @@ def _without_spikes(raw, pieces):
 
 
 def _tracked(whole, raw, pulses):
-    """The Analysed of each speed of a sweep, given that of the whole without harmonics; that alone after an error."""
+    """The RecordFacts of each speed of a sweep, by those of the whole without harmonics, which it is after an error."""
     sweep = count_revolutions(pulses.time, pulses.resolution, swept=True)
     findings = whole.findings
     findings += quality.check_pulses(pulses, sweep, raw.conventions.keyphasor.polarity, raw.where)
@@ -191,22 +178,23 @@ def _tracked(whole, raw, pulses):
         return [whole]
     variance = sweep.jitter_rad**2 / np.median(grid.length * grid.speed / (2 * np.pi))
     resolution = (grid.speed[grid.given].mean() * sweep.resolution_s) ** 2
-    nodes = track(raw.displacement, raw.time, angle, grid, harmonics, raw.directions, variance + resolution)
+    tracked = track(raw.displacement, raw.time, angle, grid, harmonics, raw.directions, variance + resolution)
     speed, rate = grid.speed[grid.given], grid.rate[grid.given]
-    findings += check_sweep(speed, rate, [one.amplitude for one in nodes], harmonics, raw.where)
+    findings += check_sweep(speed, rate, tracked[0], harmonics, raw.where)
     whole.is_tracked = True
     if errors_among(findings):
         return [whole]
     found = []
     for k, w in enumerate(speed):
-        each = [node_facts(one.amplitude[k], one.covariance[k], harmonics, one.noise_std[k]) for one in nodes]
+        each = [node_facts(a, c, harmonics, std) for a, c, std in zip(*(part[:, k] for part in tracked), strict=True)]
         of_node = dict(zip(raw.nodes, each, strict=True))
-        facts = RecordFacts(f"{raw.where}, tracked at {spin(w, 6)}", of_node, measured_speed=float(w))
+        where, own = f"{raw.where}, tracked at {spin(w, 6)}", [] if k else findings
+        facts = replace(whole, where=where, nodes=of_node, measured_speed=float(w), speed=float(w), findings=own)
         facts.revolutions = grid.length[grid.given[k]] * w / (2 * np.pi)
         facts.samples_per_revolution = 2 * np.pi / w / step
         facts.jitter, facts.missing_samples = sweep.jitter_rad, missing
         facts.missing_pulses, facts.doubled_pulses = sweep.missing, sweep.doubled
-        found.append(replace(whole, facts=facts, findings=[] if k else findings, speed=float(w)))
+        found.append(facts)
     return found
 
 
@@ -220,13 +208,13 @@ def _loudest(raw, sweep):
     return inside & (piece == int(power.argmax()))
 
 
-def check_sweep(speed, rate, amplitudes, harmonics, where):
-    """A note on a sweep (speed, rate: (speed,)), and whether it is too fast for its narrowest resonance."""
+def check_sweep(speed, rate, amplitude, harmonics, where):
+    """A note on a sweep, amplitude (node, speed, harmonic), and whether it is too fast for its narrowest resonance."""
     kind, rpm = "run-up" if rate.mean() > 0 else "coast-down", RAD_PER_S["rpm"]
     first, last = (number(speed[i] / rpm, 4) for i in (0, -1))
     yield told(kind, where, kind=kind, rate=number(abs(np.median(rate))), count=len(speed), first=first, last=last)
-    first = np.flatnonzero(np.abs(harmonics) == 1)
-    resonances = peaks(speed, np.sqrt(sum(np.sum(np.abs(one[:, first]) ** 2, axis=1) for one in amplitudes)))
+    once = amplitude[..., np.abs(harmonics) == 1]
+    resonances = peaks(speed, np.sqrt(np.sum(np.abs(once) ** 2, axis=(0, 2))))
     if not resonances:
         return
     at, bandwidth, _ = min(resonances, key=lambda one: one[1])

@@ -187,7 +187,7 @@ class NodeFacts:
 
 @dataclass
 class RecordFacts:
-    """Facts about one record or one speed of a table; NaN where unknown. nodes : {node: NodeFacts}."""
+    """What one record, or one speed of a run-up or a table, says: facts, NaN where unknown, and the rest below."""
 
     where: str
     nodes: dict[int, NodeFacts]
@@ -202,6 +202,12 @@ class RecordFacts:
     missing_pulses: float = _fact("1", "missing keyphasor pulses")
     doubled_pulses: float = _fact("1", "extra keyphasor pulses")
     missing_samples: float = _fact("1", "fraction of missing samples")
+    findings: list[Finding] = field(default_factory=list)
+    speed: float = np.nan  # rad/s; NaN after an error
+    record: object = None  # clean Record, if it is wanted
+    dead: frozenset = frozenset()  # {(node, channel)} of dead probes
+    directions: dict = field(default_factory=dict)  # {node: rad} of the nodes with a single probe
+    is_tracked: bool = False  # whether it is of a run-up or coast-down
 
 
 def facts_of(kind):

@@ -9,7 +9,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import quality
-from rotorstudy.measurement.analysis import Analysed, analyse_each
+from rotorstudy.measurement.analysis import analyse_each
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.corrections import averaged, without_missing_mean, without_slow_roll
 from rotorstudy.measurement.files import read_file
@@ -212,32 +212,31 @@ def read_measurement(
     analysed, read_by, notes = _analysed_records(in_time, conventions, nodes, with_signals)
     stated = [conventions] * len(found) + read_by
     found, findings = found + analysed, findings + notes
-    facts = [one.facts for one in found]
     findings += [finding for one in found for finding in one.findings]
-    findings += [*check_lines(facts), *check_probes(conventions.probes, rig.path.name)]
+    findings += [*check_lines(found), *check_probes(conventions.probes, rig.path.name)]
     findings += check_labels(in_time, conventions, rig.path.name)
     sensors, single = common_probes(found, rig)
     directions = np.array([single.get(node, np.nan) for node in sensors])
     model = measured_model(rig, sensors, stated, directions)
     usable = sorted((one for one in found if np.isfinite(one.speed)), key=lambda one: one.speed)
     if not usable:
-        return Measurement(None, [], facts, worst_first(findings), model)
+        return Measurement(None, [], found, worst_first(findings), model)
     spectrum = _spectrum_of(usable, conventions.harmonics, model.sensors, directions)
     named = ", ".join(path.name for path in paths)
     check_numbers(spectrum, named)
-    records = []
-    for record in (one.record for one in usable if one.record is not None):
-        chosen = [record.sensors.index(node) for node in model.sensors]
-        records.append(replace(record, displacement=record.displacement[chosen], sensors=model.sensors))
+    for one in (one for one in usable if one.record is not None):
+        chosen = [one.record.sensors.index(node) for node in model.sensors]
+        one.record = replace(one.record, displacement=one.record.displacement[chosen], sensors=model.sensors)
+    records = [one.record for one in usable if one.record is not None]
     findings += check_together(spectrum, model, named)
     findings += check_speeds(spectrum.speed, model, named)
     if of_probes or any(one.is_tracked for one in found):
         findings += check_resonances(spectrum, bool(of_probes), named)
-    return Measurement(spectrum, records, facts, worst_first(findings), model)
+    return Measurement(spectrum, records, found, worst_first(findings), model)
 
 
 def _analysed_records(paths, conventions, nodes, with_signals):
-    """Analysed of records, one in memory at a time, without probes dead in all; their conventions; findings."""
+    """RecordFacts of records, one in memory at a time, without probes dead in all; their conventions; findings."""
 
     def analysed(dead):
         for path in paths:
@@ -259,14 +258,14 @@ def _analysed_records(paths, conventions, nodes, with_signals):
 
 
 def _of_table(path, conventions, speed, of_node, single):
-    """Analysed of one speed of a table; single : {node: rad} of single probes."""
+    """RecordFacts of one speed of a table; single : {node: rad} of single probes."""
     nodes = {node: node_facts(*both, conventions.harmonics) for node, both in of_node.items()}
-    return Analysed(RecordFacts(f"{path}, {spin(speed, 6)}", nodes, speed), [], speed, directions=single)
+    return RecordFacts(f"{path}, {spin(speed, 6)}", nodes, speed, speed=speed, directions=single)
 
 
 def _spectrum_of(analysed, harmonics, sensors, directions):
-    """The Spectrum of several Analysed."""
-    of_sensors = [[one.facts.nodes[node] for node in sensors] for one in analysed]
+    """The Spectrum of several RecordFacts."""
+    of_sensors = [[one.nodes[node] for node in sensors] for one in analysed]
     amplitude = np.array([[one.amplitude for one in own] for own in of_sensors])
     covariance = np.array([[one.covariance for one in own] for own in of_sensors])
     speed, amplitude = np.array([one.speed for one in analysed]), np.swapaxes(amplitude, 1, 2)
@@ -276,17 +275,17 @@ def _spectrum_of(analysed, harmonics, sensors, directions):
 def common_probes(found, rig):
     """Sensors: those of the rig file, or all measured nodes; {node: rad} of single probes; records must not differ."""
     usable = [one for one in found if np.isfinite(one.speed)]
-    nodes, single = [(one.facts.where, f"nodes {sorted(one.facts.nodes)}") for one in found], []
+    nodes, single = [(one.where, f"nodes {sorted(one.nodes)}") for one in found], []
     for one in usable:
         each = [f"{node} ({np.rad2deg(angle):.6g}° from x)" for node, angle in sorted(one.directions.items())]
-        single.append((one.facts.where, f"a single probe at node {', '.join(each)}" if each else "no single probe"))
+        single.append((one.where, f"a single probe at node {', '.join(each)}" if each else "no single probe"))
     for where, has, (first, had) in ((*one, told[0]) for told in (nodes, single) for one in told):
         if has != had:
             raise RotorstudyError(
                 f"{where} has {has}, {first} has {had}; all records of one measurement need the same probes (is a row "
                 "of a table missing?)"
             )
-    measured = sorted(found[0].facts.nodes)
+    measured = sorted(found[0].nodes)
     wanted = rig.given.get("sensors") or measured
     for node in (node for node in wanted if node not in measured):
         raise RotorstudyError(

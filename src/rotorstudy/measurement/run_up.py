@@ -38,14 +38,6 @@ FEWEST_MARKS = 40  # of a sweep
 FAST, LOST = 0.1, 0.5  # rate over the squared half-power bandwidth: beats show; they cannot be corrected
 
 
-class Tracked(NamedTuple):
-    """Harmonics (speed, harmonic), m, of a node over a sweep, covariance, noise_std (speed,) of a sample, m."""
-
-    amplitude: np.ndarray
-    covariance: np.ndarray
-    noise_std: np.ndarray
-
-
 class Grid(NamedTuple):
     """Time, speed, its rate and the window length at steps (step,) of a sweep; given : steps that are given."""
 
@@ -83,7 +75,10 @@ def speed_grid(sweep):
 
 
 def track(signals, time, angle, grid, harmonics, directions, mark_variance):
-    """Tracked of each node from signals (node, time), m; directions : (node,) rad of single probes, NaN for orbits."""
+    """Harmonics (node, speed, harmonic), m, of signals (node, time), m; covariance; noise (node, speed) of a sample, m.
+
+    directions : (node,) rad of single probes, NaN for orbits
+    """
     harmonics, nodes = np.asarray(harmonics), len(signals)
     amplitude = np.zeros((nodes, len(grid.time), len(harmonics)), complex)
     covariance = np.zeros((nodes, len(grid.time), 2 * len(harmonics), 2 * len(harmonics)))
@@ -105,16 +100,15 @@ def track(signals, time, angle, grid, harmonics, directions, mark_variance):
             power = noise_power(residual, lines % len(here), window)
             covariance[:, k] = power[:, None, None] * circular_covariance(gain @ gain.conj().T)
             noise[:, k] = np.sqrt(power)
-    found = []
+    steady = [[_steady(amplitude[s, :, h], grid, n) for h, n in enumerate(harmonics)] for s in range(nodes)]
+    steady = np.swapaxes(steady, 1, 2)[:, grid.given]
+    covariance, noise = covariance[:, grid.given] * _noise_gain(), noise[:, grid.given]
     for s, direction in enumerate(directions):
-        steady = np.stack([_steady(amplitude[s, :, h], grid, n) for h, n in enumerate(harmonics)], axis=-1)
-        steady, spread = steady[grid.given], covariance[s, grid.given] * _noise_gain()
         if np.isfinite(direction):
-            spread = along_probe(2 * spread, harmonics, direction)
-        spread = with_phase_noise(steady, spread, harmonics, mark_variance)
-        std = noise[s, grid.given] / (np.sqrt(2) if np.isnan(direction) else 1)
-        found.append(Tracked(steady, spread, std))
-    return found
+            covariance[s] = along_probe(2 * covariance[s], harmonics, direction)
+        else:
+            noise[s] /= np.sqrt(2)
+    return steady, with_phase_noise(steady, covariance, harmonics, mark_variance), noise
 
 
 def _passed(lines):
