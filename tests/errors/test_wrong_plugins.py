@@ -4,7 +4,6 @@ import pytest
 from one_line_errors import run
 
 from rotorstudy.authoring.files import new_plugin
-from rotorstudy.commands.line import main
 
 BODY = {  # what the template of each kind gives back, first and last line of it
     "rotor": ("    return Structure(", "    )\n"),
@@ -15,57 +14,41 @@ BODY = {  # what the template of each kind gives back, first and last line of it
     "spectrum": ("    return amplitude", "lines)\n"),
     "estimator": ("    return output_error_fit", "problem))\n"),
 }
+
+
+def gives(entry, typical="1.0", unit="N s/m"):
+    return f'    return [Parameter("c", "{unit}", ({entry},), typical={typical})]'
+
+
+def fitted(change):
+    return f"    found = output_error_fit(problem)\n    {change}"
+
+
 TWO = "((1, 'translation'), (2, 'translation'))"
-SHAPE = {  # what a wrong one gives back instead, and words of the answer
-    "rotor": (f"    return Structure(np.eye(2), np.eye(3), np.eye(2), np.ones(2), {TWO})",
-              "stiffness of shape (3, 3); it must be (2, 2)"),
-    "crack": ("    return np.ones((2, *np.shape(angle)))", "gives a breathing function of shape (2, "),
-    "depth": ("    return weak", "must be two finite compliances"),
-    "bearing": ('    return [Parameter("k", "N/m", (Entry(-np.eye(3)),), typical=1e7)]', "shape (3, 3); on 'z'"),
-    "effect": ('    return [Parameter("c", "N s/m", (Entry(-np.eye(3)),), typical=50.0)]', "shape (3, 3); on 'z'"),
-    "spectrum": ("    return amplitude[..., 1:], None", "gives amplitude of shape ("),
-    "estimator": ("    found = output_error_fit(problem)\n"
-                  "    return type(found)(found.names, found.theta[..., 1:], found.covariance, found.misfit)",
-                  "gives theta of shape ("),
-}  # fmt: skip
-NOT_A_NUMBER = {
-    "rotor": (f"    return Structure(np.eye(2), np.nan * np.eye(2), np.eye(2), np.ones(2), {TWO})",
-              "stiffness with NaN"),
-    "crack": ("    return np.nan * angle", "gives NaN or infinity, first at an angle of"),
-    "depth": ("    return weak, np.nan", "must be two finite compliances"),
-    "bearing": ('    return [Parameter("k", "N/m", (Entry(-np.nan * here),), typical=1e7)]', "is not finite"),
-    "effect": ('    return [Parameter("c", "N s/m", (Entry(-np.outer(here, here), gain=lambda w: np.nan * w),), 50.0)]',
-               "is not finite at"),
-    "spectrum": ("    return np.nan * amplitude, np.zeros((*amplitude.shape[:-1], 2 * len(lines), 2 * len(lines)))",
-                 "gives amplitude with NaN"),
-    "estimator": ("    found = output_error_fit(problem)\n    found.theta[:] = np.nan\n    return found", "gives NaN"),
-}  # fmt: skip
-RAISES = dict.fromkeys(BODY, ("    return 1 / 0", "ZeroDivisionError: division by zero"))
-NOTHING = {
-    "rotor": ("    return None", "gives NoneType; it must give a Structure"),
-    "crack": ("    return None", "gives a breathing function of shape"),
-    "depth": ("    return None", "must be two finite compliances"),
-    "bearing": ("    return None", "gives NoneType; it must give a list of Parameter"),
-    "effect": ("    return None", "gives NoneType; it must give a list of Parameter"),
-    "spectrum": ("    return None", "gives one NoneType; it must give two arrays"),
-    "estimator": ("    return None", "gives NoneType; it must give an Estimate"),
-}
-WITHOUT_UNIT = {
-    "bearing": ('    return [Parameter("k", "", (Entry(-here),), typical=1e7)]', "has no unit"),
-    "effect": ('    return [Parameter("c", "", (Entry(-np.outer(here, here)),), typical=50.0)]', "has no unit"),
-}
-NO_TUPLE = {
-    "bearing": ('    return [Parameter("k", "N/m", (Entry(-here)), typical=1e7)]', "with a comma"),
-    "effect": ('    return [Parameter("c", "N/m", (Entry(-np.outer(here, here))), typical=1.0)]', "with a comma"),
-}
+FEWER = "return type(found)(found.names, found.theta[..., 1:], found.covariance, found.misfit)"
 HERE = "Entry(-np.outer(here, here)"
-
-
-def gives(entry, typical="1.0"):
-    return f'    return [Parameter("c", "N/m", ({entry},), typical={typical})]'
-
-
-OTHERS = [  # kind, what is wrong, what is given back and answered
+WRONG = [  # kind, what is wrong, what is given back instead, and words of the answer
+    ("rotor", "shape", f"    return Structure(np.eye(2), np.eye(3), np.eye(2), np.ones(2), {TWO})",
+     "stiffness of shape (3, 3); it must be (2, 2)"),
+    ("crack", "shape", "    return np.ones((2, *np.shape(angle)))", "gives a breathing function of shape (2, "),
+    ("depth", "shape", "    return weak", "must be two finite compliances"),
+    ("spectrum", "shape", "    return amplitude[..., 1:], None", "gives amplitude of shape ("),
+    ("estimator", "shape", fitted(FEWER), "gives theta of shape ("),
+    ("rotor", "NaN", f"    return Structure(np.eye(2), np.nan * np.eye(2), np.eye(2), np.ones(2), {TWO})",
+     "stiffness with NaN"),
+    ("crack", "NaN", "    return np.nan * angle", "gives NaN or infinity, first at an angle of"),
+    ("depth", "NaN", "    return weak, np.nan", "must be two finite compliances"),
+    ("bearing", "NaN", gives("Entry(-np.nan * here)"), "is not finite"),
+    ("effect", "NaN", gives(f"{HERE}, gain=lambda w: np.nan * w)"), "is not finite at"),
+    ("spectrum", "NaN",
+     "    return np.nan * amplitude, np.zeros((*amplitude.shape[:-1], 2 * len(lines), 2 * len(lines)))",
+     "gives amplitude with NaN"),
+    ("estimator", "NaN", fitted("found.theta[:] = np.nan\n    return found"), "gives NaN"),
+    ("rotor", "nothing", "    return None", "gives NoneType; it must give a Structure"),
+    ("crack", "nothing", "    return None", "gives a breathing function of shape"),
+    ("depth", "nothing", "    return None", "must be two finite compliances"),
+    ("spectrum", "nothing", "    return None", "gives one NoneType; it must give two arrays"),
+    ("estimator", "nothing", "    return None", "gives NoneType; it must give an Estimate"),
     ("bearing", "entry", gives('Entry(-here, on="conjugate")'), "has on = 'conjugate'"),
     ("effect", "entry", gives(f"{HERE}, order=1.5)"), "order = 1.5"),
     ("effect", "gain", gives(f"{HERE}, gain=3.0)"), "`gain` a function of the speed"),
@@ -74,11 +57,15 @@ OTHERS = [  # kind, what is wrong, what is given back and answered
     ("effect", "writes", "    structure.stiffness[:] *= 2\n    return None", "is read-only"),
     ("crack", "complex", "    return np.exp(1j * angle)", "gives complex numbers; shares of a loss are real"),
     *((kind, "exits", "    import sys\n\n    sys.exit(0)", "SystemExit: 0") for kind in ("crack", "effect")),
-]
-TABLES = {"shape": SHAPE, "NaN": NOT_A_NUMBER, "raises": RAISES, "nothing": NOTHING, "unit": WITHOUT_UNIT}
-TABLES |= {"tuple": NO_TUPLE}
-OTHERS += [(kind, name, *case) for name, cases in TABLES.items() for kind, case in cases.items()]
-WRONG = [pytest.param(kind, *case, id=f"{kind}-{name}") for kind, name, *case in OTHERS]
+    *((kind, "raises", "    return 1 / 0", "ZeroDivisionError: division by zero") for kind in BODY),
+]  # fmt: skip
+for kind, entry in (("bearing", "Entry(-here)"), ("effect", f"{HERE})")):
+    WRONG += [
+        (kind, "shape", gives("Entry(-np.eye(3))"), "shape (3, 3); on 'z'"),
+        (kind, "nothing", "    return None", "gives NoneType; it must give a list of Parameter"),
+        (kind, "unit", gives(entry, unit=""), "has no unit"),
+        (kind, "tuple", gives(entry).replace(",), typical", "), typical"), "with a comma"),
+    ]
 
 JEFFCOTT = "rotor: {kind: jeffcott, mass_kg: 2.0, stiffness_N_per_m: 7.6e+5}\n"
 UNBALANCE = "effects:\n  - {kind: external_damping, external_damping_N_s_per_m: 100.0}\n"
@@ -94,6 +81,7 @@ RIG = {
     "spectrum": JEFFCOTT + UNBALANCE,
     "estimator": JEFFCOTT + UNBALANCE,
 }  # fmt: skip
+SHORT = ["--duration", "0.6", "--rate", "3000"]
 
 
 @pytest.fixture
@@ -116,31 +104,35 @@ def wrong_plugin(tmp_path, monkeypatch):
     return write
 
 
-@pytest.mark.parametrize(("kind", "body", "words"), WRONG)
-def test_a_wrong_plugin_fails_its_check_with_file_and_shapes(wrong_plugin, command, kind, body, words):
-    path = wrong_plugin(kind, body)
-    said = command("check", path, status=1).out
-    assert words in said and "Traceback" not in said
-    assert all(str(path) in line for line in said.splitlines() if words in line)
+@pytest.fixture(scope="module")
+def records(tmp_path_factory):
+    """Records from which a plugin of spectra or an estimator can identify."""
+    folder = tmp_path_factory.mktemp("records")
+    (folder / "rig.yaml").write_text(RIG["spectrum"])
+    run("simulate", folder / "rig.yaml", "--speeds", "88", "199", *SHORT, "--out", folder / "records.nc")
+    return folder / "records.nc"
 
 
-@pytest.mark.parametrize(("kind", "body", "words"), WRONG)
-def test_a_wrong_plugin_in_use_is_named_with_file_and_shapes(wrong_plugin, tmp_path, capsys, kind, body, words):
-    rig, records = tmp_path / "rig.yaml", tmp_path / "records.nc"
-    short = ["--duration", "0.6", "--rate", "3000"]
+def said_in_use(command, kind, records, folder):
+    """What a command says that uses the plugin 'mine' of a kind, and fails."""
+    rig = folder / "rig.yaml"
     rig.write_text(RIG[kind])
     if kind in ("spectrum", "estimator"):
-        run("simulate", rig, "--speeds", "88", "199", *short, "--out", records)
-    path = wrong_plugin(kind, body)
-    capsys.readouterr()
-    if kind in ("spectrum", "estimator"):
-        status = main(["identify", str(records), "--rig", str(rig), "--unknowns", "external_damping",
-                       f"--{kind}", "mine"])  # fmt: skip
+        given = ["identify", records, "--rig", rig, "--unknowns", "external_damping", f"--{kind}", "mine"]
     else:
-        status = main(["simulate", str(rig), "--speeds", "88", *short, "--out", str(records)])
-    said = capsys.readouterr().err.splitlines()
-    assert status == 1 and len(said) == 1 and said[0].startswith("error: ")
-    assert words in said[0] and str(path) in said[0]
+        given = ["simulate", rig, "--speeds", "88", *SHORT, "--out", folder / "records.nc"]
+    return command(*given, status=1).err.splitlines()
+
+
+@pytest.mark.parametrize(("kind", "body", "words"), [pytest.param(k, *case, id=f"{k}-{n}") for k, n, *case in WRONG])
+def test_a_wrong_plugin_is_named_with_file_and_shapes(wrong_plugin, records, tmp_path, command, kind, body, words):
+    """By its check, and in use."""
+    path = wrong_plugin(kind, body)
+    checked = command("check", path, status=1).out
+    assert words in checked and "Traceback" not in checked
+    assert all(str(path) in line for line in checked.splitlines() if words in line)
+    (said,) = said_in_use(command, kind, records, tmp_path)
+    assert said.startswith("error: ") and words in said and str(path) in said
 
 
 MISTAKES = [
@@ -157,19 +149,14 @@ OF_KINDS = [
 
 
 @pytest.mark.parametrize(("kind", "old", "new", "words"), OF_KINDS)
-def test_a_plugin_without_source_or_that_does_not_parse_is_named(wrong_plugin, tmp_path, capsys, kind, old, new, words):
+def test_a_plugin_that_cannot_be_read_is_named(wrong_plugin, records, tmp_path, command, kind, old, new, words):
+    """Without a source, or one that does not parse."""
     path = wrong_plugin(kind, "    return None")
     path.write_text(path.read_text().replace(old, new))
-    run("check", path, status=1)
-    said = capsys.readouterr().err.splitlines()
-    assert words in said[-1] and str(path) in said[-1]
-    (tmp_path / "rig.yaml").write_text(RIG[kind])
-    command = ["simulate", str(tmp_path / "rig.yaml"), "--speeds", "88", "--out", str(tmp_path / "records.nc")]
-    if kind in ("spectrum", "estimator"):
-        command = ["identify", "none.nc", "--rig", str(tmp_path / "rig.yaml"), f"--{kind}", "mine"]
-    assert main(command) == 1
-    said = capsys.readouterr().err.splitlines()
-    assert f"unknown {kind} 'mine'" in said[-1] and words in said[-1] and str(path) in said[-1]
+    checked = command("check", path, status=1).err.splitlines()[-1]
+    assert words in checked and str(path) in checked
+    said = said_in_use(command, kind, records, tmp_path)[-1]
+    assert f"unknown {kind} 'mine'" in said and words in said and str(path) in said
 
 
 def test_a_plugin_that_does_not_load_is_named_with_its_line(wrong_plugin, monkeypatch, capsys):
@@ -186,12 +173,10 @@ def test_a_plugin_that_does_not_load_is_named_with_its_line(wrong_plugin, monkey
     ("force", "words"),
     [("np.ones(3)", "has shape (3,); it must be that of the displacement"), ("np.nan * z", "is NaN for a finite")],
 )
-def test_a_wrong_force_in_time_is_named_with_file_and_shapes(wrong_plugin, tmp_path, capsys, command, force, words):
+def test_a_wrong_force_in_time_is_named_with_file_and_shapes(wrong_plugin, tmp_path, command, force, words):
     body = f"""    from rotorstudy.model.terms import NonlinearForce
     return [Parameter("c", "N s/m", (), 50.0, force=NonlinearForce(here[None], lambda z, v, still: {force}))]"""
     path = wrong_plugin("effect", body)
-    (tmp_path / "rig.yaml").write_text(RIG["effect"])
-    run("simulate", tmp_path / "rig.yaml", "--speeds", "88", "--out", tmp_path / "r.nc", status=1)
-    said = capsys.readouterr().err.splitlines()
-    assert len(said) == 1 and words in said[0] and str(path) in said[0]
+    (said,) = said_in_use(command, "effect", None, tmp_path)
+    assert words in said and str(path) in said
     assert words in command("check", path, status=1).out
