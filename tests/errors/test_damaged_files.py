@@ -21,20 +21,6 @@ def files(tmp_path_factory):
     return records, spectrum
 
 
-def refused(path, capsys, folder):
-    """The line of `import` of records, or of `identify` with a spectrum, that refuses a file."""
-    before = set(folder.iterdir())
-    command = ["import", str(path), "--out", str(folder / "o.nc")]
-    if "amplitude" in load(path):
-        command = ["identify", str(path), "--unknowns", "external_damping"]
-    capsys.readouterr()
-    assert main([*command, "--rig", RIG]) == 1
-    assert {one.name for one in set(folder.iterdir()) - before} <= {"o_quality.html"}
-    *before, last = capsys.readouterr().err.splitlines()
-    assert last.startswith("error: ")
-    return " ".join([*before, last])
-
-
 def with_first(name, value):
     """A change of a Dataset: the first value of a variable is replaced."""
 
@@ -89,9 +75,13 @@ DAMAGED = [(i, *damage) for i, damages in enumerate((RECORDS, SPECTRA)) for dama
 
 
 @pytest.mark.parametrize(("file", "change", "word"), DAMAGED, ids=[*RECORDS, *SPECTRA])
-def test_damaged_records_and_spectra_are_refused_in_one_line(file, change, word, files, tmp_path, capsys):
-    save(change(load(files[file])), tmp_path / "bad.nc")
-    assert word in refused(tmp_path / "bad.nc", capsys, tmp_path)
+def test_damaged_records_and_spectra_are_refused_in_one_line(file, change, word, files, tmp_path, command):
+    bad = tmp_path / "bad.nc"
+    save(change(load(files[file])), bad)
+    given = ["identify", bad, "--unknowns", "external_damping"] if file else ["import", bad, "--out", tmp_path / "o.nc"]
+    err = command(*given, "--rig", RIG, status=1).err
+    assert {one.name for one in tmp_path.iterdir()} <= {"bad.nc", "o_quality.html"}
+    assert word in err and err.splitlines()[-1].startswith("error: ")
 
 
 @pytest.mark.parametrize(

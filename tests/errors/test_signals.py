@@ -32,12 +32,18 @@ sys.exit(line.main(["simulate", "rig.yaml", "--speeds", "100", "--out", sys.argv
 """
 
 
+def started(out):
+    """A process that has begun to write a file."""
+    call = [sys.executable, "-c", SLOW, str(out)]
+    process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "started\n" and len(os.listdir(out.parent)) == 1
+    return process
+
+
 @pytest.mark.parametrize("name", ["out.nc", "library.nc"])
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_gives_one_line_and_leaves_no_partial_file(number, status, name, tmp_path):
-    call = [sys.executable, "-c", SLOW, str(tmp_path / name)]
-    process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert process.stdout.readline() == "started\n" and len(os.listdir(tmp_path)) == 1
+    process = started(tmp_path / name)
     process.send_signal(number)
     _, err = process.communicate(timeout=600)
     assert process.returncode == status and err == "stopped; files that were finished are kept\n"
@@ -46,9 +52,7 @@ def test_a_signal_gives_one_line_and_leaves_no_partial_file(number, status, name
 
 def test_a_second_of_work_is_not_needed_to_see_the_partial_file(tmp_path):
     """The control: a kill that no program can answer leaves it."""
-    call = [sys.executable, "-c", SLOW, str(tmp_path / "out.nc")]
-    process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    process.stdout.readline()
+    process = started(tmp_path / "out.nc")
     process.kill()
     process.communicate(timeout=600)
     time.sleep(0.05)
