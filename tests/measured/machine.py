@@ -18,8 +18,8 @@ SPEEDS = [60.0, 80.0, 100.0]
 TIME = np.arange(10000) / 4000
 NOISE = 5e-7
 GRAVITY, SENSOR, MARK = np.pi, np.pi / 2, np.pi / 6
-UNITS = {"m": 1.0, "mm": 1e3, "um": 1e6, "mil": 1 / 2.54e-5}
-PROBES = [  # channel, node, angle in degrees, unit, sign; V has 7874 V/m
+UNITS = {"m": 1.0, "mm": 1e3, "um": 1e6, "mil": 1 / 2.54e-5, "V": 7874.0}  # a metre
+PROBES = [  # channel, node, angle in degrees, unit, sign
     ("disc 1 left", 2, -45, "V", -1), ("disc 1 right", 2, 45, "mm", 1),
     ("disc 2 left", 4, -45, "mil", 1), ("disc 2 right", 4, 30, "um", -1),
 ]  # fmt: skip
@@ -30,7 +30,7 @@ def section(**changes):
     probes = []
     for channel, node, angle, unit, sign in PROBES:
         probe = {"channel": channel, "node": node, "angle_deg": float(angle), "unit": unit, "sign": sign}
-        probes.append(probe | ({"sensitivity_V_per_m": 7874.0} if unit == "V" else {}))
+        probes.append(probe | ({"sensitivity_V_per_m": UNITS["V"]} if unit == "V" else {}))
     key = {"channel": "key", "sensor_angle_deg": 90.0, "mark_angle_deg": 30.0}
     found = {"rotation": "against_angles", "gravity_angle_deg": 180.0, "probes": probes, "keyphasor": key}
     found |= {"speed_channel": "speed", "speed_unit": "rpm", "harmonics": HARMONICS}
@@ -65,7 +65,7 @@ def channels(record):
     found = {"time": record.time}
     for channel, node, angle, unit, sign in PROBES:
         towards = (seen[record.sensors.index(node)] * np.exp(-1j * np.deg2rad(angle))).real
-        found[channel] = sign * towards * (7874.0 if unit == "V" else UNITS[unit])
+        found[channel] = sign * towards * UNITS[unit]
     mark = GRAVITY - shaft_angle(record) + MARK
     found["key"] = 5 * np.exp(-0.5 * (np.angle(np.exp(1j * (mark - SENSOR))) / 0.1) ** 2)
     found["speed"] = np.full(len(record.time), record.speed * 30 / np.pi)

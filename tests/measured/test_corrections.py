@@ -103,22 +103,16 @@ def test_the_mean_of_repeats_has_the_covariance_of_their_scatter():
     assert 0.8 < spread < 1.6  # freedom 12: variance overestimated by 12 / 10, and an inverse chi-square average
 
 
-def test_repeats_within_their_noise_are_a_note_and_those_beyond_a_warning():
+def test_repeats_within_their_noise_are_a_note_and_those_beyond_a_warning_and_single_records_none():
     (note,) = averaged(repeats(1, 0.0), "x.csv")[1]
     assert (note.severity, note.name) == ("note", "repeats")
     (warning,) = averaged(repeats(1, SCATTER), "x.csv")[1]
     assert (warning.severity, warning.name) == ("warning", "repeats differ")
-
-
-def test_single_records_are_left_as_they_are():
-    spectrum = repeats(1, SCATTER, count=1)
-    found, findings = averaged(spectrum, "x.csv")
-    assert found is spectrum and findings == []
+    single = repeats(1, SCATTER, count=1)
+    assert averaged(single, "x.csv") == (single, [])
 
 
 def test_a_speed_measured_once_scatters_too():
-    spectrum = repeats(1, SCATTER)
-    part = spectrum.at_speeds(np.arange(7))  # the last speed once
-    found, _ = averaged(part, "x.csv")
+    found, _ = averaged(repeats(1, SCATTER).at_speeds(np.arange(7)), "x.csv")  # the last speed once
     std = np.sqrt(np.diagonal(found.covariance, axis1=-2, axis2=-1))
     assert np.allclose(std[2] / std[0], np.sqrt(3), rtol=0.05)

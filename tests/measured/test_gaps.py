@@ -56,13 +56,10 @@ def test_gap_voltages_show_where_the_journal_runs(tmp_path):
     assert lost.name == "journal out of place" and lost.severity == "warning" and "'gap_at_rest_V'" in lost.text
 
 
-def test_gaps_in_another_unit_are_refused(tmp_path):
+def test_gaps_in_another_unit_are_refused_and_one_at_rest_that_a_probe_lacks_is_asked_for(tmp_path):
+    """Without any at rest the columns are not read."""
     (tmp_path / "t.csv").write_text("Speed (rpm),B1 X Gap (mil),B1 Y Gap (mil)\n1000,40,41\n")
     refused(lambda: gap_positions(tmp_path / "t.csv", read_conventions(RIG, "rig")), "is in 'mil'; gaps are read in V")
-
-
-def test_a_gap_at_rest_that_one_of_two_probes_lacks_is_asked_for(tmp_path):
-    """Without any the columns are not read."""
     (tmp_path / "t.csv").write_text("Speed (rpm),B1 X Gap (V),B1 Y Gap (V)\n1000,-9,-9.1\n")
     x, y, *others = RIG["measurement"]["probes"]
     bare = [{key: value for key, value in one.items() if key != "gap_at_rest_V"} for one in (x, y)]

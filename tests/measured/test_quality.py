@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from machine import HARMONICS, MARKS, STEADY, TIME, channels, pulses, records, section, write, write_rig
+from machine import HARMONICS, MARKS, STEADY, TIME, UNITS, channels, pulses, records, section, write, write_rig
 from one_line_errors import refused
 from page_checks import problems
 
@@ -40,12 +40,6 @@ def test_good_records_have_no_findings(seed, tmp_path):
     assert findings(tmp_path, record) == {}
 
 
-def test_a_recorder_of_twelve_bits_is_not_clipping(tmp_path):
-    left = original()["disc 1 left"]
-    digit = np.ptp(left) / 400  # a tenth of its range is used
-    assert findings(tmp_path, **{"disc 1 left": np.round(left / digit) * digit}) == {}
-
-
 def draws(seed, size=TIME.size):
     return np.random.default_rng(seed).normal(size=size)
 
@@ -61,15 +55,34 @@ def with_gap(samples):
     return {"disc 1 left": left}
 
 
+def of_twelve_bits():
+    left = original()["disc 1 left"]
+    digit = np.ptp(left) / 400  # a tenth of its range is used
+    return {"disc 1 left": np.round(left / digit) * digit}
+
+
 def undershot(share):
     return {"key": pulses(MARKS)["key"] - share * pulses(MARKS + 0.3 / STEADY)["key"]}
 
 
-FAULTS = {
+def swapped(*pairs):
+    """Angles of the two probes of some discs, by the first, the wrong way round."""
+    probes = section()["probes"]
+    for i in pairs:
+        one, other = probes[i : i + 2]
+        one["angle_deg"], other["angle_deg"] = other["angle_deg"], one["angle_deg"]
+    return {"probes": probes}
+
+
+POSITIVE = {"keyphasor": section()["keyphasor"] | {"polarity": "positive"}}
+WRONG_LABEL = {"speed label": "error"}
+DEAD = {"dead probe": "warning", "single probe": "note"}
+FAULTS = {  # changes of channels, findings, changes of the rig file
     "clipping at 95 %": (lambda: clipped(0.95), {"clipping": "error"}),
     "clipping at 80 %": (lambda: clipped(0.8), {"clipping": "error"}),
-    "constant": (lambda: {"disc 1 left": np.full(len(TIME), 0.3)}, {"dead probe": "warning"}),
-    "noise only": (lambda: {"disc 1 left": draws(3)}, {"dead probe": "warning"}),
+    "twelve bits": (of_twelve_bits, {}),
+    "constant": (lambda: {"disc 1 left": np.full(len(TIME), 0.3)}, DEAD),
+    "noise only": (lambda: {"disc 1 left": draws(3)}, DEAD),
     "one cable twice": (lambda: {"disc 1 right": -original()["disc 1 left"] / 7.874}, {"one signal": "warning"}),
     "weak": (
         lambda: {"disc 1 left": np.mean(original()["disc 1 left"]) + 2e-3 * original()["disc 1 left"]},
@@ -77,7 +90,10 @@ FAULTS = {
     ),
     "a few samples missing": (lambda: with_gap(100), {"gaps": "warning"}),
     "many samples missing": (lambda: with_gap(2000), {"gaps": "error"}),
-    "label": (lambda: {"speed": original()["speed"] * 1.03}, {"speed label": "error"}),
+    "label": (lambda: {"speed": original()["speed"] * 1.03}, WRONG_LABEL),
+    "label in rad/s": (lambda: {"speed": np.full(len(TIME), STEADY)}, {}, {"speed_unit": "rad/s"}),
+    "label in rad/s as Hz": (lambda: {"speed": np.full(len(TIME), STEADY)}, WRONG_LABEL, {"speed_unit": "Hz"}),
+    "label in rad/s as rpm": (lambda: {"speed": np.full(len(TIME), STEADY)}, WRONG_LABEL),
     "dead keyphasor": (lambda: {"key": np.full(len(TIME), 1.0)}, {"dead keyphasor": "error"}),
     "noisy dead keyphasor": (lambda: {"key": draws(2)}, {"dead keyphasor": "error"}),
     "three pulses missing": (lambda: pulses(np.delete(MARKS, [4, 11, 12])), {"missing pulses": "warning"}),
@@ -89,31 +105,37 @@ FAULTS = {
     "an AC-coupled keyphasor": (lambda: {"key": np.gradient(pulses(MARKS)["key"])}, {"keyphasor polarity": "warning"}),
     "pulses with half an undershoot": (lambda: undershot(0.5), {"keyphasor polarity": "warning"}),
     "pulses with a small undershoot": (lambda: undershot(0.2), {}),
-    "two marks a turn": (lambda: pulses(np.sort([*MARKS, *(MARKS - np.pi / STEADY)])), {"speed label": "error"}),
+    "pulses": (lambda: pulses(MARKS, noise=0.05), {}),
+    "downward pulses": (lambda: pulses(MARKS, -1, noise=0.05), {}),
+    "downward pulses from -8 V": (lambda: pulses(MARKS, -1, -8.0, noise=0.05), {}),
+    "pulses as stated": (lambda: pulses(MARKS), {}, POSITIVE),
+    "downward pulses stated upward": (lambda: pulses(MARKS, -1), {"keyphasor polarity": "error"}, POSITIVE),
+    "a square wave": (lambda: {"key": np.sign(np.sin(STEADY * TIME))}, {"keyphasor polarity": "warning"}),
+    "two marks a turn": (
+        lambda: pulses(np.sort([*MARKS, *(MARKS - np.pi / STEADY)])),
+        WRONG_LABEL | {"non-synchronous line": "warning"},
+    ),
+    "a vibration that grows": (
+        lambda: {"disc 1 left": original()["disc 1 left"] * (1 + 0.05 * TIME)},
+        {"not steady": "warning"},
+    ),
+    "reversed rotation": (dict, {"sense of rotation": "error"}, {"rotation": "with_angles"}),
+    "all probes swapped": (dict, {"sense of rotation": "error"}, swapped(0, 2)),
+    "two probes swapped": (dict, {"swapped probes": "error"}, swapped(0)),
 }
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_each_fault_is_named(fault, tmp_path):
-    changes, expected = FAULTS[fault]
-    found = findings(tmp_path, **changes())
-    assert {name: found.get(name) for name in expected} == expected
-    assert "error" not in {s for name, s in found.items() if name not in expected}
-
-
-PER_UNIT = {"V": 1 / 7874, "mm": 1e-3, "mil": 2.54e-5, "um": 1e-6}  # m
-
-
-def still(record, probes=(), noise=1e-6):
-    """Channels of a record in which some probes show noise (rms in m) and nothing else, by default none."""
-    generator = np.random.default_rng(5)
-    seen = [p for p in section()["probes"] if p["channel"] in probes]
-    return {p["channel"]: noise / PER_UNIT[p["unit"]] * generator.normal(size=len(TIME)) for p in seen}
+def test_each_fault_is_named_and_nothing_else(fault, tmp_path):
+    changes, expected, *of_rig = FAULTS[fault]
+    assert findings(tmp_path, None, *of_rig, **changes()) == expected
 
 
 def of_all_speeds(tmp_path, probes, quiet):
     """(severity, name) of the findings on probes, and the Spectrum; `probes` show noise alone at the speeds `quiet`."""
-    paths = [write("csv", tmp_path, one, **still(one, probes if one.speed in quiet else ())) for one in records()]
+    generator, units = np.random.default_rng(5), {p["channel"]: UNITS[p["unit"]] for p in section()["probes"]}
+    still = {name: 1e-6 * units[name] * generator.normal(size=len(TIME)) for name in probes}
+    paths = [write("csv", tmp_path, one, **(still if one.speed in quiet else {})) for one in records()]
     found = read_measurement(paths, write_rig(tmp_path / "rig.yaml"))
     told = {"dead probe", "weak probe", "noise floor"}
     return {(f.severity, f.name) for f in found.findings if f.name in told}, found.spectrum
@@ -123,37 +145,16 @@ DISC_1 = ("disc 1 left", "disc 1 right")
 
 
 def test_a_shaft_that_is_quiet_at_one_speed_has_no_dead_probes(tmp_path):
-    """Neither probe of a node shows any vibration beyond a noise of a few per cent of that at other speeds."""
+    """Neither probe of a node shows any vibration beyond a noise of a few per cent of that at other speeds.
+
+    Negative control: one probe that shows noise while the other vibrates, or both at all speeds.
+    """
     told, spectrum = of_all_speeds(tmp_path, DISC_1, quiet=[60.0])
     assert told == {("warning", "noise floor")} and len(spectrum.speed) == 3
-
-
-def test_dead_probes_are_refused(tmp_path):
-    """Negative control: one probe that shows noise while the other vibrates, or both at all speeds."""
     told, spectrum = of_all_speeds(tmp_path, DISC_1[:1], quiet=[60.0])
     assert ("error", "dead probe") in told and len(spectrum.speed) == 2
     told, _ = of_all_speeds(tmp_path, DISC_1, quiet=[60.0, 80.0, 100.0])
     assert ("error", "dead probe") in told
-
-
-def test_pulses_of_their_own_are_no_fault(tmp_path):
-    for sign, base in ((1, 0.0), (-1, 0.0), (-1, -8.0)):
-        assert findings(tmp_path, **pulses(MARKS, sign, base, noise=0.05)) == {}
-
-
-def test_reversed_polarity_is_an_error_where_the_rig_states_one(tmp_path):
-    stated = {"keyphasor": section()["keyphasor"] | {"polarity": "positive"}}
-    assert findings(tmp_path, rig_changes=stated, **pulses(MARKS)) == {}
-    assert findings(tmp_path, rig_changes=stated, **pulses(MARKS, -1))["keyphasor polarity"] == "error"
-    square = {"key": np.sign(np.sin(STEADY * TIME))}
-    assert findings(tmp_path, **square)["keyphasor polarity"] == "warning"
-
-
-def test_hints_of_the_speed_label(tmp_path):
-    path = write("csv", tmp_path, records(speeds=[STEADY])[0], speed=np.full(len(TIME), STEADY))
-    for unit, hint in (("Hz", "label"), ("rpm", "label is in"), ("rad/s", None)):
-        measurement = read_measurement(path, write_rig(tmp_path / "rig.yaml", speed_unit=unit))
-        assert [f.name for f in measurement.findings] == ([] if hint is None else ["speed label"])
 
 
 def test_short_and_coarse_records(tmp_path):
@@ -167,18 +168,11 @@ def test_short_and_coarse_records(tmp_path):
     assert findings(tmp_path, at(10000, 31))["sampling rate"] == "error"  # ten a turn are too few for 7X
 
 
-def test_a_changing_speed(tmp_path):
+@pytest.mark.parametrize(("drift", "severity"), [(0.002, None), (0.02, "warning"), (0.1, "error")])
+def test_a_changing_speed(drift, severity, tmp_path):
     """Angle w t (1 + d t / 2 T): the speed changes by d over the record."""
-    for drift, expected in ((0.002, {}), (0.02, "warning"), (0.1, "error")):
-        length = TIME[-1]
-        marks = np.interp(2 * np.pi * np.arange(1, 32), STEADY * (TIME + drift * TIME**2 / 2 / length), TIME)
-        found = findings(tmp_path, **pulses(marks[marks < length - 0.01]))
-        assert found.get("speed drift", {}) == expected
-
-
-def test_a_vibration_that_grows_is_not_steady(tmp_path):
-    growing = {"disc 1 left": original()["disc 1 left"] * (1 + 0.05 * TIME)}
-    assert findings(tmp_path, **growing) == {"not steady": "warning"}
+    marks = np.interp(2 * np.pi * np.arange(1, 32), STEADY * (TIME + drift * TIME**2 / 2 / TIME[-1]), TIME)
+    assert findings(tmp_path, **pulses(marks[marks < TIME[-1] - 0.01])).get("speed drift") == severity
 
 
 @pytest.mark.parametrize("unit", ["mm", "um"])
@@ -222,25 +216,7 @@ def test_a_mark_that_does_not_pass_once_a_revolution_is_told():
 
 def meters(record):
     found = channels(record)
-    return {p["channel"]: found[p["channel"]] * PER_UNIT[p["unit"]] * p["sign"] for p in section()["probes"]}
-
-
-def swapped(pair):
-    """Probe channels of some discs the wrong way round."""
-    probes = section()["probes"]
-    for i in pair:
-        probes[i]["channel"], probes[i + 1]["channel"] = probes[i + 1]["channel"], probes[i]["channel"]
-        for key in ("unit", "sign", "sensitivity_V_per_m"):  # each channel keeps its own scale
-            values = probes[i].pop(key, None), probes[i + 1].pop(key, None)
-            probes[i] |= {} if values[1] is None else {key: values[1]}
-            probes[i + 1] |= {} if values[0] is None else {key: values[0]}
-    return {"probes": probes}
-
-
-def test_swapped_probes_and_a_reversed_sense_are_told_apart(tmp_path):
-    assert findings(tmp_path, rig_changes={"rotation": "with_angles"})["sense of rotation"] == "error"
-    assert findings(tmp_path, rig_changes=swapped([0, 2]))["sense of rotation"] == "error"
-    assert findings(tmp_path, rig_changes=swapped([0]))["swapped probes"] == "error"
+    return {p["channel"]: found[p["channel"]] / UNITS[p["unit"]] * p["sign"] for p in section()["probes"]}
 
 
 def test_backward_whirl_that_the_rig_expects_is_no_fault():

@@ -4,9 +4,10 @@ from functools import cache
 
 import numpy as np
 import pytest
+from machines import readings
 from scipy.integrate import quad, solve_ivp
 
-from rotorstudy import Spectrum, read_measurement
+from rotorstudy import read_measurement
 from rotorstudy.measurement.resonances import check_resonances, find_resonances, modal_passage, vectors_1x
 
 CRITICAL, DECAY = np.array([162.0, 172.0]), np.array([3.0, 6.0])  # rad/s, 1/s: 95 rpm apart, factors of 27 and 14
@@ -72,9 +73,15 @@ def test_steady_vectors_are_not_taken_as_swept():
 
 
 def test_vectors_without_a_resonance_have_none():
-    speed = np.linspace(20, 100, 40)
+    """The highest of 60 values of noise exceeds the lowest beside it three times, as a peak does."""
+    speed, generator = np.linspace(20, 100, 40), np.random.default_rng(1)
     assert find_resonances(speed, steady(speed)[None], True) is None
     assert find_resonances(speed[:5], steady(speed)[None, :5], True) is None
+    for _ in range(3):
+        noise = 1e-6 * (generator.normal(size=(1, 60)) + 1j * generator.normal(size=(1, 60)))
+        assert find_resonances(np.linspace(300, 900, 60), noise, False) is None
+    still = readings(np.zeros((2, 2, 1), complex), [100.0, 200.0], [1, -1], (1,), 0.0)
+    assert list(check_resonances(still, True, "table")) == []
 
 
 @pytest.mark.parametrize("rate", [25.0, -8.0])
@@ -101,27 +108,10 @@ def test_the_measured_run_up_says_what_its_page_says(request):
     assert f"residual of {1e6 * steady_fit.noise:.1f} µm" in page
 
 
-def test_noise_alone_is_no_resonance():
-    """The highest of 60 values of noise exceeds the lowest beside it three times, as a peak does."""
-    speed, generator = np.linspace(300, 900, 60), np.random.default_rng(1)
-    for _ in range(3):
-        noise = 1e-6 * (generator.normal(size=(1, 60)) + 1j * generator.normal(size=(1, 60)))
-        assert find_resonances(speed, noise, False) is None
-
-
-def test_vectors_of_zero_have_no_resonance():
-    spectrum = Spectrum(
-        np.zeros((2, 2, 1), complex), np.array([100.0, 200.0]), np.array([1, -1]), (1,), np.zeros((2, 1, 4, 4))
-    )
-    assert list(check_resonances(spectrum, True, "table")) == []
-
-
 def test_orbits_on_anisotropic_supports_show_both_critical_speeds():
     """Their backward parts are conj(X) + j conj(Y) over 2, whose phase would lead as that of the forward ones lags."""
-    speed, generator = np.linspace(110.0, 260.0, 120), np.random.default_rng(2)
+    speed = np.linspace(110.0, 260.0, 120)
     x, y = 1e-5 * speed**2 / (CRITICAL[:, None] ** 2 - speed**2 + 2j * DECAY[:, None] * speed) * [[1], [-1j]]
     amplitude = np.stack([x + 1j * y, x.conj() + 1j * y.conj()], axis=1)[..., None] / 2
-    noise = generator.normal(0, 2e-8, (2, *amplitude.shape))
-    amplitude = amplitude + noise[0] + 1j * noise[1]
-    spectrum = Spectrum(amplitude, speed, np.array([1, -1]), (1,), np.tile(4e-16 * np.eye(4), (120, 1, 1, 1)))
+    spectrum = readings(amplitude, speed, [1, -1], (1,), 2e-8, seed=2)
     assert_is_rotor(find_resonances(speed, np.array(list(vectors_1x(spectrum).values())), False), 0.0)
