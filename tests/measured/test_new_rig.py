@@ -20,16 +20,16 @@ ANGLES = {"X": -45.0, "Y": 45.0}  # from straight up, to the left
 
 @pytest.fixture(scope="module")
 def signals(tmp_path_factory):
-    """The example machine turning to the left: {(node, name): micrometres (time,)}, and its pulses."""
+    """The example machine turning to the left: micrometres (time,) of the probes 3X, 3Y, 9X and 9Y, and pulses."""
     folder = tmp_path_factory.mktemp("machine")
     (record,) = simulate_records(load_rig(new_rig("machine", folder).path), [SPEED], [1, -1], TIME)
-    random, found = np.random.default_rng(1), {}
+    random, found = np.random.default_rng(1), {"key": 5.0 * record.keyphasor}
     for node in (3, 9):
         z = record.displacement[record.sensors.index(node)]
         for name, angle in ANGLES.items():  # x points down: straight up is half a revolution from it
             along = (z * np.exp(-1j * (np.pi + np.deg2rad(angle)))).real
-            found[node, name] = 1e6 * along + 0.01 * random.normal(size=len(TIME)) + 3
-    return found, 5.0 * record.keyphasor
+            found[f"{node}{name}"] = 1e6 * along + 0.01 * random.normal(size=len(TIME)) + 3
+    return found
 
 
 def csv(path, columns, separator=",", decimal=".", above=(), units=None):
@@ -41,10 +41,9 @@ def csv(path, columns, separator=",", decimal=".", above=(), units=None):
 
 def test_a_semicolon_table_with_a_row_of_units_is_read_as_guessed(signals, tmp_path, command):
     """The guess reads the file: orbits and phase are those of the machine; the picture and the sentences are there."""
-    probes, pulses = signals
-    mils = {f"Brg {node} {name}": values / 25.4 for (node, name), values in probes.items()}
-    path = csv(tmp_path / "run.csv", {"Time": TIME * 1e3, **mils, "Trigger": pulses}, ";", ",", ["Recorder 7", ""],
-               ["ms", *["mil"] * 4, "V"])  # fmt: skip
+    mils = {f"Brg {node} {name}": signals[f"{node}{name}"] / 25.4 for node in (3, 9) for name in "XY"}
+    columns = {"Time": TIME * 1e3, **mils, "Trigger": signals["key"]}
+    path = csv(tmp_path / "run.csv", columns, ";", ",", ["Recorder 7", ""], ["ms", *["mil"] * 4, "V"])
     printed = command("new", "rig", "mine", "--records", path, "--folder", tmp_path).out
     told = ("semicolons, decimal ','", "header in line 3", "'Time' in ms", "'Trigger'", "45° right of the top, in mil")
     assert all(words in printed for words in told)
@@ -77,8 +76,7 @@ def test_angles_in_the_names_of_probes_are_used(names, found, tmp_path):
 
 @pytest.mark.parametrize("change", ["one plane", "time twice", "infinity"])
 def test_the_rig_of_any_record_reads_it_or_says_what_is_wrong_with_its_time(change, signals, tmp_path):
-    probes, pulses = signals
-    columns = {"time": TIME, **{f"3{name} (um)": probes[3, name].copy() for name in "XY"}, "key": pulses}
+    columns = {"time": TIME, "3X (um)": signals["3X"].copy(), "3Y (um)": signals["3Y"], "key": signals["key"]}
     if change == "infinity":
         columns["3X (um)"][7] = np.inf
     if change == "time twice":
@@ -102,9 +100,8 @@ def test_a_column_with_a_text_is_left_out_with_the_reason(tmp_path):
 
 
 def test_the_pulses_of_a_second_mark_are_no_probe(signals, tmp_path):
-    probes, pulses = signals
-    given = {"t": TIME, "X": probes[3, "X"], "Y": probes[3, "Y"], "key": pulses, "tacho": pulses}
-    given["trigger of 2"] = probes[9, "X"]
+    given = {"t": TIME, "X": signals["3X"], "Y": signals["3Y"], "key": signals["key"], "tacho": signals["key"]}
+    given["trigger of 2"] = signals["9X"]
     found = guess_measurement(csv(tmp_path / "run.csv", given), PLANES)
     assert [one["channel"] for one in found.section["probes"]] == ["X", "Y", "trigger of 2"]  # the last is no pulses
     assert found.section["keyphasor"]["channel"] == "key" and "not used: tacho (constant" in " ".join(found.said)
@@ -112,9 +109,8 @@ def test_the_pulses_of_a_second_mark_are_no_probe(signals, tmp_path):
 
 def test_a_probe_with_impacts_is_no_phase_mark(signals, tmp_path):
     """Sharp on one side, and before the mark, whose name says nothing."""
-    probes, pulses = signals
     impacts = np.cos(SPEED * TIME) + 4 * np.exp(-0.5 * (np.angle(np.exp(1j * SPEED * TIME)) / 0.2) ** 2)
-    given = {"t": TIME, "X (um)": impacts, "Y (um)": probes[3, "Y"], "A3": pulses}
+    given = {"t": TIME, "X (um)": impacts, "Y (um)": signals["3Y"], "A3": signals["key"]}
     found = guess_measurement(csv(tmp_path / "run.csv", given), PLANES).section
     assert found["keyphasor"]["channel"] == "A3" and [p["channel"] for p in found["probes"]] == ["X (um)", "Y (um)"]
 
@@ -122,10 +118,9 @@ def test_a_probe_with_impacts_is_no_phase_mark(signals, tmp_path):
 def test_a_uff_file_is_guessed_by_its_labels(signals, tmp_path):
     """Each signal once, though its node and direction are another name of it; and the unit that a label states."""
     uff = pytest.importorskip("uff_files")
-    probes, pulses = signals
-    sets = [uff.signal_set(f"DE {name}", i, TIME, probes[3, name]) for i, name in enumerate("XY", start=1)]
+    sets = [uff.signal_set(f"DE {name}", i, TIME, signals[f"3{name}"]) for i, name in enumerate("XY", start=1)]
     sets = [one | {"ordinate_axis_units_lab": "mil"} for one in sets]  # by the size of the numbers they would be um
-    uff.write_sets(tmp_path / "run.uff", [*sets, uff.signal_set("key", 9, TIME, pulses)])
+    uff.write_sets(tmp_path / "run.uff", [*sets, uff.signal_set("key", 9, TIME, signals["key"])])
     rig = new_rig("mine", tmp_path, [tmp_path / "run.uff"]).path
     section = yaml.safe_load(rig.read_text())["measurement"]
     assert section["keyphasor"]["channel"] == "key"
@@ -135,10 +130,8 @@ def test_a_uff_file_is_guessed_by_its_labels(signals, tmp_path):
 
 def test_a_shaft_that_turns_the_other_way_is_noticed(signals, tmp_path):
     """Mirrored left and right, the same signals are those of a shaft that turns to the right."""
-    probes, pulses = signals
-    names = {"X": "Y", "Y": "X"}
-    columns = {f"{node}{names[name]} (um)": values for (node, name), values in probes.items()}
-    path = csv(tmp_path / "run.csv", {"time": TIME, **columns, "key": pulses})
+    mirrored = {f"{node}{name} (um)": signals[f"{node}{other}"] for node in (3, 9) for name, other in ("YX", "XY")}
+    path = csv(tmp_path / "run.csv", {"time": TIME, **mirrored, "key": signals["key"]})
     rig, said, _ = new_rig("mine", tmp_path, [path])
     assert yaml.safe_load(rig.read_text())["measurement"]["rotation"] == "against_angles"
     assert said[-1].startswith("sense of rotation: against")
@@ -190,13 +183,12 @@ HEADS = {  # of exporters: lines above the numbers, their separator, factors of 
 @pytest.mark.parametrize("name", HEADS)
 def test_exports_are_read_as_guessed(name, signals, tmp_path):
     head, separator, times, sizes, first = HEADS[name]
-    probes, pulses = signals
-    columns = [times * TIME, sizes * probes[3, "X"], sizes * probes[3, "Y"], pulses]
+    columns = [times * TIME, sizes * signals["3X"], sizes * signals["3Y"], signals["key"]]
     rows = [separator.join(f"{v:.9g}" for v in row) for row in zip(*columns, strict=True)]
     rows = rows if first is None else [f"{first(i)}{separator}{row}" for i, row in enumerate(rows)]
     path, plain = tmp_path / "run.csv", tmp_path / "plain.csv"
     path.write_text("\n".join([head, *rows]))
-    csv(plain, {"time": TIME, "DE X (um)": probes[3, "X"], "DE Y (um)": probes[3, "Y"], "key": pulses})
+    csv(plain, {"time": TIME, "DE X (um)": signals["3X"], "DE Y (um)": signals["3Y"], "key": signals["key"]})
     found, known = (read_measurement([one], new_rig(one.stem, tmp_path, [one]).path).spectrum for one in (path, plain))
     assert found.speed == pytest.approx(known.speed, rel=1e-4) and found.sensors == known.sensors == (3,)
     assert found.amplitude == pytest.approx(known.amplitude, abs=1e-8)
@@ -204,8 +196,7 @@ def test_exports_are_read_as_guessed(name, signals, tmp_path):
 
 @pytest.mark.parametrize(("names", "unknown"), [("time,x,y", "time, x, y"), ("time (s),x (um),y (um)", None)])
 def test_a_unit_that_the_file_does_not_state_is_told_to_be_a_guess(names, unknown, signals, tmp_path):
-    probes, _ = signals
-    csv(tmp_path / "run.csv", dict(zip(names.split(","), (TIME, probes[3, "X"], probes[3, "Y"]), strict=True)))
+    csv(tmp_path / "run.csv", dict(zip(names.split(","), (TIME, signals["3X"], signals["3Y"]), strict=True)))
     said = [line for line in new_rig("mine", tmp_path, [tmp_path / "run.csv"]).guessed if line.startswith("units")]
     assert said == [f"units: the file states none for {unknown}; those above are guesses (NOT known)"] * bool(unknown)
 
@@ -213,8 +204,7 @@ def test_a_unit_that_the_file_does_not_state_is_told_to_be_a_guess(names, unknow
 @pytest.mark.parametrize("first", [lambda i: f"2024-03-05 10:11:{12 + i / 2000:09.6f}", str])
 def test_no_sampling_rate_is_made_up(first, signals, tmp_path):
     """Dates, and numbers of samples, are no times in seconds."""
-    probes, pulses = signals
-    rows = [f"{first(i)},{probes[3, 'X'][i]},{probes[3, 'Y'][i]},{pulses[i]}" for i in range(len(TIME))]
+    rows = [f"{first(i)},{signals['3X'][i]},{signals['3Y'][i]},{signals['key'][i]}" for i in range(len(TIME))]
     (tmp_path / "run.csv").write_text("\n".join(["Stamp,DE X (um),DE Y (um),key", *rows]))
     path, said, _ = new_rig("mine", tmp_path, [tmp_path / "run.csv"])
     assert any("NOT read before sample_rate_Hz is stated" in line for line in said)

@@ -31,6 +31,12 @@ def model_of(path, case="machine"):
     return build_model(sections)
 
 
+def harmonics_of(along_x, along_y):
+    """(speed, harmonic, node) m, from the real and imaginary parts of ROSS along its axes (part, node, speed)."""
+    x, y = (np.array(real) + 1j * np.array(imaginary) for real, imaginary in (along_x, along_y))
+    return np.transpose(np.stack([1j * (x + 1j * y) / 2, 1j * np.conj(x - 1j * y) / 2]), (2, 0, 1))
+
+
 def distance(found, known):
     """Largest relative distance of some frequencies from the nearest of ROSS, which also has axial ones."""
     return max(np.abs(np.array(known) - one).min() / one for one in found)
@@ -46,9 +52,8 @@ def test_whirl_critical_speeds_and_response_are_those_of_ross(name):
     assert len(found) >= 2 and distance(found, known["critical_rad_s"]) < 1e-5  # to which ROSS iterates
     shown = harmonic_response(model, known["speeds_rad_s"], [1, -1])
     shown = shown[..., [model.structure.index(node) for node in NODES["machine"]]]
-    x, y = (np.array(known[axis][0]) + 1j * np.array(known[axis][1]) for axis in "xy")  # (node, speed)
-    theirs = np.stack([1j * (x + 1j * y) / 2, 1j * np.conj(x - 1j * y) / 2])
-    assert np.abs(shown - np.transpose(theirs, (2, 0, 1))).max() < ROUND_OFF * np.abs(theirs).max()
+    theirs = harmonics_of(known["x"], known["y"])
+    assert np.abs(shown - theirs).max() < ROUND_OFF * np.abs(theirs).max()
 
 
 def test_a_cone_is_close(tmp_path):
@@ -91,21 +96,14 @@ LESS_EXACT = {
 }
 
 
-def response_of(sections):
-    """(speed, harmonic, node) m, to the unbalance of the response of ROSS."""
-    disc = sections["rotor"]["discs"][0]["node"]
+def off(name, sections):
+    """Largest difference from the response of ROSS to its unbalance, relative to the largest response."""
+    known, disc = RESPONSES[name], sections["rotor"]["discs"][0]["node"]
     unbalance = {"kind": "unbalance", "node": disc, "unbalance_kg_m": 1e-3, "eccentricity_phase_rad": 0.4 + np.pi / 2}
     model = build_model({**sections, "effects": [*sections["effects"][:-1], unbalance]})
-    nodes = range(1, len(sections["rotor"]["elements"]) + 2)
-    return lambda speeds: harmonic_response(model, speeds, [1, -1])[..., [model.structure.index(n) for n in nodes]]
-
-
-def off(name, sections):
-    """Largest difference from the response of ROSS, relative to the largest response."""
-    known = RESPONSES[name]
-    shown = response_of(sections)(known["speeds_rad_s"])
-    x, y = ((np.array(part[0]) + 1j * np.array(part[1]))[: shown.shape[-1]] for part in known["xy"])  # supports last
-    theirs = np.transpose(np.stack([1j * (x + 1j * y) / 2, 1j * np.conj(x - 1j * y) / 2]), (2, 0, 1))
+    nodes = [model.structure.index(n) for n in range(1, len(sections["rotor"]["elements"]) + 2)]
+    shown = harmonic_response(model, known["speeds_rad_s"], [1, -1])[..., nodes]
+    theirs = harmonics_of(*known["xy"])[..., : len(nodes)]  # supports last
     return np.abs(shown - theirs).max() / np.abs(theirs).max()
 
 
