@@ -167,13 +167,9 @@ def test_files_that_are_folders_or_missing_are_refused(tmp_path):
         refused(lambda load=load: load(tmp_path / "none.yaml"), "none.yaml", "does not exist")
 
 
-def test_a_parameter_without_its_label_is_that_of_all_labels():
+def test_a_parameter_without_its_label_is_that_of_all_labels_and_a_wrong_name_is_refused():
     unbalances = [{"kind": "unbalance", "label": label, "eccentricity_m": 1e-6} for label in "ab"]
     model = build_model({"rotor": RIG["rotor"], "effects": unbalances})
     assert model.unknown_names(["eccentricity"]) == model.names
     assert model.unknown_names(["eccentricity[b]"]) == model.names[2:]
-
-
-def test_parameters_asked_for_by_a_wrong_name_are_refused():
-    model = build_model(RIG)
     refused(lambda: model.unknown_names(["excentricity"]), "unknown parameter 'excentricity'", "eccentricity")

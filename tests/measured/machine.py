@@ -99,6 +99,13 @@ def write(kind, folder, record, name=None, **changes):
     return path
 
 
+def mark_times(record):
+    """Times (revolution,) s at which the phase mark passes its sensor, but at the very ends of a record."""
+    angle, time = (shaft_angle(record) - (GRAVITY + MARK - SENSOR))[20:-20], record.time[20:-20]
+    turns = np.arange(np.ceil(angle[0] / (2 * np.pi)), angle[-1] / (2 * np.pi))
+    return np.interp(turns * 2 * np.pi, angle, time)
+
+
 STEADY = 80.0  # rad/s
 MARKS = np.arange(1, 31) * 2 * np.pi / STEADY  # of the phase mark at that speed, s
 

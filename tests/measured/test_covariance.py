@@ -1,9 +1,8 @@
 """The stated covariance of measured harmonics is their scatter: over many records with noise that is known."""
 
-import machine
 import numpy as np
 import pytest
-from machine import HARMONICS, TIME, model, records, write, write_rig
+from machine import HARMONICS, NOISE, TIME, mark_times, model, records, write, write_rig
 from scipy.signal import lfilter
 from scipy.stats import chi2
 
@@ -136,17 +135,14 @@ def test_whole_records_with_noise_and_jitter(tmp_path):
     total, without, count = 0.0, 0.0, 5 * 2 * 2 * len(HARMONICS)
     for seed in range(5):
         (record,) = records(seed, [80.0])
-        passing = machine.GRAVITY + machine.MARK - machine.SENSOR
-        angle = machine.shaft_angle(record) - passing  # whole turns when the mark passes
-        turns = np.arange(np.ceil(angle[20] / (2 * np.pi)), angle[-20] / (2 * np.pi))
-        marks = np.interp(turns * 2 * np.pi, angle, record.time)
+        marks = mark_times(record)
         marks = marks + 0.02 / 80 * np.random.default_rng(1000 + seed).normal(size=len(marks))
         key = 5 * np.exp(-0.5 * ((record.time[:, None] - marks) * 80 / 0.1) ** 2).sum(axis=1)
         found = read_measurement(write("csv", tmp_path, record, key=key), rig).spectrum
         off = components(found.amplitude - true)[0]
         for s in range(2):
             total += off[:, s] @ np.linalg.solve(found.covariance[0, s], off[:, s])
-            without += np.sum(off[:, s] ** 2) / (machine.NOISE**2 / len(TIME))  # the white noise alone
+            without += np.sum(off[:, s] ** 2) / (NOISE**2 / len(TIME))  # the white noise alone
     # the mark's error is common to both nodes, so 5 values fewer are independent; covariances of 30 blocks: 2 / 27
     low, high = chi2.ppf([0.001, 0.999], count - 5) / count
     assert 0.9 * low < total / count < 1.1 * high, total / count

@@ -1,10 +1,12 @@
 """A record written in any format, with any conventions, gives the harmonics it was made of."""
 
+from itertools import zip_longest
+
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from machine import HARMONICS, PROBES, SPEEDS, channels, model, records, section, write, write_rig
+from machine import HARMONICS, PROBES, SPEEDS, channels, mark_times, model, records, section, write, write_rig
 from one_line_errors import refused
 from scipy.stats import chi2
 
@@ -72,9 +74,8 @@ def test_the_projects_own_records_and_netcdf_with_probes(tmp_path):
     made = records()
     own, odd = tmp_path / "own.nc", tmp_path / "odd.nc"
     save(records_dataset(made), own)
-    rig = write_rig(tmp_path / "own.yaml", probes=[], keyphasor={"channel": "keyphasor"}, rotation="with_angles")
-    text = rig.read_text().replace("gravity_angle_deg: 180.0", "gravity_angle_deg: 0.0")
-    rig.write_text(text.replace("  speed_channel: speed\n", ""))
+    projects = {"rotation": "with_angles", "gravity_angle_deg": 0.0}
+    rig = write_rig(tmp_path / "own.yaml", probes=[], keyphasor={"channel": "keyphasor"}, **projects)
     measurement = read_measurement(own, rig)
     assert measurement.findings == [] and agrees(measurement)
 
@@ -96,15 +97,9 @@ def test_the_projects_own_records_and_netcdf_with_probes(tmp_path):
     measurement = read_measurement(odd, rig)
     assert measurement.findings == [] and agrees(measurement)
 
-    marks = [np.flatnonzero(np.diff(np.sign(channels(r)["key"] - 2.5)) != 0) for r in made]  # samples, so coarse
-    times = np.full((3, max(map(len, marks)) // 2), np.nan)
-    for row, at, r in zip(times, marks, made, strict=True):
-        at = at[1:] if channels(r)["key"][0] > 2.5 else at
-        pairs = len(at) // 2
-        row[:pairs] = (r.time[at[0 : 2 * pairs : 2]] + r.time[at[1 : 2 * pairs : 2]]) / 2 + 0.5 / 4000
-    data.drop_vars("keyphasor").assign(phase_mark_time=(("speed", "revolution"), times)).to_netcdf(
-        tmp_path / "marks.nc"
-    )
+    times = np.transpose([*zip_longest(*map(mark_times, made), fillvalue=np.nan)])  # fewer at a low speed
+    marked = data.drop_vars("keyphasor").assign(phase_mark_time=(("speed", "revolution"), times))
+    marked.to_netcdf(tmp_path / "marks.nc")
     measurement = read_measurement(tmp_path / "marks.nc", rig)
     assert measurement.findings == [] and agrees(measurement)
 
