@@ -77,17 +77,18 @@ def test_hostile_yaml_is_refused_with_the_name_of_the_file(tmp_path, name):
     assert re.search(message, refused(lambda: read_yaml(path), "rig.yaml"))
 
 
-def test_keys_that_are_truths_to_yaml_are_texts(tmp_path):
-    """`on: bearing DE`, of a probe on a casing."""
-    path = tmp_path / "rig.yaml"
-    path.write_text("probe: {on: bearing DE, no: on}\nyes: 1\n")
-    assert read_yaml(path) == {"probe": {"on": "bearing DE", "no": True}, "yes": 1}
-
-
-def test_aliases_and_merge_keys_of_a_sensible_size_are_read(tmp_path):
-    path = tmp_path / "rig.yaml"
-    path.write_text("common: &c {a: 1, b: 50e-6}\nother: {<<: *c, b: 2e5}\n")
-    assert read_yaml(path) == {"common": {"a": 1, "b": 50e-6}, "other": {"a": 1, "b": 2e5}}
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [  # a probe on a casing; a merge key; numbers as Python reads them
+        ("probe: {on: bearing DE, no: on}\nyes: 1\n", {"probe": {"on": "bearing DE", "no": True}, "yes": 1}),
+        ("one: &c {a: 1, b: 50e-6}\ntwo: {<<: *c, b: 2e5}\n", {"one": {"a": 1, "b": 50e-6}, "two": {"a": 1, "b": 2e5}}),
+        ("a: [50e-6, 2e-05, 1e5, +.5E3, -3.e2, 7, 0.25, 1.5e+3]", {"a": [50e-6, 2e-5, 1e5, 500, -300, 7, 0.25, 1500]}),
+        ("a: [1e, e5, 2e-5 mm, 5e3x, run_1e5]", {"a": ["1e", "e5", "2e-5 mm", "5e3x", "run_1e5"]}),
+    ],
+)
+def test_what_yaml_alone_takes_otherwise_is_read_as_meant(text, found, tmp_path):
+    (tmp_path / "rig.yaml").write_text(text)
+    assert read_yaml(tmp_path / "rig.yaml") == found
 
 
 def test_a_message_that_repeats_the_input_is_cut_in_one_line(tmp_path, command):

@@ -12,7 +12,6 @@ from rotorstudy.diagnosis.verdict.cause_words import place
 from rotorstudy.diagnosis.verdict.result import Place
 from rotorstudy.model.estimated_rig import rig_with_values
 from rotorstudy.store import load
-from rotorstudy.yaml_file import read_yaml
 
 
 def rig(**unbalance):
@@ -57,14 +56,6 @@ def test_an_estimate_replaces_the_key_it_was_given_by():
     found = rig_with_values(given, build_model(given), {"eccentricity_real": 1e-5})
     assert found["effects"][1].keys() == {"kind", "eccentricity_m", "eccentricity_phase_rad"}
     assert build_model(found).theta[1:] == pytest.approx([1e-5, 1.5e-5])
-
-
-def test_numbers_of_yaml_as_python_reads_them(tmp_path):
-    numbers = ["50e-6", "2e-05", "1e5", "+.5E3", "-3.e2", "7", "0.25", "1.5e+3"]
-    text = ["1e", "e5", "2e-5 mm", "5e3x", "run_1e5"]
-    path = tmp_path / "file.yaml"
-    path.write_text(f"numbers: [{', '.join(numbers)}]\ntext: [{', '.join(text)}]\n")
-    assert read_yaml(path) == {"numbers": [float(one) for one in numbers], "text": text}
 
 
 def test_speeds_in_rpm(tmp_path):

@@ -6,14 +6,13 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import quality
-from rotorstudy.measurement.angle_fit import fit_basis, fit_each
+from rotorstudy.measurement.angle_fit import fit_each, fit_harmonics
 from rotorstudy.measurement.findings import NodeFacts, RecordFacts, errors_among, node_facts, told
 from rotorstudy.measurement.full_spectra import compensate, phase_from_reference
 from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, estimate, spectral_lines, white_noise_covariance
 from rotorstudy.measurement.keyphasor import count_revolutions, pulses_of, steady_turning
 from rotorstudy.measurement.records import Record, reference_signal
 from rotorstudy.measurement.run_up import FAST, LOST, is_swept, peaks, speed_grid, track
-from rotorstudy.response.series import rotating_basis
 from rotorstudy.units import RAD_PER_S, number, spin, um
 
 NO_MEAN = 1e-3  # m, standard deviation of the mean displacement where a velocity or an acceleration is measured
@@ -120,8 +119,7 @@ def _find_harmonics(raw, facts, signals, angle, psi):
 
 def _reference_phase(raw, whole, angle, harmonics):
     """Phase (harmonic,) of the reference signal's harmonics, and its covariance."""
-    basis = rotating_basis(angle, 1.0, harmonics)
-    amplitude, residual, inverse = fit_basis(raw.reference[whole].astype(complex), basis)
+    amplitude, residual, inverse = fit_harmonics(raw.reference[whole].astype(complex), angle, harmonics)
     covariance = white_noise_covariance(residual, inverse, spectral_lines(angle, 1.0, harmonics))
     return phase_from_reference(raw.where, harmonics, amplitude, covariance)
 
@@ -184,6 +182,8 @@ def _tracked(whole, raw, pulses):
     whole.is_tracked = True
     if errors_among(findings):
         return [whole]
+    whole.jitter, whole.missing_samples = sweep.jitter_rad, missing
+    whole.missing_pulses, whole.doubled_pulses = sweep.missing, sweep.doubled
     found = []
     for k, w in enumerate(speed):
         each = [node_facts(a, c, harmonics, std) for a, c, std in zip(*(part[:, k] for part in tracked), strict=True)]
@@ -192,8 +192,6 @@ def _tracked(whole, raw, pulses):
         facts = replace(whole, where=where, nodes=of_node, measured_speed=float(w), speed=float(w), findings=own)
         facts.revolutions = grid.length[grid.given[k]] * w / (2 * np.pi)
         facts.samples_per_revolution = 2 * np.pi / w / step
-        facts.jitter, facts.missing_samples = sweep.jitter_rad, missing
-        facts.missing_pulses, facts.doubled_pulses = sweep.missing, sweep.doubled
         found.append(facts)
     return found
 

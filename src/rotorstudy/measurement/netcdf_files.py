@@ -246,7 +246,5 @@ def load_imported(path):
         data.probe_direction.values if "probe_direction" in data else None,
     )
     read = data.attrs.get("displacement_zero", "at_rest"), data.attrs.get("measurement")
-    if "finding_name" not in data:
-        return spectrum, [], *read
-    columns = [data[f"finding_{key}"].values.astype(str) for key in OF_FINDING]
+    columns = [data[f"finding_{key}"].values.astype(str) for key in OF_FINDING if "finding_name" in data]
     return spectrum, [Finding(*map(str, row)) for row in zip(*columns, strict=True)], *read
