@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
+from scipy.integrate import solve_ivp
 from scipy.io import savemat
 
 from rotorstudy import load_rig, simulate_records
@@ -104,6 +105,22 @@ def mark_times(record):
     angle, time = (shaft_angle(record) - (GRAVITY + MARK - SENSOR))[20:-20], record.time[20:-20]
     turns = np.arange(np.ceil(angle[0] / (2 * np.pi)), angle[-1] / (2 * np.pi))
     return np.interp(turns * 2 * np.pi, angle, time)
+
+
+def swept(stiffness, damping, force, first, rate, time):
+    """Motions (coordinate, time), complex, m, of oscillators of unit mass at the speed first + rate t, by integration.
+
+    stiffness, damping : (coordinate,) 1/s^2, 1/s;  force : (coordinate,) m, over the squared speed
+    """
+
+    def derivative(t, state):
+        position, velocity = np.split(state, 2)
+        pull = force * ((first + rate * t) ** 2 - 1j * rate) * np.exp(1j * (first * t + rate * t * t / 2))
+        return np.concatenate([velocity, pull - damping * velocity - stiffness * position])
+
+    start = force * first**2 / (stiffness - first**2 + 1j * damping * first)
+    both = np.concatenate([start, 1j * first * start])
+    return solve_ivp(derivative, (0, time[-1]), both, "DOP853", time, rtol=1e-7, atol=1e-11).y[: len(start)]
 
 
 STEADY = 80.0  # rad/s

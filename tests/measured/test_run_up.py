@@ -1,14 +1,14 @@
-"""Run-ups and coast-downs, integrated in time here: the steady harmonics, damping, unbalance and critical speed."""
+"""Run-ups and coast-downs, integrated in time: the steady harmonics, damping, unbalance and critical speed."""
 
 from functools import cache
 
+import machine
 import numpy as np
 import pytest
 import xarray as xr
 import yaml
 from machines import disc, jeffcott_rig, point, shaft, springs, unbalance
 from one_line_errors import run
-from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from rotorstudy import Problem, Spectrum, build_model, measured_spectrum, read_measurement
@@ -33,16 +33,9 @@ def sweep(ratio, rate, ends=(150.0, 250.0)):
     """
     first, last = ends if rate > 0 else ends[::-1]
     time = np.arange(int((last - first) / rate * RATE_HZ)) / RATE_HZ
-    damping = 2 * ratio * MASS * CRITICAL
-
-    def derivative(t, state):
-        speed, angle = first + rate * t, first * t + rate * t * t / 2
-        force = MASS * ECCENTRICITY * (speed**2 - 1j * rate) * np.exp(1j * (angle + PHASE))
-        return [state[1], (force - damping * state[1] - STIFFNESS * state[0]) / MASS]
-
-    start = steady(ratio, first)
-    solved = solve_ivp(derivative, (0, time[-1]), [start, 1j * first * start], "DOP853", time, rtol=1e-7, atol=1e-11)
-    return noisy(time, solved.y[0], first, rate)
+    force = np.array([ECCENTRICITY * np.exp(1j * PHASE)])
+    (z,) = machine.swept(CRITICAL**2, 2 * ratio * CRITICAL, force, first, rate, time)
+    return noisy(time, z, first, rate)
 
 
 def noisy(time, z, first, rate):
