@@ -16,7 +16,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from machines import point
-from one_line_errors import refused, run
+from one_line_errors import refused
 
 from rotorstudy import Spectrum, build_model, eigenvalues, harmonic_response, load_rig, make_term, measured_response
 from rotorstudy.commands.line import main
@@ -187,13 +187,11 @@ def test_a_command_line_without_care_is_answered_in_one_line(line, tmp_path, com
         (os.mkfifo, "is a device or a pipe"),
     ],
 )
-def test_a_link_or_a_pipe_as_a_record_is_answered_in_one_line(make, words, tmp_path, capsys, command):
-    make(tmp_path / "run.nc")
-    out = ["--rig", str(Path(__file__).parents[2] / "examples" / "jeffcott.yaml"), "--out", str(tmp_path / "s.nc")]
-    err = command("import", tmp_path / "run.nc", *out, status=1).err
+def test_a_link_or_a_pipe_as_a_record_is_answered_in_one_line(make, words, tmp_path, command):
+    path = tmp_path / "run.nc"
+    make(path)
+    err = command("import", path, "--rig", "examples/jeffcott.yaml", "--out", tmp_path / "s.nc", status=1).err
     assert words in err and err.count("\n") == 1
-    run("import", tmp_path / "real.nc", *out[:2], "--out", tmp_path / "real.nc", status=1)
-    assert "would overwrite an input" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

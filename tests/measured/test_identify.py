@@ -41,19 +41,18 @@ def test_the_estimates_are_those_of_the_machine_from_records_and_from_an_importe
 
 
 @pytest.mark.parametrize("sensors", [[99], [True], [2, 2], "abc", []])
-def test_impossible_sensors_are_refused_beside_an_imported_spectrum_too(machine, tmp_path, capsys, sensors):
+def test_impossible_sensors_are_refused_beside_an_imported_spectrum_too(machine, tmp_path, command, sensors):
     rig = yaml.safe_load((machine / "rig.yaml").read_text(encoding="utf-8"))
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump({**rig, "sensors": sensors}), encoding="utf-8")
-    run("identify", machine / "spectrum.nc", "--rig", tmp_path / "rig.yaml", status=1)
-    assert "error: sensors" in capsys.readouterr().err
+    said = command("identify", machine / "spectrum.nc", "--rig", tmp_path / "rig.yaml", status=1).err
+    assert "error: sensors" in said
 
 
-def test_a_spectrum_method_needs_records(machine, capsys):
-    arguments = ["--rig", str(machine / "rig.yaml"), "--unknowns", "external_damping", "--spectrum", "sine_fit"]
-    run("identify", machine / "spectrum.nc", *arguments, status=1)
-    assert "spectrum 'sine_fit' needs records in time" in capsys.readouterr().err
-    run("identify", machine / "spectrum.nc", machine / "run_60.csv", *arguments[:-2], status=1)
-    assert "give it alone" in capsys.readouterr().err
+def test_a_spectrum_method_needs_records_and_a_spectrum_is_given_alone(machine, command):
+    spectrum, given = machine / "spectrum.nc", ["--rig", machine / "rig.yaml", "--unknowns", "external_damping"]
+    said = command("identify", spectrum, *given, "--spectrum", "sine_fit", status=1).err
+    assert "spectrum 'sine_fit' needs records in time" in said
+    assert "give it alone" in command("identify", spectrum, machine / "run_60.csv", *given, status=1).err
 
 
 @pytest.mark.parametrize("name", ["regression", "order_tracking", "sine_fit"])

@@ -240,12 +240,12 @@ def test_what_the_name_of_a_channel_says(name, plane, angle, unit):
     assert (plane_in(name), angle_in(name), unit_in(name)) == (plane, angle, unit)
 
 
-def test_names_that_cannot_be_written(tmp_path, capsys):
+def test_names_that_cannot_be_written(tmp_path, command):
     new_rig("mine", tmp_path)
     for name, words in (("mine", "exists"), ("a/b", "without folders"), (".yaml", "without folders")):
         refused(lambda: new_rig(name, tmp_path), words)
-    run("new", "crack", "my_crack", "--records", "x.csv", "--folder", tmp_path, status=1)
-    assert "are for `new rig`" in capsys.readouterr().err
+    given = ["new", "crack", "my_crack", "--records", "x.csv", "--folder", tmp_path]
+    assert "are for `new rig`" in command(*given, status=1).err
 
 
 def test_a_table_of_harmonics_has_nodes_and_no_probes(tmp_path):

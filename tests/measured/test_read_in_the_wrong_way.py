@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from machine import TIME, channels, records, section, write, write_rig
-from one_line_errors import refused, run
+from one_line_errors import refused
 
 from rotorstudy import measured_spectrum, read_measurement
 from rotorstudy.measurement.conventions import Probe
@@ -91,8 +91,7 @@ def test_noise_impacts_and_drift_are_no_spikes():
     assert spikes(np.r_[np.cos(angle), -9.0], 5).sum() == 1
 
 
-def test_import_refuses_a_record_given_twice(tmp_path, capsys):
+def test_import_refuses_a_record_given_twice(tmp_path, command):
     rig, path = write_rig(tmp_path / "rig.yaml"), write("csv", tmp_path, records(speeds=[SPEED], time=TIME[:4000])[0])
-    out = tmp_path / "spectrum.nc"
-    run("import", path, path, "--rig", rig, "--out", out, status=1)
-    assert "the same record occurs twice" in capsys.readouterr().err and not out.exists()
+    said = command("import", path, path, "--rig", rig, "--out", tmp_path / "spectrum.nc", status=1).err
+    assert "the same record occurs twice" in said and not (tmp_path / "spectrum.nc").exists()
