@@ -23,6 +23,7 @@ LINES = {  # what is added to the motion of all nodes at a speed, over its size;
 
 
 def read(folder, kind, speeds=SPEEDS):
+    folder.mkdir(exist_ok=True)
     made = records(2, speeds)
     for record in made:
         record.displacement[:] += SIZE * LINES[kind][0](record.speed) if kind else 0
@@ -31,8 +32,6 @@ def read(folder, kind, speeds=SPEEDS):
 
 @pytest.mark.parametrize("kind", LINES)
 def test_each_kind_is_named_and_changes_no_harmonic(kind, tmp_path):
-    (tmp_path / "with").mkdir()
-    (tmp_path / "without").mkdir()
     found, clean = read(tmp_path / "with", kind), read(tmp_path / "without", None)
     (finding,) = found.findings
     assert finding.name == "non-synchronous line" and finding.severity == "warning"
