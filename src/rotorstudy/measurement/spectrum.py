@@ -72,16 +72,9 @@ class Whitened:
         The symmetric root of the correlation is taken, so that a whitened component belongs to its harmonic.
         """
         floor = (RELATIVE_FLOOR * np.abs(self.amplitude).max()) ** 2
-        single, covariance = ~np.isnan(self.directions), self.covariance
-        _, rows = self._seen
-        if single.any():
-            covariance = np.where(single[:, None, None], rows @ covariance @ np.swapaxes(rows, -1, -2), covariance)
-        apart = np.moveaxis(np.asarray(covariance, float), -3, 0)
-        parts = [_whitener(one.tobytes(), one.shape, floor) for one in apart]
-        found = np.stack(parts, axis=-3)
-        if single.any():
-            found[:, single] = found[:, single] @ rows[single]
-        return found
+        _, rows = self._seen  # an orbit's are the identity
+        apart = np.moveaxis(rows @ np.asarray(self.covariance, float) @ np.swapaxes(rows, -1, -2), -3, 0)
+        return np.stack([_whitener(one.tobytes(), one.shape, floor) for one in apart], axis=-3) @ rows
 
     @property
     def log_volume(self) -> float:
