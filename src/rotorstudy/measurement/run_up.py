@@ -104,10 +104,9 @@ def track(signals, time, angle, grid, harmonics, directions, mark_variance):
     steady = np.swapaxes(steady, 1, 2)[:, grid.given]
     covariance, noise = covariance[:, grid.given] * _noise_gain(), noise[:, grid.given]
     for s, direction in enumerate(directions):
-        if np.isfinite(direction):
-            covariance[s] = along_probe(2 * covariance[s], harmonics, direction)
-        else:
-            noise[s] /= np.sqrt(2)
+        channels = 2 if np.isnan(direction) else 1
+        covariance[s] = along_probe(covariance[s] * 2 / channels, harmonics, direction)
+        noise[s] /= np.sqrt(channels)
     return steady, with_phase_noise(steady, covariance, harmonics, mark_variance), noise
 
 
