@@ -94,8 +94,8 @@ def test_a_table_of_lags(directions, rotation, tmp_path):
     conventions, read = stated(*directions, rotation), {}
     for phase in ("lead", "lag"):
         given = conventions.model_copy(update={"table_phase": phase})
-        ((_, of_node, _),), _ = read_table(open_table(table, given.csv), given, (1,))
-        read[phase] = of_node[1][0][None, :, None]
+        (of_speed,), _ = read_table(open_table(table, given.csv), given, (1,))
+        read[phase] = of_speed.nodes[1].amplitude[None, :, None]
     wrong = readings(read["lead"], [100.0], HARMONICS, (1,), 1.0)
     found = corrected(wrong, conventions, "phases of the table are lags")
     assert found == pytest.approx(read["lag"], abs=1e-18)

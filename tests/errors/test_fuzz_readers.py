@@ -75,8 +75,8 @@ def read(kind, path, rng, content=b""):
         if way == 0:
             return [guess_measurement(path, (1, 2, 3)).section["rotation"] == 0]
         if way > 1 and (table := open_table(path, stated.csv)):
-            spectra, _ = read_table(table, stated, (1,))
-            return [part for _, of_node, *_ in spectra for both in of_node.values() for part in both]
+            of_nodes = [node for one in read_table(table, stated, (1,))[0] for node in one.nodes.values()]
+            return [part for node in of_nodes for part in (node.amplitude, node.covariance)]
         found = open_csv(path, stated)
     elif kind in ("mat", "uff"):
         found = (open_matlab if kind == "mat" else open_uff)(path, None)

@@ -112,8 +112,8 @@ def numbers(path):
         conventions = Conventions(
             **given | {"csv": layout, "keyphasor": {}, "harmonics": given.get("harmonics", [1, -1])}
         )
-        spectra = read_table(table, conventions, PLANES)[0]
-        return np.array([[speed, *np.ravel(next(iter(of_node.values()))[0])] for speed, of_node, *_ in spectra])
+        of_speeds = read_table(table, conventions, PLANES)[0]
+        return np.array([[one.speed, *next(iter(one.nodes.values())).amplitude] for one in of_speeds])
     found = open_csv(path, Conventions(csv=layout))
     return np.array([found.values(name) for name in found.names if not name.startswith("Unnamed: ")])
 

@@ -13,7 +13,7 @@ from rotorstudy.measurement.analysis import analyse_each
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.corrections import averaged, without_missing_mean, without_slow_roll
 from rotorstudy.measurement.files import read_file
-from rotorstudy.measurement.findings import Finding, RecordFacts, errors_among, node_facts, worst_first
+from rotorstudy.measurement.findings import Finding, RecordFacts, errors_among, worst_first
 from rotorstudy.measurement.full_spectra import full_spectrum
 from rotorstudy.measurement.lines import check_lines
 from rotorstudy.measurement.netcdf_files import is_spectrum, load_imported
@@ -28,7 +28,6 @@ from rotorstudy.model.kinds import SpectrumMethod
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.response.coupling import check_speed
-from rotorstudy.units import spin
 
 log = logging.getLogger(__name__)
 
@@ -206,8 +205,8 @@ def read_measurement(
     nodes, found, findings = rig.model.structure.measurable, [], []
     for table in tables:
         notes = check_stated(table, conventions)
-        spectra, more = read_table(table, conventions, nodes)
-        found += [_of_table(table.path, conventions, *one) for one in spectra]
+        of_speeds, more = read_table(table, conventions, nodes)
+        found += of_speeds
         findings += notes + more
     analysed, read_by, notes = _analysed_records(in_time, conventions, nodes, with_signals)
     stated = [conventions] * len(found) + read_by
@@ -255,12 +254,6 @@ def _analysed_records(paths, conventions, nodes, with_signals):
     if not dead or any(names <= dead for names in probes):
         return found, stated, []
     return [one for _, own in analysed(dead) for one in own], stated, quality.left_out(dead, first)
-
-
-def _of_table(path, conventions, speed, of_node, single):
-    """RecordFacts of one speed of a table; single : {node: rad} of single probes."""
-    nodes = {node: node_facts(*both, conventions.harmonics) for node, both in of_node.items()}
-    return RecordFacts(f"{path}, {spin(speed, 6)}", nodes, speed, speed=speed, directions=single)
 
 
 def _spectrum_of(analysed, harmonics, sensors, directions):

@@ -9,7 +9,7 @@ import pandas as pd
 
 from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.measurement.conventions import check_once, combine, measured_direction, one_unit
-from rotorstudy.measurement.findings import told
+from rotorstudy.measurement.findings import RecordFacts, node_facts, told
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT, left_out
 from rotorstudy.measurement.tables import COLUMNS, harmonics_in
 from rotorstudy.measurement.text_table import MISSING, numbers_of, whole_numbers
@@ -23,13 +23,12 @@ LARGEST_RAD = 4 * np.pi  # of a phase: larger ones are degrees
 
 
 def read_table(table, conventions, nodes):
-    """Spectra of a Table, a row for each harmonic of a node's orbit or of a probe's signal (docs/measured_records.md).
+    """What a Table says, a row for each harmonic of a node's orbit or of a probe's signal (docs/measured_records.md).
 
     A probe that reads A cos(n (angle - mark) + phase) has the harmonic A e^{j (phase - n mark)} / 2. Those of the
     probes of a node are combined to R_n and, conjugated, to R_-n. A speed that is written again is a repeat.
 
-    returns : list of (speed rad/s, {node: (amplitude (harmonic,) complex m, covariance (component, component))},
-              {node: direction of a single probe, rad}), and findings
+    returns : list of RecordFacts, one a speed, and findings
     """
     path, text, by_probe = table.path, table.text, table.by_probe
     turning, *readings = _columns_in(text, path, by_probe)
@@ -56,18 +55,19 @@ def read_table(table, conventions, nodes):
         )
     rows = _with_readings(rows, size, probes, conventions)
     findings += [*_check_radians(rows.phase, text, path), *_check_zeros(rows, path)]
-    dead, spectra = _dead(rows), []
+    dead, found = _dead(rows), []
     for (speed, again), record in rows.groupby(["speed", "repeat"], sort=False):
-        of_node, directions = {}, {}
+        facts = RecordFacts(f"{path}, {spin(speed, 6)}", {}, label=float(speed), speed=float(speed))
         place = f"{path}, {speed * 30 / np.pi:.6g} rpm{f', repeat {again + 1}' * bool(again)}"
         for node, own in record.groupby("node"):
             own = own[[(node, name) not in dead for name in own.probe]]
             angles = [probes[name].angle_deg for name in dict.fromkeys(own.probe)] if by_probe else []
             angles = conventions.direction_rad(angles)
-            of_node[int(node)] = _of_node(own, angles, list(conventions.harmonics), f"{place}, node {node}")
+            both = _of_node(own, angles, list(conventions.harmonics), f"{place}, node {node}")
+            facts.nodes[int(node)] = node_facts(*both, conventions.harmonics)
             if by_probe and np.isfinite(single := measured_direction(angles)):
-                directions[int(node)] = single
-        spectra.append((float(speed), of_node, directions))
+                facts.directions[int(node)] = single
+        found.append(facts)
     findings += left_out(dead, path)
     if names := table.unread:
         more = f" and {len(names) - LISTED} more" * (len(names) > LISTED)
@@ -76,7 +76,7 @@ def read_table(table, conventions, nodes):
         findings.append(told("rounding only", path))
     if any(f"{COLUMNS[name].quantity}_last_digit" not in text for name in readings):
         findings.append(told("last digits", path))
-    return spectra, findings
+    return found, findings
 
 
 def check_stated(table, conventions):
