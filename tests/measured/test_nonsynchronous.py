@@ -6,7 +6,7 @@ from machine import HARMONICS, TIME, records, write, write_rig
 
 from rotorstudy import read_measurement
 from rotorstudy.measurement import lines
-from rotorstudy.measurement.lines import Seen, _finding, likely_kind, orders_of_lines
+from rotorstudy.measurement.lines import Line, _finding, likely_kind, orders_of_lines
 
 SPEEDS = [85.0, 100.0]
 SIZE = 3e-6
@@ -45,7 +45,7 @@ def test_each_kind_is_named_and_changes_no_harmonic(kind, tmp_path):
 
 @pytest.mark.parametrize(("order", "whirl"), [(0.49, True), (0.5, False)])
 def test_a_short_record_does_not_tell_a_whirl_near_one_half_from_a_subharmonic(order, whirl):
-    seen = Seen("here", 100.0, 10.0, order, SIZE, 0.0, 1)  # 10 revolutions: orders are told apart to about 0.02
+    seen = Line(order, SIZE, 0.0, "here", 100.0, 10.0, 1)  # 10 revolutions: orders are told apart to about 0.02
     said = likely_kind(np.array([100.0]), np.array([order]), seen)
     assert "nonlinearity: 1/2 of the speed to 0.02" in said
     assert ("fluid whirl" in said) == whirl
@@ -57,11 +57,11 @@ def test_a_short_record_does_not_tell_a_whirl_near_one_half_from_a_subharmonic(o
 )
 def test_a_line_of_no_known_kind_says_what_is_known_of_it(orders, said):
     speeds = np.array([80.0, 100.0])[: len(orders)]
-    assert said in likely_kind(speeds, np.array(orders), Seen("here", 80.0, 40.0, 0.81, SIZE, 0.0, 1))
+    assert said in likely_kind(speeds, np.array(orders), Line(0.81, SIZE, 0.0, "here", 80.0, 40.0, 1))
 
 
 def test_records_are_counted_and_not_lines():
-    seen = [Seen(name, 80.0, 40.0, order, SIZE, 0.0, 1) for name, order in [("a", 0.81), ("a", 0.812), ("b", 0.81)]]
+    seen = [Line(order, SIZE, 0.0, name, 80.0, 40.0, 1) for name, order in [("a", 0.81), ("a", 0.812), ("b", 0.81)]]
     assert "in 2 records" in _finding(seen).text
     assert "records, " not in _finding(seen[:2]).text  # negative control
 

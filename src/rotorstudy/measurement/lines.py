@@ -29,11 +29,22 @@ APART = 0.03  # relative difference of speeds at which a constant order is not a
 
 
 class Line(NamedTuple):
-    """A line that is not synchronous: frequency over the spin speed, amplitudes (m) of its circular parts."""
+    """A line that is not synchronous: frequency over the spin speed, amplitudes (m) of its circular parts.
+
+    Of one in a record also where, the speed in rad/s, the whole revolutions, and the node where it is largest.
+    """
 
     order: float
     forward: float
     backward: float
+    where: str = ""
+    speed: float = np.nan
+    revolutions: float = np.nan
+    node: int = 0
+
+    @property
+    def hertz(self):
+        return self.order * self.speed / (2 * np.pi)
 
 
 def orders_of_lines(signal, angle, harmonics, residual=None):
@@ -112,22 +123,6 @@ def _refined(signal, angle, synchronous, orders):
     return orders
 
 
-class Seen(NamedTuple):
-    """A line in one record: speed in rad/s, whole revolutions, order, and amplitudes (m) at its largest node."""
-
-    where: str
-    speed: float
-    revolutions: float
-    order: float
-    forward: float
-    backward: float
-    node: int
-
-    @property
-    def hertz(self):
-        return self.order * self.speed / (2 * np.pi)
-
-
 def check_lines(facts):
     """Findings on the lines in all records, one for each that is the same at several speeds."""
     return [_finding(group) for group in _groups([seen for one in facts for seen in _seen(one)])]
@@ -135,12 +130,11 @@ def check_lines(facts):
 
 def _seen(facts):
     """The lines of one record, each at the node where it is largest."""
-    found = []
-    every = [(line, node) for node, one in facts.nodes.items() for line in one.lines]
-    for line, node in sorted(every, key=lambda pair: -max(pair[0].forward, pair[0].backward)):
+    found, record = [], {"where": facts.where, "speed": facts.measured_speed, "revolutions": facts.revolutions}
+    every = [line._replace(node=node, **record) for node, one in facts.nodes.items() for line in one.lines]
+    for line in sorted(every, key=lambda line: -max(line.forward, line.backward)):
         if all(abs(line.order - other.order) * facts.revolutions > 1 for other in found):
-            of_line = line.order, line.forward, line.backward
-            found.append(Seen(facts.where, facts.measured_speed, facts.revolutions, *of_line, node))
+            found.append(line)
     return found
 
 
