@@ -148,7 +148,7 @@ REFUSED = {
     "a value more": {"change": lambda row: [*row, "7"]},
     "a value less": {"change": lambda row: row[:-1]},
     "a cell in two": {"change": lambda row: [row[0], "0", *row[1:]]},
-    "an index without a name": {"change": None, "header": "", "index": True},
+    "an index without a name": {"index": True},
     "thousands with commas": {"separator": ";", "thousands": ","},
     "thousands with points": {"separator": ";", "thousands": ".", "decimal": ","},
     "thousands with spaces": {"separator": ";", "thousands": " "},
@@ -158,7 +158,7 @@ REFUSED = {
     "a minus of typesetting": {"change": lambda row: ["\N{MINUS SIGN}1.5", *row[1:]]},
     "a unit in a cell": {"change": lambda row: [f"{row[0]} um", *row[1:]]},
     "a word for a reading": {"change": lambda row: ["OVR", *row[1:]]},
-    "an open quote": {"change": lambda row: row, "open": True},
+    "an open quote": {"open": True},
 }
 
 

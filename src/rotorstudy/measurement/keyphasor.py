@@ -213,9 +213,8 @@ def _follow_each_other(record, found):
     period = np.median(np.diff(found))
     ends = max(found[0] - record.time[0], record.time[-1] - found[-1])
     even = np.abs(np.diff(found, 2)).max(initial=0.0) <= 2 * MARK_TOLERANCE * period
-    return even and abs(2 * np.pi / period / record.speed - 1) <= LABEL_TOLERANCE and (
-        ends <= (1 + 2 * MARK_TOLERANCE) * period
-    )  # fmt: skip
+    as_stated = abs(2 * np.pi / period / record.speed - 1) <= LABEL_TOLERANCE
+    return even and as_stated and ends <= (1 + 2 * MARK_TOLERANCE) * period
 
 
 def shaft_angle(marks, time):

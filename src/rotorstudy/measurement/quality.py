@@ -60,10 +60,9 @@ def check_pulses(pulses, turning, asked, where):
 def check_speed_label(label, speed, where):
     """Whether the stated speed is within 2 % of that of the marks (rad/s)."""
     if label is not None and abs(label / speed - 1) > LABEL_OFF:
-        why = [why for ratio, why in LIKELY_WRONG if abs(speed / label / ratio - 1) < LABEL_OFF] or [
-            "correct the label"
-        ]
-        said = {"off": 100 * (speed / label - 1), "allowed": 100 * LABEL_OFF, "hint": why[-1]}
+        likely = (why for ratio, why in LIKELY_WRONG if abs(speed / label / ratio - 1) < LABEL_OFF)
+        *_, hint = ("correct the label", *likely)
+        said = {"off": 100 * (speed / label - 1), "allowed": 100 * LABEL_OFF, "hint": hint}
         yield told("speed label", where, label=spin(label, 6), speed=spin(speed, 6), **said)
 
 
