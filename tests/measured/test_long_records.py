@@ -43,7 +43,7 @@ def test_a_signal_with_missing_samples_is_fitted_by_itself():
     assert abs(gap.amplitude - whole[0].amplitude).max() > 1e-6  # it has lost samples
 
 
-def test_records_written_one_after_another_are_those_written_together(tmp_path):
+def test_records_are_written_one_after_another_and_read_when_the_one_before_has_been_analysed(tmp_path, monkeypatch):
     model = read_rig(RIG).model
     records = simulate_records(model, [88.0, 120.0, 308.0], [0, 1], np.arange(2000) / 4000)
     save_along((records_dataset([one]) for one in records), tmp_path / "r.nc", "speed")
@@ -55,19 +55,6 @@ def test_records_written_one_after_another_are_those_written_together(tmp_path):
 
     refused(lambda: save_along(interrupted(), tmp_path / "broken.nc", "speed"), "second record")
     assert [path.name for path in tmp_path.iterdir()] == ["r.nc"]
-
-
-def test_a_speed_too_low_for_the_record_is_refused_before_anything_is_computed(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("rotorstudy.measurement.records.each_record", lambda *_: pytest.fail("simulated"))
-    run("simulate", RIG, "--speeds", *range(100, 200), "1", "--out", tmp_path / "r.nc", status=1)
-    assert "simulated record at 1 rad/s: 0.16 revolutions" in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_record_is_read_when_the_one_before_has_been_analysed(tmp_path, monkeypatch):
-    model = read_rig(RIG).model
-    records = simulate_records(model, [88.0, 120.0, 308.0], [0, 1], np.arange(2000) / 4000)
-    save_along((records_dataset([one]) for one in records), tmp_path / "r.nc", "speed")
     happened, assemble, analyse = [], netcdf_files.assemble, measurement.analyse_each
     monkeypatch.setattr(netcdf_files, "assemble", lambda *given: happened.append("read") or assemble(*given))
     monkeypatch.setattr(measurement, "analyse_each", lambda *given: happened.append("analysed") or analyse(*given))
@@ -76,3 +63,10 @@ def test_a_record_is_read_when_the_one_before_has_been_analysed(tmp_path, monkey
     kept = measurement.read_measurement([tmp_path / "r.nc"], RIG)
     np.testing.assert_array_equal(kept.spectrum.amplitude, found.spectrum.amplitude)
     assert [record.speed for record in kept.records] == pytest.approx([88.0, 120.0, 308.0], rel=1e-4)
+
+
+def test_a_speed_too_low_for_the_record_is_refused_before_anything_is_computed(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("rotorstudy.measurement.records.each_record", lambda *_: pytest.fail("simulated"))
+    run("simulate", RIG, "--speeds", *range(100, 200), "1", "--out", tmp_path / "r.nc", status=1)
+    assert "simulated record at 1 rad/s: 0.16 revolutions" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
