@@ -8,6 +8,8 @@ import xarray as xr
 from jobs.comparison_page import advice_table, best_by_worst, comparison_figures
 from jobs.shown import write_tables
 from rotorstudy import load_rig, registry
+from rotorstudy.measurement.full_spectra import full_spectrum
+from rotorstudy.measurement.records import Record
 from rotorstudy.studies.comparison.config import Fault, Rotor, load_comparison
 from rotorstudy.studies.comparison.estimates import without_values
 from rotorstudy.studies.comparison.ranking import ANY_FAULT, advice, ranking
@@ -55,19 +57,38 @@ def test_an_estimator_is_not_told_the_value_it_is_to_find(request):
     assert given["external_damping"] == 100.0 and asked.names == model.names
 
 
-@pytest.mark.parametrize("method", ["regression", "order_tracking"])
-@pytest.mark.parametrize("fault", [{}, {"keyphasor_jitter_rad": 0.02}])
-def test_levels_evaluated_together_are_those_evaluated_alone(method, fault, request):
-    """They share their draws: the error of a linear method grows with the level, without a fault in proportion."""
-    root = request.config.rootpath
+HARMONICS, JITTER = [0, 1, -1], {"keyphasor_jitter_rad": 0.02}
+
+
+def trials_of(root, fault, levels):
+    """Three Trials of a Jeffcott rotor with noise of each level and a fault."""
     config = load_comparison(root / "workflow" / "config" / "test" / "compare.yaml")
     config = config.model_copy(update={"faults": {"one": Fault(**fault)}})
-    model, harmonics = load_rig(root / "examples" / "jeffcott.yaml"), [0, 1, -1]
+    rotor = Rotor(load_rig(root / "examples" / "jeffcott.yaml"), (), HARMONICS, HARMONICS, np.array([100.0]))
+    return make_trials(config, 0, rotor, "one", 0, levels, 3)
+
+
+@pytest.mark.parametrize("method", ["regression", "sine_fit", "order_tracking"])
+def test_a_spectrum_of_a_trial_is_the_one_that_its_user_gets(method, request):
+    method, trials = registry().get("spectrum", method), trials_of(request.config.rootpath, JITTER, [1.0])
+    amplitude, covariance = trial_spectra(method, trials, HARMONICS)
+    stated = []
+    for t, (signal, keyphasor) in enumerate(zip(trials.signal[0], trials.keyphasor, strict=True)):
+        record = Record(trials.time, signal, trials.label, (1,), keyphasor=keyphasor)
+        own = full_spectrum([record], HARMONICS, method, "keyphasor")
+        assert np.allclose(amplitude[0, t], own.amplitude[0], rtol=1e-9, atol=0)
+        stated.append(own.covariance[0])
+    assert np.allclose(covariance[0], np.mean(stated, axis=0), rtol=1e-9, atol=1e-9 * covariance.max())
+
+
+@pytest.mark.parametrize("method", ["regression", "order_tracking"])
+@pytest.mark.parametrize("fault", [{}, JITTER])
+def test_levels_evaluated_together_are_those_evaluated_alone(method, fault, request):
+    """They share their draws: the error of a linear method grows with the level, without a fault in proportion."""
     method = registry().get("spectrum", method)
-    rotor = Rotor(model, (), harmonics, harmonics, np.array([100.0]))
 
     def found(levels):
-        return trial_spectra(method, make_trials(config, 0, rotor, "one", 0, levels, 3), harmonics)
+        return trial_spectra(method, trials_of(request.config.rootpath, fault, levels), HARMONICS)
 
     both, clean = found([1.0, 5.0]), found([0.0])
     for i, level in enumerate((1.0, 5.0)):

@@ -137,9 +137,12 @@ def _harmonics_of(record, harmonics, method, phases, whole_revolutions):
         psi, psi_covariance = phase_at_start(marks, record.time[0], harmonics)
         found["none"] = compensate(*own, -psi, psi_covariance)
     elif "keyphasor" in phases and not method.uses_marks:
-        if method.tolerates_wrong_speed:
-            psi = phase_at_start(mark_times(whole, drifting=True), record.time[0], harmonics)
-        else:
-            psi = phase_from_keyphasor(whole, harmonics)
-        found["keyphasor"] = compensate(*own, *psi)
+        found["keyphasor"] = compensate(*own, *phase_by_marks(whole, harmonics, method))
     return found
+
+
+def phase_by_marks(record, harmonics, method):
+    """Phases psi_n (harmonic,) rad of a keyphasor at the first sample, for a spectrum method, and their covariance."""
+    if method.tolerates_wrong_speed:
+        return phase_at_start(mark_times(record, drifting=True), record.time[0], harmonics)
+    return phase_from_keyphasor(record, harmonics)

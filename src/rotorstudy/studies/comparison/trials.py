@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.measurement.full_spectra import compensate, full_spectrum
-from rotorstudy.measurement.keyphasor import phase_from_keyphasor
+from rotorstudy.measurement.full_spectra import compensate, full_spectrum, phase_by_marks
 from rotorstudy.measurement.noise import standard_normal
 from rotorstudy.measurement.records import Record, keyphasor_signal, simulate_records
 from rotorstudy.studies.common import results
@@ -70,7 +69,8 @@ def trial_spectra(method, trials, harmonics):
             else:
                 signal, sensor = trials.signal[0, t], tuple(range(sensors))
                 record = Record(trials.time, signal, trials.label, sensor, keyphasor=keyphasor)
-                turned.append(compensate(amplitude[:, t], covariance[:, t], *phase_from_keyphasor(record, harmonics)))
+                phase = phase_by_marks(record, harmonics, method)
+                turned.append(compensate(amplitude[:, t], covariance[:, t], *phase))
         amplitude, covariance = (np.stack(part, axis=1) for part in zip(*turned, strict=True))
     return np.swapaxes(amplitude, 2, 3), covariance.mean(axis=1)
 
