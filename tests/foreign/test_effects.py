@@ -63,7 +63,9 @@ def test_open_crack_lowers_the_frequency_of_a_beam_as_a_hinge_does(position):
 def laws():
     machine = build(small_rotor())
     add_crack(machine, 2, 0.5, 0.9, 0.3)
-    contacts.add_rub(machine, 3, 1e6, 0.4, 0.2, 0.7, (0.1, -0.2), 0.8)
+    for contact in contacts.CONTACTS:
+        other = {"contact": contact, "scale": 0.5, "falling": (0.1 * (contact != "linear"), 0.9)}
+        contacts.add_rub(machine, 3, 1e6, 0.4, 0.2, 0.7, (0.1, -0.2), 0.8, **other)
     contacts.add_one_sided_loss(machine, 0, 2.0, 0.7)
     contacts.add_one_sided_loss(machine, 0, 2.0, 0.4, 0.5)
     contacts.add_stiffening(machine, 0, 0.0, 3.0)

@@ -20,28 +20,44 @@ def at_stator(y, v, speed, centre, radius):
     return normal, tangent, r, np.sum(tangent * v, axis=1) + speed * radius
 
 
-def rub_law(stiffness, clearance, friction, radius, centre, slip_speed):
-    """Law of a circular stator: F_n = k (r - clearance), friction mu F_n against the slip of the surface.
+# Normal force of a contact over stiffness and scale, of x = depth over scale: function(x) -> it, and its slope. Faces
+# that are smooth (K. L. Johnson, Contact Mechanics (1985), chapter 4) or rough, which touch one place after another
+CONTACTS = {
+    "linear": lambda x: (np.maximum(x, 0.0), np.where(x > 0, 1.0, 0.0)),
+    "hertz": lambda x: (np.maximum(x, 0.0) ** 1.5, 1.5 * np.maximum(x, 0.0) ** 0.5),
+    "quadratic": lambda x: (np.maximum(x, 0.0) ** 2, 2 * np.maximum(x, 0.0)),
+    "smooth": lambda x: (0.2 * np.logaddexp(0.0, x / 0.2), 0.5 + 0.5 * np.tanh(x / 0.4)),
+}
+
+
+def rub_law(
+    stiffness, clearance, friction, radius, centre, slip_speed, contact="linear", scale=1.0, falling=(0.0, 1.0)
+):
+    """Law of a circular stator: F_n by one of `CONTACTS` of the depth r - clearance, friction mu F_n against the slip.
 
     Friction is Coulomb's, made smooth over a slip speed (tanh). Source: A. Muszynska, Rotordynamics (2005), chapter 5;
     F. Chu, Z. Zhang, "Bifurcation and chaos in a rub-impact Jeffcott rotor system", J. Sound Vib. 210 (1998) 1-18.
+
+    scale   : depth (m) at which another contact than the linear one has the force of that, or about that
+    falling : by how much mu is larger at rest, and the slip speed (m/s) over which it falls (Stribeck): B.
+              Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083-1138
     """
-    centre = np.asarray(centre)
+    centre, (more, stribeck) = np.asarray(centre), falling
 
     def law(angle, y, v, speed):
         normal, tangent, r, slip = at_stator(y, v, speed, centre, radius)
-        depth = np.maximum(r - clearance, 0.0)
-        smooth = np.tanh(slip / slip_speed)
-        steep = (1 - smooth**2) / slip_speed
-        push, share = stiffness * depth, friction * smooth
+        push, slope = CONTACTS[contact]((r - clearance) / scale)
+        push, slope = stiffness * scale * push, (stiffness * slope)[:, None, None]
+        smooth, extra = np.tanh(slip / slip_speed), more * np.exp(-((slip / stribeck) ** 2))
+        share = (friction + extra) * smooth
+        steep = (friction + extra) * (1 - smooth**2) / slip_speed - 2 * slip / stribeck**2 * extra * smooth
         force = -push[:, None] * (normal + share[:, None] * tangent)
         outer_nn = normal[:, :, None] * normal[:, None]
         outer_tn = tangent[:, :, None] * normal[:, None]
         outer_tt = tangent[:, :, None] * tangent[:, None]
         outer_nt = normal[:, :, None] * tangent[:, None]
-        slope = np.where(depth > 0, stiffness, 0.0)[:, None, None]
         turn = (push / r)[:, None, None]
-        share, grip = share[:, None, None], (push * friction * steep)[:, None, None]
+        share, grip = share[:, None, None], (push * steep)[:, None, None]
         radial = (np.sum(normal * v, axis=1) / r)[:, None, None]
         by_y = -slope * (outer_nn + share * outer_tn) - turn * (outer_tt - share * outer_nt) + grip * radial * outer_tt
         return force, by_y, -grip * outer_tt
@@ -49,9 +65,9 @@ def rub_law(stiffness, clearance, friction, radius, centre, slip_speed):
     return law
 
 
-def add_rub(machine, node, stiffness, clearance, friction, radius, centre=(0.0, 0.0), slip_speed=None):
-    """Rub: a circular stator of `clearance` m about `centre` (m); stiffness N/m, shaft radius m at the contact."""
-    law = rub_law(stiffness, clearance, friction, radius, centre, slip_speed or 1e-2 * radius)
+def add_rub(machine, node, stiffness, clearance, friction, radius, centre=(0.0, 0.0), slip_speed=None, **other):
+    """Rub: a circular stator of `clearance` m about `centre` (m); stiffness N/m, shaft radius m; see `rub_law`."""
+    law = rub_law(stiffness, clearance, friction, radius, centre, slip_speed or 1e-2 * radius, **other)
     machine.local.append(LocalForce(machine.plane(node), law, "rub"))
 
 
@@ -67,7 +83,7 @@ OPENINGS = {
 def one_sided(loss, gap, angle, start=0.0, width=1.0, opening=None):
     """Law of a stiffness lost along a direction n from n y = start on until `gap` m more, at once or over `width` m."""
     normal = np.array([np.cos(angle), np.sin(angle)])
-    opened = OPENINGS[opening] if opening else lambda x: (np.maximum(x, 0.0), np.where(x > 0, 1.0, 0.0))
+    opened = OPENINGS[opening] if opening else CONTACTS["linear"]
 
     def law(turn, y, v, speed):
         w = (y @ normal - start) / width
@@ -133,22 +149,6 @@ def add_misalignment(machine, node, stiffness, offset, run_out=0.0, share=0.0, a
     machine.local.append(LocalForce(machine.plane(node, angular), law, "misalignment"))
 
 
-def pushed(depth, stiffness, kind, scale):
-    """Contact force over the depth (m) of any sign; of depth `scale` in the steady slope `stiffness`.
-
-    `hertz`: depth^1.5; `quadratic`: depth²; `smooth`: rough faces that touch one after another, softplus of depth.
-    """
-    deep = np.maximum(depth, 0.0)
-    if kind == "hertz":
-        return stiffness * deep**1.5 / scale**0.5
-    if kind == "quadratic":
-        return stiffness * deep**2 / scale
-    if kind == "smooth":
-        width = 0.2 * scale
-        return stiffness * width * np.logaddexp(0.0, depth / width)
-    raise ValueError(f"no contact: {kind}")
-
-
 def by_differences(force, size_of_y, size_of_v):
     """A law with its derivatives by central differences, from force(angle, y, v, speed) of shape (speeds, p)."""
 
@@ -165,25 +165,6 @@ def by_differences(force, size_of_y, size_of_v):
         return value, by_y, by_v
 
     return law
-
-
-def add_contact_ring(machine, node, stiffness, kind, clearance, scale, centre, friction, radius, speed_of):
-    """Ring with another contact law and friction that falls with the slip (Stribeck).
-
-    `friction`: static, sliding and the slip speed (m/s) between them; smooth over 1 % of `speed_of` (m/s). Source of
-    the friction: B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083-1138; of the contact:
-    K. L. Johnson, Contact Mechanics (1985), chapter 4.
-    """
-    static, sliding, stribeck = friction
-    centre = np.asarray(centre)
-
-    def force(angle, y, v, speed):
-        normal, tangent, r, slip = at_stator(y, v, speed, centre, radius)
-        push = pushed(r - clearance, stiffness, kind, scale)
-        grip = sliding + (static - sliding) * np.exp(-((slip / stribeck) ** 2))
-        return -push[:, None] * (normal + (grip * np.tanh(slip / (0.01 * speed_of)))[:, None] * tangent)
-
-    machine.local.append(LocalForce(machine.plane(node), by_differences(force, scale, 0.01 * speed_of), "rub"))
 
 
 def add_clearance(machine, node, stiffness, clearance, width, centre, oval, opening):

@@ -153,8 +153,9 @@ def rub_form(draw):
     stiffness, sliding = draw.severity * draw.stiffness * between(rng, 0.03, 0.5), rng.uniform(0.02, 0.2)
     radius = draw.rotor.diameter / 2
     fast = draw.frequency * radius
-    friction = sliding * rng.uniform(1.0, 2.0), sliding, fast * between(rng, 0.1, 1.0)
-    contacts.add_contact_ring(draw.machine, node, stiffness, kind, clearance, depth, centre, friction, radius, fast)
+    falling = sliding * (rng.uniform(1.0, 2.0) - 1), fast * between(rng, 0.1, 1.0)
+    other = {"contact": kind, "scale": depth, "falling": falling}
+    contacts.add_rub(draw.machine, node, stiffness, clearance, sliding, radius, centre, 0.01 * fast, **other)
     what = {"node": node + 1, "side_rad": angle, "stiffness_N_per_m": stiffness, "clearance_m": clearance}
     return what | {"offset_m": float(offset), "friction": sliding, "contact": kind}
 
