@@ -5,8 +5,7 @@ import yaml
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.blind.machines.cases import draw_case
-from rotorstudy.blind.machines.faults import FAMILIES
-from rotorstudy.blind.machines.files import rig_of, write_case
+from rotorstudy.blind.machines.files import ERRORS, rig_of, write_case
 from rotorstudy.blind.run import read_case
 
 HARMONICS = [0, 1, -1, 2, -2, 3, -3]
@@ -17,15 +16,14 @@ def small(seed, family, **options):
     return draw_case(seed, family, **({"speeds": 6, "count": 2} | options))
 
 
-def special(monkeypatch, seed, add, **options):
+def special(seed, add, **options):
     """A small case with an effect of a test: add(draw) adds it and returns the truth."""
-    monkeypatch.setitem(FAMILIES, "special", add)
-    return small(seed, "special", **({"speeds": 5, "count": 2, "steps": 128} | options))
+    return small(seed, "special", known={"special": add}, **({"speeds": 5, "steps": 128} | options))
 
 
 def read(case, folder, rig_error=1.0, change=None):
     """What `read_case` reads; by a rig file as wrong as good ones are, times an error; change(given) : what else is."""
-    write_case(case, folder, 0.005 * rig_error, 0.02 * rig_error, 0.05 * rig_error, harmonics=HARMONICS)
+    write_case(case, folder, ERRORS * rig_error, harmonics=HARMONICS)
     if change:
         given = yaml.safe_load((folder / "rig.yaml").read_text())
         change(given)
@@ -33,9 +31,9 @@ def read(case, folder, rig_error=1.0, change=None):
     return read_case(folder)
 
 
-def exact_model(case, *effects, **errors):
-    """The model of the machine of a case, exact but for stated errors, with further effects."""
-    rig = rig_of(case, **({"modulus_error": 0, "bearing_error": 0, "unbalance_error": 0} | errors))
+def exact_model(case, *effects, errors=(0, 0, 0)):
+    """The model of the machine of a case, exact but for stated errors, as `ERRORS`, with further effects."""
+    rig = rig_of(case, errors)
     return build_model(rig | {"effects": [*rig["effects"], *effects]})
 
 

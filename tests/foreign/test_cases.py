@@ -9,6 +9,7 @@ from rotorstudy.blind.machines.cases import CHAIN_FAULTS, draw_case
 from rotorstudy.blind.machines.draw import draw_rotor, first_frequency
 from rotorstudy.blind.machines.faults import FAMILIES
 from rotorstudy.blind.machines.files import write_case
+from rotorstudy.blind.machines.forms import FORMS
 
 
 def test_rotors_of_all_sizes():
@@ -23,13 +24,17 @@ def test_rotors_of_all_sizes():
     assert all(0.1 < first_frequency(rotor) < 1e6 for rotor in rotors[:5])
 
 
-@pytest.mark.parametrize("family", ["crack", "rub", "misalignment", "pedestal"])
-def test_cases_are_steady_and_show_their_effect(family):
-    case = draw_case(5, family, speeds=2, steps=64, modes=4, visible=1e-3)
-    assert np.max(case.steady.change) < 1e-6
+OF_FORMS = dict.fromkeys(FORMS, (11, "between_bearings"))
+OF_FORMS |= {"crack_form": (11, "jeffcott"), "coupling_form": (11, "overhung")}
+
+
+@pytest.mark.parametrize("family", ["crack", "rub", "misalignment", "pedestal", *FORMS])
+def test_cases_show_their_effect(family):
+    seed, machine = OF_FORMS.get(family, (5, "any"))
+    case = draw_case(seed, family, speeds=2, steps=64, modes=4, visible=1e-3, machine=machine)
+    assert case.effects[0]["family"] == family and case.machine == machine
     assert max(case.steady.multipliers) < 1.0
     assert max(case.changed.values()) >= 1e-3
-    assert case.effects
 
 
 def test_a_healthy_case_changes_nothing_and_is_that_of_its_seed():

@@ -25,12 +25,12 @@ def test_a_healthy_machine_is_predicted(mass, seed):
     assert (case.rotor.bearings[-1].node < 7) == (seed == 2)
     harmonics = [0, 1, -1, 2, -2]
 
-    def off(**errors):
-        return distance(case, harmonics, exact_model(case, **errors))
+    def off(*errors):
+        return distance(case, harmonics, exact_model(case, errors=errors))
 
-    assert off() < 1e-8
-    assert off(modulus_error=0.02) > 1e-3
-    assert off(bearing_error=0.05) > 1e-4
+    assert off(0, 0, 0) < 1e-8
+    assert off(0.02, 0, 0) > 1e-3  # of the modulus
+    assert off(0, 0.05, 0) > 1e-4  # of the bearings
 
 
 def load_of(rotor, structure, add):
@@ -85,7 +85,7 @@ def test_an_asymmetric_stretch_is_predicted():
 
 
 @pytest.mark.parametrize("kind", ["parallel_misalignment", "angular_misalignment"])
-def test_the_coupling_of_a_misaligned_shaft_acts_on_its_motion(kind, monkeypatch):
+def test_the_coupling_of_a_misaligned_shaft_acts_on_its_motion(kind):
     """k (1 + d e^{2jwt} conj) (o + r e^{jwt} - y): a constant part, 1X and 2X, and a stiffness with an asymmetry d."""
     share, turn = 0.2, np.exp(0.7j)
 
@@ -98,7 +98,7 @@ def test_the_coupling_of_a_misaligned_shaft_acts_on_its_motion(kind, monkeypatch
         add_misalignment(draw.machine, 0, stiffness, size * turn, 0.1 * size, share, bending)
         return {"stiffness": stiffness, "offset": size * turn, "run_out": 0.1 * size}
 
-    case = special(monkeypatch, 1, misaligned, modes=None)
+    case = special(1, misaligned, modes=None)
     k, offset, run_out = (case.effects[0][name] for name in ("stiffness", "offset", "run_out"))
     load, unit = ("moment", "N_m") if kind == "angular_misalignment" else ("force", "N")
     forces = {0: k * offset, 1: k * (1 + share) * run_out, 2: k * share * np.conj(offset)}
@@ -117,7 +117,7 @@ def test_the_coupling_of_a_misaligned_shaft_acts_on_its_motion(kind, monkeypatch
     assert off(0.0) > 5e-3
 
 
-def test_two_cracks_are_predicted(monkeypatch):
+def test_two_cracks_are_predicted():
     """The simulator leaves out the moment by the weight within an element, 1 % here; multipliers give the growth."""
     places = [(0, 0.6, 0.5, 0.4, "gradual"), (1, 0.4, 0.35, 2.9, "switching")]
 
@@ -128,7 +128,7 @@ def test_two_cracks_are_predicted(monkeypatch):
             add_form(draw.machine, start + position * part.length, form, angle)
         return {}
 
-    case = special(monkeypatch, 1, add, speeds=3, steps=256, modes=None)
+    case = special(1, add, speeds=3, steps=256, modes=None)
     laws = {"gradual": "gradual", "switching": "sudden"}
     start, lengths = case.rotor.positions, [element.length for element in case.rotor.elements]
     cracks = [
@@ -150,7 +150,7 @@ def test_two_cracks_are_predicted(monkeypatch):
     assert np.abs(periodic_growth_rate(cracked, speed) - growth).max() < 0.1 * np.abs(bare - growth).max()
 
 
-def test_a_pedestal_with_a_resonance_along_each_direction_is_predicted(monkeypatch):
+def test_a_pedestal_with_a_resonance_along_each_direction_is_predicted():
     """Behind a bearing with cross stiffnesses, whose loss the effect has to first order in the share of the bearing."""
     ratio = 0.1  # of the damping of both together to the critical one
 
@@ -164,7 +164,7 @@ def test_a_pedestal_with_a_resonance_along_each_direction_is_predicted(monkeypat
         loss = bearing.stiffness @ both @ bearing.stiffness
         return {"natural": natural, "bearing_time_s": damped[0] / stiff[0], "loss": loss}
 
-    case = special(monkeypatch, 8, add, speeds=3, steps=256, modes=None)
+    case = special(8, add, speeds=3, steps=256, modes=None)
     assert abs(case.rotor.bearings[0].stiffness[0, 1]) > 0.03 * case.rotor.bearings[0].stiffness[0, 0]
     truth = case.effects[0]
     effect = pedestal_resonance(truth["natural"], ratio, truth["bearing_time_s"], truth["loss"])

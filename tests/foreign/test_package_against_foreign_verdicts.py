@@ -65,13 +65,13 @@ def test_what_the_library_has_is_named(seed, family, effect, leave_out, most_cau
 
 @pytest.mark.usefixtures("usual_form", "few_shapes", "right_conventions")
 @pytest.mark.parametrize("kind", ["switching", "gradual"])
-def test_a_crack_at_sixty_degrees_is_named_whatever_its_law(monkeypatch, tmp_path, kind):
+def test_a_crack_at_sixty_degrees_is_named_whatever_its_law(tmp_path, kind):
     def add(draw):
         part = draw.rotor.elements[0]
         add_form(draw.machine, 0.8 * part.length, arc_form(part, 0.4, 0.0, kind), np.deg2rad(60.0))
         return {"element": 1}
 
-    case = special(monkeypatch, 1, add)
+    case = special(1, add)
     verdict = verdict_on(case, tmp_path, rig_error=0.0, leave_out=OF_SHAPE)
     assert verdict.verdict == "cause"
     (cause,) = verdict.causes
@@ -134,8 +134,8 @@ def rub_on_one_side(draw):
         (rub_on_one_side, "rub"),
     ],
 )
-def test_an_effect_added_by_hand_is_named_at_its_node(add, effect, monkeypatch, tmp_path):
-    case = special(monkeypatch, 1, add)
+def test_an_effect_added_by_hand_is_named_at_its_node(add, effect, tmp_path):
+    case = special(1, add)
     verdict = verdict_on(case, tmp_path, rig_error=0.0, leave_out=CRACKS)
     assert verdict.verdict == "cause"
     assert names(verdict) == {(effect, case.effects[0]["node"])}
@@ -144,13 +144,13 @@ def test_an_effect_added_by_hand_is_named_at_its_node(add, effect, monkeypatch, 
         assert abs(np.angle(np.exp(1j * off))) < np.deg2rad(10)
 
 
-def test_a_seal_is_never_called_internal_damping(monkeypatch, tmp_path):
+def test_a_seal_is_never_called_internal_damping(tmp_path):
     def add(draw):
         damping = 0.2 * draw.stiffness / draw.frequency
         add_seal(draw.machine, 1, 0.0, 0.0, damping, 0.0, 0.0, swirl=0.4)
         return {"node": 2}
 
-    verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0, leave_out=CRACKS)
+    verdict = verdict_on(special(1, add), tmp_path, rig_error=0.0, leave_out=CRACKS)
     assert "seal" in {cause.effect for cause in (*verdict.causes, *verdict.ambiguous_with)}
     assert "internal_damping" not in {cause.effect for cause in verdict.causes}
 
@@ -188,9 +188,9 @@ CONTACTS = {"looseness": soft_foot, "support_clearance": oval_clearance}
 
 @pytest.mark.usefixtures("right_conventions")
 @pytest.mark.parametrize("effect", CONTACTS)
-def test_a_contact_that_opens_gradually_by_another_law_is_named_alone(effect, monkeypatch, tmp_path):
+def test_a_contact_that_opens_gradually_by_another_law_is_named_alone(effect, tmp_path):
     """Negative control: without the effect no other contact explains the records."""
-    case = special(monkeypatch, 3, CONTACTS[effect], speeds=6)
+    case = special(3, CONTACTS[effect], speeds=6)
     others = all_but("cubic_stiffness", "looseness", "rub", "support_clearance", "support_loss")
     found = verdict_on(case, tmp_path, leave_out=others, most_causes=2)
     assert names(found) == {(effect, case.effects[0]["node"])}
@@ -199,7 +199,7 @@ def test_a_contact_that_opens_gradually_by_another_law_is_named_alone(effect, mo
 
 @pytest.mark.usefixtures("right_conventions")
 @pytest.mark.parametrize(("share", "further"), [(0.4, set()), (2.0, {("external_damping", 1)})])
-def test_a_small_second_cause_at_the_same_bearing_is_an_error_of_form(share, further, monkeypatch, tmp_path):
+def test_a_small_second_cause_at_the_same_bearing_is_an_error_of_form(share, further, tmp_path):
     """A damping by its force over the cubic one; negative control: one that is larger than laws are uncertain."""
 
     def add(draw):
@@ -207,7 +207,7 @@ def test_a_small_second_cause_at_the_same_bearing_is_an_error_of_form(share, fur
         draw.machine.at_node(0, damping * np.eye(2), "damping")
         return stiff_bearing(draw)
 
-    case, library = special(monkeypatch, 1, add), ("cubic_stiffness", "external_damping", "unbalance")
+    case, library = special(1, add), ("cubic_stiffness", "external_damping", "unbalance")
     verdict = verdict_on(case, tmp_path, rig_error=0.0, leave_out=all_but(*library), most_causes=2)
     assert verdict.verdict == "cause" and names(verdict) == {("cubic_stiffness", 1)} | further
     told = [finding.text for finding in verdict.findings if finding.name == "model-form error"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from rotorstudy.blind.machines.cases import CHAIN_FAULTS, draw_case
 from rotorstudy.blind.machines.faults import FAMILIES
-from rotorstudy.blind.machines.files import write_case
+from rotorstudy.blind.machines.files import ERRORS, write_case
 from rotorstudy.blind.machines.forms import FORMS
 from rotorstudy.blind.machines.stepping import NoSteadyState
 from rotorstudy.blind.meanings import MEANS, in_library, left_out
@@ -24,7 +24,6 @@ from rotorstudy.response.measured import measured_response_and_jacobian
 
 STREAM = 6  # separates the random numbers of blind tests from those of studies
 VISIBLE = 0.01  # least change of a harmonic by an effect, over the healthy 1X; a smaller one is drawn again
-ERRORS = np.array([0.005, 0.02, 0.05])  # usual relative errors of modulus, bearings and unbalance in a rig file
 SINGLE = [name for name in FAMILIES if name != "healthy"]
 BESIDE_A_FORM = ("added_mass", "support_loss", "bow", "unbalance")
 POINT_ROTORS = ("jeffcott", "offset_disc")  # without elements and bearings, which most families need
@@ -97,7 +96,7 @@ def draw(order, folder):
         harmonics = order.harmonics
         if case.rotor.films:  # the mean position of a journal is no displacement of the model
             harmonics = [n for n in harmonics or range(-5, 6) if n]
-        write_case(case, folder, *(ERRORS * order.rig_error), order.seed, harmonics)
+        write_case(case, folder, ERRORS * order.rig_error, order.seed, harmonics)
         true = truth_of(case, fault)
         size, beside, without_noise = _size(case, true, folder)
         low, high = order.sizes

@@ -18,6 +18,7 @@ CHAIN_FAULTS = ("swapped", "reversed", "phase_offset", "delay", "angle_error", "
 PROBE_FAULTS = ("swapped", "reversed", "angle_error", "gain", "runout")  # at one node
 SHOWN_BY_THE_MEAN = ("preload", "internal_damping")  # the shaft's damping is silent at 1X and shifts the sag sideways
 KNOWN = ChainMap(FAMILIES, FORMS)
+TRIES = 20
 RUNOUT = 0.01  # of an ordinary surface over the usual motion
 
 
@@ -140,10 +141,10 @@ def visibility(case_steady, healthy, nodes):
 
 
 def draw_case(
-    seed, family, speeds=8, steps=256, modes=10, chain_fault=None, mass=None, count=None, visible=0.0, tries=20,
-    machine="any", severity=1.0, known=KNOWN,
+    seed, family, speeds=8, steps=256, modes=10, chain_fault=None, mass=None, count=None, visible=0.0, machine="any",
+    severity=1.0, known=KNOWN,
 ):  # fmt: skip
-    """A random Case of `known` families, joined by "+"; after `tries` machines without steady motion NoSteadyState.
+    """A random Case of `known` families, joined by "+"; after `TRIES` machines without steady motion NoSteadyState.
 
     steps, modes : of the integration, see `stepping.steady_state`;  mass, count : see `draw.draw_rotor`
     visible      : least change of some harmonic but 0X over the healthy 1X; of `SHOWN_BY_THE_MEAN` 0X counts too
@@ -152,7 +153,7 @@ def draw_case(
     if chain_fault not in (None, *CHAIN_FAULTS):
         raise ValueError(f"no fault of the chain: {chain_fault}")
     rng = np.random.default_rng(seed)
-    for _ in range(tries):
+    for _ in range(TRIES):
         try:
             rotor = draw_rotor(rng, mass, count) if machine == "any" else MACHINES[machine](rng)
             frequency = first_frequency(rotor)
@@ -178,7 +179,7 @@ def draw_case(
         if max(change for k, change in changed.items() if k != "0" or family in SHOWN_BY_THE_MEAN) >= visible:
             break
     else:
-        raise NoSteadyState(f"none of {tries} machines of {family} moves steadily and shows it")
+        raise NoSteadyState(f"none of {TRIES} machines of {family} moves steadily and shows it")
     probes, chain, wrong = draw_chain(rng, healthy, nodes, chain_fault)
     sag = sound.sag()
     zero = 0 * sag if chain_fault == "unloaded_zero" else sag

@@ -10,6 +10,7 @@ from rotorstudy.blind.machines.cases import RUNOUT, swing_of
 from rotorstudy.blind.machines.machine import GRAVITY
 from rotorstudy.blind.machines.rig_items import disc, unbalance
 
+ERRORS = np.array([0.005, 0.02, 0.05])  # usual relative errors of modulus, bearings and unbalance in a rig file
 FILM = 2.5  # error of clearance and viscosity over that of the coefficients of a bearing: 5 %
 
 
@@ -183,9 +184,9 @@ def write_records(path, records, nodes):
     data.to_netcdf(path, encoding={"displacement": {"dtype": "float32"}})
 
 
-def rig_of(case, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0, harmonics=None):
+def rig_of(case, errors=ERRORS, seed=0, harmonics=None):
     """The rig file of the nominal machine as a dict; see `write_case`."""
-    rng, rotor = np.random.default_rng(seed), case.rotor
+    rng, rotor, (modulus_error, bearing_error, unbalance_error) = np.random.default_rng(seed), case.rotor, errors
     return {
         "rotor": rotor_section(rng, rotor, modulus_error),
         "bearings": [film_bearing(rng, film, FILM * bearing_error) for film in rotor.films]
@@ -197,11 +198,10 @@ def rig_of(case, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, 
     }
 
 
-def write_case(case, folder, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0, harmonics=None):
-    """Write `record.nc` and `rig.yaml`, whose numbers have relative errors drawn from the `seed`."""
+def write_case(case, folder, errors=ERRORS, seed=0, harmonics=None):
+    """Write `record.nc` and `rig.yaml`, whose numbers have errors as `ERRORS` drawn from the `seed`."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    rig = rig_of(case, modulus_error, bearing_error, unbalance_error, seed, harmonics)
-    (folder / "rig.yaml").write_text(page(rig), encoding="utf-8")
+    (folder / "rig.yaml").write_text(page(rig_of(case, errors, seed, harmonics)), encoding="utf-8")
     write_records(folder / "record.nc", case.records, case.nodes)
     return folder
