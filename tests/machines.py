@@ -113,8 +113,7 @@ def point_machine(mass, stiffness, damping, moment, internal=0.0):
 def stepped(machine, speeds, harmonics, steps, rest):
     """Harmonics (speed, harmonic, node) of all nodes by the independent simulator, about the rest (dof,)."""
     steady, sag = steady_state(machine, speeds, steps), rest[0::4] + 1j * rest[1::4]
-    shown = [[steady.whirl(node, n) - at * (n == 0) for node, at in enumerate(sag)] for n in harmonics]
-    return np.moveaxis(np.array(shown), 2, 0)
+    return steady.harmonics(range(len(sag)), harmonics) - np.outer(np.equal(harmonics, 0), sag)
 
 
 def errors_of_derivatives(model, speeds, harmonics, steps, change=None):

@@ -1,8 +1,7 @@
 """Machines to be balanced in two planes, with what a rig file does not know of them.
 
 Beside the unbalances of the two planes there may be one of a third disc and a bow; both planes scatter from run to run
-by what heat and fits move. The vibration at 1X is the solution of the linear equations of motion at the harmonic e^jwt
-(Genta, Dynamics of Rotating Systems (2005), section 4.4), as nothing here depends on the state.
+by what heat and fits move.
 """
 
 from dataclasses import dataclass, replace
@@ -15,6 +14,7 @@ from rotorstudy.blind.machines.effects import add_bow, add_unbalance
 from rotorstudy.blind.machines.files import discs_section
 from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
 from rotorstudy.blind.machines.rig_items import springs
+from rotorstudy.blind.machines.stepping import steady_state
 
 ELEMENTS, DISCS, PROBES = 12, (2, 6, 9), (1, 11)  # of the shaft, and nodes
 PLANES = (2, 9)  # nodes of the correction planes
@@ -38,18 +38,10 @@ class Balanced:
 
         added : (node, unbalance in kg m, complex) each;  own : unbalances of the planes in this run, kg m
         """
-        extra = [*added, *zip(PLANES, own, strict=True)]
-        found = []
-        for speed in self.speeds:
-            mass, damping, stiffness = self.machine.linear(speed)
-            forces = (vector * speed**power for (k, power), vector in self.machine.harmonic.items() if k == 1)
-            force = sum(forces).astype(complex)
-            for node, value in extra:
-                force[4 * node : 4 * node + 2] += value * speed**2 * np.array([1, -1j])
-            shape = np.linalg.solve(stiffness + 1j * speed * damping - speed**2 * mass, force)
-            x, y = (shape[4 * np.array(PROBES) + axis] for axis in (0, 1))
-            found.append([(x + 1j * y) / 2, np.conj(x - 1j * y) / 2])
-        return np.array(found)
+        machine = replace(self.machine, harmonic=dict(self.machine.harmonic))
+        for node, value in (*added, *zip(PLANES, own, strict=True)):
+            add_unbalance(machine, node, abs(value), np.angle(value))
+        return steady_state(machine, self.speeds, steps=8).harmonics(PROBES, (1, -1))
 
     def scattered(self, rng):
         """Unbalances of the planes in one run, kg m."""

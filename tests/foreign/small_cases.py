@@ -39,9 +39,8 @@ def exact_model(case, *effects, errors=(0, 0, 0)):
 
 def motion_of(case, harmonics):
     """(speed, harmonic, node), m, of the nodes with probes, from rest."""
-    position = case.sag[0::4] + 1j * case.sag[1::4]
-    true = [[case.steady.whirl(node, k) - position[node] * (k == 0) for node in case.nodes] for k in harmonics]
-    return np.transpose(true, (2, 0, 1))
+    rest = (case.sag[0::4] + 1j * case.sag[1::4])[case.nodes]
+    return case.steady.harmonics(case.nodes, harmonics) - np.outer(np.equal(harmonics, 0), rest)
 
 
 def distance(case, harmonics, model, **options):

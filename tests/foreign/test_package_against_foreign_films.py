@@ -52,8 +52,7 @@ def motion_on(films, speeds, harmonics, heavier=1.0, add=None):
             add_unbalance(machine, node, heavier * abs(value), np.angle(value))
         if add:
             add(machine, speed)
-        steady = steady_state(machine, [speed], steps=32)
-        shown[i] = [[steady.whirl(node, n)[0] for node in NODES] for n in harmonics]
+        shown[i] = steady_state(machine, [speed], steps=32).harmonics(NODES, harmonics)[0]
     return shown
 
 

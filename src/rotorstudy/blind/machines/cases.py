@@ -129,15 +129,12 @@ def draw_chain(rng, healthy, nodes, fault=None):
     return probes, chain, wrong if fault in PROBE_FAULTS else None
 
 
-def visibility(case_steady, healthy, nodes):
+def visibility(steady, healthy, nodes):
     """Change of each harmonic by the effect over the healthy 1X, root mean square over speeds and nodes."""
-    base = np.sqrt(np.mean([np.abs(healthy.whirl(node, 1)) ** 2 for node in nodes]))
-
-    def change(k):
-        off = [np.abs(case_steady.whirl(node, k) - healthy.whirl(node, k)) ** 2 for node in nodes]
-        return float(np.sqrt(np.mean(off)) / base)
-
-    return {str(k): change(k) for k in range(-3, 4)}
+    orders = range(-3, 4)
+    shown, sound = (motion.harmonics(nodes, orders) for motion in (steady, healthy))
+    change, base = (np.sqrt(np.mean(np.abs(off) ** 2, axis=(0, 2))) for off in (shown - sound, sound))
+    return dict(zip(map(str, orders), (change / base[orders.index(1)]).tolist(), strict=True))
 
 
 def draw_case(

@@ -39,6 +39,10 @@ class Steady:
         z = self.displacement[:, :, 4 * node] + 1j * self.displacement[:, :, 4 * node + 1]
         return np.mean(z * np.exp(-1j * k * self.angle), axis=1)
 
+    def harmonics(self, nodes, orders):
+        """The same of some nodes and orders, (speeds, order, node)."""
+        return np.moveaxis([[self.whirl(node, k) for node in nodes] for k in orders], 2, 0)
+
 
 def basis(machine, modes=None):
     """Lowest modes (None: all) and static shapes of all forces, (coordinates, r), and their frequencies, rad/s."""
