@@ -1,6 +1,7 @@
 """Batched linear least squares: identifiability of the unknowns, and solvers of the equations of motion."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +12,7 @@ RANK_TOLERANCE = 1e-9  # smallest over largest singular value of unit-length col
 DEFLECTION_RELATIVE = 1e-9  # expected remaining change of the unknowns that ends the iteration of the deflection
 ROUND_OFF_RELATIVE = 1e-6  # or a change that stopped decreasing: weights of exact data differ by up to 1e15
 DEFLECTION_STEPS = 40  # of the static deflection; two suffice if the bearings' nodes are measured
+TRIALS_AT_ONCE = 200  # limits the memory of a Monte Carlo study
 WEIGHTED_STEPS = 2  # updates of the weights; the second changes the estimate by less than the noise
 
 
@@ -152,8 +154,11 @@ def solve_weighted(problem, solve: Callable = solve_linear, start: Callable = so
 
 def in_chunks(problem, solve: Callable) -> np.ndarray:
     """Estimates (..., parameter) of many trials in chunks of limited memory; solve : part of the Problem -> theta."""
-    theta = np.concatenate([np.atleast_2d(solve(part)) for part in problem.chunks()])
-    return theta.reshape(*problem.spectrum.amplitude.shape[:-3], -1)
+    spectrum, amplitude = problem.spectrum, problem.spectrum.amplitude
+    if amplitude.ndim == 3:
+        return solve(problem)
+    parts = [amplitude[first : first + TRIALS_AT_ONCE] for first in range(0, len(amplitude), TRIALS_AT_ONCE)]
+    return np.concatenate([solve(replace(problem, spectrum=spectrum.with_amplitude(part))) for part in parts])
 
 
 def noise_in_equations(problem, theta: np.ndarray, weights: np.ndarray) -> np.ndarray:

@@ -4,7 +4,6 @@ Two errors can be minimised: that of the equations of motion (linear in the unkn
 and that of the output (predicted minus measured harmonics; weighted by their covariance, maximum likelihood).
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,8 +15,6 @@ from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.response.coupling import COUPLED_ORDER
 from rotorstudy.response.statics import static_deflection
-
-TRIALS_AT_ONCE = 200  # limits the memory of a Monte Carlo study
 
 
 @dataclass(frozen=True)
@@ -194,18 +191,3 @@ class Problem:
         of_all_sensors = replace(self.spectrum, covariance=self.spectrum.whitener).full_covariance()
         found = np.linalg.solve(np.swapaxes(sensitivity, -1, -2), np.swapaxes(of_all_sensors, -1, -2))
         return np.swapaxes(found, -1, -2)
-
-    def chunks(self) -> Iterator["Problem"]:
-        """The problem itself, or with many trials its parts of limited memory.
-
-        Yields
-        ------
-        Problem
-        """
-        amplitude = self.spectrum.amplitude
-        if amplitude.ndim == 3:
-            yield self
-            return
-        for first in range(0, len(amplitude), TRIALS_AT_ONCE):
-            part = self.spectrum.with_amplitude(amplitude[first : first + TRIALS_AT_ONCE])
-            yield replace(self, spectrum=part)
