@@ -5,7 +5,7 @@ Coordinates (and harmonics) that are not measured are eliminated exactly, by the
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -44,8 +44,14 @@ def regression(
     *,
     order: int = COUPLED_ORDER,
     deflection: np.ndarray | None = None,
+    condensation: str = "exact",
 ) -> Regression:
-    """Equations for the amplitudes `names` from a spectrum, at a deflection (..., speed, dof), m, or the usual one."""
+    """Equations for the amplitudes `names` from a spectrum, at a deflection (..., speed, dof), m, or the usual one.
+
+    condensation : of the coordinates that are not measured; unless "exact", T = [I; L_n] with the matrix L_n =
+                   -(K_ss - n^2 w^2 M_ss)^-1 (K_sm - n^2 w^2 M_sm), without gyroscopic moments, as in the thesis, Eqs.
+                   (6.31) to (6.34): they are eliminated only approximately
+    """
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
     if spectrum.single_probes:
@@ -53,18 +59,13 @@ def regression(
             f"node {spectrum.single_probes[0]} has a single probe, and the equations of motion need the orbit: use an "
             "output-error estimator, such as maximum_likelihood"
         )
-    _check_absolute(model)
-    speed, harmonics = check_speed(spectrum.speed), np.asarray(spectrum.harmonics)
-    return _equations(_arranged(model, *_key(speed, harmonics), tuple(names), order), spectrum.amplitude, deflection)
-
-
-def _check_absolute(model):
-    """Raise for sensors that ride on housings: the equations of motion need the motion in space."""
     if riding := [node for node in model.sensors if node in model.structure.riding]:
         raise RotorstudyError(
             f"the probes at node {riding[0]} are relative to a bearing, and the equations of motion need the motion in "
             "space: use an output-error estimator, such as maximum_likelihood"
         )
+    at = _key(check_speed(spectrum.speed), spectrum.harmonics)
+    return _equations(_arranged(model, *at, tuple(names), order, condensation), spectrum.amplitude, deflection)
 
 
 class _Group(NamedTuple):
@@ -73,7 +74,7 @@ class _Group(NamedTuple):
     members: np.ndarray  # (block, member) int
     matrix: np.ndarray  # (speed, block, member * dof, member * dof) complex, dynamic stiffness of the known amplitudes
     measured: np.ndarray  # (member * dof,) bool
-    transfer: np.ndarray  # (speed, block, measured, hidden) complex, D_ms D_ss^-1
+    transfer: np.ndarray  # (speed, block, measured, hidden) complex, by which the hidden ones are eliminated
     direct: np.ndarray  # (measured,) bool, an equation of q_n, not of a mirrored harmonic
     kept: np.ndarray  # (measured,) bool
 
@@ -88,7 +89,11 @@ class _Group(NamedTuple):
 
 
 class _Arranged(NamedTuple):
-    """What the equations of all spectra have in common; order : (row,) int, that of the rows of all groups."""
+    """What the equations of all spectra have in common.
+
+    order   : (row,) int, that of the rows of all groups
+    follows : (speed, harmonic, hidden, measured) L_n; None if the hidden coordinates are eliminated exactly
+    """
 
     model: Model
     speed: np.ndarray
@@ -99,6 +104,7 @@ class _Arranged(NamedTuple):
     table: EntryTable
     groups: list[_Group]
     order: np.ndarray
+    follows: np.ndarray | None
 
 
 def _key(speed, harmonics):
@@ -106,7 +112,7 @@ def _key(speed, harmonics):
 
 
 @lru_cache(maxsize=2)  # many spectra of one model follow one another
-def _arranged(model, speed, harmonics, names, order):
+def _arranged(model, speed, harmonics, names, order, condensation="exact"):
     """The _Arranged of a model at speeds and harmonics, both tuples."""
     blocks, speed, harmonics = layout(model, harmonics, order), np.array(speed), np.array(harmonics)
     carried, dof = blocks.harmonics, len(model.structure.dofs)
@@ -114,23 +120,32 @@ def _arranged(model, speed, harmonics, names, order):
     unknowns = [_rotor_unknown(model, name) for name in names]
     known = _known_amplitudes(model, names)
     is_sensor = np.isin(np.arange(dof), model.measured)
-    involved = np.unique(np.concatenate([own_harmonic(group, carried).ravel() for group in blocks.groups]))
-    for unknown in unknowns:
-        _check_reads_measured(model, unknown, harmonics, involved)
-    groups, keys = [], []
-    matrices = operator(model, known, speed, blocks)
-    for matrix, group, mirror in zip(matrices, blocks.groups, blocks.mirrors, strict=True):
+    matrices = eliminating = operator(model, known, speed, blocks)
+    groups, keys, follows = [], [], None
+    if condensation == "exact":
+        involved = np.unique(np.concatenate([own_harmonic(group, carried).ravel() for group in blocks.groups]))
+        for unknown in unknowns:
+            _check_reads_measured(model, unknown, harmonics, involved)
+    elif any(shift for _, shift in model.couplings):
+        raise RotorstudyError("condensation as in the thesis needs a weight-dominant crack; use the exact one")
+    else:
+        structure = model.structure
+        still = Model(replace(structure, gyroscopic=np.zeros_like(structure.gyroscopic)))
+        eliminating = operator(still, still.theta, speed, blocks)
+        static = structure.stiffness - (speed[:, None] * harmonics)[..., None, None] ** 2 * structure.mass
+        follows = -np.swapaxes(_transfer(static, is_sensor), -1, -2)
+    for matrix, by, group, mirror in zip(matrices, eliminating, blocks.groups, blocks.mirrors, strict=True):
         # unknown and degree of freedom in one number
         coordinate = (group[..., None] * dof + np.arange(dof)).reshape(len(group), -1)
         measured = (np.isin(own_harmonic(group[0], carried), harmonics)[:, None] & is_sensor).ravel()
         direct = coordinate[0][measured] < count * dof
         kept = direct | mirror  # the equation of w_n is the conjugate of that of q_{-n}
-        groups.append(_Group(group, matrix, measured, _transfer(matrix, measured), direct, kept))
+        groups.append(_Group(group, matrix, measured, _transfer(by, measured), direct, kept))
         unknown, place = np.divmod(coordinate[:, measured], dof)
         own = np.where(direct, unknown, mirrored_unknown(unknown, carried)) if mirror else unknown
         keys.append((own * dof + place)[:, kept].ravel())
     table, in_order = EntryTable(unknowns, dof), np.argsort(np.concatenate(keys))
-    return _Arranged(model, speed, harmonics, names, carried, known, table, groups, in_order)
+    return _Arranged(model, speed, harmonics, names, carried, known, table, groups, in_order, follows)
 
 
 def _transfer(matrix, measured):
@@ -143,13 +158,17 @@ def _transfer(matrix, measured):
 
 def _equations(arranged, amplitude, deflection=None):
     """The Regression of harmonics (..., speed, harmonic, sensor); see `regression`."""
-    model, speed, harmonics, names, carried, known, table, groups, order = arranged
+    model, speed, harmonics, names, carried, known, table, groups, order, follows = arranged
     if deflection is None:
         deflection = static_deflection(model, speed, model.nominal[: len(model.rotor_unknowns)]).value
     amplitude = _about_rest(model, amplitude, speed, harmonics, deflection)
     count = len(carried)
     displacement = np.zeros((*amplitude.shape[:-2], count, len(model.structure.dofs)), complex)
-    displacement[..., np.searchsorted(carried, harmonics)[:, None], model.measured] = amplitude
+    here = np.searchsorted(carried, harmonics)[:, None]
+    displacement[..., here, model.measured] = amplitude
+    if follows is not None:
+        hidden = np.setdiff1d(np.arange(len(model.structure.dofs)), model.measured)
+        displacement[..., here, hidden] = np.einsum("snhm,...snm->...snh", follows, amplitude)
     columns = np.moveaxis(table.dense_columns(displacement, speed, carried, deflection), -1, 0)
     force = static_force(model, known, speed, carried, deflection)
     force[..., carried == 0, :] += model.static_residual
@@ -191,51 +210,6 @@ def _slopes(model, speed, harmonics, names, order):
         np.moveaxis(np.concatenate([columns.real, columns.imag], axis=-2), 0, -2),
         np.moveaxis(np.concatenate([right_side.real, right_side.imag], axis=-1), 0, -1),
     )
-
-
-def condensed_regression(
-    model: Model, spectrum: Spectrum, names: Sequence[str], deflection: np.ndarray | None = None
-) -> Regression:
-    """The Regression with tilts condensed as in the thesis: T = [I; L_n], L_n = -(K_ss - n^2 w^2 M_ss)^-1 (K_sm - ...).
-
-    The transformation leaves the gyroscopic moments out, so what is not measured is eliminated only approximately.
-    Arguments as of `regression`. Source: Thesis Eqs. (6.31) to (6.34).
-    """
-    structure, speed, harmonics = model.structure, check_speed(spectrum.speed), np.asarray(spectrum.harmonics)
-    _check_absolute(model)
-    unknowns = [_rotor_unknown(model, name) for name in names]
-    if any(shift for _, shift in model.couplings):
-        raise RotorstudyError("condensation as in the thesis needs a weight-dominant crack; use the exact one")
-    hidden = np.setdiff1d(np.arange(len(structure.dofs)), model.measured)
-    frequency = (speed[:, None] * harmonics)[..., None, None]
-    static = structure.stiffness - frequency**2 * structure.mass
-    transfer = -np.linalg.solve(static[..., hidden, :][..., hidden], static[..., hidden, :][..., model.measured])
-    if deflection is None:
-        deflection = static_deflection(model, speed, model.nominal[: len(model.rotor_unknowns)]).value
-    amplitude = _about_rest(model, spectrum.amplitude, speed, harmonics, deflection)
-    displacement = np.zeros((*amplitude.shape[:-1], len(structure.dofs)), complex)
-    displacement[..., model.measured] = amplitude
-    displacement[..., hidden] = np.einsum("snhm,...snm->...snh", transfer, amplitude)
-
-    def reduced(rows):
-        return rows[..., model.measured] + np.einsum("snhm,...snh->...snm", transfer, rows[..., hidden])
-
-    def force(unknown):
-        """Of one unit; bearings do not act on the static deflection, as their static force balances the load."""
-        at = None if unknown.carries else deflection
-        return apply_entries(unknown.entries, displacement, speed, harmonics, at)
-
-    known = _known_amplitudes(model, names)
-    dynamic = static + frequency * speed[:, None, None, None] * structure.gyroscopic
-    rest = np.einsum("snij,...snj->...sni", dynamic, displacement)
-    for value, unknown in zip(known, model.rotor_unknowns, strict=True):
-        if value:
-            rest = rest - value * force(unknown)
-    rest[..., harmonics == 0, :] -= model.static_residual
-    columns = np.stack(np.broadcast_arrays(*(reduced(force(unknown)) for unknown in unknowns)), axis=-1)
-    right = reduced(rest)
-    columns = columns.reshape(*columns.shape[:-3], -1, columns.shape[-1])
-    return Regression(columns, right.reshape(*right.shape[:-2], -1), tuple(names))
 
 
 def _rotor_unknown(model, name):

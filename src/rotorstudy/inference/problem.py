@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.equation_error import condensed_regression, regression, residual_sensitivity
+from rotorstudy.inference.equation_error import regression, residual_sensitivity
 from rotorstudy.inference.linear import RANK_TOLERANCE, by_speed
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -71,10 +71,8 @@ class Problem:
         two arrays
             A (..., row, parameter) in N per unit of each parameter, b (..., row) in N.
         """
-        if self.condensation != "exact":
-            return condensed_regression(self.model, self.spectrum, self.names, self.deflection).real_system()
-        found = regression(self.model, self.spectrum, self.names, order=self.order, deflection=self.deflection)
-        return found.real_system()
+        given = {"order": self.order, "deflection": self.deflection, "condensation": self.condensation}
+        return regression(self.model, self.spectrum, self.names, **given).real_system()
 
     def holding(self, theta: np.ndarray) -> "Problem | None":
         """The problem with the static deflection held at that of an estimate.
