@@ -34,54 +34,45 @@ def published():
     """Tables of harmonics of every condition, {condition: text}, its unbalance, {condition: (2,) g mm}, and change.
 
     The change is that of 1X of the probes, {condition: (speed * probe,) µm}, complex.
-
-    The published phasors are lags of each probe, mil, relative to the baseline; y is 90 degrees ahead of x, and hole
-    angles count against the sense of rotation.
     """
-    change = pd.read_csv(KIT / "published" / "one_x_minus_baseline.csv")
-    baseline = pd.read_csv(KIT / "published" / "baseline_mean.csv").set_index("speed")
     added = pd.read_csv(KIT / "published" / "added_unbalance.csv").set_index("condition")
-    tables, changes = {}, {}
-    for condition, rows in change.groupby("condition"):
-        found = {
-            speed: np.array([_phasor(repeats, probe).mean() for probe in PROBES])
-            for speed, repeats in rows.groupby("speed")
-        }
-        tables[condition] = _table(found, baseline)
-        changes[condition] = MIL * np.conj(np.concatenate(list(found.values())))
+    moved = {name: _phasors(rows) for name, rows in _changes().groupby("condition")}
+    changes = {name: MIL * np.conj(one.to_numpy().ravel()) for name, one in moved.items()}
     true = {
         name: np.array([row[f"disc{d}_g_mm"] * np.exp(-1j * np.deg2rad(row[f"disc{d}_hole_deg"])) for d in (1, 2)])
         for name, row in added.iterrows()
     }
-    return tables, true, changes
+    return {name: _table(one) for name, one in moved.items()}, true, changes
 
 
 def baseline_records():
     """Tables of harmonics of each of the records of the baseline."""
-    change = pd.read_csv(KIT / "published" / "one_x_minus_baseline.csv").query("condition == 'BASE'")
-    baseline = pd.read_csv(KIT / "published" / "baseline_mean.csv").set_index("speed")
-    records = [rows.set_index("speed") for _, rows in change.groupby("record")]
-    return [
-        _table({w: np.array([_phasor(rows.loc[w], probe) for probe in PROBES]) for w in rows.index}, baseline)
-        for rows in records
-    ]
+    return [_table(_phasors(rows)) for _, rows in _changes().query("condition == 'BASE'").groupby("record")]
 
 
-def _table(found, baseline):
-    """The text of a table of harmonics; found : {speed: change (probe,) of the published phasors, mil}."""
-    lines = ["speed_rpm,node,harmonic,amplitude_mil,phase_deg"]
-    for speed, moved in found.items():
-        whole = moved + [_phasor(baseline.loc[speed], probe) for probe in PROBES]
+def _changes():
+    return pd.read_csv(KIT / "published" / "one_x_minus_baseline.csv")
+
+
+def _phasors(rows):
+    """Published phasors (speed, probe) of some rows, mean of their repeats: lags of each probe, mil."""
+    mean = rows.groupby("speed").mean(numeric_only=True)
+    return pd.DataFrame({probe: mean[f"{probe}_real_mil"] + 1j * mean[f"{probe}_imag_mil"] for probe in PROBES})
+
+
+def _table(moved):
+    """The text of a table of harmonics, by `_phasors` relative to the baseline.
+
+    The y probes are 90 degrees ahead of x, and hole angles count against the sense of rotation.
+    """
+    baseline = pd.read_csv(KIT / "published" / "baseline_mean.csv")
+    rpm, lines = baseline.set_index("speed").speed_rpm, ["speed_rpm,node,harmonic,amplitude_mil,phase_deg"]
+    for speed, whole in (moved + _phasors(baseline).loc[moved.index]).iterrows():
         for plane in (1, 2):
-            x, y = np.conj(whole[2 * plane - 2 : 2 * plane])
+            x, y = np.conj(whole[[f"plane{plane}_x", f"plane{plane}_y"]])
             for n, z in ((1, (x + 1j * y) / 2), (-1, np.conj(x - 1j * y) / 2)):
-                rpm = baseline.loc[speed, "speed_rpm"]
-                lines.append(f"{rpm},{plane},{n},{abs(z):.6f},{np.degrees(np.angle(z)):.3f}")
+                lines.append(f"{rpm[speed]},{plane},{n},{abs(z):.6f},{np.degrees(np.angle(z)):.3f}")
     return "\n".join(lines) + "\n"
-
-
-def _phasor(rows, probe):
-    return rows[f"{probe}_real_mil"] + 1j * rows[f"{probe}_imag_mil"]
 
 
 def estimated(rig, folder, condition, text):

@@ -47,12 +47,12 @@ def node(place, elements):
 def report(tasks):
     """Run the task that the command line names, and print its seconds, the peak memory and its numbers, as JSON.
 
-    tasks : {name: function of the number of elements, if any, that prepares the task and returns it}. Processor time,
+    tasks : {name: function of the numbers beside it, if any, that prepares the task and returns it}. Processor time,
             as other work on the machine lengthens the time of the clock on the wall. Of several runs the median without
             the first, in which a package compiles or loads what it needs; of `first` that of the process so far.
     """
-    (name, *elements), runs = sys.argv[1].split(), int(sys.argv[2])
-    run, elapsed = tasks[name](*map(int, elements)), []
+    (name, *numbers), runs = sys.argv[1].split(), int(sys.argv[2])
+    run, elapsed = tasks[name](*map(int, numbers)), []
     for _ in range(runs):
         start = 0.0 if name == "first" else time.process_time()
         result = run()

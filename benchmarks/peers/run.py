@@ -21,8 +21,8 @@ HERE = Path(__file__).parent
 ROWS, PAGE, README = ROOT / "docs/peers.csv", ROOT / "docs/peers.md", ROOT / "README.md"
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 ROSS, SCIPY = "ROSS", "scipy solve_ivp"
-# name, task of rotorstudy (a function with the number of elements) and its runs, other package, its task and runs; a
-# first run of several is not counted
+# name, task of rotorstudy (a function, the number of elements, and 1 for its other form) and its runs, other package,
+# its task and runs; a first run of several is not counted
 TASKS = (
     ("import, build, response at one speed", "first", 5, ROSS, "first", 5),
     ("modes at one speed, 4 elements", "modes 4", 20, ROSS, "modes 4", 6),
@@ -30,9 +30,9 @@ TASKS = (
     ("unbalance response at 51 speeds, 4 elements", "response 4", 20, ROSS, "response 4", 6),
     ("unbalance response at 51 speeds, 48 elements", "response 48", 6, ROSS, "response 48", 3),
     ("start from rest, 5000 instants, by modes", "from_rest 4", 20, ROSS, "from_rest 4", 6),
-    ("start from rest, 5000 instants, by an integrator", "from_rest_integrated 4", 1, ROSS, "from_rest 4", 6),
-    ("steady state of a cracked rotor at one speed", "crack 4", 20, ROSS, "crack 4", 3),
-    ("steady state of a cracked rotor at one speed", "crack 4", 20, SCIPY, "crack_integrated 4", 1),
+    ("start from rest, 5000 instants, by an integrator", "from_rest 4 1", 1, ROSS, "from_rest 4", 6),
+    ("steady state of a cracked rotor at one speed", "steady 4 1", 20, ROSS, "crack 4", 3),
+    ("steady state of a cracked rotor at one speed", "steady 4 1", 20, SCIPY, "integrated 4 1", 1),
     ("steady state without a crack at one speed", "steady 4", 20, SCIPY, "integrated 4", 1),
 )
 

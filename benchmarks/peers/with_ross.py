@@ -148,7 +148,7 @@ def equations(elements, cracked):
 
 
 def integrated(elements, cracked=False):
-    """Steady state by solve_ivp of scipy on the same equations."""
+    """Steady state by solve_ivp of scipy on the same equations, also with the breathing crack."""
     from scipy.integrate import solve_ivp
 
     acceleration, slope, size = equations(elements, cracked)
@@ -165,11 +165,6 @@ def integrated(elements, cracked=False):
         return harmonics(motion[:, 0::4] + 1j * motion[:, 1::4])
 
     return run
-
-
-def crack_integrated(elements):
-    """The same with the breathing crack."""
-    return integrated(elements, True)
 
 
 if __name__ == "__main__":

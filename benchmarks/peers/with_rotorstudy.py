@@ -74,32 +74,23 @@ def response(elements, speeds=machine.SPEEDS):
     return lambda: orbit(harmonic_response(model(elements), np.array(speeds), [1, -1]))
 
 
-def from_rest(elements, method="transient_response"):
-    """Motion after a start from rest, by the modes."""
-    from rotorstudy.response import integration
+def from_rest(elements, integrated=False):
+    """Motion after a start from rest, by the modes or by an integrator."""
+    from rotorstudy.response.integration import time_response, transient_response
 
     ready, time = model(elements, weight=False), np.arange(0, machine.DURATION, machine.STEP)
-    return lambda: shown(getattr(integration, method)(ready, machine.SPEED, time))
-
-
-def from_rest_integrated(elements):
-    """The same by an integrator."""
-    return from_rest(elements, "time_response")
+    method = time_response if integrated else transient_response
+    return lambda: shown(method(ready, machine.SPEED, time))
 
 
 def steady(elements, cracked=False):
-    """Steady state at the harmonics of the machine."""
+    """Steady state at the harmonics of the machine, also with the crack."""
     from rotorstudy import harmonic_response
 
     ready, listed = model(elements), sorted(machine.HARMONICS)
     ready = ready.plus(crack_of_ross(ready.structure, elements)) if cracked else ready
     order = np.searchsorted(listed, machine.HARMONICS)
     return lambda: shown(harmonic_response(ready, [machine.SPEED], listed))[0][order]
-
-
-def crack(elements):
-    """The same with the crack."""
-    return steady(elements, True)
 
 
 def crack_of_ross(structure, elements):
