@@ -151,18 +151,22 @@ def right_places(plant, state):
     }.get(state, {})
 
 
+def drawn_probes(rng, plant, angles):
+    """Probes at two angles of each film, {node: [Probe, Probe]}, on surfaces with runout."""
+    surfaces = ((film.node, surface_runout(rng, angles, 3e-6, orders=4)) for film in plant.rotor.films)
+    return {
+        node: [Probe(angle, 1 + 0.02 * rng.normal(), 0.0, own) for angle, own in zip(angles, runout, strict=True)]
+        for node, runout in surfaces
+    }
+
+
 def write(folder, name, state, draw, steady, again=0):
     """Write record.nc (zero mean at every speed, as by AC coupling) and rig.yaml; returns their paths."""
     folder, plant = Path(folder), PLANTS[name]()
     folder.mkdir(parents=True, exist_ok=True)
-    rng, nodes = np.random.default_rng([draw, 31]), [film.node for film in plant.rotor.films]
-    probes = {}
-    for node in nodes:
-        runout = surface_runout(rng, ANGLES, 3e-6, orders=4)
-        probes[node] = [
-            Probe(angle, 1 + 0.02 * rng.normal(), 0.0, own) for angle, own in zip(ANGLES, runout, strict=True)
-        ]
-    error = rng.normal(size=50)
+    rng = np.random.default_rng([draw, 31])
+    probes, error = drawn_probes(rng, plant, ANGLES), rng.normal(size=50)
+    nodes = list(probes)
     if state == "runout":
         other = surface_runout(np.random.default_rng([draw, 34]), ANGLES, STATES[state][0], orders=4)
         probes[nodes[0]] = [replace(p, runout=own) for p, own in zip(probes[nodes[0]], other, strict=True)]
@@ -179,16 +183,13 @@ def write(folder, name, state, draw, steady, again=0):
 def write_table(path, name, state, draw):
     """Write the table of a state as a monitoring system exports it, of probes 45 degrees off the top."""
     plant, number, size = PLANTS[name](), list(STATES).index(state), STATES[state][0]
-    rng, shots = np.random.default_rng([draw, 31]), np.random.default_rng([draw, 32, number])
-    gaps = np.random.default_rng([draw, 33, number])
-    angles, probes = {"X": 3 * np.pi / 4, "Y": -3 * np.pi / 4}, {}
-    films = in_state(plant, state, size).rotor.films
-    for film, label in zip(films, labels(plant), strict=True):
-        runout = surface_runout(rng, angles.values(), 3e-6, orders=4)
-        probes |= {
-            f"{label} {axis}": (film, angle, 1 + 0.02 * rng.normal(), profile)
-            for (axis, angle), profile in zip(angles.items(), runout, strict=True)
-        }
+    rng, shots, gaps = map(np.random.default_rng, ([draw, 31], [draw, 32, number], [draw, 33, number]))
+    drawn, films = drawn_probes(rng, plant, (3 * np.pi / 4, -3 * np.pi / 4)), in_state(plant, state, size).rotor.films
+    probes = {
+        f"{label} {axis}": (film, probe)
+        for film, label in zip(films, labels(plant), strict=True)
+        for axis, probe in zip("XY", drawn[film.node], strict=True)
+    }
     slow, speeds = 300 * np.pi / 30, plant.speeds * (1 + 1e-3 * shots.normal(size=len(plant.speeds)))
     speeds = np.round(np.append(slow, speeds) * 30 / np.pi) * np.pi / 30
     steady = motion(name, state, size, speeds)
@@ -196,18 +197,18 @@ def write_table(path, name, state, draw):
     rows = [["Speed (rpm)", *heads, *(f"{p} Gap (V)" for p in probes)]]
     for k, speed in enumerate(speeds):
         rows.append([f"{speed * 30 / np.pi:.0f}"])
-        for film, angle, gain, runout in probes.values():
-            x, y = steady.displacement[k, :, 4 * film.node : 4 * film.node + 2].T
+        for film, probe in probes.values():
+            moved = steady.displacement[k, :, 4 * film.node : 4 * film.node + 2].T
             for n in (1, 2):
-                turn = np.exp(-1j * n * steady.angle)
-                vector = 2 * np.mean((np.cos(angle) * x + np.sin(angle) * y) * turn) + runout[n]
-                vector = gain * vector * (1 + 2e-3 * shots.normal()) + 2e-8 * (shots.normal() + 1j * shots.normal())
+                line = 2 * np.mean(moved * np.exp(-1j * n * steady.angle), axis=-1)
+                vector = probe.reading(*line, lambda order, amplitude, n=n: amplitude * (order == n))
+                vector = vector * (1 + 2e-3 * shots.normal()) + 2e-8 * (shots.normal() + 1j * shots.normal())
                 lag = -np.rad2deg(np.angle(vector)) - n * 90.0  # the sensor of the phase mark is at 90 degrees
                 rows[-1] += [f"{2 * abs(vector) / 25.4e-6:.2f}", f"{round(lag) % 360}"]
-        for film, angle, gain, _ in probes.values():
-            rest = [steady.displacement[k, :, 4 * film.node + i].mean() for i in (0, 1)]
+        for film, probe in probes.values():
+            rest = steady.displacement[k, :, 4 * film.node : 4 * film.node + 2].mean(axis=0)
             x, y = running_position(film, speed) + rest - [film.clearance, 0.0]  # from the bottom of the bearing
-            volts = 7874 * gain * (np.cos(angle) * x + np.sin(angle) * y) + 0.01 * gaps.normal()
+            volts = 7874 * probe.reading(x, y, lambda order, amplitude: 0.0) + 0.01 * gaps.normal()
             rows[-1].append(f"{AT_REST_V + volts:.2f}")
     with open(path, "w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows(rows)
