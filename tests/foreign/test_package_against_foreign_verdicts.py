@@ -9,6 +9,8 @@ from rotorstudy.blind.machines.contacts import add_clearance, add_one_sided_loss
 from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_added_mass, add_seal
 from rotorstudy.diagnosis import investigate
+from rotorstudy.diagnosis.search.search import begin
+from rotorstudy.inference.prediction import with_model_error
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
 
@@ -18,15 +20,11 @@ CRACKS = ["breathing_crack", "transverse_crack"]
 OF_SHAPE = ["rub", "looseness", "cubic_stiffness", "pedestal_resonance"]
 
 
-def verdict_on(case, folder, rig_error=1.0, zero="at_rest", leave_out=(), most_causes=1):
-    """rig_error : 0 for an exact rig."""
-
-    def change(given):
-        given["measurement"]["displacement_zero"] = zero
-
+def verdict_on(case, folder, rig_error=1.0, change=None, hold_out=None, **changed):
+    """rig_error : 0 for an exact rig;  changed : settings beside those of a quick search."""
     spectrum, model, settings, findings = read(case, folder, rig_error, change)
-    quick = {"candidates_per_round": 3, "leave_out": list(leave_out), "most_causes": most_causes}
-    return investigate(spectrum, model, settings=settings.model_copy(update=quick), findings=findings).verdict
+    settings = settings.model_copy(update={"candidates_per_round": 3, "most_causes": 1} | changed)
+    return investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings).verdict
 
 
 def names(verdict):
@@ -160,7 +158,11 @@ def test_a_zero_on_the_unloaded_line_is_no_preload(tmp_path):
     verdict = verdict_on(case, tmp_path, rig_error=0.0, leave_out=[*CRACKS, *OF_SHAPE])
     assert verdict.measuring_chain.remedy == "state 'displacement_zero: unloaded_line'"
     assert not verdict.causes
-    stated = verdict_on(case, tmp_path, rig_error=0.0, zero="unloaded_line", leave_out=[*CRACKS, *OF_SHAPE])
+
+    def change(given):
+        given["measurement"]["displacement_zero"] = "unloaded_line"
+
+    stated = verdict_on(case, tmp_path, 0.0, change, leave_out=[*CRACKS, *OF_SHAPE])
     assert stated.verdict == "nothing"
 
 
@@ -212,3 +214,35 @@ def test_a_small_second_cause_at_the_same_bearing_is_an_error_of_form(share, fur
     assert verdict.verdict == "cause" and names(verdict) == {("cubic_stiffness", 1)} | further
     told = [finding.text for finding in verdict.findings if finding.name == "model-form error"]
     assert [("external_damping, node 1" in text) for text in told] == [True] * (not further)
+
+
+FOUR = {"count": 4, "speeds": 5, "steps": 128, "visible": 0.05}
+
+
+@pytest.mark.usefixtures("right_conventions")
+def test_a_fault_is_found_where_it_acts_whatever_it_is(tmp_path):
+    """No effect of the library is used. A force at another node explains the records too where modes are alike."""
+    case = small(4, "looseness", **FOUR)
+    spectrum, model, settings, _ = read(case, tmp_path)
+    settings = settings.model_copy(update={"leave_out": all_but()})
+    first, *_ = begin(model, with_model_error(spectrum, settings), settings).free_forces
+    assert (first.where, first.motion) == ({"node": case.effects[0]["node"]}, "force")
+
+
+@pytest.mark.usefixtures("right_conventions")
+def test_two_faults_at_their_places_are_named(tmp_path):
+    case = small(4, "preload+unbalance", **FOUR)
+    library = all_but("static_preload", "unbalance")
+    found = verdict_on(case, tmp_path, leave_out=library, most_causes=2, candidates_per_round=10)
+    assert (found.verdict, found.one_place) == ("cause", ())
+    assert {c.where["node"] for c in found.causes} == {one["node"] for one in case.effects}
+
+
+@pytest.mark.usefixtures("right_conventions")
+@pytest.mark.parametrize("has_mass", [True, False])
+def test_a_mass_beside_a_bow_is_found(has_mass, tmp_path):
+    """A misalignment explains more than either; negative control: a library without the mass names another cause."""
+    case = small(2, "added_mass+thermal_bow", speeds=4)
+    library = [*["added_mass"] * has_mass, "unbalance", "bow", "parallel_misalignment"]
+    found = verdict_on(case, tmp_path, hold_out=[], leave_out=all_but(*library), most_causes=2)
+    assert (found.verdict == "cause" and {c.effect for c in found.causes} == {"bow", "added_mass"}) == has_mass
