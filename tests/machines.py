@@ -7,16 +7,11 @@ import numpy as np
 from rotorstudy import Spectrum, build_model, make_term, measured_response, measured_response_and_jacobian, registry
 from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.blind.machines.machine import Disc, PointRotor, build
-from rotorstudy.blind.machines.rig_items import disc, film, shaft, springs, unbalance
+from rotorstudy.blind.machines.rig_items import by_axes, disc, film, shaft, springs, unbalance
 from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.measurement.spectrum import independent_covariance
 
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]  # those of the thesis
-
-
-def by_axes(key, matrix):
-    """{key with "xx", "xy" ... in its braces: coefficient} of a matrix (2, 2)."""
-    return {key.format("xy"[i] + "xy"[j]): float(value) for (i, j), value in np.ndenumerate(matrix)}
 
 
 def full_bearing(node, stiffness, damping, **more):

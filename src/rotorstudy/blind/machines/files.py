@@ -1,5 +1,6 @@
 """A case on disk: the record (NetCDF) and the rig file of the nominal machine."""
 
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,8 @@ import yaml
 
 from rotorstudy.blind.machines.cases import RUNOUT, swing_of
 from rotorstudy.blind.machines.machine import GRAVITY
-from rotorstudy.blind.machines.rig_items import disc, unbalance
+from rotorstudy.blind.machines.rig_items import by_axes, disc, unbalance
+from rotorstudy.blind.machines.rig_items import film as film_item
 
 ERRORS = np.array([0.005, 0.02, 0.05])  # usual relative errors of modulus, bearings and unbalance in a rig file
 FILM = 2.5  # error of clearance and viscosity over that of the coefficients of a bearing: 5 %
@@ -31,14 +33,8 @@ def page(sections):
 
 def stretches(elements):
     """Neighbouring equal elements together: length of the stretch, count, diameter."""
-    groups = []
-    for element in elements:
-        if groups and groups[-1][0] == element:
-            groups[-1][1] += 1
-        else:
-            groups.append([element, 1])
-    parts = [(element.length, element.outer_diameter, count) for element, count in groups]
-    return [{"length_m": length * n, "count": n, "outer_diameter_m": diameter} for length, diameter, n in parts]
+    groups = ((one, len(list(alike))) for one, alike in groupby(elements))
+    return [{"length_m": one.length * n, "count": n, "outer_diameter_m": one.outer_diameter} for one, n in groups]
 
 
 def linear_bearing(rng, bearing, error):
@@ -46,19 +42,17 @@ def linear_bearing(rng, bearing, error):
     k = bearing.stiffness * (1 + error * rng.normal(size=(2, 2)))
     c = bearing.damping * (1 + error * rng.normal(size=(2, 2)))
     full = bool(bearing.stiffness[0, 1] or bearing.stiffness[1, 0] or bearing.damping[0, 1] or bearing.damping[1, 0])
-    pairs = [(0, 0), (0, 1), (1, 0), (1, 1)] if full else [(0, 0), (1, 1)]
     where = {"kind": "linear", "node": bearing.node + 1, "label": f"node {bearing.node + 1}"}
     where["coefficients"] = "full" if full else "anisotropic"
-    stiffness = {f"bearing_stiffness_{'xy'[i]}{'xy'[j]}_N_per_m": k[i, j] for i, j in pairs}
-    return where | stiffness | {f"bearing_damping_{'xy'[i]}{'xy'[j]}_N_s_per_m": c[i, j] for i, j in pairs}
+    axes = ("xx", "xy", "yx", "yy") if full else ("xx", "yy")
+    return where | by_axes("bearing_stiffness_{}_N_per_m", k, axes) | by_axes("bearing_damping_{}_N_s_per_m", c, axes)
 
 
 def film_bearing(rng, film, error):
     """An oil film as the rig file has it: clearance and viscosity off by the relative `error`."""
     clearance, viscosity = np.array([film.clearance, film.viscosity]) * (1 + error * rng.normal(size=2))
-    where = {"kind": "short_journal", "node": film.node + 1, "label": f"node {film.node + 1}", "load_N": film.load}
-    where |= {"diameter_m": film.diameter, "length_m": film.length}
-    return where | {"radial_clearance_m": clearance, "viscosity_Pa_s": viscosity}
+    where = {"node": film.node + 1, "label": f"node {film.node + 1}", "load_N": film.load}
+    return film_item(film.diameter, film.length, clearance, viscosity, **where)
 
 
 def point_rotor_section(rng, rotor, error):

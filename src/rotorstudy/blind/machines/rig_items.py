@@ -13,6 +13,11 @@ def disc(node, mass_kg=2.0, polar=0.0048, diametral=0.0024, **more):
     return {"node": node, "mass_kg": mass_kg, "polar_moment_kg_m2": polar, "diametral_moment_kg_m2": diametral, **more}
 
 
+def by_axes(key, matrix, axes=("xx", "xy", "yx", "yy")):
+    """{key with each of the axes in its braces: coefficient} of a matrix (2, 2)."""
+    return {key.format(a + b): float(matrix["xy".index(a)]["xy".index(b)]) for a, b in axes}
+
+
 def springs(nodes, stiffness=1e6, damping=300.0):
     """Equal bearings at some nodes, N/m and N s/m, of two numbers along x and y; labelled by node unless it is given.
 
@@ -31,7 +36,7 @@ def springs(nodes, stiffness=1e6, damping=300.0):
 def film(diameter_m, length_m, radial_clearance_m, viscosity_Pa_s, **more):
     """A short journal bearing, without a node unless it is given."""
     size = {"diameter_m": diameter_m, "length_m": length_m, "radial_clearance_m": radial_clearance_m}
-    return {"kind": "short_journal", **size, "viscosity_Pa_s": viscosity_Pa_s, **more}
+    return {"kind": "short_journal", **more, **size, "viscosity_Pa_s": viscosity_Pa_s}
 
 
 def unbalance(node, eccentricity_m, phase_rad=0.0, **more):
