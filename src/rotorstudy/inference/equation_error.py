@@ -7,7 +7,6 @@ Coordinates (and harmonics) that are not measured are eliminated exactly, by the
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -24,16 +23,19 @@ from rotorstudy.response.statics import static_deflection
 
 @dataclass(frozen=True)
 class Regression:
-    """Equations columns (..., speed, row, parameter) @ theta = right_side (..., speed, row), complex, N, of `names`."""
+    """Equations columns (..., speed, row, parameter) @ theta = right_side (..., speed, row), complex, N."""
 
     columns: np.ndarray
     right_side: np.ndarray
-    names: tuple[str, ...]
+
+    def real_rows(self) -> tuple[np.ndarray, np.ndarray]:
+        """Real rows, then imaginary rows of each speed: A (..., speed, row, parameter), b (..., speed, row)."""
+        a = np.concatenate([self.columns.real, self.columns.imag], axis=-2)
+        return a, np.concatenate([self.right_side.real, self.right_side.imag], axis=-1)
 
     def real_system(self) -> tuple[np.ndarray, np.ndarray]:
-        """All speeds stacked, real rows then imaginary rows of each speed: A (..., row, parameter), b (..., row)."""
-        a = np.concatenate([self.columns.real, self.columns.imag], axis=-2)
-        b = np.concatenate([self.right_side.real, self.right_side.imag], axis=-1)
+        """The same with all speeds stacked: A (..., row, parameter), b (..., row)."""
+        a, b = self.real_rows()
         return a.reshape(*a.shape[:-3], -1, a.shape[-1]), b.reshape(*b.shape[:-2], -1)
 
 
@@ -65,46 +67,7 @@ def regression(
             "space: use an output-error estimator, such as maximum_likelihood"
         )
     at = _key(check_speed(spectrum.speed), spectrum.harmonics)
-    return _equations(_arranged(model, *at, tuple(names), order, condensation), spectrum.amplitude, deflection)
-
-
-class _Group(NamedTuple):
-    """A group of harmonics that are solved together, as in `Layout`."""
-
-    members: np.ndarray  # (block, member) int
-    matrix: np.ndarray  # (speed, block, member * dof, member * dof) complex, dynamic stiffness of the known amplitudes
-    measured: np.ndarray  # (member * dof,) bool
-    transfer: np.ndarray  # (speed, block, measured, hidden) complex, by which the hidden ones are eliminated
-    direct: np.ndarray  # (measured,) bool, an equation of q_n, not of a mirrored harmonic
-    kept: np.ndarray  # (measured,) bool
-
-    def reduced(self, rows):
-        """Rows (..., speed, block, member * dof) at what is measured, the others eliminated: (..., speed, row)."""
-        hidden = rows[..., ~self.measured]
-        found = rows[..., self.measured]
-        if hidden.shape[-1]:
-            found = found - shared_product(self.transfer, hidden)
-        found = np.where(self.direct, found, found.conj())[..., self.kept]
-        return found.reshape(*found.shape[:-2], -1)
-
-
-class _Arranged(NamedTuple):
-    """What the equations of all spectra have in common.
-
-    order   : (row,) int, that of the rows of all groups
-    follows : (speed, harmonic, hidden, measured) L_n; None if the hidden coordinates are eliminated exactly
-    """
-
-    model: Model
-    speed: np.ndarray
-    harmonics: np.ndarray
-    names: tuple[str, ...]
-    carried: np.ndarray
-    known: np.ndarray
-    table: EntryTable
-    groups: list[_Group]
-    order: np.ndarray
-    follows: np.ndarray | None
+    return _equations_at(model, *at, tuple(names), order, condensation)(spectrum.amplitude, deflection)
 
 
 def _key(speed, harmonics):
@@ -112,11 +75,14 @@ def _key(speed, harmonics):
 
 
 @lru_cache(maxsize=2)  # many spectra of one model follow one another
-def _arranged(model, speed, harmonics, names, order, condensation="exact"):
-    """The _Arranged of a model at speeds and harmonics, both tuples."""
+def _equations_at(model, speed, harmonics, names, order, condensation="exact"):
+    """Function of amplitudes (..., speed, harmonic, sensor) and a deflection, or None, that gives their Regression.
+
+    speed, harmonics, names : tuples
+    """
     blocks, speed, harmonics = layout(model, harmonics, order), np.array(speed), np.array(harmonics)
     carried, dof = blocks.harmonics, len(model.structure.dofs)
-    count = len(carried)
+    count, here = len(carried), np.searchsorted(carried, harmonics)[:, None]
     unknowns = [_rotor_unknown(model, name) for name in names]
     known = _known_amplitudes(model, names)
     is_sensor = np.isin(np.arange(dof), model.measured)
@@ -133,19 +99,57 @@ def _arranged(model, speed, harmonics, names, order, condensation="exact"):
         still = Model(replace(structure, gyroscopic=np.zeros_like(structure.gyroscopic)))
         eliminating = operator(still, still.theta, speed, blocks)
         static = structure.stiffness - (speed[:, None] * harmonics)[..., None, None] ** 2 * structure.mass
-        follows = -np.swapaxes(_transfer(static, is_sensor), -1, -2)
+        follows = -np.swapaxes(_transfer(static, is_sensor), -1, -2)  # L_n
     for matrix, by, group, mirror in zip(matrices, eliminating, blocks.groups, blocks.mirrors, strict=True):
         # unknown and degree of freedom in one number
         coordinate = (group[..., None] * dof + np.arange(dof)).reshape(len(group), -1)
         measured = (np.isin(own_harmonic(group[0], carried), harmonics)[:, None] & is_sensor).ravel()
         direct = coordinate[0][measured] < count * dof
         kept = direct | mirror  # the equation of w_n is the conjugate of that of q_{-n}
-        groups.append(_Group(group, matrix, measured, _transfer(by, measured), direct, kept))
+        groups.append((group, matrix, _reduction(measured, _transfer(by, measured), direct, kept)))
         unknown, place = np.divmod(coordinate[:, measured], dof)
         own = np.where(direct, unknown, mirrored_unknown(unknown, carried)) if mirror else unknown
         keys.append((own * dof + place)[:, kept].ravel())
     table, in_order = EntryTable(unknowns, dof), np.argsort(np.concatenate(keys))
-    return _Arranged(model, speed, harmonics, names, carried, known, table, groups, in_order, follows)
+
+    def equations(amplitude, deflection=None):
+        if deflection is None:
+            deflection = static_deflection(model, speed, model.nominal[: len(model.rotor_unknowns)]).value
+        amplitude = _about_rest(model, amplitude, speed, harmonics, deflection)
+        displacement = np.zeros((*amplitude.shape[:-2], count, dof), complex)
+        displacement[..., here, model.measured] = amplitude
+        if follows is not None:
+            hidden = np.einsum("snhm,...snm->...snh", follows, amplitude)
+            displacement[..., here, np.flatnonzero(~is_sensor)] = hidden
+        columns = np.moveaxis(table.dense_columns(displacement, speed, carried, deflection), -1, 0)
+        force = static_force(model, known, speed, carried, deflection)
+        force[..., carried == 0, :] += model.static_residual
+        left, right = [], []
+        for group, matrix, reduced in groups:
+            residual = shared_product(matrix, gather(displacement, group, count, carried))
+            right.append(reduced(residual - gather(force, group, count, carried)))
+            left.append(reduced(gather(columns, group, count, carried)))
+        left, right = (np.concatenate(rows, axis=-1)[..., in_order] for rows in (left, right))
+        return Regression(np.moveaxis(left, 0, -1), right)
+
+    return equations
+
+
+def _reduction(measured, transfer, direct, kept):
+    """Function of rows (..., speed, block, member * dof) at what is measured, the others eliminated: (..., speed, row).
+
+    measured : (member * dof,) bool;  transfer : see `_transfer`
+    direct   : (measured,) bool, equations of q_n, not of a mirrored harmonic;  kept : (measured,) bool
+    """
+
+    def reduced(rows):
+        hidden, found = rows[..., ~measured], rows[..., measured]
+        if hidden.shape[-1]:
+            found = found - shared_product(transfer, hidden)
+        found = np.where(direct, found, found.conj())[..., kept]
+        return found.reshape(*found.shape[:-2], -1)
+
+    return reduced
 
 
 def _transfer(matrix, measured):
@@ -154,33 +158,6 @@ def _transfer(matrix, measured):
     transposed = np.swapaxes(matrix, -1, -2)
     found = np.linalg.solve(transposed[..., hidden, :][..., hidden], transposed[..., hidden, :][..., measured])
     return np.swapaxes(found, -1, -2)
-
-
-def _equations(arranged, amplitude, deflection=None):
-    """The Regression of harmonics (..., speed, harmonic, sensor); see `regression`."""
-    model, speed, harmonics, names, carried, known, table, groups, order, follows = arranged
-    if deflection is None:
-        deflection = static_deflection(model, speed, model.nominal[: len(model.rotor_unknowns)]).value
-    amplitude = _about_rest(model, amplitude, speed, harmonics, deflection)
-    count = len(carried)
-    displacement = np.zeros((*amplitude.shape[:-2], count, len(model.structure.dofs)), complex)
-    here = np.searchsorted(carried, harmonics)[:, None]
-    displacement[..., here, model.measured] = amplitude
-    if follows is not None:
-        hidden = np.setdiff1d(np.arange(len(model.structure.dofs)), model.measured)
-        displacement[..., here, hidden] = np.einsum("snhm,...snm->...snh", follows, amplitude)
-    columns = np.moveaxis(table.dense_columns(displacement, speed, carried, deflection), -1, 0)
-    force = static_force(model, known, speed, carried, deflection)
-    force[..., carried == 0, :] += model.static_residual
-
-    left, right = [], []
-    for group in groups:
-        residual = shared_product(group.matrix, gather(displacement, group.members, count, carried))
-        right.append(group.reduced(residual - gather(force, group.members, count, carried)))
-        left.append(group.reduced(gather(columns, group.members, count, carried)))
-    right = np.concatenate(right, axis=-1)[..., order]
-    left = np.concatenate(left, axis=-1)[..., order]
-    return Regression(np.moveaxis(left, 0, -1), right, names)
 
 
 def residual_sensitivity(
@@ -203,13 +180,9 @@ def _slopes(model, speed, harmonics, names, order):
     count = len(harmonics) * len(model.sensors)
     basis = np.eye(count).reshape(-1, 1, len(harmonics), len(model.sensors)) * np.ones((len(speed), 1, 1))
     trials = np.concatenate([0 * basis[:1], basis, 1j * basis]).astype(complex)
-    arranged = _arranged(model, speed, harmonics, names, order)
-    equations = _equations(arranged, trials, np.zeros(len(model.structure.dofs)))
-    columns, right_side = (part[1:] - part[0] for part in (equations.columns, equations.right_side))
-    return (
-        np.moveaxis(np.concatenate([columns.real, columns.imag], axis=-2), 0, -2),
-        np.moveaxis(np.concatenate([right_side.real, right_side.imag], axis=-1), 0, -1),
-    )
+    found = _equations_at(model, speed, harmonics, names, order)(trials, np.zeros(len(model.structure.dofs)))
+    columns, right_side = (part[1:] - part[0] for part in found.real_rows())
+    return np.moveaxis(columns, 0, -2), np.moveaxis(right_side, 0, -1)
 
 
 def _rotor_unknown(model, name):
