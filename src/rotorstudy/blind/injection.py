@@ -97,11 +97,11 @@ def draw(order, folder):
         if case.rotor.films:  # the mean position of a journal is no displacement of the model
             harmonics = [n for n in harmonics or range(-5, 6) if n]
         write_case(case, folder, ERRORS * order.rig_error, order.seed, harmonics)
-        true = truth_of(case, fault)
-        size, beside, without_noise = _size(case, true, folder)
-        low, high = order.sizes
-        if not true or np.isnan(size) or low <= size <= high:
-            return _truth(order, case, kind, fault, true, size, beside, without_noise)
+        true, (low, high) = truth_of(case, fault), order.sizes
+        sizes = _sizes(case, true, folder)
+        size = sizes["size"]
+        if not true or size is None or low <= size <= high:
+            return _truth(order, case, kind, fault, true) | sizes
         severity *= MORE if size < low else FEWER
         problem = f"the last had size {size:.3g}, of {low:g} to {high:g} asked for"
     raise RotorstudyError(f"case {order.number}, {order.kind}: {TRIES} draws failed: {problem}")
@@ -127,37 +127,34 @@ def _drawn(order, attempt, severity):
     return case, fault or family if kind == "home" else kind, fault
 
 
-def _size(case, true, folder):
-    """Size (nan of refused records), size beside another effect, harmonics without noise (speed, harmonic, node), m."""
+def _sizes(case, true, folder):
+    """Size, None of refused records, size beside another effect, and harmonics without noise, m, in plain numbers."""
     rig = read_rig(folder / "rig.yaml")
     try:
         spectrum, model, _ = measured_spectrum([folder / "record.nc"], rig)
     except RotorstudyError:
-        return np.nan, np.nan, None
-    shown = case.shown(case.steady, spectrum.harmonics)
+        return {"size": None, "beside": None}
+    shown = case.shown(case.steady, spectrum.harmonics)  # (speed, harmonic, node)
+    found = {"size": 0.0, "beside": None, "without_noise": [shown.real.tolist(), shown.imag.tolist()]}
     if not true:
-        return 0.0, np.nan, shown
+        return found
     stated = rig.given["diagnosis"]
     spectrum = with_model_error(spectrum, SimpleNamespace(model_error=stated["model_error"], **USUAL))
     columns = absorbed(spectrum, model, stated)
-    sizes = [left_by_base(change, spectrum, columns) for change in change_of(case, spectrum.harmonics)]
-    beside = _size_beside(case, true, spectrum, columns) if len(true) > 1 else np.nan
-    return min(sizes), beside, shown
+    found["size"] = min(left_by_base(change, spectrum, columns) for change in change_of(case, spectrum.harmonics))
+    if len(true) > 1:
+        found["beside"] = _size_beside(case, true, spectrum, columns)
+    return found
 
 
-def _truth(order, case, kind, fault, true, size, beside, without_noise):
+def _truth(order, case, kind, fault, true):
     known = "outside" not in kind and all(in_library(one["family"]) for one in true)
-    numbers = {} if without_noise is None else {
-        "without_noise": [without_noise.real.tolist(), without_noise.imag.tolist()]
-    }  # fmt: skip
     seed = [int(one) for one in np.atleast_1d(order.seed)]
-    return numbers | {
+    return {
         "case": order.number, "seed": seed[0] if len(seed) == 1 else seed, "kind": kind, "fault": fault, "true": true,
         "families": "+".join(one["family"] for one in true), "machine": case.machine,
         "speeds_rad_per_s": case.steady.speed.tolist(), "mass_kg": float(case.rotor.mass),
-        "elements": len(case.rotor.elements), "probed_nodes": len(case.nodes),
-        "size": None if np.isnan(size) else size, "beside": None if np.isnan(beside) else beside,
-        "known": known,
+        "elements": len(case.rotor.elements), "probed_nodes": len(case.nodes), "known": known,
         "leave_out": [] if known else left_out(true),
     }  # fmt: skip
 
