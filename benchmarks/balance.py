@@ -14,6 +14,7 @@ from pathlib import Path
 
 import many_cases
 import numpy as np
+import pandas as pd
 from named_machines.balancing import PLANES, PROBES, draw
 
 from rotorstudy.diagnosis.runs.balance import balance_files
@@ -25,13 +26,10 @@ TRIAL = 2e-5  # m, eccentricity by the trial mass
 
 
 def write_table(path, machine, shown):
-    rows = ["speed_rad_per_s,node,harmonic,amplitude_m,phase_rad"]
-    for i, speed in enumerate(machine.speeds):
-        for h, n in enumerate((1, -1)):
-            for s, node in enumerate(PROBES):
-                z = shown[i, h, s]
-                rows.append(f"{speed:.12g},{node + 1},{n},{abs(z):.9e},{np.angle(z):.8f}")
-    path.write_text("\n".join(rows) + "\n")
+    """Write harmonics 1 and -1 (speed, harmonic, probe), m."""
+    of = {"speed_rad_per_s": machine.speeds, "harmonic": (1, -1), "node": [node + 1 for node in PROBES]}
+    rows = pd.MultiIndex.from_product(of.values(), names=of)
+    pd.DataFrame({"amplitude_m": np.abs(shown).ravel(), "phase_rad": np.angle(shown).ravel()}, rows).to_csv(path)
 
 
 def balanced(seed, updated="", share=1.0):

@@ -11,6 +11,7 @@ os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1"
 import statistics
 import sys
 import time
+import timeit
 from copy import deepcopy
 from dataclasses import replace
 
@@ -39,15 +40,9 @@ def shaft(elements, **crack):
     return build_model(rig)
 
 
-def seconds(function, runs=2):
-    """Median processor time of a function, s; the first call is not counted."""
-    function()
-    times = []
-    for _ in range(runs):
-        start = time.process_time()
-        function()
-        times.append(time.process_time() - start)
-    return statistics.median(times)
+def seconds(function):
+    """Median processor time of two calls of a function, s; a first call is not counted."""
+    return statistics.median(timeit.repeat(function, timer=time.process_time, repeat=3, number=1)[1:])
 
 
 def response(elements, speeds, harmonics):
