@@ -13,7 +13,6 @@ import sys
 import time
 import timeit
 from copy import deepcopy
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -22,7 +21,7 @@ from marked_pages import ROOT, table, with_numbers
 from rotorstudy import Problem, Spectrum, build_model, harmonic_response, measured_response, registry
 from rotorstudy.inference.estimate import estimate_by
 from rotorstudy.measurement.harmonics import estimate
-from rotorstudy.measurement.noise import noise_std
+from rotorstudy.measurement.noise import with_noise
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.studies.config import load_study
 
@@ -63,11 +62,8 @@ def estimates(trials):
     model, harmonics = shaft(4), [0, 1, 2, 3, -1, -2, -3]
     shown = measured_response(model, SPEEDS[::10], harmonics)
     clean = Spectrum(shown, SPEEDS[::10], np.array(harmonics), model.sensors, independent_covariance(shown.real**2))
-    std = noise_std(clean, 0.01, "white in time", 2000)
-    draws = np.random.default_rng(1).normal(size=(2, trials, *shown.shape))
-    noisy = replace(
-        clean, amplitude=shown + std * (draws[0] + 1j * draws[1]), covariance=independent_covariance(std**2)
-    )
+    numbers = np.random.default_rng(1).normal(size=(trials, 2, *shown.shape))
+    noisy = with_noise(clean, 0.01, "white in time", 2000, numbers)
     problem = Problem(model, noisy, ("internal_damping", "stiffness_loss_22", "bearing_damping_xx[1]"))
     method = registry().get("estimator", "maximum_likelihood")
     return lambda: estimate_by(method, problem)

@@ -13,6 +13,7 @@ from rotorstudy.blind.machines.forms import FORMS
 from rotorstudy.blind.machines.stepping import NoSteadyState
 from rotorstudy.blind.meanings import MEANS, in_library, left_out
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference.linear import marginal
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.inference.prior import prior_of, with_usual
 from rotorstudy.measurement.measurement import measured_spectrum
@@ -28,6 +29,7 @@ SINGLE = [name for name in FAMILIES if name != "healthy"]
 BESIDE_A_FORM = ("added_mass", "support_loss", "bow", "unbalance")
 POINT_ROTORS = ("jeffcott", "offset_disc")  # without elements and bearings, which most families need
 USUAL = {"model_floor": 2e-4, "covariance_error": 0.1}  # what a diagnosis assumes by default
+MOST = 10**4.5  # standard deviations that a change beside another one, of unknown size, may have in all
 TRIES = 15  # draws of a case until its size is in the range asked for
 FEWER, MORE = 0.4, 2.5  # times the severity of the next draw after one too large, too small
 
@@ -229,10 +231,8 @@ def absorbed(spectrum, model, stated):
 
 def left_by_base(change, spectrum, columns, beside=None):
     """Rms, in standard deviations, of what `absorbed` and a change `beside` of unknown size leave of a change, m."""
-    change, ridge = spectrum.whitened(change), np.ones(columns.shape[1])
+    change = spectrum.whitened(change)
     if beside is not None:
-        columns = np.column_stack([columns, spectrum.whitened(beside)])
-        ridge = np.append(ridge, 1e-9 * (columns[:, -1] @ columns[:, -1] + 1e-300))
-    moved = np.linalg.solve(np.diag(ridge) + columns.T @ columns, columns.T @ change)
-    left = change - columns @ moved
-    return float(np.sqrt(max(left @ left + moved @ (ridge * moved), 0.0) / len(left)))
+        beside = spectrum.whitened(beside)
+        columns = np.column_stack([columns, MOST * beside / max(np.linalg.norm(beside), 1e-150)])
+    return float(np.sqrt(marginal(columns, change)[0] / len(change)))

@@ -9,7 +9,7 @@ from rotorstudy.authoring.invariants.bench import bench_structure, bench_terms, 
 from rotorstudy.errors import RotorstudyError, UnidentifiableError
 from rotorstudy.inference.estimate import estimate_by
 from rotorstudy.inference.problem import Problem
-from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.measurement.noise import with_noise
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
 from rotorstudy.model.terms import Parameter, Term
@@ -51,11 +51,8 @@ BENCH_LEVEL = 2e-3  # of each harmonic; the bias of equation errors, of second o
 def _noisy_bench():
     """The bench problem with independent noise on each harmonic, many trials."""
     problem = _bench_problem()
-    spectrum, generator = problem.spectrum, np.random.default_rng(7)
-    std = BENCH_LEVEL * np.abs(spectrum.amplitude) / np.sqrt(2)
-    x, y = generator.normal(size=(2, TRIALS, *std.shape))
-    noisy = replace(spectrum, amplitude=spectrum.amplitude + std * (x + 1j * y))
-    return replace(problem, spectrum=replace(noisy, covariance=independent_covariance(std**2)))
+    numbers = np.random.default_rng(7).normal(size=(2, TRIALS, *problem.spectrum.amplitude.shape)).swapaxes(0, 1)
+    return replace(problem, spectrum=with_noise(problem.spectrum, BENCH_LEVEL, "per harmonic", None, numbers))
 
 
 def estimator_covariance_is_honest(plugin):
