@@ -164,14 +164,6 @@ def _truth(order, case, kind, fault, true):
 def truth_of(case, fault):
     """List of true effects: those of the machine, and the fault of the measuring chain, as plain numbers."""
     true = [one | {"family": _acting_as(case, one)} for one in case.effects if one["family"] != "healthy"]
-    nodes = np.cumsum([0.0, *(element.length for element in case.rotor.elements)])
-    for one in true:
-        if "position_in_element" in one:
-            first, last = nodes[one["element"] - 1 : one["element"] + 1]
-            one["position_m"] = first + one["position_in_element"] * (last - first)
-            one |= {"nodes_m": nodes.tolist(), "depth_ratio": one["depth_over_radius"] / 2}
-        if "softened_m" in one:
-            one |= {"nodes_m": nodes.tolist(), "length_m": case.rotor.length}
     true += [{"family": fault, "node": case.faulty_node}] if fault else []
     return [{key: v.item() if isinstance(v, np.generic) else v for key, v in one.items()} for one in true]
 

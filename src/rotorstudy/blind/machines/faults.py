@@ -115,11 +115,12 @@ def add_crack(machine, element, position, depth, angle=0.0, kind="gradual"):
 
 
 def crack(draw, kinds=("gradual", "switching")):
-    element, position = draw.element(), float(draw.rng.uniform(0.1, 0.9))
+    element, share = draw.element(), float(draw.rng.uniform(0.1, 0.9))
     depth, angle, kind = float(draw.rng.uniform(0.4, 1.0)), draw.angle(), str(draw.rng.choice(kinds))
-    add_crack(draw.machine, element, position, depth, angle, kind)
-    place = {"element": element + 1, "position_in_element": position}
-    return {**place, "depth_over_radius": depth, "phase_rad": angle, "breathing": kind}
+    add_crack(draw.machine, element, share, depth, angle, kind)
+    nodes = draw.rotor.positions.tolist()
+    place = {"element": element + 1, "position_m": (1 - share) * nodes[element] + share * nodes[element + 1]}
+    return {**place, "nodes_m": nodes, "depth_ratio": depth / 2, "phase_rad": angle, "breathing": kind}
 
 
 def open_crack(draw):

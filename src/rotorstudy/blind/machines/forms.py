@@ -68,6 +68,7 @@ def add_crack(draw, position, length, compliance, law, share, angle, closing=0.0
     except ValueError as problem:  # a law without a unique kink
         raise NoSteadyState(str(problem)) from problem
     what = {"position_m": float(position), "softened_m": float(length), "phase_rad": angle, "law": law}
+    what["length_m"] = float(draw.rotor.length)
     names, turn = ("across", "along", "coupling"), np.linspace(-np.pi, np.pi, 721)
     opened = compliance * (np.max(share(turn)) if share else 1.0)  # as far as it ever does
     numbers = a, b, both = opened[0, 0], opened[1, 1], opened[0, 1]
