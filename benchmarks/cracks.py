@@ -86,7 +86,7 @@ def run_case(work):
     row = {"kind": kind}
     try:
         case = drawn(seed, kind)
-    except (NoSteadyState, ValueError) as problem:
+    except NoSteadyState as problem:
         return row | {"outcome": f"not drawn: {problem}"}
     true = {key: value for key, value in case.effects[0].items() if key != "family"} | {"length_m": case.rotor.length}
     row |= {f"true_{key}": value for key, value in true.items()}

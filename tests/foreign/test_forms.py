@@ -13,7 +13,7 @@ from rotorstudy.blind.machines.draw import MACHINES, draw_point_rotor, draw_roto
 from rotorstudy.blind.machines.effects import add_unbalance
 from rotorstudy.blind.machines.film import Film, add_film, bearing, force
 from rotorstudy.blind.machines.machine import LocalForce, PointRotor, build, shaft_stiffness
-from rotorstudy.blind.machines.stepping import steady_state
+from rotorstudy.blind.machines.stepping import NoSteadyState, steady_state
 
 TABLE = 1e-4  # of a kink by a table of 720 directions
 RNG = np.random.default_rng(3)
@@ -218,5 +218,5 @@ def test_machines_of_every_kind():
 def test_a_law_without_a_unique_kink_is_refused():
     machine = build(ROTOR)
     lagging = Form(100 * compliance(0.6), "whole", smooth_contact(0.01, 1.0))
-    with pytest.raises(ValueError, match="no unique solution"):
+    with pytest.raises(NoSteadyState, match="no unique solution"):
         add_form(machine, POSITION, lagging, 0.7)

@@ -29,6 +29,7 @@ from scipy.interpolate import make_interp_spline
 
 from rotorstudy.blind.machines.beam import both_planes, by_plane, plane_matrices
 from rotorstudy.blind.machines.machine import LocalForce, linear_law
+from rotorstudy.blind.machines.stepping import NoSteadyState
 
 
 def strip_factors(ratio):
@@ -129,7 +130,7 @@ def tabulated(form, angle, stiffness):
     solved = moments + stiffness * kinks
     direction = np.unwrap(np.arctan2(solved[:, 1], solved[:, 0]))
     if np.any(np.diff(direction) <= 0):
-        raise ValueError("the crack's law has no unique solution")
+        raise NoSteadyState("the crack's law has no unique solution")
     ratio = kinks / np.hypot(solved[:, 0], solved[:, 1])[:, None]
     grid = 2 * np.pi * np.arange(count + 1) / count
     table = np.stack([np.interp(grid, direction, ratio[:, i], period=2 * np.pi) for i in (0, 1)], axis=1)

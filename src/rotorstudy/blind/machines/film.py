@@ -10,6 +10,7 @@ import numpy as np
 
 from rotorstudy.blind.machines.contacts import by_differences
 from rotorstudy.blind.machines.machine import Bearing, LocalForce
+from rotorstudy.blind.machines.stepping import NoSteadyState
 
 GAUSS = np.polynomial.legendre.leggauss(200)
 FEWER = np.polynomial.legendre.leggauss(24)  # while integrating in time: 1e-4 of the force up to 0.85 of the clearance
@@ -48,7 +49,7 @@ def running_position(film, speed):
         found = root(lambda at: force(film, speed, film.clearance * at, (0, 0)) / film.load + [1, 0], start, tol=1e-13)
         if found.success and np.hypot(*found.x) < 1:
             return film.clearance * found.x
-    raise ValueError(f"no running position at {speed} rad/s")
+    raise NoSteadyState(f"no running position at {speed} rad/s")
 
 
 def bearing(film, speed):

@@ -5,7 +5,6 @@ import numpy as np
 from rotorstudy.blind.machines import contacts, cracks
 from rotorstudy.blind.machines.cracks import dimensionless_compliance
 from rotorstudy.blind.machines.draw import between
-from rotorstudy.blind.machines.stepping import NoSteadyState
 
 DEPTHS = (0.04, 0.3)  # over the diameter, of the straight front that has the same flexibility on average
 RATIOS = (0.05, 0.6)  # flexibility along the front over that across
@@ -62,11 +61,7 @@ def _extent(draw, extent):
 
 def add_crack(draw, position, length, compliance, law, share, angle, closing=0.0):
     """A crack of a form on the machine of a draw; what it is in plain numbers."""
-    form = cracks.Form(compliance, law, share, closing)
-    try:
-        cracks.add_form(draw.machine, position, form, angle, length)
-    except ValueError as problem:  # a law without a unique kink
-        raise NoSteadyState(str(problem)) from problem
+    cracks.add_form(draw.machine, position, cracks.Form(compliance, law, share, closing), angle, length)
     what = {"position_m": float(position), "softened_m": float(length), "phase_rad": angle, "law": law}
     what["length_m"] = float(draw.rotor.length)
     names, turn = ("across", "along", "coupling"), np.linspace(-np.pi, np.pi, 721)

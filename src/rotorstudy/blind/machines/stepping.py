@@ -18,7 +18,7 @@ TOLERANCE = 1e-8  # relative change over a revolution
 
 
 class NoSteadyState(Exception):
-    """The motion does not repeat from revolution to revolution: unstable, subharmonic or quasi-periodic."""
+    """No motion repeats from turn to turn (unstable, subharmonic or quasi-periodic), or a law has no solution."""
 
 
 @dataclass(frozen=True)
