@@ -37,13 +37,8 @@ def exact_model(case, *effects, errors=(0, 0, 0)):
     return build_model(rig | {"effects": [*rig["effects"], *effects]})
 
 
-def motion_of(case, harmonics):
-    """(speed, harmonic, node), m, of the nodes with probes, from rest."""
-    rest = (case.sag[0::4] + 1j * case.sag[1::4])[case.nodes]
-    return case.steady.harmonics(case.nodes, harmonics) - np.outer(np.equal(harmonics, 0), rest)
-
-
 def distance(case, harmonics, model, **options):
     """Largest difference of a model's response from the motion of a case, over the largest motion."""
-    true = motion_of(case, harmonics)
+    rest = (case.sag[0::4] + 1j * case.sag[1::4])[case.nodes]
+    true = case.steady.harmonics(case.nodes, harmonics) - np.outer(np.equal(harmonics, 0), rest)
     return np.abs(measured_response(model, case.steady.speed, harmonics, **options) - true).max() / np.abs(true).max()
