@@ -149,7 +149,7 @@ def test_a_pedestal_with_a_resonance_along_each_direction_is_predicted():
         stiff, damped = np.diag(bearing.stiffness), np.diag(bearing.damping)
         feet = stiff * [3.0, 2.0]
         natural = np.sqrt((stiff + feet) / mass)
-        add_pedestal(draw.machine, 0, mass, np.diag(feet), np.diag(2 * ratio * natural * mass - damped))
+        add_pedestal(draw.machine, bearing, mass, np.diag(feet), np.diag(2 * ratio * natural * mass - damped))
         both = np.linalg.inv(bearing.stiffness + np.diag(feet))
         loss = bearing.stiffness @ both @ bearing.stiffness
         return {"natural": natural, "bearing_time_s": damped[0] / stiff[0], "loss": loss}

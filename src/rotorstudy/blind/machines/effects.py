@@ -78,20 +78,18 @@ def add_seal(machine, node, direct, cross, damping, cross_damping, mass, swirl=0
 
 
 def add_pedestal(machine, bearing, mass, stiffness, damping):
-    """A mass (kg) between a bearing and the ground, on stiffness and damping 2x2 (N/m, N s/m); its first coordinate.
+    """A mass (kg) between a bearing and the ground, on stiffness and damping 2x2 (N/m, N s/m).
 
     Source: E. Kramer, Dynamics of Rotors and Foundations (1993), chapter 12. Its weight only shifts it and is left out.
     """
-    part = machine.rotor.bearings[bearing]
     first = machine.add_dofs(2)
-    shaft, ground = slice(4 * part.node, 4 * part.node + 2), slice(first, first + 2)
-    for name, matrix, foot in (("stiffness", part.stiffness, stiffness), ("damping", part.damping, damping)):
+    shaft, ground = slice(4 * bearing.node, 4 * bearing.node + 2), slice(first, first + 2)
+    for name, matrix, foot in (("stiffness", bearing.stiffness, stiffness), ("damping", bearing.damping, damping)):
         total = getattr(machine, name)
         total[shaft, ground] -= matrix
         total[ground, shaft] -= matrix
         total[ground, ground] += matrix + foot
     machine.mass[ground, ground] += mass * np.eye(2)
-    return first
 
 
 def bow_by_kink(rotor, element, kink):

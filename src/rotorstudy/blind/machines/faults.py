@@ -51,12 +51,11 @@ class Draw:
         """Node of a bearing, or of the disc of a rotor that has only this node, and a stiffness there, N/m."""
         if not self.rotor.bearings:
             return 0, self.stiffness
-        bearing = self.bearing()[1]
+        bearing = self.bearing()
         return bearing.node, float(np.mean(np.diag(bearing.stiffness)))
 
     def bearing(self):
-        number = int(self.rng.integers(len(self.rotor.bearings)))
-        return number, self.rotor.bearings[number]
+        return self.rotor.bearings[self.rng.integers(len(self.rotor.bearings))]
 
     def element(self):
         """Any element that carries a moment."""
@@ -167,7 +166,7 @@ def along_of(bearing, angle):
 
 
 def looseness(draw):
-    (_, bearing), angle = draw.bearing(), draw.angle()
+    bearing, angle = draw.bearing(), draw.angle()
     loss = along_of(bearing, angle)[1] * draw.rng.uniform(0.3, 0.8)
     gap = draw.swing(bearing.node) * between(draw.rng, 0.3, 10.0)
     contacts.add_one_sided_loss(draw.machine, bearing.node, loss, angle, gap)
@@ -175,7 +174,7 @@ def looseness(draw):
 
 
 def support_loss(draw):
-    (_, bearing), angle, both = draw.bearing(), draw.angle(), bool(draw.rng.random() < 0.5)
+    bearing, angle, both = draw.bearing(), draw.angle(), bool(draw.rng.random() < 0.5)
     n, stiffness = along_of(bearing, angle)
     loss = stiffness * draw.rng.uniform(0.1, 0.5)
     if both:
@@ -186,11 +185,11 @@ def support_loss(draw):
 
 
 def pedestal(draw):
-    number, bearing = draw.bearing()
+    bearing = draw.bearing()
     mass = draw.rotor.mass * between(draw.rng, 0.1, 1.0)
     stiffness = np.diag(np.diag(bearing.stiffness)) * between(draw.rng, 1.0, 5.0)
     damping = 2 * 0.03 * np.sqrt(stiffness * mass)
-    effects.add_pedestal(draw.machine, number, mass, stiffness, damping)
+    effects.add_pedestal(draw.machine, bearing, mass, stiffness, damping)
     return {"node": bearing.node + 1, "mass_kg": mass, "stiffness_N_per_m": np.diag(stiffness).tolist()}
 
 
@@ -240,7 +239,7 @@ def preload(draw):
 
 
 def cubic_bearing(draw):
-    _, bearing = draw.bearing()
+    bearing = draw.bearing()
     u = draw.healthy.displacement[:, :, 4 * bearing.node : 4 * bearing.node + 2]
     cubic = bearing.stiffness[0, 0] * between(draw.rng, 0.05, 0.5) / np.max(np.sum(u**2, axis=2))
     contacts.add_stiffening(draw.machine, bearing.node, 0.0, cubic)
