@@ -146,17 +146,26 @@ def misalignment(draw):
     return {**what, f"stiffness_{unit[1]}": stiffness, "turning_share": turning, "anisotropic_share": share}
 
 
-def rub(draw):
+def rub(draw, widest=1.5, deepest=0.3, most=3, severity=1.0, slow=0.02, other_contacts=()):
+    """A rub, with one of some other contacts and with friction that falls with the slip.
+
+    widest, deepest : clearance and depth over the vibration;  most : as of `Draw.stator`
+    slow            : slip over the speed of the first frequency below which friction is smooth
+    """
     rng, node = draw.rng, draw.disc().node
     swing, angle = draw.swing(node), draw.angle()
-    clearance, depth = swing * rng.uniform(0.7, 1.5), swing * rng.uniform(0.05, 0.3)
-    offset, centre = draw.stator(node, angle, clearance + depth, 3)
-    stiffness, friction = draw.stiffness * between(rng, 0.03, 0.5), float(rng.uniform(0.02, 0.2))
-    radius = draw.rotor.diameter / 2
-    slip = 0.02 * draw.frequency * radius
-    contacts.add_rub(draw.machine, node, stiffness, clearance, friction, radius, centre, slip)
+    contact = {"contact": str(rng.choice(other_contacts))} if other_contacts else {}
+    clearance, depth = swing * rng.uniform(0.7, widest), swing * rng.uniform(0.05, deepest)
+    offset, centre = draw.stator(node, angle, clearance + depth, most)
+    stiffness, friction = severity * draw.stiffness * between(rng, 0.03, 0.5), float(rng.uniform(0.02, 0.2))
+    radius, law = draw.rotor.diameter / 2, {}
+    fast = draw.frequency * radius
+    if contact:
+        falling = friction * (rng.uniform(1.0, 2.0) - 1), fast * between(rng, 0.1, 1.0)
+        law = contact | {"scale": depth, "falling": falling}
+    contacts.add_rub(draw.machine, node, stiffness, clearance, friction, radius, centre, slow * fast, **law)
     what = {"node": node + 1, "side_rad": angle, "stiffness_N_per_m": stiffness, "clearance_m": clearance}
-    return {**what, "offset_m": float(offset), "friction": friction}
+    return {**what, "offset_m": float(offset), "friction": friction, **contact}
 
 
 def along_of(bearing, angle):

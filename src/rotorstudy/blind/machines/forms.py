@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rotorstudy.blind.machines import contacts, cracks
+from rotorstudy.blind.machines import contacts, cracks, faults
 from rotorstudy.blind.machines.cracks import dimensionless_compliance
 from rotorstudy.blind.machines.draw import between
 
@@ -142,18 +142,7 @@ def stiffening_form(draw):
 
 def rub_form(draw):
     """A rub with another contact law and with friction that falls with the slip."""
-    rng, node = draw.rng, draw.disc().node
-    swing, angle, kind = draw.swing(node), draw.angle(), str(rng.choice(["hertz", "quadratic", "smooth"]))
-    clearance, depth = swing * rng.uniform(0.7, 3.0), swing * rng.uniform(0.05, 0.4)
-    offset, centre = draw.stator(node, angle, clearance + depth, 4)
-    stiffness, sliding = draw.severity * draw.stiffness * between(rng, 0.03, 0.5), rng.uniform(0.02, 0.2)
-    radius = draw.rotor.diameter / 2
-    fast = draw.frequency * radius
-    falling = sliding * (rng.uniform(1.0, 2.0) - 1), fast * between(rng, 0.1, 1.0)
-    other = {"contact": kind, "scale": depth, "falling": falling}
-    contacts.add_rub(draw.machine, node, stiffness, clearance, sliding, radius, centre, 0.01 * fast, **other)
-    what = {"node": node + 1, "side_rad": angle, "stiffness_N_per_m": stiffness, "clearance_m": clearance}
-    return what | {"offset_m": float(offset), "friction": sliding, "contact": kind}
+    return faults.rub(draw, 3.0, 0.4, 4, draw.severity, 0.01, ("hertz", "quadratic", "smooth"))
 
 
 def coupling_form(draw):
