@@ -35,7 +35,7 @@ def total_least_squares(problem):
 def _solve(problem):
     theta = solve_weighted(problem)
     weights = problem.equation_weights(theta)
-    noise = noise_in_equations(problem, theta, weights)
+    noise = noise_in_equations(problem, weights)
     return solve_equations(problem, whitened(weights, lambda *equations: _compensated(*equations, noise)), theta)
 
 

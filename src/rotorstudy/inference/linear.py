@@ -161,11 +161,9 @@ def in_chunks(problem, solve: Callable) -> np.ndarray:
     return np.concatenate([solve(replace(problem, spectrum=spectrum.with_amplitude(part))) for part in parts])
 
 
-def noise_in_equations(problem, theta: np.ndarray, weights: np.ndarray) -> np.ndarray:
+def noise_in_equations(problem, weights: np.ndarray) -> np.ndarray:
     """Covariance (..., parameter + 1, parameter + 1) of equations (A, b) by the noise, summed over whitened rows."""
-    mean, at = problem.mean(theta)
-    held = mean.holding(at) or mean
-    columns, right_side = equation_sensitivity(held.model, held.spectrum, problem.names, order=problem.order)
+    columns, right_side = equation_sensitivity(problem.model, problem.spectrum, problem.names, order=problem.order)
     both = np.concatenate([columns, right_side[..., None]], axis=-1)  # (speed, row, component, parameter + 1)
     noisy = np.einsum("scd,srdp->srcp", problem.spectrum.full_covariance(), both, optimize=True)
     products = np.einsum("srcp,stcq->srtpq", both, noisy, optimize=True)

@@ -133,8 +133,7 @@ class Problem:
         """
         mean, theta = self.mean(theta)
         held = mean.holding(theta)
-        problem = held or mean
-        a, _ = problem.equations()
+        a, _ = (held or mean).equations()
         weighted = a if weights is None else by_speed(weights, a)
         gain = np.linalg.pinv(weighted / np.linalg.norm(weighted, axis=0), RANK_TOLERANCE)
         gain = gain / np.linalg.norm(weighted, axis=0)[:, None]
@@ -142,7 +141,7 @@ class Problem:
             gain = by_speed(np.swapaxes(weights, -1, -2), gain.T).T
         if held is not None:  # theta = A^+ b where A and b move with theta
             gain = np.linalg.solve(np.eye(len(theta)) + gain @ mean._moved_residual(theta), gain)
-        sensitivity = residual_sensitivity(problem.model, problem.spectrum, self.names, theta, order=self.order)
+        sensitivity = residual_sensitivity(self.model, self.spectrum, self.names, theta, order=self.order)
         gain = gain.reshape(len(self.names), len(self.spectrum.speed), -1)
         through = np.einsum("psr,src->psc", gain, sensitivity)
         variance, vectors = np.linalg.eigh(self.spectrum.full_covariance())
@@ -183,9 +182,7 @@ class Problem:
         array (..., speed, row, row)
             W, 1/N.
         """
-        mean, at = self.mean(theta)
-        held = mean.holding(at) or mean
-        sensitivity = residual_sensitivity(held.model, held.spectrum, self.names, theta, order=self.order)
+        sensitivity = residual_sensitivity(self.model, self.spectrum, self.names, theta, order=self.order)
         of_all_sensors = replace(self.spectrum, covariance=self.spectrum.whitener).full_covariance()
         found = np.linalg.solve(np.swapaxes(sensitivity, -1, -2), np.swapaxes(of_all_sensors, -1, -2))
         return np.swapaxes(found, -1, -2)
