@@ -1,17 +1,14 @@
 """The motion from the receptances of the rotor without its bearings is that of the whole system of equations."""
 
-from functools import partial
-
 import numpy as np
 import pytest
 from machines import disc, rig_of, shaft, springs, unbalance
 from scipy.linalg import eigh
 
 from rotorstudy import build_model, harmonic_response_and_jacobian
-from rotorstudy.response import harmonic, solving, statics
+from rotorstudy.response import harmonic, solving
 from rotorstudy.response.harmonic import positions
 from rotorstudy.response.neighbourhood import Neighbourhood
-from rotorstudy.response.statics import static_deflection
 
 SPEED, HARMONICS = np.array([60.0, 150.0, 400.0]), (0, 1, -1, 2, -2)
 ADJOINT = 1e-8  # relative: the forces are not those of a motion, so that digits of the stiff elements are lost
@@ -53,10 +50,6 @@ def test_a_slender_shaft_is_solved_by_its_band(effects, monkeypatch):
     assert used
     for one, other in zip(fast, whole, strict=True):
         assert one == pytest.approx(other, rel=0, abs=100 * AGREES * np.abs(other).max())
-    deflection = static_deflection(model, SPEED, model.theta).value
-    monkeypatch.setattr(statics, "has_narrow_band", lambda *_: False)
-    monkeypatch.setattr(statics, "factorised", lambda matrix: partial(np.linalg.solve, matrix))
-    assert deflection == pytest.approx(static_deflection(model, SPEED, model.theta).value, rel=100 * AGREES)
     monkeypatch.setattr(harmonic, "NUMBERS_AT_ONCE", 1)
     parts = harmonic_response_and_jacobian(model, SPEED, HARMONICS)
     for one, other in zip(parts, whole, strict=True):

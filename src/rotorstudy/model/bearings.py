@@ -131,11 +131,10 @@ def springs_at_rest(structure: Structure, term: Term) -> np.ndarray:
     found = np.zeros((2, dof, 2, dof))
     for unknown, value in zip(term.unknowns, term.theta, strict=True):
         size = unknown.typical if np.isnan(value) else value
-        for entry in unknown.entries:
-            if entry.reads_motion and entry.order == 0 and entry.shift == 0:
-                spring = -size * _gain_somewhere(entry, speeds) * np.asarray(entry.matrix)
-                for part, own in enumerate((spring, -1j * spring if entry.is_conjugate else 1j * spring)):
-                    found[:, :, part] += own.real, own.imag
+        for entry in unknown.springs:
+            spring = -size * _gain_somewhere(entry, speeds) * np.asarray(entry.matrix)
+            for part, own in enumerate((spring, -1j * spring if entry.is_conjugate else 1j * spring)):
+                found[:, :, part] += own.real, own.imag
     return found
 
 

@@ -12,7 +12,7 @@ from rotorstudy.model.bearings import springs_at_rest
 from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.rig_numbers import with_bearings_at
 from rotorstudy.model.structure import Structure
-from rotorstudy.model.terms import NonlinearForce, Term, Unknown
+from rotorstudy.model.terms import NonlinearForce, Parameter, Term, Unknown
 from rotorstudy.model.variation import Matrices, Variation, kept
 
 ROUND_OFF = 1e-9  # relative, of a sum of stiffnesses
@@ -221,6 +221,15 @@ class Assembled:
             return None
         there = tuple(term for term in self.terms if all(unknown.name in self.before for unknown in term.unknowns))
         return replace(self, terms=there, before=None)
+
+    @cached_property
+    def at_rest(self):
+        """The Model of the rotor on the springs of its bearings alone, and positions of its amplitudes in `theta`."""
+        own = [term for term in self.terms if term.variation]
+        carrying = [(p, unknown) for p, unknown in enumerate(self.rotor_unknowns) if unknown.carries]
+        springs = tuple(Parameter(u.name, u.unit, u.springs, u.typical) for _, u in carrying)
+        places = [*(self.varied.positions if self.varied else ()), *(p for p, _ in carrying)]
+        return replace(self, terms=(*own, Term("springs", springs)), before=None), places
 
     @cached_property
     def nonlinear_forces(self) -> tuple[tuple[int, NonlinearForce], ...]:

@@ -138,6 +138,11 @@ class Unknown:
         return unscaled(self.entries)
 
     @cached_property
+    def springs(self) -> tuple[Entry, ...]:
+        """Its entries that are a stiffness at rest."""
+        return tuple(e for e in self.entries if e.reads_motion and e.order == 0 and e.shift == 0)
+
+    @cached_property
     def kinds(self) -> frozenset[tuple]:
         """What its entries act on, their order and shift."""
         table = self.entries
