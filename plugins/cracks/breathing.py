@@ -3,14 +3,8 @@ import numpy as np
 from rotorstudy.plugins import Crack, Share
 
 
-def series(order, eta_share=0.0):
-    """sigma = 1/2 + e^{j*angle} / 4 + e^{-j*angle} / 4"""
-    return {k: s * np.array([1, eta_share, 0]) for k, s in {0: 0.5, 1: 0.25, -1: 0.25}.items()}
-
-
 @Crack(
     source="Mayes and Davies 1984",
-    series=series,
     symmetric=True,
     example={"eta_share": 0.2},
     checked="participation factors of harmonics -1 to 3 in closed form, 1/8, 1/4, 1/4, 1/4, 1/8",

@@ -3,15 +3,9 @@ import numpy as np
 from rotorstudy.plugins import Crack, Share
 
 
-def series(order, eta_share=0.0):
-    """sigma = 1"""
-    return {0: np.array([1.0, eta_share, 0.0])}
-
-
 @Crack(
     name="open",
     source="Smith 1933; Tondl 1965; the asymmetric shaft of textbooks",
-    series=series,
     symmetric=True,
     example={"eta_share": 0.2},
     checked="closed form of the 2X response to gravity of an asymmetric shaft and of its two natural frequencies",

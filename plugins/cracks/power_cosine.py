@@ -1,20 +1,10 @@
-from math import comb
-
 import numpy as np
 
 from rotorstudy.plugins import Crack, Even, Share
 
 
-def series(order, exponent=4, eta_share=0.0):
-    """sigma_k = binomial(exponent, exponent / 2 + k) / 2^exponent"""
-    half = min(exponent // 2, order)
-    orders, losses = range(-half, half + 1), np.array([1, eta_share, 0])
-    return {k: comb(exponent, exponent // 2 + k) / 2**exponent * losses for k in orders}
-
-
 @Crack(
     source="Al-Shudeifat and Butcher 2011 (the first of their breathing functions)",
-    series=series,
     symmetric=True,
     example={"eta_share": 0.2},
     checked="exponent 2 is the cosine of Mayes and Davies; its mean is binomial(m, m/2) / 2^m",
