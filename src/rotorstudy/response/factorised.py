@@ -18,25 +18,26 @@ def factorised(matrices, order=None):
     order : (n,) in which the unknowns are taken, so that coupled ones lie close
     """
     count = matrices.shape[-1]
+    if count == 1:
+        return lambda right: right / matrices
     if count < FEWEST:
         return partial(np.linalg.solve, matrices)
     order = np.arange(count) if order is None else order
     coupled = np.any(matrices != 0, axis=tuple(range(matrices.ndim - 2)))
-    band = bandwidth(coupled[np.ix_(order, order)])
+    band = bandwidth(*np.nonzero(coupled[np.ix_(order, order)]))
     if not has_narrow_band(band, count):
         return _one_by_one(_dense, matrices)
-    systems, back = factorised_bands(stored_by_band(matrices, band, order)), np.argsort(order)
+    return factorised_bands(stored_by_band(matrices, band, order), order)
+
+
+def factorised_bands(stored, order):
+    """Function like that of `factorised`, for matrices `stored_by_band` in an order, (..., 2 band + 1, n)."""
+    systems, back = _one_by_one(_banded, stored), np.argsort(order)
     return lambda right: systems(right[..., order, :])[..., back, :]
 
 
-def factorised_bands(stored):
-    """Function like that of `factorised`, for real or complex matrices `stored_by_band`, (..., 2 band + 1, n)."""
-    return _one_by_one(_banded, stored)
-
-
-def bandwidth(matrices):
-    """Largest distance from the diagonal of an element that is not zero in one of the matrices (..., n, n)."""
-    row, column = np.nonzero(np.any(matrices.reshape(-1, *matrices.shape[-2:]) != 0, axis=0))
+def bandwidth(row, column):
+    """Largest distance from the diagonal of elements (element,)."""
     return int(np.abs(row - column).max(initial=0))
 
 
@@ -45,15 +46,12 @@ def has_narrow_band(band, count):
     return count >= FEWEST and band <= WIDEST * count
 
 
-def stored_by_band(matrices, band, order=None):
+def stored_by_band(matrices, band, order):
     """Diagonals (..., 2 band + 1, n) of matrices (..., n, n) in that order, the uppermost first, as LAPACK has them."""
     column, offset = np.arange(matrices.shape[-1]), np.arange(-band, band + 1)[:, None]  # offset: row minus column
     row = column + offset
     inside = (row >= 0) & (row < len(column))
-    row = np.where(inside, row, 0)
-    if order is not None:
-        row, column = order[row], order
-    return np.where(inside, matrices[..., row, column], 0)
+    return np.where(inside, matrices[..., order[np.where(inside, row, 0)], order], 0)
 
 
 def _one_by_one(solver_of, matrices):
@@ -81,23 +79,14 @@ def _dense(matrix):
 
 
 def _banded(stored):
-    """Solution of one system `stored_by_band`, (2 band + 1, n); a real matrix solves both parts of a right side."""
-    from scipy.linalg.lapack import dgbtrf, dgbtrs, zgbtrf, zgbtrs
+    """Solution of one system `stored_by_band`, (2 band + 1, n)."""
+    from scipy.linalg.lapack import zgbtrf, zgbtrs
 
-    is_real, band = not np.iscomplexobj(stored), len(stored) // 2
-    factorise, solve = (dgbtrf, dgbtrs) if is_real else (zgbtrf, zgbtrs)
-    room = np.zeros((3 * band + 1, stored.shape[1]), stored.dtype, order="F")  # pivoting fills the first rows
+    band = len(stored) // 2
+    room = np.zeros((3 * band + 1, stored.shape[1]), complex, order="F")  # pivoting fills the first rows
     room[band:] = stored
-    factors, pivots, singular = factorise(room, band, band, overwrite_ab=True)
-    if singular:
-        return _refused
-
-    def solved(right):
-        if is_real and np.iscomplexobj(right):
-            return np.ascontiguousarray(solved(np.ascontiguousarray(right).view(float))).view(complex)
-        return solve(factors, band, band, right, pivots)[0]
-
-    return solved
+    factors, pivots, singular = zgbtrf(room, band, band, overwrite_ab=True)
+    return _refused if singular else lambda right: zgbtrs(factors, band, band, right, pivots)[0]
 
 
 def _refused(right):

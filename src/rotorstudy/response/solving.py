@@ -1,75 +1,74 @@
-"""The dynamic stiffness of all harmonics that are solved together, and the motion that a force on them gives."""
+"""The dynamic stiffness of all harmonics that are solved together, and the motion that a force on them gives.
 
-from functools import lru_cache, partial
+A slender shaft couples a node with its neighbours: its systems are assembled and solved by their band.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.entries import Entry
 from rotorstudy.response.coupling import gather, layout_without_turning, linked_members, mirrored_unknown, own_harmonic
-from rotorstudy.response.factorised import FEWEST, factorised, factorised_bands, has_narrow_band, stored_by_band
+from rotorstudy.response.factorised import FEWEST, WIDEST, bandwidth, factorised, factorised_bands, has_narrow_band
 from rotorstudy.response.turning import turning
 
 FEWER_BY = 2  # harmonics are coupled on the coordinates that turn if that takes less than a half of the operations
 FACTORS_KEPT = 512  # of kinds of entries at some speeds
-LARGEST_LOOP = 1e4  # of receptance times stiffness; above it four of sixteen digits would be lost
-FEWER_TOUCHED_BY = 3  # times as many coordinates as those touched: with more of these, the whole is solved as fast
 
 
-def operator(model, theta, speed, blocks, *, turning=True, adjoint=False):
-    """Dynamic stiffness (..., speed, block, n, n), n = member * dof, of groups."""
-    dof = len(model.structure.dofs)
-    patterns = [*model.table.patterns, *(model.table.turning_patterns if turning else ())]
-    added = _of_entries(patterns, model, theta, speed, blocks, np.arange(dof), adjoint)
-    for full, base in zip(added, _of_rotor(model, theta, speed, blocks), strict=True):
-        for m in range(base.shape[-3]):
-            own = slice(m * dof, (m + 1) * dof)
-            full[..., own, own] += base[..., m, :, :]
-    return added
+class Band(NamedTuple):
+    """Places (member, dof) of the unknowns of a group, in an order in which coupled ones lie close, and bandwidth."""
+
+    place: np.ndarray
+    width: int
 
 
-def _of_rotor(model, theta, speed, blocks, band=None):
-    """Dynamic stiffness (..., speed, block, member, dof, dof), real, symmetric, of the rotor; or its band."""
-    matrices, speed = model.matrices(theta), np.asarray(speed, float)[:, None, None]
-    if band is not None:
-        parts = ("mass", "stiffness", "gyroscopic")
-        matrices = matrices._replace(**{name: stored_by_band(getattr(matrices, name), band) for name in parts})
-    mass, stiffness, gyroscopic = (one[..., None, None, None, :, :] for one in matrices[:3])
-    found = []
-    for group in blocks.groups:
-        nw = own_harmonic(group, blocks.harmonics) * speed  # of the equation: n for q_n, -n for w_n
-        base = stiffness - (nw**2)[..., None, None] * mass
-        found.append(base + (nw * speed)[..., None, None] * gyroscopic)
-    return found
+def operator(model, theta, speed, blocks, *, turning=True, adjoint=False, bands=None):
+    """Dynamic stiffness (..., speed, block, n, n), n = member * dof, of groups.
 
+    bands : for each group None, or a Band, by which it is stored as LAPACK does, (..., speed, block, 2 width + 1, n)
+    """
+    speed, dof, places, result = np.asarray(speed, float), len(model.structure.dofs), [], []
+    bands = bands or [None] * len(blocks.groups)
+    for group, band in zip(blocks.groups, bands, strict=True):
+        count = group.shape[1] * dof
+        places.append(np.arange(count).reshape(-1, dof) if band is None else band.place)
+        height = count if band is None else 2 * band.width + 1
+        result.append(np.zeros((*theta.shape[:-1], len(speed), len(group), height, count), complex))
 
-def _of_entries(patterns, model, theta, speed, blocks, touched, adjoint, band=None):
-    """What entries of some patterns, on coordinates `touched`, add to the dynamic stiffness; by its band if given."""
-    count, speed = len(touched), np.asarray(speed, float)
-    at = np.zeros(len(model.structure.dofs), int)
-    at[touched] = np.arange(count)
-    places = [(2 * band + 1,) if band is not None else (count, group.shape[1]) for group in blocks.groups]
-    lead = (*theta.shape[:-1], len(speed))
-    shapes = ((*lead, *group.shape, *place, count) for group, place in zip(blocks.groups, places, strict=True))
-    result = [np.zeros(shape, complex) for shape in shapes]
+    def add(g, block, rows, columns, value):
+        """Add values (..., speed, *index) at blocks, and at rows and columns, each member and coordinate, (*index)."""
+        row, column = places[g][rows], places[g][columns]
+        result[g][..., block, row if bands[g] is None else bands[g].width + row - column, column] += value
+
+    matrices, (i, j) = model.matrices(theta), rotor_elements(model, theta)
+    mass, stiffness, gyroscopic = (one[..., i, j][..., None, None, None, :] for one in matrices[:3])
+    for g, group in enumerate(blocks.groups):
+        nw = own_harmonic(group, blocks.harmonics)[..., None] * speed[:, None, None, None]  # n for q_n, -n for w_n
+        block, member = (index[..., None] for index in np.ogrid[: group.shape[0], : group.shape[1]])
+        value = stiffness - nw**2 * mass + nw * speed[:, None, None, None] * gyroscopic
+        add(g, block, (member, i), (member, j), value)
     own = theta[..., [p for p, _ in model.acting]]
-    for pattern in patterns:
-        entry, i, j = pattern.entry, at[pattern.row], at[pattern.column]
-        value = pattern.values(own)[..., None, None, :]  # (..., speed, link, place)
+    for pattern in [*model.table.patterns, *(model.table.turning_patterns if turning else ())]:
+        entry, value = pattern.entry, pattern.values(own)[..., None, None, :]  # (..., speed, link, place)
         if not value.any():
             continue
-        i, j = (j, i) if adjoint else (i, j)
         linked = linked_members(blocks, entry.is_conjugate, entry.shift)
         factors = _factors(entry.kind, tuple(speed.tolist()), blocks)
-        for full, (n, is_w, block, row, column), factor in zip(result, linked, factors, strict=True):
-            if not len(n):
-                continue
-            both, (row, column) = factor[..., None] * value, (column, row) if adjoint else (row, column)
-            both = np.where(is_w[:, None] != adjoint, both.conj(), both)
-            full[(..., block, row, *((i, column, j) if band is None else (band + i - j, j)))] -= both
-    if band is not None:
-        return result
-    return [full.reshape(*full.shape[:-4], full.shape[-4] * count, full.shape[-4] * count) for full in result]
+        for g, ((n, is_w, block, row, column), factor) in enumerate(zip(linked, factors, strict=True)):
+            if len(n):
+                both, ends = factor[..., None] * value, [(row, pattern.row), (column, pattern.column)]
+                both = np.where(is_w[:, None] != adjoint, both.conj(), both)
+                add(g, block, *(ends[::-1] if adjoint else ends), -both)
+    return result
+
+
+def rotor_elements(model, theta):
+    """Rows and columns (element,) of what is not zero in the matrices of the rotor."""
+    matrices = model.matrices(theta)[:3]
+    return np.nonzero(sum(np.any(one != 0, axis=tuple(range(one.ndim - 2))) for one in matrices))
 
 
 @lru_cache(maxsize=FACTORS_KEPT)  # most models of a search have the same bearings
@@ -111,13 +110,15 @@ def solver(model, theta, speed, blocks, *, adjoint=False):
 def _systems(model, theta, speed, blocks, *, turning, adjoint):
     """Function from force to motion, both (..., speed, harmonic, dof, column); NaN where the rotor resonates."""
     turns = turning and model.table.turning_patterns
-    groups = None if turns else _on_bearings(model, theta, speed, blocks, adjoint)
-    if groups is None:
-        matrices = operator(model, theta, speed, blocks, turning=turning, adjoint=adjoint)
-        groups, every = [], np.arange(len(model.structure.dofs))
-        for matrix, group in zip(matrices, blocks.groups, strict=True):  # a harmonic and its neighbours lie together
+    bands = [None] * len(blocks.groups) if turns else _bands(model, theta, blocks)
+    matrices = operator(model, theta, speed, blocks, turning=turning, adjoint=adjoint, bands=bands)
+    groups, every = [], np.arange(len(model.structure.dofs))
+    for matrix, group, band in zip(matrices, blocks.groups, bands, strict=True):
+        if band is not None:
+            groups.append(factorised_bands(matrix, np.argsort(band.place, axis=None)))
+        else:  # a harmonic and its neighbours lie together
             members = np.argsort(group[0] % len(blocks.harmonics), kind="stable")
-            groups.append(_motion_by(matrix, (members[:, None] * len(every) + every).ravel()))
+            groups.append(factorised(matrix, (members[:, None] * len(every) + every).ravel()))
 
     def solved(force):
         try:
@@ -129,107 +130,31 @@ def _systems(model, theta, speed, blocks, *, turning, adjoint):
     return solved
 
 
-def _on_bearings(model, theta, speed, blocks, adjoint):
-    """For each group the motion by a force, from the receptances of the rotor; None if that saves or gives nothing."""
-    patterns, support, own, dof = model.table.patterns, model.structure.support, [], len(model.structure.dofs)
-    members = max(group.shape[1] for group in blocks.groups)
-    if not are_few(touched_by(patterns), dof, members):
-        own = [pattern for pattern in patterns if not pattern.entry.is_conjugate]
-        patterns, support = [pattern for pattern in patterns if pattern.entry.is_conjugate], None
-    touched, band = touched_by(patterns), _band(model, own)
-    by_band_alone = band is not None and not patterns
-    if not by_band_alone and not are_few(touched, dof, members):
-        return None
-    alone = _of_rotor(model, theta, speed, blocks, band)
-    if own:
-        more = _of_entries(own, model, theta, speed, blocks, np.arange(dof), adjoint, band)
-        more = more if band is not None else [diagonal_blocks(one, dof) for one in more]
-        alone = [base + one for base, one in zip(alone, more, strict=True)]
-    if by_band_alone:
-        return [factorised_bands(one) for one in alone]
-    springs = np.zeros(len(touched)) if support is None else np.real(np.diag(support))[touched]
-    added = _of_entries(patterns, model, theta, speed, blocks, touched, adjoint)
-    try:
-        return [on_bearings(*pair, touched, springs, band) for pair in zip(alone, added, strict=True)]
-    except np.linalg.LinAlgError:
-        return None
+def _bands(model, theta, blocks):
+    """For each group the Band of its systems, without turning coefficients; None where it is not narrow."""
+    dof, sizes = len(model.structure.dofs), [group.shape[1] for group in blocks.groups]
+    if max(sizes) * dof < FEWEST:
+        return [None] * len(sizes)
+    parts = [rotor_elements(model, theta), *((pattern.row, pattern.column) for pattern in model.table.patterns)]
+    rows, columns = (np.concatenate(one) for one in zip(*parts, strict=True))
+    place = np.arange(dof)
+    if bandwidth(rows, columns) >= WIDEST * dof:  # such as housings, which are the last coordinates
+        place = _close_together(rows.tobytes(), columns.tobytes(), dof)
+    width, found = bandwidth(place[rows], place[columns]), []
+    for members in sizes:
+        band = Band(members * place + np.arange(members)[:, None], members * (width + 1) - 1)
+        found.append(band if has_narrow_band(band.width, members * dof) else None)
+    return found
 
 
-def touched_by(patterns):
-    """Positions (coordinate,) of the coordinates that entries depend or act on; patterns : list of Pattern."""
-    return np.unique(np.concatenate([[], *((one.row, one.column) for one in patterns)], axis=None)).astype(int)
+@lru_cache(maxsize=64)
+def _close_together(rows, columns, count):
+    """Places (coordinate,) in an order in which coupled coordinates lie close; rows, columns : those coupled, bytes."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-
-def are_few(touched, dof, members):
-    """Whether bearings touch so few coordinates, all harmonics together, that the rotor is inverted without them."""
-    return 0 < FEWER_TOUCHED_BY * len(touched) <= dof and (members > 1 or dof < FEWEST)
-
-
-def diagonal_blocks(matrix, size):
-    """(..., member, size, size) of matrices (..., member * size, member * size)."""
-    parts = [slice(first, first + size) for first in range(0, matrix.shape[-1], size)]
-    return np.stack([matrix[..., own, own] for own in parts], axis=-3)
-
-
-def on_bearings(alone, added, touched, springs, band=None):
-    """Function from force to motion of a group, both (..., member, dof, column), by the receptances of the rotor.
-
-    Bearings couple harmonics n and -n, but touch few coordinates. Without them each harmonic of the rotor is on its
-    own, and its matrices are small, and real unless it is damped. With its receptances G, q = G (f - E q), where E are
-    the bearings less `springs` (coordinate,), N/m, that hold a free rotor. LinAlgError if the rotor resonates alone.
-
-    alone : (..., speed, block, member, dof, dof) dynamic stiffness of the rotor, `stored_by_band` if that is given
-    added : (..., speed, block, member * coordinate, ...) of the bearings
-    """
-    members, count = alone.shape[-3], len(touched)
-    held = alone.copy()
-    held[..., touched if band is None else band, touched] += springs
-    if band is None:
-        inverse = np.linalg.inv(held)
-        by_force, columns = partial(_times, inverse), inverse[..., touched]
-    else:
-        by_force = factorised_bands(held)
-        columns = by_force(np.eye(held.shape[-1])[:, touched])
-    taken = added - np.diag(np.tile(springs, members))
-    between = columns[..., touched, :]  # (..., member, coordinate, coordinate)
-    by_member = np.swapaxes(taken.reshape(*taken.shape[:-1], members, count), -3, -2)
-    loop = np.swapaxes(by_member @ between, -3, -2).reshape(taken.shape)
-    if not np.all(np.abs(loop) < LARGEST_LOOP):
-        raise np.linalg.LinAlgError
-    reaction = np.linalg.solve(np.eye(members * count) + loop, taken)
-
-    def motion(force):
-        own = by_force(force)
-        at = own[..., touched, :]
-        pulled = reaction @ at.reshape(*at.shape[:-3], -1, at.shape[-1])
-        return own - _times(columns, pulled.reshape(at.shape))
-
-    return motion
-
-
-def _times(matrix, columns):
-    """Matrices (..., row, dof), real or complex, times complex columns (..., dof, column)."""
-    if np.iscomplexobj(matrix):
-        return matrix @ columns
-    columns = np.ascontiguousarray(columns)
-    return (matrix @ columns.view(float)).view(complex)
-
-
-def _band(model, patterns=()):
-    """Bandwidth of the matrices of a slender shaft, and of some patterns; None if it is not slender."""
-    count = len(model.structure.dofs)
-    band = max([model.structure.bandwidth, *(int(np.abs(one.row - one.column).max(initial=0)) for one in patterns)])
-    return band if has_narrow_band(band, count) else None
-
-
-def _motion_by(matrix, order):
-    """Function from force to motion of a group, both (..., speed, block, member, dof, column)."""
-    systems = (lambda right: right / matrix) if matrix.shape[-1] == 1 else factorised(matrix, order)
-
-    def motion(force):
-        return systems(force.reshape(*force.shape[:-3], -1, force.shape[-1])).reshape(force.shape)
-
-    return motion
+    at = np.frombuffer(rows, int), np.frombuffer(columns, int)
+    return np.argsort(reverse_cuthill_mckee(csr_array((np.ones(len(at[0])), at), (count, count))))
 
 
 def _checked_motion(found, speed):
@@ -246,12 +171,12 @@ def _checked_motion(found, speed):
 def _solve_groups(groups, force, blocks):
     count, dof = len(blocks.harmonics), force.shape[-2]
     if not blocks.doubled and len(blocks.groups) == 1 and blocks.groups[0].shape == (count, 1):
-        return groups[0](force[..., None, :, :])[..., 0, :, :]
+        return groups[0](force)
     result = np.zeros_like(force)
     columns = np.moveaxis(force, -1, 0)
     for motion, group, mirror in zip(groups, blocks.groups, blocks.mirrors, strict=True):
         right = np.moveaxis(gather(columns, group, count, blocks.harmonics), 0, -1)
-        solved = motion(right.reshape(*right.shape[:-2], group.shape[1], dof, right.shape[-1]))
+        solved = motion(right).reshape(*right.shape[:-2], group.shape[1], dof, right.shape[-1])
         direct = group < count
         result[..., group[direct], :, :] = solved[..., direct, :, :]
         if mirror:

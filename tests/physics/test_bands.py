@@ -1,70 +1,51 @@
-"""The motion from the receptances of the rotor without its bearings is that of the whole system of equations."""
+"""Systems of a slender shaft by their band against dense ones, the deflection they need, and the adjoint system."""
 
 import numpy as np
 import pytest
 from machines import disc, rig_of, shaft, springs, unbalance
-from scipy.linalg import eigh
 
 from rotorstudy import build_model, harmonic_response_and_jacobian
-from rotorstudy.response import harmonic, solving
+from rotorstudy.response import factorised, harmonic, solving
+from rotorstudy.response.factorised import factorised_bands
 from rotorstudy.response.harmonic import positions
 from rotorstudy.response.neighbourhood import Neighbourhood
+from rotorstudy.response.statics import static_deflection
 
 SPEED, HARMONICS = np.array([60.0, 150.0, 400.0]), (0, 1, -1, 2, -2)
 ADJOINT = 1e-8  # relative: the forces are not those of a motion, so that digits of the stiff elements are lost
-AGREES = 1e-10  # relative: of 16 digits some four are lost, by the stiffness of bearings over that of a shaft
+AGREES = 1e-8  # relative
 
 
-def rotor(*effects, count=6):
+def rotor(*effects, count=6, **sections):
     shape, bearings = shaft(0.6, count, disc(3, 2.0, 5e-3, 2e-3)), springs((1, 1 + count), (2e6, 5e6), (300.0, 200.0))
-    return build_model(rig_of(shape, bearings, unbalance(3, 1e-5), *effects, sensors=[3, 5]))
+    return build_model(rig_of(shape, bearings, unbalance(3, 1e-5), *effects, sensors=[3, 5], **sections))
 
 
 LOSSY = {"kind": "internal_damping", "node": 3, "internal_damping_N_s_per_m": 20.0}
 SHAFT = {"kind": "shaft_damping", "shaft_damping_s": 1e-5}  # on all coordinates
+FEET = [{**one, "mass_kg": 30.0} for one in springs({1: "a", 31: "b"}, (8e6, 5e6), (1e3, 2e3))]
 
 
-def both_ways(model, monkeypatch, speed=SPEED):
-    """Response and derivatives by the receptances, by the whole system, and whether the first were used."""
-    used, own = [], solving.on_bearings
-    monkeypatch.setattr(solving, "on_bearings", lambda *given: used.append(found := own(*given)) or found)
-    fast = harmonic_response_and_jacobian(model, speed, HARMONICS)
-    monkeypatch.setattr(solving, "are_few", lambda *_: False)
-    return fast, harmonic_response_and_jacobian(model, speed, HARMONICS), bool(used)
-
-
-@pytest.mark.parametrize("effects", [(), (SHAFT,), (SHAFT, {"kind": "unbalance", "node": 5, "label": "b",
-                                                            "eccentricity_m": 2e-6})])  # fmt: skip
-def test_it_is_that_of_the_whole_system(effects, monkeypatch):
-    fast, whole, used = both_ways(rotor(*effects), monkeypatch)
-    assert used
-    for one, other in zip(fast, whole, strict=True):
-        assert one == pytest.approx(other, rel=0, abs=AGREES * np.abs(other).max())
-
-
+@pytest.mark.parametrize("more", [{}, {"foundation": FEET}], ids=["on the ground", "on feet"])
 @pytest.mark.parametrize("effects", [(), (SHAFT,)])
-def test_a_slender_shaft_is_solved_by_its_band(effects, monkeypatch):
-    """30 short elements, whose stiffness is a million times that of the shaft: as many digits fewer are kept."""
-    model = rotor(*effects, count=30)
-    fast, whole, used = both_ways(model, monkeypatch)
-    assert used
-    for one, other in zip(fast, whole, strict=True):
-        assert one == pytest.approx(other, rel=0, abs=100 * AGREES * np.abs(other).max())
+def test_a_slender_shaft_is_solved_by_its_band(effects, more, monkeypatch):
+    """30 short elements, whose stiffness is a million times that of the shaft: as many digits are lost, of 16."""
+    model, used = rotor(*effects, count=30, **more), []
+
+    def found():
+        parts = harmonic_response_and_jacobian(model, SPEED, HARMONICS)
+        return *parts, static_deflection(model, SPEED, model.theta).value
+
+    monkeypatch.setattr(solving, "factorised_bands", lambda *given: used.append(1) or factorised_bands(*given))
+    by_band = found()
     monkeypatch.setattr(harmonic, "NUMBERS_AT_ONCE", 1)
-    parts = harmonic_response_and_jacobian(model, SPEED, HARMONICS)
-    for one, other in zip(parts, whole, strict=True):
-        assert one == pytest.approx(other, rel=0, abs=100 * AGREES * np.abs(other).max())
-
-
-def test_where_the_rotor_resonates_without_its_bearings_the_whole_system_is_solved(monkeypatch):
-    """At that speed the receptances are lost: with the springs alone, nothing damps a mode at -1X."""
-    model = rotor()
-    structure = model.structure
-    own = eigh(structure.supported_stiffness, structure.mass + structure.gyroscopic, eigvals_only=True)
-    speed = np.sqrt(own[:1])  # K + S - w^2 M - w^2 G is singular
-    fast, whole, used = both_ways(model, monkeypatch, speed)
-    assert not used
-    assert np.array_equal(fast.response, whole.response)
+    in_parts = found()
+    assert used
+    for module in (solving, factorised):
+        monkeypatch.setattr(module, "has_narrow_band", lambda *_: False)
+    for one, parts, whole in zip(by_band, in_parts, found(), strict=True):
+        assert one == pytest.approx(whole, rel=0, abs=AGREES * np.abs(whole).max())
+        assert parts == pytest.approx(whole, rel=0, abs=AGREES * np.abs(whole).max())
 
 
 @pytest.mark.parametrize(("harmonics", "needed"), [((1, 2), False), ((0, 1), True)])
