@@ -154,15 +154,11 @@ class _Moving(NamedTuple):
 class _Still(NamedTuple):
     """Elements that do not act on the motion, at some speeds and harmonics, of those carried."""
 
-    unknown: np.ndarray  # (element,) amplitude
     seen: np.ndarray  # (element,) place in [deflection, its conjugate, 1]
     value: np.ndarray  # (speed, element) complex, with the gain
     harmonic: np.ndarray  # (target,) of the columns that elements add to
     place: np.ndarray  # (target,) in these columns
     to_place: object  # sparse (target, element)
-    at: np.ndarray  # (target,) harmonic of the force of all amplitudes together
-    row: np.ndarray  # (target,) row of that force
-    to_row: object  # sparse (target, element)
 
 
 class EntryTable:
@@ -193,14 +189,26 @@ class EntryTable:
         return Columns.together(found)
 
     def _columns(self, amplitudes, speed, harmonics, deflection):
-        (row, unknown), (kind, column, weights) = self._places, self._seen
-        moving, still = self._factors(*_key(speed, harmonics))
+        moving, still = self._of_motion(amplitudes, speed, harmonics), self._at_rest(speed, harmonics, deflection)
+        return moving._replace(value=moving.value + still.value)
+
+    def _of_motion(self, amplitudes, speed, harmonics):
+        """The Columns of the forces by the motion."""
+        kind, column, weights = self._seen
+        moving, _ = self._factors(*_key(speed, harmonics))
         seen = _with_conjugate(amplitudes)[..., moving.source[:, kind], column] * moving.factor[..., kind]
-        value = product(weights, seen)
-        if len(still.unknown):
-            there = product(still.to_place, self._resting(still, speed, deflection))
-            value[..., still.harmonic, still.place] += there
-        return Columns(row, unknown, value)
+        return Columns(*self._places, product(weights, seen))
+
+    def _at_rest(self, speed, harmonics, deflection, constant=True):
+        """The Columns of the forces that do not depend on the motion; only what the deflection changes of them."""
+        _, still = self._factors(*_key(speed, harmonics))
+        deflection = np.zeros(self.seen) if deflection is None else deflection
+        deflection = np.broadcast_to(deflection, (*np.shape(deflection)[:-2], len(speed), self.seen))
+        one = np.full((*deflection.shape[:-1], 1), float(constant))
+        acting = np.concatenate([deflection, deflection.conj(), one], axis=-1)[..., still.seen] * still.value
+        value = np.zeros((*acting.shape[:-1], len(harmonics), len(self._places[0])), complex)
+        value[..., still.harmonic, still.place] = product(still.to_place, acting)
+        return Columns(*self._places, value)
 
     def dense_columns(self, amplitudes, speed, harmonics, deflection=None) -> np.ndarray:
         """`columns` as (..., speed, harmonic, coordinate, amplitude)."""
@@ -208,39 +216,39 @@ class EntryTable:
 
     def force_of_motion(self, theta, amplitudes, speed, harmonics) -> np.ndarray:
         """Force harmonics (..., speed, harmonic, coordinate) by the motion, at amplitudes theta (..., amplitude)."""
-        elements, _ = self._on_motion
-        moving, _ = self._factors(*_key(speed, harmonics))
-        kind, weight = elements.kind, elements.value * theta[..., None, None, elements.unknown]
-        seen = _with_conjugate(amplitudes)[..., moving.source[:, kind], elements.column]
-        return product(self._to_rows, seen * moving.factor[..., kind] * weight)
+        return self._total(self._of_motion(amplitudes, speed, harmonics), theta)
 
     def static_force(self, theta, speed, harmonics, deflection=None, *, constant=True) -> np.ndarray:
         """Force (..., speed, harmonic, coordinate) at rest; only what the deflection changes unless `constant`."""
-        _, still = self._factors(*_key(speed, harmonics))
-        there = self._resting(still, speed, deflection, constant) * theta[..., None, still.unknown]
-        force = np.zeros((*there.shape[:-1], len(harmonics), self.size), complex)
-        force[..., still.at, still.row] = product(still.to_row, there)
-        return force
+        return self._total(self._at_rest(speed, harmonics, deflection, constant), theta)
+
+    def _total(self, columns, theta):
+        """Force (..., speed, harmonic, coordinate) by amplitudes (..., amplitude) with these Columns."""
+        return product(self._to_rows, columns.value * theta[..., None, None, columns.unknown])
+
+    @cached_property
+    def _to_rows(self):
+        return sums(self._places[0], self.size)
 
     def reads_deflection(self, harmonics) -> bool:
         """Whether the static deflection changes a force at one of some harmonics."""
-        elements, kinds = self._at_rest
+        elements, kinds = self._still_elements
         return any(kinds[k].shift in harmonics for k in np.unique(elements.kind[elements.column < 2 * self.size]))
 
     @cached_property
     def patterns(self) -> list[Pattern]:
         """Pattern of every kind of entry on the motion that does not rotate with the shaft."""
-        return patterns_of(*self._on_motion, self.size, turning=False)
+        return patterns_of(*self._moving_elements, self.size, turning=False)
 
     @cached_property
     def turning_patterns(self) -> list[Pattern]:
         """Pattern of every kind of entry on the motion that rotates with the shaft."""
-        return patterns_of(*self._on_motion, self.size, turning=True)
+        return patterns_of(*self._moving_elements, self.size, turning=True)
 
     @cached_property
     def turned(self) -> np.ndarray:
         """Positions (coordinate,) of the coordinates that turning entries depend or act on."""
-        elements, kinds = self._on_motion
+        elements, kinds = self._moving_elements
         here = np.array([entry.shift != 0 for entry in kinds], bool)[elements.kind]
         return np.unique(np.concatenate([elements.row[here], elements.column[here] % self.size]))
 
@@ -252,12 +260,12 @@ class EntryTable:
         return tables, np.array(others, int), rest
 
     @cached_property
-    def _on_motion(self):
+    def _moving_elements(self):
         """Elements of the entries on the motion, and an Entry of each kind."""
         return elements_of(self.unknowns, self.motion, self.size, lambda _, e: e.reads_motion)
 
     @cached_property
-    def _at_rest(self):
+    def _still_elements(self):
         """Elements of the entries with a part that does not depend on the motion, and an Entry of each kind."""
         return elements_of(
             self.unknowns, self.motion, self.size, lambda u, e: e.is_constant or (e.order == 0 and not u.carries)
@@ -266,7 +274,7 @@ class EntryTable:
     @cached_property
     def _places(self):
         """Row and amplitude (place,) of the forces that are not zero."""
-        both = [e.row * len(self.unknowns) + e.unknown for e, _ in (self._on_motion, self._at_rest)]
+        both = [e.row * len(self.unknowns) + e.unknown for e, _ in (self._moving_elements, self._still_elements)]
         return np.divmod(np.unique(np.concatenate(both)), max(len(self.unknowns), 1))
 
     def _place_of(self, elements):
@@ -275,13 +283,9 @@ class EntryTable:
         return np.searchsorted(known, elements.row * len(self.unknowns) + elements.unknown)
 
     @cached_property
-    def _to_rows(self):
-        return sums(self._on_motion[0].row, self.size)
-
-    @cached_property
     def _seen(self):
         """Kind and column (pair,) of what entries on the motion act on, and sparse weights (place, pair)."""
-        elements, _ = self._on_motion
+        elements, _ = self._moving_elements
         pair, index = np.unique(elements.kind * 2 * self.seen + elements.column, return_inverse=True)
         weights = sparse(elements.value, self._place_of(elements), index, (len(self._places[0]), len(pair)))
         return *np.divmod(pair, 2 * self.seen), weights
@@ -290,14 +294,14 @@ class EntryTable:
     def _factors(self, speed, harmonics):
         """The _Moving and the _Still at speeds and harmonics, both tuples."""
         gains = {}  # (speed, harmonic) of the force, of many kinds the same
-        for entry in (entry for _, kinds in (self._on_motion, self._at_rest) for entry in kinds):
+        for entry in (entry for _, kinds in (self._moving_elements, self._still_elements) for entry in kinds):
             if (entry.gain, entry.frequency_only) not in gains:
                 found = entry.gain_at(np.array(speed)[:, None], np.array(harmonics))
                 gains[entry.gain, entry.frequency_only] = found
         return self._moving(speed, harmonics, gains), self._still(speed, harmonics, gains)
 
     def _moving(self, speed, harmonics, gains):
-        (_, kinds), speed, every = self._on_motion, np.array(speed)[:, None], np.arange(len(harmonics))
+        (_, kinds), speed, every = self._moving_elements, np.array(speed)[:, None], np.arange(len(harmonics))
         factor = np.zeros((len(speed), len(harmonics), len(kinds)), complex)
         source = np.zeros((len(harmonics), len(kinds)), int)
         for k, entry in enumerate(kinds):
@@ -307,28 +311,16 @@ class EntryTable:
         return _Moving(factor, source)
 
     def _still(self, speed, harmonics, gains):
-        elements, kinds = self._at_rest
+        elements, kinds = self._still_elements
         where = {n: i for i, n in enumerate(harmonics)}
         at = np.array([where.get(entry.shift, -1) for entry in kinds], int)
         gain = [gains[entry.gain, entry.frequency_only][:, i] for entry, i in zip(kinds, at, strict=True)]
         gain = np.array(gain, complex).reshape(-1, len(speed)).T
         kept = at[elements.kind] >= 0
         place, elements = self._place_of(elements)[kept], Elements(*(part[kept] for part in elements))
-        at, count = at[elements.kind], len(self._places[0])
-        targets = []
-        for inner, size in ((place, count), (elements.row, self.size)):
-            target, index = np.unique(at * size + inner, return_inverse=True)
-            targets += [*np.divmod(target, max(size, 1)), sums(index, len(target))]
-        value = gain[:, elements.kind] * elements.value
-        return _Still(elements.unknown, elements.column, value, *targets)
-
-    def _resting(self, still, speed, deflection, constant=True):
-        """Force (..., speed, element), N, of one unit of each element that does not act on the motion."""
-        if deflection is None:
-            deflection = np.zeros(self.seen)
-        deflection = np.broadcast_to(deflection, (*np.shape(deflection)[:-2], len(speed), self.seen))
-        one = np.full((*deflection.shape[:-1], 1), float(constant))
-        return np.concatenate([deflection, deflection.conj(), one], axis=-1)[..., still.seen] * still.value
+        target, index = np.unique(at[elements.kind] * len(self._places[0]) + place, return_inverse=True)
+        value, targets = gain[:, elements.kind] * elements.value, np.divmod(target, max(len(self._places[0]), 1))
+        return _Still(elements.column, value, *targets, sums(index, len(target)))
 
 
 def _key(speed, harmonics):
