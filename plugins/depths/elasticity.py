@@ -9,14 +9,7 @@ TABLE = Path(__file__).with_suffix(".csv")
 SHALLOWEST = 1e-9  # depth ratio; what is shallower counts as this
 
 
-def partly_open(
-    depth_ratio,
-    direction,
-    diameter_m: Positive,
-    youngs_modulus_Pa: Positive = 2.1e11,
-    poissons_ratio: PoissonsRatio = 0.3,
-    front_aspect_ratio: Share = 0.0,
-):
+def partly_open(depth_ratio, direction, diameter_m, youngs_modulus_Pa, poissons_ratio, front_aspect_ratio=0.0):
     """Rotation of the same crack by a unit moment whose faces do not overlap: unilateral contact.
 
     Of m = (sqrt(c_xi) cos, sqrt(c_eta) sin) of the direction, |m|^2 / 2 is the energy of the open crack, and e(arg m)

@@ -6,13 +6,7 @@ GAUSS = np.polynomial.legendre.leggauss(40)  # 12 digits
 FEWER = np.polynomial.legendre.leggauss(16)  # where the line K = 0 lies between points: relative error 4e-4
 
 
-def partly_open(
-    depth_ratio,
-    direction,
-    diameter_m: Positive,
-    youngs_modulus_Pa: Positive = 2.1e11,
-    poissons_ratio: PoissonsRatio = 0.3,
-):
+def partly_open(depth_ratio, direction, diameter_m, youngs_modulus_Pa, poissons_ratio):
     """Rotation of the same crack by a unit moment, open only where the stress intensity factor K is positive.
 
     K = K_xi + K_eta is that of both bending components. With the strain energy release max(K, 0)^2 (1 - nu^2) / E the
