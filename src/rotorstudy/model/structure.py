@@ -103,12 +103,6 @@ class Structure(Shaft):
         return np.array([float(motion == "translation") for _, motion in self.dofs])
 
     @cached_property
-    def bandwidth(self) -> int:
-        """Largest distance of coordinates that are coupled by mass, stiffness or gyroscopic matrix."""
-        row, column = np.nonzero((self.mass != 0) | (self.stiffness != 0) | (self.gyroscopic != 0))
-        return int(np.abs(row - column).max(initial=0))
-
-    @cached_property
     def acceleration_of_gravity(self) -> float:
         """Along the downward x axis, m/s^2: as stated, else static load over mass (exact if no node is held)."""
         if self.gravity is not None:

@@ -64,14 +64,18 @@ def layout_without_turning(model, blocks):
 
 def layout_of_forced(model, blocks):
     """The Layout of the harmonics on which a force can act, the motion at others being zero; of all if all couple."""
-    moving = model.couplings
-    if model.nonlinear_forces or any(shift for _, shift in moving):
-        return blocks
-    forced = {0}.union(e.shift for _, u in model.acting for e in u.unscaled)
-    if any(mirrored for mirrored, _ in moving):
-        forced |= {-n for n in forced}
-    forced = tuple(n for n in blocks.harmonics.tolist() if n in forced)
-    return _layout(moving, frozenset(), False, forced, 0) if 0 < len(forced) < len(blocks.harmonics) else blocks
+    vibrating = _vibrating(model)
+    forced = tuple(n for n in blocks.harmonics.tolist() if vibrating is None or n in vibrating)
+    all_or_none = len(forced) in (0, len(blocks.harmonics))
+    return blocks if all_or_none else _layout(model.couplings, frozenset(), False, forced, 0)
+
+
+def _vibrating(model):
+    """Harmonics on which a force acts, and those that these are coupled with; None if they are coupled with all."""
+    if model.nonlinear_forces or any(shift for _, shift in model.couplings):
+        return None
+    forced = {0}.union(e.shift for u in model.rotor_unknowns for e in u.unscaled)
+    return forced | {-n for n in forced} if any(mirrored for mirrored, _ in model.couplings) else forced
 
 
 @lru_cache(maxsize=256)
@@ -177,11 +181,7 @@ def gather(amplitudes, group, count, harmonics):
 
 def forced_harmonics(model):
     """Harmonics (harmonic,) that the sensors show: of the forces (all carried if coupled), shifted by the sensors."""
-    if model.nonlinear_forces or any(shift for _, shift in model.couplings):
-        vibrating = set(range(-COUPLED_ORDER, COUPLED_ORDER + 1))
-    else:
-        vibrating = {0} | {e.shift for u in model.rotor_unknowns for e in u.unscaled}
-        vibrating |= {-n for n in vibrating} if any(mirrored for mirrored, _ in model.couplings) else set()
+    vibrating = _vibrating(model) or range(-COUPLED_ORDER, COUPLED_ORDER + 1)
     shown = set(vibrating)
     for entry in (e for u in model.output_unknowns for e in u.unscaled):
         if not entry.reads_motion:

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.entry_table import product, sums
 from rotorstudy.model.model import Model
 from rotorstudy.response.alternating import nonlinear_columns, seen_coordinates, steady_states
 from rotorstudy.response.coupling import COUPLED_ORDER, check_harmonics, check_speed, layout, layout_of_forced
-from rotorstudy.response.factorised import has_narrow_band
-from rotorstudy.response.solving import solver
+from rotorstudy.response.solving import elements_of, solver
 from rotorstudy.response.statics import Deflection, static_deflection
 from rotorstudy.response.turning import replies
 
@@ -219,25 +219,14 @@ def _carried_about(still, model, speed, theta, blocks, jacobian):
 def _columns_of_the_rotor(model, theta, speed, carried, found):
     """Derivatives (number, ..., speed, harmonic, dof) of the force by the numbers of the rotor."""
     slopes = model.varied.variation.slopes_at(theta[..., model.varied.positions])
-    nw = (speed[:, None] * carried)[..., None]
-    pairs = ((slopes.stiffness, -1.0), (slopes.mass, nw**2), (slopes.gyroscopic, -nw * speed[:, None, None]))
-    band = model.structure.bandwidth if has_narrow_band(model.structure.bandwidth, found.shape[-1]) else None
-    columns = sum(_product(slope, factor * found, band) for slope, factor in pairs)
+    row, column = elements_of(slopes[:3])
+    mass, stiffness, gyroscopic = (np.moveaxis(one[..., row, column], -2, 0)[..., None, None, :] for one in slopes[:3])
+    nw, seen, to_rows = (speed[:, None] * carried)[..., None], found[..., column], sums(row, found.shape[-1])
+    pairs = zip(mass, stiffness, gyroscopic, strict=True)
+    columns = np.stack([product(to_rows, (nw**2 * m - k - nw * speed[:, None, None] * g) * seen) for m, k, g in pairs])
     if model.static_residual.any():
         columns[..., carried == 0, :] += np.moveaxis(slopes.static_load, -2, 0)[..., None, None, :]
     return columns
-
-
-def _product(slope, motion, band):
-    """Products (number, ..., speed, harmonic, dof) of matrices (..., number, dof, dof) and a motion of the rest."""
-    if band is None:
-        return np.einsum("...pij,...shj->p...shi", slope, motion)
-    found = np.zeros((slope.shape[-3], *motion.shape), complex)
-    for offset in range(-band, band + 1):  # of a slender shaft most elements are zero
-        diagonal = np.moveaxis(np.diagonal(slope, offset, -2, -1), -2, 0)[..., None, None, :]
-        here, there = (slice(max(at, 0), slope.shape[-1] + min(at, 0)) for at in (-offset, offset))
-        found[..., here] += diagonal * motion[..., there]
-    return found
 
 
 def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, linear):

@@ -43,8 +43,9 @@ def operator(model, theta, speed, blocks, *, turning=True, adjoint=False, bands=
         row, column = places[g][rows], places[g][columns]
         result[g][..., block, row if bands[g] is None else bands[g].width + row - column, column] += value
 
-    matrices, (i, j) = model.matrices(theta), rotor_elements(model, theta)
-    mass, stiffness, gyroscopic = (one[..., i, j][..., None, None, None, :] for one in matrices[:3])
+    matrices = model.matrices(theta)[:3]
+    i, j = elements_of(matrices)
+    mass, stiffness, gyroscopic = (one[..., i, j][..., None, None, None, :] for one in matrices)
     for g, group in enumerate(blocks.groups):
         nw = own_harmonic(group, blocks.harmonics)[..., None] * speed[:, None, None, None]  # n for q_n, -n for w_n
         block, member = (index[..., None] for index in np.ogrid[: group.shape[0], : group.shape[1]])
@@ -65,9 +66,8 @@ def operator(model, theta, speed, blocks, *, turning=True, adjoint=False, bands=
     return result
 
 
-def rotor_elements(model, theta):
-    """Rows and columns (element,) of what is not zero in the matrices of the rotor."""
-    matrices = model.matrices(theta)[:3]
+def elements_of(matrices):
+    """Rows and columns (element,) of what is not zero in one of some matrices (..., dof, dof)."""
     return np.nonzero(sum(np.any(one != 0, axis=tuple(range(one.ndim - 2))) for one in matrices))
 
 
@@ -135,7 +135,10 @@ def _bands(model, theta, blocks):
     dof, sizes = len(model.structure.dofs), [group.shape[1] for group in blocks.groups]
     if max(sizes) * dof < FEWEST:
         return [None] * len(sizes)
-    parts = [rotor_elements(model, theta), *((pattern.row, pattern.column) for pattern in model.table.patterns)]
+    parts = [
+        elements_of(model.matrices(theta)[:3]),
+        *((pattern.row, pattern.column) for pattern in model.table.patterns),
+    ]
     rows, columns = (np.concatenate(one) for one in zip(*parts, strict=True))
     place = np.arange(dof)
     if bandwidth(rows, columns) >= WIDEST * dof:  # such as housings, which are the last coordinates
