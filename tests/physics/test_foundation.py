@@ -84,7 +84,7 @@ def test_probes_on_a_housing_show_the_motion_against_it():
     journal, housing = (absolute.structure.index(1, what) for what in ("translation", "housing"))
     against = np.stack([motion[..., journal] - motion[..., housing], motion[..., absolute.structure.index(3)]], axis=-1)
     assert np.abs(shown - against).max() < 1e-12 * np.abs(motion).max()
-    assert errors_of_derivatives(relative, SPEEDS, [1], 1e-6 * relative.theta[:6]).max() < 1e-6
+    assert errors_of_derivatives(relative, SPEEDS, [1], 1e-5 * relative.theta[:6]).max() < 1e-6
 
 
 def test_what_linear_films_leave_out_follows_from_the_orbit_in_the_bearing():
