@@ -7,7 +7,8 @@ import pytest
 from machines import spectrum_of
 from random_rotor import four_coordinates, random_model
 
-from rotorstudy import Model, Problem, harmonic_response, measured_response_and_jacobian
+from rotorstudy import Problem, harmonic_response, measured_response_and_jacobian
+from rotorstudy.model.terms import with_entries
 
 SPEED = 110.0
 SHOWN = np.arange(-5, 6)
@@ -19,14 +20,9 @@ def model(request):
     return request.param
 
 
-def rewritten(model, rule, **structure):
-    """The model with each entry replaced by what `rule` makes of it, and parts of its structure by others."""
-
-    def changed(term):
-        parameters = tuple(replace(p, entries=tuple(map(rule, p.entries))) for p in term.parameters)
-        return replace(term, parameters=parameters)
-
-    return Model(replace(model.structure, **structure), tuple(map(changed, model.terms)), model.sensors)
+def rewritten(model, rule):
+    """The model with each entry replaced by what `rule` makes of it."""
+    return replace(model, terms=tuple(with_entries(term, lambda entry: [rule(entry)]) for term in model.terms))
 
 
 def response(model):

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from one_line_errors import refused
+from shaft_with_a_crack import crack
+from test_transverse_crack import LAWS, NAMES, OF_ANGLE
 
 from rotorstudy import build_model, make_term, registry
 from rotorstudy.diagnosis.search.candidates import candidates
@@ -17,10 +19,11 @@ INSIDE = ("breathing_crack", "breathing_crack_weight", "internal_damping")
 ROUND_OFF = 1e-12
 
 
-def outside(structure, effect, place):
+def outside(structure, **effect):
     """Largest net force or moment, and force on a rigid motion, of a loss, relative to its largest stiffness."""
-    term = make_term("effect", {"kind": effect, **place}, structure, structure.nodes)
-    matrices = [np.asarray(e.matrix) for unknown in term.unknowns for e in unknown.entries]
+    term = make_term("effect", effect, structure, structure.nodes)
+    matrices = [np.asarray(e.matrix) for unknown in term.unknowns for e in unknown.entries if not e.is_constant]
+    matrices += [u.force.matrix.T @ u.force.matrix for u in term.unknowns if u.force]
     return max(
         np.abs(part).max() / np.abs(matrix).max() for matrix in matrices for part in (RIGID.T @ matrix, matrix @ RIGID)
     )
@@ -31,8 +34,13 @@ def outside(structure, effect, place):
 def test_a_loss_in_an_element_is_internal(effect, theory):
     structure = build_model({"rotor": {**FREE, "theory": theory}}).structure
     for element in (1, 2, 3):
-        assert outside(structure, effect, {"element": element}) < ROUND_OFF
-    assert outside(structure, effect, {"node": 2}) > 0.1  # the thesis's form holds the shaft from outside
+        assert outside(structure, kind=effect, element=element) < ROUND_OFF
+    assert outside(structure, kind=effect, node=2) > 0.1  # the thesis's form holds the shaft from outside
+
+
+@pytest.mark.parametrize("law", (*LAWS, *OF_ANGLE), ids=[*NAMES, "cosine", "turning"])
+def test_a_transverse_crack_is_internal(law):
+    assert outside(build_model({"rotor": FREE}).structure, **crack(**law)) < ROUND_OFF
 
 
 @pytest.mark.parametrize("effect", ["internal_damping", "shaft_asymmetry"])
@@ -45,7 +53,7 @@ def test_a_stretch_is_the_sum_of_its_elements(effect):
 
     both = matrices({"element": 2, "last_element": 3})
     assert np.array_equal(both, matrices({"element": 2}) + matrices({"element": 3}))
-    assert outside(structure, effect, {"element": 2, "last_element": 3}) < ROUND_OFF
+    assert outside(structure, kind=effect, element=2, last_element=3) < ROUND_OFF
     refused(lambda: matrices({"element": 2, "last_element": 1}), "last_element 1 lies before element 2")
 
 

@@ -1,11 +1,11 @@
 """The stability margin in closed form, and what is said of it."""
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from machines import film, jeffcott_rig, point, shaft
+from test_equivalent_descriptions import in_frequency, rewritten
 
 from rotorstudy import build_model
 from rotorstudy.presentation.rotor_page import summary
@@ -32,20 +32,11 @@ def test_the_margin_of_a_jeffcott_rotor():
 
 def test_a_part_that_is_stated_in_frequency_only_acts_at_the_frequency_of_the_mode():
     """A damper of gain j w c does as one of c d/dt; its share is not left out, nor that of a hysteretic one, K eta."""
-
-    def in_frequency(entry):
-        if not entry.order:
-            return entry
-        return replace(entry.times(1j), order=0, gain=lambda speed, harmonic: speed * harmonic, frequency_only=True)
-
     model = build_model(JEFFCOTT)
-    there = [
-        replace(t, parameters=tuple(replace(p, entries=tuple(map(in_frequency, p.entries))) for p in t.parameters))
-        for t in model.terms
-    ]
-    found, true = stability_margin(replace(model, terms=tuple(there)), 400.0), stability_margin(model, 400.0)
+    there = rewritten(model, in_frequency)
+    found, true = stability_margin(there, 400.0), stability_margin(model, 400.0)
     assert np.allclose(found, true, rtol=1e-6)
-    assert time_invariant(replace(model, terms=tuple(there))).names != model.names  # negative control
+    assert time_invariant(there).names != model.names  # negative control
     loss = {"kind": "hysteretic_damping", "loss_factor": 0.01}
     found = stability_margin(build_model(jeffcott_rig(None, rotor=point(MASS, STIFFNESS)) | {"effects": [loss]}), 400.0)
     assert found.log_decrement == pytest.approx(0.01 * np.pi, rel=1e-3)
