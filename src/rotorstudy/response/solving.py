@@ -68,7 +68,10 @@ def operator(model, theta, speed, blocks, *, turning=True, adjoint=False, bands=
 
 def elements_of(matrices):
     """Rows and columns (element,) of what is not zero in one of some matrices (..., dof, dof)."""
-    return np.nonzero(sum(np.any(one != 0, axis=tuple(range(one.ndim - 2))) for one in matrices))
+    there = np.zeros(matrices[0].shape[-2:], bool)
+    for one in matrices:
+        there |= np.any(one != 0, axis=tuple(range(one.ndim - 2)))
+    return np.divmod(np.flatnonzero(there), len(there))  # far faster than by `nonzero`
 
 
 @lru_cache(maxsize=FACTORS_KEPT)  # most models of a search have the same bearings
@@ -150,7 +153,7 @@ def _bands(model, theta, blocks):
     return found
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=8)  # models of a search have the same foundation
 def _close_together(rows, columns, count):
     """Places (coordinate,) in an order in which coupled coordinates lie close; rows, columns : those coupled, bytes."""
     from scipy.sparse import csr_array
