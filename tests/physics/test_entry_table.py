@@ -8,7 +8,7 @@ import pytest
 from rotorstudy import Entry, make_term, read_rig
 from rotorstudy.model.entries import Basis, Multiples, apply_entries
 from rotorstudy.model.entry_table import EntryTable
-from rotorstudy.model.terms import Unknown
+from rotorstudy.model.terms import Parameter
 from rotorstudy.response.neighbourhood import Neighbourhood
 
 ROUND_OFF = 1e-13  # relative to the largest force: sums of at most some ten products
@@ -38,8 +38,8 @@ def unknowns(random):
             matrix = random.normal(size=(SIZE,) if on == "one" else (SIZE, SIZE)) * (1 + 0.5j)
             matrix[random.integers(SIZE)] = 0
             entries.append(Entry(matrix, on, order, shift, gain, by_harmonic))
-        found.append(Unknown(f"amplitude {i}", "N", tuple(entries), 1.0, carries=i == 4))
-    return (*found, Unknown("in time", "N", (), 1.0))
+        found.append(Parameter(f"amplitude {i}", "N", tuple(entries), 1.0, carries=i == 4))
+    return (*found, Parameter("in time", "N", (), 1.0))
 
 
 @pytest.fixture
@@ -48,7 +48,7 @@ def multiples(unknowns):
     own = np.random.default_rng(6)
     basis = Basis(own.normal(size=SIZE) * [1, 0, 1], 2.0, -3.0, (-3, -1, 0, 1, 4))
     factors = own.normal(size=(6, len(basis.entries))) * own.integers(0, 2, (6, len(basis.entries))) * (1 - 0.3j)
-    shared = [Unknown(f"shared {i}", "N", Multiples(basis, one), 1.0, carries=i == 4) for i, one in enumerate(factors)]
+    shared = [Parameter(f"own {i}", "N", Multiples(basis, one), 1.0, carries=i == 4) for i, one in enumerate(factors)]
     return (*unknowns[3:6], *shared, unknowns[-1])
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.model.entries import Entry, Multiples, harmonics_seen
-from rotorstudy.model.terms import Unknown
+from rotorstudy.model.terms import Parameter
 from rotorstudy.model.variation import kept
 
 SMALL = 3000  # elements of a matrix that is multiplied sooner with its zeros
@@ -45,7 +45,7 @@ class Pattern(NamedTuple):
         return found
 
 
-def multiples_of(unknowns: Sequence[Unknown], motion: Sequence[int]) -> tuple[dict, list[int]]:
+def multiples_of(unknowns: Sequence[Parameter], motion: Sequence[int]) -> tuple[dict, list[int]]:
     """Positions of the unknowns with Multiples of a (Basis, whether it carries, motion), and of the others."""
     tables, others = {}, []
     for u, (unknown, at) in enumerate(zip(unknowns, motion, strict=True)):
@@ -56,7 +56,7 @@ def multiples_of(unknowns: Sequence[Unknown], motion: Sequence[int]) -> tuple[di
 
 
 def elements_of(
-    unknowns: Sequence[Unknown], motion: Sequence[int], size: int, chosen: Callable[[Unknown, Entry], bool]
+    unknowns: Sequence[Parameter], motion: Sequence[int], size: int, chosen: Callable[[Parameter, Entry], bool]
 ) -> tuple[Elements, list[Entry]]:
     """Elements of chosen entries, in columns of motions, their conjugates, constants, and an Entry of each kind."""
     kinds, parts, seen = {}, [], size * (max(motion, default=0) + 1)
@@ -164,7 +164,7 @@ class _Still(NamedTuple):
 class EntryTable:
     """Entries of amplitudes on `size` coordinates; motion (unknown,) : on which of several motions."""
 
-    def __init__(self, unknowns: tuple[Unknown, ...], size: int, motion: Sequence[int] | None = None):
+    def __init__(self, unknowns: tuple[Parameter, ...], size: int, motion: Sequence[int] | None = None):
         self.unknowns, self.size = tuple(unknowns), size
         self.motion = [0] * len(self.unknowns) if motion is None else list(motion)
         self.seen = size * (max(self.motion, default=0) + 1)  # coordinates of all motions

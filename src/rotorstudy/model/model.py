@@ -12,7 +12,7 @@ from rotorstudy.model.bearings import springs_at_rest
 from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.rig_numbers import with_bearings_at
 from rotorstudy.model.structure import Structure
-from rotorstudy.model.terms import NonlinearForce, Parameter, Term, Unknown
+from rotorstudy.model.terms import NonlinearForce, Parameter, Term
 from rotorstudy.model.variation import Matrices, Variation, kept
 
 ROUND_OFF = 1e-9  # relative, of a sum of stiffnesses
@@ -43,7 +43,7 @@ class Assembled:
     """What a Model tells of its amplitudes, and gives to the response, from its fields."""
 
     @cached_property
-    def unknowns(self) -> tuple[Unknown, ...]:
+    def unknowns(self) -> tuple[Parameter, ...]:
         """Real amplitudes of all terms, in the order of `theta`."""
         return tuple(unknown for term in self.terms for unknown in term.unknowns)
 
@@ -134,7 +134,7 @@ class Assembled:
         return ["rad" if n.endswith("_phase") else known.get(n, known.get(f"{n}_real")) for n in names]
 
     @cached_property
-    def rotor_unknowns(self) -> tuple[Unknown, ...]:
+    def rotor_unknowns(self) -> tuple[Parameter, ...]:
         """Amplitudes of the terms that act on the rotor, first in `theta`."""
         return tuple(u for term in self.terms if not term.acts_on_output for u in term.unknowns)
 
@@ -153,8 +153,8 @@ class Assembled:
         return None
 
     @cached_property
-    def acting(self) -> tuple[tuple[int, Unknown], ...]:
-        """(position in `rotor_unknowns`, Unknown) of the amplitudes of effects, cracks and bearings."""
+    def acting(self) -> tuple[tuple[int, Parameter], ...]:
+        """(position in `rotor_unknowns`, Parameter) of the amplitudes of effects, cracks and bearings."""
         own = self.varied.positions if self.varied else ()
         return tuple((p, unknown) for p, unknown in enumerate(self.rotor_unknowns) if p not in own)
 
@@ -227,7 +227,7 @@ class Assembled:
         """The Model of the rotor on the springs of its bearings alone, and positions of its amplitudes in `theta`."""
         own = [term for term in self.terms if term.variation]
         carrying = [(p, unknown) for p, unknown in enumerate(self.rotor_unknowns) if unknown.carries]
-        springs = tuple(Parameter(u.name, u.unit, u.springs, u.typical) for _, u in carrying)
+        springs = tuple(replace(u, entries=u.springs) for _, u in carrying)
         places = [*(self.varied.positions if self.varied else ()), *(p for p, _ in carrying)]
         return replace(self, terms=(*own, Term("springs", springs)), before=None), places
 
@@ -237,7 +237,7 @@ class Assembled:
         return tuple((p, u.force) for p, u in enumerate(self.rotor_unknowns) if u.force)
 
     @cached_property
-    def output_unknowns(self) -> tuple[Unknown, ...]:
+    def output_unknowns(self) -> tuple[Parameter, ...]:
         """Amplitudes of the terms that act on the measured output, last in `theta`."""
         return tuple(u for term in self.terms if term.acts_on_output for u in term.unknowns)
 

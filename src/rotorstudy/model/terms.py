@@ -72,9 +72,9 @@ def mean_overlap(depth: np.ndarray, spread: float | None) -> np.ndarray:
     return spread * (x * ndtr(x) + np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Parameter:
-    """One amplitude of an effect, real or complex (with a magnitude and a phase).
+    """One amplitude of an effect, real or complex (with a magnitude and a phase); a complex one is two `unknowns`.
 
     name    : a standard term ("internal_damping")
     unit    : SI, written "N s/m"
@@ -89,6 +89,7 @@ class Parameter:
               are carried
     films   : entries of the oil films that it loads, by its real and by its imaginary part, see
               `rotorstudy.model.rig_numbers.loading_films`
+    carries : whether it carries the static load, set where it is an unknown of a Term
     """
 
     name: str
@@ -102,6 +103,7 @@ class Parameter:
     also: dict = field(default_factory=dict)
     jumps: bool = False
     films: tuple[tuple[Entry, ...], tuple[Entry, ...]] = ((), ())
+    carries: bool = False
 
     @property
     def key(self) -> str:
@@ -117,20 +119,6 @@ class Parameter:
     def phase_key(self) -> str:
         """Configuration key of the phase of a complex parameter, rad."""
         return f"{self.name}_phase_rad"
-
-
-@dataclass(frozen=True, eq=False)
-class Unknown:
-    """A real amplitude with its table: a real parameter, or the real or imaginary part of a complex one."""
-
-    name: str
-    unit: str
-    entries: Sequence[Entry]
-    typical: float
-    carries: bool = False
-    force: NonlinearForce | None = None
-    exact: Callable | None = None
-    jumps: bool = False
 
     @property
     def unscaled(self) -> Sequence[Entry]:
@@ -200,17 +188,18 @@ class Term:
         return f"{parameter.name}[{self.label}]" if self.label else parameter.name
 
     @cached_property
-    def unknowns(self) -> tuple[Unknown, ...]:
+    def unknowns(self) -> tuple[Parameter, ...]:
         """The real amplitudes of this term; a complex parameter has two."""
         found = []
         for p in self.parameters:
-            name, carries, real = self.full_name(p), self.carries or p.loads_films, p.entries + p.films[0]
+            name, common = self.full_name(p), {"carries": self.carries or p.loads_films, "films": ((), ())}
+            real = replace(p, name=name, entries=p.entries + p.films[0], is_complex=False, **common)
             if p.is_complex:
                 imaginary = (*(e.times(1j) for e in p.entries), *p.films[1])
-                found.append(Unknown(f"{name}_real", p.unit, real, p.typical, carries))
-                found.append(Unknown(f"{name}_imag", p.unit, imaginary, p.typical, carries))
+                found.append(replace(real, name=f"{name}_real"))
+                found.append(replace(real, name=f"{name}_imag", entries=imaginary))
             else:
-                found.append(Unknown(name, p.unit, real, p.typical, carries, p.force, p.exact, p.jumps))
+                found.append(real)
         return tuple(found)
 
     @property
@@ -229,7 +218,7 @@ def with_entries(term: Term, change: Callable) -> Term:
     return replace(term, parameters=tuple(parameters))
 
 
-def share_of(unknown: Unknown, other: Unknown) -> float:
+def share_of(unknown: Parameter, other: Parameter) -> float:
     """How much of one unknown acts with each unit of another, by the least factor of entries; 0 of forces in time."""
     if unknown.force or other.force or not unknown.entries:
         return 0.0

@@ -94,7 +94,7 @@ class Neighbourhood:
     def changes_by_forces(self, groups):
         """Change (speed, harmonic, sensor, unknown), m, of measured harmonics by one unit of forces not in the model.
 
-        groups : [(Unknowns, Motion on which they act or None for that of the model)]; exact at the motion that results
+        groups : [(amplitudes, Motion on which they act, None for that of the model)]; exact at the motion that results
         """
         most = max(1, COLUMNS_AT_ONCE // (len(self.speed) * len(self.blocks.harmonics)))
         together, found, parts = max(1, MOTION_AT_ONCE // self.motion.amplitude.size), [self._no_changes], [[]]
