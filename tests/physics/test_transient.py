@@ -19,15 +19,9 @@ RIGS = {"gyroscopic": CRACKED, "anisotropic": CRACKED | {"bearings": springs([1]
 
 
 @pytest.mark.parametrize("name", RIGS)
-@pytest.mark.parametrize("from_rest", [True, False])
-def test_exact_motion_is_that_of_integration(name, from_rest):
+def test_exact_motion_is_that_of_integration(name):
     model, time = build_model(RIGS[name]), np.linspace(0, 0.3, 400)
-    generator = np.random.default_rng(3)
-    start = None
-    if not from_rest:
-        start = [scale * (generator.normal(size=2) + 1j * generator.normal(size=2)) for scale in (1e-5, 1e-3)]
-    exact = transient_response(model, 300.0, time, start=start)
-    integrated = time_response(model, 300.0, time, start=start)
+    exact, integrated = (response(model, 300.0, time) for response in (transient_response, time_response))
     assert np.abs(exact - integrated).max() < 1e-8 * np.abs(integrated).max()  # the integrator's tolerance is 1e-10
 
 

@@ -134,15 +134,13 @@ def _accelerated(inertia, shifts):
     return accelerated
 
 
-def transient_response(model, speed, time, *, start=None):
-    """Exact motion (time, dof), m, of a time-invariant model from rest or `start`: steady state plus whirl modes."""
+def transient_response(model, speed, time):
+    """Exact motion (time, dof), m, of a time-invariant model from rest: steady state plus whirl modes."""
     speed = float(check_speed(speed)[0])
     harmonics, dof = forced_harmonics(model), len(model.structure.dofs)
     values, modes = np.linalg.eig(state_matrix(model, [speed])[0])
     amplitude = harmonic_response(model, [speed], harmonics)[0]  # (harmonic, dof)
-    displacement, velocity = np.zeros((2, dof), complex) if start is None else start
-    displacement = displacement - amplitude.sum(axis=0)
-    velocity = velocity - (1j * speed * harmonics) @ amplitude
+    displacement, velocity = -amplitude.sum(axis=0), -(1j * speed * harmonics) @ amplitude
     if len(values) == 4 * dof:  # with entries on conj(z)
         displacement, velocity = (np.concatenate([part, part.conj()]) for part in (displacement, velocity))
     share = np.linalg.solve(modes, np.concatenate([displacement, velocity]))
