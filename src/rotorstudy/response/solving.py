@@ -91,27 +91,35 @@ def solver(model, theta, speed, blocks, *, adjoint=False):
     # complex numbers take four times as long as the real ones of the coordinates touched
     few = len(touched) and FEWER_BY * (2 * len(blocks.harmonics) * len(touched)) ** 3 < 4 * whole
     own = layout_without_turning(model, blocks) if few else blocks
-    systems = _systems(model, theta, speed, own, turning=not few, adjoint=adjoint)
-
-    def solved(force):
-        return _checked_motion(systems(force), speed)
-
+    solved = _checked(_systems(model, theta, speed, own, turning=not few, adjoint=adjoint), speed)
     if not few:
         return solved
     coupled = turning(model, theta, speed, blocks.harmonics, solved, adjoint)
+    return _checked(lambda force: coupled(solved(force)), speed)
 
-    def solved_with_turning(force):
+
+def _checked(motion, speed):
+    """The function from force to motion, which then raises NoSteadyState unless the motion is finite."""
+
+    def checked(force):
         try:
-            found = coupled(solved(force))
+            with np.errstate(divide="ignore", invalid="ignore"):
+                found = motion(force)
         except np.linalg.LinAlgError:
             found = np.array(np.nan)
-        return _checked_motion(found, speed)
+        if not np.isfinite(found).all():
+            some = ", ".join(f"{w:g}" for w in speed[:5]) + (" ..." if len(speed) > 5 else "")
+            raise NoSteadyState(
+                f"no steady state at one of {some} rad/s: a harmonic coincides with an undamped natural "
+                "frequency, or a parameter is not finite; add damping or leave that speed out"
+            )
+        return found
 
-    return solved_with_turning
+    return checked
 
 
 def _systems(model, theta, speed, blocks, *, turning, adjoint):
-    """Function from force to motion, both (..., speed, harmonic, dof, column); NaN where the rotor resonates."""
+    """Function from force to motion, both (..., speed, harmonic, dof, column)."""
     turns = turning and model.table.turning_patterns
     bands = [None] * len(blocks.groups) if turns else _bands(model, theta, blocks)
     matrices = operator(model, theta, speed, blocks, turning=turning, adjoint=adjoint, bands=bands)
@@ -123,14 +131,7 @@ def _systems(model, theta, speed, blocks, *, turning, adjoint):
             members = np.argsort(group[0] % len(blocks.harmonics), kind="stable")
             groups.append(factorised(matrix, (members[:, None] * len(every) + every).ravel()))
 
-    def solved(force):
-        try:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                return _solve_groups(groups, force, blocks)
-        except np.linalg.LinAlgError:
-            return np.array(np.nan)
-
-    return solved
+    return lambda force: _solve_groups(groups, force, blocks)
 
 
 def _bands(model, theta, blocks):
@@ -161,17 +162,6 @@ def _close_together(rows, columns, count):
 
     at = np.frombuffer(rows, int), np.frombuffer(columns, int)
     return np.argsort(reverse_cuthill_mckee(csr_array((np.ones(len(at[0])), at), (count, count))))
-
-
-def _checked_motion(found, speed):
-    """The motion, or NoSteadyState unless it is finite."""
-    if not np.isfinite(found).all():
-        some = ", ".join(f"{w:g}" for w in speed[:5]) + (" ..." if len(speed) > 5 else "")
-        raise NoSteadyState(
-            f"no steady state at one of {some} rad/s: a harmonic coincides with an undamped natural "
-            "frequency, or a parameter is not finite; add damping or leave that speed out"
-        )
-    return found
 
 
 def _solve_groups(groups, force, blocks):
