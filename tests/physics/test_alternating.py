@@ -11,7 +11,7 @@ from rotorstudy import Entry, NonlinearForce, Problem, build_model, harmonic_res
 from rotorstudy.authoring.invariants.base import BrokenInvariant
 from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
 from rotorstudy.authoring.invariants.effect import check_steady_state
-from rotorstudy.blind.machines.contacts import add_rub, add_stiffening, by_differences, one_sided
+from rotorstudy.blind.machines.contacts import add_one_sided_loss, add_rub, add_stiffening, by_differences
 from rotorstudy.blind.machines.effects import add_preload
 from rotorstudy.blind.machines.machine import LocalForce
 from rotorstudy.errors import PluginError
@@ -45,13 +45,8 @@ PRELOAD = {"kind": "static_preload", "static_preload_N": 12.0}  # off the middle
 
 def lossy(towards, lift, play=np.inf):
     """Adds a stiffness that is lost from some lift from the rest on, for some way."""
-    n, law = np.array([np.cos(towards), np.sin(towards)]), one_sided(3e5, play, towards)
-
-    def add(machine, rest):
-        force = LocalForce(np.eye(4)[:, :2], lambda turn, y, *more: law(turn, y - rest - lift * n, *more), "loose")
-        machine.local.append(force)
-
-    return add
+    n = np.array([np.cos(towards), np.sin(towards)])
+    return lambda machine, rest: add_one_sided_loss(machine, 0, 3e5, towards, play, start=rest @ n + lift)
 
 
 def scattered(force, spread, along):
