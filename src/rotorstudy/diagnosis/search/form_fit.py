@@ -138,6 +138,8 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
                 continue
             best = max(best, other, key=odds_of)
         gained = odds_of(best) - before
+    if any(_at_a_node(work, best.causes)):
+        best = max(best, _fitted_within(work, best.causes, best.fit.values, least, to_end=True), key=odds_of)
     return best
 
 
@@ -157,8 +159,11 @@ def _moved(work, causes, n, name, fraction):
     return (*causes[:n], reshaped(work, causes[n], point), *causes[n + 1 :])
 
 
-def _fitted_within(work, causes, values, least):
-    """`fitted_with_form` in the elements where the causes are; least : log odds that it must be able to reach."""
+def _fitted_within(work, causes, values, least, to_end=False):
+    """`fitted_with_form` in the elements where the causes are, by one round where it ends at a node, unless `to_end`.
+
+    least : log odds that it must be able to reach
+    """
     parameters = _Parameters.of(work, causes)
     theta, known, failed, best = parameters.start(work, values), {}, [], None
 
@@ -213,6 +218,8 @@ def _fitted_within(work, causes, values, least):
         best = max([*tried, *([best] if best else [])], key=odds_of)
         promised = form.reached - max(one.evidence(*narrowed) for one in forms)
         if promised < SETTLED or odds_of(best) + promised < least:
+            break
+        if not to_end and any(_at_a_node(work, best.causes)):
             break
     return best
 
