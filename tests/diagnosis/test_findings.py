@@ -2,12 +2,16 @@
 
 import json
 
+import numpy as np
 import pytest
 import yaml
-from machines import SLOW, jeffcott_rig, point
+from machines import SLOW, all_but, jeffcott_rig, point, readings
 from one_line_errors import RIG
 
+from rotorstudy import build_model, measured_response
 from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.verdict.findings import CONTRADICTED
+from rotorstudy.diagnosis.verdict.investigate import investigate
 
 pytestmark = pytest.mark.usefixtures("unrendered", "unhidden")
 
@@ -79,3 +83,39 @@ def test_a_fault_that_the_uncertainty_of_the_rig_takes_over_is_told(tmp_path, co
     assert verdict["verdict"] == "nothing"
     told = [finding["text"] for finding in verdict["findings"] if finding["name"] == "explained by the rig"]
     assert len(told) == (share > 2) and all("instead of" in text for text in told)
+
+
+SPEEDS, HARMONICS = np.array([400.0, 550.0, 650.0, 800.0]), np.array([0, 1, -1, 2, -2])
+PUSHED = jeffcott_rig(2e-5, 0.7)
+CONSIDERED = "unbalance", "bow", "static_preload", "probe_gain", "phase_reference"
+
+
+def verdict_with(*changes, of=PUSHED["effects"], tried=CONSIDERED):
+    """The verdict on records of the rig with other effects, and whether they look like those of another machine."""
+    shown = measured_response(build_model({**PUSHED, "effects": [*of, *changes]}), SPEEDS, HARMONICS)
+    spectrum = readings(shown, SPEEDS, HARMONICS, (1,), 1e-3 * np.abs(shown).max(), 1)
+    settings = {"most_causes": 1, "candidates_per_round": 10, "leave_out": all_but(*tried)}
+    verdict = investigate(spectrum, build_model(PUSHED), settings=settings).verdict
+    return verdict, "far from the rig" in {finding.name for finding in verdict.findings}
+
+
+def test_an_unbalance_left_from_an_example_is_named_where_nothing_else_explains_the_records():
+    """Negative control: records of the rig itself move nothing."""
+    mine = {"kind": "unbalance", "eccentricity_m": 9e-5, "eccentricity_phase_rad": -2.0}
+    verdict, _ = verdict_with(mine, of=PUSHED["effects"][:1], tried=["static_preload"])
+    assert verdict.verdict == "unknown"
+    assert "check them first: eccentricity (by" in verdict.summary
+    assert "check them first" not in verdict_with(tried=["static_preload"])[0].summary
+
+
+def test_a_large_fault_that_the_library_does_not_have_is_not_called_another_machine():
+    """Negative control: it strains the values of the rig as much, but they do not explain it."""
+    anisotropy = {"support_anisotropy_N_per_m": 2e5, "support_anisotropy_phase_rad": 1.0}
+    verdict, is_told = verdict_with({"kind": "support_anisotropy", "node": 1, **anisotropy})
+    assert verdict.verdict == "unknown" and not is_told, verdict.summary
+    assert max(abs(row.moved_sigma) for row in verdict.base_parameters) > CONTRADICTED
+
+
+def test_a_large_cause_that_brings_the_values_back_is_no_reason_to_doubt_the_records():
+    verdict, is_told = verdict_with({"kind": "bow", "node": 1, "bow_m": 2e-3, "bow_phase_rad": 1.0})
+    assert [cause.effect for cause in verdict.causes] == ["bow"] and not is_told
