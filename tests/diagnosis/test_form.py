@@ -40,6 +40,17 @@ def noisy(noise=1e-7):
     return readings(1e-5 * amplitude, SPEED, HARMONICS, (1, 2), noise)
 
 
+SIZE_STD = 1e-4  # of the size of a cause, so that it takes none of the error
+
+
+def of_form(spectrum, off, largest=0.05, by_harmonic=True, changes=None):
+    """The most probable form of the error of a cause that changes all of a spectrum, and the log evidence with it."""
+    jacobian = spectrum.whitened(spectrum.amplitude)[:, None]
+    known = np.append(spectrum.whitened(off), 0.0), jacobian, np.eye(1) / SIZE_STD
+    form = most_probable_form(spectrum, changes or [Change(spectrum.amplitude)], *known, largest, by_harmonic)
+    return form, form.evidence(*known)
+
+
 def test_a_shared_error_whitens_like_the_full_covariance():
     spectrum = noisy()
     columns = RNG.standard_normal((spectrum.data_count, 5))
@@ -114,97 +125,72 @@ def test_a_force_that_shows_by_round_off_alone_has_no_error_of_form():
 def test_what_a_form_explains_is_not_evidence_against_a_cause():
     spectrum = noisy(1e-9)
     change = spectrum.amplitude
-    prior = Prior.independent({"size": (1.0, 1e-4)})  # so that the size takes none of the error
-    jacobian = spectrum.whitened(change)[:, None]
-
-    def evidence(off, largest):
-        left = np.append(spectrum.whitened(off), prior.whitener @ (prior.mean - 1.0))
-        known = left, jacobian, prior.whitener
-        form = most_probable_form(spectrum, [Change(change)], *known, largest)
-        return form, form.evidence(*known)
-
-    scattered = 0.02 * np.roll(change, 1, axis=0)
     near = change * np.array([0.03, -0.02, 0.02, -0.03])[:, None]
-    (_, exact), (form, any_form) = (evidence(near, largest) for largest in (1e-6, 0.05))
+    (_, exact), (form, any_form) = (of_form(spectrum, near, largest) for largest in (1e-6, 0.05))
     # as of normal data of which size and errors are a part, but for the scales that the errors may have too
-    whole = np.eye(len(jacobian)) + form.columns @ form.columns.T + (1e-4 * jacobian) @ (1e-4 * jacobian).T
-    white = spectrum.whitened(near)
+    white, of_size = spectrum.whitened(near), SIZE_STD * spectrum.whitened(change)
+    whole = np.eye(len(white)) + form.columns @ form.columns.T + np.outer(of_size, of_size)
     exactly = -0.5 * (white @ np.linalg.solve(whole, white) + np.linalg.slogdet(whole)[1])
     assert any_form - form.more == pytest.approx(exactly, rel=1e-6)
     assert any_form > exact + 1e4
     assert 0.005 < form.mean_std < 0.05
     # negative controls: what no form explains stays evidence against it; no residual needs no error
-    assert evidence(scattered, 0.05)[1] < any_form - 1e3
-    assert evidence(0 * near, 0.05)[0].mean_std < 0.1 * form.mean_std
+    assert of_form(spectrum, 0.02 * np.roll(change, 1, axis=0))[1] < any_form - 1e3
+    assert of_form(spectrum, 0 * near)[0].mean_std < 0.1 * form.mean_std
 
 
 def test_a_harmonic_that_is_far_off_does_not_widen_the_others():
+    """Negative controls: one size for all; all that are off."""
     spectrum = noisy(1e-9)
-    change, prior = spectrum.amplitude, Prior.independent({"size": (1.0, 1e-4)})
-    jacobian = spectrum.whitened(change)[:, None]
 
-    def most_probable(off, by_harmonic=True):
-        known = np.append(spectrum.whitened(off), 0.0), jacobian, prior.whitener
-        form = most_probable_form(spectrum, [Change(change)], *known, 0.05, by_harmonic)
-        return form.std, form.evidence(*known)
+    def std(harmonics, by_harmonic=True):
+        off = 0.04 * spectrum.amplitude * np.isin(HARMONICS, harmonics)[:, None]
+        form, evidence = of_form(spectrum, off, by_harmonic=by_harmonic)
+        return form.std, evidence
 
-    of_second = change * (HARMONICS == 2)[:, None] * 0.04
-    (own, separate), (alike, together) = most_probable(of_second), most_probable(of_second, by_harmonic=False)
+    (own, separate), (alike, together) = std(2), std(2, by_harmonic=False)
     assert own[HARMONICS == 2] > 0.02 and (own[HARMONICS != 2] < 0.002).all()
-    assert separate > together + 50 and (alike > 0).all()  # negative control: one size for all
-    backward, _ = most_probable(change * (HARMONICS == -1)[:, None] * 0.04)
+    assert separate > together + 50 and (alike > 0).all()
+    backward, _ = std(-1)
     assert backward[HARMONICS == -1] > 0.02 and backward[HARMONICS == 1] < 0.002
-    everywhere, _ = most_probable(0.04 * change)
+    everywhere, _ = std(HARMONICS)
     assert (everywhere > 0.01).all()
 
 
 def test_an_error_that_is_the_same_at_all_speeds_is_more_probable_with_the_steadiest_share(monkeypatch):
     """As of a crack that the weight opens. The negative control, an error that varies, gains nothing by that share."""
-    spectrum, prior = noisy(1e-9), Prior.independent({"size": (1.0, 1e-4)})
-    change, steadiest = spectrum.amplitude, SHARES[0]
-    jacobian, wrong = spectrum.whitened(change)[:, None], np.array([0.03, -0.02, 0.02j, -0.04])
+    spectrum, wrong = noisy(1e-9), np.array([0.03, -0.02, 0.02j, -0.04])
 
     def evidence(*over_speeds):
-        off = np.append(spectrum.whitened(change * np.outer(over_speeds, wrong)[..., None]), 0.0)
-        found = most_probable_form(spectrum, [Change(change)], off, jacobian, prior.whitener, 0.1)
-        return found.shares, found.evidence(off, jacobian, prior.whitener)
+        form, found = of_form(spectrum, spectrum.amplitude * np.outer(over_speeds, wrong)[..., None], 0.1)
+        return form.shares, found
 
     (constant, with_it), (varied, as_before) = evidence(1, 1, 1, 1), evidence(1, 0.5, 1.2, 0.4)
     monkeypatch.setattr(form_module, "SHARES", SHARES[1:])
     (_, without), (_, before) = evidence(1, 1, 1, 1), evidence(1, 0.5, 1.2, 0.4)
-    assert constant == steadiest != varied
+    assert constant == SHARES[0] != varied
     assert with_it > without + 5 and 0 < before - as_before < 0.3  # a share more, of equal prior
 
 
-def test_other_speeds_are_as_probable_as_over_all_sizes_and_shares_of_the_error():
+@pytest.mark.parametrize(("harmonics", "error"), [([1], 1e-6), ([1, 2], 0.1)])
+def test_other_speeds_are_as_probable_as_over_all_sizes_and_shares_of_the_error(harmonics, error):
     """The sum over every scale of a harmonic is exact; that of two harmonics nearly, as they share a parameter."""
     spectrum = noisy(1e-9)
-    change, prior = spectrum.amplitude, Prior.independent({"size": (1.0, 1e-4)})
-    of_size = spectrum.whitened(change)[:, None]
-    off = change * (0.02 * (HARMONICS == 1) + 0.01 * (HARMONICS == 2))[:, None]
-
-    def both(harmonics):
-        seen = change * np.isin(HARMONICS, harmonics)[:, None]
-        known = np.append(spectrum.whitened(off), 0.0), of_size, prior.whitener
-        form = most_probable_form(spectrum, [Change(seen)], *known, 0.05)
-        white, slopes = spectrum.whitened(1.5 * off), 1e-4 * of_size
-        found = log_predictive(spectrum, [Change(seen)], form, white, slopes, 0.05)
-        log_sum = -np.inf
-        for shares, *chosen in product(range(len(SHARES)), *[range(len(SCALES))] * len(harmonics)):
-            errors, at = form_errors(spectrum.speed, [Change(seen)], SHARES[shares])
-            scale, weight = np.zeros(len(HARMONICS)), np.exp(form.log_shares[shares])
-            for n, i in zip(harmonics, chosen, strict=True):
-                scale[n == HARMONICS], weight = SCALES[i], weight * form.weights[n == HARMONICS][0, i]
-            scaled = 0.05 * spectrum.whitened(errors).T * scale[at]
-            whole = np.eye(len(white)) + slopes @ slopes.T + scaled @ scaled.T
-            each = -0.5 * (white @ np.linalg.solve(whole, white) + np.linalg.slogdet(whole)[1])
-            log_sum = np.logaddexp(log_sum, each + np.log(weight)) if weight > 0 else log_sum
-        return found, log_sum
-
-    found, expected = both([1])
-    assert found == pytest.approx(expected, abs=1e-6)
-    found, expected = both([1, 2])
-    assert found == pytest.approx(expected, abs=0.1)
+    off = spectrum.amplitude * (0.02 * (HARMONICS == 1) + 0.01 * (HARMONICS == 2))[:, None]
+    seen = [Change(spectrum.amplitude * np.isin(HARMONICS, harmonics)[:, None])]
+    form, _ = of_form(spectrum, off, changes=seen)
+    white, slopes = spectrum.whitened(1.5 * off), SIZE_STD * spectrum.whitened(spectrum.amplitude)[:, None]
+    log_sum = -np.inf
+    for shares, *chosen in product(range(len(SHARES)), *[range(len(SCALES))] * len(harmonics)):
+        errors, at = form_errors(spectrum.speed, seen, SHARES[shares])
+        scale, weight = np.zeros(len(HARMONICS)), np.exp(form.log_shares[shares])
+        for n, i in zip(harmonics, chosen, strict=True):
+            scale[n == HARMONICS], weight = SCALES[i], weight * form.weights[n == HARMONICS][0, i]
+        scaled = 0.05 * spectrum.whitened(errors).T * scale[at]
+        whole = np.eye(len(white)) + slopes @ slopes.T + scaled @ scaled.T
+        each = -0.5 * (white @ np.linalg.solve(whole, white) + np.linalg.slogdet(whole)[1])
+        log_sum = np.logaddexp(log_sum, each + np.log(weight)) if weight > 0 else log_sum
+    assert log_predictive(spectrum, seen, form, white, slopes, 0.05) == pytest.approx(log_sum, abs=error)
 
 
 def test_a_law_known_less_exactly_has_a_larger_error():
