@@ -59,6 +59,12 @@ def could_be(verdict):
     return named(verdict) | {cause["effect"] for cause in verdict["ambiguous_with"]}
 
 
+def page_of(verdict, out):
+    """The page of another verdict on what is in a folder."""
+    figures = {name: out / "figures" / f"{name}.png" for name in DIAGNOSIS_FIGURES}
+    return diagnosis_page(verdict, load(out / "verdict.nc"), figures, "rig")
+
+
 @pytest.fixture(scope="module")
 def asymmetric(tmp_path_factory):
     """A shaft whose asymmetry the rig does not know, diagnosed; the verdict and the folder it is in."""
@@ -240,13 +246,17 @@ def test_missing_force_is_the_force_that_was_left_out():
     assert np.abs(force[:, 1:]).max() < 1e-9
 
 
+def cause(effect, where, parameters, **more):
+    """A certain Cause; parameters : name -> value, standard deviation, unit and part."""
+    rows = {name: dict(zip(("value", "std", "unit", "part"), one, strict=True)) for name, one in parameters.items()}
+    return Cause(effect=effect, where=where, parameters=rows, posterior_probability=1.0, probability=0.92, **more)
+
+
 def test_the_stiff_direction_is_an_angle_and_not_the_phase():
     """Turning the stiff direction by an angle turns the phase of the amplitude by twice that."""
-    size = {"value": 2e4, "std": 100.0, "unit": "N/m", "part": "magnitude"}
-    phase = {"value": np.deg2rad(70.0), "std": np.deg2rad(2.0), "unit": "rad", "part": "phase"}
-    parameters = {"support_anisotropy": size, "support_anisotropy_phase": phase}
-    place = {"effect": "support_anisotropy", "where": {"node": 1}}
-    words = cause_in_words(Cause(**place, parameters=parameters, posterior_probability=1.0, probability=0.92))
+    parameters = {"support_anisotropy": (2e4, 100.0, "N/m", "magnitude")}
+    parameters |= {"support_anisotropy_phase": (np.deg2rad(70.0), np.deg2rad(2.0), "rad", "phase")}
+    words = cause_in_words(cause("support_anisotropy", {"node": 1}, parameters))
     assert words == "support anisotropy at node 1 (20000 ± 100 N/m along 35.0 ± 1.0 °)"
     model = build_model({**RIG, "effects": [{"kind": "support_anisotropy", "support_anisotropy_N_per_m": 2e4,
                                              "support_anisotropy_phase_rad": np.deg2rad(70.0)}]})  # fmt: skip
@@ -266,8 +276,7 @@ def test_the_first_lines_say_what_to_do_next_whatever_the_verdict(kind, asymmetr
         pair = [{key: cause[key] for key in ("effect", "where")} for cause in (verdict["causes"][0], other)]
         told = {"causes": pair, "measurement": "exchange the two probes"}
         changed |= {"ambiguous_with": [other], "separating_measurement": [told]}
-    figures = {name: out / "figures" / f"{name}.png" for name in DIAGNOSIS_FIGURES}
-    page = diagnosis_page(Verdict(**changed), load(out / "verdict.nc"), figures, "rig")
+    page = page_of(Verdict(**changed), out)
     first = page[: page.index("What the simulation gets wrong")]
     assert "What next" in first
     assert {"nothing": "detection limits", "cause": "95 %", "ambiguous": "Exchange the two probes",
@@ -297,8 +306,7 @@ def test_a_cause_that_is_not_in_doubt_is_said_first(asymmetric):
 def test_a_broken_plugin_is_named_on_the_page_and_in_the_words(asymmetric):
     verdict, out = asymmetric
     broken = Verdict(**{**verdict, "broken_plugins": ["plugin effects/odd.py:7: division by <zero>"]})
-    figures = {name: out / "figures" / f"{name}.png" for name in DIAGNOSIS_FIGURES}
-    page = diagnosis_page(broken, load(out / "verdict.nc"), figures, "rig")
+    page = page_of(broken, out)
     assert "effects/odd.py:7: division by &lt;zero&gt;" in page and "Repair the broken plugins" in page
     assert "Broken plugins" in summary(broken) and "Broken plugins" not in verdict["summary"]
 
@@ -319,13 +327,9 @@ def test_records_simulated_by_an_extended_rig_are_read_in_their_own_axes(tmp_pat
 def test_a_phase_that_the_records_leave_open_is_not_written_as_a_number():
     said = {}
     for name, std in (("known", 0.1), ("open", 5000.0)):
-        parameters = {
-            "unbalance": {"value": 2e-6, "std": 1.5e-6, "unit": "kg m", "part": "magnitude"},
-            "unbalance_phase": {"value": 0.5, "std": std, "unit": "rad", "part": "phase"},
-        }
-        where = {"effect": "unbalance", "where": {"node": 1}, "posterior_probability": 1.0, "probability": 0.92}
-        cause = Cause.model_validate({**where, "parameters": parameters})
-        said[name] = sizes(cause), cause_in_words(cause)
+        parameters = {"unbalance": (2e-6, 1.5e-6, "kg m", "magnitude"), "unbalance_phase": (0.5, std, "rad", "phase")}
+        unbalance = cause("unbalance", {"node": 1}, parameters)
+        said[name] = sizes(unbalance), cause_in_words(unbalance)
     assert said["known"][0] == {
         "size": "2.0 ± 1.5 g mm (95 %: 0.0 to 4.9 g mm)",
         "phase": "28.6 ± 5.7 ° (95 %: 17.4 to 39.9 °)",
@@ -335,12 +339,8 @@ def test_a_phase_that_the_records_leave_open_is_not_written_as_a_number():
 
 def test_a_cause_has_one_pair_of_brackets_and_units_instead_of_endings_of_names():
     def said(where, label="", **shapes):
-        parameters = {
-            name: {"value": value, "std": None, "unit": "", "part": "shape"} for name, value in shapes.items()
-        }
-        cause = Cause(effect="pedestal_resonance", where=where, label=label, parameters=parameters,
-                      posterior_probability=1.0, probability=0.92)  # fmt: skip
-        return cause_in_words(cause)
+        parameters = {name: (value, None, "", "shape") for name, value in shapes.items()}
+        return cause_in_words(cause("pedestal_resonance", where, parameters, label=label))
 
     shape = {"natural_frequency_rad_per_s": 1400.0, "bearing_time_s": 0.0005, "damping_ratio": 0.03}
     text = "natural frequency 13400 rpm, bearing time 0.5 ms, damping ratio 0.03"
@@ -367,6 +367,5 @@ def test_laws_within_reach_are_named_too(behind, others):
     assert ruled_in[0] is best
     found = [_variant(one, "transverse_crack") for one in ruled_in[1:]]
     assert found == others
-    cause = Cause(effect="transverse_crack", where={}, parameters={}, variant=best.causes[0].variant,
-                  other_variants=found, posterior_probability=1.0, probability=0.92)  # fmt: skip
-    assert cause_in_words(cause).endswith(f"breathing gradual{' or sudden' * bool(others)})")
+    crack = cause("transverse_crack", {}, {}, variant=best.causes[0].variant, other_variants=found)
+    assert cause_in_words(crack).endswith(f"breathing gradual{' or sudden' * bool(others)})")
