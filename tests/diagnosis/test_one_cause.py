@@ -12,7 +12,7 @@ from one_line_errors import refused
 from rotorstudy import RotorstudyError, build_model, measured_response, read_rig, registry
 from rotorstudy.diagnosis.one_cause import identify
 from rotorstudy.diagnosis.one_cause import over_forms as over_forms_module
-from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, identified, interval_of
+from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, identified, interval_of, shape_of
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.search import candidates as candidates_module
@@ -35,6 +35,7 @@ from rotorstudy.studies.crack_study.fronts import equivalent_beam
 
 SPEEDS, HARMONICS = np.linspace(60.0, 190.0, 4), np.arange(-2, 3)
 TRUE = {"position_m": 0.37, "depth_ratio": 0.21, "angle_rad": 2.3}
+SMALL = {"position_m": 0.02, "depth_ratio": 0.06}
 SETTINGS = Settings(uncertainty={"default": 0.02}, nuisance={})
 
 
@@ -141,15 +142,34 @@ def test_a_narrower_law_begins_at_the_columns_with_which_a_wider_one_ended(monke
     assert again.cost == pytest.approx(anew.cost, abs=0.1)  # to the step that is the last one
 
 
-def at_the_truth(spectrum, form, breathing="gradual", model=None, shape=TRUE, **variant):
-    """The crack fitted from its true shape, with a front of a form or, without one, a straight front."""
+def fitted_at_the_truth(spectrum, form, breathing="gradual", model=None, shape=TRUE, **variant):
+    """What is known, and the crack fitted from its true shape: with a front of a form or, without one, straight."""
     model = model or build_model(rig())
     work = Work(model, *base_model(model, SETTINGS), spectrum, SETTINGS)
     freedoms = freedoms_of("transverse_crack", any_form=False) if form else ()
     variant |= {"breathing": breathing}
     cause = candidate(model, "transverse_crack", {}, shape | form, variant=variant, freedoms=freedoms)
-    fitted = fitted_from(work, [cause], np.concatenate([work.prior.mean, [mean for mean, _ in cause.prior.values()]]))
+    means = [mean for mean, _ in cause.prior.values()]
+    return work, fitted_from(work, [cause], np.concatenate([work.prior.mean, means]))
+
+
+def at_the_truth(*given, **options):
+    """The crack as it is identified then; arguments as of `fitted_at_the_truth`."""
+    work, fitted = fitted_at_the_truth(*given, **options)
     return identified(work, fitted, [fitted])
+
+
+@pytest.mark.usefixtures("usual_form")
+def test_another_law_that_explains_the_records_as_well_is_stated_with_its_own_amplitudes():
+    """Of which an open crack, the best one here, has fewer."""
+    spectrum = records(crack("none", **SMALL))
+    (work, best), (_, other) = (
+        fitted_at_the_truth(spectrum, {"front_aspect_ratio": 0.5}, law, shape=TRUE | SMALL)
+        for law in ("none", "gradual")
+    )
+    ((causes, fitted),) = identified(work, best, [best, other]).elsewhere
+    assert fitted.free == pytest.approx(other.amplitudes)
+    assert {"position_m", "depth_m"} < {name for name, *_ in shape_of(fitted, causes[0])}
 
 
 @pytest.mark.usefixtures("few_places")
@@ -179,8 +199,7 @@ def test_a_residual_stress_is_found_with_the_depth():
     low, high = interval_of(found, "depth_ratio")
     assert low < TRUE["depth_ratio"] < high
     weight = 3.0 * 9.81 / 2 * 0.23 + 7850 * np.pi * 0.01**2 * 9.81 / 2 * 0.37 * 0.23  # moment, N m
-    share = found.theta[found.names.index("closing_moment_share[cause]")]
-    assert share == pytest.approx(0.2 / weight, rel=0.1)
+    assert found.fit.values["closing_moment_share[cause]"] == pytest.approx(0.2 / weight, rel=0.1)
     assert at_the_truth(spectrum, {}).p_value < 1e-3
 
 
@@ -205,11 +224,10 @@ def depth_of(straight, aspect):
 @pytest.mark.usefixtures("usual_form", "few_shapes")
 def test_places_that_explain_as_well_are_stated():
     """Beside a bearing a crack hardly moves the rotor: another place explains it, which symmetry makes likely."""
-    small = {"position_m": 0.02, "depth_ratio": 0.06}
-    found = identify_cause(records(crack(**small)), build_model(rig()), "transverse_crack", SETTINGS)
-    stated = [found.causes, *found.elsewhere]
+    found = identify_cause(records(crack(**SMALL)), build_model(rig()), "transverse_crack", SETTINGS)
+    stated = [(found.causes, found.fit), *found.elsewhere]
     assert len(stated) > 1
-    held = [abs(one.shape["position_m"] - 0.02) < 1.96 * one.shape_std["position_m"] for (one,) in stated]
+    held = [abs(one.shape["position_m"] - 0.02) < 1.96 * one.shape_std["position_m"] for (one,), _ in stated]
     assert any(held)
 
 
@@ -259,9 +277,8 @@ def test_of_many_speeds_some_are_scanned_first(monkeypatch):
 def test_a_flexibility_far_from_that_of_the_depth_is_told(factor, away):
     """In standard deviations of the prior, 0.02; however well it explains the records."""
     cause = candidate(build_model(rig()), "transverse_crack", {}, TRUE)
-    assert far_amplitudes([cause], cause.names, np.array([factor])) == (
-        {} if away is None else {cause.names[0]: pytest.approx(away)}
-    )
+    far = {} if away is None else {cause.names[0]: pytest.approx(away)}
+    assert far_amplitudes([cause], {cause.names[0]: factor}) == far
 
 
 STRIPS = registry().get("depth", "strip_integration")
@@ -307,7 +324,7 @@ def test_the_depth_holds_where_strips_read_it_too_shallow(compliances, depth, wa
     # a straight front is one end of all forms, so may be its depth; of a crack that is warned of it may be wrong
     assert warned or 0.998 * low < depth < high < 1.2 * low
     assert found.cause.shape["depth_ratio"] == pytest.approx(depth, rel=0.05)
-    told = far_amplitudes(found.causes, found.names, found.theta)
+    told = far_amplitudes(found.causes, found.fit.values)
     assert (bool(told) or found.p_value < 1e-3) == warned
     straight = at_the_truth(spectrum, {}, model=sound, shape=shape, flexibility="strip_integration")
     assert straight.cause.shape["depth_ratio"] < 0.95 * depth and interval_of(straight, "depth_ratio")[1] < depth

@@ -115,17 +115,17 @@ def _run_cause(given, rig, spectrum, model):
     for place in places:
         print(given.cause + _told(place))
     _print_estimates(rows)
-    for causes in found.elsewhere:
+    for causes, fitted in found.elsewhere:
         others = (given.cause + _told({**cause.where, **cause.variant}) for cause in causes)
         print(f"or, explaining the records as well, {' and '.join(others)}")
         for cause in causes:
-            _print_estimates(_rows(shape_of(found, cause)))
+            _print_estimates(_rows(shape_of(fitted, cause)))
     for told, misfit in sorted(found.misfits.items(), key=lambda one: one[1]):
         print(f"misfit above the best, {told}: {misfit:.3g}")
     print(f"p-value of the misfit: {found.p_value:.2g}")
     if found.p_value < settings.significance:
         tell([f"warning: {given.cause} does not explain the records; its intervals are not valid"])
-    for name, away in far_amplitudes(found.causes, found.names, found.theta).items():
+    for name, away in far_amplitudes(found.causes, found.fit.values).items():
         told = f"{name} is {abs(away):.1f} standard deviations of what is usual from its value"
         tell([f"warning: {told}: the cause has another form than the model, and its intervals are not valid"])
     if given.out:

@@ -1,6 +1,6 @@
 """What is said of an effect that was identified: its shape and sizes, and others that explain the records as well."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -10,9 +10,7 @@ from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.one_cause.stated import sizes_of
 from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges
 from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, as_fit, ranges_of, shaped
-from rotorstudy.inference.fit import chi_square_cost, chi_square_p_value
-from rotorstudy.model.model import Model
-from rotorstudy.model.rig_numbers import rotor_at
+from rotorstudy.inference.fit import Fit, chi_square_cost, chi_square_p_value
 from rotorstudy.units import HALF_INTERVAL, unit_ending
 
 LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
@@ -26,14 +24,11 @@ class Identified(NamedTuple):
 
     # (cause,) Candidate with its shape, and the standard deviations of that: over all forms if it has one
     causes: tuple[Candidate, ...]
-    model: Model  # with the effect in the shape that fits best
-    names: tuple[str, ...]  # (parameter,) of the free amplitudes of the model, then of the options of the shapes
-    theta: np.ndarray  # (parameter,) their values, of options as fractions of their ranges
-    covariance: np.ndarray  # (parameter, parameter) of the posterior
+    fit: Fit  # with the effect in the shape that fits best, which is free in its covariance
     p_value: float  # probability of a misfit as large by noise alone
     misfits: dict[str, float]  # alternatives of the effect (as a text) -> misfit and penalty beyond those of the best
-    # other shapes (with their standard deviations) that explain the records as well, each (cause,)
-    elsewhere: tuple[tuple[Candidate, ...], ...] = ()
+    # other shapes (with their standard deviations) that explain the records as well, each (cause,), with its Fit
+    elsewhere: tuple[tuple[tuple[Candidate, ...], Fit], ...] = ()
     # of a cause over all forms: stated number -> value and standard deviation; option or such -> ends of 95 %
     stated: dict[str, tuple[float, float]] = {}
     intervals: dict[str, tuple[float, float]] = {}
@@ -67,8 +62,6 @@ def is_same(work: Work, one: Fitted, other: Fitted) -> bool:
 
 def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
     """The Identified of a fit, the best of all that were tried."""
-    names = [*work.prior.names, *(name for cause in best.causes for name in cause.names)]
-    names += [name for cause in best.causes for name in cause.shape]
     misfits = {}
     for one in tried:
         misfits[one.variant] = min(misfits.get(one.variant, np.inf), one.cost - best.cost)
@@ -76,25 +69,27 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
     for one in tried:
         if one.minimum.converged[0] and one.cost <= least and not any(is_same(work, one, known) for known in elsewhere):
             elsewhere.append(one)
-    causes, known = shaped(work, best), ()
+    causes, fitted, known = shaped(work, best), _with_free_shapes(work, best), ()
     if len(causes) == 1 and form_ranges(causes[0].effect).keys() & causes[0].shape.keys():
-        slopes = best.minimum.jacobian[0, : 2 * work.spectrum.amplitude.size, : len(best.amplitudes)]
-        fitted = replace(as_fit(work, best), jacobian=slopes)
         over = over_forms(work, fitted, causes[0], laws_of(work, causes[0]))
         if over is not None:
             causes = (causes[0]._replace(shape=over.cause.shape, shape_std=over.cause.shape_std),)
             known = over.stated, over.intervals
     return Identified(
         causes,
-        work.whole.plus(*(cause.term for cause in best.causes)),
-        tuple(names),
-        best.minimum.theta[0],
-        best.covariance,
+        fitted,
         chi_square_p_value(best.cost, 2 * work.spectrum.amplitude.size),
         misfits,
-        tuple(shaped(work, one) for one in elsewhere[1:]),
+        tuple((shaped(work, one), _with_free_shapes(work, one)) for one in elsewhere[1:]),
         *known,
     )
+
+
+def _with_free_shapes(work, one):
+    """The Fit at the values of a Fitted, with the derivatives and covariance of its amplitudes beside its shapes."""
+    data, count = 2 * work.spectrum.amplitude.size, len(one.amplitudes)
+    slopes, covariance = one.minimum.jacobian[0, :data, :count], one.covariance[:count, :count]
+    return replace(as_fit(work, one), jacobian=slopes, covariance=covariance)
 
 
 def interval_of(found: Identified, name: str) -> tuple[float, float]:
@@ -105,33 +100,31 @@ def interval_of(found: Identified, name: str) -> tuple[float, float]:
 
 def estimates_of(found: Identified) -> list[tuple[str, float, float, str]]:
     """(name, value, standard deviation, unit) of the shapes of the causes, what follows, and their amplitudes."""
-    rows, std = [], np.sqrt(np.diag(found.covariance))
+    rows = []
     for number, cause in enumerate(found.causes, start=1):
         more = f"[{number}]" if len(found.causes) > 1 else ""
-        rows += [(name + more, *one) for name, *one in shape_of(found, cause)]
-        place = [found.names.index(name) for name in cause.names]
-        units = [unknown.unit for unknown in cause.term.unknowns]
-        names = (name.replace(f"[{cause.term.label}]", more) for name in cause.names)
-        rows += zip(names, found.theta[place].tolist(), std[place].tolist(), units, strict=True)
+        rows += [(name + more, *one) for name, *one in shape_of(found.fit, cause, found.stated)]
+        for unknown in cause.term.unknowns:
+            name = unknown.name.replace(f"[{cause.term.label}]", more)
+            rows.append((name, *found.fit.by_name[unknown.name], unknown.unit))
     return rows
 
 
-def shape_of(found: Identified, cause: Candidate) -> list[tuple[str, float, float, str]]:
-    """(name, value, standard deviation, unit) of the shape of a cause, and what follows from it."""
-    place = [found.names.index(name) for name in cause.names]
-    structure = rotor_at(found.model.structure, dict(zip(found.names, found.theta.tolist(), strict=True)))
-    sizes = sizes_of(structure, cause, found.theta[place], found.covariance[np.ix_(place, place)])
-    sizes |= found.stated if cause is found.cause else {}
+def shape_of(
+    fitted: Fit, cause: Candidate, stated: Mapping[str, tuple[float, float]] | None = None
+) -> list[tuple[str, float, float, str]]:
+    """(name, value, standard deviation, unit) of the shape of a cause of a Fit, and what follows or is stated."""
+    sizes = sizes_of(fitted, cause) | (stated or {})
     return [(name, *one, unit_ending(name)[1] or "1") for name, one in sizes.items()]
 
 
-def far_amplitudes(causes: Sequence[Candidate], names: Sequence[str], theta: np.ndarray) -> dict[str, float]:
+def far_amplitudes(causes: Sequence[Candidate], values: Mapping[str, float]) -> dict[str, float]:
     """Amplitudes of causes of known size that are far from it -> how far, in standard deviations of their prior."""
     off = {}
     for cause in causes:
         for name in cause.names if cause.fixed else ():
             mean, std = cause.prior[name]
-            away = (float(theta[names.index(name)]) - mean) / std
+            away = (values[name] - mean) / std
             if abs(away) > FAR:
                 off[name] = away
     return off

@@ -3,17 +3,20 @@
 import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.inference.fit import Fit
 from rotorstudy.model.options import option_names
 from rotorstudy.model.registry import registry
+from rotorstudy.model.rig_numbers import rotor_at
 from rotorstudy.model.structure import Structure
 
 SMALL = 1e-6  # relative step of an option or an amplitude, for a slope
 
 
-def sizes_of(structure, cause, amplitudes, covariance):
-    """Name -> value and standard deviation, if known, of the shape of a cause, and of its `stated_numbers`."""
+def sizes_of(fitted: Fit, cause: Candidate) -> dict[str, tuple[float, float | None]]:
+    """Name -> value and standard deviation, if known, of the shape of a cause in a Fit, and of its `stated_numbers`."""
+    structure = rotor_at(fitted.model.structure, fitted.values)
     shape = {name: (value, cause.shape_std.get(name)) for name, value in cause.shape.items()}
-    return shape | stated_numbers(structure, cause, amplitudes, covariance)
+    return shape | stated_numbers(structure, cause, *fitted.of(cause.names))
 
 
 def stated_numbers(

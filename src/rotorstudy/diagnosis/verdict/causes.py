@@ -14,7 +14,6 @@ from rotorstudy.diagnosis.verdict.findings import told
 from rotorstudy.diagnosis.verdict.result import Cause, ParameterEstimate
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import chi_square_p_value
-from rotorstudy.model.rig_numbers import rotor_at
 
 
 def causes_of(explanation, probability, inadequacy, among, share, over):
@@ -66,7 +65,7 @@ def cause_of(parts, explanation, probability, inadequacy, variants=(), over=None
         parameters |= {f"{name}{taken}" if name in parameters else name: one for name, one in found.items()}
     usual, variant = {}, parts[0].variant
     if over and parts[0].cause == over.cause.cause:
-        usual, variant = _shape(parts[0], fitted), over.cause.variant
+        usual, variant = _estimates(sizes_of(fitted, parts[0])), over.cause.variant
         shape = {name: (value, over.cause.shape_std[name]) for name, value in over.cause.shape.items()}
         parameters |= _estimates(shape | over.stated, over.intervals)
     return Cause.of(
@@ -96,13 +95,7 @@ def _parameters(candidate, fitted):
         for name, (unit, factor) in p.also.items():
             also = {"value": size.value / factor, "std": size.std / factor, "unit": unit}
             parameters[name] = size.model_copy(update=also)
-    return parameters | _shape(candidate, fitted)
-
-
-def _shape(candidate, fitted):
-    """{name: ParameterEstimate} of the shape of a candidate as fitted, and of what follows from it."""
-    structure = rotor_at(fitted.model.structure, fitted.values)
-    return _estimates(sizes_of(structure, candidate, *fitted.of(candidate.names)))
+    return parameters | _estimates(sizes_of(fitted, candidate))
 
 
 def _estimates(sizes, intervals=None):
@@ -132,7 +125,7 @@ def over_its_forms(found, share):
         odd, has = ["its form could not be fitted"], "may have"
     else:
         amplitudes, cost = over.by_own_law
-        far = far_amplitudes([over.cause], over.cause.names, amplitudes)
+        far = far_amplitudes([over.cause], dict(zip(over.cause.names, amplitudes, strict=True)))
         far = sorted(((abs(away), readable(name.partition("[")[0])) for name, away in far.items()), reverse=True)
         odd += [f"{name} is {away:.1f} usual standard deviations from its value" for away, name in far[:FEW]]
         odd += [f"{len(far) - FEW} more of its numbers are far from theirs"] if len(far) > FEW else []
