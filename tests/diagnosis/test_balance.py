@@ -80,6 +80,11 @@ def test_an_uncertain_stiffness_leaves_vibration_within_the_stated_interval(spee
     assert both.after[1].max() < 0.2 * left
 
 
+def by_baseline(folder, *planes, holes=None, rig=None):
+    """The Balancing by the baseline, by another rig than the updated one if it is given."""
+    return balance_files([folder / "baseline.csv"], rig or folder / "updated.yaml", planes, holes)[0]
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A rig updated by a baseline and a trial run, whose unbalances remain unknown to it, and the baseline."""
@@ -91,21 +96,19 @@ def folder(tmp_path_factory):
 
 def balanced(corrections, nodes):
     """Semi-major axes (speed, sensor) of the true machine with corrections added."""
-    model = machine((0.0, 0))
-    for node, size in zip(nodes, corrections @ [1, 1j], strict=True):
-        item = unbalance(node, 1e3 * abs(size), np.angle(size), mass_kg=1e-3, label=f"correction {node}")  # fmt: skip
-        model = faulty(model, item)
+    sizes = zip(nodes, corrections @ [1, 1j], strict=True)
+    model = faulty(machine((0.0, 0)), *(unbalance(n, 1e3 * abs(u), np.angle(u), mass_kg=1e-3) for n, u in sizes))
     return np.abs(measured_response(model, RUN_SPEEDS, [1, -1])).sum(axis=1)
 
 
 def test_two_planes_of_an_updated_rig_are_balanced_as_predicted(folder):
-    found, _, _ = balance_files([folder / "baseline.csv"], folder / "updated.yaml", ["disc 1", 7])
+    found = by_baseline(folder, "disc 1", 7)
     true = -1e-5 * np.array([2 * np.exp(1j), np.exp(-2j)])
     off = found.corrections.ravel() - np.column_stack([true.real, true.imag]).ravel()
     assert off @ np.linalg.solve(found.covariance, off) < 18.5  # chi-square of four, p = 0.001
     left = balanced(found.corrections, [3, 7])
     assert np.all(left < 1.5 * found.after[2]) and left.max() < 0.05 * found.before.max()
-    one, _, _ = balance_files([folder / "baseline.csv"], folder / "updated.yaml", ["disc 1"])
+    one = by_baseline(folder, "disc 1")
     assert one.after[1].max() > 5 * found.after[2].max()  # negative control: one plane does not suffice
     assert np.all(np.abs(balanced(one.corrections, [3]) - one.after[1]) < 0.5 * (one.after[2] - one.after[0]) + 5e-8)
 
@@ -114,7 +117,7 @@ def test_the_command_prints_masses_and_the_vibration_left(folder, capsys, comman
     arguments = ["balance", str(folder / "baseline.csv"), "--rig", str(folder / "updated.yaml"), "--planes"]
     text = command(*arguments, "disc 1", "7").out
     assert "plane disc 1: " in text and "g mm at 237" in text and "763.9 rpm (80 rad/s), node 2: " in text
-    found, _, _ = balance_files([folder / "baseline.csv"], folder / "updated.yaml", ["disc 1", 7])
+    found = by_baseline(folder, "disc 1", 7)
     (said,) = re.findall(r"µm pp: before.*\n  763.9 rpm \(80 rad/s\), node 2: ([\d.]+),", text)
     assert float(said) == pytest.approx(2e6 * found.before[0, 0], rel=0.05)  # two digits of twice the semi-major axis
     assert main([*arguments, "3", "disc 1"]) == 1  # twice the same plane
@@ -142,8 +145,8 @@ def test_a_plane_may_be_named_by_the_label_of_its_disc(folder, tmp_path):
     rig = yaml.safe_load((folder / "updated.yaml").read_text())
     rig["rotor"]["discs"][0]["label"] = "wheel"
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig))
-    planes = ["wheel"], [rig["rotor"]["discs"][0]["node"]]
-    by_label, by_node = (balance_files([folder / "baseline.csv"], tmp_path / "rig.yaml", one)[0] for one in planes)
+    planes = "wheel", rig["rotor"]["discs"][0]["node"]
+    by_label, by_node = (by_baseline(folder, one, rig=tmp_path / "rig.yaml") for one in planes)
     assert np.array_equal(by_label.corrections, by_node.corrections)
 
 
@@ -156,8 +159,7 @@ def test_records_without_1x_cannot_be_balanced():
 def test_holes_and_weights_leave_least_of_all_that_they_allow(folder):
     """Against the vibration of every choice of one hole a plane, with weights so that a second hole is of no use."""
     holes = equal_holes(6, [12.0, 21.0])
-    found, _, _ = balance_files([folder / "baseline.csv"], folder / "updated.yaml", ["disc 1", 7], holes)
-    best, _, _ = balance_files([folder / "baseline.csv"], folder / "updated.yaml", ["disc 1", 7])
+    found, best = (by_baseline(folder, "disc 1", 7, holes=some) for some in (holes, None))
     normal = np.linalg.inv(best.covariance)  # in proportion, as far as the parameters are known
 
     def left(totals):

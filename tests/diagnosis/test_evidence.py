@@ -142,26 +142,30 @@ def test_the_model_error_of_a_harmonic_that_is_nearly_zero_is_not():
     assert np.sqrt(2 * wide[0, 0, 1, 1]) == pytest.approx(np.hypot(1e-7, 1e-8))
 
 
+ONE = Settings(uncertainty={"default": 0.02}, most_causes=1)
+
+
+def rubbing(**options):
+    """A search, carried out, in records of the rotor that touches a ring of 3 um."""
+    records = noisy(faulty(MODEL, {"kind": "rub", "clearance_m": 3e-6, **options}), 4)
+    return search(begin(MODEL, with_model_error(records, ONE), ONE))
+
+
 def test_the_shape_of_a_contact_is_found_though_it_bends_its_columns():
-    item = {"kind": "rub", "label": "hidden", "rub_stiffness_N_per_m": 2e5, "clearance_m": 3e-6, "friction_ratio": 0.2}
-    settings = Settings(uncertainty={"default": 0.02}, most_causes=1)
-    work = search(begin(MODEL, with_model_error(noisy(faulty(MODEL, item), 4), settings), settings))
+    work = rubbing(rub_stiffness_N_per_m=2e5, friction_ratio=0.2)
     assert "rub, node 1" in {name for e, share in work.posterior() if share > 0.05 for name in e.named}
     best = max((e for e in work.explanations if e.named == {"rub, node 1"}), key=odds_of)
     (cause,) = best.causes
     # the damping of the base moves with the friction
     shape = cause.shape | {"clearance_m": 3e-6, "friction_ratio": 0.2, "offset_ratio": 0.0}
-    true = candidate(work.rig, "rub", cause.where, shape, cause.term.label, settings.prior_width)
+    true = candidate(work.rig, "rub", cause.where, shape, cause.term.label, ONE.prior_width)
     assert odds_of(best) > odds_of(work.explain((true,), best.fit.values)) - 0.5
     assert abs(cause.shape["clearance_m"] - 3e-6) < 3 * cause.shape_std["clearance_m"]
     assert best.fit.cost < len(best.fit.residual) + 3 * np.sqrt(2 * len(best.fit.residual))
 
 
 def test_a_ring_off_centre_is_found_with_its_side():
-    item = {"kind": "rub", "label": "hidden", "rub_stiffness_N_per_m": 1e6, "clearance_m": 3e-6, "offset_ratio": 0.5,
-            "contact_angle_rad": 2.0}  # fmt: skip
-    settings = Settings(uncertainty={"default": 0.02}, most_causes=1)
-    work = search(begin(MODEL, with_model_error(noisy(faulty(MODEL, item), 4), settings), settings))
+    work = rubbing(rub_stiffness_N_per_m=1e6, offset_ratio=0.5, contact_angle_rad=2.0)
     (cause,) = work.best.causes
     assert cause.effect == "rub"
     assert cause.shape["clearance_m"] == pytest.approx(3e-6, rel=0.35)
@@ -220,7 +224,7 @@ def test_a_broken_plugin_is_named_with_its_line_and_the_rest_of_the_library_is_s
     file = tmp_path / "broken.py"
     file.write_text(BROKEN.format(when=when, body=body, words=words))
     item = {"kind": "support_anisotropy", "label": "hidden", "support_anisotropy_N_per_m": 3e4}
-    settings = Settings(uncertainty={"default": 0.02}, most_causes=1, leave_out=FEW)
+    settings = ONE.model_copy(update={"leave_out": FEW})
     with using(Registry(plugin_folders(), entry_points=False, files=[file])):
         found = investigate(noisy(faulty(MODEL, item), 5), MODEL, hold_out=[], settings=settings)
     work = found.search

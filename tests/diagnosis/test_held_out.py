@@ -107,23 +107,23 @@ def test_a_prediction_that_is_off_is_contradicted_even_if_the_rig_alone_is_off_b
     assert is_contradicted(found, seen, gain) == (off > 0)
 
 
-def spectrum(model, speeds, seed):
-    """Spectrum of a model with noise."""
-    shown = predicted(model, blank(speeds), model.stated)
-    return readings(shown, speeds, HARMONICS, (1,), NOISE / np.sqrt(2), seed)
+CONTACT = {"uncertainty": {"default": 0.02}, "leave_out": all_but("rub", "unbalance", "runout")}
+
+
+def spectrum(speeds, is_touched):
+    """The rig, and the Spectrum with noise of it or of one that touches a ring of 30 um."""
+    model = build_model(RIG)
+    rub = {"kind": "rub", "rub_stiffness_N_per_m": 3e5, "clearance_m": 3e-5}
+    true = faulty(model, rub) if is_touched else model
+    return model, readings(predicted(true, blank(speeds), true.stated), speeds, HARMONICS, (1,), NOISE / np.sqrt(2), 3)
 
 
 @pytest.mark.parametrize("is_touched", [True, False])
 def test_a_contact_that_only_the_held_out_speed_shows_is_found(is_touched):
     """The shaft whirls by 60 um near its critical speed, 616 rad/s, and by less than 20 elsewhere: it touches there."""
-    model = build_model(RIG)
-    item = {"kind": "rub", "label": "hidden", "rub_stiffness_N_per_m": 3e5, "clearance_m": 3e-5}
-    rubbing = faulty(model, item)
-    speeds = np.array([200.0, 300.0, 400.0, 610.0, 900.0, 1000.0, 1100.0])
-    measured = spectrum(rubbing if is_touched else model, speeds, 3)
+    model, measured = spectrum(np.array([200.0, 300.0, 400.0, 610.0, 900.0, 1000.0, 1100.0]), is_touched)
     assert split(measured, None)[1].speed == [610.0]
-    settings = {"uncertainty": {"default": 0.02}, "leave_out": all_but("rub", "unbalance", "runout")}
-    verdict = diagnose(measured, model, settings=settings)
+    verdict = diagnose(measured, model, settings=CONTACT)
     assert verdict.verdict == "nothing" if not is_touched else verdict.verdict != "nothing"
     assert ("held-out speeds" in {finding.name for finding in verdict.findings}) == is_touched
     assert (610.0 in verdict.gain.speeds) != is_touched
@@ -131,16 +131,13 @@ def test_a_contact_that_only_the_held_out_speed_shows_is_found(is_touched):
 
 @pytest.mark.parametrize("is_touched", [True, False])
 def test_of_many_speeds_forty_are_fitted_and_the_rest_is_predicted(is_touched):
-    model = build_model(RIG)
-    contact = {"kind": "rub", "label": "hidden", "rub_stiffness_N_per_m": 3e5, "clearance_m": 3e-5}
     speeds = np.linspace(200.0, 1100.0, 160)
-    measured = spectrum(faulty(model, contact) if is_touched else model, speeds, 3)
+    model, measured = spectrum(speeds, is_touched)
     (fitted, rest), (other, _) = split(measured, None), split(measured, None, others=True)
     assert (len(fitted.speed), len(rest.speed), len(other.speed)) == (40, 120, 40)
     assert len({*fitted.speed, *other.speed}) > 70 and np.diff(fitted.speed).max() < 30.0
     assert len(split(measured, [speeds[7]])[0].speed) == 40
-    settings = {"uncertainty": {"default": 0.02}, "candidates_per_round": 4}
-    verdict = diagnose(measured, model, settings=settings | {"leave_out": all_but("rub", "unbalance", "runout")})
+    verdict = diagnose(measured, model, settings=CONTACT | {"candidates_per_round": 4})
     assert [cause.effect for cause in verdict.causes] == ["rub"] * is_touched and len(verdict.gain.speeds) == 120
 
 

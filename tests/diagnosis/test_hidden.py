@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from machines import all_but, film, spectrum_of
-from test_search import TWO_DISCS, hidden
+from machines import all_but, faulty, film, spectrum_of
+from test_search import TWO_DISCS
 
 from rotorstudy import build_model, harmonic_response, registry
 from rotorstudy.diagnosis.search.search import begin
@@ -65,8 +65,8 @@ def test_a_fault_of_twice_its_limit_is_found_and_a_far_smaller_one_is_not(rows, 
             "rub": {"clearance_m": 0.8 * orbit[place], "rub_stiffness_N_per_m": size},
         }[effect]
         middle = {"position_m": 0.15 * best.where["element"] - 0.075} if "element" in best.where else best.where
-        faulty = MODEL.plus(hidden(MODEL, effect, **middle, **values))
-        return investigate(records(faulty, seed), MODEL, settings=settings(effect))
+        true = faulty(MODEL, {"kind": effect, **middle, **values})
+        return investigate(records(true, seed), MODEL, settings=settings(effect))
 
     assert verdict(2.0, 5).verdict.verdict != "nothing"
     found = verdict(0.2, 5)
@@ -107,8 +107,8 @@ def test_a_clearance_of_twice_its_limit_is_found_and_one_that_other_films_imitat
         return next(row.size for row in rows if row.where == place)
 
     def verdict(size):
-        faulty = model.plus(hidden(model, "bearing_change", **place, bearing_change=size))
-        return investigate(records(faulty, 5), model, settings=known_to(0.1)).verdict.verdict
+        true = faulty(model, {"kind": "bearing_change", **place, "bearing_change": size})
+        return investigate(records(true, 5), model, settings=known_to(0.1)).verdict.verdict
 
     uncertain, known = limit(0.1), limit(0.001)
     assert 2.5 * known < uncertain

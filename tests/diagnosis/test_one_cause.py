@@ -36,6 +36,7 @@ from rotorstudy.studies.crack_study.fronts import equivalent_beam
 SPEEDS, HARMONICS = np.linspace(60.0, 190.0, 4), np.arange(-2, 3)
 TRUE = {"position_m": 0.37, "depth_ratio": 0.21, "angle_rad": 2.3}
 SMALL = {"position_m": 0.02, "depth_ratio": 0.06}
+FORM = {"front_aspect_ratio": 0.5}  # in the middle of its range
 SETTINGS = Settings(uncertainty={"default": 0.02}, nuisance={})
 
 
@@ -164,8 +165,7 @@ def test_another_law_that_explains_the_records_as_well_is_stated_with_its_own_am
     """Of which an open crack, the best one here, has fewer."""
     spectrum = records(crack("none", **SMALL))
     (work, best), (_, other) = (
-        fitted_at_the_truth(spectrum, {"front_aspect_ratio": 0.5}, law, shape=TRUE | SMALL)
-        for law in ("none", "gradual")
+        fitted_at_the_truth(spectrum, FORM, law, shape=TRUE | SMALL) for law in ("none", "gradual")
     )
     ((causes, fitted),) = identified(work, best, [best, other]).elsewhere
     assert fitted.free == pytest.approx(other.amplitudes)
@@ -176,7 +176,7 @@ def test_another_law_that_explains_the_records_as_well_is_stated_with_its_own_am
 def test_a_curved_front_is_found_with_its_depth():
     """A front taken as straight has the flexibility of a shallower crack, far outside of its interval."""
     spectrum = records(crack(front_aspect_ratio=0.7))
-    found = at_the_truth(spectrum, {"front_aspect_ratio": 0.5})
+    found = at_the_truth(spectrum, FORM)
     assert found.p_value > 1e-3
     for name, value in (TRUE | {"front_aspect_ratio": 0.7}).items():
         assert abs(found.cause.shape[name] - value) < 3.5 * found.cause.shape_std[name]
@@ -194,7 +194,7 @@ def test_a_curved_front_is_found_with_its_depth():
 def test_a_residual_stress_is_found_with_the_depth():
     """It closes the crack by 0.2 N m of 4.4 N m by the weight; a crack without it does not explain the records."""
     spectrum = records(crack(closing_moment_N_m=0.2))
-    found = at_the_truth(spectrum, {"front_aspect_ratio": 0.5})
+    found = at_the_truth(spectrum, FORM)
     assert found.p_value > 1e-3
     low, high = interval_of(found, "depth_ratio")
     assert low < TRUE["depth_ratio"] < high
@@ -205,7 +205,7 @@ def test_a_residual_stress_is_found_with_the_depth():
 
 def test_where_only_one_flexibility_shows_the_interval_spans_all_fronts():
     """Of a crack that opens as a whole, which has none along its front."""
-    found = at_the_truth(records(crack("sudden")), {"front_aspect_ratio": 0.5}, "sudden")
+    found = at_the_truth(records(crack("sudden")), FORM, "sudden")
     assert found.cause.shape_std["front_aspect_ratio"] == pytest.approx(12**-0.5, rel=0.15)  # any is as likely
     least, most = (depth_of(TRUE["depth_ratio"], aspect) for aspect in (0.0, 1.0))
     assert least - 0.01 < found.cause.shape["depth_ratio"] < most
@@ -319,7 +319,7 @@ def test_the_depth_holds_where_strips_read_it_too_shallow(compliances, depth, wa
     shown, where = measured_response(cracked, SPEEDS, HARMONICS), (SPEEDS, HARMONICS, sound.sensors)
     std = noise_std(readings(shown, *where, 1.0), 0.01, "white in time", 4096)
     spectrum = readings(shown, *where, std, 1)
-    found = at_the_truth(spectrum, {"front_aspect_ratio": 0.5}, model=sound, shape=shape)
+    found = at_the_truth(spectrum, FORM, model=sound, shape=shape)
     low, high = interval_of(found, "depth_ratio")
     # a straight front is one end of all forms, so may be its depth; of a crack that is warned of it may be wrong
     assert warned or 0.998 * low < depth < high < 1.2 * low
@@ -432,7 +432,7 @@ def test_an_open_crack_that_is_not_symmetric_may_face_beside_where_it_yields_mos
 def test_probes_at_midspan_do_not_tell_on_which_side_a_crack_is():
     """Of a symmetric rotor. Negative control: probes on both sides do."""
     model, seen = build_model(rig(sensors=(3,))), records(crack(), sensors=(3,))
-    there = interval_of(at_the_truth(seen, {"front_aspect_ratio": 0.5}, model=model), "position_m")
+    there = interval_of(at_the_truth(seen, FORM, model=model), "position_m")
     apart = curved()[0].parameters["position_m"].interval_95
     assert there[0] < 0.6 - TRUE["position_m"] < TRUE["position_m"] < there[1]
     assert apart[0] > 0.3

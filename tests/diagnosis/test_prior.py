@@ -59,8 +59,7 @@ def test_an_identified_rig_is_what_a_diagnosis_starts_from():
     settings = Settings(uncertainty={"default": 0.05}, leave_out=SLOW, most_causes=1)
     verdict = investigate(noisy(MODEL, [200.0, 400.0, 500.0], 4), model, settings=settings)
     prior = verdict.search.prior
-    place = [prior.names.index(name) for name in KNOWN]
-    assert prior.covariance[np.ix_(place, place)] == pytest.approx(found.covariance, rel=1e-9)
+    assert prior.part(KNOWN).covariance == pytest.approx(found.covariance, rel=1e-9)
     assert prior.by_name["internal_damping"] == pytest.approx((20.0, 1.0))  # not identified: as `diagnosis` says
     assert verdict.verdict.verdict == "nothing"
     # negative control: a rig said to be known as well, but wrong, is contradicted
@@ -81,14 +80,12 @@ def test_an_extended_rig_carries_the_covariance_of_the_fit_and_is_identified_aga
     assert model.names == truth.names
     prior, best = prior_of(model, {}), diagnosis.best
     (cause,) = diagnosis.search.best.causes
-    pairs = [("external_damping", "external_damping")]
-    pairs += list(zip([u.name for u in model.terms[-1].unknowns], cause.names, strict=True))
-    here, there = [prior.names.index(name) for name, _ in pairs], [best.names.index(name) for _, name in pairs]
-    assert prior.mean[here] == pytest.approx(best.free[there], rel=1e-9)
-    assert prior.covariance[np.ix_(here, here)] == pytest.approx(best.covariance[np.ix_(there, there)], rel=1e-6)
+    here = prior.part(["external_damping", *(u.name for u in model.terms[-1].unknowns)])
+    theta, covariance = best.of(["external_damping", *cause.names])
+    assert here.mean == pytest.approx(theta, rel=1e-9)
+    assert here.covariance == pytest.approx(covariance, rel=1e-6)
     found = output_error_fit(Problem(model, noisy(truth, [200.0, 400.0], 6), model.names))
-    spread = found.covariance + prior.covariance[np.ix_(*[[prior.names.index(n) for n in model.names]] * 2)]
-    off = found.theta - model.theta
+    spread, off = found.covariance + prior.part(model.names).covariance, found.theta - model.theta
     assert off @ np.linalg.solve(spread, off) < 40  # chi-square of 7: once in a million
 
 
@@ -160,10 +157,9 @@ def test_a_covariance_that_is_singular_or_indefinite_by_round_off_is_written_so_
     correlation = np.array([[1, 1, 0.5], [1, 1, 0.5 - off], [0.5, 0.5 - off, 1]])
     std = np.array([2.0, 1e-7, 1e-7])
     section = uncertainty_section(KNOWN, correlation * np.outer(std, std))
-    prior = prior_of(from_file({**RIG, "prior": section}), {"default": 0.0})
+    prior = prior_of(from_file({**RIG, "prior": section}), {"default": 0.0}).part(KNOWN)
     assert np.isfinite(prior.whitener).all()
-    found = prior.covariance / np.outer(prior.std, prior.std)
-    assert found == pytest.approx(correlation[np.ix_(*[[KNOWN.index(n) for n in prior.names]] * 2)], abs=1e-8 + off)
+    assert prior.covariance / np.outer(prior.std, prior.std) == pytest.approx(correlation, abs=1e-8 + off)
 
 
 def test_a_rig_whose_values_are_all_held_has_a_verdict_that_can_be_read_back():
@@ -179,12 +175,12 @@ def test_a_prior_needs_values_and_says_whose():
 
 
 def test_the_whole_matrix_and_the_lower_triangle_say_the_same():
-    whole = build_model({**RIG, "prior": {**GOOD, "correlations": [[1.0, 0.5], [0.5, 1.0]]}})
-    lower = build_model({**RIG, "prior": {**GOOD, "correlations": [[1.0], [0.5, 1.0]]}})
+    given = [[1.0, 0.5], [0.5, 1.0]], [[1.0], [0.5, 1.0]]
+    whole, lower = (build_model({**RIG, "prior": {**GOOD, "correlations": one}}) for one in given)
     assert (whole.uncertainty.covariance == lower.uncertainty.covariance).all()
     assert whole.uncertainty.covariance[0, 1] == 1.0
     _, prior = base_model(lower, Settings())
-    assert prior.covariance[prior.names.index("internal_damping"), prior.names.index("external_damping")] == 1.0
+    assert prior.part(["internal_damping", "external_damping"]).covariance[0, 1] == 1.0
 
 
 def test_identify_writes_a_rig_that_states_what_it_found(tmp_path, command):

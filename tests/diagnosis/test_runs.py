@@ -32,22 +32,41 @@ RIG = rig_of(
     measurement={"harmonics": [1, -1], "table_noise_m": 2e-8, "node_of_label": {"disc 1": 3, "2": 2, "8": 8}},
     diagnosis={"nuisance": {}, "model_error": 0.0, "model_floor": 0.0, "uncertainty": KNOWN}
 )  # fmt: skip
-TRUE = {"bearing_stiffness[left]": 2.3e5, "bearing_stiffness[right]": 1.8e5, "rotor.youngs_modulus_Pa": -0.08}
+MODULUS, STIFFNESSES = "rotor.youngs_modulus_Pa", ["bearing_stiffness[left]", "bearing_stiffness[right]"]
+TRUE = {MODULUS: -0.08} | dict(zip(STIFFNESSES, (2.3e5, 1.8e5), strict=True))
+UNKNOWN = [f"eccentricity[added 1]_{part} @ unknown" for part in ("real", "imag")]
 
 
 def machine(trial):
     """The true machine, with residual unbalances of 20 and 10 g mm, and a trial mass (g mm, degrees) on disc 1."""
-    rig = yaml.safe_load(yaml.safe_dump(RIG))
-    rig["rotor"]["youngs_modulus_Pa"] = 2.1e11 * (1 + TRUE["rotor.youngs_modulus_Pa"])
-    for bearing in rig["bearings"]:
-        bearing["bearing_stiffness_N_per_m"] = TRUE[f"bearing_stiffness[{bearing['label']}]"]
-    rig["effects"][0] |= {"eccentricity_m": 0.02, "eccentricity_phase_rad": 1.0}
-    rig["effects"][1] |= {"eccentricity_m": 0.01, "eccentricity_phase_rad": -2.0}
-    model = build_model(rig)
-    size, angle = trial
-    item = {"kind": "unbalance", "node": 3, "mass_kg": 1e-3, "label": "trial", "eccentricity_m": size * 1e-3,
-            "eccentricity_phase_rad": np.deg2rad(angle)}  # fmt: skip
-    return faulty(model, item)
+    rotor = RIG["rotor"] | {"youngs_modulus_Pa": 2.1e11 * (1 + TRUE[MODULUS])}
+    bearings = springs({1: "left"}, TRUE[STIFFNESSES[0]], 50.0) + springs({9: "right"}, TRUE[STIFFNESSES[1]], 50.0)
+    left = unbalance(3, 0.02, 1.0, label="disc 1", mass_kg=1e-3), unbalance(7, 0.01, -2.0, label="disc 2", mass_kg=1e-3)
+    model, (size, angle) = build_model(RIG | {"rotor": rotor, "bearings": bearings, "effects": [*left]}), trial
+    return faulty(model, unbalance(3, size * 1e-3, np.deg2rad(angle), mass_kg=1e-3, label="trial"))
+
+
+def rig_known_to(uncertainty, **settings):
+    """The rig of which some numbers are known better or worse, and further settings."""
+    return RIG | {"diagnosis": RIG["diagnosis"] | {"uncertainty": KNOWN | uncertainty} | settings}
+
+
+def square_off(joint, names, true):
+    """Square of the distance of parameters from their true values, by their covariance: chi-square of as many."""
+    theta, covariance = joint.of(names)
+    return (theta - true) @ np.linalg.solve(covariance, theta - true)
+
+
+def off_in_stiffness(joint):
+    return square_off(joint, STIFFNESSES, [TRUE[name] for name in STIFFNESSES])
+
+
+def off_in_mass(joint):
+    """Of the run with an unknown mass of 25 g mm at -40 degrees."""
+    return square_off(joint, UNKNOWN, 0.025 * np.array([np.cos(np.deg2rad(-40)), np.sin(np.deg2rad(-40))]))
+
+
+LIKELY = 13.8  # chi-square of two, p = 0.001
 
 
 def write_table(path, model, seed):
@@ -99,15 +118,9 @@ def found(folder):
 
 def test_a_trial_mass_gives_the_machine_and_the_unknown_mass_of_another_run(found):
     found = found.joint
-    names = ["eccentricity[added 1]_real @ unknown", "eccentricity[added 1]_imag @ unknown"]
-    theta, covariance = found.of(names)
-    true = 0.025 * np.array([np.cos(np.deg2rad(-40)), np.sin(np.deg2rad(-40))])
-    off = theta - true
-    assert off @ np.linalg.solve(covariance, off) < 13.8  # chi-square of two, p = 0.001
-    assert np.hypot(*off) < 5e-4  # half a g mm
-    theta, covariance = found.of([name for name in TRUE if not name.startswith("rotor")])
-    off = theta - [TRUE["bearing_stiffness[left]"], TRUE["bearing_stiffness[right]"]]
-    assert off @ np.linalg.solve(covariance, off) < 13.8
+    assert off_in_mass(found) < LIKELY and off_in_stiffness(found) < LIKELY
+    theta, _ = found.of(UNKNOWN)
+    assert abs(theta @ [1, 1j] - 0.025 * np.exp(1j * np.deg2rad(-40))) < 5e-4  # half a g mm
     for cost, rows in found.misfits.values():
         assert cost < rows + 4 * np.sqrt(2 * rows)
 
@@ -115,15 +128,13 @@ def test_a_trial_mass_gives_the_machine_and_the_unknown_mass_of_another_run(foun
 def test_without_the_trial_mass_the_size_is_not_known(folder, found):
     """The negative control: residual unbalance and stiffness trade off unless something known is added."""
     baseline, _, unknown = first_runs(folder, 3)
-    name, without = "eccentricity[added 1]_real @ unknown", identified(folder, "two", [baseline, unknown])
-    narrow, wide = (one.joint.of([name])[1][0, 0] ** 0.5 for one in (found, without))
+    without = identified(folder, "two", [baseline, unknown])
+    narrow, wide = (one.joint.posterior.by_name[UNKNOWN[0]][1] for one in (found, without))
     assert wide > 1.5 * narrow
 
 
 def test_one_run_is_the_fit_of_its_spectrum(folder):
-    rig = yaml.safe_load(yaml.safe_dump(RIG))
-    rig["diagnosis"]["uncertainty"]["rotor.youngs_modulus_Pa"] = 0
-    rig["diagnosis"]["model_error"] = 0.1  # that of the modulus, so that none is added
+    rig = rig_known_to({MODULUS: 0}, model_error=0.1)  # that of the modulus, so that none is added
     found = identified(folder, "one", first_runs(folder, 1), rig).joint
     settings, held = read_settings(rig, "held"), read_rig(folder / "one_1.yaml")
     spectrum, model, _ = measured_spectrum([folder / "baseline.csv"], held)
@@ -140,7 +151,7 @@ def test_the_command_writes_its_result(folder, found, suffix, monkeypatch):
     arguments = ["identify", "--runs", str(folder / "runs.yaml"), "--rig", str(folder / "rig.yaml")]
     assert main([*arguments, "--out", str(out)]) == 0
     read = xr.load_dataset(out) if suffix == ".nc" else xr.Dataset.from_dict(json.loads(out.read_text()))
-    for name in [*shared_names(found.joint), "eccentricity[added 1]_real @ unknown"]:
+    for name in [*shared_names(found.joint), UNKNOWN[0]]:
         one = read.sel(parameter=name)
         value, std = found.joint.posterior.by_name[name]
         assert float(one.estimate) == pytest.approx(value, rel=1e-12)
@@ -193,8 +204,7 @@ def test_a_mass_on_the_wrong_side_of_the_disc_is_told(folder, found, scale):
 
 def test_parameters_that_run_away_are_fitted_again_and_named(folder, found, monkeypatch):
     """A trial mass stated in the wrong unit, and an unbalance that is said to be known."""
-    rig = yaml.safe_load(yaml.safe_dump(RIG))
-    rig["diagnosis"]["uncertainty"]["eccentricity"] = 0.1
+    rig = rig_known_to({"eccentricity": 0.1})
     runs = first_runs(folder)
     runs[1]["unbalances"][0]["unbalance_g_mm"] = 6e4
     assert _moved_far(found.joint) == []  # negative control
@@ -211,21 +221,13 @@ def test_parameters_that_run_away_are_fitted_again_and_named(folder, found, monk
 @pytest.mark.usefixtures("begun_once")
 def test_a_rig_with_a_larger_error_than_stated_says_so_and_widens_the_intervals(folder, found, monkeypatch):
     """The modulus is 8 % too high and held. Negative controls: the rig without that error, and no larger one."""
-    rig = yaml.safe_load(yaml.safe_dump(RIG))
-    rig["diagnosis"]["uncertainty"] |= {"default": 0.02, "rotor.youngs_modulus_Pa": 0}
-
-    def of_the_stiff_rig():
-        """Names of the findings, and how far the unknown mass is off in standard deviations."""
-        result = identified(folder, "stiff", rig=rig)
-        theta, covariance = result.joint.of([f"eccentricity[added 1]_{part} @ unknown" for part in ("real", "imag")])
-        off = theta - 0.025 * np.array([np.cos(np.deg2rad(-40)), np.sin(np.deg2rad(-40))])
-        return {one.name for one in result.findings}, np.sqrt(off @ np.linalg.solve(covariance, off))
-
-    names, off = of_the_stiff_rig()
-    assert {"not explained", "larger model error"} <= names and off < 3
+    rig = rig_known_to({"default": 0.02, MODULUS: 0})
+    result = identified(folder, "stiff", rig=rig)
+    assert {"not explained", "larger model error"} <= {one.name for one in result.findings}
+    assert off_in_mass(result.joint) < 3**2
     assert "larger model error" not in {one.name for one in found.findings}
     monkeypatch.setattr(diagnosis_joint, "is_implausible", lambda *_: False)
-    assert of_the_stiff_rig()[1] > 5
+    assert off_in_mass(identified(folder, "stiff", rig=rig).joint) > 5**2
 
 
 def test_a_number_of_the_rotor_keeps_its_sign_while_it_is_fitted(folder, monkeypatch):
@@ -235,14 +237,14 @@ def test_a_number_of_the_rotor_keeps_its_sign_while_it_is_fitted(folder, monkeyp
     def overshooting(runs, shared, start=None):
         found = fit_runs(runs, shared, start)
         if not steps:
-            found.posterior.free[found.prior.names.index("rotor.youngs_modulus_Pa")] = -3.0
+            found.posterior.free[found.prior.names.index(MODULUS)] = -3.0
         steps.append(found)
         return found
 
     monkeypatch.setattr(diagnosis_joint, "fit_runs", overshooting)
     found = identify_runs(folder / "runs.yaml", folder / "rig.yaml")
-    value, _ = found.joint.posterior.by_name["rotor.youngs_modulus_Pa"]
-    assert len(steps) > 1 and abs(value - TRUE["rotor.youngs_modulus_Pa"]) < 0.01
+    value, _ = found.joint.posterior.by_name[MODULUS]
+    assert len(steps) > 1 and abs(value - TRUE[MODULUS]) < 0.01
 
 
 def test_a_slow_roll_above_the_first_critical_speed_is_told(folder):
@@ -251,21 +253,17 @@ def test_a_slow_roll_above_the_first_critical_speed_is_told(folder):
     runs[0]["slow_roll"] = True
     name = "slow roll above a critical speed"
     assert name not in [one.name for one in findings_of(folder, "slow", runs)]
-    soft = yaml.safe_load(yaml.safe_dump(RIG))
-    for bearing in soft["bearings"]:
-        bearing["bearing_stiffness_N_per_m"] /= 1000
-        bearing["bearing_damping_N_s_per_m"] /= 1000
-    found = check_slow_roll(SPEEDS, build_model(soft), "run 'slow'")
+    soft = springs({1: "left", 9: "right"}, 2e2, 5e-2)
+    found = check_slow_roll(SPEEDS, build_model(RIG | {"bearings": soft}), "run 'slow'")
     assert [one.name for one in found] == [name] and "150 rad/s" in found[0].text
 
 
 @pytest.mark.usefixtures("begun_once")
 def test_a_run_of_another_machine_is_told(folder):
     """A support half as stiff in one of three runs; two runs alone cannot tell which of them it is."""
-    rig = yaml.safe_load(yaml.safe_dump(RIG))
-    rig["bearings"][0]["bearing_stiffness_N_per_m"] = 0.5 * TRUE["bearing_stiffness[left]"]
-    rig["effects"][0] |= {"eccentricity_m": 0.005, "eccentricity_phase_rad": -1.0}
-    write_table(folder / "other.csv", build_model(rig), 7)
+    softer = springs({1: "left"}, 0.5 * TRUE[STIFFNESSES[0]], 50.0) + RIG["bearings"][1:]
+    pushed = [unbalance(3, 0.005, -1.0, label="disc 1", mass_kg=1e-3), *RIG["effects"][1:]]
+    write_table(folder / "other.csv", build_model(RIG | {"bearings": softer, "effects": pushed}), 7)
     write_table(folder / "again.csv", machine((0.0, 0)), 8)
     runs = [{"name": name, "records": [f"{name}.csv"]} for name in ("baseline", "other", "again")]
     (told,) = [one for one in findings_of(folder, "machines", runs) if one.name == "another machine"]
@@ -313,7 +311,7 @@ def test_bad_runs_are_told_in_one_line(folder, change, said):
 @pytest.mark.usefixtures("undrawn")
 def test_a_bow_that_the_rig_does_not_state_does_not_move_the_bearings(folder, monkeypatch):
     """Nor does an unstated unbalance. Negative control: the fit without such forces."""
-    item = {"kind": "unbalance", "node": 5, "mass_kg": 1e-3, "label": "unstated", "eccentricity_m": 0.02}
+    item = unbalance(5, 0.02, mass_kg=1e-3, label="unstated")
     bow = {"kind": "bow", "node": 5, "bow_m": 1e-5, "bow_phase_rad": 0.5}
     for seed, (name, trial) in enumerate((("bent", (0.0, 0)), ("bent_trial", (60.0, 90)))):
         write_table(folder / f"{name}.csv", faulty(machine(trial), item, bow), seed)
@@ -321,16 +319,9 @@ def test_a_bow_that_the_rig_does_not_state_does_not_move_the_bearings(folder, mo
     for run, name in zip(runs, ("bent", "bent_trial"), strict=True):
         run["records"] = [f"{name}.csv"]
 
-    def off():
-        found = identified(folder, "bent", runs)
-        theta, covariance = found.joint.of([name for name in TRUE if not name.startswith("rotor")])
-        away = theta - [TRUE["bearing_stiffness[left]"], TRUE["bearing_stiffness[right]"]]
-        return away, covariance, found
-
-    away, covariance, found = off()
+    found = identified(folder, "bent", runs)
     assert "unstated unbalance or bow" in [one.name for one in found.findings]
-    assert away @ np.linalg.solve(covariance, away) < 13.8  # chi-square of two, p = 0.001
+    assert off_in_stiffness(found.joint) < LIKELY
     assert not [name for name in shared_names(found.joint) if "bent shaft" in name]
     monkeypatch.setattr(diagnosis_joint, "is_implausible", lambda *_: False)
-    away, covariance, _ = off()
-    assert away @ np.linalg.solve(covariance, away) > 30
+    assert off_in_stiffness(identified(folder, "bent", runs).joint) > 30

@@ -49,6 +49,12 @@ def stated(found):
     return named(found) | {(c.effect, c.where.get("node")) for c in found.verdict.ambiguous_with}
 
 
+def sizes(found, effect):
+    """{name: value} of the parameters of a cause that is named, or not ruled out."""
+    cause = next(c for c in (*found.verdict.causes, *found.verdict.ambiguous_with) if c.effect == effect)
+    return {name: one.value for name, one in cause.parameters.items()}
+
+
 def test_the_rotor_itself_is_called_clean():
     assert diagnosed().verdict.verdict == "nothing"
 
@@ -65,18 +71,18 @@ def test_a_seal_is_not_internal_damping(swirl, mass):
     found = diagnosed(seal(150.0, swirl, mass))
     assert ("seal", 3) in stated(found) and named(found) != {("internal_damping", 3)}
     assert found.best.cost < 1.2 * len(found.best.residual)
-    (cause,) = [c for c in found.verdict.causes if c.effect == "seal"]
-    assert cause.parameters["seal_damping"].value == pytest.approx(150.0, rel=0.1)
-    assert cause.parameters["swirl_ratio"].value == pytest.approx(swirl, abs=0.05)
-    assert cause.parameters["seal_fluid_mass"].value == pytest.approx(mass, abs=0.05)
+    assert "seal" in {c.effect for c in found.verdict.causes}
+    size = sizes(found, "seal")
+    assert size["seal_damping"] == pytest.approx(150.0, rel=0.1)
+    assert size["swirl_ratio"] == pytest.approx(swirl, abs=0.05)
+    assert size["seal_fluid_mass"] == pytest.approx(mass, abs=0.05)
 
 
 def test_a_seal_has_a_stiffness_and_a_swirl_of_its_inlet():
     found = diagnosed(seal(150.0, 0.0, stiffness=-6e4, cross=2e4))
     assert ("seal", 3) in stated(found)
-    causes = [c for c in (*found.verdict.causes, *found.verdict.ambiguous_with) if c.effect == "seal"]
-    assert causes[0].parameters["seal_stiffness"].value == pytest.approx(-6e4, rel=0.1)
-    assert causes[0].parameters["seal_cross_stiffness"].value == pytest.approx(2e4, rel=0.2)
+    assert sizes(found, "seal")["seal_stiffness"] == pytest.approx(-6e4, rel=0.1)
+    assert sizes(found, "seal")["seal_cross_stiffness"] == pytest.approx(2e4, rel=0.2)
 
 
 def test_internal_damping_is_not_a_seal():
@@ -94,7 +100,7 @@ def test_a_support_that_lost_stiffness_along_one_direction_is_one_cause():
     along = np.array([np.cos(1.4), np.sin(1.4)])
     found = diagnosed(lambda machine, speed: machine.at_node(0, -1e5 * np.outer(along, along)))
     assert named(found) == {("support_loss", 1)}
-    size = {name: one.value for name, one in found.verdict.causes[0].parameters.items()}
+    size = sizes(found, "support_loss")
     assert size["support_stiffness_loss"] == pytest.approx(1e5, rel=0.2)
     assert size["direction_rad"] == pytest.approx(1.4, abs=0.1)
 
@@ -115,7 +121,7 @@ def coupling(*places, sizes=((0, 3.0, -1.0), (1, 2.0, 1.0j), (2, 6.0, -2.0 + 1.0
 def test_a_coupling_has_any_polarisation():
     found = diagnosed(coupling((3, 1)))
     assert named(found) == {("parallel_misalignment", 3)}
-    size = {name: one.value for name, one in found.verdict.causes[0].parameters.items()}
+    size = sizes(found, "parallel_misalignment")
     forward, backward = 6.0 + 1j * (-2.0 + 1.0j), 6.0 + 1j * (-2.0 - 1.0j)  # of x + j y, twice its harmonics
     assert size["misalignment_force_2X"] == pytest.approx(abs(forward) / 2, rel=0.02)
     assert size["misalignment_force_-2X"] == pytest.approx(abs(backward) / 2, rel=0.02)

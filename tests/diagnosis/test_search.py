@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import SLOW, all_but, disc, film, jeffcott_rig, rig_of, shaft, spectrum_of, springs, unbalance
+from machines import SLOW, all_but, disc, faulty, film, jeffcott_rig, rig_of, shaft, spectrum_of, springs, unbalance
 
-from rotorstudy import build_model, make_term, registry
+from rotorstudy import build_model, registry
 from rotorstudy.diagnosis.search import moves
 from rotorstudy.diagnosis.search import search as search_module
 from rotorstudy.diagnosis.search.candidates import candidate, candidates, with_shape
@@ -51,46 +51,58 @@ TWO_DISCS = rig_of(
 )  # fmt: skip
 
 
-def hidden(model, kind, **values):
-    return make_term("effect", {"kind": kind, "label": f"hidden {values}", **values}, model.structure, model.sensors)
+MODEL = build_model(JEFFCOTT)
+MORE = {"kind": "unbalance", "eccentricity_m": 2e-5}
 
 
-def measured(model, *terms, seed=1, noise=1e-7, speeds=SPEEDS):
-    """Spectrum of a model with further terms, with white noise (m)."""
-    return spectrum_of(model.plus(*terms), speeds, HARMONICS, noise / np.sqrt(2), seed)
+def fault(kind, **values):
+    return {"kind": kind, **values}
+
+
+def measured(model, *faults, seed=1, noise=1e-7, speeds=SPEEDS):
+    """Spectrum of a model with faults, with white noise (m)."""
+    return spectrum_of(faulty(model, *faults), speeds, HARMONICS, noise / np.sqrt(2), seed)
+
+
+def only(*effects, **changes):
+    """The settings in which only some effects are tried."""
+    return KNOWN.model_copy(update={"leave_out": all_but(*effects), **changes})
+
+
+def started(settings, *faults, rig=TWO_DISCS, **record):
+    """A search, not carried out, in records of a rig with faults."""
+    model = build_model(rig)
+    return begin(model, with_model_error(measured(model, *faults, **record), settings), settings)
 
 
 def names(causes):
     return [(c.effect, c.where) for c in causes]
 
 
-def with_3x(model, size):
+def with_3x(size):
     """Records of 20 um more unbalance, with some 3X (m) that no one cause explains together with it."""
-    more = hidden(model, "unbalance", eccentricity_m=2e-5)
-    return measured(model, more, hidden(model, "runout", node=1, harmonic=3, runout_3X_m=size), noise=2e-8)
+    return measured(MODEL, MORE, fault("runout", node=1, harmonic=3, runout_3X_m=size), noise=2e-8)
 
 
-@pytest.mark.parametrize("fault", [None, {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 2e4}])
-def test_a_search_begins_where_its_rig_explains_more(monkeypatch, fault):
+@pytest.mark.parametrize("faults", [[], [fault("support_anisotropy", support_anisotropy_N_per_m=2e4)]])
+def test_a_search_begins_where_its_rig_explains_more(monkeypatch, faults):
     """A fit that ended far from the best is made again from the rig with a free force; beside a fault it is not."""
-    model = build_model(JEFFCOTT)
-    data = with_model_error(measured(model, *([hidden(model, **fault)] if fault else [])), ONE)
-    best = begin(model, data, ONE).base
-    far = fit(best.model, data, best.prior, steps=0, start=best.theta * (1 if fault else 1.1))
-    assert fault or far.cost > best.cost + 100
+    work = started(ONE, *faults, rig=JEFFCOTT)
+    best = work.base
+    far = fit(best.model, work.spectrum, best.prior, steps=0, start=best.theta * (1 if faults else 1.1))
+    assert faults or far.cost > best.cost + 100
     monkeypatch.setattr(search_module, "fit", lambda *given, **way: far if "from_afar" in way else fit(*given, **way))
-    begun = begin(model, data, ONE)
-    assert (begun.base is far) == bool(fault) and np.isclose(begun.base.cost, best.cost, rtol=1e-2)
-    assert bool(search(begun).best.causes) == bool(fault)
+    begun = started(ONE, *faults, rig=JEFFCOTT)
+    assert (begun.base is far) == bool(faults) and np.isclose(begun.base.cost, best.cost, rtol=1e-2)
+    assert bool(search(begun).best.causes) == bool(faults)
 
 
 @pytest.mark.parametrize(("size", "is_rejected"), [(0.0, False), (7e-7, True)])
 def test_a_fit_that_is_rejected_is_no_cause_however_little_it_leaves(size, is_rejected):
-    model = build_model(JEFFCOTT)
     # forces of a coupling at 1X and 3X would explain both, if the readings were in another unit
     without = [*ONE.leave_out, "parallel_misalignment"]
     more = ONE.model_copy(update={"candidates_per_round": 5, "leave_out": without})
-    found = investigate(with_3x(model, size), model, settings=more).verdict
+    found = investigate(with_3x(size), MODEL, settings=more).verdict
     assert (found.verdict == "unknown") == is_rejected
     assert (found.residual_p_value.after < ONE.significance) == is_rejected
     assert found.causes[0].effect in ("unbalance", "base_motion")  # equal on a rotor of one mass
@@ -100,20 +112,16 @@ def test_a_fit_that_is_rejected_is_no_cause_however_little_it_leaves(size, is_re
 
 
 def test_without_any_effect_to_try_what_is_missing_is_unknown():
-    model = build_model(JEFFCOTT)
-    none = ONE.model_copy(update={"leave_out": sorted(registry().plugins["effect"])})
-    more = hidden(model, "unbalance", eccentricity_m=2e-5)
-    found = [investigate(measured(model, *terms), model, settings=none).verdict for terms in ((), (more,))]
+    found = [investigate(measured(MODEL, *faults), MODEL, settings=only()).verdict for faults in ((), (MORE,))]
     assert [one.verdict for one in found] == ["nothing", "unknown"]
     assert not found[1].causes and found[1].candidates == 0
 
 
 def test_the_error_of_the_form_of_a_cause_widens_its_intervals_as_far_as_it_is_needed():
-    model = build_model(JEFFCOTT)
-    exact = with_3x(model, 0.0)
+    exact = with_3x(0.0)
     pattern = 0.02 * np.resize([1, -1, 0.5, -0.5], len(exact.speed))[:, None, None]
-    off = exact.with_amplitude(exact.amplitude + pattern * (exact.amplitude - measured(model, noise=2e-8).amplitude))
-    exact, off = (investigate(one, model, settings=ONE) for one in (exact, off))
+    off = exact.with_amplitude(exact.amplitude + pattern * (exact.amplitude - measured(MODEL, noise=2e-8).amplitude))
+    exact, off = (investigate(one, MODEL, settings=ONE) for one in (exact, off))
     assert exact.search.form_error < 0.5 * off.search.form_error and off.search.form_error <= ONE.form_error
     found = [f.verdict.causes[0].parameters["eccentricity"] for f in (exact, off)]
     assert found[1].std > 1.3 * found[0].std  # the unbalance of the rig and the probes give the rest
@@ -124,10 +132,9 @@ def test_the_error_of_the_form_of_a_cause_widens_its_intervals_as_far_as_it_is_n
 def test_an_explanation_by_which_a_motion_grows_is_not_named_but_leads_to_others(stiffness, caplog):
     """Cross-coupling drives a whirl from c w_n = 6.2e4 N/m on; records beyond that can only be made in frequency."""
     caplog.set_level("INFO", "rotorstudy.diagnosis")
-    model = build_model(JEFFCOTT)
     known = ONE.model_copy(update={"uncertainty": {"default": 0.0}})  # damping may not make it stable
-    spectrum = measured(model, hidden(model, "cross_coupling", node=1, cross_coupling_N_per_m=stiffness))
-    found = investigate(spectrum, model, settings=known)
+    spectrum = measured(MODEL, fault("cross_coupling", node=1, cross_coupling_N_per_m=stiffness))
+    found = investigate(spectrum, MODEL, settings=known)
     is_possible = stiffness < 100 * np.sqrt(7.6e5 / 2.0)
     assert ("cross_coupling" in {c.effect for c in found.verdict.causes}) == is_possible
     assert any("cross_coupling" in str(kind) for kind in found.search.impossible) != is_possible
@@ -136,8 +143,7 @@ def test_an_explanation_by_which_a_motion_grows_is_not_named_but_leads_to_others
 
 def test_a_crack_is_tried_by_its_other_laws_in_the_shape_that_was_found():
     model = build_model(TWO_DISCS)
-    others = all_but("transverse_crack")
-    every, _ = candidates(model, KNOWN.model_copy(update={"leave_out": others}))
+    every, _ = candidates(model, only("transverse_crack"))
     cause = every[0]
     current = SimpleNamespace(causes=(cause,), fit=SimpleNamespace(values=dict.fromkeys((*cause.names, "rig"), 1.0)))
     tried = other_laws(SimpleNamespace(rig=model, candidates=every, settings=KNOWN), current)
@@ -149,14 +155,14 @@ def test_a_crack_is_tried_by_its_other_laws_in_the_shape_that_was_found():
 @pytest.mark.parametrize(("stiffness", "is_unstable"), [(5e4, False), (7e4, True)])
 def test_an_unstable_rig_is_told_and_no_fault_of_the_cause(stiffness, is_unstable):
     """The same cross-coupling, stated in the rig: records of an unbalance are still those of an unbalance."""
-    stated = {"kind": "cross_coupling", "node": 1, "cross_coupling_N_per_m": stiffness}
+    stated = fault("cross_coupling", node=1, cross_coupling_N_per_m=stiffness)
     model = build_model(JEFFCOTT | {"effects": [*JEFFCOTT["effects"], stated]})
     known = ONE.model_copy(update={"uncertainty": {"default": 0.0}})
-    found = investigate(measured(model, hidden(model, "unbalance", eccentricity_m=2e-5)), model, settings=known).verdict
+    found = investigate(measured(model, MORE), model, settings=known).verdict
     assert found.causes[0].effect in ("unbalance", "base_motion")  # equal on a rotor of one mass
     assert ("unstable rig" in {finding.name for finding in found.findings}) == is_unstable
     if is_unstable:  # records of a seal that is weaker than stated: the cause explains why the machine is stable
-        weaker = hidden(model, "cross_coupling", node=1, cross_coupling_N_per_m=-3e4)
+        weaker = fault("cross_coupling", node=1, cross_coupling_N_per_m=-3e4)
         found = investigate(measured(model, weaker), model, settings=known).verdict
         assert found.causes[0].effect == "cross_coupling"
         assert "unstable rig" not in {finding.name for finding in found.findings}
@@ -165,8 +171,7 @@ def test_an_unstable_rig_is_told_and_no_fault_of_the_cause(stiffness, is_unstabl
 def test_columns_at_the_motion_of_the_true_cause_show_it_exactly_however_large_it_is():
     """Screened at the base, a stiffness that moves a critical speed explains little of what it does."""
     model = build_model(TWO_DISCS)
-    soft = hidden(model, "support_stiffness", node=2, support_stiffness_N_per_m=-2e5)
-    spectrum = measured(model, soft)
+    spectrum = measured(model, fault("support_stiffness", node=2, support_stiffness_N_per_m=-2e5))
     whole, prior = base_model(model, KNOWN)
     every = [c for c in candidates(model, KNOWN)[0] if c.effect == "support_stiffness"]
     true = next(c for c in every if c.where == {"node": 2})
@@ -181,13 +186,13 @@ def test_columns_at_the_motion_of_the_true_cause_show_it_exactly_however_large_i
 
 def test_two_causes_are_found_together_where_neither_explains_much_alone():
     model = build_model(TWO_DISCS)
-    terms = (
-        hidden(model, "cross_coupling", node=5, cross_coupling_N_per_m=3e4),
-        hidden(model, "runout", node=3, harmonic=1, runout_1X_m=6e-6, runout_1X_phase_rad=1.0),
-        hidden(model, "runout", node=3, harmonic=2, runout_2X_m=4e-6, runout_2X_phase_rad=-2.0),
+    faults = (
+        fault("cross_coupling", node=5, cross_coupling_N_per_m=3e4),
+        fault("runout", node=3, harmonic=1, runout_1X_m=6e-6, runout_1X_phase_rad=1.0),
+        fault("runout", node=3, harmonic=2, runout_2X_m=4e-6, runout_2X_phase_rad=-2.0),
     )
     few = KNOWN.model_copy(update={"candidates_per_round": 4})
-    found = investigate(measured(model, *terms), model, settings=few)
+    found = investigate(measured(model, *faults), model, settings=few)
     causes = sorted(names(found.verdict.causes), key=str)
     assert causes == [("cross_coupling", {"node": 5}), ("runout", {"node": 3, "harmonic": [1, 2]})]
     sizes = next(c for c in found.verdict.causes if c.effect == "runout").parameters
@@ -196,20 +201,19 @@ def test_two_causes_are_found_together_where_neither_explains_much_alone():
 
 def test_a_bow_of_another_shape_is_one_cause():
     model = build_model(TWO_DISCS)
-    terms = [hidden(model, "bow", node=n, bow_m=b, bow_phase_rad=p) for n, b, p in ((2, 2e-5, 0.3), (4, 1e-5, 2.0))]
-    found = investigate(measured(model, *terms), model, settings=ONE)
+    bows = [fault("bow", node=n, bow_m=b, bow_phase_rad=p) for n, b, p in ((2, 2e-5, 0.3), (4, 1e-5, 2.0))]
+    found = investigate(measured(model, *bows), model, settings=ONE)
     assert {c.effect for c in found.verdict.causes} == {"bow"} and len(found.verdict.causes) == 1
 
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_wide_prior_of_amplitudes_widens_no_error_of_form(seed, monkeypatch):
     """The negative control judges that error by the widest prior, and loses odds by it."""
-    model, odds = build_model(TWO_DISCS), []
     moments = {"misalignment_moment_1X_N_m": 0.7, "misalignment_moment_2X_N_m": 2.0}
-    data = measured(model, hidden(model, "angular_misalignment", node=1, **moments), noise=1e-6, seed=seed)
+    odds, bent = [], fault("angular_misalignment", node=1, **moments)
     for narrowed in (_Parameters.narrowed, lambda self, theta, *linearised: linearised):
         monkeypatch.setattr(_Parameters, "narrowed", narrowed)
-        work = begin(model, with_model_error(data, KNOWN), KNOWN)
+        work = started(KNOWN, bent, noise=1e-6, seed=seed)
         (cause,) = (c for c in work.candidates if c.effect == "angular_misalignment" and c.where == {"node": 1})
         odds.append(odds_of(work.explain((cause,), {})))
     assert odds[0] > odds[1] + 2
@@ -217,10 +221,8 @@ def test_a_wide_prior_of_amplitudes_widens_no_error_of_form(seed, monkeypatch):
 
 def test_a_fault_counts_with_its_places_that_were_not_fitted():
     """As if all were fitted; the negative control is those that were."""
-    settings = KNOWN.model_copy(update={"leave_out": all_but("bow", "unbalance"), "most_causes": 1})
-    model = build_model(TWO_DISCS)
-    bent = hidden(model, "bow", element=2, last_element=3, bow_angle_rad=1e-4, bow_angle_skew_rad=0.0)
-    work, whole = (begin(model, with_model_error(measured(model, bent, noise=5e-6), settings), settings) for _ in "ab")
+    bent = fault("bow", element=2, last_element=3, bow_angle_rad=1e-4, bow_angle_skew_rad=0.0)
+    work, whole = (started(only("bow", "unbalance", most_causes=1), bent, noise=5e-6) for _ in "ab")
     every = [odds_of(whole.explain((c,), {})) for c in whole.candidates if c.effect == "bow"]
     found = search(work)
     some = [odds_of(e) for e in found.explanations if e.faults == {"bow"}]
@@ -238,9 +240,8 @@ def test_a_fault_counts_with_its_places_that_were_not_fitted():
 @pytest.mark.parametrize("runouts", [{1: 2e-6, 2: 4e-6, 3: 1e-6}, {2: 4e-6}])
 def test_the_parts_of_a_fault_are_tried_together_and_only_those_that_the_data_support(runouts):
     model = build_model(TWO_DISCS)
-    spectrum = measured(
-        model, *(hidden(model, "runout", node=3, harmonic=n, **{f"runout_{n}X_m": a}) for n, a in runouts.items())
-    )
+    faults = (fault("runout", node=3, harmonic=n, **{f"runout_{n}X_m": a}) for n, a in runouts.items())
+    spectrum = measured(model, *faults)
     work = begin(model, spectrum, ONE)
     projected, usable = work.project(work.base, work.candidates)
     tried = {parts[0].fault: parts for parts, _ in faults_of_several_parts(work, projected, usable)}
@@ -249,41 +250,37 @@ def test_the_parts_of_a_fault_are_tried_together_and_only_those_that_the_data_su
 
 
 def test_a_damping_below_the_stated_one_is_a_change_that_may_be_negative():
-    model, speeds = build_model(JEFFCOTT), np.array([450.0, 560.0, 600.0, 616.0, 640.0, 700.0])
-    less = hidden(model, "external_damping", external_damping_N_s_per_m=-40.0)
-    found = investigate(measured(model, less, speeds=speeds), model, hold_out=[], settings=KNOWN)
+    speeds = np.array([450.0, 560.0, 600.0, 616.0, 640.0, 700.0])
+    less = fault("external_damping", external_damping_N_s_per_m=-40.0)
+    found = investigate(measured(MODEL, less, speeds=speeds), MODEL, hold_out=[], settings=KNOWN)
     ((effect, _),) = names(found.verdict.causes)
     damping = found.verdict.causes[0].parameters["external_damping"]
     assert effect == "external_damping" and damping.value == pytest.approx(-40, abs=4 * damping.std)
     # negative control: what the rig has none of cannot become negative
-    driven = hidden(model, "internal_damping", internal_damping_N_s_per_m=-40.0)
-    found = investigate(measured(model, driven, speeds=speeds), model, hold_out=[], settings=KNOWN)
+    driven = fault("internal_damping", internal_damping_N_s_per_m=-40.0)
+    found = investigate(measured(MODEL, driven, speeds=speeds), MODEL, hold_out=[], settings=KNOWN)
     assert "internal_damping" not in {c.effect for c in found.verdict.causes}
 
 
 def test_parameters_share_what_acts_alike():
     model = build_model(TWO_DISCS)
-    damping = hidden(model, "external_damping", node=1, external_damping_N_s_per_m=1.0).unknowns[0]
+    more = faulty(model, fault("external_damping", node=1), fault("internal_damping", node=1))
+    damping, internal = (term.unknowns[0] for term in more.terms[-2:])
     shares = {u.name: share_of(damping, u) for u in model.rotor_unknowns}
     assert {name for name, share in shares.items() if share} == {"bearing_damping[left]"}
     assert shares["bearing_damping[left]"] == pytest.approx(1.0)
-    internal = hidden(model, "internal_damping", node=1, internal_damping_N_s_per_m=1.0).unknowns[0]
     assert share_of(internal, damping) == 0.0 and share_of(damping, internal) == pytest.approx(1.0)
     assert share_of(replace(damping, entries=damping.entries[:0]), damping) == 0.0
 
 
 BOTH = {"added_mass, node 3", "shaft_damping"}
 WRONG = {"static_preload, node 3", "shaft_damping"}
-LIBRARY = ("added_mass", "shaft_damping", "static_preload")
 
 
 def begun():
     """A search by some effects, not carried out."""
-    others = all_but(*LIBRARY)
-    settings = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0, leave_out=others)
-    model = build_model(TWO_DISCS)
-    terms = hidden(model, "added_mass", node=3, added_mass_kg=0.3), hidden(model, "shaft_damping", shaft_damping_s=2e-5)
-    return begin(model, with_model_error(measured(model, *terms, noise=2e-8), settings), settings)
+    faults = fault("added_mass", node=3, added_mass_kg=0.3), fault("shaft_damping", shaft_damping_s=2e-5)
+    return started(only("added_mass", "shaft_damping", "static_preload"), *faults, noise=2e-8)
 
 
 def test_the_search_finds_both():
@@ -326,10 +323,8 @@ def test_causes_are_not_exchanged_nor_fitted_again_from_nearly_the_same_shapes()
 
 def crack_by_another_law():
     """A Search that knows a coupling and another law of the crack in its records."""
-    model, crack = build_model(JEFFCOTT), {"crack": "switching", "crack_angle_rad": 1.1}
-    settings = KNOWN.model_copy(update={"leave_out": all_but("breathing_crack", "parallel_misalignment")})
-    found = measured(model, hidden(model, "breathing_crack", **crack, stiffness_loss_N_per_m=2e4), noise=1e-8)
-    work = begin(model, with_model_error(found, settings), settings)
+    crack = fault("breathing_crack", crack="switching", crack_angle_rad=1.1, stiffness_loss_N_per_m=2e4)
+    work = started(only("breathing_crack", "parallel_misalignment"), crack, rig=JEFFCOTT, noise=1e-8)
     known = {"crack": "power_cosine", "opened_by": "weight"}, {}  # the only law of a crack, and the coupling
     return replace(work, candidates=[c for c in work.candidates if c.variant in known])
 
@@ -382,9 +377,7 @@ def bow(first, last):
 
 
 def test_what_a_fault_brings_moves_with_it_and_a_stretch_with_one_end_or_both():
-    settings = KNOWN.model_copy(update={"leave_out": all_but("added_mass", "unbalance", "bow", "delay")})
-    model = build_model(TWO_DISCS)
-    work = begin(model, with_model_error(measured(model), settings), settings)
+    work = started(only("added_mass", "unbalance", "bow", "delay"))
 
     def next_to(*causes):
         chosen = [next(c for c in work.candidates if c.cause == name) for name in causes]
@@ -428,20 +421,13 @@ def with_a_mass(other, bow_rad, noise, off=0.0):
 
     off : by what share the change is wrong, up and down from speed to speed
     """
-    model = build_model(TWO_DISCS | {"sensors": [1, 2, 3, 4]})
-    terms = [hidden(model, "added_mass", node=2, added_mass_kg=0.05)]
-    terms += [hidden(model, "bow", element=1, bow_angle_rad=bow_rad, bow_angle_skew_rad=0.0)] if bow_rad else []
-    settings = KNOWN.model_copy(update={"leave_out": all_but("added_mass", "bow", other)})
-    found, plain = measured(model, *terms, noise=noise), measured(model, noise=noise)
+    model, settings = build_model(TWO_DISCS | {"sensors": [1, 2, 3, 4]}), only("added_mass", "bow", other)
+    faults = [fault("added_mass", node=2, added_mass_kg=0.05)]
+    faults += [fault("bow", element=1, bow_angle_rad=bow_rad, bow_angle_skew_rad=0.0)] if bow_rad else []
+    found, plain = measured(model, *faults, noise=noise), measured(model, noise=noise)
     pattern = off * np.resize([1, -1, 0.5, -0.5], len(SPEEDS))[:, None, None]
     found = found.with_amplitude(found.amplitude + pattern * (found.amplitude - plain.amplitude))
     return begin(model, with_model_error(found, settings), settings)
-
-
-def explained_at_node_2(work, effect):
-    """The explanation by an effect there alone."""
-    (cause,) = (c for c in work.candidates if c.effect == effect and c.where == {"node": 2})
-    return work.explain((cause,), {})
 
 
 @pytest.mark.parametrize("are_two", [True, False])
@@ -456,7 +442,7 @@ def test_two_faults_are_found_where_one_explains_them_by_a_large_error_of_form(a
 def test_a_further_fault_is_worth_its_prior_odds_beside_an_error_of_form(are_two):
     """What a mass changes is off by 5 % from speed to speed: its error of form explains that, and no other fault."""
     work = with_a_mass("shaft_damping", bow_rad=2e-6 * are_two, noise=3e-8, off=0.05)
-    mass = explained_at_node_2(work, "added_mass")
+    mass = work.explain(tuple(c for c in work.candidates if c.cause == "added_mass, node 2"), {})
     more = additions(work, mass, [mass.fit])
     assert bool(more) == are_two
     if are_two:
@@ -466,14 +452,12 @@ def test_a_further_fault_is_worth_its_prior_odds_beside_an_error_of_form(are_two
 @pytest.mark.parametrize("is_free", [True, False])
 def test_a_further_fault_is_judged_with_the_shapes_of_the_others_free(is_free, monkeypatch):
     """A mass that a crack explains by twice the depth, elsewhere; in that shape, held, nothing is missing."""
-    model = build_model(TWO_DISCS | {"sensors": [2, 4]})
     shape = {"position_m": 0.36, "depth_ratio": 0.2, "angle_rad": 0.7}
-    crack = hidden(model, "transverse_crack", **shape, breathing="gradual", flexibility_factor=1.0)
-    mass = hidden(model, "added_mass", node=4, added_mass_kg=0.3)
-    settings = KNOWN.model_copy(update={"leave_out": all_but("added_mass", "transverse_crack")})
-    work = begin(model, with_model_error(measured(model, crack, mass), settings), settings)
+    crack = fault("transverse_crack", **shape, breathing="gradual", flexibility_factor=1.0)
+    faults = crack, fault("added_mass", node=4, added_mass_kg=0.3)
+    work = started(only("added_mass", "transverse_crack"), *faults, rig=TWO_DISCS | {"sensors": [2, 4]})
     law = next(c for c in work.candidates if c.variant.get("breathing") == "gradual")
-    one = work.explain((with_shape(work.rig, law, shape, settings.prior_width),), {})
+    one = work.explain((with_shape(work.rig, law, shape, work.settings.prior_width),), {})
     if not is_free:
         monkeypatch.setattr(moves, "slopes_of", lambda *_: [])
     more = additions(work, one, [one.fit], [c for c in work.candidates if c.effect == "added_mass"])
@@ -483,14 +467,13 @@ def test_a_further_fault_is_judged_with_the_shapes_of_the_others_free(is_free, m
 @pytest.mark.parametrize("may_be_stressed", [True, False])
 def test_a_crack_held_open_by_a_residual_stress_is_one_fault(may_be_stressed, monkeypatch):
     """By 30 % of the moment of the weight; a crack without such a stress needs a bend of the shaft beside it."""
-    model = build_model(TWO_DISCS | {"sensors": [1, 2, 3, 4]})
-    shape = {"position_m": 0.36, "depth_ratio": 0.25, "angle_rad": 0.7}
-    opened = -0.3 * abs(crack_at(model.structure, *shape.values(), "elasticity", False, 0.0).static_moment)
-    crack = hidden(model, "transverse_crack", **shape, flexibility_factor=1.0, closing_moment_N_m=opened)
+    rig, shape = TWO_DISCS | {"sensors": [1, 2, 3, 4]}, {"position_m": 0.36, "depth_ratio": 0.25, "angle_rad": 0.7}
+    hinge = crack_at(build_model(rig).structure, *shape.values(), "elasticity", False, 0.0)
+    opened = -0.3 * abs(hinge.static_moment)
+    crack = fault("transverse_crack", **shape, flexibility_factor=1.0, closing_moment_N_m=opened)
     if not may_be_stressed:
         monkeypatch.setitem(registry().get("effect", "transverse_crack").any_form[1], "closing_moment_share", (0, 1e-6))
-    settings = KNOWN.model_copy(update={"leave_out": all_but("bow", "transverse_crack")})
-    work = begin(model, with_model_error(measured(model, crack, noise=3e-9), settings), settings)
+    work = started(only("bow", "transverse_crack"), crack, rig=rig, noise=3e-9)
     assert (search(work).best.named == {"transverse_crack"}) == may_be_stressed
 
 
@@ -533,30 +516,26 @@ def test_a_single_fault_is_fitted_if_it_may_lead_near_the_best_one_fitted_before
 def test_where_a_cause_changes_the_films_others_are_judged_on_these(on_films):
     """Of one fault on springs, the rest were judged at the same motion (negative control)."""
     films = [film(0.03, 0.012, 4e-5, 0.02, node=node, label=f"{node}") for node in (1, 5)]
-    model = build_model(TWO_DISCS | ({"bearings": films} if on_films else {}))
-    settings = KNOWN.model_copy(update={"leave_out": all_but("static_preload", "parallel_misalignment")})
-    work = begin(model, with_model_error(measured(model), settings), settings)
+    rig = TWO_DISCS | ({"bearings": films} if on_films else {})
+    work = started(only("static_preload", "parallel_misalignment"), rig=rig)
     cause = next(c for c in work.candidates if c.effect == "parallel_misalignment" and c.where == {"node": 3})
     groups = moves_from(work, work.explain((cause,), dict.fromkeys(cause.names, 0.0)))
     assert (("static_preload", {"node": 3}) in [names(p.causes)[0] for some in groups for p in some]) == on_films
 
 
 @pytest.mark.usefixtures("few_shapes")
-@pytest.mark.parametrize(("fault", "is_sought"), [
-    ({"kind": "added_mass", "node": 2, "added_mass_kg": 0.1}, False),
-    ({"kind": "transverse_crack", "position_m": 0.22, "depth_ratio": 0.3, "flexibility_factor": 1.0}, True),
+@pytest.mark.parametrize(("true", "is_sought"), [
+    (fault("added_mass", node=2, added_mass_kg=0.1), False),
+    (fault("transverse_crack", position_m=0.22, depth_ratio=0.3, flexibility_factor=1.0), True),
 ])  # fmt: skip
-def test_a_crack_is_sought_only_where_bending_moments_may_explain_the_records(fault, is_sought):
+def test_a_crack_is_sought_only_where_bending_moments_may_explain_the_records(true, is_sought):
     """Where a mass explains them, no moment in an element comes near. Negative control: a crack."""
     tried = "transverse_crack", "added_mass", "unbalance", "support_stiffness"
-    settings = KNOWN.model_copy(update={"leave_out": all_but(*tried), "model_error": 1e-3})
-    model = build_model(TWO_DISCS)
-    truth = make_term("effect", {"label": "hidden", **fault}, model.structure, model.sensors)
-    work = begin(model, with_model_error(measured(model, truth, noise=2e-9), settings), settings)
+    work = started(only(*tried, model_error=1e-3), true, noise=2e-9)
     *first, (found, *_), _ = moves.single_causes(work)
     assert bool(first) == (not is_sought)  # a mass that promises more than the best force
     assert ("transverse_crack" in {p.causes[0].effect for p in found}) == is_sought
-    assert max(found, key=lambda one: one.log_odds).causes[0].effect == fault["kind"]
+    assert max(found, key=lambda one: one.log_odds).causes[0].effect == true["kind"]
 
 
 def cause(effect, node=1, **shape):

@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import pytest
-from machines import spectrum_of
+from machines import faulty, spectrum_of
 from one_line_errors import run
 from test_places_of_forces import FAULTY, MODEL, begun
-from test_search import HARMONICS, JEFFCOTT, ONE, SPEEDS, hidden
+from test_search import HARMONICS, JEFFCOTT, ONE, SPEEDS, fault
 
 from rotorstudy import build_model
 from rotorstudy.commands.line import main
@@ -41,7 +41,7 @@ def test_the_first_answer_says_where_most_of_the_missing_force_acts():
 def test_a_search_that_is_stopped_keeps_what_it_found_and_says_so(monkeypatch, fits):
     """By Ctrl-C in the first or a later fit; a termination ends it at once."""
     clean = build_model(JEFFCOTT)
-    data = records(clean.plus(hidden(clean, "support_anisotropy", support_anisotropy_N_per_m=2e4)))
+    data = records(faulty(clean, fault("support_anisotropy", support_anisotropy_N_per_m=2e4)))
     carried_out, signal, done = Search.explain, KeyboardInterrupt, []
 
     def interrupted(*given, **more):
