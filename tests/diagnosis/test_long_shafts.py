@@ -4,6 +4,7 @@ import tracemalloc
 from typing import NamedTuple
 
 import numpy as np
+import pytest
 from machines import all_but, disc, shaft, springs, unbalance
 
 from rotorstudy import build_model
@@ -57,14 +58,11 @@ def cost(elements, counted_columns, monkeypatch):
     return Cost(sum(numbers), columns, memory)
 
 
-def test_the_cost_of_all_candidates_is_in_proportion_to_the_elements(monkeypatch):
-    short, long = (cost(count, columns_of_candidates, monkeypatch) for count in (ELEMENTS, 2 * ELEMENTS))
+@pytest.mark.parametrize(
+    ("columns", "is_in_proportion"), [(columns_of_candidates, True), (motions_by_every_coordinate, False)]
+)
+def test_the_cost_of_all_candidates_is_in_proportion_to_the_elements(columns, is_in_proportion, monkeypatch):
+    short, long = (cost(count, columns, monkeypatch) for count in (ELEMENTS, 2 * ELEMENTS))
     assert long.columns > 1.7 * short.columns
-    assert long.solved < IN_PROPORTION * short.solved
-    assert long.memory < IN_PROPORTION * short.memory
-
-
-def test_solutions_for_every_coordinate_are_not(monkeypatch):
-    short, long = (cost(count, motions_by_every_coordinate, monkeypatch) for count in (ELEMENTS, 2 * ELEMENTS))
-    assert long.solved > IN_PROPORTION * short.solved
-    assert long.memory > IN_PROPORTION * short.memory
+    assert (long.solved < IN_PROPORTION * short.solved) == is_in_proportion
+    assert (long.memory < IN_PROPORTION * short.memory) == is_in_proportion

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict.findings import told
+from rotorstudy.diagnosis.verdict.findings import CONTRADICTED, told
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import chi_square_p_value
@@ -14,7 +14,6 @@ from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.units import number, p_value, quantity
 
-FAR = 5.0  # standard deviations of the prior
 MOST_NAMED = 3
 TOLD_APART = ("known mass contradicted", "another machine")  # findings that say what is wrong
 ADDED = "added "  # label of a term that a run adds
@@ -129,6 +128,6 @@ def _moved(joint, least=0.0):
 
 def _moved_far(joint):
     """A Finding on the parameters that the fit had to move farthest, if any is implausibly far from the rig."""
-    moved, count = _moved(joint, FAR)
+    moved, count = _moved(joint, CONTRADICTED)
     more = f" and {count - MOST_NAMED} more" if count > MOST_NAMED else ""
     return [told("far from the rig (not explained)", "all runs", moved=moved + more)] if count else []

@@ -4,6 +4,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.search.shown_forces import shown_forces
+from rotorstudy.diagnosis.verdict.evidence import parameter_labels
 from rotorstudy.diagnosis.verdict.result import FORMAT_VERSION
 from rotorstudy.inference.prediction import BEYOND, predicted
 from rotorstudy.response.neighbourhood import Neighbourhood
@@ -46,11 +47,12 @@ def verdict_dataset(diagnosis, spectrum):
 def _parameters(diagnosis):
     """Fitted parameters: as stated, in the base model and in the extended one."""
     best, along = diagnosis.best, ("parameter",)
-    units, labels = best.model.reported_units(best.names), [diagnosis.labels[name] for name in best.names]
-    found = {
-        "unit": (along, np.array(units, object), "1", "unit of the parameter"),
-        "label": (along, np.array(labels, object), "1", "readable name of the parameter"),
+    labels = parameter_labels(best.model, diagnosis.search.best.causes)
+    texts = {
+        "unit": (best.model.reported_units(best.names), "unit of the parameter"),
+        "label": ([labels[name] for name in best.names], "readable name of the parameter"),
     }
+    found = {name: (along, np.array(text, object), "1", told) for name, (text, told) in texts.items()}
     each = {
         ("stated", "stated_std"): diagnosis.search.prior.by_name,
         ("base_estimate", "base_std"): diagnosis.search.base.by_name,

@@ -14,7 +14,7 @@ def extended_rig(given, diagnosis):
     best, causes, rig = diagnosis.best, diagnosis.search.best.causes, dict(given)
     (whole,) = with_effects_at([best.model], given, best.values)
     if whole is not best.model:  # in the best fit most effects of the rig did not follow the numbers of its rotor
-        best = fit(whole, diagnosis.spectrum, best.prior, start=best.theta)
+        best = fit(whole, diagnosis.search.spectrum, best.prior, start=best.theta)
     own = build_model(given).names
     shared = best.model.names if best.model.before is None else best.model.before
     renamed = {name: name for name in best.names if (name in own or is_number(name)) and name in shared}

@@ -7,7 +7,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.impossible import unstable_rig
 from rotorstudy.diagnosis.verdict.cause_words import place
-from rotorstudy.diagnosis.verdict.evidence import moved_parameters
+from rotorstudy.diagnosis.verdict.evidence import moved_parameters, parameter_labels
 from rotorstudy.diagnosis.verdict.wide_ranges import wide_ranges
 from rotorstudy.inference.fit import residual_share
 from rotorstudy.inference.prediction import misfit
@@ -24,8 +24,8 @@ CERTAIN = 3.0  # standard deviations of the fitted value, by which it differs fr
 OTHER = 1.0  # of the stated size, by which it differs
 
 
-def findings_of(one, kind, labels):
-    """Each Finding on a Sought with a verdict of some kind; labels : {name: readable name} of the parameters."""
+def findings_of(one, kind):
+    """Each Finding on a Sought with a verdict of some kind."""
     found, chain, best = one.judged, one.chain, one.judged.best
     if chain:
         beside = f" with {place(chain.beside)}" if chain.beside else ""
@@ -34,7 +34,7 @@ def findings_of(one, kind, labels):
     elif kind == "nothing":
         yield from _within_uncertainty(found)
     else:
-        yield from _far_from_the_rig(found, found.base if kind == "unknown" else best.fit, labels)
+        yield from _far_from_the_rig(found, found.base if kind == "unknown" else best.fit)
     if found.stopped:
         yield told("search stopped", "diagnosis", count=len(found.found) - 1)
     elif kind == "unknown" and found.rig.before is None:
@@ -47,14 +47,14 @@ def findings_of(one, kind, labels):
     yield from unstable_rig(found.unstable, best.fit, found.spectrum.speed)
 
 
-def _far_from_the_rig(found, fitted, labels):
+def _far_from_the_rig(found, fitted):
     """A warning if the records look like those of a rig with other values: another machine, other units, other speeds.
 
     The best explanation then needs unusual values of the rig, as `fitted`, sizes of causes, errors of form or several
     faults at once, and the rig without causes, but with other values, explains most of the excess error.
     """
     best, settings = found.best, found.settings
-    theta = best.fit.values
+    theta, labels = best.fit.values, parameter_labels(best.fit.model, best.causes)
     said = [
         f"{labels[row.name]} moved by {abs(row.moved_sigma):.0f} stated standard deviations"
         for row in moved_parameters(fitted, found.prior.by_name)

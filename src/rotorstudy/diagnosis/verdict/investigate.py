@@ -36,13 +36,10 @@ class Diagnosis:
     """A verdict and the data it is based on."""
 
     verdict: Verdict  # the content of verdict.json
-    spectrum: Spectrum  # fitted, its covariance with the model error
+    search: Search  # by the speeds fitted, with the others in its odds
     held_out: Spectrum | None  # of the speeds held out
-    search: Search
     best: Fit  # of the extended model, the base fit if nothing was added
-    settings: Settings
     alternatives: frozenset[str]  # names (`Candidate.cause`) of the other causes that cannot be ruled out
-    labels: dict[str, str]  # readable name of each parameter of the extended model
 
 
 def diagnose(spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, findings=()) -> Verdict:
@@ -117,7 +114,6 @@ def _judged(one, settings, findings):
     stated, gain = _stated(found.credible(STATED_SET), best), gain_of(found, held, expected)
     kind = _kind(found, probability, is_alone=not stated, is_contradicted=is_contradicted(found, expected, gain))
     over, odd = over_its_forms(found, STATED_SET) if kind in ("cause", "ambiguous") else (None, [])
-    labels = evidence.parameter_labels(best.fit.model, best.causes)
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
         verdict=kind,
@@ -144,11 +140,11 @@ def _judged(one, settings, findings):
         candidates=len(found.candidates),
         settings=settings.model_copy(update={"uncertainty": with_usual(settings.uncertainty, model)}),
         measuring_chain=chain,
-        findings=worst_first([*findings, *findings_of(one, kind, labels), *odd]),
+        findings=worst_first([*findings, *findings_of(one, kind), *odd]),
     )
     verdict = verdict.model_copy(update={"summary": summary(verdict, of_change)})
     alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
-    return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
+    return Diagnosis(verdict, found, held, best.fit, alternatives)
 
 
 def _kind(found, probability, *, is_alone, is_contradicted):
