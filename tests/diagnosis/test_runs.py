@@ -226,7 +226,7 @@ def test_a_rig_with_a_larger_error_than_stated_says_so_and_widens_the_intervals(
     assert {"not explained", "larger model error"} <= {one.name for one in result.findings}
     assert off_in_mass(result.joint) < 3**2
     assert "larger model error" not in {one.name for one in found.findings}
-    monkeypatch.setattr(diagnosis_joint, "is_implausible", lambda *_: False)
+    monkeypatch.setattr(contradicting, "is_implausible", lambda *_: False)
     assert off_in_mass(identified(folder, "stiff", rig=rig).joint) > 5**2
 
 
@@ -323,5 +323,5 @@ def test_a_bow_that_the_rig_does_not_state_does_not_move_the_bearings(folder, mo
     assert "unstated unbalance or bow" in [one.name for one in found.findings]
     assert off_in_stiffness(found.joint) < LIKELY
     assert not [name for name in shared_names(found.joint) if "bent shaft" in name]
-    monkeypatch.setattr(diagnosis_joint, "is_implausible", lambda *_: False)
+    monkeypatch.setattr(contradicting, "is_implausible", lambda *_: False)
     assert off_in_stiffness(identified(folder, "bent", runs).joint) > 30

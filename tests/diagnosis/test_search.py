@@ -14,16 +14,6 @@ from rotorstudy.diagnosis.search.candidates import candidate, candidates, with_s
 from rotorstudy.diagnosis.search.contained import is_contained
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form_fit import _Parameters
-from rotorstudy.diagnosis.search.moves import (
-    Proposal,
-    additions,
-    exchanges,
-    moves_from,
-    of_inexact_form,
-    other_laws,
-    removals,
-    shifts,
-)
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.parts import faults_of_several_parts
 from rotorstudy.diagnosis.search.screening import project, screen
@@ -146,7 +136,7 @@ def test_a_crack_is_tried_by_its_other_laws_in_the_shape_that_was_found():
     every, _ = candidates(model, only("transverse_crack"))
     cause = every[0]
     current = SimpleNamespace(causes=(cause,), fit=SimpleNamespace(values=dict.fromkeys((*cause.names, "rig"), 1.0)))
-    tried = other_laws(SimpleNamespace(rig=model, candidates=every, settings=KNOWN), current)
+    tried = moves.other_laws(SimpleNamespace(rig=model, candidates=every, settings=KNOWN), current)
     laws = [one.causes[0].variant["breathing"] for one in tried]
     assert sorted([cause.variant["breathing"], *laws]) == ["gradual", "none", "turning"]
     assert all(one.causes[0].shape == cause.shape and one.values == {"rig": 1.0} for one in tried)
@@ -290,32 +280,33 @@ def test_the_search_finds_both():
 def test_a_wrong_cause_is_exchanged_for_the_true_one():
     work = begun()
     wrong = work.explain([c for c in work.candidates if c.cause in WRONG], {})
-    best = max(exchanges(work, wrong), key=lambda one: one.log_odds)
+    best = max(moves.exchanges(work, wrong), key=lambda one: one.log_odds)
     assert {c.cause for c in best.causes} == BOTH
     found = work.explain(best.causes, best.values)
     assert odds_of(found) > odds_of(wrong) + 5
-    assert {frozenset(c.cause for c in one.causes) for one in removals(found)} == {frozenset({one}) for one in BOTH}
+    left = {frozenset(c.cause for c in one.causes) for one in moves.removals(found)}
+    assert left == {frozenset({one}) for one in BOTH}
 
 
 def test_a_cause_is_exchanged_where_the_others_alone_allow_no_steady_motion(monkeypatch):
     """Such as a rub beside a support that was wrongly softened; its error of form is then left out."""
     work = begun()
     wrong = work.explain([c for c in work.candidates if c.cause in WRONG], {})
-    usual = sorted(str(names(one.causes)) for one in exchanges(work, wrong))
+    usual = sorted(str(names(one.causes)) for one in moves.exchanges(work, wrong))
 
     def fails(*_):
         raise NoSteadyState("no steady state at 25 rad/s")
 
     monkeypatch.setattr(moves, "predicted", fails)
     again = replace(work, rests={})  # beside which others were exchanged already
-    assert sorted(str(names(one.causes)) for one in exchanges(again, wrong)) == usual != []
+    assert sorted(str(names(one.causes)) for one in moves.exchanges(again, wrong)) == usual != []
 
 
 def test_causes_are_not_exchanged_nor_fitted_again_from_nearly_the_same_shapes():
     """And again from other shapes, or without any: from other values of the rig a fit may end elsewhere."""
     work = begun()
     wrong = work.explain([c for c in work.candidates if c.cause in WRONG], {})
-    assert exchanges(work, wrong) and exchanges(work, wrong)
+    assert moves.exchanges(work, wrong) and moves.exchanges(work, wrong)
     seals = [candidate(work.rig, "seal", {"node": 3}, {"swirl_ratio": ratio}) for ratio in (0.3, 0.32, 0.5)]
     work.note(work.starts, seals[:1])
     assert [work.was_tried(work.starts, [one]) for one in seals] == [True, True, False]
@@ -343,11 +334,11 @@ def test_a_cause_that_cannot_come_near_the_best_is_not_judged_again():
     """Negative control: while nothing is known that explains the records, it is."""
     work = crack_by_another_law()
     motion = work.free_forces[0].fitted
-    near = additions(work, work.nothing, [motion])
+    near = moves.additions(work, work.nothing, [motion])
     far = [one._replace(log_odds=one.log_odds - 1e5 * (one.causes[0].effect == "breathing_crack")) for one in near]
 
     def judged(found):
-        return {one.causes[0].effect for some in of_inexact_form(work, [motion], found) for one in some}
+        return {one.causes[0].effect for some in moves.of_inexact_form(work, [motion], found) for one in some}
 
     assert "breathing_crack" in judged(far)
     coupling = next(one for one in near if one.causes[0].effect == "parallel_misalignment")
@@ -362,7 +353,7 @@ def test_a_fault_beside_another_is_sought_from_place_to_place(has_shifts, monkey
 
     def begin_there(work):
         causes = tuple(c for c in work.candidates if c.cause in wrong)
-        yield [[Proposal(causes, {}, np.inf)]]
+        yield [[moves.Proposal(causes, {}, np.inf)]]
 
     monkeypatch.setattr(search_module, "single_causes", begin_there)
     monkeypatch.setattr(search_module, "moves_from", lambda *_: [])
@@ -383,7 +374,7 @@ def test_what_a_fault_brings_moves_with_it_and_a_stretch_with_one_end_or_both():
         chosen = [next(c for c in work.candidates if c.cause == name) for name in causes]
         values = {name: 1.0 for c in chosen for name in c.names}
         current = SimpleNamespace(causes=tuple(chosen), fit=SimpleNamespace(values=values))
-        return [({c.cause for c in moved} - {*causes}, start) for moved, start in shifts(work, current)]
+        return [({c.cause for c in moved} - {*causes}, start) for moved, start in moves.shifts(work, current)]
 
     heavy = next_to("added_mass, node 2", "unbalance, node 2")
     assert [one for one, _ in heavy] == [{f"added_mass, node {n}", f"unbalance, node {n}"} for n in (1, 3)]
@@ -443,7 +434,7 @@ def test_a_further_fault_is_worth_its_prior_odds_beside_an_error_of_form(are_two
     """What a mass changes is off by 5 % from speed to speed: its error of form explains that, and no other fault."""
     work = with_a_mass("shaft_damping", bow_rad=2e-6 * are_two, noise=3e-8, off=0.05)
     mass = work.explain(tuple(c for c in work.candidates if c.cause == "added_mass, node 2"), {})
-    more = additions(work, mass, [mass.fit])
+    more = moves.additions(work, mass, [mass.fit])
     assert bool(more) == are_two
     if are_two:
         assert names(max(more, key=lambda one: one.log_odds).causes)[-1] == ("bow", {"element": 1})
@@ -460,7 +451,7 @@ def test_a_further_fault_is_judged_with_the_shapes_of_the_others_free(is_free, m
     one = work.explain((with_shape(work.rig, law, shape, work.settings.prior_width),), {})
     if not is_free:
         monkeypatch.setattr(moves, "slopes_of", lambda *_: [])
-    more = additions(work, one, [one.fit], [c for c in work.candidates if c.effect == "added_mass"])
+    more = moves.additions(work, one, [one.fit], [c for c in work.candidates if c.effect == "added_mass"])
     assert (("added_mass", {"node": 4}) in [names(two.causes)[-1] for two in more]) == is_free
 
 
@@ -508,7 +499,7 @@ def test_a_single_fault_is_fitted_if_it_may_lead_near_the_best_one_fitted_before
 
     monkeypatch.setattr(Search, "explain", explain)
     monkeypatch.setattr(Search, "is_doubtful", is_doubtful)
-    _fit_best(work, [[Proposal((first,), {}, 1010.0)], [Proposal(other, {}, 1000.0 + promised)]])
+    _fit_best(work, [[moves.Proposal((first,), {}, 1010.0)], [moves.Proposal(other, {}, 1000.0 + promised)]])
     assert fitted == [(first,), other][: 1 + is_fitted]
 
 
@@ -519,7 +510,7 @@ def test_where_a_cause_changes_the_films_others_are_judged_on_these(on_films):
     rig = TWO_DISCS | ({"bearings": films} if on_films else {})
     work = started(only("static_preload", "parallel_misalignment"), rig=rig)
     cause = next(c for c in work.candidates if c.effect == "parallel_misalignment" and c.where == {"node": 3})
-    groups = moves_from(work, work.explain((cause,), dict.fromkeys(cause.names, 0.0)))
+    groups = moves.moves_from(work, work.explain((cause,), dict.fromkeys(cause.names, 0.0)))
     assert (("static_preload", {"node": 3}) in [names(p.causes)[0] for some in groups for p in some]) == on_films
 
 

@@ -9,13 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.runs.contradicting import (
-    TOLD_APART,
-    contradictions,
-    exceeds_noise,
-    is_implausible,
-    not_plausible,
-)
+from rotorstudy.diagnosis.runs import contradicting
 from rotorstudy.diagnosis.runs.other_forces import FIRST, PAIRS, UNSTATED, by_sizes, other_forces
 from rotorstudy.diagnosis.runs.run_file import AddedUnbalance, RunItem, read_runs
 from rotorstudy.diagnosis.search.search import base_model
@@ -108,13 +102,14 @@ def _updated(runs, findings):
     """The IdentifiedRig, whose intervals include the error of the model that the runs show."""
     settings = runs.settings
     found, shared = _settled(runs)
-    odd = contradictions(found.joint, shared, settings, runs.conventions.sense)
-    if not any(one.name in TOLD_APART for one in odd) and is_implausible(found.joint, settings.significance):
+    odd = contradicting.contradictions(found.joint, shared, settings, runs.conventions.sense)
+    is_told = any(one.name in contradicting.TOLD_APART for one in odd)
+    if not is_told and contradicting.is_implausible(found.joint, settings.significance):
         forced = _with_other_forces(runs)
-        if not is_implausible(forced.joint, settings.significance):
+        if not contradicting.is_implausible(forced.joint, settings.significance):
             return forced._replace(findings=[*findings, told("unstated unbalance or bow", "all runs")])
         wider, share = _with_larger_error(runs)
-        odd = odd or [not_plausible(found.joint)]
+        odd = odd or [contradicting.not_plausible(found.joint)]
         if wider:
             shares = {"share": percent(share), "stated": percent(settings.model_error)}
             found, odd = wider, [*odd, told("larger model error", "all runs", **shares)]
@@ -151,7 +146,7 @@ def _with_larger_error(runs):
         raised = runs._replace(settings=runs.settings.model_copy(update={"model_error": share}))
         log.info("fitting the runs with a model error of %s", percent(share))
         found, _ = _settled(raised)
-        if not exceeds_noise(found.joint):
+        if not contradicting.exceeds_noise(found.joint):
             return _settled(raised, variance=1 / independent_share(found.joint))[0], share
     return None, None
 
