@@ -12,14 +12,13 @@ from rotorstudy import RotorstudyError, measured_spectrum
 from rotorstudy.measurement.records import records_dataset
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "measured"))
-from machine import STEADY, channels, records, section, write, write_rig
+from machine import STEADY, records, section, write, write_rig
 from test_quality import original, with_gap
 
 
 @pytest.fixture(scope="module")
 def record():
-    (found,) = records(speeds=[STEADY])
-    return found, channels(found)
+    return records(speeds=[STEADY])[0]
 
 
 def swapped_wires():
@@ -37,7 +36,7 @@ FAULTS = {"gaps": lambda: with_gap(2000), "swapped probes": swapped_wires, "too 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_record_with_an_error_is_not_diagnosed(fault, record, tmp_path, capsys):
     rig = write_rig(tmp_path / "rig.yaml", keyphasor=section()["keyphasor"] | {"polarity": "positive"})
-    path = write("csv", tmp_path, record[0], name="run", **FAULTS[fault]())
+    path = write("csv", tmp_path, record, name="run", **FAULTS[fault]())
     if fault == "too few revolutions":
         path.write_text("".join(path.read_text().splitlines(keepends=True)[:300]))
     undiagnosed(capsys, tmp_path, rig, path, "run.csv", fault)
@@ -45,9 +44,8 @@ def test_a_record_with_an_error_is_not_diagnosed(fault, record, tmp_path, capsys
 
 def test_the_same_record_without_a_fault_is_accepted(record, tmp_path):
     """The negative control of the faults above."""
-    found, _ = record
     rig = write_rig(tmp_path / "rig.yaml", keyphasor=section()["keyphasor"] | {"polarity": "positive"})
-    spectrum, _, findings = measured_spectrum([write("csv", tmp_path, found, name="run")], rig)
+    spectrum, _, findings = measured_spectrum([write("csv", tmp_path, record, name="run")], rig)
     assert findings == [] and np.allclose(spectrum.speed, STEADY, rtol=1e-3)
 
 
@@ -61,23 +59,21 @@ def test_the_same_record_without_a_fault_is_accepted(record, tmp_path):
     ],
 )
 def test_an_empty_or_truncated_file_is_refused(kind, words, record, tmp_path, capsys):
-    found, _ = record
     rig, empty, cut = write_rig(tmp_path / "rig.yaml"), tmp_path / f"empty.{kind}", tmp_path / f"cut.{kind}"
     empty.write_bytes(b"")
     undiagnosed(capsys, tmp_path, rig, empty, f"empty.{kind}", words)
     if kind == "nc":
         whole = tmp_path / "whole.nc"
-        records_dataset([found]).to_netcdf(whole)
+        records_dataset([record]).to_netcdf(whole)
     else:
-        whole = write(kind, tmp_path, found, name="whole")
+        whole = write(kind, tmp_path, record, name="whole")
     content = whole.read_bytes()
     cut.write_bytes(content[: content.index(b"\n") + 1] if kind == "csv" else content[: int(0.6 * len(content))])
     undiagnosed(capsys, tmp_path, rig, cut, f"cut.{kind}", *(["empty or incomplete"] if kind == "csv" else []))
 
 
 def test_a_last_row_cut_short_is_refused_and_can_be_removed(record, tmp_path):
-    found, _ = record
-    rig, path = write_rig(tmp_path / "rig.yaml"), write("csv", tmp_path, found, name="run")
+    rig, path = write_rig(tmp_path / "rig.yaml"), write("csv", tmp_path, record, name="run")
     whole = measured_spectrum([path], rig)[0]
     text = path.read_text()
     path.write_text(text[: text[:-400].rindex(",")])

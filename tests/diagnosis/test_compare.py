@@ -117,9 +117,7 @@ def test_what_all_probes_share_from_run_to_run_is_no_change():
     name = f"mark of the run at {SPEEDS[1]:.6g} rad/s"
     assert name not in whole.earlier.names
     assert prior.std[prior.names.index(name)] == pytest.approx(np.sqrt(2) * SETTINGS.repeatability)
-    values = dict(zip(prior.names, prior.mean, strict=True))
-    known = dict(zip(model.names, np.concatenate([term.theta for term in model.terms]), strict=True))
-    theta = np.array([known.get(one, values.get(one)) for one in whole.names])
+    theta = whole.filled(prior.names, prior.mean)
     _, slopes = measured_response_and_jacobian(whole, SPEEDS, HARMONICS, theta)
     column = slopes[..., whole.names.index(name)]
     np.testing.assert_allclose(column[1], 1j * HARMONICS[:, None] * after.amplitude[1], rtol=1e-12)

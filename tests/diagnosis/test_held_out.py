@@ -44,9 +44,7 @@ def fits():
     wider = prior.plus(Prior.independent({u.name: (0.0, 10.0) for u in term.unknowns}))
 
     def fitted(size):
-        stated = dict(zip(whole.names, np.concatenate([t.theta for t in whole.terms]), strict=True))
-        stated |= dict(zip(prior.names, prior.mean, strict=True)) | {term.unknowns[0].name: size}
-        theta = np.array([stated.get(name, 0.0) for name in extended.names])
+        theta = extended.filled([*prior.names, *(u.name for u in term.unknowns)], [*prior.mean, size, 0.0])
         measured, held = (one.with_amplitude(predicted(extended, one, theta)) for one in map(blank, (SPEED, HELD)))
         return fit(whole, measured, prior), fit(extended, measured, wider), held
 

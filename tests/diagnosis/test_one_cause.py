@@ -115,9 +115,7 @@ def as_usual(spectrum, breathing="gradual", **shape):
     work = Work(model, *base_model(model, SETTINGS), spectrum, SETTINGS)
     cause = candidate(model, "transverse_crack", {}, TRUE | shape, variant={"breathing": breathing})
     whole, prior = work.whole.plus(cause.term), work.prior.plus(Prior.independent(cause.prior))
-    start = whole.stated.copy()
-    start[whole.position(prior.names)] = prior.mean
-    return work, cause, fit(whole, spectrum, prior, start=start, steps=0)
+    return work, cause, fit(whole, spectrum, prior, start=whole.filled(prior.names, prior.mean), steps=0)
 
 
 def test_a_position_at_a_disc_is_left_out():

@@ -89,10 +89,9 @@ def offered(name, scale):
     spectrum = with_model_error(record(RIGS[name], SPEEDS[name], scale), Settings())
     model = with_vibration(build_model(rescaled(RIGS[name], scale)), spectrum)
     whole, _ = base_model(model, Settings())
-    theta = np.nan_to_num(np.concatenate([term.theta for term in whole.terms]))
     every, broken = candidates(model, Settings())
     assert not broken
-    near, found = Neighbourhood(whole, spectrum.speed, spectrum.harmonics, theta, order=7), {}
+    near, found = Neighbourhood(whole, spectrum.speed, spectrum.harmonics, np.nan_to_num(whole.stated), order=7), {}
     for one in every:
         changes = near.changes_by_output if one.term.acts_on_output else near.changes_by_forces
         change = changes([(one.term.unknowns, None)])

@@ -165,8 +165,8 @@ def test_columns_at_the_motion_of_the_true_cause_show_it_exactly_however_large_i
     whole, prior = base_model(model, KNOWN)
     every = [c for c in candidates(model, KNOWN)[0] if c.effect == "support_stiffness"]
     true = next(c for c in every if c.where == {"node": 2})
-    extended, stated = whole.plus(true.term), dict(zip(prior.names, prior.mean, strict=True))
-    start = np.array([stated.get(n, -1.9e5) for n in extended.names])
+    extended = whole.plus(true.term)
+    start = extended.filled([*prior.names, *true.names], [*prior.mean, -1.9e5])
     best = fit(extended, spectrum, prior.plus(Prior.independent(true.prior)), start=start)
     projected = project(best, spectrum, every, without=true.names)
     judged = {c.where["node"]: screen(projected, c) for c in every}
