@@ -8,6 +8,7 @@ from rotorstudy.units import ANY_ANGLE, interval, quantity, unit_ending
 
 FEW = 3  # amplitudes of a cause that are all said
 SMALL = 1e-3  # m; lengths below are said in µm
+ACTS_BY = {"force": "a force", "moment": "a moment", "bending": "bending moments"}
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
 
 
@@ -30,6 +31,12 @@ def place(named):
         several = "s" * (isinstance(value, list) and len(value) > 1)
         where.append(said.get(key, f"({readable(key)}{several} {{}})").format(_listed(value)))
     return f"{readable(named.effect)} {' '.join(where)}".strip().replace(") (", ", ")
+
+
+def force_in_words(force):
+    """'a force at node 2' of a FreeForce or a OnePlace."""
+    ((place, number),) = force.where.items()
+    return f"{ACTS_BY[force.motion]} {'at' if place == 'node' else 'in'} {place} {number}"
 
 
 def _listed(value):

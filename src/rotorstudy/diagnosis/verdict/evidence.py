@@ -132,11 +132,8 @@ def _row(found, best, one, other):
     squares = [found.spectrum.by_harmonic(e.fit.residual) ** 2 for e in (one, best)]  # (speed, harmonic, node)
     worse = (squares[0] - squares[1]).mean(axis=0)
     h, s = np.unravel_index(np.argmax(worse), worse.shape)
-    fails = worse[h, s] >= WORSE
-    return result.Excluded(
-        cause=result.Place.of(other.effect, other.where, found.model.structure),
-        log_odds=odds_of(best) - odds_of(one),
-        harmonic=int(found.spectrum.harmonics[h]) if fails else None,
-        node=int(found.spectrum.sensors[s]) if fails else None,
-        sigma=float(np.sqrt(squares[0][:, h, s].mean())) if fails else None,
-    )
+    there = {"harmonic": found.spectrum.harmonics[h], "node": found.spectrum.sensors[s]}
+    there |= {"sigma": np.sqrt(squares[0][:, h, s].mean())}
+    excluded_cause = result.Place.of(other.effect, other.where, found.model.structure)
+    odds = odds_of(best) - odds_of(one)
+    return result.Excluded(cause=excluded_cause, log_odds=odds, **(there if worse[h, s] >= WORSE else {}))

@@ -12,7 +12,6 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.measurement.findings import Finding
 
 FORMAT_VERSION = 3  # of verdict.json and verdict.nc
-ACTS_BY = {"force": "a force", "moment": "a moment", "bending": "bending moments"}  # such a fault
 
 
 class Result(BaseModel):
@@ -84,9 +83,9 @@ class Excluded(Result):
 
     cause: Place
     log_odds: float  # natural logarithm of the posterior odds of the verdict against it
-    harmonic: int | None
-    node: int | None
-    sigma: float | None  # rms residual there, in standard deviations
+    harmonic: int | None = None
+    node: int | None = None
+    sigma: float | None = None  # rms residual there, in standard deviations
 
 
 class Unexplained(Result):

@@ -10,8 +10,9 @@ from rotorstudy.diagnosis.search.explanations import LIKELY_OUTSIDE, Search
 from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.form_by_law import with_other_laws
 from rotorstudy.diagnosis.search.search import begin, is_asked_to_stop, near_best, search, unsearched
+from rotorstudy.diagnosis.verdict.cause_words import force_in_words
 from rotorstudy.diagnosis.verdict.held_out import HeldOutMisfit, expected_of, held_out_misfit, with_held_out
-from rotorstudy.diagnosis.verdict.result import ACTS_BY, ChainHypothesis
+from rotorstudy.diagnosis.verdict.result import ChainHypothesis
 from rotorstudy.diagnosis.verdict.wrong_convention import Tested, chain_hypothesis, clear_convention, tested_convention
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.spectrum import Spectrum
@@ -107,6 +108,5 @@ def first_answer(work: Search) -> str:
     if not work.free_forces:
         return said
     best = work.free_forces[0]
-    ((place, number),) = best.where.items()
     share = percent(min(best.left / work.base.cost, 1.0) ** 0.5)
-    return f"{said}; {ACTS_BY[best.motion]} at {place} {number} would leave {share} of it, the most probable place"
+    return f"{said}; {force_in_words(best)} would leave {share} of it, the most probable place"

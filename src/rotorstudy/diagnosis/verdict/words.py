@@ -5,9 +5,8 @@ from itertools import groupby
 import numpy as np
 
 from rotorstudy.diagnosis.search.explanations import LIKELY_OUTSIDE
-from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable, without_unit
+from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, force_in_words, place, readable, without_unit
 from rotorstudy.diagnosis.verdict.findings import CONTRADICTED
-from rotorstudy.diagnosis.verdict.result import ACTS_BY
 from rotorstudy.model.registry import registry
 from rotorstudy.units import number, p_value, percent, quantity, spin, spins
 
@@ -182,12 +181,7 @@ def where_it_acts(verdict):
     """A sentence on the places at which one force explains the records, or nothing."""
     if not verdict.one_place:
         return ""
-    places = [
-        f"{ACTS_BY[one.motion]} {'at' if key == 'node' else 'in'} {key} {value}"
-        for one in verdict.one_place
-        for key, value in one.where.items()
-    ]
-    first, *others = places
+    first, *others = map(force_in_words, verdict.one_place)
     more = ["others, which the records do not tell apart"] if len(others) > SEVERAL else []
     also = f"; so do {' or '.join([*others[:SEVERAL], *more])}" if others else ""
     return f"{first} alone, free at every speed and harmonic, explains the records{also}."
