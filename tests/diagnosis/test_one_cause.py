@@ -6,13 +6,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from machines import disc, readings, rig_of, shaft, springs, unbalance
+import yaml
+from machines import disc, readings, rig_of, shaft, springs, unbalance, write_harmonics
 from one_line_errors import refused
 
 from rotorstudy import RotorstudyError, build_model, measured_response, read_rig, registry
 from rotorstudy.diagnosis.one_cause import identify
 from rotorstudy.diagnosis.one_cause import over_forms as over_forms_module
-from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, identified, interval_of, shape_of
+from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, identified, interval_of
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.search import candidates as candidates_module
@@ -159,15 +160,19 @@ def at_the_truth(*given, **options):
 
 
 @pytest.mark.usefixtures("usual_form")
-def test_another_law_that_explains_the_records_as_well_is_stated_with_its_own_amplitudes():
-    """Of which an open crack, the best one here, has fewer."""
-    spectrum = records(crack("none", **SMALL))
-    (work, best), (_, other) = (
-        fitted_at_the_truth(spectrum, FORM, law, shape=TRUE | SMALL) for law in ("none", "gradual")
-    )
-    ((causes, fitted),) = identified(work, best, [best, other]).elsewhere
+def test_another_law_that_explains_as_well_is_stated_with_its_own_amplitudes(tmp_path, command, monkeypatch):
+    """Of which an open crack, the best one here, has fewer; also by the command."""
+    spectrum, table, path = records(crack("none", **SMALL)), tmp_path / "records.csv", tmp_path / "rig.yaml"
+    tried = (fitted_at_the_truth(spectrum, FORM, law, shape=TRUE | SMALL) for law in ("none", "gradual"))
+    (work, best), (_, other) = tried
+    found = identified(work, best, [best, other])
+    ((_, fitted),) = found.elsewhere
     assert fitted.free == pytest.approx(other.amplitudes)
-    assert {"position_m", "depth_m"} < {name for name, *_ in shape_of(fitted, causes[0])}
+    monkeypatch.setattr(identify, "identify_cause", lambda *_: found)
+    path.write_text(yaml.safe_dump(rig() | {"measurement": {"harmonics": HARMONICS.tolist(), "table_noise_m": 1e-9}}))
+    write_harmonics(table, spectrum)
+    said = command("identify", table, "--rig", path, "--cause", "transverse_crack").out
+    assert "explaining the records as well, transverse_crack, breathing gradual" in said and said.count("depth_m") == 2
 
 
 @pytest.mark.usefixtures("few_places")
