@@ -185,6 +185,14 @@ def test_the_choice_of_holes_is_the_best_of_all():
     assert [choice.placed for choice in chosen(holes, best, normal)] == [choice.placed for choice in least]
 
 
+def test_a_weight_is_preferred_to_two_of_the_same_sum():
+    """Of six holes, one weight is as good as two beside it; the search went round between them without an end."""
+    rng = np.random.default_rng(420)
+    root, best = rng.normal(size=(6, 6)), 1e-5 * rng.normal(size=6)
+    found = chosen(equal_holes(6, [10.0]), best, root @ root.T + 1e-6 * np.eye(6))
+    assert [len(choice.placed) for choice in found] == [1, 1, 1]
+
+
 def test_the_command_takes_holes_and_writes_a_file(folder, command):
     arguments = ["balance", str(folder / "baseline.csv"), "--rig", str(folder / "updated.yaml"), "--planes", "disc 1"]
     out = folder / "balance.nc"

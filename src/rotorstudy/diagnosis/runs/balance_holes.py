@@ -69,11 +69,18 @@ def chosen(holes: Holes, best: np.ndarray, normal: np.ndarray) -> list[Choice]:
 
 
 def _choices(holes):
-    """Every Choice of a plane: no weight, one, or two."""
+    """Every Choice of a plane: no weight, one, or two; of those with one sum that with the fewest weights.
+
+    Between equal sums round-off would decide, and perhaps otherwise each time.
+    """
     singles = list(product(range(len(holes.angles)), holes.unbalances.tolist()))
     placed = [(), *((one,) for one in singles), *((a, b) for a, b in combinations(singles, 2) if a[0] != b[0])]
     direction = np.column_stack([np.cos(holes.angles), np.sin(holes.angles)])
-    return [Choice(one, sum((size * direction[hole] for hole, size in one), np.zeros(2))) for one in placed]
+    found = {}
+    for one in placed:
+        total = sum((size * direction[hole] for hole, size in one), np.zeros(2))
+        found.setdefault(tuple(np.round(total / holes.unbalances.max(), 9) + 0.0), Choice(one, total))
+    return list(found.values())
 
 
 def _best_pair(totals, found, i, j, best, normal):
