@@ -10,6 +10,7 @@ from chapters import REFERENCE
 from one_line_errors import refused
 
 from rotorstudy import Problem, build_model, registry
+from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.linear import solve_equations
 from rotorstudy.measurement.noise import standard_normal, with_noise
 from rotorstudy.response.statics import static_deflection
@@ -54,6 +55,19 @@ def test_table_6_9_comes_near(tried):
         assert ours / printed[f"e_{n}"] == pytest.approx(1, abs=4e-3)
         phase = np.rad2deg(float(found.sel(parameter=f"eccentricity[{n}]_phase")))
         assert phase / printed[f"phi_{n}"] == pytest.approx(1, abs=4e-3)
+
+
+@pytest.mark.parametrize("condensation", ["exact", "thesis"])
+def test_rows_of_the_equations_do_not_depend_on_the_order_of_the_harmonics(condensation):
+    """The derivative by a spectrum has them in one order: a covariance of other rows would be that of other noise."""
+    clean = STUDY.clean_spectrum(STUDY.rig("physical"), STUDY.cases["100 rad/s"].speeds)
+    assert list(clean.harmonics) != sorted(clean.harmonics)
+    both = [
+        regression(STUDY.rig("physical"), one, STUDY.unknowns, condensation=condensation)
+        for one in (clean, clean.at_harmonics(sorted(clean.harmonics)))
+    ]
+    for one, other in zip(both[0].real_rows(), both[1].real_rows(), strict=True):
+        assert np.allclose(one, other, rtol=0, atol=1e-12 * np.abs(one).max())
 
 
 def test_stated_deviation_of_least_squares_follows_the_deflection():
