@@ -74,6 +74,13 @@ class Neighbourhood:
                 found[:, :, part::2, columns] = np.moveaxis(one, 2, 0)
         return found
 
+    @cached_property
+    def largest_shown(self):
+        """Largest harmonic (coordinate,), m/N, that a unit force on any coordinate of the same kind shows."""
+        size = np.array([np.abs(one).max(initial=0.0) for one in self.shown_by_units])
+        kinds = np.array([kind for _, kind in self.model.structure.dofs])
+        return np.array([size[kinds == kind].max() for kind in kinds])
+
     def moved_by(self, force):
         """Motions (force, speed, carried harmonic, dof), m, by forces (force, speed, carried harmonic, dof), N."""
         together = max(1, FORCES_AT_ONCE // self.motion.amplitude.size)

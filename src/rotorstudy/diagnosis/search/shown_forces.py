@@ -71,23 +71,22 @@ def free_force_columns(near: Neighbourhood, spectrum: Spectrum, rows: Sequence[n
     returns : (row, speed, component, force) in standard deviations per newton; the real and imaginary parts of the
               force at each harmonic
     """
-    speeds, acted, seen = len(spectrum.speed), *_shown(near, spectrum, rows)
-    columns = spectrum.whitened(np.moveaxis(seen, 1, 2)).reshape(len(acted), seen.shape[2], speeds, -1)
-    return np.tensordot(np.array(rows)[:, acted], np.moveaxis(columns, 1, -1), 1)
+    shown = shown_forces(near, spectrum, rows)
+    return np.moveaxis(spectrum.whitened(shown).reshape(*shown.shape[:3], -1), 1, -1)
 
 
 def shown_forces(near: Neighbourhood, spectrum: Spectrum, rows: Sequence[np.ndarray]) -> np.ndarray:
-    """The same (row, force, speed, harmonic, sensor), complex, m/N."""
-    acted, seen = _shown(near, spectrum, rows)
-    return np.tensordot(np.array(rows)[:, acted], np.moveaxis(seen, 2, 1), 1)
+    """The same (row, force, speed, harmonic, sensor), complex, m/N; none of a row that shows only round-off.
 
-
-def _shown(near, spectrum, rows):
-    """Coordinates on which forces act, and what of each is shown (coordinate, speed, force, harmonic, sensor)."""
-    acted, measured = np.flatnonzero(np.array(rows).any(axis=0)), positions(near.harmonics, near.blocks)
+    As a moment in the middle of a symmetric rotor does: a force, whose size is free, would explain anything by it.
+    """
+    rows, measured = np.array(rows), positions(near.harmonics, near.blocks)
+    acted = np.flatnonzero(rows.any(axis=0))
     free = [2 * i + part for part in (0, 1) for i in measured]  # real and imaginary parts of the measured harmonics
-    seen = near.shown_by_units[acted][:, :, free]
-    return acted, seen.reshape(len(acted), len(spectrum.speed), len(free), len(spectrum.harmonics), -1)
+    shown = np.tensordot(rows[:, acted], near.shown_by_units[acted][:, :, free], 1)
+    largest = np.abs(shown).max(axis=(1, 2, 3), initial=0.0)
+    shown[largest < DEPENDENT * np.abs(rows) @ near.largest_shown] = 0.0
+    return np.swapaxes(shown, 1, 2).reshape(len(rows), len(free), len(spectrum.speed), len(spectrum.harmonics), -1)
 
 
 def least_squares(matrices: np.ndarray, right: np.ndarray) -> np.ndarray:
