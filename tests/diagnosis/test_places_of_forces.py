@@ -12,8 +12,9 @@ from rotorstudy.diagnosis.search import free_force
 from rotorstudy.diagnosis.search.moves import PAIRS, pairs
 from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.search.search import begin, search
+from rotorstudy.diagnosis.search.shown_forces import free_force_columns
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.inference.prediction import predicted, with_model_error
+from rotorstudy.inference.prediction import neighbourhood, predicted, with_model_error
 
 UNBALANCE = {"kind": "unbalance", "node": 3, "mass_kg": 0.8, "eccentricity_m": 5e-5}
 MODEL, NOISE = build_model(RIG | {"effects": [UNBALANCE], "sensors": [2, 5, 8]}), 1e-8
@@ -55,6 +56,17 @@ def test_a_force_at_the_node_of_a_fault_explains_it_and_one_elsewhere_does_not(w
     left = {one.where["node"]: one.left for one in work.free_forces if one.motion == "force"}
     assert left[FAULTY] < 2 * len(work.base.residual) < LIMIT < left[OTHER]
     assert (work.free_forces[0].where, work.free_forces[0].motion) == ({"node": FAULTY}, "force")
+
+
+def test_a_moment_that_shows_only_round_off_shows_nothing():
+    """In the middle of a symmetric rotor, to a probe there; negative controls: to one beside it, and a force there."""
+    shown = {}
+    for sensor in (5, 4):
+        model = build_model(RIG | {"effects": [UNBALANCE | {"node": 5}], "sensors": [sensor]})
+        data, rows = spectrum_of(model, SPEEDS, HARMONICS, NOISE, 1), model.structure.unit
+        near = neighbourhood(model, data, model.stated)
+        shown[sensor] = np.abs(free_force_columns(near, data, [rows(5, "tilt"), rows(5)])).max(axis=(1, 2, 3))
+    assert shown[5][0] == 0.0 < shown[5][1] and shown[4].min() > 0
 
 
 def test_what_does_not_fit_into_memory_is_refused(work, monkeypatch):
