@@ -1,5 +1,6 @@
 """The first answer of a diagnosis, and what is left of one that is stopped by Ctrl-C."""
 
+import signal
 from dataclasses import replace
 
 import pytest
@@ -9,7 +10,7 @@ from test_places_of_forces import FAULTY, MODEL, begun
 from test_search import HARMONICS, JEFFCOTT, ONE, SPEEDS, fault
 
 from rotorstudy import build_model
-from rotorstudy.commands.line import main
+from rotorstudy.commands.line import Terminated, main
 from rotorstudy.commands.shared import conclude
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.search import begin, unsearched
@@ -20,10 +21,6 @@ from rotorstudy.diagnosis.verdict.result import Hidden
 from rotorstudy.diagnosis.verdict.sought import Sought, first_answer
 
 LIMIT = Hidden(effect="rub", where={"node": 1}, label="", parameter="rub_stiffness", size=1e6, unit="N/m", measure="")
-
-
-class Terminated(KeyboardInterrupt):
-    """As the command line raises for SIGTERM."""
 
 
 def records(model):
@@ -42,12 +39,12 @@ def test_a_search_that_is_stopped_keeps_what_it_found_and_says_so(monkeypatch, f
     """By Ctrl-C in the first or a later fit; a termination ends it at once."""
     clean = build_model(JEFFCOTT)
     data = records(faulty(clean, fault("support_anisotropy", support_anisotropy_N_per_m=2e4)))
-    carried_out, signal, done = Search.explain, KeyboardInterrupt, []
+    carried_out, error, done = Search.explain, KeyboardInterrupt, []
 
     def interrupted(*given, **more):
         done.append(1)
         if len(done) == fits + 1:
-            raise signal
+            raise error
         return carried_out(*given, **more)
 
     monkeypatch.setattr(Search, "explain", interrupted)
@@ -56,7 +53,7 @@ def test_a_search_that_is_stopped_keeps_what_it_found_and_says_so(monkeypatch, f
     assert [finding.name for finding in verdict.findings] == ["search stopped"]
     assert bool(verdict.causes) == bool(fits)
     done.clear()
-    signal = Terminated
+    error = Terminated
     with pytest.raises(Terminated):
         investigate(data, clean, settings=ONE)
 
@@ -75,26 +72,28 @@ def test_a_second_search_that_is_stopped_is_said(monkeypatch, stopped):
 
 
 @pytest.mark.usefixtures("unrendered", "unhidden")
-def test_the_status_of_a_stopped_diagnosis_is_that_of_an_interruption(spectrum, tmp_path, monkeypatch, capsys):
-    def interrupted(*given, **more):
-        raise KeyboardInterrupt
-
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_diagnosis_that_is_interrupted_ends_in_a_verdict_and_a_terminated_one_in_none(
+    spectrum, tmp_path, monkeypatch, capsys, number, status
+):
     data, rig = spectrum
-    monkeypatch.setattr(Search, "explain", interrupted)
-    run("diagnose", data, "--rig", rig, "--out", tmp_path / "out", "--quiet", status=130)
-    assert "stopped before its end" in capsys.readouterr().out and (tmp_path / "out" / "verdict.json").exists()
+    monkeypatch.setattr(Search, "explain", lambda *given, **more: signal.raise_signal(number))
+    run("diagnose", data, "--rig", rig, "--out", tmp_path / "out", "--quiet", status=status)
+    is_interrupted = number == signal.SIGINT
+    assert ("stopped before its end" in capsys.readouterr().out) == is_interrupted
+    assert (tmp_path / "out" / "verdict.json").exists() == is_interrupted
 
 
-@pytest.mark.parametrize("signal", [KeyboardInterrupt, Terminated])
-def test_limits_that_are_stopped_leave_the_verdict_and_those_found(monkeypatch, signal):
+@pytest.mark.parametrize("error", [KeyboardInterrupt, Terminated])
+def test_limits_that_are_stopped_leave_the_verdict_and_those_found(monkeypatch, error):
     def interrupted(search):
         yield LIMIT
-        raise signal
+        raise error
 
     clean = build_model(JEFFCOTT)
     diagnosis = investigate(records(clean), clean, settings=ONE)
     monkeypatch.setattr("rotorstudy.diagnosis.verdict.hidden.what_could_hide", interrupted)
-    if signal is Terminated:
+    if error is Terminated:
         with pytest.raises(Terminated):
             with_hidden(diagnosis)
         return

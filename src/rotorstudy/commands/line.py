@@ -147,13 +147,16 @@ def show_progress(stream):
     return handler
 
 
+class Terminated(KeyboardInterrupt):
+    """The signal that `kill` and schedulers of clusters send: unlike after Ctrl-C, nothing more is computed."""
+
+
 _signals = []  # that were received; a library may answer with an exception of its own
 
 
 def _stop(number, frame):
-    """Answer Ctrl-C, and the signal that `kill` and schedulers of clusters send."""
     _signals.append(number)
-    raise KeyboardInterrupt
+    raise KeyboardInterrupt if number == signal.SIGINT else Terminated
 
 
 def main(arguments=None):

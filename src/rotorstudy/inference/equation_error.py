@@ -186,7 +186,7 @@ def _slopes(model, speed, harmonics, names, order):
 
 
 def _rotor_unknown(model, name):
-    """The Unknown of a name, or an error unless it is an amplitude of a force on the rotor."""
+    """The amplitude of a name, or an error unless it is an amplitude of a force on the rotor."""
     model.position([name])
     numbers = {*model.bearing_numbers, *(model.varied.positions if model.varied else ())}
     for p, unknown in enumerate(model.rotor_unknowns):

@@ -196,8 +196,8 @@ class Term:
             real = replace(p, name=name, entries=p.entries + p.films[0], is_complex=False, **common)
             if p.is_complex:
                 imaginary = (*(e.times(1j) for e in p.entries), *p.films[1])
-                found.append(replace(real, name=f"{name}_real"))
-                found.append(replace(real, name=f"{name}_imag", entries=imaginary))
+                found.append(replace(real, name=f"{name}_real", exact=None))
+                found.append(replace(real, name=f"{name}_imag", exact=None, entries=imaginary))
             else:
                 found.append(real)
         return tuple(found)

@@ -13,6 +13,8 @@ from rotorstudy.model.entries import apply_entries
 from rotorstudy.response.coupling import layout
 from rotorstudy.response.solving import solver
 
+NUMBERS_AT_ONCE = 1e7  # complex numbers in the matrices of the speeds taken together, 0.2 GB
+
 
 class Deflection(NamedTuple):
     """Static deflection (dof,) or (..., speed, dof), m (rad for tilts), and position in `theta` -> its derivative."""
@@ -64,6 +66,10 @@ def static_deflection(model, speed, theta, *, jacobian=False):
     varying = any(entry.gain for _, unknown in springs for entry in unknown.entries)
     dof, speeds = len(structure.dofs), np.asarray(speed, float)
     speed = speeds if varying else speeds[:1]
+    if len(speed) > 1 and theta[..., 0].size * len(speed) * (2 * dof) ** 2 > NUMBERS_AT_ONCE:
+        half = [static_deflection(model, part, theta, jacobian=jacobian) for part in np.array_split(speed, 2)]
+        changes = {p: np.concatenate([one.changes[p] for one in half], axis=-2) for p in half[0].changes}
+        return Deflection(np.concatenate([one.value for one in half], axis=-2), changes)
     solved, lead = solver(still, theta[..., places], speed, layout(still, [0], 0)), (*theta.shape[:-1], len(speed))
 
     def moved(forces):  # (..., speed, dof, force)
@@ -71,7 +77,9 @@ def static_deflection(model, speed, theta, *, jacobian=False):
         try:
             return solved(forces[..., None, :, :])[..., 0, :, :]
         except NoSteadyState:
-            raise NoSteadyState("the bearings do not carry the rotor: their stiffness matrix is singular") from None
+            raise NoSteadyState(
+                "the bearings do not carry the rotor: their stiffness matrix is singular, or not finite"
+            ) from None
 
     def at_every_speed(found):  # (..., speed, dof)
         return np.broadcast_to(found, (*found.shape[:-2], len(speeds), dof))

@@ -63,9 +63,8 @@ class Search:
     unfitted: dict = field(default_factory=dict)
     # Model without causes, terms of the causes -> Model with them, the last few
     models: dict = field(default_factory=dict)
-    at_places: dict = field(
-        default_factory=dict
-    )  # label without a shape -> Candidate in its first, or made anew; else None
+    # `place_key` -> Candidate there, in its first shape or made anew; None if it cannot act there
+    at_places: dict = field(default_factory=dict)
     # effect -> one line with file and line number, for plugins that failed; the rest was searched
     failures: dict = field(default_factory=dict)
     # (speed,) bool, where a free motion of the rig without causes grows; None during the search

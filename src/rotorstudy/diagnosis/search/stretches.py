@@ -3,7 +3,7 @@
 from contextlib import suppress
 from itertools import product
 
-from rotorstudy.diagnosis.search.candidates import Candidate, candidate
+from rotorstudy.diagnosis.search.candidates import Candidate, candidate, place_key
 from rotorstudy.diagnosis.search.contained import is_allowed
 from rotorstudy.errors import CannotAct
 
@@ -78,11 +78,12 @@ def _with_ends(work, cause, first, last):
         return None
     rest = {key: value for key, value in cause.where.items() if key not in ("element", "last_element")}
     where = {**rest, "element": first} | ({"last_element": last} if last > first else {})
-    there = cause._replace(where=where, shape={})
-    if there.label not in work.at_places:
-        work.at_places[there.label] = None
+    there = cause._replace(where=where)
+    key = place_key(there)
+    if key not in work.at_places:
+        work.at_places[key] = None
         if last - first + 1 < count and not cause.shape:  # the whole shaft is a place of its own
             given = work.rig, cause.effect, where, {}, f"cause {there.label}", work.settings.prior_width
             with suppress(CannotAct):
-                work.at_places[there.label] = candidate(*given, cause.variant, cause.freedoms)
-    return work.at_places[there.label]
+                work.at_places[key] = candidate(*given, cause.variant, cause.freedoms)
+    return work.at_places[key]
