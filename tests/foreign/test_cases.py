@@ -29,10 +29,11 @@ OF_FORMS |= {"crack_form": (11, "jeffcott"), "coupling_form": (11, "overhung")}
 
 
 @pytest.mark.parametrize("family", ["crack", "rub", "misalignment", "pedestal", *FORMS])
-def test_cases_show_their_effect(family):
+def test_cases_are_steady_and_show_their_effect(family):
     seed, machine = OF_FORMS.get(family, (5, "any"))
     case = draw_case(seed, family, speeds=2, steps=64, modes=4, visible=1e-3, machine=machine)
     assert case.effects[0]["family"] == family and case.machine == machine
+    assert np.max(case.steady.change) < 1e-6
     assert max(case.steady.multipliers) < 1.0
     assert max(case.changed.values()) >= 1e-3
 

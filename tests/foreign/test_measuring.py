@@ -17,7 +17,7 @@ def steady():
     angle = 2 * np.pi * np.arange(64) / 64
     z = 1e-5 + FORWARD * np.exp(1j * angle) + SECOND * np.exp(2j * angle)
     u = np.stack([z.real, z.imag, 0 * angle, 0 * angle], axis=1)[None]
-    return Steady(np.array([SPEED]), angle, u, 0 * u, np.zeros(1))
+    return Steady(np.array([SPEED]), angle, u, 0 * u, np.zeros(1), np.zeros(1))
 
 
 def harmonic(chain, probes=GOOD, k=1):

@@ -25,7 +25,8 @@ class NoSteadyState(Exception):
 class Steady:
     """Steady motion: displacement and velocity (speeds, steps, coordinates) over one revolution, in m and rad.
 
-    `angle` (steps,) of the shaft in rad; `multipliers` (speeds,): largest magnitude of a Floquet multiplier.
+    `angle` (steps,) of the shaft in rad; `multipliers` (speeds,): largest magnitude of a Floquet multiplier; `change`
+    (speeds,): largest change over the last free revolution relative to the largest motion.
     """
 
     speed: np.ndarray
@@ -33,6 +34,7 @@ class Steady:
     displacement: np.ndarray
     velocity: np.ndarray
     multipliers: np.ndarray
+    change: np.ndarray
 
     def whirl(self, node, k):
         """Complex amplitude of exp(j k angle) of x + j y at a node, (speeds,)."""
@@ -208,4 +210,4 @@ def steady_state(machine, speeds, steps=512, modes=None, most=60):
         raise NoSteadyState(f"the motion differs from turn to turn at {stepper.speed[change > 100 * TOLERANCE]} rad/s")
     states = np.swapaxes(states, 0, 1)
     motion = stepper.displacement(states), stepper.velocity(states)
-    return Steady(stepper.speed, stepper.angle, *motion, multipliers)
+    return Steady(stepper.speed, stepper.angle, *motion, multipliers, change)
