@@ -30,12 +30,19 @@ def test_a_file_that_still_says_what_the_template_says_is_reminded(tmp_path, com
     assert left_to_write(path) == ["checked"]
 
 
-def test_a_wrong_file_is_found_out_by_the_right_claim(tmp_path, command):
+@pytest.mark.parametrize(
+    ("kind", "old", "new", "claim"),
+    [
+        ("crack", "/ 2) ** 2\n", "/ 2) ** 2 + 0.1\n", "between 0 (closed)"),
+        ("spectrum", "np.eye(len(lines)) / samples", "np.eye(len(lines)) / samples / 4", "states the covariance"),
+    ],
+)
+def test_a_wrong_file_is_found_out_by_the_right_claim(kind, old, new, claim, tmp_path, command):
     """Of all claims: test_negative_controls.py."""
-    path = new_plugin("crack", "brand_new", tmp_path)
-    path.write_text(path.read_text().replace("/ 2) ** 2\n", "/ 2) ** 2 + 0.1\n"))
+    path = new_plugin(kind, "brand_new", tmp_path)
+    path.write_text(path.read_text().replace(old, new))
     failing = [line for line in command("check", path, status=1).out.splitlines() if line.startswith("fails")]
-    assert any("between 0 (closed)" in line for line in failing)
+    assert any(claim in line for line in failing)
 
 
 DRAG = """import numpy as np
