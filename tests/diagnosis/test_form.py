@@ -331,17 +331,17 @@ def fixed_point(function, value):
     return value
 
 
-@pytest.mark.parametrize(("beyond", "crossed"), [
-    (lambda x: 0.51 if x < 0.5 else 0.49, [0.49, 0.51]),  # the same node from both sides
-    (lambda x: round(x + 0.1, 2), [0.49, 0.59, 0.69, 0.79, 0.89, 0.99]),  # negative control: one node after another
+@pytest.mark.parametrize(("beyond", "crossed", "left_at_it"), [
+    (lambda x: 0.51 if x < 0.5 else 0.49, [0.49, 0.51], [0.51]),  # the same node from both sides
+    (lambda x: round(x + 0.1, 2), [0.49, 0.59, 0.69, 0.79, 0.89, 0.99], []),  # negative control: one after another
 ])  # fmt: skip
-def test_a_fit_does_not_go_back_over_a_node(monkeypatch, beyond, crossed):
-    """Both sides may gain by more steps each time, for as long as one likes."""
-    fitted = []
+def test_a_fit_does_not_go_back_over_a_node(monkeypatch, beyond, crossed, left_at_it):
+    """Both sides may gain by more steps each time, for as long as one likes. Only what ends at a node is fitted on."""
+    fitted, to_their_end = [], []
 
-    def within(work, causes, values, least):
-        assert not fitted or least == len(fitted)  # the odds of the fit before, which it must surpass
-        fitted.extend(causes)
+    def within(work, causes, values, least, to_end=False):
+        assert to_end or not fitted or least == len(fitted)  # the odds of the fit before, which it must surpass
+        (to_their_end if to_end else fitted).extend(causes)
         return SimpleNamespace(causes=causes, log_posterior_odds=len(fitted), fit=SimpleNamespace(values={}))
 
     monkeypatch.setattr(form_fit, "_fitted_within", within)
@@ -351,7 +351,7 @@ def test_a_fit_does_not_go_back_over_a_node(monkeypatch, beyond, crossed):
     ))  # fmt: skip
     work = SimpleNamespace(explanations=[SimpleNamespace(log_posterior_odds=0.0)])
     form_fit.fitted_with_form(work, (0.49,), {})
-    assert fitted == crossed
+    assert fitted == crossed and to_their_end == left_at_it
 
 
 def test_parameters_that_the_data_do_not_tell_apart_leave_the_error_of_form_as_it_is():
