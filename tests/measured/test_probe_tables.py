@@ -225,7 +225,8 @@ def test_units_tell_the_columns_of_a_wide_table_without_the_words_amp_and_phase(
     np.testing.assert_allclose(read_wide(tmp_path, text).spectrum.amplitude[:, 0, 0], FORWARD, atol=2e-11)
     refused(lambda: read_wide(tmp_path, text.replace("deg lag", "deg lead")), "its header says lead")
     (tmp_path / "alone.csv").write_text(text.replace("right 1X [deg lag]", "right 1Y [deg lag]"))  # no half of a pair
-    assert set(open_table(tmp_path / "alone.csv", CsvLayout(skip_rows=2)).text["probe"]) == {"left"}
+    text = open_table(tmp_path / "alone.csv", CsvLayout(skip_rows=2)).text
+    assert [*zip(text["probe"], text["harmonic"], strict=True)] == len(SPEEDS) * [("left", "1")]
 
 
 @pytest.mark.parametrize(
@@ -377,6 +378,12 @@ def test_a_speed_with_an_empty_cell_is_left_out(tmp_path, blank):
     assert found.spectrum.speed == pytest.approx(SPEEDS[[0, 2]])
     (finding,) = (one for one in found.findings if one.name == "missing readings")
     assert "1 of 3 speeds are left out" in finding.text and "at 1432.39 rpm, 1X of 'right'." in finding.text
+
+
+def test_the_number_of_a_channel_is_no_harmonic(tmp_path):
+    names = ["Speed (rpm)", *(f"Ch {i} {what}" for i in (1, 2) for what in ("Amp (um)", "Phase (deg)"))]
+    (tmp_path / "run.csv").write_text("\n".join([",".join(names), *3 * [",".join("1" * len(names))]]))
+    refused(lambda: open_table(tmp_path / "run.csv", CsvLayout()), "must name probe and harmonic")
 
 
 def test_velocities_of_a_wide_table_and_their_kind_below_them(tmp_path):
