@@ -98,6 +98,9 @@ def test_a_message_that_repeats_the_input_is_cut_in_one_line(tmp_path, command):
     assert len(str(RotorstudyError("a\nb"))) == 3
 
 
+WEAK = {"rotor": point(2.0, 7e5), "cracks": [{"kind": "switching", "stiffness_loss_N_per_m": 7.1e5}]}
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -119,6 +122,7 @@ def test_a_message_that_repeats_the_input_is_cut_in_one_line(tmp_path, command):
         (lambda rig: rig["effects"][2].update(eccentricity_m=1000.0), "more than the size of the rotor"),
         (lambda rig: rig["effects"][2].update(eccentricity_phase_deg=1e17), "an angle must be within 3600"),
         (lambda rig: rig["effects"][2].update(label={"a": 1}), "must be a text"),
+        (lambda rig: (rig.clear(), rig.update(WEAK)), "7e+05 N/m"),  # a node has no more to lose
     ],
 )
 def test_impossible_numbers_are_refused(tmp_path, capsys, change, message):
@@ -129,7 +133,6 @@ def test_impossible_numbers_are_refused(tmp_path, capsys, change, message):
 
 
 LONG = 10**5000  # longer than Python writes out
-WEAK = {"rotor": point(2.0, 7e5), "cracks": [{"kind": "switching", "stiffness_loss_N_per_m": 7.1e5}]}
 
 
 @pytest.mark.parametrize(
@@ -138,7 +141,6 @@ WEAK = {"rotor": point(2.0, 7e5), "cracks": [{"kind": "switching", "stiffness_lo
         (lambda rig: build_model({**example("jeffcott"), "sensors": [LONG]}), "the rig: whole number beyond"),
         (lambda rig: build_model({**example("jeffcott"), "static_deflection_m": {LONG: 0.0}}), "the rig: whole number"),
         (lambda rig: make_term("effect", {"kind": "unbalance", "node": LONG}, rig.structure, [1]), "the term: whole"),
-        (lambda rig: harmonic_response(build_model(WEAK), [100.0], [1]), "7e+05 N/m"),  # a node has no more to lose
         (lambda rig: harmonic_response(rig, [LONG], [1]), "speeds: give at least one number, in rad/s"),
         (lambda rig: harmonic_response(rig, [], [1]), "speeds: give at least one number, in rad/s"),
         (lambda rig: eigenvalues(rig, [1j]), "speeds: give at least one number, in rad/s"),
@@ -191,7 +193,7 @@ def test_a_link_or_a_pipe_as_a_record_is_answered_in_one_line(make, words, tmp_p
     path = tmp_path / "run.nc"
     make(path)
     err = command("import", path, "--rig", "examples/jeffcott.yaml", "--out", tmp_path / "s.nc", status=1).err
-    assert words in err and err.count("\n") == 1
+    assert words in err and "run.nc" in err and err.count("\n") == 1
 
 
 @pytest.mark.parametrize(
