@@ -171,11 +171,12 @@ def test_netcdf_files_carry_units_and_provenance(built):
 def test_a_killed_run_resumes_on_one_core_with_the_bytes_of_two(built, project, some, tmp_path):
     target = tmp_path / SOME_TARGETS[0]
     log = tmp_path / "results/logs/monte_carlo_physical_chapter_2.log"
-    process = subprocess.Popen(**command(project, tmp_path, SOME_TARGETS[0], config=some), start_new_session=True)
+    call = command(project, tmp_path, SOME_TARGETS[0], config=some) | {"stdout": subprocess.DEVNULL}
+    process = subprocess.Popen(**call, start_new_session=True)
     while not log.exists() and process.poll() is None:
         time.sleep(0.02)
     os.killpg(process.pid, signal.SIGKILL)
-    process.communicate()
+    process.wait()
     assert log.exists()  # the job had begun
     if target.exists():  # the job may have been quicker than the kill; then the file must be whole
         assert target.read_bytes() == (built / SOME_TARGETS[0]).read_bytes()
