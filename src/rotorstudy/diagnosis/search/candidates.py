@@ -126,11 +126,6 @@ def place_key(cause: Candidate) -> tuple:
     return cause.effect, *cause.variant.values(), frozenset(cause.where.items())
 
 
-def at_places(causes: Sequence[Candidate]) -> dict[tuple, Candidate]:
-    """`place_key` -> the first of some causes there."""
-    return {place_key(c): c for c in reversed(causes)}
-
-
 def with_priors(prior: Prior, causes: Sequence[Candidate]) -> Prior:
     """The Prior of a rig with those of the amplitudes of causes."""
     return prior.plus(Prior.independent({name: known for c in causes for name, known in c.prior.items()}))

@@ -1,6 +1,5 @@
 """The fit of a set of causes: amplitudes and shapes together, with the error of their form that is most probable."""
 
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -140,8 +139,7 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
             best = max(best, other, key=odds_of)
         gained = odds_of(best) - before
     if any(_at_a_node(work, best.causes)):
-        with suppress(CannotAct, NoSteadyState):
-            best = max(best, _fitted_within(work, best.causes, best.fit.values, least, to_end=True), key=odds_of)
+        best = max(best, _fitted_within(work, best.causes, best.fit.values, least, to_end=True), key=odds_of)
     return best
 
 

@@ -12,7 +12,7 @@ from itertools import chain, zip_longest
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import at_places, candidates, with_shape, with_vibration
+from rotorstudy.diagnosis.search.candidates import candidates, place_key, with_shape, with_vibration
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.search.form_fit import WITHIN
 from rotorstudy.diagnosis.search.free_force import free_forces
@@ -92,7 +92,7 @@ def begin(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
         tuple(forces),
         failures=failures,
         found={frozenset(): Explanation((), base, 0.0)},
-        at_places=at_places(every),
+        at_places={place_key(c): c for c in reversed(every)},
     )
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import at_places
+from rotorstudy.diagnosis.search.candidates import place_key
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
@@ -155,7 +155,7 @@ def _with_one_cause(found, tested):
     if not candidates:
         return []
     known = {"failures": found.failures, "found": {frozenset(): Explanation((), tested.fit, 0.0)}}
-    known["at_places"] = at_places(candidates)
+    known["at_places"] = {place_key(c): c for c in reversed(candidates)}
     given = found.rig, tested.fit.model, tested.spectrum, found.settings, found.prior, tested.fit, candidates
     work = Search(*given, **known)
     return with_one_cause(replace(work, free_forces=tuple(free_forces(work))))
