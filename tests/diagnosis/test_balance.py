@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from machines import faulty, readings, unbalance
+from machines import faulty, readings, spectrum_of, unbalance
 from one_line_errors import refused
 from scipy.stats import norm, rayleigh
 from test_runs import RIG, machine, write_runs
@@ -15,7 +15,7 @@ from test_runs import SPEEDS as RUN_SPEEDS
 
 from rotorstudy import build_model, measured_response
 from rotorstudy.commands.line import main
-from rotorstudy.diagnosis.runs.balance import balance, balance_files
+from rotorstudy.diagnosis.runs.balance import _noise, balance, balance_files
 from rotorstudy.diagnosis.runs.balance_holes import _choices, chosen, equal_holes
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.measurement.conventions import Conventions
@@ -202,3 +202,13 @@ def test_the_command_takes_holes_and_writes_a_file(folder, command):
     assert data.after.dims == data.next_reading.dims == ("percentile", "speed", "node")
     assert "belong together" in command(*arguments, "--holes", "8", status=1).err
     assert "at most" in command(*arguments, "--holes", "100", "--weights", "1", "2", status=1).err
+
+
+def test_noise_of_single_probes_is_as_large_as_stated():
+    """Along a probe the covariance has half the rank of that of an orbit."""
+    model = machine((0.0, 0))
+    spectrum = spectrum_of(model, RUN_SPEEDS, np.array([1, -1]), 1e-6, 1)
+    single = spectrum.along([0.5] * len(spectrum.sensors))
+    for one in (spectrum, single):
+        drawn = one.whitened(_noise(one, np.random.default_rng(1)))
+        assert np.std(drawn) == pytest.approx(1, abs=0.1)

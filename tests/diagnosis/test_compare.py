@@ -266,6 +266,8 @@ def test_a_probe_that_died_between_the_states_leaves_the_motion_along_the_other(
     expected = along_probes(both[0].amplitude, both[0].harmonics, np.array([0.7]))
     np.testing.assert_allclose(before.amplitude, expected)
     assert _with_common_probes(*both) == (*both, [])  # negative control
+    other = both[0].along([0.7 + np.pi / 2])  # motions along two axes have no difference
+    refused(lambda: compare(other, single, build_model(RIG), settings=SETTINGS), "different directions of single")
     verdict = compare(both[0], single, build_model(RIG), settings=SETTINGS).diagnosis.verdict
     assert verdict.verdict in ("cause", "ambiguous")
     assert "unbalance" in [one.effect for one in [*verdict.causes, *verdict.ambiguous_with]]

@@ -1,5 +1,7 @@
 """What could hide: the sizes of feared faults that are seen, on a rotor on which they are then hidden."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from machines import all_but, faulty, film, spectrum_of
@@ -8,7 +10,7 @@ from test_search import TWO_DISCS
 from rotorstudy import build_model, harmonic_response, registry
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict.hidden import what_could_hide, with_hidden
+from rotorstudy.diagnosis.verdict.hidden import CLOSE, _smallest, what_could_hide, with_hidden
 from rotorstudy.diagnosis.verdict.investigate import investigate
 
 pytestmark = pytest.mark.usefixtures("right_conventions")
@@ -114,3 +116,10 @@ def test_a_clearance_of_twice_its_limit_is_found_and_one_that_other_films_imitat
     assert 2.5 * known < uncertain
     assert verdict(2 * uncertain) != "nothing"
     assert verdict(2 * known) == "nothing"
+
+
+@pytest.mark.parametrize("start", [1.0, 3.0, 100.0])
+def test_the_smallest_size_is_found_from_one_that_is_not_seen_at_all(start):
+    """A contact that is not reached changes nothing."""
+    size, _ = _smallest(lambda size: max(0.0, size - 2), 3.0, (start, 1.0), 100.0, SimpleNamespace(force=None))
+    assert 5.0 <= size <= 2 + 3 * CLOSE

@@ -5,10 +5,11 @@ import pytest
 from machines import film, shaft
 from one_line_errors import refused
 
-from rotorstudy import build_model
+from rotorstudy import Spectrum, build_model
 from rotorstudy.blind.machines.film import Film, running_position
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.tables import gap_positions
+from rotorstudy.presentation import rotor_files
 from rotorstudy.studies.centreline import centrelines, journals_moved
 
 FILM = film(0.08, 0.03, 7e-5, 0.018)
@@ -81,3 +82,11 @@ def test_a_short_and_a_plain_journal_run_alike(share):
         lines.append(centrelines(build_model(rig), SPEEDS, {})[0])
     apart = np.abs(lines[0].predicted - lines[1].predicted).max() / FILM["radial_clearance_m"]
     assert apart < (0.03 if share < 0.3 else 0.12)
+
+
+def test_mean_positions_are_those_of_all_tables_by_speed(monkeypatch):
+    tables = {"late.csv": {1: (np.array([400.0]), np.array([4j]))}, "early.csv": {1: (SPEEDS[:2], np.array([1, 2j]))}}
+    monkeypatch.setattr(rotor_files, "gap_positions", lambda path, conventions: tables[path])
+    spectrum = Spectrum(np.zeros((1, 1, 1)), [1.0], [1], [1], np.zeros((1, 1, 2, 2)))
+    speed, place = rotor_files.mean_positions([*tables], None, spectrum, build_model(RIG))[1]
+    assert speed.tolist() == SPEEDS.tolist() and place.tolist() == [1, 2j, 4j]

@@ -68,11 +68,14 @@ def _of_csv(path, order):
 
 
 def _of_uff(path):
-    """The same of the frequency response functions of a UFF file; a force against an axis turns the sign."""
+    """The same of the frequency response functions of a UFF file; a force against an axis turns the sign.
+
+    Rotations, moments and scalars are left out.
+    """
     found = {}
     for one in uff_sets(path)[0]:
-        if one["func_type"] == RESPONSE_FUNCTION:
-            ends = [(one[f"{end}_node"], one[f"{end}_dir"]) for end in ("rsp", "ref")]
+        ends = [(one.get(f"{end}_node"), one.get(f"{end}_dir", 0)) for end in ("rsp", "ref")]
+        if one["func_type"] == RESPONSE_FUNCTION and all(0 < abs(axis) <= len(UFF_AXES) for _, axis in ends):
             pair = tuple(f"{node}{UFF_AXES[abs(direction) - 1]}" for node, direction in ends)
             order = UFF_ORDERS.get(one["ordinate_spec_data_type"], 0)
             for axis, known in UFF_UNITS.items():

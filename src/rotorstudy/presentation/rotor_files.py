@@ -61,10 +61,12 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
 
 def mean_positions(records, conventions, spectrum, model):
     """{node: (speed, rad/s, position, complex, m, from rest)} by the gaps in tables, or by 0X of records."""
+    tables = [gap_positions(path, conventions) for path in records if kind_of(path) == "csv"]
     found = {}
-    for path in records:
-        if kind_of(path) == "csv":
-            found |= gap_positions(path, conventions)
+    for node in dict.fromkeys(node for table in tables for node in table):
+        speed, place = (np.concatenate(part) for part in zip(*(t[node] for t in tables if node in t), strict=True))
+        order = np.argsort(speed, kind="stable")
+        found[node] = speed[order], place[order]
     if 0 in spectrum.harmonics and not model.from_unloaded_line:
         mean = spectrum.amplitude[:, spectrum.harmonics.tolist().index(0)].T
         found |= {node: (spectrum.speed, one) for node, one in zip(spectrum.sensors, mean, strict=True)}

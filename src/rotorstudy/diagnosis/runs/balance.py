@@ -227,7 +227,8 @@ def _shown(model, spectrum, values, names):
 
 def _noise(spectrum, draws):
     """Draws (draw, speed, harmonic, sensor) of the noise of a spectrum, as its probes show it."""
-    root = np.linalg.cholesky(spectrum.covariance)
+    values, vectors = np.linalg.eigh(spectrum.covariance)  # which of a single probe has half the rank
+    root = vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]
     parts = root @ draws.normal(size=(DRAWS, *root.shape[:-1], 1))
     real, imaginary = np.split(np.moveaxis(parts[..., 0], -1, -2), 2, axis=-2)
     return spectrum.shown(real + 1j * imaginary)

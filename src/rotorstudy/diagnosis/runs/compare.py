@@ -117,12 +117,18 @@ def of_changes(settings: Settings) -> Settings:
     return settings.model_copy(update={"base_rates": rates | settings.base_rates, "at_discs": sorted(at_discs)})
 
 
+def _directions(spectrum):
+    """Of its single probes, rad."""
+    return np.round(spectrum.directions[~np.isnan(spectrum.directions)], 6).tolist()
+
+
 def _at_common_speeds(before, after):
     """Both spectra at the speeds that both have, those of each, and a list of Finding on the others."""
     for name, one, other in (
         ("sensors", list(before.sensors), list(after.sensors)),
         ("harmonics", before.harmonics.tolist(), after.harmonics.tolist()),
         ("single probes", before.single_probes, after.single_probes),
+        ("directions of single probes", _directions(before), _directions(after)),
     ):
         if one != other:
             raise RotorstudyError(

@@ -69,6 +69,7 @@ def _trials(found, measured):
         (parameter,) = term.parameters
         usual = with_term(base, replace(term, values={parameter.name: complex(parameter.typical)}))
         change = predicted(usual.model, measured, usual.theta) - predicted(base.model, measured, base.theta)
+        change = measured.shown(change)
         if not change.any():  # no 1X was measured
             continue
         size = TRIAL * _vibration(measured, measured.amplitude) / _vibration(measured, change) * parameter.typical
