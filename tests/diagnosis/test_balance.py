@@ -122,6 +122,7 @@ def test_the_command_prints_masses_and_the_vibration_left(folder, capsys, comman
     assert float(said) == pytest.approx(2e6 * found.before[0, 0], rel=0.05)  # two digits of twice the semi-major axis
     assert main([*arguments, "3", "disc 1"]) == 1  # twice the same plane
     assert "trade off" in capsys.readouterr().err
+    assert main([*arguments, "7", "--out", str(folder / "found.json")]) == 1 and "NetCDF" in capsys.readouterr().err
 
 
 def test_angles_are_said_to_be_counted_against_the_rotation(folder, tmp_path, command):

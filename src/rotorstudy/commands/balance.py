@@ -1,6 +1,6 @@
 """Correction masses by the model of a rig and its records."""
 
-from rotorstudy.commands.shared import check_file, tell
+from rotorstudy.commands.shared import NETCDF, check_file, tell
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.units import number, quantity, shown_amplitude, spin
 
@@ -27,7 +27,7 @@ def run(given):
     if (given.holes is None) != (given.weights is None):
         raise RotorstudyError("balance: --holes and --weights belong together; give both, or neither")
     if given.out:
-        check_file(given.out, given.rig, *given.records)
+        check_file(given.out, given.rig, *given.records, suffixes=NETCDF)
     rig = read_rig(given.rig)
     conventions = read_conventions(rig.given, given.rig)
     sense = conventions.sense

@@ -103,7 +103,7 @@ def _check_options(given):
 
 def _run_cause(given, rig, spectrum, model):
     """Print the shape and the size of a cause with their intervals, and which of its alternatives fits."""
-    from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, shape_of
+    from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, shown_names
     from rotorstudy.diagnosis.one_cause.identify import identify_cause
     from rotorstudy.diagnosis.settings import check_names, read_settings
 
@@ -111,22 +111,23 @@ def _run_cause(given, rig, spectrum, model):
     check_names(settings, model, f"{given.rig}, diagnosis")
     found = identify_cause(spectrum, model, given.cause, settings, given.count)
     places = [{**cause.where, **cause.variant} for cause in found.causes]
-    rows = _rows(estimates_of(found), found.intervals)
+    rows = _rows(estimates_of(found.causes, found.fit, found.stated), found.intervals)
     for place in places:
         print(given.cause + _told(place))
     _print_estimates(rows)
     for causes, fitted in found.elsewhere:
         others = (given.cause + _told({**cause.where, **cause.variant}) for cause in causes)
         print(f"or, explaining the records as well, {' and '.join(others)}")
-        for cause in causes:
-            _print_estimates(_rows(shape_of(fitted, cause)))
+        _print_estimates(_rows(estimates_of(causes, fitted)))
     for told, misfit in sorted(found.misfits.items(), key=lambda one: one[1]):
         print(f"misfit above the best, {told}: {misfit:.3g}")
     print(f"p-value of the misfit: {found.p_value:.2g}")
     if found.p_value < settings.significance:
         tell([f"warning: {given.cause} does not explain the records; its intervals are not valid"])
     for name, away in far_amplitudes(found.causes, found.fit.values).items():
-        told = f"{name} is {abs(away):.1f} standard deviations of what is usual from its value"
+        told = (
+            f"{shown_names(found.causes)[name]} is {abs(away):.1f} standard deviations of what is usual from its value"
+        )
         tell([f"warning: {told}: the cause has another form than the model, and its intervals are not valid"])
     if given.out:
         _save(given, rig, [*rig.plugins, registry().get("effect", given.cause)], rows)

@@ -48,8 +48,10 @@ def is_same(work: Work, one: Fitted, other: Fitted) -> bool:
         return False
     data = slice(2 * work.spectrum.amplitude.size)
     alike = np.abs(one.minimum.residual[0, data] - other.minimum.residual[0, data]).max() < ALIKE
-    pairs = (sorted(shaped(work, fitted), key=lambda cause: tuple(cause.shape.values())) for fitted in (one, other))
+    pairs = (sorted(shaped(work, fitted), key=lambda c: (c.cause, *c.shape.values())) for fitted in (one, other))
     for a, b in zip(*pairs, strict=True):
+        if a.where != b.where:
+            return False
         for name, ends in ranges_of(work, a).items():
             if ends.mirrored:  # a form, which trades off with the rest
                 continue
@@ -98,16 +100,25 @@ def interval_of(found: Identified, name: str) -> tuple[float, float]:
     return found.intervals.get(name, (value - half, value + half))
 
 
-def estimates_of(found: Identified) -> list[tuple[str, float, float, str]]:
-    """(name, value, standard deviation, unit) of the shapes of the causes, what follows, and their amplitudes."""
-    rows = []
-    for number, cause in enumerate(found.causes, start=1):
-        more = f"[{number}]" if len(found.causes) > 1 else ""
-        rows += [(name + more, *one) for name, *one in shape_of(found.fit, cause, found.stated)]
-        for unknown in cause.term.unknowns:
-            name = unknown.name.replace(f"[{cause.term.label}]", more)
-            rows.append((name, *found.fit.by_name[unknown.name], unknown.unit))
+def estimates_of(
+    causes: Sequence[Candidate], fitted: Fit, stated: Mapping[str, tuple[float, float]] | None = None
+) -> list[tuple[str, float, float, str]]:
+    """(name, value, standard deviation, unit) of the shapes of causes of a Fit, what follows, and their amplitudes."""
+    rows, names = [], shown_names(causes)
+    for number, cause in enumerate(causes, start=1):
+        more = f"[{number}]" if len(causes) > 1 else ""
+        rows += [(name + more, *one) for name, *one in shape_of(fitted, cause, stated)]
+        rows += [(names[u.name], *fitted.by_name[u.name], u.unit) for u in cause.term.unknowns]
     return rows
+
+
+def shown_names(causes: Sequence[Candidate]) -> dict[str, str]:
+    """Name of each amplitude of some causes -> how it is shown, with the number of its cause if there are several."""
+    found = {}
+    for number, cause in enumerate(causes, start=1):
+        more = f"[{number}]" if len(causes) > 1 else ""
+        found |= {name: name.replace(f"[{cause.term.label}]", more) for name in cause.names}
+    return found
 
 
 def shape_of(

@@ -64,7 +64,7 @@ class Fitted(NamedTuple):
     def variant(self) -> str:
         """The alternatives of the causes, as a text, in any order of the causes the same."""
         told = sorted(f"{key} {value}" for cause in self.causes for key, value in cause.variant.items())
-        return ", ".join(told) or self.causes[0].cause
+        return ", ".join(told) or " and ".join(sorted(cause.cause for cause in self.causes))
 
 
 def ranges_of(work: Work, cause: Candidate) -> dict:
