@@ -124,10 +124,9 @@ def _run_cause(given, rig, spectrum, model):
     print(f"p-value of the misfit: {found.p_value:.2g}")
     if found.p_value < settings.significance:
         tell([f"warning: {given.cause} does not explain the records; its intervals are not valid"])
+    names = shown_names(found.causes)
     for name, away in far_amplitudes(found.causes, found.fit.values).items():
-        told = (
-            f"{shown_names(found.causes)[name]} is {abs(away):.1f} standard deviations of what is usual from its value"
-        )
+        told = f"{names[name]} is {abs(away):.1f} standard deviations of what is usual from its value"
         tell([f"warning: {told}: the cause has another form than the model, and its intervals are not valid"])
     if given.out:
         _save(given, rig, [*rig.plugins, registry().get("effect", given.cause)], rows)

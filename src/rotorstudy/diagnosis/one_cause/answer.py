@@ -105,8 +105,7 @@ def estimates_of(
 ) -> list[tuple[str, float, float, str]]:
     """(name, value, standard deviation, unit) of the shapes of causes of a Fit, what follows, and their amplitudes."""
     rows, names = [], shown_names(causes)
-    for number, cause in enumerate(causes, start=1):
-        more = f"[{number}]" if len(causes) > 1 else ""
+    for cause, more in _numbered(causes):
         rows += [(name + more, *one) for name, *one in shape_of(fitted, cause, stated)]
         rows += [(names[u.name], *fitted.by_name[u.name], u.unit) for u in cause.term.unknowns]
     return rows
@@ -114,11 +113,13 @@ def estimates_of(
 
 def shown_names(causes: Sequence[Candidate]) -> dict[str, str]:
     """Name of each amplitude of some causes -> how it is shown, with the number of its cause if there are several."""
-    found = {}
-    for number, cause in enumerate(causes, start=1):
-        more = f"[{number}]" if len(causes) > 1 else ""
-        found |= {name: name.replace(f"[{cause.term.label}]", more) for name in cause.names}
-    return found
+    every = ((cause, more, name) for cause, more in _numbered(causes) for name in cause.names)
+    return {name: name.replace(f"[{cause.term.label}]", more) for cause, more, name in every}
+
+
+def _numbered(causes):
+    """Each cause with '[1]', '[2]', ..., or with nothing if it is the only one."""
+    return [(cause, f"[{number}]" if len(causes) > 1 else "") for number, cause in enumerate(causes, start=1)]
 
 
 def shape_of(

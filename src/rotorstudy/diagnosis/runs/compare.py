@@ -118,8 +118,8 @@ def of_changes(settings: Settings) -> Settings:
 
 
 def _directions(spectrum):
-    """Of its single probes, rad."""
-    return np.round(spectrum.directions[~np.isnan(spectrum.directions)], 6).tolist()
+    """Of its single probes, degrees."""
+    return np.rad2deg(spectrum.directions[~np.isnan(spectrum.directions)]).round(3).tolist()
 
 
 def _at_common_speeds(before, after):
@@ -128,7 +128,7 @@ def _at_common_speeds(before, after):
         ("sensors", list(before.sensors), list(after.sensors)),
         ("harmonics", before.harmonics.tolist(), after.harmonics.tolist()),
         ("single probes", before.single_probes, after.single_probes),
-        ("directions of single probes", _directions(before), _directions(after)),
+        ("directions of single probes in degrees", _directions(before), _directions(after)),
     ):
         if one != other:
             raise RotorstudyError(

@@ -155,7 +155,9 @@ def _smallest(clearness, needed, near, largest, parameter):
         known = size if found >= needed else known
         if needed <= found <= CLOSE * needed:
             break
-        step = (np.sqrt(CLOSE) * needed / found) ** (1 / exponent) if 0 < found < np.inf else 0.5 if found else 2.0
+        step = 2.0 if found == 0 else 0.5  # of what is not seen at all, or leaves no steady state
+        if 0 < found < np.inf:
+            step = (np.sqrt(CLOSE) * needed / found) ** (1 / exponent)
         step = max(step, 0.5) if parameter.force else step  # a stiffer contact may be seen less
         other = max(min(size * step, known or largest), SMALLEST * largest)
         if other in (size, known):
