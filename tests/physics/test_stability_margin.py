@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from machines import film, jeffcott_rig, point, shaft
+from machines import disc, film, jeffcott_rig, point, rig_of, shaft, springs
 from test_equivalent_descriptions import in_frequency, rewritten
 
 from rotorstudy import build_model
@@ -28,6 +28,21 @@ def test_the_margin_of_a_jeffcott_rotor():
     swirl = {"kind": "cross_coupling", "cross_coupling_N_per_m": 1.01 * DAMPING * FREQUENCY}
     unstable = build_model(JEFFCOTT | {"effects": [*JEFFCOTT["effects"], swirl]})
     assert stability_margin(unstable, 400.0).cross_coupling == 0.0
+
+
+@pytest.mark.parametrize("elements", [2, 24])
+def test_a_rotor_without_damping_has_no_margin(elements):
+    """Not the round-off of its eigenvalues, up to 5e-11 of them. Negative control: a decrement of 3e-6 has one."""
+
+    def rig(damping):
+        stations = disc(2, 3.0, 4e-3, 2e-3)
+        return rig_of(shaft(1.0, elements, stations, outer_diameter_m=0.05), springs((1, elements + 1), 1e5, damping))
+
+    found = stability_margin(build_model(rig(0.0)), 400.0)
+    assert (found.log_decrement, found.cross_coupling) == (0.0, 0.0)
+    text = said(rig(0.0), (400.0, 500.0))
+    assert "logarithmic decrement 0;" in text and "to oppose cross-coupling: the margin is zero" in text
+    assert stability_margin(build_model(rig(1e-3)), 400.0).cross_coupling > 0
 
 
 def test_a_part_that_is_stated_in_frequency_only_acts_at_the_frequency_of_the_mode():
