@@ -50,16 +50,21 @@ def steady(ratio, speed):
     return force / (STIFFNESS - MASS * speed**2 + 2j * ratio * MASS * CRITICAL * speed)
 
 
-def tracked(ratio, rate):
-    """Speeds, the errors of 1X over the peak, the same in standard deviations, and 2X over the peak."""
+def tracked(ratio, rate, *gaps):
+    """Speeds, the errors of 1X over the peak, the same in standard deviations, and 2X over the peak.
+
+    gaps : (speed, s) of stretches that are missing
+    """
     time, z, marks = sweep(ratio, rate)
+    z = with_gaps(time, z, rate, *gaps)
     found = count_revolutions(marks, swept=True)
     grid = speed_grid(found)
     of_node = track(z[None], time, found.angle(time), grid, [0, 1, -1, 2, -2], np.array([np.nan]), 0.0)
     shown, covariance, _ = (part[0] for part in of_node)
-    speed = grid.speed[grid.given]
+    known = np.isfinite(shown).all(axis=1)
+    shown, covariance, speed = shown[known], covariance[known], grid.speed[grid.given][known]
     error, std = shown[:, 1] - steady(ratio, speed), np.sqrt(2 * covariance[:, 1, 1])
-    peak = np.abs(steady(ratio, speed)).max()
+    peak = np.abs(steady(ratio, CRITICAL))
     return speed, np.abs(error) / peak, np.abs(error) / std, np.abs(shown[:, 3]).max() / peak
 
 
@@ -69,6 +74,39 @@ def test_the_harmonics_of_a_sweep_are_the_steady_ones(ratio, rate):
     speed, _, sigma, second = tracked(ratio, rate)
     assert len(speed) > 35 and second < 5e-3
     assert np.sqrt(np.mean(sigma**2)) == pytest.approx(1, abs=5 / np.sqrt(4 * len(speed)))
+
+
+def with_gaps(time, z, rate, *gaps, first=150.0):
+    """A signal with samples that are missing about some speeds, for some seconds."""
+    lost = [np.abs(time - (speed - first) / rate) < seconds / 2 for speed, seconds in gaps]
+    return np.where(np.any(lost, axis=0), np.nan * (1 + 1j), z) if gaps else z
+
+
+@pytest.mark.parametrize("seconds", [0.002, 0.1, 0.3, 1.0])
+@pytest.mark.parametrize("speeds", [(225.0,), (200.0,), (206.0,), (185.0, 215.0)])
+def test_speeds_that_a_gap_leaves_open_are_left_out_and_others_are_as_uncertain_as_stated(speeds, seconds):
+    """Also at the resonance, where the transient that is removed reaches far; single samples leave all speeds."""
+    every = tracked(0.03, 8.0)[0]
+    speed, _, sigma, _ = tracked(0.03, 8.0, *((one, seconds) for one in speeds))
+    assert np.isin(speed, every).all() and sigma.max() < 3.5
+    assert len(speed) > len(every) / 6 and (len(speed) == len(every) or seconds > 0.01)
+
+
+def test_rows_that_a_recorder_dropped_are_missing_samples(tmp_path):
+    """Of both the same speeds are left out, which is told; too many are refused."""
+    time, z, marks = sweep(0.03, 8.0)
+    for seconds, severity in ((0.3, "warning"), (1.0, "error")):
+        gap = with_gaps(time, z, 8.0, (200.0, seconds))
+        there, found = np.isfinite(gap), []
+        for t, signal in ((time, gap), (time[there], z[there])):
+            found.append(read_measurement([record(tmp_path, t, signal, marks)], rig(tmp_path)))
+        assert all(any((f.name, f.severity) == ("gaps", severity) for f in one.findings) for one in found)
+        if severity == "error":
+            assert [one.spectrum for one in found] == [None, None]
+        else:
+            nan, dropped = (one.spectrum for one in found)
+            assert dropped.amplitude == pytest.approx(nan.amplitude, rel=1e-9) and len(nan.speed) < 46
+            assert "speeds are left out" in " ".join(f.text for f in found[0].findings)
 
 
 def test_without_the_correction_the_transient_would_show(monkeypatch):

@@ -19,6 +19,7 @@ NO_MEAN = 1e-3  # m, standard deviation of the mean displacement where a velocit
 SLOWEST = 0.2  # of the speed: what a velocity or an acceleration shows of slower motion is drift
 WHOLE_REVOLUTION = 0.01  # revolutions by which a record may fall short of a whole number: its marks are not exact
 PIECES = 50  # of a record, of which the loudest shows the state of the probes
+MOST_ROUNDED = 2  # steps between rounded times of neighbouring samples
 REVOLUTIONS = 8  # at least, in the pieces in which spikes are sought
 
 
@@ -167,18 +168,27 @@ def _tracked(whole, raw, pulses):
     grid, step = speed_grid(sweep), np.median(np.diff(raw.time))
     fastest = grid.speed.max() / (2 * np.pi)
     findings += quality.check_sampling(len(raw.time), len(raw.time) * step * fastest, harmonics, raw.where)
-    angle = sweep.angle(raw.time) + raw.conventions.mark_rad
-    loudest, missing = _loudest(raw, sweep), float(np.mean(~np.isfinite(raw.displacement)))
-    _check_signals(whole, raw, loudest, angle[loudest], missing)
+    steps = np.rint(np.diff(raw.time) / step)
+    row = np.concatenate([[0], np.cumsum(np.where(steps > MOST_ROUNDED, steps, 1))])  # with those that time leaves out
+    loudest, missing = _loudest(raw, sweep), float(1 - np.isfinite(raw.displacement).mean() * len(row) / (row[-1] + 1))
+    _check_signals(whole, raw, loudest, sweep.angle(raw.time[loudest]) + raw.conventions.mark_rad, missing)
     if raw.orders.any():
         findings.append(told("no displacement", raw.where))
     if errors_among(findings):
         return [whole]
     variance = sweep.jitter_rad**2 / np.median(grid.length * grid.speed / (2 * np.pi))
     resolution = (grid.speed[grid.given].mean() * sweep.resolution_s) ** 2
-    tracked = track(raw.displacement, raw.time, angle, grid, harmonics, raw.directions, variance + resolution)
+    time = np.interp(np.arange(row[-1] + 1), row, raw.time)
+    signals, angle = np.full((len(raw.nodes), len(time)), np.nan, complex), sweep.angle(time) + raw.conventions.mark_rad
+    signals[:, row.astype(int)] = raw.displacement
+    tracked = track(signals, time, angle, grid, harmonics, raw.directions, variance + resolution)
+    known = np.isfinite(tracked[0]).all(axis=(0, 2))
+    tracked, grid = [part[:, known] for part in tracked], grid._replace(given=grid.given[known])
+    if not known.all():
+        severity = None if known.any() else "error"
+        findings.append(told("gaps (run-up)", raw.where, severity, left=np.sum(~known), every=len(known)))
     speed, rate = grid.speed[grid.given], grid.rate[grid.given]
-    findings += check_sweep(speed, rate, tracked[0], harmonics, raw.where)
+    findings += check_sweep(speed, rate, tracked[0], harmonics, raw.where) if known.any() else []
     whole.is_tracked = True
     if errors_among(findings):
         return [whole]

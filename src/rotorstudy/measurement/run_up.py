@@ -13,6 +13,9 @@ amplifying noise; the response of the Hann window, known in tau as well, is divi
 that grows with w^2 the expression holds with the tangential force of the accelerated unbalance, -j a / w^2 of it. It
 is exact where natural frequencies do not depend on the speed; where they change by a share g of it, g a / d^2 is left.
 
+Gaps. The inverse reaches as far as the motion remembers, so a gap spoils speeds that its windows do not touch. Missing
+samples are filled in two ways, and speeds at which these differ beyond the noise are not stated.
+
 Source: Markert and Seidler 2001, Analytically based estimation of the maximum amplitude during passage through
 resonance (the passage); Fyfe and Munck 1997 (order tracking by resampled angle).
 """
@@ -31,6 +34,8 @@ LEAST_APART = 2e-3  # relative, of the speeds that are given: nearer ones count 
 APART = 3  # steps between the speeds that are given: the noise of windows 3/4 apart is uncorrelated (1 %)
 HANN_VARIANCE = 1 / 12 - 1 / (2 * np.pi**2)  # of time under a Hann window, in squared lengths
 LEAST_PASSED = 0.5  # share that a window must pass of a part of the response for it to be restored
+DEGREES = (5, 3)  # of polynomials that fill missing samples: the result, and one that shows what it depends on
+HIDDEN = 0.5  # standard deviations between these two from which a harmonic is not known
 HALF_POWER = np.sqrt(0.5)
 PEAK = 3.0  # ratio of a resonance to the lowest response on either side
 SWEPT = 0.2  # relative change of the speed over a record from which it is a run-up or a coast-down
@@ -77,17 +82,47 @@ def speed_grid(sweep):
 def track(signals, time, angle, grid, harmonics, directions, mark_variance):
     """Harmonics (node, speed, harmonic), m, of signals (node, time), m; covariance; noise (node, speed) of a sample, m.
 
+    Missing samples are filled by polynomials; harmonics that depend on their degree are NaN, also beside a gap.
+
     directions : (node,) rad of single probes, NaN for orbits
     """
+    degrees = DEGREES if np.isnan(signals).any() else DEGREES[:1]
+    filled = [_filled(signals, time, angle, grid, harmonics, degree) for degree in degrees]
+    found, *others = [_tracked(one, time, angle, grid, harmonics, directions, mark_variance) for one in filled]
+    for other, *_ in others:
+        variance = np.diagonal(found[1], axis1=-2, axis2=-1)
+        variance = variance[..., : len(harmonics)] + variance[..., len(harmonics) :]
+        found[0][:, (np.abs(found[0] - other) > HIDDEN * np.sqrt(variance)).any(axis=(0, 2))] = np.nan
+    return found
+
+
+def _filled(signals, time, angle, grid, harmonics, degree):
+    """Signals (node, time) with the samples that windows lack: harmonics that change as polynomials of a degree."""
+    there = np.isfinite(signals).all(axis=0)
+    known, filled = np.flatnonzero(there), signals.copy()
+    for middle, length in zip(grid.time, grid.length, strict=True):
+        first, last = np.searchsorted(time, [middle - length / 2, middle + length / 2])
+        lost = first + np.flatnonzero(~there[first:last])
+        if len(lost):
+            at, count = np.searchsorted(known, (first + last) // 2), last - first
+            near = known[max(at - count, 0) : at + count]
+            here = np.concatenate([near, lost])
+            place, steady = (time[here] - middle) / np.ptp(time[here]), rotating_basis(angle[here], 1.0, harmonics)
+            basis = np.concatenate([place**power * steady for power in range(degree + 1)])
+            found = np.linalg.lstsq(basis[:, : len(near)].T, signals[:, near].T)[0]
+            filled[:, lost] = found.T @ basis[:, len(near) :]
+    return filled
+
+
+def _tracked(signals, time, angle, grid, harmonics, directions, mark_variance):
+    """What `track` returns, of signals of which no sample in a window is missing."""
     harmonics, nodes = np.asarray(harmonics), len(signals)
     amplitude = np.zeros((nodes, len(grid.time), len(harmonics)), complex)
     covariance = np.zeros((nodes, len(grid.time), 2 * len(harmonics), 2 * len(harmonics)))
     noise = np.zeros((nodes, len(grid.time)))
-    usable = np.isfinite(signals).all(axis=0)
     given = set(grid.given.tolist())
     for k, (middle, length) in enumerate(zip(grid.time, grid.length, strict=True)):
-        first, last = np.searchsorted(time, [middle - length / 2, middle + length / 2])
-        here = first + np.flatnonzero(usable[first:last])
+        here = np.arange(*np.searchsorted(time, [middle - length / 2, middle + length / 2]))
         place = (time[here] - middle) / length
         window = np.cos(np.pi * place) ** 2
         steady = rotating_basis(angle[here], 1.0, harmonics)
