@@ -184,11 +184,8 @@ def _tracked(whole, raw, pulses):
     tracked = track(signals, time, angle, grid, harmonics, raw.directions, variance + resolution)
     known = np.isfinite(tracked[0]).all(axis=(0, 2))
     tracked, grid = [part[:, known] for part in tracked], grid._replace(given=grid.given[known])
-    if not known.all():
-        severity = None if known.any() else "error"
-        findings.append(told("gaps (run-up)", raw.where, severity, left=np.sum(~known), every=len(known)))
     speed, rate = grid.speed[grid.given], grid.rate[grid.given]
-    findings += check_sweep(speed, rate, tracked[0], harmonics, raw.where) if known.any() else []
+    findings += check_sweep(speed, rate, tracked[0], harmonics, len(known), raw.where)
     whole.is_tracked = True
     if errors_among(findings):
         return [whole]
@@ -216,11 +213,14 @@ def _loudest(raw, sweep):
     return inside & (piece == int(power.argmax()))
 
 
-def check_sweep(speed, rate, amplitude, harmonics, where):
+def check_sweep(speed, rate, amplitude, harmonics, every, where):
     """A note on a sweep, amplitude (node, speed, harmonic), and whether it is too fast for its narrowest resonance."""
+    if not len(speed):
+        yield told("no speed", where, every=every)
+        return
     kind, rpm = "run-up" if rate.mean() > 0 else "coast-down", RAD_PER_S["rpm"]
-    first, last = (number(speed[i] / rpm, 4) for i in (0, -1))
-    yield told(kind, where, kind=kind, rate=number(abs(np.median(rate))), count=len(speed), first=first, last=last)
+    said = {"kind": kind, "rate": number(abs(np.median(rate))), "count": len(speed), "every": every}
+    yield told(kind, where, **said, first=number(speed[0] / rpm, 4), last=number(speed[-1] / rpm, 4))
     once = amplitude[..., np.abs(harmonics) == 1]
     resonances = peaks(speed, np.sqrt(np.sum(np.abs(once) ** 2, axis=(0, 2))))
     if not resonances:

@@ -33,8 +33,6 @@ warning: unusual speed: up to {fastest}, {times:.3g} times the lowest natural fr
 warning: speed drift: the speed changes by {drift:+.2g} % over the record (up to {steady:g} % is steady); the
     harmonics are averages over these speeds. Take a shorter record, or cut it into pieces
 warning: gaps: {part:.2g} % of the samples are missing (up to {most:g} % are tolerated); repair the record
-warning: gaps (run-up): {left} of {every} speeds are left out: what they show depends on missing samples, at the same
-    time or shortly before or after it. Repeat the run-up
 warning: spikes: {count} samples, the first {value} at sample {first}, lie far outside the range of the others, or are 0
     between larger ones, and are taken as missing: a mark of the recorder for missing samples, or dropouts
 warning: time steps: time jumps by {steps:.3g} samples; the shaft angle is not affected. Check the recorder
@@ -64,8 +62,11 @@ warning: noise floor: no harmonic but the mean exceeds five times its standard d
 error: reference signal: {problem}
 error: no displacement: a velocity or an acceleration during a run-up is not integrated; give displacements, or
     constant speeds
-note: run-up, coast-down: {kind} at {rate} rad/s per second, tracked at {count} speeds from {first} to {last} rpm; the
-    transient of the sweep is removed from the harmonics
+note: run-up, coast-down: {kind} at {rate} rad/s per second, tracked at {count} of {every} speeds, from {first} to
+    {last} rpm; the others depend on missing samples or on what came before or after the record. The transient of the
+    sweep is removed from the harmonics
+error: no speed: each of {every} speeds depends on missing samples or on what came before or after the record. Take a
+    longer run-up without gaps
 warning: sweep too fast: {beats}. They are removed, to about a percent; {slower}
 error: sweep too fast (lost): {beats}, which cannot be removed; {slower}
 warning: sweep too fast (vectors): the vectors beat as in a sweep at {rate} rad/s per second, {times} times the square

@@ -13,8 +13,8 @@ amplifying noise; the response of the Hann window, known in tau as well, is divi
 that grows with w^2 the expression holds with the tangential force of the accelerated unbalance, -j a / w^2 of it. It
 is exact where natural frequencies do not depend on the speed; where they change by a share g of it, g a / d^2 is left.
 
-Gaps. The inverse reaches as far as the motion remembers, so a gap spoils speeds that its windows do not touch. Missing
-samples are filled in two ways, and speeds at which these differ beyond the noise are not stated.
+Gaps. The inverse reaches as far as the motion remembers, so what is not recorded, in a gap or beyond an end, spoils
+speeds whose windows do not touch it. It is filled in two ways; speeds at which these differ are not stated.
 
 Source: Markert and Seidler 2001, Analytically based estimation of the maximum amplitude during passage through
 resonance (the passage); Fyfe and Munck 1997 (order tracking by resampled angle).
@@ -34,8 +34,11 @@ LEAST_APART = 2e-3  # relative, of the speeds that are given: nearer ones count 
 APART = 3  # steps between the speeds that are given: the noise of windows 3/4 apart is uncorrelated (1 %)
 HANN_VARIANCE = 1 / 12 - 1 / (2 * np.pi**2)  # of time under a Hann window, in squared lengths
 LEAST_PASSED = 0.5  # share that a window must pass of a part of the response for it to be restored
-DEGREES = (5, 3)  # of polynomials that fill missing samples: the result, and one that shows what it depends on
-HIDDEN = 0.5  # standard deviations between these two from which a harmonic is not known
+FILLED, CONTINUED = (
+    (5, 3),
+    (3, 4),
+)  # degrees by which gaps are filled, and ends continued: for the result, and beside it
+HIDDEN = 0.5  # standard deviations between the two from which a harmonic is not known
 HALF_POWER = np.sqrt(0.5)
 PEAK = 3.0  # ratio of a resonance to the lowest response on either side
 SWEPT = 0.2  # relative change of the speed over a record from which it is a run-up or a coast-down
@@ -82,18 +85,27 @@ def speed_grid(sweep):
 def track(signals, time, angle, grid, harmonics, directions, mark_variance):
     """Harmonics (node, speed, harmonic), m, of signals (node, time), m; covariance; noise (node, speed) of a sample, m.
 
-    Missing samples are filled by polynomials; harmonics that depend on their degree are NaN, also beside a gap.
+    What is missing, and what comes before and after the sweep, is continued in two ways; harmonics that differ by them
+    are NaN, also beside it.
 
     directions : (node,) rad of single probes, NaN for orbits
     """
-    degrees = DEGREES if np.isnan(signals).any() else DEGREES[:1]
-    filled = [_filled(signals, time, angle, grid, harmonics, degree) for degree in degrees]
-    found, *others = [_tracked(one, time, angle, grid, harmonics, directions, mark_variance) for one in filled]
-    for other, *_ in others:
-        variance = np.diagonal(found[1], axis1=-2, axis2=-1)
-        variance = variance[..., : len(harmonics)] + variance[..., len(harmonics) :]
-        found[0][:, (np.abs(found[0] - other) > HIDDEN * np.sqrt(variance)).any(axis=(0, 2))] = np.nan
-    return found
+    harmonics, degrees = np.asarray(harmonics), FILLED if np.isnan(signals).any() else FILLED[:1]
+    fits = [
+        _fitted(_filled(signals, time, angle, grid, harmonics, one), time, angle, grid, harmonics) for one in degrees
+    ]
+    ways = zip((fits[0][0], fits[-1][0]), CONTINUED, strict=True)
+    found = [[[_steady(fit[:, h], grid, n, one) for h, n in enumerate(harmonics)] for fit in own] for own, one in ways]
+    steady, other = np.swapaxes(found, 2, 3)[:, :, grid.given]
+    covariance, noise = fits[0][1][:, grid.given] * _noise_gain(), fits[0][2][:, grid.given]
+    for s, direction in enumerate(directions):
+        channels = 2 if np.isnan(direction) else 1
+        covariance[s] = along_probe(covariance[s] * 2 / channels, harmonics, direction)
+        noise[s] /= np.sqrt(channels)
+    covariance = with_phase_noise(steady, covariance, harmonics, mark_variance)
+    variance = np.diagonal(covariance, axis1=-2, axis2=-1).reshape(*steady.shape[:2], 2, -1).sum(axis=2)
+    steady[:, (np.abs(steady - other) > HIDDEN * np.sqrt(variance)).any(axis=(0, 2))] = np.nan
+    return steady, covariance, noise
 
 
 def _filled(signals, time, angle, grid, harmonics, degree):
@@ -114,9 +126,9 @@ def _filled(signals, time, angle, grid, harmonics, degree):
     return filled
 
 
-def _tracked(signals, time, angle, grid, harmonics, directions, mark_variance):
-    """What `track` returns, of signals of which no sample in a window is missing."""
-    harmonics, nodes = np.asarray(harmonics), len(signals)
+def _fitted(signals, time, angle, grid, harmonics):
+    """Harmonics (node, step, harmonic) of signals (node, time); at steps that are given covariance and noise, too."""
+    nodes = len(signals)
     amplitude = np.zeros((nodes, len(grid.time), len(harmonics)), complex)
     covariance = np.zeros((nodes, len(grid.time), 2 * len(harmonics), 2 * len(harmonics)))
     noise = np.zeros((nodes, len(grid.time)))
@@ -135,14 +147,7 @@ def _tracked(signals, time, angle, grid, harmonics, directions, mark_variance):
             power = noise_power(residual, lines % len(here), window)
             covariance[:, k] = power[:, None, None] * circular_covariance(gain @ gain.conj().T)
             noise[:, k] = np.sqrt(power)
-    steady = [[_steady(amplitude[s, :, h], grid, n) for h, n in enumerate(harmonics)] for s in range(nodes)]
-    steady = np.swapaxes(steady, 1, 2)[:, grid.given]
-    covariance, noise = covariance[:, grid.given] * _noise_gain(), noise[:, grid.given]
-    for s, direction in enumerate(directions):
-        channels = 2 if np.isnan(direction) else 1
-        covariance[s] = along_probe(covariance[s] * 2 / channels, harmonics, direction)
-        noise[s] /= np.sqrt(channels)
-    return steady, with_phase_noise(steady, covariance, harmonics, mark_variance), noise
+    return amplitude, covariance, noise
 
 
 def _passed(lines):
@@ -159,18 +164,20 @@ def _noise_gain():
     return float(np.sum((passed / np.maximum(passed, LEAST_PASSED)) ** 2) / np.sum(passed**2))
 
 
-def _steady(tracked, grid, n):
+def _steady(tracked, grid, n, degree):
     """(step,) steady harmonic n, from that tracked in a sweep (step,).
 
     The transform repeats the range of speeds. So a polynomial with the values, slopes and curvatures of both ends is
     treated apart, by the series of the same operators, and what it leaves is continued by reflection at its ends.
+
+    degree : of the polynomials by which these are known
     """
     if n == 0:
         return tracked
     count = len(tracked)
     step = (grid.speed[-1] - grid.speed[0]) / (count - 1)
     turned, widened = 0.5j * grid.rate / n, HANN_VARIANCE / 2 * (grid.rate * grid.length) ** 2
-    trend = _between_its_ends(tracked, step)
+    trend = _between_its_ends(tracked, step, degree)
     place = step * np.arange(count)
     left = tracked - trend(place)
     beyond = min(count - 1, max(16, count // 4))
@@ -183,14 +190,14 @@ def _steady(tracked, grid, n):
     return found + trend(place) + (turned - widened) * trend(place, 2) + turned**2 / 2 * trend(place, 4)
 
 
-def _between_its_ends(tracked, step):
+def _between_its_ends(tracked, step, degree):
     """Polynomial of the fifth degree with the value, slope and curvature of a curve (step,) at both its ends."""
     from scipy.interpolate import BPoly
 
-    part = min(len(tracked), 3 * STEPS + 1)
+    part = min(len(tracked), degree * STEPS + 1)
     place = step * np.arange(part)
-    first = np.polyfit(place, tracked[:part], 3)[::-1][:3] * [1, 1, 2]
-    last = np.polyfit(place - place[-1], tracked[-part:], 3)[::-1][:3] * [1, 1, 2]
+    first = np.polyfit(place, tracked[:part], degree)[::-1][:3] * [1, 1, 2]
+    last = np.polyfit(place - place[-1], tracked[-part:], degree)[::-1][:3] * [1, 1, 2]
     return BPoly.from_derivatives([0, step * (len(tracked) - 1)], [first, last])
 
 
