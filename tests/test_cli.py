@@ -145,7 +145,8 @@ def in_unit(unit):
     ("change", "words"),
     [
         (in_unit("um"), ["units", "less than a probe can resolve"]),
-        (in_unit("furlong"), ["'furlong', which is not read", "um"]),
+        (in_unit("furlong"), ["'furlong', which is not read; convert it", "um"]),
+        (lambda data: data.assign(displacement=data.displacement.drop_attrs()), ["changed.nc", "state 'unit:'"]),
         (lambda data: data.drop_vars(["reference", "keyphasor"]), ["no phase reference"]),
         (None, ["does not exist"]),
     ],

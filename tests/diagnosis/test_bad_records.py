@@ -85,15 +85,11 @@ def test_a_last_row_cut_short_is_refused_and_can_be_removed(record, tmp_path):
 
 @pytest.fixture
 def simulated(tmp_path):
-    """Records of the rig as NetCDF with changes: function(name, sensors, speed, **attributes of displacement)."""
+    """Records of the rig as NetCDF with changes: function(name, sensors, speed)."""
 
-    def make(name, sensors=(2, 4), speed=80.0, units="m"):
+    def make(name, sensors=(2, 4), speed=80.0):
         (found,) = records(speeds=[speed])
-        data = records_dataset([found]).sel(node=list(sensors))
-        data.displacement.attrs["units"] = units
-        if not units:
-            del data.displacement.attrs["units"]
-        data.to_netcdf(tmp_path / f"{name}.nc")
+        records_dataset([found]).sel(node=list(sensors)).to_netcdf(tmp_path / f"{name}.nc")
         return tmp_path / f"{name}.nc"
 
     return make
@@ -117,9 +113,3 @@ def test_sensors_that_do_not_fit_are_refused(simulated, tmp_path, capsys):
     probes = [{"channel": name, "node": 3, "angle_deg": angle} for name, angle in (("x", 0.0), ("y", 90.0))]
     elsewhere = plain_rig(tmp_path / "b.yaml", measurement={"probes": probes})
     undiagnosed(capsys, tmp_path, elsewhere, both, "no probe", "nodes 2, 4")
-
-
-@pytest.mark.parametrize(("units", "words"), [("", "state 'unit:'"), ("inch", "'inch', which is not read; convert it")])
-def test_a_netcdf_file_without_a_known_unit_is_refused(units, words, simulated, tmp_path, capsys):
-    path = simulated("units", units=units)
-    undiagnosed(capsys, tmp_path, plain_rig(tmp_path / "rig.yaml"), path, "units.nc", words)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 from machines import disc, film, rig_of, shaft, springs
-from one_line_errors import changed, run
+from one_line_errors import changed
 
 from rotorstudy import harmonic_response
 from rotorstudy.commands.line import main
@@ -89,13 +89,20 @@ def test_each_oddity_is_found(path, value, name, words, tmp_path):
         (["effects", 0, "eccentricity_phase_deg"], "30 deg", "eccentricity_phase_deg = '30 deg'"),
         (["bearings", 0], MISSPELT, "'radial_clearance_mm' is none of its keys"),
         (["measurement", "gravity_angle"], 180, "did you mean 'gravity_angle_deg'"),
+        (["rotor", "elements"], [], "elements"),
+        (["rotor", "discs", 0, "node"], 9, "node"),
+        (["measurement", "probes", 0, "node"], 9, "probe 'x'"),
+        (["diagnosis"], {"uncertainty": {"bearing_stifness": 0.1}}, "bearing_stiffness"),
+        (["bearings"], [], "do not hold"),
+        (["bearings"], [{**table(500.0), "node": 1}, {**table(9e3) | {"speeds_rad_per_s": [600.0, 9e3]}, "node": 5,
+                                                      "label": "b"}], "no speed"),
     ],
-)
-def test_a_mistake_is_one_error_in_the_words_of_the_file(path, value, words, tmp_path):
+)  # fmt: skip
+def test_a_mistake_is_one_error_in_the_words_of_the_file_and_the_status(path, value, words, tmp_path, command):
     rig, found = check(changed(SOUND, path, value), tmp_path)
-    run("check", rig, status=1)
     (error,) = found.errors
-    assert words in error.text
+    printed = json.loads(command("check", rig, "--json", status=1).out)
+    assert words in error.text and error.text in [one["text"] for one in printed["findings"]] and printed["errors"] == 1
 
 
 def test_a_rig_that_is_not_valid_is_told_its_implausible_numbers_too(tmp_path):
@@ -157,25 +164,6 @@ def test_speeds_end_where_a_table_does(tmp_path):
     found = check(changed(SOUND, ["bearings"], bearings), tmp_path)[1]
     assert found.valid == pytest.approx((10.0, 400.0), rel=1e-6) and found.findings == []
     assert float(found.analysis.data.speed[-1]) <= 400.0
-
-
-@pytest.mark.parametrize(
-    ("path", "value", "words"),
-    [
-        (["rotor", "elements"], [], "elements"),
-        (["rotor", "discs", 0, "node"], 9, "node"),
-        (["measurement", "probes", 0, "node"], 9, "probe 'x'"),
-        (["diagnosis"], {"uncertainty": {"bearing_stifness": 0.1}}, "bearing_stiffness"),
-        (["bearings"], [], "do not hold"),
-        (["bearings"], [{**table(500.0), "node": 1}, {**table(9e3) | {"speeds_rad_per_s": [600.0, 9e3]}, "node": 5,
-                                                      "label": "b"}], "no speed"),
-    ],
-)  # fmt: skip
-def test_an_error_is_a_finding_and_the_status(path, value, words, tmp_path, capsys):
-    path, found = check(changed(SOUND, path, value), tmp_path)
-    assert found.errors and main(["check", str(path), "--json"]) == 1
-    printed = json.loads(capsys.readouterr().out)
-    assert printed["errors"] == len(found.errors) and words in " ".join(f["text"] for f in printed["findings"])
 
 
 def test_a_rig_with_unknowns_is_checked_as_far_as_it_goes(tmp_path):

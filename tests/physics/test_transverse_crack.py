@@ -7,7 +7,7 @@ import pytest
 from machines import OFFSET_DISC, disc, point, unbalance
 from one_line_errors import refused
 from scipy.optimize import brentq
-from shaft_with_a_crack import DIAMETER, POISSON, YOUNG, at_disc, crack, rotor
+from shaft_with_a_crack import DIAMETER, LENGTH, POISSON, YOUNG, at_disc, crack, rotor
 
 from rotorstudy import build_model, harmonic_response, registry
 from rotorstudy.model.cracks import stiffness_loss
@@ -275,6 +275,9 @@ def test_published_laws_of_opening_are_within_the_spread_about_one_of_the_librar
     assert np.std(change - parts @ size) < 0.15  # a law that jumps has higher orders
 
 
-def test_a_hollow_shaft_and_a_rotor_without_sections_are_refused():
+def test_a_hollow_shaft_one_under_a_sleeve_and_a_rotor_without_sections_are_refused():
     refused(lambda: rotor(4, crack(), inner_diameter_m=0.01), "hollow")
+    sleeve = {"outer_diameter_m": 0.03, "inner_diameter_m": DIAMETER}
+    stretch = {"length_m": LENGTH, "count": 4, "layers": [sleeve]}
+    refused(lambda: rotor(4, crack(), elements=[stretch]), "the shaft has layers there")
     refused(lambda: build_model({"rotor": point(), "effects": [crack()]}), "cross sections")
