@@ -12,6 +12,9 @@ from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.measurement.spectrum import independent_covariance
 
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]  # those of the thesis
+METHODS = list(registry().plugins["spectrum"].values())
+# others take harmonics above those asked for, which drop out of whole turns in a linear fit, for speed or outliers
+LINEAR = [m for m in METHODS if m.uses_marks or not (m.tolerates_wrong_speed or m.tolerates_outliers)]
 
 
 def full_bearing(node, stiffness, damping, **more):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from machines import HARMONICS, LINEAR, METHODS
 from one_line_errors import refused
 
 from rotorstudy import Record, full_spectrum, load_rig, measured_response, registry, simulate_records
@@ -14,11 +15,8 @@ from rotorstudy.measurement.spectrum import components
 from rotorstudy.response import stability
 from rotorstudy.response.series import synthesize
 
-HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]
 RIG = "examples/jeffcott.yaml"
-SPEED, METHODS = 100.0, list(registry().plugins["spectrum"].values())
-# others take harmonics above those asked for, which drop out of whole turns in a linear fit, for speed or outliers
-LINEAR = [m for m in METHODS if m.uses_marks or not (m.tolerates_wrong_speed or m.tolerates_outliers)]
+SPEED = 100.0
 TURNS = 2 * np.pi / SPEED * 20 * np.arange(4000) / 4000  # twenty whole turns
 
 

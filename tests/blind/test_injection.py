@@ -74,7 +74,7 @@ def test_the_folder_does_not_tell_what_is_hidden(drawn):
 
 
 def test_the_record_shows_what_the_truth_says_without_noise(drawn):
-    """To the scatter from run to run, 0.5 % each of amplitude and phase, and the noise of the chain."""
+    """Whatever the angles of probes, gravity and phase mark; to the scatter from run to run, 0.5 %, and the noise."""
     off = []
     for truth, folder in drawn:
         if "without_noise" in truth:

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from machines import jeffcott_rig, point, spectrum_of
+from machines import HARMONICS as H
+from machines import METHODS, jeffcott_rig, point, spectrum_of
 from one_line_errors import refused
 
 from rotorstudy import Problem, Record, build_model, full_spectrum, measured_response, read_measurement, registry
@@ -14,10 +15,9 @@ from rotorstudy.response.series import synthesize
 from rotorstudy.store import save
 
 RIG = jeffcott_rig(5e-6, 0.5)
-H, W = [0, 1, 2, 3, 5, 7, -1, -3, -5], 88.0
+W = 88.0
 TURN = 2 * np.pi / W
 TIME = np.arange(4000) * 10 * TURN / 4000  # ten whole turns
-METHODS = list(registry().plugins["spectrum"].values())
 REGRESSION = registry().get("spectrum", "regression")
 ESTIMATORS = list(registry().plugins["estimator"].values())
 MODEL = build_model(RIG)

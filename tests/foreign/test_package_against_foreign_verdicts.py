@@ -7,7 +7,7 @@ from machines import all_but
 from foreign.small_cases import read, small, special
 from rotorstudy.blind.machines.contacts import add_clearance, add_one_sided_loss, add_rub, add_stiffening
 from rotorstudy.blind.machines.cracks import add_form, arc_form
-from rotorstudy.blind.machines.effects import add_added_mass, add_seal
+from rotorstudy.blind.machines.effects import add_added_mass
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.inference.prediction import with_model_error
@@ -29,21 +29,6 @@ def verdict_on(case, folder, rig_error=1.0, change=None, hold_out=None, **change
 
 def names(verdict):
     return {(cause.effect, *cause.where.values()) for cause in verdict.causes}
-
-
-CASES = [("crack", 3, {"visible": 0.05, "chain_fault": "gain"})]
-CASES += [("healthy", seed, {"speeds": 2, "steps": 64, "modes": 6}) for seed in (20, 21, 22, 23)]
-
-
-@pytest.mark.parametrize(("family", "seed", "options"), CASES)
-def test_the_spectrum_read_from_the_files_is_the_expected_one(family, seed, options, tmp_path):
-    """Whatever the angles of probes, gravity and phase mark in the picture of the user."""
-    case = small(seed, family, **options)
-    spectrum, *_ = read(case, tmp_path)
-    shown = case.shown(case.steady, spectrum.harmonics)
-    size = np.abs(shown[:, spectrum.harmonics == 1]).max()
-    # run-to-run scatter and noise: a few parts in a thousand each
-    assert np.abs(spectrum.amplitude - shown).max() < 0.03 * size
 
 
 def test_the_clean_case_is_called_nothing(tmp_path):
@@ -140,17 +125,6 @@ def test_an_effect_added_by_hand_is_named_at_its_node(add, effect, tmp_path):
     if effect == "rub":
         off = verdict.causes[0].parameters["contact_angle_rad"].value - SIDE
         assert abs(np.angle(np.exp(1j * off))) < np.deg2rad(10)
-
-
-def test_a_seal_is_never_called_internal_damping(tmp_path):
-    def add(draw):
-        damping = 0.2 * draw.stiffness / draw.frequency
-        add_seal(draw.machine, 1, 0.0, 0.0, damping, 0.0, 0.0, swirl=0.4)
-        return {"node": 2}
-
-    verdict = verdict_on(special(1, add), tmp_path, rig_error=0.0, leave_out=CRACKS)
-    assert "seal" in {cause.effect for cause in (*verdict.causes, *verdict.ambiguous_with)}
-    assert "internal_damping" not in {cause.effect for cause in verdict.causes}
 
 
 def test_a_zero_on_the_unloaded_line_is_no_preload(tmp_path):

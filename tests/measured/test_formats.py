@@ -181,15 +181,10 @@ def test_what_does_not_fit_the_file_is_named(changes, words, tmp_path):
     refused(lambda: read_measurement(path, rig), *words)
 
 
-def test_files_that_cannot_be_read_are_named(tmp_path):
-    rig = write_rig(tmp_path / "rig.yaml")
-    for name, text, words in (
-        ("a.xlsx", "", ["unknown kind of record file '.xlsx'", ".csv"]),
-        ("a.csv", "time,key\n0,1\n1,x\n", ["disc 1 left"]),
-    ):
-        (tmp_path / name).write_text(text)
-        refused(lambda name=name: read_measurement(tmp_path / name, rig), *words)
-    refused(lambda: read_measurement(tmp_path / "none.csv", rig), "does not exist")
+def test_a_file_of_another_kind_is_named(tmp_path):
+    (tmp_path / "a.xlsx").touch()
+    rig, words = write_rig(tmp_path / "rig.yaml"), ("unknown kind of record file '.xlsx'", ".csv")
+    refused(lambda: read_measurement(tmp_path / "a.xlsx", rig), *words)
 
 
 def test_every_key_is_documented(request):

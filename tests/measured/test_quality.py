@@ -225,16 +225,6 @@ def test_backward_whirl_that_the_rig_expects_is_no_fault():
     assert len(check_sense(forward, backward, np.array([False, False]), (2, 4), "here")) == 1
 
 
-def test_nothing_to_take_a_phase_from(tmp_path):
-    rig = write_rig(tmp_path / "rig.yaml")
-    given = yaml.safe_load(rig.read_text())
-    del given["measurement"]["keyphasor"]  # then a file may have none
-    rig.write_text(yaml.safe_dump(given))
-    path = write("csv", tmp_path, records(speeds=[STEADY])[0])
-    measurement = read_measurement(path, rig)
-    assert [f.name for f in measurement.errors] == ["no phase reference"] and measurement.spectrum is None
-
-
 def long_record():
     """Of fine resolution, in which six of 12,000 samples have the same greatest value."""
     values = np.sin(np.linspace(0, 60, 12000))

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from machines import HARMONICS, jeffcott, spectrum_of
+from machines import HARMONICS, LINEAR, METHODS, jeffcott, spectrum_of
 from scipy.stats import chi2, norm
 
 from rotorstudy import Record, full_spectrum, measured_response, registry, simulate_records
@@ -16,9 +16,6 @@ from rotorstudy.measurement.spectrum import components, independent_covariance
 from rotorstudy.response.series import synthesize
 
 FALSE_ALARM = 1e-6  # share of seeds with which a right program fails one of these checks
-METHODS = list(registry().plugins["spectrum"].values())
-# others take harmonics nobody asked for, which drop out of whole turns in a linear fit, for speed or outliers
-LINEAR = [m for m in METHODS if m.uses_marks or not (m.tolerates_wrong_speed or m.tolerates_outliers)]
 SPEED = 88.0
 
 
