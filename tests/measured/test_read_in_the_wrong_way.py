@@ -91,6 +91,16 @@ def test_noise_impacts_and_drift_are_no_spikes():
     assert spikes(np.r_[np.cos(angle), -9.0], 5).sum() == 1
 
 
+@pytest.mark.parametrize("pieces", [5, 50])
+@pytest.mark.parametrize("first", [9000, 9030, 9060, 9090, 9125])
+def test_a_dropout_of_zeros_is_missing_whatever_the_signs_at_its_ends(first, pieces):
+    """Also if it fills a piece; one begins at a zero crossing."""
+    noise = np.random.default_rng(1).normal(size=20000) / 300
+    signal = np.cos(np.arange(20000) / 20000 * 40 * 2 * np.pi) + noise
+    signal[first : first + 900] = 0.0
+    assert np.flatnonzero(spikes(signal, pieces)).tolist() == list(range(first, first + 900))
+
+
 def test_import_refuses_a_record_given_twice(tmp_path, command):
     rig, path = write_rig(tmp_path / "rig.yaml"), write("csv", tmp_path, records(speeds=[SPEED], time=TIME[:4000])[0])
     said = command("import", path, path, "--rig", rig, "--out", tmp_path / "spectrum.nc", status=1).err

@@ -83,25 +83,29 @@ def check_gaps(part, irregular, where):
 
 def spikes(readings, pieces):
     """(time,) whether a sample of a probe lies far outside the range of the others, as no motion of a shaft does."""
-    found = np.zeros(len(readings), bool)
-    for part in np.array_split(np.arange(len(readings)), pieces):
-        there = part[np.isfinite(readings[part])]
-        if len(there):
-            low, middle, high = np.quantile(readings[there], [GAP[1], 0.5, 1 - GAP[1]])
-            found[there] = (high > low) & (np.abs(readings[there] - middle) > SPIKE * (high - low) / 2)
-            found[there] |= _zeros(readings[there], BESIDE_ZERO * (high - low))
-    return found
+    found, large = np.zeros((2, len(readings)), bool)
+    for part in np.array_split(np.flatnonzero(np.isfinite(readings)), pieces):
+        if len(part):
+            low, middle, high = np.quantile(readings[part], [GAP[1], 0.5, 1 - GAP[1]])
+            found[part] = (high > low) & (np.abs(readings[part] - middle) > SPIKE * (high - low) / 2)
+            steps = np.abs(np.diff(readings[part]))
+            usual = np.median(steps[steps > 0]) if steps.any() else 0.0
+            large[part] = np.abs(readings[part]) > max(BESIDE_ZERO * (high - low), SPIKE * usual)
+    return found | _zeros(readings, large)
 
 
-def _zeros(readings, least):
-    """(time,) whether a sample is exactly 0 between two beyond `least` and SPIKE steps, as a missing one is written."""
-    others, found, steps = np.flatnonzero(readings), readings == 0, np.abs(np.diff(readings))
-    if not found.any() or len(others) < 2:
-        return np.zeros(len(readings), bool)
-    after = np.searchsorted(others, np.flatnonzero(found))
-    before, after = (readings[others[np.clip(after - one, 0, len(others) - 1)]] for one in (1, 0))
-    least = max(least, SPIKE * np.median(steps[steps > 0]))
-    found[found] = (before * after > 0) & (np.minimum(np.abs(before), np.abs(after)) > least)
+def _zeros(readings, large):
+    """(time,) whether samples are exactly 0 beside a large one (time,), as missing ones are written.
+
+    A single one may be a zero crossing, unless it is between two large ones of one sign.
+    """
+    others, zeros, found = np.flatnonzero(readings), np.flatnonzero(readings == 0), np.zeros(len(readings), bool)
+    if len(others):
+        place = np.searchsorted(others, zeros)
+        before, after = (others[np.clip(place - one, 0, len(others) - 1)] for one in (1, 0))
+        both, one = large[before] & large[after], large[before] | large[after]
+        alone = np.bincount(place)[place] == 1
+        found[zeros] = np.where(alone, both & (readings[before] * readings[after] > 0), one)
     return found
 
 
