@@ -125,6 +125,19 @@ def errors_of_derivatives(model, speeds, harmonics, steps, change=None):
     return np.array(found)
 
 
+def in_x_and_y(on_z, on_conj):
+    """Matrix (2 dof, 2 dof) acting on real (x, y) as on_z acts on z = x + jy and on_conj on its conjugate."""
+    both, less = on_z + on_conj, on_z - on_conj
+    return np.block([[both.real, -less.imag], [both.imag, less.real]])
+
+
+def free_motion(mass, damping, stiffness):
+    """Matrix of the rate of the state (z, z') of mass z'' + damping z' + stiffness z = 0."""
+    size = len(mass)
+    accelerations = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
+    return np.vstack([np.eye(size, 2 * size, size), accelerations])
+
+
 def write_harmonics(path, spectrum):
     """A table of a Spectrum, as a machine's owner may have it."""
     rows = ["speed_rad_per_s,node,harmonic,amplitude_m,phase_rad"]

@@ -93,9 +93,9 @@ def test_keyphasor_jitter_is_stated():
     assert mean[1, 1] == pytest.approx(9 * mean[0, 0])
 
 
-def drifting_record(w, label, drift, jitter_s, start_angle_rad, samples=6000, turns=30):
+def drifting_record(w, label, drift, jitter_s, start_angle_rad):
     """A shaft whose angle is start + w t (1 + drift t / T), with a pulse each time it passes a whole turn."""
-    time = np.arange(samples) * turns * 2 * np.pi / w / samples
+    time = np.arange(6000) * 30 * 2 * np.pi / w / 6000
     angle = start_angle_rad + w * time * (1 + drift * time / time[-1])
     amplitude = np.exp(1j * np.arange(len(HARMONICS))) / (1 + np.arange(len(HARMONICS)))
     late = np.interp(angle, 2 * np.pi * np.arange(-2, 60), jitter_s * np.random.default_rng(9).normal(size=62))

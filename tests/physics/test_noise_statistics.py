@@ -122,7 +122,7 @@ def test_a_noisy_phase_reference_is_in_the_stated_covariance(method, reference_n
         check_scatter(errors, 0.4 * stated, slack=0.04)  # negative control
 
 
-def short_record(method, samples, trials=2000):
+def short_record(method, samples):
     """Errors (trial, component) of harmonics of a revolution with noise of one, and their stated covariances.
 
     The noise floor is the median over all lines of the periodogram. Of N lines the p harmonics asked for are not noise:
@@ -130,7 +130,7 @@ def short_record(method, samples, trials=2000):
     median would be the quantile (N/2 - p) / (N - p), or (N/2) / (N - p), of the noise: at p = 9, 9 % at 150 samples.
     """
     time = np.arange(samples) * 2 * np.pi / SPEED / samples
-    x, y = np.random.default_rng(samples).standard_normal((2, trials, samples))
+    x, y = np.random.default_rng(samples).standard_normal((2, 2000, samples))
     true = 100 * np.exp(1j * np.arange(len(HARMONICS)))
     signal = synthesize(true, SPEED, HARMONICS, time) + x + 1j * y
     check_record(Record(time, signal[:1], SPEED, (1,)), HARMONICS)  # accepted

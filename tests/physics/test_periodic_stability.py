@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from cracked_rotor import OPENINGS
-from machines import disc, jeffcott_rig, point, shaft, springs, unbalance
+from machines import disc, free_motion, jeffcott_rig, point, shaft, springs, unbalance
 from scipy.integrate import solve_ivp
 from shaft_with_a_crack import crack, rotor
 
@@ -34,7 +34,7 @@ def growth_in_turning_axes(share, speed, damping):
         [[0, -1], [1, 0]]
     )
     g = c * np.eye(2) + 2 * w * np.array([[0, -1], [1, 0]])
-    return np.linalg.eigvals(np.block([[np.zeros((2, 2)), np.eye(2)], [-k, -g]])).real.max()
+    return np.linalg.eigvals(free_motion(np.eye(2), g, k)).real.max()
 
 
 def test_an_asymmetric_shaft_grows_between_its_critical_speeds_as_in_closed_form():

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import spectrum_of
+from machines import free_motion, in_x_and_y, spectrum_of
 from one_line_errors import refused
 from scipy.linalg import expm
 
@@ -71,18 +71,9 @@ def in_rotating_axes(structure, speed):
     mass, gyroscopic, stiffness = structure.mass, structure.gyroscopic, structure.stiffness
     on_conj = np.diag([0, DIFFERENCE])
 
-    def real(on_r, on_conj):
-        plus, minus = on_r + on_conj, on_r - on_conj
-        return np.block([[plus.real, -minus.imag], [plus.imag, minus.real]])
-
     damping = 1j * speed * (2 * mass - gyroscopic)
     rest = stiffness - speed**2 * (mass - gyroscopic) + 0j
-    return real(mass + 0j, on_conj), real(damping, 0 * on_conj), real(rest, speed**2 * on_conj)
-
-
-def state(mass, damping, stiffness):
-    inverse, count = np.linalg.inv(mass), len(mass)
-    return np.block([[np.zeros((count, count)), np.eye(count)], [-inverse @ stiffness, -inverse @ damping]])
+    return in_x_and_y(mass + 0j, on_conj), in_x_and_y(damping, 0 * on_conj), in_x_and_y(rest, speed**2 * on_conj)
 
 
 def test_the_free_motion_is_that_of_constant_coefficients_in_rotating_axes(zoo):
@@ -91,7 +82,7 @@ def test_the_free_motion_is_that_of_constant_coefficients_in_rotating_axes(zoo):
     with using(zoo(3e-4)):
         model = Model(replace(TILTING, static_load=np.zeros(2)), (disc(TILTING),))
         found = time_response(model, speed, time, start=start)
-    matrix = state(*in_rotating_axes(TILTING, speed))
+    matrix = free_motion(*in_rotating_axes(TILTING, speed))
     displacement, velocity = start[0], start[1] - 1j * speed * start[0]
     initial = np.concatenate([part for one in (displacement, velocity) for part in (one.real, one.imag)])
     moved = np.array([expm(matrix * t) @ initial for t in time])
@@ -103,7 +94,7 @@ def test_the_rotor_is_unstable_between_two_speeds(zoo):
     """Statically in rotating axes, where k - (I - P) w^2 lies between -A w^2 and A w^2; it has tilt alone."""
     structure = replace(TILTING, stiffness=np.diag(np.diag(TILTING.stiffness)))
     speeds = np.array([0.5 * EDGES[0], 0.98 * EDGES[0], 1.02 * EDGES[0], EDGES.mean(), 0.98 * EDGES[1], 1.1 * EDGES[1]])
-    expected = [np.linalg.eigvals(state(*in_rotating_axes(structure, w))).real.max() for w in speeds]
+    expected = [np.linalg.eigvals(free_motion(*in_rotating_axes(structure, w))).real.max() for w in speeds]
     with using(zoo(3e-4)):
         model = Model(structure, (disc(structure),))
         found = periodic_growth_rate(model, speeds)

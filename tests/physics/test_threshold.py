@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import jeffcott, jeffcott_rig, point
+from machines import free_motion, in_x_and_y, jeffcott, jeffcott_rig, point
 from random_rotor import random_model
 
 from rotorstudy import Entry, Model, Parameter, RotorstudyError, Term, build_model, eigenvalues, harmonic_response
@@ -88,10 +88,7 @@ def slowest_decay(internal, external, speed):
     """Growth rate of the mode that decays least, from the equations of motion written out here."""
     damp = np.diag([internal + external, 0.0]) - 1j * speed * np.diag([0.0, POLAR])
     stiff = np.array([[K - 1j * speed * internal, 2.0e4], [2.0e4, TILTING]])
-    inertia = np.diag([M, DIAMETRAL])
-    upper = np.hstack([np.zeros((2, 2)), np.eye(2)])
-    lower = -np.linalg.solve(inertia, np.hstack([stiff, damp]))
-    return np.linalg.eigvals(np.vstack([upper, lower])).real.max()
+    return np.linalg.eigvals(free_motion(np.diag([M, DIAMETRAL]), damp, stiff)).real.max()
 
 
 def test_the_threshold_of_a_gyroscopic_rotor_is_where_its_own_equations_stop_decaying():
@@ -112,12 +109,6 @@ def test_external_damping_alone_and_round_off_without_any_have_no_threshold(kind
 
 TURNING = 400.0
 STEADY = ("external_damping", "internal_damping", "damping", "anisotropy", "added_mass", "unbalance", "couple")
-
-
-def in_x_and_y(on_z, on_conj):
-    """Matrix (2 dof, 2 dof) acting on real (x, y) as on_z acts on z = x + jy and on_conj on its conjugate."""
-    both, less = on_z + on_conj, on_z - on_conj
-    return np.block([[both.real, -less.imag], [both.imag, less.real]])
 
 
 def smallest_share(model, values):

@@ -155,13 +155,11 @@ def fitted_from(
     return Fitted(tuple(causes_at(work, causes, found.theta[0], shapes)), found)
 
 
-def as_fit(work: Work, one: Fitted, causes: Sequence[Candidate] | None = None) -> Fit:
-    """The Fit at the values of a Fitted, its causes in their shapes; with some of them alone, if these are given."""
-    whole = work.whole.plus(*(cause.term for cause in one.causes))
-    theta = whole.filled([*work.prior.names, *(n for cause in one.causes for n in cause.names)], one.amplitudes)
-    causes = one.causes if causes is None else causes
-    model, prior = work.whole.plus(*(cause.term for cause in causes)), with_priors(work.prior, causes)
-    return fit(model, work.spectrum, prior, start=theta[whole.position(model.names)], steps=0)
+def as_fit(work: Work, one: Fitted) -> Fit:
+    """The Fit at the values of a Fitted, its causes in their shapes."""
+    model, prior = work.whole.plus(*(cause.term for cause in one.causes)), with_priors(work.prior, one.causes)
+    theta = model.filled([*work.prior.names, *(n for cause in one.causes for n in cause.names)], one.amplitudes)
+    return fit(model, work.spectrum, prior, start=theta, steps=0)
 
 
 def shaped(work: Work, one: Fitted) -> tuple[Candidate, ...]:
