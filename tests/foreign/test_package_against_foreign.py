@@ -9,8 +9,8 @@ from foreign.small_cases import HARMONICS, distance, exact_model, special
 from rotorstudy import make_term
 from rotorstudy.blind.machines.cases import draw_case
 from rotorstudy.blind.machines.contacts import add_misalignment
-from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_bow, add_pedestal, add_thermal_bow, bow_by_kink
+from rotorstudy.blind.machines.faults import add_crack
 from rotorstudy.blind.machines.machine import build
 from rotorstudy.response.floquet import periodic_growth_rate
 from rotorstudy.response.stability import growth_rate
@@ -112,10 +112,8 @@ def test_two_cracks_are_predicted():
     places = [(0, 0.6, 0.5, 0.4, "gradual"), (1, 0.4, 0.35, 2.9, "switching")]
 
     def add(draw):
-        for element, position, depth, angle, kind in places:
-            part, start = draw.rotor.elements[element], float(draw.rotor.positions[element])
-            form = arc_form(part, depth / 2, 0.0, kind)
-            add_form(draw.machine, start + position * part.length, form, angle)
+        for place in places:
+            add_crack(draw.machine, *place)
         return {}
 
     case = special(1, add, speeds=3, steps=256, modes=None)

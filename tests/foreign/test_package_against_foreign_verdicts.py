@@ -6,8 +6,8 @@ from machines import all_but
 
 from foreign.small_cases import read, small, special
 from rotorstudy.blind.machines.contacts import add_clearance, add_one_sided_loss, add_rub, add_stiffening
-from rotorstudy.blind.machines.cracks import add_form, arc_form
 from rotorstudy.blind.machines.effects import add_added_mass
+from rotorstudy.blind.machines.faults import add_crack
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.inference.prediction import with_model_error
@@ -50,8 +50,7 @@ def test_what_the_library_has_is_named(seed, family, effect, leave_out, most_cau
 @pytest.mark.parametrize("kind", ["switching", "gradual"])
 def test_a_crack_at_sixty_degrees_is_named_whatever_its_law(tmp_path, kind):
     def add(draw):
-        part = draw.rotor.elements[0]
-        add_form(draw.machine, 0.8 * part.length, arc_form(part, 0.4, 0.0, kind), np.deg2rad(60.0))
+        add_crack(draw.machine, 0, 0.8, 0.8, np.deg2rad(60.0), kind)
         return {"element": 1}
 
     case = special(1, add)
