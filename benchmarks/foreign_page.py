@@ -13,7 +13,7 @@ import pandas as pd
 from marked_pages import ROOT, table, with_numbers, write
 
 from rotorstudy.blind.criteria import LARGE, judge
-from rotorstudy.blind.scoring import calibration
+from rotorstudy.blind.scoring import calibration, grouped
 
 ROWS = {"library": ROOT / "docs/independent_records.csv", "forms": ROOT / "docs/forms.csv"}
 PAGE, README = ROOT / "docs/independent_records.md", ROOT / "README.md"
@@ -56,8 +56,10 @@ def numbers(rows):
 
 
 def by_kind(rows):
-    """Counts of each kind of case, for sizes of at least LARGE (all clean ones)."""
-    seen = rows[(rows.kind == "healthy") | ~(rows["size"] < LARGE)]
+    """Counts of each kind of case, for sizes of at least LARGE (all clean ones); outside: not in the library."""
+    seen = grouped(rows[(rows.kind == "healthy") | ~(rows["size"] < LARGE)])
+    is_outside = (seen.group == "outside") & ~seen.kind.str.contains("outside")
+    seen = seen.assign(kind=seen.kind.mask(is_outside, seen.kind + "_outside"))
     found = seen.groupby("kind", sort=False).agg(
         cases=("case", "size"), alone=("alone", "sum"), in_set=("in_set", "sum"), wrong=("wrong", "sum"),
         seconds=("seconds", "median"),
