@@ -355,7 +355,7 @@ def test_a_foot_that_lifts_is_that_of_the_independent_simulator(compressor):
     loose.local.append(LocalForce(selection, one_sided(loss, np.inf, np.pi), "foot"))
     steady = standing.shown_by(steady_state(loose, [speed], 128), loose)
     harmonics = [1, -1, 2, -2]
-    true = np.array([[steady.whirl(node, n)[0] for node in (3, 9)] for n in harmonics])
+    true = steady.harmonics((3, 9), harmonics)[0]
     effect = {"kind": "looseness", "lift_m": 0.0, "stiffness_lost_in_lift_N_per_m": loss}
 
     def off(place):

@@ -133,6 +133,5 @@ def _built(rotor, unbalance):
 
 def _shown(machine, true):
     """(speed, harmonic, sensor) of the steady motion, m."""
-    steady = steady_state(true, machine.speed)
-    of_node = [[steady.whirl(node - 1, n) for n in machine.harmonics] for node in machine.model.sensors]
-    return np.transpose(of_node, (2, 1, 0))
+    nodes = [node - 1 for node in machine.model.sensors]
+    return steady_state(true, machine.speed).harmonics(nodes, machine.harmonics)
