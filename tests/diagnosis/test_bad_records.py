@@ -83,16 +83,10 @@ def test_a_last_row_cut_short_is_refused_and_can_be_removed(record, tmp_path):
     assert np.abs(cut.amplitude - whole.amplitude).max() < 0.01 * np.abs(whole.amplitude).max()
 
 
-@pytest.fixture
-def simulated(tmp_path):
-    """Records of the rig as NetCDF with changes: function(name, sensors, speed)."""
-
-    def make(name, sensors=(2, 4), speed=80.0):
-        (found,) = records(speeds=[speed])
-        records_dataset([found]).sel(node=list(sensors)).to_netcdf(tmp_path / f"{name}.nc")
-        return tmp_path / f"{name}.nc"
-
-    return make
+def simulated(path, sensors, speed):
+    """The file of a record of the rig."""
+    records_dataset(records(speeds=[speed])).sel(node=sensors).to_netcdf(path)
+    return path
 
 
 def plain_rig(path, **changes):
@@ -103,8 +97,8 @@ def plain_rig(path, **changes):
     return path
 
 
-def test_sensors_that_do_not_fit_are_refused(simulated, tmp_path, capsys):
-    both, one = simulated("both"), simulated("one", sensors=[2], speed=100.0)
+def test_sensors_that_do_not_fit_are_refused(tmp_path, capsys):
+    both, one = simulated(tmp_path / "both.nc", [2, 4], 80.0), simulated(tmp_path / "one.nc", [2], 100.0)
     rig = plain_rig(tmp_path / "rig.yaml")
     assert measured_spectrum([both], rig)[0].sensors == (2, 4)
     with pytest.raises(RotorstudyError, match=r"one.nc, 954.93 rpm \(100 rad/s\) has nodes \[2\].*same probes"):

@@ -42,17 +42,13 @@ def unknowns(random):
     return (*found, Parameter("in time", "N", (), 1.0))
 
 
-@pytest.fixture
-def multiples(unknowns):
-    """Amplitudes of which the tables are multiples of the same entries, one that carries load, and others."""
+def test_multiples_of_the_same_entries_are_those_entries_times_their_factors(unknowns, random):
+    """Of some amplitudes, one of which carries load, beside others."""
     own = np.random.default_rng(6)
     basis = Basis(own.normal(size=SIZE) * [1, 0, 1], 2.0, -3.0, (-3, -1, 0, 1, 4))
     factors = own.normal(size=(6, len(basis.entries))) * own.integers(0, 2, (6, len(basis.entries))) * (1 - 0.3j)
     shared = [Parameter(f"own {i}", "N", Multiples(basis, one), 1.0, carries=i == 4) for i, one in enumerate(factors)]
-    return (*unknowns[3:6], *shared, unknowns[-1])
-
-
-def test_multiples_of_the_same_entries_are_those_entries_times_their_factors(multiples, random):
+    multiples = (*unknowns[3:6], *shared, unknowns[-1])
     written_out = [replace(u, entries=tuple(u.entries)) for u in multiples]
     motion = random.normal(size=(len(SPEED), len(HARMONICS), SIZE, 2)) @ [1, 1j]
     at = motion, SPEED, HARMONICS, random.normal(size=SIZE)
