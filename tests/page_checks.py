@@ -133,8 +133,10 @@ def problems(paths, folder):
     return said + (problems_seen(*seen_in_browser(paths, folder)) if BROWSER else [])
 
 
-def sheets(text, folder):
-    """Number of sheets on which Chromium prints a page."""
+def sheets(text, folder, unfolded=False):
+    """Number of sheets on which Chromium prints a page; unfolded : with all that is folded on it open."""
+    if unfolded:
+        text = text.replace("details:not(.rest) { display: none; }", "").replace("<details", "<details open")
     page, pdf = folder / "printed.html", folder / "printed.pdf"
     page.write_text(text)
     options = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder / 'profile'}"]
