@@ -249,6 +249,31 @@ def test_a_drifting_record_is_no_sweep():
     assert found.rate(np.array([middle])) == pytest.approx([8.0], rel=1e-3)
 
 
+def test_marks_of_a_run_up_are_followed_from_standstill_across_a_gap_and_past_glitches():
+    """At 7 rad/s^2 from rest. The speed changes by a fifth in the gap of 4 s; every 90th mark comes 0.1 turns early."""
+    turns = np.arange(1, 900)
+    marks = np.sqrt(4 * np.pi * turns / 7)
+    for sign in (1, -1):
+        for lost, early in ((False, False), (True, False), (False, True)):
+            there = np.abs(marks - 22) > 2 * lost
+            glitches = np.sqrt(4 * np.pi * (turns[90::90] - 0.1) / 7) if early else np.zeros(0)
+            found = count_revolutions(np.sort(sign * np.r_[marks[there], glitches]), swept=True)
+            truth = np.interp(sign * found.marks, marks, turns)
+            assert np.ptp(found.counts - sign * truth) < 1e-6, (sign, lost, early)
+            assert len(found.marks) > there.sum() - 2 * len(glitches) - 6
+            assert found.is_followed(sign * np.array([19.0, 25.0])).all()
+            assert found.is_followed(sign * np.array([22.0])) == (not lost)
+
+
+def test_speeds_without_marks_are_left_out(tmp_path):
+    """Their number is known, as the speed changes evenly; the angle between them is not."""
+    time, z, marks = sweep(0.05, 8.0)
+    found = read_measurement([record(tmp_path, time, z, marks[np.abs(marks - 3) > 0.5])], rig(tmp_path)).spectrum
+    error = found.amplitude[:, 1, 0] - steady(0.05, found.speed)
+    assert (np.abs(error) < 3.5 * np.sqrt(2 * found.covariance[:, 0, 1, 1])).all()
+    assert len(found.speed) > 30 and np.abs(found.speed - 174).min() > 2
+
+
 def test_the_page_of_a_run_up_has_its_bode_and_polar_plots(run_up, tmp_path):
     run("import", run_up[0], "--rig", run_up[1], "--out", tmp_path / "spectrum.nc")
     page = (tmp_path / "spectrum_quality.html").read_text()

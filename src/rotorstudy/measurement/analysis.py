@@ -180,7 +180,7 @@ def _tracked(whole, raw, pulses):
     resolution = (grid.speed[grid.given].mean() * sweep.resolution_s) ** 2
     time = np.interp(np.arange(row[-1] + 1), row, raw.time)
     signals, angle = np.full((len(raw.nodes), len(time)), np.nan, complex), sweep.angle(time) + raw.conventions.mark_rad
-    signals[:, row.astype(int)] = raw.displacement
+    signals[:, row.astype(int)] = np.where(sweep.is_followed(raw.time), raw.displacement, np.nan)
     tracked = track(signals, time, angle, grid, harmonics, raw.directions, variance + resolution)
     known = np.isfinite(tracked[0]).all(axis=(0, 2))
     tracked, grid = [part[:, known] for part in tracked], grid._replace(given=grid.given[known])

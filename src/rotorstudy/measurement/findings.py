@@ -63,10 +63,10 @@ error: reference signal: {problem}
 error: no displacement: a velocity or an acceleration during a run-up is not integrated; give displacements, or
     constant speeds
 note: run-up, coast-down: {kind} at {rate} rad/s per second, tracked at {count} of {every} speeds, from {first} to
-    {last} rpm; the others depend on missing samples or on what came before or after the record. The transient of the
-    sweep is removed from the harmonics
-error: no speed: each of {every} speeds depends on missing samples or on what came before or after the record. Take a
-    longer run-up without gaps
+    {last} rpm; the others depend on missing samples or marks, or on what came before or after the record. The
+    transient of the sweep is removed from the harmonics
+error: no speed: each of {every} speeds depends on missing samples or marks, or on what came before or after the
+    record. Take a longer run-up without gaps
 warning: sweep too fast: {beats}. They are removed, to about a percent; {slower}
 error: sweep too fast (lost): {beats}, which cannot be removed; {slower}
 warning: sweep too fast (vectors): the vectors beat as in a sweep at {rate} rad/s per second, {times} times the square

@@ -12,6 +12,8 @@ from rotorstudy.errors import RotorstudyError
 
 PULSE_OVER_NOISE = 8.0  # least height of a pulse, in standard deviations of the rest of the signal
 NEAR = 0.15  # revolutions by which a mark may differ from the prediction of the marks before it
+FEW_MISSING = 3.0  # revolutions without a mark, over which the speed of a sweep hardly changes
+ODD, LEAST_ODD = 12.0, 0.01  # distance of a mark from its place, over the median and in revolutions, that is no jitter
 LONGEST_PULSE = 0.4  # of a revolution: beyond it the pulse cannot be distinguished from the gap
 MARK_TOLERANCE = 0.05  # revolutions by which a pulse may differ from the others where none is repaired
 LABEL_TOLERANCE = 0.1  # relative, of the stated speed, for methods that take the speed from the pulses
@@ -115,6 +117,11 @@ class Turning:
         speed = self.speed(self.marks)
         return sorted([float(self.marks[speed.argmin()]), float(self.marks[speed.argmax()])])
 
+    def is_followed(self, time):
+        """(time,) whether the marks before and after are ten revolutions apart at most."""
+        apart = np.diff(self.counts, prepend=self.counts[0], append=self.counts[-1])
+        return apart[np.searchsorted(self.marks, time)] <= PIECE_REVOLUTIONS
+
     def rate(self, time):
         """(time,) rad/s^2, mean over ten revolutions on either side: a spline's second derivative shows its knots."""
         half = PIECE_REVOLUTIONS * 2 * np.pi / self.speed(np.asarray(time))
@@ -125,23 +132,28 @@ class Turning:
 def count_revolutions(pulses, resolution_s=0.0, swept=False):
     """The Turning from pulses (pulse,) s, one a revolution but for missing and extra ones; None without two marks.
 
-    Marks are followed one by one from one of the first pulses: a pulse near a whole number of revolutions after the
-    last mark is a mark (more than one revolution if pulses are missing), any other is an extra pulse. The start with
-    the most marks is taken. The angle is a least-squares parabola in time (a line for fewer than six marks), which
-    follows a steady change of speed and averages jitter; of a run-up or coast-down (`swept`) a cubic spline with a knot
-    every ten revolutions, which follows any.
+    Marks are followed one by one from one of the first pulses, of a run-up from one of the last ones, where the period
+    changes least: a pulse near a whole number of revolutions after the last mark is a mark (more than one revolution if
+    pulses are missing), any other is an extra pulse, and so is a mark that is far from between its neighbours. The
+    start with the most marks is taken. The angle is a least-squares parabola in time (a line for fewer than six marks),
+    which follows a steady change of speed and averages jitter; of a run-up or coast-down (`swept`) a cubic spline with
+    a knot every ten revolutions, which follows any.
     """
     from scipy.interpolate import make_lsq_spline
 
     if len(pulses) < 2:
         return None
-    of_period = [pulses[i : i + 6] if swept else pulses for i in range(min(5, len(pulses) - 1))]
-    gain = 1.0 if swept else 0.2
-    followed = [_follow(pulses, i, np.median(np.diff(some)), gain) for i, some in enumerate(of_period)]
-    kept, counts = max(followed, key=lambda found: len(found[0]))
+    runs_up = swept and 2 * np.median(pulses) > pulses[0] + pulses[-1]
+    back = slice(None, None, -1 if runs_up else 1)
+    run = np.abs(pulses - pulses[back][0])[back]
+    of_period = [run[i : i + 6] if swept else run for i in range(min(5, len(run) - 1))]
+    followed = [_follow(run, i, np.median(np.diff(some)), swept) for i, some in enumerate(of_period)]
+    kept, counts = (part[back] for part in max(followed, key=lambda found: len(found[0])))
     if len(kept) < 2:
         return None
-    marks, degree = pulses[kept], 3 if swept else 2 if len(kept) >= 6 else 1
+    marks, counts = pulses[back][kept], np.abs(counts - counts[0])
+    in_place = _in_place(marks, counts)
+    marks, counts, degree = marks[in_place], counts[in_place], 3 if swept else 2 if len(kept) >= 6 else 1
     inner = marks[PIECE_REVOLUTIONS:-PIECE_REVOLUTIONS:PIECE_REVOLUTIONS] if swept else []
     knots = np.concatenate([[marks[0]] * (degree + 1), inner, [marks[-1]] * (degree + 1)])
     revolutions = make_lsq_spline(marks, counts.astype(float), knots, degree)
@@ -151,17 +163,32 @@ def count_revolutions(pulses, resolution_s=0.0, swept=False):
     return Turning(revolutions, marks, counts, missing, doubled, float(jitter), resolution_s)
 
 
-def _follow(pulses, start, period, gain):
-    """Marks (position) from pulse `start` on, and the revolution of each; gain : of the period, per revolution."""
-    kept, counts = [start], [0]
+def _follow(pulses, start, period, swept):
+    """Marks (position) from pulse `start` on, and the revolution of each; the period of a sweep is that of the last."""
+    kept, counts, gain = [start], [0], 1.0 if swept else 0.2
     for i in range(start + 1, len(pulses)):
-        passed = (pulses[i] - pulses[kept[-1]]) / period
+        since = pulses[i] - pulses[kept[-1]]
+        passed = since / period
+        if swept and passed > FEW_MISSING and len(kept) > 1 and i + 1 < len(pulses):
+            beside = np.diff(pulses[kept[-6:]]), np.diff(pulses[i : i + 6])
+            passed = since * np.mean([1 / np.median(periods) for periods in beside])
         whole = round(passed)
         if whole >= 1 and abs(passed - whole) < NEAR:
-            period += gain * ((pulses[i] - pulses[kept[-1]]) / whole - period)
+            period += gain * (since / whole - period)
             kept.append(i)
             counts.append(counts[-1] + whole)
     return np.array(kept), np.array(counts)
+
+
+def _in_place(marks, counts):
+    """(mark,) whether a mark is where its neighbours have it, as most are; of odd ones beside each other, the worst."""
+    if len(marks) < 6:
+        return np.ones(len(marks), bool)
+    before, after = np.diff(counts)[:-1], np.diff(counts)[1:]
+    off = np.abs(marks[1:-1] - (marks[:-2] * after + marks[2:] * before) / (before + after))
+    off = np.pad(off / np.diff(marks)[1:], 1)
+    farthest = (off >= np.roll(off, 1)) & (off >= np.roll(off, -1))
+    return ~farthest | (off <= max(ODD * np.median(off), LEAST_ODD))
 
 
 def steady_turning(speed, time):
