@@ -108,7 +108,7 @@ def _identified(spectrum, model, settings, true):
     found = identify_cause(spectrum, model, "transverse_crack", settings)
     row = {"seconds": time.process_time() - start, "breathing": found.cause.variant["breathing"]}
     row |= {"p_value": found.p_value, "law_right": found.cause.variant["breathing"] == LAW[true["breathing"]]}
-    stated = [(one, _errors(one, true)) for one in (found.cause, *(causes[0] for causes, _ in found.elsewhere))]
+    stated = [(one, _errors(one, true)) for one in (found.cause, *(other.cause for other in found.elsewhere))]
     row |= {"stated": len(stated), "stated_right": any(all(_right(errors, true)) for _, errors in stated)}
     row |= dict(zip(("place_right", "depth_right", "angle_right"), _right(stated[0][1], true), strict=True))
     for name in NAMES:

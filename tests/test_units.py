@@ -51,6 +51,7 @@ def test_an_estimate_is_written_with_the_digits_that_are_known():
     assert with_interval(-7.9e-7, 1.9e-7, "m").strip() == "-0.79 ± 0.19 µm (95 %: -1.16 to -0.42)"
     assert with_interval(0.21, 0.0004, "m").strip().startswith("0.21000 ± 0.00040 m")
     assert with_interval(0.5, 1.4, "g mm", least=0.0).strip() == "0.5 ± 1.4 g mm (95 %: 0.0 to 3.2)"
+    assert with_interval(0.5, 31.4, "rad") == quantity(0.5, "rad", 31.4) == "any angle"
     assert with_interval(1e7, 2e5, "N/m").strip() == "1.000e+07 ± 0.020e+07 N/m (95 %: 0.961e+07 to 1.039e+07)"
 
 

@@ -85,6 +85,8 @@ def number(value: float, digits: int = 3) -> str:
 
 def quantity(value: float, unit: str, std: float | None = None, digits: int = 3) -> str:
     """A value, SI, with its unit as engineers write it, digits by its standard deviation: 12.00 ± 0.10 µm."""
+    if unit == "rad" and std is not None and std >= ANY_ANGLE:
+        return "any angle"
     unit, factor = shown_unit(unit)
     if std is None or not np.isfinite(std):
         return f"{number(value * factor, digits)} {unit}".strip()
@@ -138,9 +140,11 @@ def with_interval(
 ) -> str:
     """A value in its unit with its standard deviation and its 95 % interval: 100.2 ± 4.0 mm (95 %: 92.4 to 108.0).
 
-    Angles, unbalances and lengths below 1 mm are written in the reader's units. least : that is possible, in the given
-    unit;  ends : of the interval; 1.96 standard deviations from the value by default
+    Angles, unbalances and lengths below 1 mm are written in the reader's units; an angle may be any. least : that is
+    possible, in the given unit;  ends : of the interval; 1.96 standard deviations from the value by default
     """
+    if unit == "rad" and std >= ANY_ANGLE:
+        return "any angle"
     low, high = ends or (value - HALF_INTERVAL * std, value + HALF_INTERVAL * std)
     if unit in ("rad", "kg m") or (unit == "m" and abs(value) < SMALL_LENGTH):
         unit, factor = shown_unit(unit)

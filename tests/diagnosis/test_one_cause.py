@@ -13,11 +13,18 @@ from one_line_errors import refused
 from rotorstudy import RotorstudyError, build_model, measured_response, read_rig, registry
 from rotorstudy.diagnosis.one_cause import identify
 from rotorstudy.diagnosis.one_cause import over_forms as over_forms_module
-from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, identified, interval_of, shown_names
+from rotorstudy.diagnosis.one_cause.answer import (
+    Identified,
+    estimates_of,
+    far_amplitudes,
+    identified,
+    interval_of,
+    shown_names,
+)
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.search import candidates as candidates_module
-from rotorstudy.diagnosis.search.candidates import SPREADS, candidate, freedoms_of, with_shape
+from rotorstudy.diagnosis.search.candidates import SPREADS, candidate, freedoms_of, with_shape, with_vibration
 from rotorstudy.diagnosis.search.form_fit import fitted_with_form
 from rotorstudy.diagnosis.search.held_shapes import HeldShapes
 from rotorstudy.diagnosis.search.odds import odds_of
@@ -91,7 +98,7 @@ def test_a_crack_is_identified(breathing):
     assert min(others) > 20
     formulas = {"breathing cosine", "breathing switching"}
     assert bool(formulas & {*found.misfits}) == (breathing == "switching")
-    rows = {name: (value, unit) for name, value, _, unit in estimates_of(found.causes, found.fit, found.stated)}
+    rows = {name: (value, unit) for name, value, _, unit, _ in estimates_of(found)}
     assert rows["depth_m"] == (pytest.approx(0.02 * found.cause.shape["depth_ratio"]), "m")
 
 
@@ -107,7 +114,7 @@ def test_two_cracks_are_identified():
             off = (one.shape[name] - value + np.pi) % (2 * np.pi) - np.pi
             assert abs(off) < 3.5 * one.shape_std[name]
             assert one.shape_std[name] < 0.12  # of the depth, which trades off with the front
-    assert {"position_m[1]", "depth_m[2]"} < {name for name, *_ in estimates_of(found.causes, found.fit, found.stated)}
+    assert {"position_m[1]", "depth_m[2]"} < {name for name, *_ in estimates_of(found)}
 
 
 def as_usual(spectrum, breathing="gradual", **shape):
@@ -166,8 +173,7 @@ def test_another_law_that_explains_as_well_is_stated_with_its_own_amplitudes(tmp
     tried = (fitted_at_the_truth(spectrum, FORM, law, shape=TRUE | SMALL) for law in ("none", "gradual"))
     (work, best), (_, other) = tried
     found = identified(work, best, [best, other])
-    ((_, fitted),) = found.elsewhere
-    assert fitted.free == pytest.approx(other.amplitudes)
+    assert [one.fit.free for one in found.elsewhere] == [pytest.approx(other.amplitudes)]
     monkeypatch.setattr(identify, "identify_cause", lambda *_: found)
     path.write_text(yaml.safe_dump(rig() | {"measurement": {"harmonics": HARMONICS.tolist(), "table_noise_m": 1e-9}}))
     write_harmonics(table, spectrum)
@@ -228,9 +234,9 @@ def depth_of(straight, aspect):
 def test_places_that_explain_as_well_are_stated():
     """Beside a bearing a crack hardly moves the rotor: another place explains it, which symmetry makes likely."""
     found = identify_cause(records(crack(**SMALL)), build_model(rig()), "transverse_crack", SETTINGS)
-    stated = [(found.causes, found.fit), *found.elsewhere]
+    stated = [found.cause, *(other.cause for other in found.elsewhere)]
     assert len(stated) > 1
-    held = [abs(one.shape["position_m"] - 0.02) < 1.96 * one.shape_std["position_m"] for (one,), _ in stated]
+    held = [abs(one.shape["position_m"] - 0.02) < 1.96 * one.shape_std["position_m"] for one in stated]
     assert any(held)
 
 
@@ -465,6 +471,29 @@ def test_a_crack_beyond_a_node_is_judged_at_the_motion_with_it_there(breathing):
         off.append(np.linalg.norm(other - one) / np.linalg.norm(one))
     assert off[0] < 0.02  # the kink moves other inertia
     assert off[1] > 0.3
+
+
+def test_intervals_are_within_what_is_possible():
+    """Of a play that hardly shows: it is not below zero, and the side on which the shaft rests may be any."""
+    spectrum = records()
+    model = with_vibration(build_model(rig()), spectrum)
+    shape = {"clearance_m": 2e-5, "rest_ratio": 0.4, "rest_angle_rad": 3.0, "spread_ratio": 0.1}
+    cause = candidate(model, "support_clearance", {"node": 1}, shape)
+    whole, prior = base_model(model, SETTINGS)
+    whole, prior = whole.plus(cause.term), prior.plus(Prior.independent(cause.prior))
+    found = fit(whole, spectrum, prior, start=whole.filled(prior.names, prior.mean), steps=0)
+
+    def ends(**std):
+        some = cause._replace(shape_std=dict.fromkeys(shape, 1e-9) | std)
+        rows = estimates_of(Identified((some,), found, 1.0, {}, model.structure))
+        return {name: interval for name, *_, interval in rows}
+
+    wide = ends(clearance_m=2e-5, rest_ratio=0.5, rest_angle_rad=6.0)
+    least, most = ranges_of(Work(model, whole, prior, spectrum, SETTINGS), cause)["clearance_m"][:2]
+    assert wide["clearance_m"] == pytest.approx((least, min(most, 5.92e-5)), rel=1e-3) and least > 0
+    assert wide["rest_ratio"] == (0.0, pytest.approx(1.38, rel=1e-3)) and wide["rest_angle_rad"] == (-np.pi, np.pi)
+    assert wide["stiffness_lost_in_clearance"][0] == 0.0
+    assert ends(rest_angle_rad=0.2)["rest_angle_rad"] == pytest.approx((2.608, 3.392), rel=1e-3)  # beyond half a turn
 
 
 def test_causes_of_one_effect_at_two_nodes_are_the_same_in_any_order():

@@ -111,14 +111,14 @@ def _run_cause(given, rig, spectrum, model):
     check_names(settings, model, f"{given.rig}, diagnosis")
     found = identify_cause(spectrum, model, given.cause, settings, given.count)
     places = [{**cause.where, **cause.variant} for cause in found.causes]
-    rows = _rows(estimates_of(found.causes, found.fit, found.stated), found.intervals)
+    rows = _rows(estimates_of(found))
     for place in places:
         print(given.cause + _told(place))
     _print_estimates(rows)
-    for causes, fitted in found.elsewhere:
-        others = (given.cause + _told({**cause.where, **cause.variant}) for cause in causes)
+    for other in found.elsewhere:
+        others = (given.cause + _told({**cause.where, **cause.variant}) for cause in other.causes)
         print(f"or, explaining the records as well, {' and '.join(others)}")
-        _print_estimates(_rows(estimates_of(causes, fitted)))
+        _print_estimates(_rows(estimates_of(other)))
     for told, misfit in sorted(found.misfits.items(), key=lambda one: one[1]):
         print(f"misfit above the best, {told}: {misfit:.3g}")
     print(f"p-value of the misfit: {found.p_value:.2g}")
@@ -138,13 +138,13 @@ def _told(place):
     return "".join(f", {key} {value}" for key, value in place.items())
 
 
-def _rows(estimates, intervals=None):
-    """Each of some (name, value, standard deviation, unit) as for JSON, in SI; 95 % is 1.96 of these, or as given."""
+def _rows(estimates):
+    """Each of some (name, value, standard deviation, unit, if known ends of 95 %) as for JSON, in SI."""
     found = []
-    for name, value, std, unit in estimates:
-        value, std, half = float(value), float(std), HALF_INTERVAL * float(std)
-        ends = list((intervals or {}).get(name, (value - half, value + half)))
-        found.append({"name": name, "value": value, "standard_deviation": std, "unit": unit, "interval_95": ends})
+    for name, value, std, unit, *known in estimates:
+        (ends,) = known or [(value - HALF_INTERVAL * std, value + HALF_INTERVAL * std)]
+        row = {"name": name, "value": float(value), "standard_deviation": float(std), "unit": unit}
+        found.append(row | {"interval_95": list(map(float, ends))})
     return found
 
 

@@ -1,7 +1,7 @@
 """`rotorstudy identify --runs`: update a rig by several runs of one machine, fitted together."""
 
 from rotorstudy.commands.shared import JSON, tell
-from rotorstudy.units import ANY_ANGLE, shown_unit, with_interval
+from rotorstudy.units import shown_unit, with_interval
 
 
 def identify_several(given):
@@ -59,10 +59,8 @@ def _unbalance(found, parts, factor):
     _, (size, angle), spread = magnitude_and_phase(["x_real", "x_imag"], *found.joint.of(parts))
     unit, shown = shown_unit("kg m")
     std = np.sqrt(np.diag(spread))
-    degrees = np.degrees(found.conventions.sense * angle) % 360
     weight = with_interval(size / factor * shown, std[0] / factor * shown, unit, least=0.0)
-    known = with_interval(degrees, np.degrees(std[1]), "°").strip()
-    return f"{weight} at {known if std[1] < ANY_ANGLE else 'any angle'}"
+    return f"{weight} at {with_interval(found.conventions.sense * angle % (2 * np.pi), std[1], 'rad').strip()}"
 
 
 def _save(given, found, units, own):

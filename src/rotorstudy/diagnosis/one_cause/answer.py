@@ -8,10 +8,11 @@ import numpy as np
 
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.one_cause.stated import sizes_of
-from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges
+from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges, shape_ranges
 from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, as_fit, ranges_of, shaped
 from rotorstudy.inference.fit import Fit, chi_square_cost, chi_square_p_value
-from rotorstudy.units import HALF_INTERVAL, unit_ending
+from rotorstudy.model.structure import Structure
+from rotorstudy.units import ANY_ANGLE, HALF_INTERVAL, unit_ending
 
 LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
 SAME = 3.0  # standard deviations of the shape, within which two fits are one
@@ -27,8 +28,8 @@ class Identified(NamedTuple):
     fit: Fit  # with the effect in the shape that fits best, which is free in its covariance
     p_value: float  # probability of a misfit as large by noise alone
     misfits: dict[str, float]  # alternatives of the effect (as a text) -> misfit and penalty beyond those of the best
-    # other shapes (with their standard deviations) that explain the records as well, each (cause,), with its Fit
-    elsewhere: tuple[tuple[tuple[Candidate, ...], Fit], ...] = ()
+    structure: Structure  # of the rig, which says in which ranges the shapes are
+    elsewhere: tuple["Identified", ...] = ()  # in other shapes, that explain the records as well
     # of a cause over all forms: stated number -> value and standard deviation; option or such -> ends of 95 %
     stated: dict[str, tuple[float, float]] = {}
     intervals: dict[str, tuple[float, float]] = {}
@@ -71,20 +72,20 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
     for one in tried:
         if one.minimum.converged[0] and one.cost <= least and not any(is_same(work, one, known) for known in elsewhere):
             elsewhere.append(one)
-    causes, fitted, known = shaped(work, best), _with_free_shapes(work, best), ()
-    if len(causes) == 1 and form_ranges(causes[0].effect).keys() & causes[0].shape.keys():
-        over = over_forms(work, fitted, causes[0], laws_of(work, causes[0]))
+    found = _as_identified(work, best)._replace(misfits=misfits)
+    found = found._replace(elsewhere=tuple(_as_identified(work, one) for one in elsewhere[1:]))
+    if len(found.causes) == 1 and form_ranges(found.cause.effect).keys() & found.cause.shape.keys():
+        over = over_forms(work, found.fit, found.cause, laws_of(work, found.cause))
         if over is not None:
-            causes = (causes[0]._replace(shape=over.cause.shape, shape_std=over.cause.shape_std),)
-            known = over.stated, over.intervals
-    return Identified(
-        causes,
-        fitted,
-        chi_square_p_value(best.cost, 2 * work.spectrum.amplitude.size),
-        misfits,
-        tuple((shaped(work, one), _with_free_shapes(work, one)) for one in elsewhere[1:]),
-        *known,
-    )
+            cause = found.cause._replace(shape=over.cause.shape, shape_std=over.cause.shape_std)
+            found = found._replace(causes=(cause,), stated=over.stated, intervals=over.intervals)
+    return found
+
+
+def _as_identified(work, one):
+    """The Identified of a Fitted alone."""
+    p_value = chi_square_p_value(one.cost, 2 * work.spectrum.amplitude.size)
+    return Identified(shaped(work, one), _with_free_shapes(work, one), p_value, {}, work.rig.structure)
 
 
 def _with_free_shapes(work, one):
@@ -96,19 +97,39 @@ def _with_free_shapes(work, one):
 
 def interval_of(found: Identified, name: str) -> tuple[float, float]:
     """Ends of the 95 % interval of an option of the shape of the first cause."""
-    value, half = found.cause.shape[name], HALF_INTERVAL * found.cause.shape_std[name]
-    return found.intervals.get(name, (value - half, value + half))
+    return next(ends for own, *_, ends in estimates_of(found._replace(causes=found.causes[:1])) if own == name)
 
 
-def estimates_of(
-    causes: Sequence[Candidate], fitted: Fit, stated: Mapping[str, tuple[float, float]] | None = None
-) -> list[tuple[str, float, float, str]]:
-    """(name, value, standard deviation, unit) of the shapes of causes of a Fit, what follows, and their amplitudes."""
-    rows, names = [], shown_names(causes)
-    for cause, more in _numbered(causes):
-        rows += [(name + more, *one) for name, *one in shape_of(fitted, cause, stated)]
-        rows += [(names[u.name], *fitted.by_name[u.name], u.unit) for u in cause.term.unknowns]
+def estimates_of(found: Identified) -> list[tuple[str, float, float, str, tuple[float, float]]]:
+    """(name, value, standard deviation, unit, ends of 95 %) of shapes, of what follows from them, and of amplitudes.
+
+    The ends are within what is possible; those of an angle that is not determined are all around.
+    """
+    rows, names = [], shown_names(found.causes)
+    for cause, more in _numbered(found.causes):
+        units = {unknown.name: unknown.unit for unknown in cause.term.unknowns}
+        known = sizes_of(found.fit, cause) | found.stated | {name: found.fit.by_name[name] for name in units}
+        limits = _limits(found, cause)
+        for name, (value, std) in known.items():
+            low, high = found.intervals.get(name, (value - HALF_INTERVAL * std, value + HALF_INTERVAL * std))
+            least, most, goes_around = limits.get(name, (0.0, np.inf, False))  # what follows is positive
+            if not goes_around:
+                low, high = max(low, least), min(high, most)
+            elif std >= ANY_ANGLE:
+                low, high = least, most
+            unit = units.get(name) or unit_ending(name)[1] or "1"
+            rows.append((names.get(name, name + more), value, std, unit, (low, high)))
     return rows
+
+
+def _limits(found, cause):
+    """Name -> least and largest value of an option of the shape or an amplitude, and whether it goes around."""
+    ranges = shape_ranges(cause.effect, found.structure, cause.where.get("node")) | form_ranges(cause.effect)
+    limits = {name: (ends.low, ends.high, ends.goes_around) for name, ends in ranges.items()}
+    limits |= dict.fromkeys(cause.names, (-np.inf, np.inf, False))
+    for name, same in cause.positive.items():  # together with what the rig has of the same
+        limits[name] = -sum(factor * found.fit.values[other] for other, factor in same.items()), np.inf, False
+    return limits
 
 
 def shown_names(causes: Sequence[Candidate]) -> dict[str, str]:
@@ -120,14 +141,6 @@ def shown_names(causes: Sequence[Candidate]) -> dict[str, str]:
 def _numbered(causes):
     """Each cause with '[1]', '[2]', ..., or with nothing if it is the only one."""
     return [(cause, f"[{number}]" if len(causes) > 1 else "") for number, cause in enumerate(causes, start=1)]
-
-
-def shape_of(
-    fitted: Fit, cause: Candidate, stated: Mapping[str, tuple[float, float]] | None = None
-) -> list[tuple[str, float, float, str]]:
-    """(name, value, standard deviation, unit) of the shape of a cause of a Fit, and what follows or is stated."""
-    sizes = sizes_of(fitted, cause) | (stated or {})
-    return [(name, *one, unit_ending(name)[1] or "1") for name, one in sizes.items()]
 
 
 def far_amplitudes(causes: Sequence[Candidate], values: Mapping[str, float]) -> dict[str, float]:

@@ -60,7 +60,8 @@ def _said(cause):
             unit, factor = ("mm", 1e3) if unit == "m" and not abs(one.value) < SMALL else (unit, 1.0)
         scaled = {"value": factor * one.value, "std": one.std and factor * one.std, "unit": unit}
         ends = one.interval_95 and [factor * end for end in one.interval_95]
-        is_open = one.part == "phase" and one.std is not None and not one.std < ANY_ANGLE
+        is_angle = one.part == "phase" or (one.part == "shape" and unit == "rad")
+        is_open = is_angle and one.std is not None and not one.std < ANY_ANGLE
         yield name, without_unit(name, one.unit), one.model_copy(update=scaled | {"interval_95": ends}), is_open
 
 
