@@ -1,5 +1,6 @@
 """Correction masses against closed forms: a rotor of one mass, and two planes of a rotor with two discs."""
 
+import json
 import re
 from itertools import product
 
@@ -201,6 +202,12 @@ def test_the_command_takes_holes_and_writes_a_file(folder, command):
     data = load(out)
     assert data.correction.dims == ("plane", "part")
     assert data.after.dims == data.next_reading.dims == ("percentile", "speed", "node")
+    said = json.loads(command(*arguments, "--holes", "8", "--weights", "10", "20", "--json").out)
+    parts = [one["unbalance_kg_m"] * np.exp(1j * one["angle_rad"]) for one in said["in_holes"][0]]
+    assert sum(parts) == pytest.approx(complex(*said["correction_kg_m"][0]))
+    assert all(one["angle_rad"] == pytest.approx((one["hole"] - 1) * np.pi / 4) for one in said["in_holes"][0])
+    assert np.shape(said["next_reading_m"]) == (3, len(said["speeds_rad_s"]), len(said["nodes"]))
+    assert said["speeds_rad_s"] == pytest.approx(RUN_SPEEDS) and said["percentiles"] == [2.5, 50.0, 97.5]
     assert "belong together" in command(*arguments, "--holes", "8", status=1).err
     assert "at most" in command(*arguments, "--holes", "100", "--weights", "1", "2", status=1).err
 

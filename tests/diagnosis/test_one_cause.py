@@ -1,5 +1,6 @@
 """A crack known to be the cause: its position, depth and angle beside what the rig leaves open, over all forms."""
 
+import json
 from dataclasses import replace
 from functools import cache, partial
 from types import SimpleNamespace
@@ -177,8 +178,15 @@ def test_another_law_that_explains_as_well_is_stated_with_its_own_amplitudes(tmp
     monkeypatch.setattr(identify, "identify_cause", lambda *_: found)
     path.write_text(yaml.safe_dump(rig() | {"measurement": {"harmonics": HARMONICS.tolist(), "table_noise_m": 1e-9}}))
     write_harmonics(table, spectrum)
-    said = command("identify", table, "--rig", path, "--cause", "transverse_crack").out
+    arguments = ["identify", table, "--rig", path, "--cause", "transverse_crack"]
+    said, data = command(*arguments).out, json.loads(command(*arguments, "--json").out)
     assert "explaining the records as well, transverse_crack, breathing gradual" in said and said.count("depth_m") == 2
+    assert [one["places"] for one in (data, *data["elsewhere"])] == [
+        [{"breathing": "none"}],
+        [{"breathing": "gradual"}],
+    ]
+    assert all("depth_m" in [row["name"] for row in one["estimates"]] for one in (data, *data["elsewhere"]))
+    assert data["misfits_above_best"] == found.misfits and not data["warnings"]
 
 
 @pytest.mark.usefixtures("few_places")

@@ -11,7 +11,6 @@ from machines import disc, faulty, rig_of, shaft, spectrum_of, springs, unbalanc
 from one_line_errors import refused
 
 from rotorstudy import build_model, measured_spectrum, read_rig
-from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.runs import contradicting
 from rotorstudy.diagnosis.runs import joint as diagnosis_joint
 from rotorstudy.diagnosis.runs.contradicting import _moved_far
@@ -145,16 +144,18 @@ def test_one_run_is_the_fit_of_its_spectrum(folder):
 
 
 @pytest.mark.parametrize("suffix", [".nc", ".json"])
-def test_the_command_writes_its_result(folder, found, suffix, monkeypatch):
+def test_the_command_writes_its_result(folder, found, suffix, monkeypatch, command):
     monkeypatch.setattr("rotorstudy.diagnosis.runs.joint.identify_runs", lambda *_: found)
     out = folder / f"identified{suffix}"
     arguments = ["identify", "--runs", str(folder / "runs.yaml"), "--rig", str(folder / "rig.yaml")]
-    assert main([*arguments, "--out", str(out)]) == 0
+    said = json.loads(command(*arguments, "--out", out, "--json").out)
+    rows = {row["name"]: row for row in said["estimates"]}
     read = xr.load_dataset(out) if suffix == ".nc" else xr.Dataset.from_dict(json.loads(out.read_text()))
     for name in [*shared_names(found.joint), UNKNOWN[0]]:
         one = read.sel(parameter=name)
         value, std = found.joint.posterior.by_name[name]
-        assert float(one.estimate) == pytest.approx(value, rel=1e-12)
+        assert float(one.estimate) == pytest.approx(value, rel=1e-12) and rows[name]["unit"] == str(one.unit.item())
+        assert rows[name]["interval_95"] == pytest.approx([value - 1.96 * std, value + 1.96 * std], rel=1e-4)
         assert float(one.covariance.sel(other=name)) == pytest.approx(std**2, rel=1e-12)
         assert str(one.own_of_run.item()) == ("unknown" if "@" in name else "")
     assert read.misfit.sizes == {"run": 3} and read.attrs["rotorstudy_version"]

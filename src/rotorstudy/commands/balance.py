@@ -19,7 +19,7 @@ def add(parser):
 
 def run(given):
     """Print the corrections with their standard deviations, and the 1X vibration before and after."""
-    from rotorstudy.diagnosis.runs.balance import balance_files
+    from rotorstudy.diagnosis.runs.balance import INTERVAL, balance_files
     from rotorstudy.diagnosis.runs.balance_holes import equal_holes
     from rotorstudy.measurement.conventions import read_conventions
     from rotorstudy.model.rig import read_rig
@@ -53,9 +53,14 @@ def run(given):
             print(f"  {spin(speed)}, node {node}: {number(factor * found.before[i, j], 2)}, {left}, {shown}")
     if given.out:
         _save(given, rig, found, planes)
-    shown = {"correction_kg_m": found.corrections, "covariance": found.covariance}
-    shown |= {"before_m": found.before, "after_m": found.after}
-    return {"planes": planes} | {name: one.tolist() for name, one in shown.items()}
+    shown = {"correction_kg_m": found.corrections, "covariance": found.covariance, "speeds_rad_s": found.spectrum.speed}
+    shown |= {"before_m": found.before, "after_m": found.after, "next_reading_m": found.next_reading}
+    data = {"planes": planes, "nodes": list(found.spectrum.sensors), "percentiles": list(INTERVAL)}
+    if holes:
+        placed = [[(hole + 1, float(holes.angles[hole]), size) for hole, size in one.placed] for one in found.choices]
+        keys = ("hole", "angle_rad", "unbalance_kg_m")
+        data["in_holes"] = [[dict(zip(keys, one, strict=True)) for one in own] for own in placed]
+    return data | {name: one.tolist() for name, one in shown.items()}
 
 
 def _corrections(found, planes, sense):

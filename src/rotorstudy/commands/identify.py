@@ -1,10 +1,10 @@
 """Estimate parameters of a rig from records, or from several runs."""
 
 from rotorstudy.commands.identify_runs import identify_several
-from rotorstudy.commands.shared import JSON, NETCDF, YAML, check_file, tell
+from rotorstudy.commands.shared import JSON, NETCDF, YAML, check_file, estimate_rows, tell
 from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.registry import registry
-from rotorstudy.units import HALF_INTERVAL, with_interval
+from rotorstudy.units import with_interval
 
 NOT_WITH_RUNS = ("unknowns", "cause", "harmonics", "spectrum", "estimator")
 ESTIMATOR = "maximum_likelihood"  # by default
@@ -67,7 +67,7 @@ def run(given):
     unknowns = model.unknown_names(given.unknowns)
     estimate = estimate_rig(estimator, Problem(model, spectrum, unknowns), rig.given)
     names, theta, covariance = magnitude_and_phase(unknowns, estimate.theta, estimate.covariance)
-    rows = _rows(zip(names, theta, np.sqrt(np.diag(covariance)), model.reported_units(names), strict=True))
+    rows = estimate_rows(zip(names, theta, np.sqrt(np.diag(covariance)), model.reported_units(names), strict=True))
     _print_estimates(rows)
     if np.isfinite(estimate.misfit):
         _print_misfit(float(estimate.misfit), spectrum.data_count - len(names))
@@ -103,49 +103,40 @@ def _check_options(given):
 
 def _run_cause(given, rig, spectrum, model):
     """Print the shape and the size of a cause with their intervals, and which of its alternatives fits."""
-    from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, shown_names
+    from rotorstudy.diagnosis.one_cause.answer import far_amplitudes, shown_names
     from rotorstudy.diagnosis.one_cause.identify import identify_cause
     from rotorstudy.diagnosis.settings import check_names, read_settings
 
     settings = read_settings(rig.given, given.rig)
     check_names(settings, model, f"{given.rig}, diagnosis")
     found = identify_cause(spectrum, model, given.cause, settings, given.count)
-    places = [{**cause.where, **cause.variant} for cause in found.causes]
-    rows = _rows(estimates_of(found))
-    for place in places:
-        print(given.cause + _told(place))
-    _print_estimates(rows)
-    for other in found.elsewhere:
-        others = (given.cause + _told({**cause.where, **cause.variant}) for cause in other.causes)
-        print(f"or, explaining the records as well, {' and '.join(others)}")
-        _print_estimates(_rows(estimates_of(other)))
+    every = [_explanation(one) for one in (found, *found.elsewhere)]
+    for i, one in enumerate(every):
+        said = [given.cause + "".join(f", {key} {value}" for key, value in place.items()) for place in one["places"]]
+        print(f"or, explaining the records as well, {' and '.join(said)}" if i else "\n".join(said))
+        _print_estimates(one["estimates"])
     for told, misfit in sorted(found.misfits.items(), key=lambda one: one[1]):
         print(f"misfit above the best, {told}: {misfit:.3g}")
     print(f"p-value of the misfit: {found.p_value:.2g}")
+    warnings, names = [], shown_names(found.causes)
     if found.p_value < settings.significance:
-        tell([f"warning: {given.cause} does not explain the records; its intervals are not valid"])
-    names = shown_names(found.causes)
+        warnings.append(f"{given.cause} does not explain the records; its intervals are not valid")
     for name, away in far_amplitudes(found.causes, found.fit.values).items():
         told = f"{names[name]} is {abs(away):.1f} standard deviations of what is usual from its value"
-        tell([f"warning: {told}: the cause has another form than the model, and its intervals are not valid"])
+        warnings.append(f"{told}: the cause has another form than the model, and its intervals are not valid")
+    tell(f"warning: {warning}" for warning in warnings)
+    best, *others = every
     if given.out:
-        _save(given, rig, [*rig.plugins, registry().get("effect", given.cause)], rows)
-    return {"estimates": rows, "places": places, "p_value": float(found.p_value)}
+        _save(given, rig, [*rig.plugins, registry().get("effect", given.cause)], best["estimates"])
+    return best | {"elsewhere": others, "misfits_above_best": found.misfits, "warnings": warnings}
 
 
-def _told(place):
-    """Where a cause is, and which of its alternatives it has, as text."""
-    return "".join(f", {key} {value}" for key, value in place.items())
+def _explanation(found):
+    """The places and numbers of an Identified, as for JSON."""
+    from rotorstudy.diagnosis.one_cause.answer import estimates_of
 
-
-def _rows(estimates):
-    """Each of some (name, value, standard deviation, unit, if known ends of 95 %) as for JSON, in SI."""
-    found = []
-    for name, value, std, unit, *known in estimates:
-        (ends,) = known or [(value - HALF_INTERVAL * std, value + HALF_INTERVAL * std)]
-        row = {"name": name, "value": float(value), "standard_deviation": float(std), "unit": unit}
-        found.append(row | {"interval_95": list(map(float, ends))})
-    return found
+    places = [{**cause.where, **cause.variant} for cause in found.causes]
+    return {"places": places, "estimates": estimate_rows(estimates_of(found)), "p_value": found.p_value}
 
 
 def _print_estimates(rows):

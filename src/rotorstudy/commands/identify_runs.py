@@ -1,6 +1,6 @@
 """`rotorstudy identify --runs`: update a rig by several runs of one machine, fitted together."""
 
-from rotorstudy.commands.shared import JSON, tell
+from rotorstudy.commands.shared import JSON, estimate_rows, tell
 from rotorstudy.units import shown_unit, with_interval
 
 
@@ -25,11 +25,10 @@ def identify_several(given):
         _save(given, found, units, own)
     if given.rig_out:
         write_rig(found.rig, given.rig_out, f"{given.rig} updated by the runs of {given.runs}")
-    keys = ("name", "value", "standard_deviation")
     known = found.joint.posterior.by_name
-    rows = [(name, *known[name]) for names in (shared, *own.values()) for name in names]
+    rows = estimate_rows((name, *known[name], units[name]) for names in (shared, *own.values()) for name in names)
     misfits = {name: float(cost / count) for name, (cost, count) in found.joint.misfits.items()}
-    return {"estimates": [dict(zip(keys, row, strict=True)) for row in rows], "misfit_per_component": misfits}
+    return {"estimates": rows, "misfit_per_component": misfits}
 
 
 def _print_estimates(found, names, units):

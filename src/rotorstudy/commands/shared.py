@@ -6,7 +6,7 @@ from os.path import dirname, realpath
 from pathlib import Path
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.units import RAD_PER_S
+from rotorstudy.units import HALF_INTERVAL, RAD_PER_S
 
 NETCDF, JSON, YAML, HTML = (".nc", ".nc4"), (".json",), (".yaml", ".yml"), (".html", ".htm")
 FORMAT_OF = {".nc": "NetCDF", ".yaml": "YAML", ".html": "HTML"}
@@ -70,6 +70,16 @@ def tell(findings):
     """Say what was found in the records, apart from results."""
     for finding in findings:
         print(finding, file=sys.stderr)
+
+
+def estimate_rows(estimates):
+    """Each of some (name, value, standard deviation, unit, if known ends of 95 %) as for JSON, in SI."""
+    found = []
+    for name, value, std, unit, *known in estimates:
+        (ends,) = known or [(value - HALF_INTERVAL * std, value + HALF_INTERVAL * std)]
+        row = {"name": name, "value": float(value), "standard_deviation": float(std), "unit": unit}
+        found.append(row | {"interval_95": list(map(float, ends))})
+    return found
 
 
 def conclude(verdict, out):
