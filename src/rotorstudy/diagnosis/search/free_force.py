@@ -6,7 +6,7 @@ of a form (`form.SHARES`); its size at each harmonic is the most probable one. I
 evidence as the data narrow them, so that it is as likely as a cause of the library only where that leaves much more.
 """
 
-from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from typing import NamedTuple
 
@@ -49,15 +49,37 @@ class FreeForce(NamedTuple):
     force: np.ndarray | None = None  # (row, speed, harmonic), N, of that fit
 
 
+class _Background(NamedTuple):
+    """What explains data without a force: parameters of a linearised fit, errors that all data have in common.
+
+    Speeds are independent given its amplitudes, which are independent and of unit variance.
+    """
+
+    data: np.ndarray  # (speed, component) measured, less predicted at the mean of the prior; whitened
+    columns: np.ndarray  # (component, amplitude)
+    prior: Prior  # of the parameters, of which the first amplitudes are
+
+    def beside(self, errors):
+        """The same beside what has columns (component, amplitude) of unit variance, such as a second force."""
+        return self._replace(columns=np.hstack([self.columns, errors]))
+
+
 class _Posterior(NamedTuple):
-    """The most probable force (row, speed, harmonic), N, and values of the rig (parameter,), of a linearised model."""
+    """The most probable force at a place, and what follows from it."""
 
     evidence: float
-    force: np.ndarray
-    free: np.ndarray
-    left: float
     shares: tuple  # of `SHARES`
-    errors: Callable  # () -> columns (component, amplitude) of the force by independent amplitudes of unit variance
+    force: np.ndarray  # (row, speed, harmonic), N
+    free: np.ndarray  # (parameter,) values of the rig with it
+    left: float  # misfit with it
+    columns: np.ndarray  # (speed, component, part) what sensors show of each real part of the force, per newton
+    modes: np.ndarray  # (mode, speed) functions of the speed of which it consists, see `form.over_speeds`
+    std: np.ndarray  # (part,) its standard deviation, N
+
+    def errors(self):
+        """Columns (component, amplitude) of the force by independent amplitudes of unit variance."""
+        by_mode = self.modes.T[:, None, :, None] * (self.columns * self.std)[:, :, None]
+        return by_mode.reshape(self.columns.shape[0] * self.columns.shape[1], -1)
 
 
 def free_forces(work) -> list[FreeForce]:
@@ -65,39 +87,42 @@ def free_forces(work) -> list[FreeForce]:
 
     work : Search with its base fit
     """
-    spectrum = work.spectrum
+    spectrum, stated = work.spectrum, fit(work.model, work.spectrum, work.prior, steps=0)
     _check_memory(spectrum)
-    rows_of, stated = dict(places_of(work.rig.structure)), fit(work.model, spectrum, work.prior, steps=0)
-    fits = {}
+    rows_of, fits = dict(places_of(work.rig.structure)), {}
     try:
-        shown_by, rig = _shown_by(stated, spectrum), _linearised(stated, spectrum)
+        shown_by, rig = _shown_by(stated, spectrum), _background(stated, spectrum)
         # first by the least smooth shares, which any force can follow; by all of them where that may matter
-        known = {one: _posterior(rig, spectrum, shown_by(rows), every=SHARES[-1:]) for one, rows in rows_of.items()}
-        least = max(one.evidence for one in known.values()) - BY_SHARES * spectrum.data_count
-        for one in (one for one in known if known[one].evidence > least):
-            known[one] = _posterior(rig, spectrum, shown_by(rows_of[one]))
+        known = {place: _posterior(rig, spectrum, shown_by(rows), SHARES[-1:]) for place, rows in rows_of.items()}
+        least = max(at.evidence for at in known.values()) - BY_SHARES * spectrum.data_count
+        for place in (place for place in known if known[place].evidence > least):
+            known[place] = _posterior(rig, spectrum, shown_by(rows_of[place]))
     except NoSteadyState:
         return []
-    for one in sorted(known, key=lambda one: -known[one].evidence)[:REFITTED]:
-        for _ in range(AGAIN):
-            try:
-                force = known[one].force
-                fitted = _with_forces(work, known[one].free, {FREE_FORCE: (rows_of[one], force)})
-                fits[one] = fitted, force
-                columns = _shown_by(fitted, spectrum)(rows_of[one])
-                again = _posterior(_linearised(fitted, spectrum), spectrum, columns, [(columns, force)])
-            except NoSteadyState:
-                break
-            if again.evidence <= known[one].evidence:
-                break
-            known[one] = again
-    prior, base = np.log(PRIOR / len(rows_of)), work.base.evidence
-    found, count = [], spectrum.data_count
-    for one, at in known.items():
-        kind, number, motion = one
-        odds = at.evidence - base + prior
-        found.append(FreeForce({kind: number}, motion, odds, at.left, count, *fits.get(one, ())))
+    for place in sorted(known, key=lambda place: -known[place].evidence)[:REFITTED]:
+        known[place], fits[place] = _refitted(work, rows_of[place], known[place])
+    prior = np.log(PRIOR / len(rows_of)) - work.base.evidence
+    found = [
+        FreeForce({kind: number}, motion, at.evidence + prior, at.left, spectrum.data_count, *fits.get(place, ()))
+        for place, at in known.items()
+        for kind, number, motion in [place]
+    ]
     return sorted(found, key=lambda one: -one.log_odds)
+
+
+def _refitted(work, rows, at):
+    """The _Posterior about fits with its own force, as long as that raises it; the last Fit and the force in it."""
+    last = ()
+    with suppress(NoSteadyState):
+        for _ in range(AGAIN):
+            fitted = _with_forces(work, at.free, {FREE_FORCE: (rows, at.force)})
+            last = fitted, at.force
+            columns = _shown_by(fitted, work.spectrum)(rows)
+            again = _posterior(_background(fitted, work.spectrum, [(columns, at.force)]), work.spectrum, columns)
+            if again.evidence <= at.evidence:
+                break
+            at = again
+    return at, last
 
 
 def two_forces(work) -> list[tuple[Fit, np.ndarray]]:
@@ -120,11 +145,11 @@ def two_forces(work) -> list[tuple[Fit, np.ndarray]]:
         if best and fitted.cost >= best[0].cost:  # from values that the linearised model puts too far
             break
         best = fitted, pair.copy()
-        shown_by, rig = _shown_by(fitted, spectrum), _linearised(fitted, spectrum)
+        shown_by = _shown_by(fitted, spectrum)
         columns = {place: shown_by(rows[place]) for place in pair}
-        added = [(columns[place], pair[place].force) for place in pair]
+        rig = _background(fitted, spectrum, [(columns[place], at.force) for place, at in pair.items()])
         for place, beside in ((one, other), (other, one)):
-            pair[place] = _posterior(rig, spectrum, columns[place], added, pair[beside].errors(), shares)
+            pair[place] = _posterior(rig.beside(pair[beside].errors()), spectrum, columns[place], shares)
     fitted, pair = best
     forces = {FREE_FORCE: (rows[other], pair[other].force), OTHER_FORCE: (rows[one], pair[one].force)}
     exchanged = _with_forces(work, pair[other].free, forces)
@@ -140,46 +165,46 @@ def _two_places(spectrum, rows, first):
     From the FreeForce that explains most alone, one place after the other is sought beside the one that was found.
     """
     ((kind, number),) = first.where.items()
-    kept, fitted, before = (kind, number, first.motion), first.fitted, None
-    shown_by, rig = _shown_by(fitted, spectrum), _linearised(fitted, spectrum)
+    kept, before, shown_by = (kind, number, first.motion), None, _shown_by(first.fitted, spectrum)
     columns = shown_by(rows[kept])
-    added = [(columns, first.force)]
-    at = _posterior(rig, spectrum, columns, added)
+    rig = _background(first.fitted, spectrum, [(columns, first.force)])
+    at = _posterior(rig, spectrum, columns)
     shares = [at.shares]
-
-    def beside(place, errors):
-        return _posterior(rig, spectrum, shown_by(rows[place]), added, errors, shares)
-
     for _ in range(EXCHANGES):
-        errors = at.errors()
-        found = {place: beside(place, errors) for place in rows if place != kept}
+        beside = rig.beside(at.errors())
+        found = {place: _posterior(beside, spectrum, shown_by(rows[place]), shares) for place in rows if place != kept}
         other = max(found, key=lambda place: found[place].evidence)
         if other == before:
             break
         before, kept, at = kept, other, found[other]
-    return {kept: at, before: beside(before, at.errors())}, shares
+    return {kept: at, before: _posterior(rig.beside(at.errors()), spectrum, shown_by(rows[before]), shares)}, shares
 
 
 def _shown_by(fitted, spectrum):
-    """Function of rows: what sensors show of forces there, at the motion of a fit, as `free_force_columns`."""
-    near = neighbourhood(fitted.model, spectrum, fitted.theta)
-    return partial(free_force_columns, near, spectrum.without_common_error())
+    """Function of rows: what sensors show of forces there at the motion of a fit, as `_Posterior.columns`."""
+    near, apart = neighbourhood(fitted.model, spectrum, fitted.theta), spectrum.without_common_error()
+
+    def shown(rows):
+        columns = np.moveaxis(free_force_columns(near, apart, rows), 0, 2)  # (speed, component, row, part of one)
+        return columns.reshape(*columns.shape[:2], -1)
+
+    return shown
 
 
-class _Linearised(NamedTuple):
-    """A Fit to a spectrum without its common errors, whose speeds are then independent."""
-
-    fitted: Fit
-    common: np.ndarray  # (component, error) what these errors change
-
-
-def _linearised(fitted, spectrum):
-    """The _Linearised model of a Fit."""
-    if spectrum.common_error is None:
-        return _Linearised(fitted, np.zeros((spectrum.data_count, 0)))
-    apart = spectrum.without_common_error()
-    fitted = fit(fitted.model, apart, fitted.prior, start=fitted.theta, steps=0)
-    return _Linearised(fitted, apart.whitened(spectrum.common_error).T)
+def _background(fitted, spectrum, forces=()):
+    """The _Background by a Fit; forces : (columns, force (row, speed, harmonic)) of each that it has, taken out."""
+    common = np.zeros((spectrum.data_count, 0))
+    if spectrum.common_error is not None:
+        apart = spectrum.without_common_error()
+        fitted = fit(fitted.model, apart, fitted.prior, start=fitted.theta, steps=0)
+        common = apart.whitened(spectrum.common_error).T
+    own = [i for i, name in enumerate(fitted.names) if name not in (FREE_FORCE, OTHER_FORCE)]
+    prior, jacobian = fitted.prior.part([fitted.names[i] for i in own]), fitted.jacobian[:, own]
+    data = (fitted.residual + jacobian @ (fitted.free[own] - prior.mean)).reshape(len(spectrum.speed), -1)
+    for columns, force in forces:
+        parts = np.swapaxes(np.concatenate([force.real, force.imag], axis=2), 0, 1).reshape(len(data), -1)
+        data = data + (columns @ parts[..., None])[..., 0]
+    return _Background(data, np.hstack([jacobian @ prior.factor, common]), prior)
 
 
 def _check_memory(spectrum):
@@ -194,73 +219,48 @@ def _check_memory(spectrum):
         )
 
 
-def _posterior(rig: _Linearised, spectrum, columns, forces=(), beside=None, every=SHARES) -> _Posterior:
-    """The _Posterior about a Fit of the rig.
+def _posterior(rig: _Background, spectrum, columns, every=SHARES) -> _Posterior:
+    """The _Posterior of a force with columns (speed, component, part), by those of some shares that explain most."""
+    speeds, harmonics = len(columns), len(spectrum.harmonics)
+    others = rig.columns.reshape(*rig.data.shape, rig.columns.shape[1])
+    # products of each speed alone, so that time is linear in their number
+    by_part, known = np.swapaxes(columns, 1, 2), np.concatenate([rig.data[..., None], others], axis=-1)
+    of_parts, on_known = by_part @ columns, by_part @ known
+    of_known = np.tensordot(known, known, ((0, 1), (0, 1)))
+    normal = np.eye(others.shape[-1]) + of_known[1:, 1:]  # of the amplitudes of the background
 
-    columns : (row, speed, component, part and harmonic) of `free_force_columns`
-    forces  : (columns, force (row, speed, harmonic)) of each force of the fit, which are taken out
-    beside  : columns (component, amplitude), of unit variance, of what else may act
-    every   : shares that are tried
-    """
-    fitted = rig.fitted
-    rows, speeds, parts, harmonics = len(columns), columns.shape[1], 2, len(spectrum.harmonics)
-    columns = columns.reshape(rows, speeds, -1, parts, harmonics).transpose(1, 2, 0, 3, 4)
-    columns = columns.reshape(speeds, -1, rows * parts * harmonics)  # speed, component, (row part harmonic)
-    own = np.array([name not in (FREE_FORCE, OTHER_FORCE) for name in fitted.names], bool)
-    jacobian, free = fitted.jacobian[:, own], fitted.free[own]
-    mean, whitener = fitted.prior.mean[own], fitted.prior.whitener[np.ix_(own, own)]
-    data = (fitted.residual + jacobian @ (free - mean)).reshape(speeds, -1)
-    for shown, force in forces:
-        data = data + np.einsum("rscp,rsp->sc", shown, np.concatenate([force.real, force.imag], axis=2))
-    scaled = np.linalg.solve(whitener.T, jacobian.T).T  # by parameters of unit variance
-    scaled = np.hstack([scaled, rig.common] if beside is None else [scaled, rig.common, beside])
-    inner = np.eye(scaled.shape[1]) + scaled.T @ scaled
-    turned = columns.transpose(0, 2, 1)
-    within = (turned @ columns).reshape(speeds, -1)  # of each speed alone, so that time is linear in their number
-    on_data, on_rig = (
-        (turned @ data[..., None])[..., 0],
-        (turned @ scaled.reshape(speeds, len(scaled) // speeds, -1)),
-    )
-    best = None
-    for shares in every:
-        modes = over_speeds(spectrum.speed, shares)  # (mode, speed)
-        count = len(modes) * columns.shape[-1]  # of amplitudes (mode row part harmonic)
-        by_harmonic = np.arange(count) % harmonics
-        pairs = (modes[:, None] * modes).reshape(-1, speeds) @ within
-        pairs = pairs.reshape(len(modes), len(modes), columns.shape[-1], -1).swapaxes(1, 2).reshape(count, count)
-        on_modes = (modes @ on_data).reshape(1, count)
-        along = np.column_stack([scaled.T @ data.ravel(), np.tensordot(modes, on_rig, 1).reshape(count, -1).T])
-        gram = np.block([[np.atleast_2d(np.sum(data**2)), on_modes], [on_modes.T, pairs]])
-        gram -= along.T @ np.linalg.solve(inner, along)
+    def products(modes):
+        """Products of data and amplitudes (mode, part), the data first, with the background marginalised."""
+        on_amplitudes = np.tensordot(modes, on_known, 1).reshape(-1, len(of_known))
+        of_amplitudes = np.tensordot(modes[:, None] * modes, of_parts, 1).swapaxes(1, 2).reshape(len(on_amplitudes), -1)
+        gram = np.block([[of_known[:1, :1], on_amplitudes[:, :1].T], [on_amplitudes[:, :1], of_amplitudes]])
+        on_others = np.vstack([of_known[:1, 1:], on_amplitudes[:, 1:]])
+        gram -= on_others @ np.linalg.solve(normal, on_others.T)
+        return gram
+
+    def with_shares(shares):
+        modes = over_speeds(spectrum.speed, shares)
+        gram = products(modes)
+        by_harmonic = np.arange(len(gram) - 1) % harmonics
         sizes = _sizes(gram, by_harmonic, harmonics)
-        size = sizes[by_harmonic]
-        precision = np.eye(len(size)) + size[:, None] * gram[1:, 1:] * size
-        found = np.linalg.solve(precision, size * gram[1:, 0])
-        log_scale = _log_prior(sizes, gram, by_harmonic) - np.log(len(SHARES))
-        explained = (size * gram[1:, 0]) @ found
-        evidence = 0.5 * (explained - gram[0, 0] - np.linalg.slogdet(precision)[1] - np.linalg.slogdet(inner)[1])
-        if best is None or evidence + log_scale > best.evidence:
-            moved = modes.T @ (size * found).reshape(len(modes), -1)  # speed, (row part harmonic)
-            off = (data - (columns @ moved[..., None])[..., 0]).ravel()
-            moved = moved.reshape(speeds, rows, parts, harmonics).swapaxes(0, 1)
-            known = np.linalg.solve(inner, scaled.T @ off)
-            free, rest, others = (
-                mean + np.linalg.solve(whitener, known[: len(mean)]),
-                off - scaled @ known,
-                known[len(mean) :],
-            )
-            left = rest @ rest + others @ others
-            errors = partial(_errors, columns, modes, size[: columns.shape[-1]])
-            force = moved[:, :, 0] + 1j * moved[:, :, 1]
-            best = _Posterior(evidence + log_scale, force, free, float(left), shares, errors)
-    # of data whitened by the common errors too, as the evidence of a Fit is
-    return best._replace(evidence=best.evidence + spectrum.log_common_volume / 2)
+        std = sizes[by_harmonic]
+        pull, precision = std * gram[1:, 0], np.eye(len(std)) + std[:, None] * gram[1:, 1:] * std
+        amplitude = np.linalg.solve(precision, pull)
+        narrowed = np.linalg.slogdet(precision)[1] + np.linalg.slogdet(normal)[1]
+        evidence = 0.5 * (pull @ amplitude - gram[0, 0] - narrowed)
+        # of data whitened by the common errors too, as the evidence of a Fit is
+        evidence += _log_prior(sizes, gram, by_harmonic) - np.log(len(SHARES)) + spectrum.log_common_volume / 2
+        parts = modes.T @ (std * amplitude).reshape(len(modes), -1)  # (speed, part)
+        off = (rig.data - (columns @ parts[..., None])[..., 0]).ravel()
+        found = np.linalg.solve(normal, rig.columns.T @ off)
+        own, rest = np.split(found, [len(rig.prior.mean)])
+        off -= rig.columns @ found
+        real, imaginary = np.moveaxis(parts.reshape(speeds, -1, 2, harmonics), 2, 0).swapaxes(1, 2)
+        force, free = real + 1j * imaginary, rig.prior.mean + rig.prior.factor @ own
+        left = float(off @ off + rest @ rest)
+        return _Posterior(evidence, shares, force, free, left, columns, modes, std[: columns.shape[-1]])
 
-
-def _errors(columns, modes, size):
-    """Columns (component, amplitude) of a force; columns : (speed, component, force);  size : (force,)."""
-    every = modes.T[:, None, :, None] * (columns * size)[:, :, None]
-    return every.reshape(columns.shape[0] * columns.shape[1], -1)
+    return max(map(with_shares, every), key=lambda one: one.evidence)
 
 
 def _sizes(gram, by_harmonic, harmonics):
