@@ -297,8 +297,7 @@ class Search:
 
 def _fractions(work, causes):
     """Shapes of causes as fractions (option,) of their ranges, in an order that is always the same."""
-    points = [point_of(work, c) for c in sorted(causes, key=lambda c: c.cause) if c.shape]
-    return np.concatenate(points) if points else np.zeros(0)
+    return np.concatenate([[], *(point_of(work, c) for c in sorted(causes, key=lambda c: c.cause))])
 
 
 def _nothing(cause):

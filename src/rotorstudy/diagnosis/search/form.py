@@ -25,9 +25,10 @@ from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import LEAK, neighbourhood
 from rotorstudy.measurement.spectrum import Spectrum, principal
 from rotorstudy.model.entries import unscaled
+from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
-from rotorstudy.response.neighbourhood import Motion
+from rotorstudy.response.neighbourhood import Motion, carried_motion
 
 SCALES = np.append(0.0, 2.0 ** np.arange(-10, 1))  # of the largest standard deviation of the error, equally likely
 # shares of its variance: the same at all speeds, slowly varying, independent. The error of a force that the weight
@@ -54,6 +55,29 @@ class Change(NamedTuple):
     forced: np.ndarray | None = None  # (force,) position of the harmonic of each
     of_motion: bool = True  # whether its forces depend on the motion
 
+    def errors(self) -> tuple[np.ndarray, np.ndarray]:
+        """Errors (error, speed, harmonic, sensor), m, as large as the change, and the position of the harmonic of each.
+
+        One in phase with it and one in quadrature at each harmonic, the same at all speeds. Of a fault at one place
+        they are forces there, of the size that shows as much as the fault.
+        """
+        size = np.linalg.norm(self.change, axis=-1)  # (speed, harmonic)
+        harmonics = size.shape[1]
+        if self.forces is None:
+            whole = np.linalg.norm(size, axis=-1, keepdims=True)
+            seen = size > ROUND_OFF * whole
+            moved = self.change * np.where(seen, _with_leak(size, whole) / np.where(seen, size, 1.0), 0.0)[..., None]
+            of_harmonic = np.eye(harmonics)[:, None, :, None] * moved
+            both = np.stack([of_harmonic, 1j * of_harmonic], axis=1)
+            return both.reshape(-1, *moved.shape), np.repeat(np.arange(harmonics), 2)
+        by_unit = np.linalg.norm(self.forces, axis=(2, 3))  # (force, speed)
+        shows = by_unit > ROUND_OFF * by_unit.max(initial=0.0)  # a foundation at rest moves with its probes
+        rows = len(self.forced) // (2 * harmonics)  # which share the error
+        acting = size[:, self.forced].T / np.where(shows, np.sqrt(rows) * by_unit, np.inf)
+        by_row = acting.reshape(rows, -1, acting.shape[1])  # a force and a moment have no size in common
+        whole = np.sqrt(harmonics * np.mean(by_row**2, axis=1, keepdims=True))
+        return self.forces * _with_leak(by_row, whole).reshape(*acting.shape, 1, 1), self.forced
+
 
 def largest_error(effect: str, parameter: str, usual: float) -> float:
     """Largest standard deviation of the error of the form of an effect, as a fraction of what a parameter changes."""
@@ -74,19 +98,17 @@ def changes_of(
     """
     found = []
     for parts in faults_of(causes).values():
-        every = [
-            (u, c.term.parameters[i], largest_error(c.effect, c.term.parameters[i].name, largest) / largest)
-            for c in parts
-            if not c.term.acts_on_output
-            for u, i in zip(c.term.unknowns, c.parameter, strict=True)
-        ]
-        for of_motion in (False, True):
-            own = {u: error for u, parameter, error in every if _depends_on_motion(parameter) == of_motion}
-            if own:
-                inexactness = max(own.values())
-                change = forces.near.changes_by_forces([([*own], motion)]) @ np.array([values[u.name] for u in own])
-                steady = not of_motion and inexactness > 1.0
-                found.append(Change(change, inexactness, steady, *forces.beside(parts), of_motion))
+        inexactness = {False: {}, True: {}}  # of forces that depend on the motion or not: amplitude -> largest error
+        for cause in (c for c in parts if not c.term.acts_on_output):
+            for unknown, i in zip(cause.term.unknowns, cause.parameter, strict=True):
+                parameter = cause.term.parameters[i]
+                error = largest_error(cause.effect, parameter.name, largest) / largest
+                inexactness[_depends_on_motion(parameter)][unknown] = error
+        for of_motion, errors in inexactness.items():
+            if errors:
+                sizes = np.array([values[unknown.name] for unknown in errors])
+                change, most = forces.near.changes_by_forces([([*errors], motion)]) @ sizes, max(errors.values())
+                found.append(Change(change, most, not of_motion and most > 1.0, *forces.beside(parts), of_motion))
     return found
 
 
@@ -108,6 +130,11 @@ class LocalForces:
     def at(self, spectrum: Spectrum) -> "LocalForces":
         """The same at other speeds."""
         return LocalForces(self.fitted, spectrum, self.structure)
+
+    def motion(self, model: Model, theta: np.ndarray) -> Motion:
+        """The Motion of another model at the same speeds and harmonics."""
+        near = self.near
+        return carried_motion(model, near.speed, near.harmonics, theta, order=near.order)
 
     def beside(self, parts: Sequence[Candidate]) -> tuple[np.ndarray | None, np.ndarray | None]:
         """`Change.forces` and `Change.forced` of the parts of a fault; None if they act at several places."""
@@ -142,35 +169,15 @@ def _acted(parameter):
 def form_errors(speed: np.ndarray, changes: list[Change], shares: tuple) -> tuple[np.ndarray, np.ndarray]:
     """What the errors of the form of some faults change, of the largest size and relative to `Settings.form_error`.
 
-    Of a fault at one place they are forces there, of the size that shows as much as the fault at each harmonic.
-
     returns : independent errors of unit variance (error, speed, harmonic, sensor), m, and of which harmonic each is
     """
-    found, at = [], []
-    for change, inexactness, steady, forces, forced, _ in changes:
-        modes = over_speeds(speed, STEADY, STEADY_LENGTH) if steady else over_speeds(speed, shares)
-        size = np.linalg.norm(change, axis=-1)  # (speed, harmonic)
-        if forces is None:
-            whole = np.linalg.norm(size, axis=-1, keepdims=True)
-            seen = size > ROUND_OFF * whole
-            moved = change * np.where(seen, _with_leak(size, whole) / np.where(seen, size, 1.0), 0.0)[..., None]
-            shown = np.zeros((2 * size.shape[1], *change.shape), complex)
-            for h in np.flatnonzero(seen.any(axis=0)):
-                shown[2 * h, :, h], shown[2 * h + 1, :, h] = moved[:, h], 1j * moved[:, h]
-            own = np.repeat(np.arange(size.shape[1]), 2)
-        else:
-            of_unit = np.linalg.norm(forces, axis=(2, 3))  # (force, speed)
-            rows = len(forced) // (2 * size.shape[1])  # which share the error
-            shows = of_unit > ROUND_OFF * of_unit.max(initial=0.0)  # a foundation at rest moves with its probes
-            acting = size[:, forced].T / np.where(shows, np.sqrt(rows) * of_unit, np.inf)
-            by_row = acting.reshape(rows, -1, acting.shape[1])  # a force and a moment have no size in common
-            whole = np.sqrt(size.shape[1] * np.mean(by_row**2, axis=1, keepdims=True))
-            shown = forces * _with_leak(by_row, whole).reshape(*acting.shape, 1, 1)
-            own = forced
-        errors = modes[:, None, :, None, None] * shown[None]
-        found.append(inexactness * errors.reshape(-1, *change.shape))
-        at.append(np.tile(own, len(modes)))
-    return (np.concatenate(found), np.concatenate(at)) if found else (np.zeros((0, 0, 0, 0)), np.zeros(0, int))
+    found, at = [np.zeros((0, len(speed), 0, 0))] * (not changes), [np.zeros(0, int)]
+    for one in changes:
+        modes = over_speeds(speed, STEADY, STEADY_LENGTH) if one.steady else over_speeds(speed, shares)
+        errors, harmonic = one.errors()
+        found.append(one.inexactness * (modes[:, None, :, None, None] * errors).reshape(-1, *one.change.shape))
+        at.append(np.tile(harmonic, len(modes)))
+    return np.concatenate(found), np.concatenate(at)
 
 
 def _with_leak(size, whole):
@@ -223,14 +230,14 @@ class FormError(NamedTuple):
 
     def evidence(self, off: np.ndarray, jacobian: np.ndarray, known: np.ndarray) -> float:
         """Log evidence of a fit with this error; arguments as for `most_probable_form`."""
-        pull = self.columns.T @ np.column_stack([off[: len(jacobian)], jacobian])
-        within = np.eye(len(pull)) + self.columns.T @ self.columns
-        solved = np.linalg.solve(within, pull)
-        normal = jacobian.T @ jacobian + known.T @ known - pull[:, 1:].T @ solved[:, 1:]
+        on_errors = self.columns.T @ np.column_stack([off[: len(jacobian)], jacobian])
+        of_errors = np.eye(len(on_errors)) + self.columns.T @ self.columns
+        explained = on_errors.T @ np.linalg.solve(of_errors, on_errors)  # by the errors, of residual and derivatives
+        normal = jacobian.T @ jacobian + known.T @ known - explained[1:, 1:]
         size = np.sqrt(np.diag(normal))
         narrowed = np.linalg.slogdet(normal / np.outer(size, size))[1] + 2 * np.log(size).sum()
-        narrowed += np.linalg.slogdet(within)[1] - 2 * np.linalg.slogdet(known)[1]
-        return float(self.more - 0.5 * (off @ off - pull[:, 0] @ solved[:, 0] + narrowed))
+        narrowed += np.linalg.slogdet(of_errors)[1] - 2 * np.linalg.slogdet(known)[1]
+        return float(self.more - 0.5 * (off @ off - explained[0, 0] + narrowed))
 
 
 def most_probable_form(
@@ -254,31 +261,30 @@ def most_probable_form(
     off      : (component + parameter,) residual, then distance of the parameters from their prior
     jacobian : (component, parameter);  known : (parameter, parameter) whitener of the prior
     """
-    count = len(jacobian)
+    count, alike, every = len(jacobian), [], []
     data, rest = np.column_stack([off[:count], jacobian]), np.column_stack([off[count:], known])
-    gram, prior, found = data.T @ data + rest.T @ rest, 2 * np.linalg.slogdet(known)[1], []
+    gram, prior = data.T @ data + rest.T @ rest, 2 * np.linalg.slogdet(known)[1]
     for shares in SHARES if changes else SHARES[:1]:
-        columns, at = _columns(spectrum, changes, shares, largest)
-        along, variance = principal(columns, 0.0, ROUND_OFF)
-        turned = (along * np.sqrt(variance)).T @ data
-        found.append((_by_scale(gram, turned, variance, -prior), shares, columns, at))
-    whole = np.array([np.logaddexp.reduce(one[0]) for one in found])
-    alike, shares, columns, at = found[int(np.argmax(whole))]
-    scale, more = np.full(len(at), SCALES[int(np.argmax(alike))]), np.log(np.mean(np.exp(whole - whole.max())))
-    weights, best = np.tile(np.eye(len(SCALES))[0], (len(spectrum.harmonics), 1)), alike.max()
+        every.append(_columns(spectrum, changes, shares, largest))
+        along, variance = principal(every[-1][0], 0.0, ROUND_OFF)
+        alike.append(_by_scale(gram, (along * np.sqrt(variance)).T @ data, variance, -prior))
+    by_shares = np.logaddexp.reduce(alike, axis=1)
+    best = int(np.argmax(by_shares))
+    (columns, at), of_scales = every[best], alike[best]
+    scales = np.full(len(spectrum.harmonics), SCALES[int(np.argmax(of_scales))])
     if by_harmonic:
-        even = np.full(weights.shape, -np.log(len(SCALES)))
-        best, gained = _over_scales(gram, columns, data, at, scale, even, prior, weights) if len(at) else (best, 0.0)
-        more += gained
+        even = np.full((len(scales), len(SCALES)), -np.log(len(SCALES)))
+        scales, weights, reached, gained = _over_scales(gram, columns, data, at, scales, even, prior)
     else:
-        weights[np.unique(at)] = np.exp(alike - np.logaddexp.reduce(alike))
-    inexact = largest * max((one.inexactness for one in changes), default=0.0)
-    std = inexact * weights @ SCALES
-    size = sum((np.abs(one.change) ** 2).sum(axis=(0, 2)) for one in changes) if changes else np.zeros(len(std))
-    mean = np.sqrt(size @ std**2 / size.sum()) if np.any(size) else 0.0
-    reached = float(best + more)
-    likely = whole - np.logaddexp.reduce(whole)
-    return FormError(shares, likely, (columns * scale)[:, scale > 0], weights, std, float(mean), float(more), reached)
+        reached, gained = of_scales.max(), 0.0
+        weights = np.tile(np.exp(of_scales - by_shares[best]), (len(scales), 1))
+    more = float(np.log(np.mean(np.exp(by_shares - by_shares.max()))) + gained)
+    std = largest * max((one.inexactness for one in changes), default=0.0) * weights @ SCALES
+    power = sum((np.abs(one.change) ** 2).sum(axis=(0, 2)) for one in changes) if changes else np.zeros(len(std))
+    mean = float(np.sqrt(power @ std**2 / power.sum())) if np.any(power) else 0.0
+    likely, scale = by_shares - np.logaddexp.reduce(by_shares), scales[at]
+    columns = (columns * scale)[:, scale > 0]
+    return FormError(SHARES[best], likely, columns, weights, std, mean, more, float(reached + more))
 
 
 def log_predictive(
@@ -306,31 +312,34 @@ def log_predictive(
 
     def by(shares):
         columns, at = _columns(spectrum, changes, shares, largest)
-        if not len(at):
-            return _by_scale(gram, np.zeros((0, len(gram))), np.zeros(0), 0.0)[0]
-        return sum(_over_scales(gram, columns, data, at, most_probable[at], known, 0.0, form.weights.copy()))
+        _, _, best, gained = _over_scales(gram, columns, data, at, most_probable, known, 0.0)
+        return best + gained
 
     return float(np.logaddexp.reduce(form.log_shares + [by(shares) for shares in SHARES]))
 
 
-def _over_scales(gram, columns, data, at, scale, log_prior, prior, weights):
-    """Log evidence with the most probable scales of the harmonics, and that of the mean over all scales, less it.
+def _over_scales(gram, columns, data, at, scales, log_prior, prior):
+    """The most probable scale of each harmonic (harmonic,), found one after the other, and what follows.
 
+    gram      : products of residual and derivatives, with those of the prior;  data : (component, ...) these
     columns   : (component, error);  at : (error,) position of the harmonic of each
-    scale     : (error,) those to begin with, which are changed to the most probable ones
-    log_prior : (harmonic, scale) of their probabilities;  prior : as of `_of_one_harmonic`
-    weights   : (harmonic, scale) probabilities with the data, which are written
+    scales    : (harmonic,) those to begin with;  log_prior : (harmonic, scale) of their probabilities
+    prior     : log determinant of the precision of the prior
+    returns   : them; probabilities (harmonic, scale); log evidence with them; that of the mean over all scales, less it
     """
+    scales, weights = scales.copy(), np.tile(SCALES == 0.0, (len(scales), 1)).astype(float)
+    if not len(at):
+        return scales, weights, _by_scale(gram, np.zeros((0, len(gram))), np.zeros(0), -prior)[0], 0.0
     products = columns.T @ np.column_stack([data, columns])
     for _ in range(SWEEPS):
         gained = 0.0
         for n in np.unique(at):
-            each = _of_one_harmonic(gram, products, at == n, scale, prior)
+            each = _of_one_harmonic(gram, products, at == n, scales[at], prior)
             both = each + log_prior[n]
             top, whole = int(np.argmax(both)), np.logaddexp.reduce(both)
-            scale[at == n], weights[n], best = SCALES[top], np.exp(both - whole), each[top]
+            scales[n], weights[n], best = SCALES[top], np.exp(both - whole), each[top]
             gained += whole - best
-    return best, gained
+    return scales, weights, best, gained
 
 
 def _of_one_harmonic(gram, products, own, scale, prior):

@@ -16,7 +16,6 @@ from rotorstudy.diagnosis.search.form import LEAK, SCALES, acted_on, changes_of
 from rotorstudy.diagnosis.search.form_fit import WITHIN
 from rotorstudy.diagnosis.search.odds import faults_of, odds_of
 from rotorstudy.errors import NoSteadyState
-from rotorstudy.response.neighbourhood import carried_motion
 
 # prior odds of such an error of form against a smooth one, whichever law it is like: of a hundred faults of another
 # form by the independent simulator about seven err so
@@ -44,12 +43,12 @@ def _relative_odds(found, pair, one):
     is_there = _acts_at(others, place) or _are_neighbours(parts[0], others[0])
     if not is_there or any(c.term.acts_on_output for c in pair.causes):
         return -np.inf
-    near, fitted, usual = found.local_forces.near, pair.fit, found.settings.form_error
+    forces, fitted, usual = found.local_forces, pair.fit, found.settings.form_error
     try:
-        motion = carried_motion(fitted.model, near.speed, near.harmonics, fitted.theta, order=near.order)
+        motion = forces.motion(fitted.model, fitted.theta)
     except NoSteadyState:
         return -np.inf
-    changes, other = (changes_of(some, fitted.values, motion, found.local_forces, usual) for some in (parts, others))
+    changes, other = (changes_of(some, fitted.values, motion, forces, usual) for some in (parts, others))
     inexact, other = [one for one in changes if one.of_motion], sum(one.change for one in other)
     if not inexact or not np.any(other) or not np.any(found.spectrum.whitened(other)):
         return -np.inf

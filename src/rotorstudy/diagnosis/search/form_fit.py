@@ -1,19 +1,27 @@
 """The fit of a set of causes: amplitudes and shapes together, with the error of their form that is most probable."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import SCALES, Candidate, with_priors
 from rotorstudy.diagnosis.search.form import changes_of, most_probable_form
 from rotorstudy.diagnosis.search.odds import Explanation, log_posterior_odds, odds_of
-from rotorstudy.diagnosis.search.shape_fit import causes_at, point_of, ranges_of, reshaped, response_with_shape
+from rotorstudy.diagnosis.search.shape_fit import (
+    causes_at,
+    point_of,
+    ranges_of,
+    reshaped,
+    response_with_shape,
+    whitened_with_slopes,
+    with_shape_std,
+)
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS, levenberg_marquardt
 from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prior import Prior
-from rotorstudy.response.neighbourhood import carried_motion
 
 WITHIN = 30.0  # log odds of the best explanation so far, which one must be able to reach to be fitted to its end
 SETTLED = 0.25  # log odds that another round of a fit, with the error of form that it has found, must promise
@@ -28,6 +36,7 @@ FAILURES = 2  # shapes in which a cause cannot act, or the rotor has no steady m
 class _Parameters:
     """The parameters of an explanation: those of the rig, the amplitudes of the causes, and their shapes."""
 
+    work: object  # Search
     causes: tuple[Candidate, ...]  # whose shapes are those of the start
     ranges: tuple[dict, ...]  # option -> ShapeRange, of each cause
     prior: Prior  # without the shapes
@@ -37,40 +46,38 @@ class _Parameters:
     @classmethod
     def of(cls, work, causes):
         """Those of some causes."""
-        ranges = tuple(ranges_of(work, c) if c.shape else {} for c in causes)
-        prior = with_priors(work.prior, causes)
+        ranges, prior = tuple(ranges_of(work, c) for c in causes), with_priors(work.prior, causes)
         shapes = {
             f"{name} of {c.term.label}": (x if ends.goes_around else 0.5, WIDTH)
             for c, own in zip(causes, ranges, strict=True)
-            for (name, ends), x in zip(own.items(), point_of(work, c) if own else (), strict=True)
+            for (name, ends), x in zip(own.items(), point_of(work, c), strict=True)
         }
-        whole = prior.plus(Prior.independent(shapes)) if shapes else prior
-        return cls(causes, ranges, prior, whole, np.cumsum([len(prior.names), *map(len, ranges)])[:-1])
+        whole = prior.plus(Prior.independent(shapes))
+        return cls(work, causes, ranges, prior, whole, np.cumsum([len(prior.names), *map(len, ranges)])[:-1])
 
-    def start(self, work, values):
+    def start(self, values):
         """(parameter,) at values of amplitudes by name, and the shapes of the causes."""
         known = dict(zip(self.prior.names, self.prior.mean, strict=True)) | values
-        points = [point_of(work, c) for c in self.causes if c.shape]
+        points = [point_of(self.work, c) for c in self.causes]
         return np.concatenate([[known[name] for name in self.prior.names], *points])
 
-    def response(self, work, theta):
+    def response(self, theta):
         """What `response_with_shape` returns."""
         amplitudes, *points = np.split(theta, self.ends)
-        return response_with_shape(work, self.causes, amplitudes, points)
+        return response_with_shape(self.work, self.causes, amplitudes, points)
 
     @property
     def longest(self):
         """(parameter,) longest step of a fit."""
-        shapes = len(self.whole.names) - len(self.prior.names)
-        return np.append(np.full(len(self.prior.names), np.inf), np.full(shapes, LONGEST_OF_SHAPE))
+        return np.where(np.arange(len(self.whole.names)) < len(self.prior.names), np.inf, LONGEST_OF_SHAPE)
 
-    def bounds(self, work, theta):
+    def bounds(self, theta):
         """(parameter,) least and largest values of a fit from some on; of shapes see `ShapeRange.between_breaks`.
 
         An amplitude that cannot be negative, with what the rig has of the same, is at least zero.
         """
         amplitudes, shapes = np.full((len(self.prior.names), 2), [-np.inf, np.inf]), theta[len(self.prior.names) :]
-        known = dict(zip(work.model.names, work.model.stated, strict=True))
+        known = dict(zip(self.work.model.names, self.work.model.stated, strict=True))
         known |= dict(zip(self.prior.names, theta, strict=False))
         for positive in (cause.positive for cause in self.causes):
             for name, same in positive.items():
@@ -81,18 +88,13 @@ class _Parameters:
         ends = [one.between_breaks(x) for one, x in zip(ends, shapes, strict=True)]
         return np.concatenate([amplitudes, np.reshape(ends, (-1, 2))]).T
 
-    def motion(self, work, theta):
-        """The Motion at the values of a fit, at the harmonics of the local forces."""
-        amplitudes, *points = np.split(theta, self.ends)
-        here = causes_at(work, self.causes, amplitudes, points)
-        model, near = work.model.plus(*(c.term for c in here)), work.local_forces.near
-        whole = model.filled(self.prior.names, amplitudes)
-        return carried_motion(model, near.speed, near.harmonics, whole, order=near.order)
-
-    def form(self, work, theta, linearised, by_harmonic=True):
+    def form(self, theta, linearised, by_harmonic=True):
         """The most probable FormError at the values of a fit; linearised : what the method of that name returns."""
-        values, largest = dict(zip(self.prior.names, theta, strict=False)), work.settings.form_error
-        changes = changes_of(self.causes, values, self.motion(work, theta), work.local_forces, largest)
+        work, (amplitudes, *points) = self.work, np.split(theta, self.ends)
+        values, largest = dict(zip(self.prior.names, amplitudes, strict=True)), work.settings.form_error
+        model = work.model.plus(*(c.term for c in causes_at(work, self.causes, amplitudes, points)))
+        motion = work.local_forces.motion(model, model.filled(self.prior.names, amplitudes))
+        changes = changes_of(self.causes, values, motion, work.local_forces, largest)
         return most_probable_form(work.spectrum, changes, *linearised, largest, by_harmonic)
 
     def narrowed(self, theta, off, jacobian, rows):
@@ -109,11 +111,35 @@ class _Parameters:
         distance = len(off) - len(theta)
         return np.append(off[:distance], factor * off[distance:]), jacobian, factor[:, None] * rows
 
-    def linearised(self, work, theta, response):
+    def linearised(self, theta, response):
         """Residual and distance from the prior, Jacobian and whitener of the prior, without an error of form."""
-        (shown, change), spectrum, rows = response, work.spectrum, self.whole.whitener
+        (shown, change), spectrum, rows = response, self.work.spectrum, self.whole.whitener
         off = np.append(spectrum.whitened(spectrum.amplitude - shown), rows @ (self.whole.mean - theta))
         return off, spectrum.whitened(change).T, rows
+
+    def explanation(self, theta, response, form, evidence, converged):
+        """The Explanation at the values of a fit with an error of form."""
+        work, (shown, change), (amplitudes, *points) = self.work, response, np.split(theta, self.ends)
+        spectrum, rows, free = work.spectrum.with_shared_error(form.columns), self.whole.whitener, len(amplitudes)
+        residual, jacobian = spectrum.whitened(spectrum.amplitude - shown), spectrum.whitened(change).T
+        distance, covariance = rows @ (self.whole.mean - theta), invert(jacobian.T @ jacobian + rows.T @ rows)
+        stds = np.split(np.sqrt(np.diag(covariance)), self.ends)[1:]
+        here = causes_at(work, self.causes, amplitudes, points)
+        causes = tuple(map(with_shape_std, here, self.ranges, stds))
+        fitted = Fit(
+            model=work.model.plus(*(cause.term for cause in causes)),
+            prior=self.prior,
+            free=amplitudes,
+            covariance=covariance[:free, :free],
+            misfit=float(residual @ residual),
+            penalty=float(distance @ distance),
+            residual=residual,
+            jacobian=jacobian[:, :free],
+            evidence=evidence,
+            converged=converged,
+        )
+        odds = log_posterior_odds(causes, fitted, work.base, work.prior_odds)
+        return Explanation(causes, fitted, odds, form, spectrum, covariance if len(theta) > free else None)
 
 
 def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Explanation:
@@ -146,8 +172,7 @@ def fitted_with_form(work, causes: tuple[Candidate, ...], values: dict) -> Expla
 def _at_a_node(work, causes):
     """(number of the cause, option, fraction, fraction beyond) of each option that has ended at a node."""
     for n, cause in enumerate(causes):
-        ranges = ranges_of(work, cause) if cause.shape else {}
-        for (name, ends), x in zip(ranges.items(), point_of(work, cause) if ranges else (), strict=True):
+        for (name, ends), x in zip(ranges_of(work, cause).items(), point_of(work, cause), strict=True):
             if (beyond := ends.beyond(x)) is not None:
                 yield n, name, x, beyond
 
@@ -162,101 +187,63 @@ def _moved(work, causes, n, name, fraction):
 def _fitted_within(work, causes, values, least, to_end=False):
     """`fitted_with_form` in the elements where the causes are, by one round where it ends at a node, unless `to_end`.
 
+    A round is a fit with the error of form that was most probable at its start; then that of its end is found.
+
     least : log odds that it must be able to reach
     """
-    parameters = _Parameters.of(work, causes)
-    theta, known, failed, best = parameters.start(work, values), {}, [], None
+    parameters, failed, best = _Parameters.of(work, causes), [], None
+    theta = parameters.start(values)
+
+    @lru_cache(maxsize=3)
+    def kept(theta):
+        try:
+            return parameters.response(np.frombuffer(theta))
+        except (CannotAct, NoSteadyState) as error:
+            failed.append(error)
+            raise NoSteadyState(str(error)) from None
 
     def response(theta):
         """Of the last few values."""
-        key = theta.tobytes()
-        if key not in known:
-            if len(known) > 2:
-                del known[next(iter(known))]
-            try:
-                known[key] = parameters.response(work, theta)
-            except (CannotAct, NoSteadyState) as error:
-                failed.append(error)
-                raise NoSteadyState(str(error)) from None
-        return known[key]
+        return kept(theta.tobytes())
 
-    needed = least + work.base.evidence - work.prior_odds.log_odds(causes)
-    linearised = parameters.linearised(work, theta, response(theta))
-    form = parameters.form(work, theta, parameters.narrowed(theta, *linearised), by_harmonic=False)
-    for number in range(ROUNDS):
+    def fitted(theta, form, linearised, to_gain):
+        """The Minimum from some values with an error of form; to_gain : log evidence that is needed."""
         spectrum = work.spectrum.with_shared_error(form.columns)
-        cost = _cost(spectrum, response(theta), linearised)
-        to_gain = needed - form.evidence(*linearised)
+        residual, distance = spectrum.whitened(spectrum.amplitude - response(theta)[0]), linearised[0][-len(theta) :]
 
-        def predict(trials, spectrum=spectrum):
+        def predict(trials):
             if len(failed) > FAILURES:
                 raise NoSteadyState(str(failed[-1]))
-            shown, change = response(trials[0])
-            both = spectrum.whitened(np.concatenate([shown[None], change]))
-            return both[:1], both[1:].T[None]
+            return whitened_with_slopes(spectrum, *response(trials[0]))
 
-        found = levenberg_marquardt(
+        return levenberg_marquardt(
             predict,
             spectrum.whitened(spectrum.amplitude)[None],
             theta[None],
             parameters.whole.names,
             prior=parameters.whole,
             longest=parameters.longest,
-            bounds=parameters.bounds(work, theta),
-            needed=cost - 2 * to_gain,
+            bounds=parameters.bounds(theta),
+            needed=residual @ residual + distance @ distance - 2 * to_gain,
             convergence=ROUND,
         )
-        theta, fitted_with = found.theta[0], form
-        linearised = parameters.linearised(work, theta, response(theta))
-        narrowed, converged = parameters.narrowed(theta, *linearised), bool(found.converged[0])
-        form = parameters.form(work, theta, narrowed)
+
+    needed = least + work.base.evidence - work.prior_odds.log_odds(causes)
+    linearised = parameters.linearised(theta, response(theta))
+    form = parameters.form(theta, parameters.narrowed(theta, *linearised), by_harmonic=False)
+    for number in range(ROUNDS):
+        found, fitted_with = fitted(theta, form, linearised, needed - form.evidence(*linearised)), form
+        theta, converged = found.theta[0], bool(found.converged[0])
+        linearised = parameters.linearised(theta, response(theta))
+        narrowed = parameters.narrowed(theta, *linearised)
+        form = parameters.form(theta, narrowed)
         forms = (fitted_with, form) if number else (form,)  # the first one is for the fit alone
-        tried = [
-            _explanation(work, parameters, theta, response(theta), one, one.evidence(*linearised), converged)
-            for one in forms
-        ]
-        best = max([*tried, *([best] if best else [])], key=odds_of)
+        for one in forms:
+            tried = parameters.explanation(theta, response(theta), one, one.evidence(*linearised), converged)
+            best = tried if best is None else max(tried, best, key=odds_of)
         promised = form.reached - max(one.evidence(*narrowed) for one in forms)
         if promised < SETTLED or odds_of(best) + promised < least:
             break
         if not to_end and any(_at_a_node(work, best.causes)):
             break
     return best
-
-
-def _cost(spectrum, response, linearised):
-    """Cost of a fit to a spectrum with an error of form, at the values of a response."""
-    residual, distance = spectrum.whitened(spectrum.amplitude - response[0]), linearised[0][-len(linearised[2]) :]
-    return float(residual @ residual + distance @ distance)
-
-
-def _explanation(work, parameters, theta, response, form, evidence, converged):
-    """The Explanation at the values of a fit with an error of form."""
-    shown, change = response
-    spectrum = work.spectrum.with_shared_error(form.columns)
-    amplitudes, *points = np.split(theta, parameters.ends)
-    residual, jacobian = spectrum.whitened(spectrum.amplitude - shown), spectrum.whitened(change).T
-    free, rows = len(amplitudes), parameters.whole.whitener
-    covariance = invert(jacobian.T @ jacobian + rows.T @ rows)
-    distance = rows @ (parameters.whole.mean - theta)
-    stds = np.split(np.sqrt(np.diag(covariance)), parameters.ends)[1:]
-    causes, here = [], causes_at(work, parameters.causes, amplitudes, points)
-    for cause, ranges, std in zip(here, parameters.ranges, stds, strict=True):
-        if ranges:
-            spread = {n: ends.slope(cause.shape[n]) * x for (n, ends), x in zip(ranges.items(), std, strict=True)}
-            cause = cause._replace(shape_std=spread)
-        causes.append(cause)
-    fitted = Fit(
-        model=work.model.plus(*(cause.term for cause in causes)),
-        prior=parameters.prior,
-        free=amplitudes,
-        covariance=covariance[:free, :free],
-        misfit=float(residual @ residual),
-        penalty=float(distance @ distance),
-        residual=residual,
-        jacobian=jacobian[:, :free],
-        evidence=evidence,
-        converged=converged,
-    )
-    odds = log_posterior_odds(tuple(causes), fitted, work.base, work.prior_odds)
-    return Explanation(tuple(causes), fitted, odds, form, spectrum, covariance if len(theta) > free else None)

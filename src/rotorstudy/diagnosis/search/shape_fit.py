@@ -165,21 +165,26 @@ def as_fit(work: Work, one: Fitted) -> Fit:
 def shaped(work: Work, one: Fitted) -> tuple[Candidate, ...]:
     """The causes of a fit, with the standard deviations of their shapes."""
     std = np.sqrt(np.diag(one.covariance))[len(one.amplitudes) :]
-    found, first = [], 0
-    for cause in one.causes:
-        ranges, own = ranges_of(work, cause), std[first : first + len(cause.shape)]
-        spread = {n: ranges[n].slope(cause.shape[n]) * x for n, x in zip(cause.shape, own, strict=True)}
-        found.append(cause._replace(shape_std=spread))
-        first += len(own)
-    return tuple(found)
+    ends = np.cumsum([len(cause.shape) for cause in one.causes])[:-1]
+    return tuple(map(with_shape_std, one.causes, (ranges_of(work, c) for c in one.causes), np.split(std, ends)))
+
+
+def with_shape_std(cause: Candidate, ranges: dict, std: np.ndarray) -> Candidate:
+    """A cause with the standard deviations of its shape, by those (option,) of fractions of its ranges."""
+    known = zip(ranges.items(), std, strict=True)
+    return cause._replace(shape_std={name: ends.slope(cause.shape[name]) * x for (name, ends), x in known})
 
 
 def predicted_with_shape(
     work: Work, causes: Sequence[Candidate], amplitudes: np.ndarray, points: Sequence
 ) -> tuple[np.ndarray, np.ndarray]:
     """Whitened prediction (1, component) and its derivatives (1, component, parameter), the shapes last."""
-    shown, change = response_with_shape(work, causes, amplitudes, points)
-    found = work.spectrum.whitened(np.concatenate([shown[None], change]))
+    return whitened_with_slopes(work.spectrum, *response_with_shape(work, causes, amplitudes, points))
+
+
+def whitened_with_slopes(spectrum: Spectrum, shown: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Harmonics and their derivatives (parameter, ...), whitened, of one trial: (1, component[, parameter])."""
+    found = spectrum.whitened(np.concatenate([shown[None], slopes]))
     return found[:1], found[1:].T[None]
 
 

@@ -24,7 +24,6 @@ from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.inference.linear import marginal
 from rotorstudy.inference.prediction import predicted, shown_and_slopes
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.response.neighbourhood import carried_motion
 from rotorstudy.units import spin, spins
 
 NEAR = 100.0  # log odds by the fit below the best, from which an explanation is not considered further
@@ -109,8 +108,7 @@ def _changes(one, found, held):
     if not one.causes:
         return []
     forces = found.local_forces.at(held)
-    near = forces.near
-    motion = carried_motion(one.fit.model, near.speed, near.harmonics, one.fit.theta, order=near.order)
+    motion = forces.motion(one.fit.model, one.fit.theta)
     return changes_of(one.causes, one.fit.values, motion, forces, found.settings.form_error)
 
 
