@@ -125,19 +125,13 @@ class HeldShapes(NamedTuple):
         reach      : a shape is given up whose next step would leave the misfit larger than the best by more
         known      : Shapes with the columns and slopes at these points
         """
-        free, around = self.free, self.around
-        mean, std = np.array([self.law.prior[name] for name in self.law.names]).T
-        rows, points = len(points), points.copy()
-        amplitudes = np.tile(mean, (rows, 1)) if amplitudes is None else amplitudes.copy()
-        step = np.zeros((rows, len(free)))
-        nowhere = np.full(rows, np.inf)
-        size = points.shape[1] + len(mean)
-        place = [*range(points.shape[1], size), *free]
-        count = len(self.projection.residual)
-        empty = np.zeros((rows, size, size)), nowhere, -nowhere, points.copy()
-        more = np.zeros((rows, len(mean), count)), np.zeros((rows, len(free), count))
-        found = Shapes(points.copy(), amplitudes.copy(), *empty, *more)
-        active = np.arange(rows)
+        free, around, rows, points = self.free, self.around, len(points), points.copy()
+        usual, residual = self._prior[0], self.projection.residual
+        amplitudes = np.tile(usual, (rows, 1)) if amplitudes is None else amplitudes.copy()
+        size, nowhere = points.shape[1] + len(usual), np.full(rows, np.inf)
+        nothing = np.zeros((rows, len(usual), len(residual))), np.zeros((rows, len(free), len(residual)))
+        given = points.copy(), amplitudes.copy(), np.zeros((rows, size, size))
+        found, active = Shapes(*given, nowhere, -nowhere, points.copy(), *nothing), np.arange(rows)
         for number in range(STEPS):
             is_known = known is not None and number == 0
             causes, usable = ([], np.arange(rows)) if is_known else self.reshaped(points[active])
@@ -146,29 +140,55 @@ class HeldShapes(NamedTuple):
                 break
             at = points[active], amplitudes[active]
             columns, slopes = (known.columns, known.slopes) if is_known else self.columns(causes, *at)
-            off = np.where(around, 0.0, 0.5 - points[active][:, free])
-            here = _solved(self.projection.residual, columns, slopes, mean, std, off)
             # of slopes with other amplitudes the first step is not the last
-            is_close = (np.abs(here.step).max(axis=1) < CLOSE) & (not is_known)
-            cost = np.where(is_close, here.least, here.cost)
-            is_better = cost < found.cost[active]
-            kept = active[is_better]
-            found.points[kept] = points[kept]
-            found.points[np.ix_(kept, free)] += np.where(is_close[:, None], here.step, 0.0)[is_better]
-            found.covariance[np.ix_(kept, place, place)] = here.covariance[is_better]
-            found.amplitudes[kept], found.cost[kept] = here.amplitudes[is_better], cost[is_better]
-            found.log_volume[kept], found.linearised[kept] = here.log_volume[is_better], points[kept]
-            found.columns[kept], found.slopes[kept] = columns[is_better], slopes[is_better]
-            forward = np.clip(here.step, -LONGEST, LONGEST)
-            back = found.points[active][:, free] - points[active][:, free]  # of which a quarter of the step is left
-            step[active] = np.where(is_better[:, None], forward, 0.75 * back)
-            amplitudes[active] = np.where(is_better[:, None], here.amplitudes, amplitudes[active])
-            before = points[np.ix_(active, free)]
-            moved = np.where(around, before + step[active], np.clip(before + step[active], 0, 1))
+            here, step, least, is_last = self._solved(points[active], columns, slopes, may_end=not is_known)
+            is_better = here.cost < found.cost[active]
+            for best, new in zip(found, here, strict=True):
+                best[active[is_better]] = new[is_better]
+            before, is_taken = points[np.ix_(active, free)], is_better[:, None]
+            back = found.points[np.ix_(active, free)] - before  # of which a quarter of the step is left
+            moved = before + np.where(is_taken, np.clip(step, -LONGEST, LONGEST), 0.75 * back)
+            moved = np.where(around, moved, np.clip(moved, 0, 1))
             points[np.ix_(active, free)] = moved
+            amplitudes[active] = np.where(is_taken, here.amplitudes, amplitudes[active])
             is_stuck = np.abs(moved - before).max(axis=1) < SAME
-            active = active[~is_close & ~is_stuck & (here.least < found.cost.min(initial=self.other) + reach)]
+            active = active[~is_last & ~is_stuck & (least < found.cost.min(initial=self.other) + reach)]
         return found.part(np.isfinite(found.cost))
+
+    @property
+    def _prior(self):
+        """Means and standard deviations (2, unknown) of the amplitudes before anything is measured."""
+        return np.array([self.law.prior[name] for name in self.law.names]).T
+
+    def _solved(self, points, columns, slopes, may_end):
+        """Shapes with the best amplitudes at points (row, option), and what follows.
+
+        A step that is short is the last one, which the Shapes include, unless it may not end there.
+
+        returns : them; step (row, option) of what is not held; misfit (row,) after it to first order; whether it is the
+                  last one
+        """
+        (mean, std), count, size = self._prior, columns.shape[1], points.shape[1] + columns.shape[1]
+        # from the middle of the prior, whose standard deviation is the range
+        off = np.where(self.around, 0.0, 0.5 - points[:, self.free])
+        left = self.projection.residual - np.einsum("i,rij->rj", mean, columns)
+        known = np.concatenate([columns * std[:, None], slopes], axis=1)
+        precision = np.eye(known.shape[1]) + known @ np.swapaxes(known, 1, 2)
+        right = (known @ left[..., None])[..., 0]
+        right[:, count:] += off
+        covariance, whole = np.linalg.inv(precision), np.sum(left**2, axis=1) + np.sum(off**2, axis=1)
+        best = (covariance @ right[..., None])[..., 0]
+        unmoved = np.linalg.solve(precision[:, :count, :count], right[:, :count, None])[..., 0]
+        cost, least = (whole - np.sum(one * right[:, : one.shape[1]], axis=1) for one in (unmoved, best))
+        step = best[:, count:]
+        is_last = (np.abs(step).max(axis=1) < CLOSE) & may_end
+        moved, spread = points.copy(), np.zeros((len(points), size, size))
+        moved[:, self.free] += np.where(is_last[:, None], step, 0.0)
+        place, sizes = [*range(points.shape[1], size), *self.free], np.concatenate([std, np.ones(slopes.shape[1])])
+        spread[np.ix_(range(len(points)), place, place)] = covariance * np.outer(sizes, sizes)
+        amplitudes, log_volume = mean + std * best[:, :count], -0.5 * np.linalg.slogdet(precision)[1]
+        cost = np.where(is_last, least, cost)
+        return Shapes(moved, amplitudes, spread, cost, log_volume, points, columns, slopes), step, least, is_last
 
     def reshaped(self, points, label="shape"):
         """The law at points (row, option), and the rows where it can act."""
@@ -217,34 +237,3 @@ def slopes_of(work: Work, fitted: Fit, causes: Sequence[Candidate], without: tup
         values, point = np.array([[fitted.values[name] for name in cause.names]]), point_of(work, cause)[None]
         found += [*shapes.columns(shapes.reshaped(point)[0], point, values)[1][0]]
     return found
-
-
-class _Solved(NamedTuple):
-    """Amplitudes (row, unknown) and the next step (row, option) of the shape, with the covariance of both."""
-
-    amplitudes: np.ndarray
-    step: np.ndarray
-    covariance: np.ndarray
-    cost: np.ndarray  # (row,) misfit and penalty at the shape
-    least: np.ndarray  # after the step, to first order
-    log_volume: np.ndarray  # (row,) of the posterior beside that of the prior
-
-
-def _solved(residual, columns, slopes, mean, std, off):
-    """The _Solved of columns (row, unknown, component) and slopes (row, option, component).
-
-    off : (row, option) of the shape from the middle of its prior, whose standard deviation is the range
-    """
-    left, count = residual - np.einsum("i,rij->rj", mean, columns), len(mean)
-    known = np.concatenate([columns * std[:, None], slopes], axis=1)
-    precision = np.eye(known.shape[1]) + known @ np.swapaxes(known, 1, 2)
-    right = (known @ left[..., None])[..., 0]
-    right[:, count:] += off
-    covariance, whole = np.linalg.inv(precision), np.sum(left**2, axis=1) + np.sum(off**2, axis=1)
-    best = (covariance @ right[..., None])[..., 0]
-    there = np.linalg.solve(precision[:, :count, :count], right[:, :count, None])[..., 0]
-    cost, least = (whole - np.sum(one * right[:, : one.shape[1]], axis=1) for one in (there, best))
-    volume = -0.5 * np.linalg.slogdet(precision)[1]
-    sizes = np.concatenate([std, np.ones(slopes.shape[1])])
-    covariance = covariance * np.outer(sizes, sizes)
-    return _Solved(mean + std * best[:, :count], best[:, count:], covariance, cost, least, volume)
