@@ -94,13 +94,12 @@ def levenberg_marquardt(
         return tuple(np.concatenate(both) for both in zip(*parts, strict=True))
 
     theta, trials = np.array(start, float), np.arange(len(start))
-    residual, jacobian, cost, weight = evaluate(trials, theta)
+    residual, jacobian, cost, weight = best = evaluate(trials, theta)
     if prior is None:
         check_identifiable(jacobian[0], names)
     normal = np.zeros((len(theta), count, count))
     damping, radius = np.full(len(theta), convergence.first_damping), np.full(len(theta), np.inf)
     converged = np.zeros(len(theta), bool)
-    freedom = max(1, rows - count)
     for number in range(convergence.steps):
         weighted = np.swapaxes(jacobian[trials] * weight[trials][..., None], -1, -2)
         normal[trials] = weighted @ jacobian[trials]
@@ -116,26 +115,28 @@ def levenberg_marquardt(
         given = scaled, gradient, low, high, np.broadcast_to(longest, count) * scale
         step, damping[trials] = _step_within(radius[trials], damping[trials], *given)
         length, step = np.linalg.norm(step, axis=-1), step / scale
-        tried = theta[trials] + step
-        new_residual, new_jacobian, new_cost, new_weight = attempt(trials, tried)
-        better = new_cost <= cost[trials] * (1 + ROUND_OFF)
-        in_sigma = np.sqrt(np.maximum(np.einsum("tp,tpq,tq->t", step, normal[trials], step), 0))
-        in_sigma = in_sigma / np.sqrt(np.maximum(1, np.minimum(new_cost, cost[trials]) / freedom))
-        done = in_sigma < convergence.step_in_sigma
-        done |= np.all(np.abs(step) <= convergence.step_relative * np.abs(tried), axis=-1)
-        done |= better & (cost[trials] - new_cost <= convergence.gain_relative * new_cost)
-        left = max(convergence.steps - number - 1, 1)
-        given_up = better & (new_cost - left * (cost[trials] - new_cost) > needed)
-        taken = trials[better]
-        theta[taken], cost[taken] = tried[better], new_cost[better]
-        residual[taken], jacobian[taken], weight[taken] = new_residual[better], new_jacobian[better], new_weight[better]
+        tried, before = theta[trials] + step, cost[trials]
+        _, _, new_cost, _ = found = attempt(trials, tried)
+        gain = before - new_cost
+        better = gain >= -ROUND_OFF * before
+        reduced_misfit = np.minimum(new_cost, before) / max(1, rows - count)
+        done = _is_small(step, tried, normal[trials], reduced_misfit, convergence)
+        done |= better & (gain <= convergence.gain_relative * new_cost)
+        given_up = better & (new_cost - max(convergence.steps - number - 1, 1) * gain > needed)
+        for kept, new in zip((theta, *best), (tried, *found), strict=True):
+            kept[trials[better]] = new[better]
         damping[trials] = np.maximum(damping[trials] * np.where(better, 0.1, 1.0), LEAST_DAMPING)
         radius[trials] = np.where(better, np.inf, SHORTER * length)
         converged[trials[done]] = True
         trials = trials[~(done | given_up)]
-        if not len(trials):
-            break
     return Minimum(theta, cost, residual, jacobian, normal, converged)
+
+
+def _is_small(step, theta, normal, reduced_misfit, convergence):
+    """Whether steps (trial, parameter) to some values are so small that the fit of a trial has converged."""
+    in_sigma = np.sqrt(np.maximum(np.einsum("tp,tpq,tq->t", step, normal, step), 0))
+    relative = np.abs(step) <= convergence.step_relative * np.abs(theta)
+    return (in_sigma < convergence.step_in_sigma * np.sqrt(np.maximum(1, reduced_misfit))) | np.all(relative, axis=-1)
 
 
 def _step_within(radius, damping, scaled, gradient, low, high, longest):
