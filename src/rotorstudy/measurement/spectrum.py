@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.entries import on_real_parts
 
 RELATIVE_FLOOR = 1e-13  # of the largest harmonic: round-off, so that exact data have a finite weight
 WHITENERS_KEPT = 16  # of single sensors
@@ -387,8 +388,7 @@ def seen_rows(harmonics, direction):
     harmonics, turn = np.asarray(harmonics), np.exp(-1j * direction)
     factor = np.where(harmonics > 0, np.sqrt(0.5), 0.5 * (harmonics == 0))[:, None]
     factor = factor * np.isin(-harmonics, harmonics)[:, None]
-    plain, mirror = factor * turn * np.eye(count), factor * turn.conj() * (harmonics[:, None] == -harmonics)
-    return np.block([[(plain + mirror).real, (mirror - plain).imag], [(plain + mirror).imag, (plain - mirror).real]])
+    return on_real_parts(factor * turn * np.eye(count), factor * turn.conj() * (harmonics[:, None] == -harmonics))
 
 
 def along_probe(covariance, harmonics, direction):

@@ -247,6 +247,12 @@ def unscaled(entries: Sequence[Entry]) -> Sequence[Entry]:
     return entries.unscaled if isinstance(entries, Multiples) else entries
 
 
+def on_real_parts(on_z: np.ndarray, on_conj: np.ndarray) -> np.ndarray:
+    """Matrix (..., 2 row, 2 column) from real, then imaginary parts of z to those of on_z z + on_conj conj(z)."""
+    plus, minus = on_z + on_conj, on_z - on_conj
+    return np.block([[plus.real, -minus.imag], [plus.imag, minus.real]])
+
+
 def compacted(entry):
     """The same entry with a large matrix as a LocalMatrix: a search has many, each at one place of a long shaft."""
     shape = np.shape(entry.matrix)

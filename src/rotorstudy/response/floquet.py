@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorstudy.errors import RigError, RotorstudyError
+from rotorstudy.model.entries import on_real_parts
 from rotorstudy.model.model import Model
 from rotorstudy.response.coupling import COUPLED_ORDER, check_speed
 from rotorstudy.response.few_shapes import shapes
@@ -114,8 +115,7 @@ def _accelerations(model, theta, speed, turned, kept, along):
         on_z = sum((np.exp(shift * turning) * reduced(part) for shift, part in parts["z"].items()), none)
         on_z = on_z - reduced(shaft)
         on_conj = sum((np.exp(shift * turning) * reduced(part) for shift, part in parts["conj"].items()), none)
-        plus, minus = on_z + on_conj, on_z - on_conj
-        return np.block([[plus.real, -minus.imag], [plus.imag, minus.real]])
+        return on_real_parts(on_z, on_conj)
 
     is_turning = any(shift for part in mass.values() for shift in part)
     inverse = -np.linalg.inv(at(mass, own.mass, turning if is_turning else turning[:1]))

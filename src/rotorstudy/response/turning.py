@@ -8,7 +8,7 @@ real and imaginary parts, as conj(x) enters.
 
 import numpy as np
 
-from rotorstudy.model.entries import harmonics_seen
+from rotorstudy.model.entries import harmonics_seen, on_real_parts
 
 
 def turning(model, theta, speed, harmonics, solved, adjoint=False):
@@ -29,9 +29,8 @@ def turning(model, theta, speed, harmonics, solved, adjoint=False):
 
 def replies(rows, lead, harmonics, solved):
     """Motion (*lead, harmonic, dof, part * row) at harmonic n by unit forces along rows (row, dof) at n, and at -n."""
-    unit = np.zeros(
-        (len(harmonics), rows.shape[1], 2, 2, len(rows)), complex
-    )  # on n >= 0, or n < 0; real, or imaginary
+    # by the sign of the harmonic of the force, and its real or imaginary part
+    unit = np.zeros((len(harmonics), rows.shape[1], 2, 2, len(rows)), complex)
     for sign, here in enumerate((harmonics >= 0, harmonics < 0)):
         unit[here, :, sign] = rows.T[:, None] * np.array([1, 1j])[:, None]
     unit = unit.reshape(len(harmonics), rows.shape[1], -1)
@@ -58,8 +57,7 @@ def _force_matrix(model, theta, speed, harmonics):
         value = np.moveaxis(factor[..., None, None] * matrix, -3, 0)  # indices on both sides of a slice come first
         both[int(entry.is_conjugate)][..., here, :, seen, :] += value
     size = len(harmonics) * count
-    one, other = both.reshape(*both.shape[:-4], size, size)
-    return np.block([[(one + other).real, (other - one).imag], [(one + other).imag, (one - other).real]])
+    return on_real_parts(*both.reshape(*both.shape[:-4], size, size))
 
 
 def _components(motion):

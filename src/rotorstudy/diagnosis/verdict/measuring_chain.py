@@ -12,6 +12,7 @@ import numpy as np
 
 from rotorstudy.measurement.conventions import combine
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.entries import on_real_parts
 from rotorstudy.model.model import Model
 
 FACTORS = {  # true over read
@@ -66,11 +67,8 @@ class Hypothesis(NamedTuple):
             factor = factors.get(name, np.zeros((len(harmonics), sensors), complex))
             return np.swapaxes(factor, 0, 1)[..., None] * chosen
 
-        plain = rows("direct", identity) + rows("opposite", mirror)
-        turned = rows("mirrored", mirror) + rows("conjugate", identity)
-        return np.block(
-            [[(plain + turned).real, (turned - plain).imag], [(plain + turned).imag, (plain - turned).real]]
-        )
+        on_harmonics = rows("direct", identity) + rows("opposite", mirror)
+        return on_real_parts(on_harmonics, rows("mirrored", mirror) + rows("conjugate", identity))
 
 
 def hypotheses(spectrum: Spectrum, model: Model) -> Iterator[Hypothesis]:
