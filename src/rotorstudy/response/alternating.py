@@ -17,9 +17,7 @@ from rotorstudy.units import spin
 
 SAMPLES_PER_HARMONIC = 16  # of the highest harmonic: a sudden contact has many more harmonics than are carried
 TOLERANCE = 1e-11  # of the residual relative to the motion; the round-off of some hundred sums is near 1e-14
-NEWTON_STEPS = (
-    8  # of which it seldom takes more than six, if it converges at all; else a smaller share of the force does
-)
+NEWTON_STEPS = 8  # it seldom takes more than six where it converges; elsewhere a smaller share of the force does
 SMALLEST_GROWTH = 1e-3  # smallest continuation step, as a share of the force
 DIFFERENCE = 1e-6  # step of the central differences relative to the motion: an error of 1e-12 where the force is smooth
 
@@ -60,31 +58,33 @@ def _one_revolution(harmonics):
     return angle, basis
 
 
+def _seen_in_time(matrix, amplitudes, speed, harmonics, deflection):
+    """What forces on some coordinates (coordinate, dof) see over one revolution, as `NonlinearForce.at` takes it."""
+    angle, basis = one_revolution(harmonics)
+    rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
+    seen, still = amplitudes @ matrix.T, (np.asarray(deflection) @ matrix.T)[..., None, :]
+    return basis @ seen + still, basis @ (rate * seen), still, angle
+
+
 def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
     """Columns of one unit of some NonlinearForce at harmonics (..., speed, harmonic, dof), m, about a deflection."""
-    (angle, basis), deflection = one_revolution(harmonics), np.asarray(deflection)
-    rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
-    found, alike = [], {}
+    (_, basis), found, alike = one_revolution(harmonics), [], {}
     for p, force in enumerate(forces):  # many of which act on the same coordinates
         alike.setdefault(force.matrix.tobytes(), []).append(p)
     for places in alike.values():
         matrix = forces[places[0]].matrix
-        seen, still = amplitudes @ matrix.T, (deflection @ matrix.T)[..., None, :]
-        motion, row = (basis @ seen + still, basis @ (rate * seen), still), np.flatnonzero(matrix.any(axis=0))
-        given = np.stack([forces[p].at(*motion, angle) for p in places], axis=-2)  # (..., time, force, coordinate)
-        given = basis.conj().T @ given.reshape(*given.shape[:-2], -1) / len(basis)
-        value = given.reshape(*given.shape[:-1], len(places), -1) @ matrix[:, row]
-        found.append((np.tile(row, len(places)), np.repeat(places, len(row)), value.reshape(*given.shape[:-1], -1)))
+        seen, row = _seen_in_time(matrix, amplitudes, speed, harmonics, deflection), np.flatnonzero(matrix.any(axis=0))
+        in_time = np.stack([forces[p].at(*seen) for p in places], axis=-2)  # (..., time, force, coordinate)
+        force = basis.conj().T @ in_time.reshape(*in_time.shape[:-2], -1) / len(basis)
+        value = force.reshape(*force.shape[:-1], len(places), -1) @ matrix[:, row]
+        found.append((np.tile(row, len(places)), np.repeat(places, len(row)), value.reshape(*force.shape[:-1], -1)))
     return Columns(*(np.concatenate(part, axis=-1) for part in zip(*found, strict=True)))
 
 
 def affine_error(force, amplitudes, speed, harmonics, deflection):
     """Share (rms) of a nonlinear force that no affine function of the displacement, one for all speeds, describes."""
-    angle, basis = one_revolution(harmonics)
-    rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
-    seen, still = amplitudes @ force.matrix.T, (np.asarray(deflection) @ force.matrix.T)[..., None, :]
-    moved = basis @ seen + still
-    given = force.at(moved, basis @ (rate * seen), still, angle)
+    moved, *others = _seen_in_time(force.matrix, amplitudes, speed, harmonics, deflection)
+    given = force.at(moved, *others)
     moved, given = moved.reshape(-1, moved.shape[-1]), given.reshape(-1, given.shape[-1])
     columns = np.concatenate([np.ones((len(moved), 1)), moved, moved.conj()], axis=1)
     columns = columns / np.linalg.norm(columns, axis=0)
@@ -169,6 +169,13 @@ class _System:
         if self.takes_velocity:
             up, down = self._in_time(z + 0 * steps, v + turn * steps, still)  # a force need not depend on a velocity
             slopes.append(((up - down) / (size * turn), rates))
+        return _real(self.basis.conj().T @ force / len(self.basis)), self._slope_of_harmonics(slopes)
+
+    def _slope_of_harmonics(self, slopes):
+        """Slope (speed, component, component), N/m, by the motion, of those by displacement and velocity in time.
+
+        slopes : (slope (unit, coordinate, speed, time, seen), what a derivative multiplies harmonics (speed, harmonic))
+        """
         direct = mirrored = 0.0
         for slope, factor in slopes:
             lines = np.fft.fft(slope / 4, axis=-2) / len(self.basis)  # (unit, coordinate, speed, line, seen)
@@ -176,8 +183,7 @@ class _System:
             direct = direct + (lines[0] - 1j * lines[1])[:, :, self.difference] * factor
             mirrored = mirrored + (lines[0] + 1j * lines[1])[:, :, self.total] * factor.conj()
         parts = np.stack([direct + mirrored, 1j * (direct - mirrored)])  # (part, coordinate, speed, m, n, seen)
-        flat = parts.transpose(2, 3, 5, 0, 4, 1).reshape(len(x), self.order, len(self.seen), -1)
-        return _real(self.basis.conj().T @ force / len(self.basis)), _real(flat)
+        return _real(parts.transpose(2, 3, 5, 0, 4, 1).reshape(len(factor), self.order, len(self.seen), -1))
 
     def slope_by_deflection(self, x):
         """`still` of Tangent, at the harmonics x (speed, component): a force may read the deflection by itself too."""

@@ -178,42 +178,45 @@ def _carried_about(still, model, speed, theta, blocks, jacobian):
         parts = [_carried_about(still.at(s), model, speed[s], theta, blocks, jacobian) for s in halves]
         found, derivatives = zip(*parts, strict=True)
         return np.concatenate(found, axis=-3), np.concatenate(derivatives, axis=-4) if jacobian else None
-    rotor = theta[..., : len(model.rotor_unknowns)]
+    rotor, carried, tangents = theta[..., : len(model.rotor_unknowns)], blocks.harmonics, None
     solved = solver(model, rotor, speed, blocks)
-    deflection, moved = still
-    force = static_force(model, rotor, speed, blocks.harmonics, deflection)
+    force = static_force(model, rotor, speed, carried, still.value)
     if model.static_residual.any():
         load = model.matrices(rotor).static_load
-        force[..., blocks.harmonics == 0, :] += load if load.ndim == 1 else load[..., None, None, :]
+        force[..., carried == 0, :] += load if load.ndim == 1 else load[..., None, None, :]
     found = solved(force[..., None])[..., 0]
-    tangents = None
     if model.nonlinear_forces:
-        found, tangents = _with_nonlinear_forces(model, rotor, speed, blocks, solved, deflection, found)
+        found, tangents = _with_nonlinear_forces(model, rotor, speed, carried, solved, still.value, found)
     if not jacobian:
         return found, None
-    columns = np.empty((*found.shape, rotor.shape[-1]), complex)
-    acting = [p for p, _ in model.acting]
-    columns[..., acting] = model.table.dense_columns(found, speed, blocks.harmonics, deflection)
+    changes = solved(_force_columns(still, model, rotor, speed, carried, found, tangents))
+    for trial, tangent in () if tangents is None else np.ndenumerate(tangents):
+        changes[trial] = tangent.response(changes[trial])
+    derivatives = np.zeros((*found.shape, theta.shape[-1]), complex)
+    derivatives[..., : changes.shape[-1]] = changes
+    return found, derivatives
+
+
+def _force_columns(still, model, theta, speed, carried, found, tangents):
+    """Derivatives (..., speed, harmonic, dof, rotor parameter) of the force at a motion by the amplitudes theta."""
+    deflection, moved = still
+    columns = np.empty((*found.shape, theta.shape[-1]), complex)
+    columns[..., [p for p, _ in model.acting]] = model.table.dense_columns(found, speed, carried, deflection)
     if model.varied:
-        own = _columns_of_the_rotor(model, rotor, speed, blocks.harmonics, found)
+        own = _columns_of_the_rotor(model, theta, speed, carried, found)
         columns[..., model.varied.positions] = np.moveaxis(own, 0, -1)
     if model.nonlinear_forces:
         place, local = zip(*model.nonlinear_forces, strict=True)
-        own = nonlinear_columns(local, found, speed, blocks.harmonics, deflection)
-        columns[..., place] = own.dense(dof, len(local))
+        own = nonlinear_columns(local, found, speed, carried, deflection)
+        columns[..., place] = own.dense(found.shape[-1], len(local))
     if moved:
-        forces = static_force(model, rotor, speed, blocks.harmonics, np.stack(list(moved.values())), constant=False)
+        forces = static_force(model, theta, speed, carried, np.stack(list(moved.values())), constant=False)
         columns[..., list(moved)] += np.moveaxis(np.broadcast_to(forces, (len(moved), *found.shape)), 0, -1)
+        at_rest = (*found.shape[:-2], found.shape[-1])
         for trial, tangent in () if tangents is None else np.ndenumerate(tangents):
-            own = np.stack([np.broadcast_to(one, (*found.shape[:-2], dof))[trial] for one in moved.values()])
+            own = np.stack([np.broadcast_to(one, at_rest)[trial] for one in moved.values()])
             columns[trial][..., list(moved)] += np.moveaxis(tangent.force_by_deflection(own), 0, -1)
-    derivatives = np.zeros((*found.shape, theta.shape[-1]), complex)
-    changes = solved(columns)
-    if tangents is not None:
-        for trial, tangent in np.ndenumerate(tangents):
-            changes[trial] = tangent.response(changes[trial])
-    derivatives[..., : columns.shape[-1]] = changes
-    return found, derivatives
+    return columns
 
 
 def _columns_of_the_rotor(model, theta, speed, carried, found):
@@ -229,31 +232,38 @@ def _columns_of_the_rotor(model, theta, speed, carried, found):
     return columns
 
 
-def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, linear):
+def _with_nonlinear_forces(model, theta, speed, carried, solved, deflection, linear):
     """Harmonics (..., speed, harmonic, dof) with the nonlinear forces, and Tangents (...), None if none acts."""
-    carried, dof = blocks.harmonics, len(model.structure.dofs)
     acting = [(p, force) for p, force in model.nonlinear_forces if np.any(theta[..., p])]
     if not acting:
         return linear, None
-    seen = seen_coordinates([force for _, force in acting])
-    if model.table.turning_patterns or (carried != -carried[::-1]).any():
-        unit = np.zeros((len(carried), len(seen), len(carried), dof), complex)
-        unit[range(len(carried)), :, range(len(carried))] = seen
-        unit = np.moveaxis(unit.reshape(-1, len(carried), dof), 0, -1)
-        unit = np.broadcast_to(np.concatenate([unit, 1j * unit], axis=-1), (*linear.shape, 2 * unit.shape[-1]))
-        reply = solved(unit)
-    else:  # harmonics are coupled with their negatives alone
-        found = replies(seen, linear.shape[:-2], carried, solved)
-        own, other = (one.reshape(*one.shape[:-1], 2, len(seen)) for one in found)
-        reply = np.zeros((*linear.shape, 2, len(carried), len(seen)), complex)
-        for n in range(len(carried)):
-            reply[..., n, :, :, n, :] = own[..., n, :, :, :]
-            reply[..., n, :, :, -1 - n, :] += other[..., n, :, :, :]
-        reply = reply.reshape(*linear.shape, -1)
-    deflection = np.broadcast_to(deflection, (*linear.shape[:-2], dof))
+    reply = _by_unit_forces(model, seen_coordinates([force for _, force in acting]), linear.shape, carried, solved)
+    deflection = np.broadcast_to(deflection, (*linear.shape[:-2], linear.shape[-1]))
     found, tangents = np.empty_like(linear), np.empty(linear.shape[:-3], object)
     for trial in np.ndindex(tangents.shape):
         forces = [(theta[(*trial, p)], force) for p, force in acting]
         given = deflection[trial], linear[trial], reply[trial]
         found[trial], tangents[trial] = steady_states(forces, speed, carried, *given)
     return found, tangents
+
+
+def _by_unit_forces(model, seen, shape, carried, solved):
+    """Motions (*shape, component) by unit forces along coordinates (coordinate, dof) at each harmonic.
+
+    component : real or imaginary part, harmonic and coordinate of the force;  shape : (..., speed, harmonic, dof)
+    """
+    harmonics = range(len(carried))
+    if model.table.turning_patterns or (carried != -carried[::-1]).any():
+        unit = np.zeros((len(carried), len(seen), *shape[-2:]), complex)
+        unit[harmonics, :, harmonics] = seen
+        unit = np.moveaxis(unit.reshape(-1, *shape[-2:]), 0, -1)
+        unit = np.concatenate([unit, 1j * unit], axis=-1)
+        return solved(np.broadcast_to(unit, (*shape, unit.shape[-1])))
+    # harmonics are coupled with their negatives alone
+    found = replies(seen, shape[:-2], carried, solved)
+    own, other = (one.reshape(*shape, 2, len(seen)) for one in found)
+    reply = np.zeros((*shape, 2, len(carried), len(seen)), complex)
+    for n in harmonics:
+        reply[..., n, :, :, n, :] = own[..., n, :, :, :]
+        reply[..., n, :, :, -1 - n, :] += other[..., n, :, :, :]
+    return reply.reshape(*shape, -1)
