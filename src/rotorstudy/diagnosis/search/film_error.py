@@ -69,29 +69,25 @@ def with_film_error(
     except NoSteadyState:
         return spectrum
     errors, variance, structure = [], np.zeros(spectrum.amplitude.shape), model.structure
-    modes = over_speeds(spectrum.speed, (CONSTANT, SLOW, 0.0))
+    modes = over_speeds(spectrum.speed, (CONSTANT, SLOW, 0.0))[:, None, :, None, None]
     for film in films:
         node = film.options["node"] or structure.default_node()
         in_housing = structure.against_casing(node) if node in structure.housings else structure.unit(node)
         parts = zip(film.theta, film.unknowns, strict=True)
         force = sum(x * apply_entries(u.entries, motion, spectrum.speed, carried) for x, u in parts)
         orbit = motion @ in_housing / film.options["radial_clearance_m"]
-        more = _further_terms(force[..., structure.index(node)], orbit, carried, growth)
-        more = more[:, np.searchsorted(carried, spectrum.harmonics)]
-        (shown,) = shown_forces(near, spectrum, [in_housing])  # real and imaginary parts
-        real, imaginary = shown.reshape(2, -1, *shown.shape[1:])
-        size, turn = (one.T[..., None, None] for one in (np.sqrt(more), _turned_with(orbit[:, carried == 1], spectrum)))
-        for own in (turn.real * real + turn.imag * imaginary, turn.real * imaginary - turn.imag * real):
-            errors.append((modes[:, None, :, None, None] * (size * own)).reshape(-1, *own.shape[1:]))
-        variance += FREE / 4 * np.einsum("phsnc,sh->snc", np.abs([real, imaginary]) ** 2, more)
+        square = _further_terms(force[..., structure.index(node)], orbit, carried, growth)
+        size = np.sqrt(square[:, np.searchsorted(carried, spectrum.harmonics)]).T[..., None, None]
+        # of forces that keep their time to the motion at 1X
+        turn = np.exp(1j * np.angle(orbit[:, carried == 1]) * np.asarray(spectrum.harmonics)).T[..., None, None]
+        (shown,) = shown_forces(near, spectrum, [in_housing])
+        real, imaginary = size * shown.reshape(2, -1, *shown.shape[1:])
+        in_phase, in_quadrature = turn.real * real + turn.imag * imaginary, turn.real * imaginary - turn.imag * real
+        errors += [(modes * one).reshape(-1, *variance.shape) for one in (in_phase, in_quadrature)]
+        variance += FREE / 4 * np.sum(np.abs(in_phase) ** 2 + np.abs(in_quadrature) ** 2, axis=0)
     drift = DRIFT * max(film.options["radial_clearance_m"] for film in films)
     variance[:, np.asarray(spectrum.harmonics) == 0] += drift**2
     return replace(spectrum.with_error(variance), common_error=spectrum.shown(np.concatenate(errors)))
-
-
-def _turned_with(orbit, spectrum):
-    """Phases (speed, harmonic) of forces that keep their time to a motion at 1X; orbit : (speed, 1)."""
-    return np.exp(1j * np.angle(orbit) * np.asarray(spectrum.harmonics))
 
 
 def _further_terms(force, orbit, carried, growth):
