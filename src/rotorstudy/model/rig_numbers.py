@@ -16,7 +16,7 @@ import re
 from collections.abc import Callable, Iterable
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -264,22 +264,34 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
     for bearing, holder in bearings_of(terms):
         meant = {name: _number_meant(term, name, bearing, holder, structure) for name, term in changing.items()}
         own = {name: values[name] for name, number in meant.items() if number}
-        causes = {name: 0.0 for name in own if "number" in changing[name].options}
+        no_causes = {name: 0.0 for name in own if "number" in changing[name].options}
         carried = next(known).carried if pushing and _load(bearing) else None
         forces = () if carried is None else (force * value_of(*at, values) for force, *at in pushing)
-        more = sum(_load_by(force, carried) for force in forces)
-        changes, sound = (_together(one, meant) for one in (own, own | causes))
-        if any(own.values()) or more:
-            built[id(bearing)] = _rebuilt(structure, bearing, holder, changes, more, sound)
-        theta = [values[unknown.name] for unknown in bearing.unknowns]
+        state = partial(_State.at, meant, no_causes, sum(_load_by(force, carried) for force in forces))
+        here, theta = state(own), [values[unknown.name] for unknown in bearing.unknowns]
+        if any(own.values()) or here.load:
+            built[id(bearing)] = _rebuilt(structure, bearing, holder, here)
         for name in own:
-            each = ({**own, name: own[name] + step} for step in (STEP, -STEP))
-            ends = [(_together(end, meant), more, _together(end | causes, meant)) for end in each]
+            ends = [state({**own, name: own[name] + step}) for step in (STEP, -STEP)]
             slopes[name] += _slopes(structure, bearing, holder, ends, theta)
         if carried is not None:
-            films.append(_film(structure, bearing, holder, carried, theta, changes, more, sound))
+            films.append(_film(structure, bearing, holder, carried, theta, here))
     built |= {id(term): _with_entries(term, slopes, films) for term in terms if term.is_bearing_number}
     return tuple(built.get(id(term), term) for term in terms)
+
+
+class _State(NamedTuple):
+    """How a bearing differs from that of the rig."""
+
+    changes: dict[str, float] = {}  # relative, of its numbers
+    load: complex = 0.0  # N, that is added to its own
+    # changes without those of causes: displacements count from where the journal then runs
+    sound: dict[str, float] = {}
+
+    @classmethod
+    def at(cls, meant, no_causes, load, changes):
+        """That at changes of amplitudes, {amplitude: change}; meant : {amplitude: the number that it changes}."""
+        return cls(_together(changes, meant), load, _together(changes | no_causes, meant))
 
 
 class Film(NamedTuple):
@@ -295,7 +307,7 @@ def films_of(structure: Structure) -> tuple[Film, ...]:
     """The Film of every bearing of a rig that has one."""
     films = [(bearing, holder) for bearing, holder in bearings_of(structure.bearings) if _load(bearing)]
     carried = _carried(structure, [bearing for bearing, _ in films]) if films else ()
-    return tuple(_film(structure, *one, own, one[0].theta) for one, own in zip(films, carried, strict=True))
+    return tuple(_film(structure, *one, own, one[0].theta, _State()) for one, own in zip(films, carried, strict=True))
 
 
 def loading_films(parameters: Iterable[Parameter], films: tuple[Film, ...]) -> tuple[Parameter, ...]:
@@ -352,12 +364,11 @@ def value_of(term: Term, parameter: Parameter, values: dict[str, float]) -> comp
     return values[f"{name}_real"] + 1j * values[f"{name}_imag"] if parameter.is_complex else values[name]
 
 
-def _film(structure, bearing, holder, carried, theta, changes=None, more=0.0, sound=None):
-    """The Film of a bearing with amplitudes; changes, more, sound : as of `_rebuilt`."""
-    changes, derivatives = changes or {}, []
-    size = holder.changed(changes)[_load(bearing)[0]]
+def _film(structure, bearing, holder, carried, theta, state):
+    """The Film of a bearing with amplitudes in a _State."""
+    size, derivatives = holder.changed(state.changes)[_load(bearing)[0]], []
     for step in (STEP * size, 1j * STEP * size):
-        ends = [(changes, more + part, sound) for part in (step, -step)]
+        ends = [state._replace(load=state.load + part) for part in (step, -step)]
         derivatives.append(_slopes(structure, bearing, holder, ends, np.divide(theta, size)))
     return Film(size, carried, *derivatives)
 
@@ -368,7 +379,7 @@ def number_slope(structure: Structure, node: int | None, number: str) -> tuple[E
     for bearing, holder in bearings_of(structure.bearings):
         here = node in (None, _at_node(bearing, structure))
         if here and number in holder.paths and not np.isnan(bearing.theta).any():
-            ends = [({holder.name(number): step},) for step in (STEP, -STEP)]
+            ends = [_State({holder.name(number): step}) for step in (STEP, -STEP)]
             found += _slopes(structure, bearing, holder, ends, bearing.theta)
     if not found:
         raise CannotAct(f"no bearing{'' if node is None else f' at node {node}'} has a value of {number}")
@@ -409,22 +420,19 @@ def _together(changes, meant):
     return found
 
 
-def _rebuilt(structure, bearing, holder, changes, more=0.0, sound=None):
-    """A bearing with other numbers, and a load that is added to its own, N, complex.
-
-    sound : changes of numbers without those of causes: displacements count from where the journal then runs
-    """
-    _check_positive(changes)
-    options = holder.changed(changes)
-    if more:
+def _rebuilt(structure, bearing, holder, state):
+    """A bearing in a _State."""
+    _check_positive(state.changes)
+    options = holder.changed(state.changes)
+    if state.load:
         size, angle = _load(bearing)
-        load = options[size] * np.exp(1j * options[angle]) + more
+        load = options[size] * np.exp(1j * options[angle]) + state.load
         options = {**options, size: float(abs(load)), angle: float(np.angle(load))}
     with _none_with_these_numbers("bearing"):
         given = check_options(holder.function, options, f"bearing {bearing.kind}", ("structure",))
         parameters = holder.function(structure=structure, **given)
-        if before := running_position(bearing.kind, holder.changed(sound or {})):
-            shifted = before, running_position(bearing.kind, options), more
+        if before := running_position(bearing.kind, holder.changed(state.sound)):
+            shifted = before, running_position(bearing.kind, options), state.load
             parameters = journal_shift(structure, _at_node(bearing, structure), parameters, *shifted)
         parameters = at_housings(structure, parameters, from_ground=bearing.is_foundation)
 
@@ -444,8 +452,8 @@ def _rebuilt(structure, bearing, holder, changes, more=0.0, sound=None):
 
 
 def _slopes(structure, bearing, holder, ends, theta):
-    """Entries of the derivative by a number of a bearing with amplitudes; ends : of `_rebuilt`, on both sides of it."""
-    ends = (_rebuilt(structure, bearing, holder, *end) for end in ends)
+    """Entries of the derivative by a number of a bearing with amplitudes; ends : a _State on each side of it."""
+    ends = (_rebuilt(structure, bearing, holder, end) for end in ends)
     above, below = ([(i, e) for i, u in enumerate(end.unknowns) for e in u.entries] for end in ends)
     gain_slope = cache(lambda above, below: lambda *at: above(*at) - below(*at))  # entries of one gain keep one
     found = []
