@@ -15,7 +15,7 @@ from rotorstudy.diagnosis.search.shown_forces import motions_by_free_forces
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.fit import fit
-from rotorstudy.inference.prediction import carried_order, with_model_error
+from rotorstudy.inference.prediction import carried_order, neighbourhood, with_model_error
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.model.registry import Registry, plugin_folders, using
@@ -180,7 +180,9 @@ def test_a_free_force_at_the_node_gives_its_motion():
     for model in (MODEL, pushed):
         data = noisy(model, None)
         held = Prior.independent({"external_damping": (100.0, 1.0)})
-        (found,) = motions_by_free_forces(fit(MODEL, data, held, steps=0), data, [MODEL.structure.unit(1)])
+        fitted = fit(MODEL, data, held, steps=0)
+        near = neighbourhood(MODEL, data, fitted.theta)
+        (found,) = motions_by_free_forces(fitted, data, [MODEL.structure.unit(1)], near)
         true = carried_motion(model, SPEEDS, HARMONICS, order=carried_order(data)).amplitude
         assert np.abs(found.amplitude - true).max() < 1e-9 * np.abs(true).max()
 

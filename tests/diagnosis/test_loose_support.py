@@ -99,13 +99,13 @@ def distance(shape):
 def test_steps_at_the_motion_of_a_free_force_find_a_shape_as_good_as_the_true_one(loose):
     force = next(one for one in loose.free_forces if one.where == {"node": 1} and one.motion == "force")
     cause = next(c for c in loose.candidates if c.cause == "looseness, node 1")
-    best, *_ = scan(loose, force.fitted, [cause], without=(FREE_FORCE,))
+    (_, best), *_ = scan(loose, force.fitted, [cause], without=(FREE_FORCE,))
     first = [one for _, one in loose.shapes["looseness, node 1", cause.term.label]]
     judged = Projection(force.fitted, loose.spectrum, (FREE_FORCE,)).of(
         [true := with_shape(MODEL, cause, SHAPE, 10.0), *first]
     )
     of_true, *coarse = (one.evidence for one in screen_each(judged, [true, *first]))
-    assert best.screened.evidence > of_true - 1 > max(coarse) + 10  # of those from which the steps begin
+    assert best.evidence > of_true - 1 > max(coarse) + 10  # of those from which the steps begin
 
 
 @pytest.fixture

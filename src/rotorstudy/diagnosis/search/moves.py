@@ -175,12 +175,9 @@ class _Judge(NamedTuple):
 
     def together(self, projected, usable):
         """Proposals of faults of several parts."""
-        found = []
-        for several in (faults_of_several_parts, faults_with_what_they_bring, faults_at_several_discs):
-            for parts, _ in several(self.work, projected, usable):
-                one = screen(projected, *parts)
-                found.append(self.proposal(parts, one.start, one.evidence))
-        return found
+        several = faults_of_several_parts, faults_with_what_they_bring, faults_at_several_discs
+        found = [pair for faults in several for pair in faults(self.work, projected, usable)]
+        return [self.proposal(parts, one.start, one.evidence) for parts, one in found]
 
     def scanned(self, fitted, chosen, plain, without=(), free=(), excess=np.inf):
         """Proposals of causes in the shapes that a scan finds, by all their laws: of those alike one is scanned."""
@@ -233,26 +230,26 @@ def additions(
     """
     chosen = [c for c in (work.candidates if among is None else among) if is_allowed(work, (*current.causes, c))]
     found, form = [], _error_of_form(work, current)
-    for plain, own in product(fits, (form, form[:, :0])):
+    for plain, has_error in product(fits, (True, False)):
         without = tuple(name for name in plain.names if name == FREE_FORCE)
         here = [c for c in chosen if not (without and c.term.acts_on_output)]  # an error of readings is no force
-        if not here or (own is not form and not form.size):
+        if not here or not (has_error or form.size):
             continue
-        wide, fitted = _with_error_of_form(work, plain, own, without, largest)
-        if own is form:
-            widest = wide.spectrum.log_shared_volume
+        wide, fitted = _with_error_of_form(work, plain, form if has_error else form[:, :0], without, largest)
+        if has_error:
+            volume = wide.spectrum.log_shared_volume
         elif fitted.cost < current.fit.cost + 2 * HIDES:
             continue
         free = slopes_of(wide, fitted, current.causes, without)
         projected, usable = wide.project(fitted, here, without, free)
-        more = current.fit.cost - projected.residual @ projected.residual + widest - wide.spectrum.log_shared_volume
-        base = odds_of(current) - work.prior_odds.log_odds(current.causes) + 0.5 * more
+        less = current.fit.cost - projected.residual @ projected.residual + volume - wide.spectrum.log_shared_volume
+        base = odds_of(current) - work.prior_odds.log_odds(current.causes) + 0.5 * less
         judge = _Judge(wide, current.causes, fitted.values, base)
-        least = odds_of(current) + max(0.5 * more, 0.0) + WORTH_ADDING if current.causes else -np.inf
+        least = odds_of(current) + max(0.5 * less, 0.0) + WORTH_ADDING if current.causes else -np.inf
         alone = judge.alone(projected, usable, least=least)
         judged = (judge.by_fits(alone, fitted.values) if without else alone) + judge.together(projected, usable)
         judged += between_candidates(work, judge, partial(wide.project, fitted, without=without, free=free), alone)
-        judged += judge.scanned(fitted, usable, plain, without, free, plain.excess if own is form else fitted.excess)
+        judged += judge.scanned(fitted, usable, plain, without, free, (plain if has_error else fitted).excess)
         found += [one for one in judged if one.log_odds > least]
     return found
 

@@ -98,37 +98,33 @@ def log_scales(
     parameter        : (unknown,) position of the parameter of each amplitude
     returns          : (...)
     """
-    narrow, vectors = np.linalg.eigh(covariance)
+    narrow, axes = np.linalg.eigh(covariance)
     narrow = np.clip(narrow, np.maximum(1e-30, ROUND_OFF * narrow[..., -1:]), 1)
-    along = (mean[..., None, :] @ vectors)[..., 0, :] / narrow
+    known = 1 / narrow - 1  # precision that the data give along each axis of the posterior
+    pull = (mean[..., None, :] @ axes)[..., 0, :] / narrow
     if parameter[-1] == 0:  # one width: the posterior keeps its axes
-        precision = 1 + scales[:, None] ** 2 * (1 / narrow - 1)[..., None, :]
-        drawn = scales[:, None] * along[..., None, :]
-        found = 0.5 * np.sum(drawn**2 / precision - np.log(precision), axis=-1)
-        widest = 0.5 * np.sum(along**2 * narrow + np.log(narrow), axis=-1)
-        return np.logaddexp.reduce(found, axis=-1) - np.log(len(scales)) - widest
-    pull = (vectors @ along[..., None])[..., 0]
-    data = (vectors * (1 / narrow - 1)[..., None, :]) @ np.swapaxes(vectors, -1, -2)  # precision that the data give
+        found = np.logaddexp.reduce(_by_width(pull, known, scales), axis=-1) - np.log(len(scales))
+        return found - _by_width(pull, known, np.ones(1))[..., 0]
+    pull, known = (axes @ pull[..., None])[..., 0], (axes * known[..., None, :]) @ np.swapaxes(axes, -1, -2)
 
-    def value(scales):
+    def value(widths):
         """Log evidence (...), less a constant, of widths (..., parameter)."""
-        root = scales[..., parameter]
-        precision = np.eye(len(parameter)) + root[..., :, None] * data * root[..., None, :]
+        root = widths[..., parameter]
+        precision = np.eye(len(parameter)) + root[..., :, None] * known * root[..., None, :]
         drawn = root * pull
         solved = np.linalg.solve(precision, drawn[..., None])[..., 0]
         return 0.5 * (np.sum(drawn * solved, axis=-1) - np.linalg.slogdet(precision)[1])
 
-    def varied(scales, i):
-        """Log evidence (..., width) of the widths of one parameter, less that of its absence."""
+    def varied(best, i):
+        """Log evidence (..., width) of one parameter by its width, less that of its absence, beside the others."""
         own, others = np.flatnonzero(parameter == i), np.flatnonzero(parameter != i)
-        root = scales[..., parameter[others], None]
-        rest = np.eye(len(others)) + root * data[..., others[:, None], others] * np.swapaxes(root, -1, -2)
-        right = root * np.concatenate([data[..., others[:, None], own], pull[..., others, None]], axis=-1)
-        known = np.swapaxes(right[..., :-1], -1, -2) @ np.linalg.solve(rest, right)  # by the other parameters
-        left, vectors = np.linalg.eigh(data[..., own[:, None], own] - known[..., :-1])
-        drawn = widths[:, None] * ((pull[..., own] - known[..., -1])[..., None, :] @ vectors)
-        precision = 1 + widths[:, None] ** 2 * np.maximum(left, 0)[..., None, :]
-        return 0.5 * np.sum(drawn**2 / precision - np.log(precision), axis=-1)
+        root = best[..., parameter[others], None]
+        rest = np.eye(len(others)) + root * known[..., others[:, None], others] * np.swapaxes(root, -1, -2)
+        right = root * np.concatenate([known[..., others[:, None], own], pull[..., others, None]], axis=-1)
+        by_others = np.swapaxes(right[..., :-1], -1, -2) @ np.linalg.solve(rest, right)
+        left, axes = np.linalg.eigh(known[..., own[:, None], own] - by_others[..., :-1])
+        pulled = ((pull[..., own] - by_others[..., -1])[..., None, :] @ axes)[..., 0, :]
+        return _by_width(pulled, np.maximum(left, 0), widths)
 
     widths = np.append(0, scales)
     log_prior = np.append(0, np.full(len(scales), -np.log(len(scales)))) - np.log(2)
@@ -142,6 +138,16 @@ def log_scales(
             best[..., i] = widths[top]
             factor += np.logaddexp.reduce(found, axis=-1) - found.max(axis=-1) + log_prior[top]
     return value(best) + factor - widest
+
+
+def _by_width(pull, precision, widths):
+    """Log evidence (..., width), less a constant, of independent amplitudes by the width of their prior.
+
+    pull, precision : (..., unknown) that the data give
+    """
+    square = widths[:, None] ** 2
+    whole = 1 + square * precision[..., None, :]
+    return 0.5 * np.sum(square * pull[..., None, :] ** 2 / whole - np.log(whole), axis=-1)
 
 
 def log_possible(mean: np.ndarray, std: np.ndarray, prior: np.ndarray = 0.0) -> np.ndarray:
@@ -197,14 +203,12 @@ class PriorOdds:
         """The parts of each fault, of those at several discs by falling odds: a distributed unbalance is one fault."""
         found = {}
         for name, parts in faults_of(causes).items():
-            shared = parts[0].effect if self._may_be_shared(parts[0]) else name
-            found.setdefault(shared, []).extend(parts)
+            first = parts[0]
+            is_shared = first.effect in self.at_discs and first.where.get("node") in self.discs
+            found.setdefault(first.effect if is_shared else name, []).extend(parts)
         return [
             sorted(parts, key=self.of, reverse=True) if is_distributed(parts) else parts for parts in found.values()
         ]
-
-    def _may_be_shared(self, cause):
-        return cause.effect in self.at_discs and cause.where.get("node") in self.discs
 
     def _of_further(self, first, cause):
         other_disc = is_distributed([first, cause])  # each as likely as not, whichever it is

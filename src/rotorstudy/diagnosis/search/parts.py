@@ -4,16 +4,16 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.explanations import Search
-from rotorstudy.diagnosis.search.screening import Projected, screen, screen_each
+from rotorstudy.diagnosis.search.screening import Projected, Screened, screen, screen_each
 from rotorstudy.model.registry import registry
 
 PLACES_OF_BROUGHT = 2  # at which a cause is tried together with what it brings
 
-# of each fault two parts or more, and the values by name of all parameters from which to start a fit
-Starts = list[tuple[tuple[Candidate, ...], dict[str, float]]]
+# of each fault two parts or more, judged together
+Together = list[tuple[tuple[Candidate, ...], Screened]]
 
 
-def faults_of_several_parts(work: Search, projected: Projected, chosen: list[Candidate]) -> Starts:
+def faults_of_several_parts(work: Search, projected: Projected, chosen: list[Candidate]) -> Together:
     """The parts of each fault that explain most together, added one by one as long as that increases their odds.
 
     projected : columns of the candidates;  chosen : those that are allowed
@@ -25,14 +25,14 @@ def faults_of_several_parts(work: Search, projected: Projected, chosen: list[Can
     return _together(work, projected, faults.values())
 
 
-def faults_at_several_discs(work: Search, projected: Projected, chosen: list[Candidate]) -> Starts:
+def faults_at_several_discs(work: Search, projected: Projected, chosen: list[Candidate]) -> Together:
     """The discs that an effect of `Settings.at_discs` is at together; see `faults_of_several_parts`."""
     discs = {disc.node for disc in work.rig.structure.discs}
     every = [[c for c in chosen if c.effect == name and c.where["node"] in discs] for name in work.settings.at_discs]
     return _together(work, projected, every)
 
 
-def faults_with_what_they_bring(work: Search, projected: Projected, chosen: list[Candidate]) -> Starts:
+def faults_with_what_they_bring(work: Search, projected: Projected, chosen: list[Candidate]) -> Together:
     """Causes with the effects that they bring (an added mass with its unbalance), at the places that explain most.
 
     Beside a second fault neither part alone may explain enough to be found. See `faults_of_several_parts`.
@@ -46,16 +46,10 @@ def faults_with_what_they_bring(work: Search, projected: Projected, chosen: list
 
 
 def _together(work, projected, faults):
-    """Of each fault (a list of its parts) those that explain most together, and where to start a fit; best first."""
-    found = []
-    for parts in (one for one in faults if len(one) > 1):
-        together = _supported(work, projected, parts)
-        if len(together) > 1:
-            screened = screen(projected, *together)
-            names = [name for cause in together for name in cause.names]
-            start = projected.theta | dict(zip(names, screened.start, strict=True))
-            found.append((screened.evidence, together, start))
-    return [(together, start) for _, together, start in sorted(found, key=lambda one: -one[0])]
+    """Of each fault (a list of its parts) those that explain most together, with their Screened; best first."""
+    found = [_supported(work, projected, parts) for parts in faults if len(parts) > 1]
+    found = [(parts, screen(projected, *parts)) for parts in found if len(parts) > 1]
+    return sorted(found, key=lambda one: -one[1].evidence)
 
 
 def _supported(work: Search, projected: Projected, parts: list[Candidate]) -> tuple[Candidate, ...]:

@@ -56,22 +56,20 @@ class Projection:
         self.fitted, self.spectrum = fitted, spectrum
         speed, harmonics = tuple(spectrum.speed.tolist()), tuple(spectrum.harmonics.tolist())
         self.near = _near(fitted, speed, harmonics, carried_order(spectrum), () if answers else without)
-        out = np.isin(fitted.names, without)
-        kept = np.flatnonzero(~out)
-        gone = [
-            [u for u in some if u.name in without]
-            for some in (fitted.model.rotor_unknowns, fitted.model.output_unknowns)
-        ]
-        sizes = [fitted.values[u.name] for some in gone for u in some]
-        self.gone = gone[0], sizes[: len(gone[0])]
-        residual = fitted.residual + self._shown([(gone[0], None)], [(gone[1], None)]) @ sizes
+        model, values, kept = fitted.model, fitted.values, np.flatnonzero(~np.isin(fitted.names, without))
+        on_rotor, on_output = (
+            [u for u in some if u.name in without] for some in (model.rotor_unknowns, model.output_unknowns)
+        )
+        self.gone = on_rotor, [values[u.name] for u in on_rotor]
+        taken_out = [*self.gone[1], *(values[u.name] for u in on_output)]
+        residual = fitted.residual + self._shown([(on_rotor, None)], [(on_output, None)]) @ taken_out
         whitener = fitted.prior.whitener[np.ix_(kept, kept)]  # causes are independent of the base and of each other
-        known = np.vstack([self._at_the_motion(gone[0])[:, kept], whitener])
+        known = np.vstack([self._at_the_motion(on_rotor)[:, kept], whitener])
         self.rows = len(whitener)
         known = np.column_stack([known, *(column for column in free if np.any(column))])
         self.basis, _ = np.linalg.qr(known / np.linalg.norm(known, axis=0))
         self.residual = self._left(np.concatenate([residual, whitener @ (fitted.prior.mean - fitted.free)[kept]]))
-        self.theta = {n: v for n, v in zip(fitted.model.names, fitted.theta, strict=True) if n not in without}
+        self.theta = {name: value for name, value in values.items() if name not in without}
 
     def _at_the_motion(self, gone):
         """The Jacobian (component, parameter) of the fit at its motion, which stays, whatever is taken out.
@@ -114,24 +112,17 @@ class Projection:
         still, there = near.motion, zip(sizes, moved, strict=True)
         return [Motion(still.amplitude - gone + size * one, still.deflection) for size, one in there]
 
-    def of(self, chosen: list[Candidate], motion: Motion | None = None) -> Projected:
-        """The columns of candidates at a motion, projected.
-
-        motion : on which the candidates act; by default that of the fit
-        raises : NoSteadyState
-        """
-        return self.of_groups([(chosen, motion)])
+    def of(self, chosen: list[Candidate]) -> Projected:
+        """The columns of candidates at the motion of the fit, projected; NoSteadyState if it has none."""
+        return self.of_groups([(chosen, None)])
 
     def of_groups(self, groups: list[tuple[list[Candidate], Motion | None]]) -> Projected:
         """The columns of groups of candidates, each at a motion of its own; see `of`."""
         log.debug("comparing causes such as %s", groups[0][0][0].cause if groups and groups[0][0] else "none")
-        on_rotor, on_output = (
-            [
-                ([u for c in chosen if c.term.acts_on_output == output for u in c.term.unknowns], at)
-                for chosen, at in groups
-            ]
-            for output in (False, True)
-        )
+        on_rotor, on_output = [], []
+        for chosen, at in groups:
+            for own, some in ((on_rotor, False), (on_output, True)):
+                own.append(([u for c in chosen if c.term.acts_on_output == some for u in c.term.unknowns], at))
         names = [u.name for unknowns, _ in (*on_rotor, *on_output) for u in unknowns]
         columns = self.left(self._shown(on_rotor, on_output))
         return Projected(self.residual, dict(zip(names, columns.T, strict=True)), self.theta)
@@ -198,45 +189,25 @@ def _inverted(precision):
     return (vectors / values[..., None, :]) @ np.swapaxes(vectors, -1, -2), np.log(values).sum(axis=-1)
 
 
-def _elsewhere(projected, same):
-    """What the fit has of an amplitude; same : as of `Candidate.positive`."""
-    return sum(factor * projected.theta.get(name, 0.0) for name, factor in same.items())
-
-
 def _screen_alike(projected, sets, least=-np.inf):
     """Screened of each of some sets of candidates whose parameters have the same numbers of amplitudes.
 
     Arrays begin with (set,). No narrower prior has an evidence above half of what is explained, and what is known to
     be positive doubles it at most; below `least` it is not computed.
     """
-    names = [[n for c in causes for n in c.names] for causes in sets]
-    columns = np.array([[projected.columns[n] for n in own] for own in names])  # (set, unknown, component)
+    columns = np.array([[projected.columns[n] for c in causes for n in c.names] for causes in sets])
     mean, std = np.moveaxis(np.array([[c.prior[n] for c in causes for n in c.names] for causes in sets]), -1, 0)
     residual = projected.residual
     left = residual - (mean[:, None] @ columns)[:, 0]
     scaled = columns * std[..., None]
-    precision = np.eye(std.shape[-1]) + scaled @ np.swapaxes(scaled, -1, -2)
-    covariance, narrowed = _inverted(precision)
+    covariance, narrowed = _inverted(np.eye(std.shape[-1]) + scaled @ np.swapaxes(scaled, -1, -2))
     off = (covariance @ (scaled @ left[..., None]))[..., 0]  # in standard deviations of the prior
     cost = np.sum((left - (off[:, None] @ scaled)[:, 0]) ** 2, axis=-1) + np.sum(off**2, axis=-1)
     explained = residual @ residual - cost
-    evidence = 0.5 * (explained - narrowed)
     start, detection = mean + std * off, std / np.sqrt(1 + np.sum(scaled**2, axis=-1))
-    limited = [
-        (s, own.index(name), [same.get(n, float(n == name)) for n in own], _elsewhere(projected, same))
-        for s, (causes, own) in enumerate(zip(sets, names, strict=True))
-        for cause in causes
-        for name, same in cause.positive.items()
-    ]
-    if limited:
-        s, i, weight, there = (np.array(part) for part in zip(*limited, strict=True))
-        scaled = weight * std[s]
-        variance = np.einsum("li,lij,lj->l", scaled, covariance[s], scaled)
-        spread = np.sqrt(np.maximum(variance, np.finfo(float).eps * np.sum(scaled**2, axis=-1)))  # round-off
-        stated, found = (np.sum(weight * sizes[s], axis=-1) + there for sizes in (mean, start))
-        np.add.at(evidence, s, log_possible(found, spread, stated / std[s, i]))
-    doubled = np.bincount([s for s, *_ in limited], minlength=len(sets))
-    first, matter = 0, 0.5 * explained + np.log(2) * doubled >= least
+    of_signs, limits = _log_of_signs(projected, sets, mean, std, start, covariance)
+    evidence, first = 0.5 * (explained - narrowed) + of_signs, 0
+    matter = 0.5 * explained + np.log(2) * limits >= least
     for cause in sets[0]:
         for amplitudes, parameter, scales in cause.widths:
             own = first + amplitudes
@@ -245,3 +216,26 @@ def _screen_alike(projected, sets, least=-np.inf):
         first += len(cause.names)
     evidence = np.where(matter, np.round(evidence, TIE), -np.inf)
     return [Screened(*one) for one in zip(explained.tolist(), evidence.tolist(), start, detection, strict=True)]
+
+
+def _log_of_signs(projected, sets, mean, std, start, covariance):
+    """Log Bayes factor (set,) of amplitudes that cannot be negative, as `log_possible`, and how many each set has.
+
+    mean, std  : (set, unknown) of the prior
+    start      : (set, unknown) of the posterior;  covariance : of that, in standard deviations of the prior
+    """
+    each, found = [], np.zeros(len(sets))
+    for s, causes in enumerate(sets):
+        names = [name for cause in causes for name in cause.names]
+        for name, same in ((name, same) for cause in causes for name, same in cause.positive.items()):
+            weight = [same.get(other, float(other == name)) for other in names]
+            of_fit = sum(factor * projected.theta.get(other, 0.0) for other, factor in same.items())
+            each.append((s, names.index(name), weight, of_fit))
+    if each:
+        s, i, weight, of_fit = (np.array(part) for part in zip(*each, strict=True))
+        scaled = weight * std[s]
+        variance = np.einsum("li,lij,lj->l", scaled, covariance[s], scaled)
+        spread = np.sqrt(np.maximum(variance, np.finfo(float).eps * np.sum(scaled**2, axis=-1)))  # round-off
+        stated, total = (np.sum(weight * sizes[s], axis=-1) + of_fit for sizes in (mean, start))
+        np.add.at(found, s, log_possible(total, spread, stated / std[s, i]))
+    return found, np.bincount([s for s, *_ in each], minlength=len(sets))

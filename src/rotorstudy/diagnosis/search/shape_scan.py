@@ -36,13 +36,6 @@ LEAST_SEEN = 0.01  # share of the cost that the best coarse shape of a place exp
 MOTIONS_AT_ONCE, MOTIONS_KEPT = 4_000_000, 16_000_000  # numbers of the motions of causes judged together; 256 MB
 
 
-class Scanned(NamedTuple):
-    """A Candidate with the best shape found, and its Screened."""
-
-    cause: Candidate
-    screened: Screened
-
-
 def can_be_scanned(cause):
     """Whether the shape of a cause is scanned: it acts on the rotor, at one node or with several shape options."""
     at_node = "node" in cause.where and not cause.variant
@@ -104,8 +97,8 @@ def scan(
     plain: Fit | None = None,
     away: np.ndarray | None = None,
     most: int | None = None,
-) -> list[Scanned]:
-    """The shapes of causes at which their columns explain most, at the best places of each effect.
+) -> list[tuple[Candidate, Screened]]:
+    """The causes in the shapes at which their columns explain most, at the best places of each effect, judged there.
 
     fitted  : without the causes
     chosen  : one for each effect, place and alternative
@@ -227,7 +220,7 @@ class _Scan(NamedTuple):
         return list(best.values())
 
     def refined(self, starts, most=None):
-        """List of Scanned: the best shapes that Gauss-Newton steps from some find; see `scan`."""
+        """The best shapes, judged, that Gauss-Newton steps from some find; see `scan`."""
         shapes = HeldShapes(self.work, self._judge(False), self.cause, self.ranges, ())
         begun = starts
         if self.away is None or self.cause.where:  # a turned crack is near its best shape already
@@ -236,7 +229,7 @@ class _Scan(NamedTuple):
         found = self.judged(shapes.fitted(np.array([one.point for one in begun]), sizes, reach=np.inf).points)
         found = sorted([*starts, *begun, *found], key=lambda one: -one.screened.evidence)
         best = self._distinct(found)[:most] if most else (found[0], *self._facing(found))
-        return [Scanned(reshaped(self.work, self.cause, one.point), one.screened) for one in best]
+        return [(reshaped(self.work, self.cause, one.point), one.screened) for one in best]
 
     def _judge(self, kept):
         """What judges the cause; kept : whether the motions are; those of a node are, as all shapes there share it."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import Fit
-from rotorstudy.inference.prediction import carried_order, neighbourhood, predicted
+from rotorstudy.inference.prediction import neighbourhood, predicted
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.response.harmonic import positions
@@ -18,29 +18,24 @@ DEPENDENT = 1e-9  # ratio of a column's part that others do not have to the long
 
 
 def motions_by_free_forces(
-    fitted: Fit, spectrum: Spectrum, rows: Sequence[np.ndarray], near: Neighbourhood | None = None
+    fitted: Fit, spectrum: Spectrum, rows: Sequence[np.ndarray], near: Neighbourhood
 ) -> list[Motion]:
     """The Motions of a fitted model with a force on one coordinate, free at every harmonic and speed, fitted best.
 
     rows    : (dof,) each, the coordinates by a unit of each of the model: a node, or a deformation of the shaft
-    near    : of the fitted model at the speeds and harmonics of the spectrum, if it exists already
+    near    : of the fitted model at the speeds and harmonics of the spectrum
     returns : one for each row
     raises  : NoSteadyState
     """
     if not rows:
         return []
-    near = near or Neighbourhood(
-        fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum)
-    )
     apart = spectrum.without_common_error()
     off = apart.whitened(apart.amplitude - apart.shown(predicted(fitted.model, apart, fitted.theta)))
     columns, still = free_force_columns(near, apart, rows), near.motion
     found = least_squares(columns, off.reshape(len(spectrum.speed), -1))
     real, imaginary = np.split(found, 2, axis=-1)  # (row, speed, harmonic)
-    force = np.zeros((len(rows), *still.amplitude.shape), complex)
-    force[:, :, positions(near.harmonics, near.blocks)] = (real + 1j * imaginary)[..., None] * np.array(rows)[
-        :, None, None
-    ]
+    force, along = np.zeros((len(rows), *still.amplitude.shape), complex), np.array(rows)[:, None, None]
+    force[:, :, positions(near.harmonics, near.blocks)] = (real + 1j * imaginary)[..., None] * along
     return [Motion(still.amplitude + one, still.deflection) for one in near.moved_by(force)]
 
 
