@@ -20,7 +20,7 @@ from rotorstudy.model.entries import Multiples
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_numbers import rotor_at, rotor_numbers
-from rotorstudy.model.terms import Parameter
+from rotorstudy.model.terms import Parameter, Term
 
 CLOSELY = replace(HYPOTHESIS, steps=ESTIMATE.steps)
 EVENLY = 12**-0.5  # standard deviation of a fraction of a range of which any is as likely
@@ -29,7 +29,7 @@ FAILURES = 1  # steps of a fit without a steady state, which take long to find o
 
 
 class Work(NamedTuple):
-    """What is known."""
+    """What a fit of causes starts from, as a Search has it too."""
 
     rig: Model  # of the rig
     whole: Model  # with the nuisance terms
@@ -158,8 +158,7 @@ def fitted_from(
 def as_fit(work: Work, one: Fitted) -> Fit:
     """The Fit at the values of a Fitted, its causes in their shapes."""
     model, prior = work.whole.plus(*(cause.term for cause in one.causes)), with_priors(work.prior, one.causes)
-    theta = model.filled([*work.prior.names, *(n for cause in one.causes for n in cause.names)], one.amplitudes)
-    return fit(model, work.spectrum, prior, start=theta, steps=0)
+    return fit(model, work.spectrum, prior, start=model.filled(prior.names, one.amplitudes), steps=0)
 
 
 def shaped(work: Work, one: Fitted) -> tuple[Candidate, ...]:
@@ -201,25 +200,35 @@ def response_with_shape(
     here = causes_at(work, causes, amplitudes, points)
     check_together(work, here)
     names = [*work.prior.names, *(name for cause in here for name in cause.names)]
-    beside, model = [], work.whole.plus(*(cause.term for cause in here))
-    for number, (cause, point) in enumerate(zip(causes, points, strict=True)):
-        own = [names.index(name) for name in here[number].names]
-        for i, (row, off, one) in enumerate(_moved(work, cause, amplitudes, point)):
-            term = replace(one.term, label=f"beside {number} {i}")
-            beside.append((own, row, off, *as_one(term, amplitudes[own])))
-    model = model.plus(*(term for *_, term, _ in beside)) if beside else model
-    more = [unknown.name for *_, term, _ in beside for unknown in term.unknowns]
-    theta = model.filled([*names, *more], np.concatenate([amplitudes, np.zeros(len(more))]))
+    beside = []
+    for n, (cause, point) in enumerate(zip(causes, points, strict=True)):
+        own = [names.index(name) for name in here[n].names]
+        for i, (number, step, there) in enumerate(_moved(work, cause, amplitudes, point)):
+            term = replace(there.term, label=f"beside {n} {i}")
+            beside.append(_Beside(own, number, step, *as_one(term, amplitudes[own])))
+    model = work.whole.plus(*(cause.term for cause in here), *(one.term for one in beside))
+    more = [unknown.name for one in beside for unknown in one.term.unknowns]
+    theta = model.filled([*names, *more], np.append(amplitudes, np.zeros(len(more))))
     shown, change = shown_and_slopes(model, work.spectrum, theta, model.names)
     columns, shapes = change[model.position(names)], []
-    by = [np.tensordot(amplitudes[own], columns[own], 1) for own, *_ in beside]
-    for (_, row, off, term, weights), whole in zip(beside, by, strict=True):
-        there = np.tensordot(weights, change[model.position([unknown.name for unknown in term.unknowns])], 1)
-        if row is None:
-            shapes.append((there - whole) / off)
+    for one in beside:
+        there = np.tensordot(one.weights, change[model.position([u.name for u in one.term.unknowns])], 1)
+        slope = (there - np.tensordot(amplitudes[one.own], columns[one.own], 1)) / one.step
+        if one.number is None:
+            shapes.append(slope)
         else:
-            columns[names.index(row)] += (there - whole) / off
+            columns[names.index(one.number)] += slope
     return shown, np.stack([*columns, *shapes])
+
+
+class _Beside(NamedTuple):
+    """A cause with an option of its shape, or a number of the rotor, changed by a step."""
+
+    own: list[int]  # positions of its amplitudes
+    number: str | None  # name of the number; None of an option
+    step: float
+    term: Term
+    weights: np.ndarray  # (unknown,) of the term, which together are the cause; see `as_one`
 
 
 def causes_at(work: Work, causes: Sequence[Candidate], theta: np.ndarray, points: Sequence) -> list[Candidate]:
