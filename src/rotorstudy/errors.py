@@ -11,13 +11,8 @@ class RotorstudyError(Exception):
     """An error in the input; the message is one line."""
 
     def __str__(self):
-        return shortened(super().__str__())
-
-
-def shortened(text, most=LONGEST):
-    """A text in one line of at most so many characters, cut in the middle."""
-    text = " ".join(text.split())
-    return text if len(text) <= most else f"{text[: most // 2]} ... {text[-(most // 2) :]}"
+        text = " ".join(super().__str__().split())
+        return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} ... {text[-(LONGEST // 2) :]}"
 
 
 class PluginError(RotorstudyError):

@@ -39,16 +39,14 @@ def predictive(fits: list[Fit], spectrum: Spectrum) -> list[Predictive]:
 
 def log_densities(run: Predictive, measured: np.ndarray) -> np.ndarray:
     """Logarithm (..., model) of the predictive density of data (..., component), whitened, less a constant."""
-    return np.stack([_log_density(measured, *one) for one in zip(*run, strict=True)], axis=-1)
-
-
-def _log_density(measured, mean, covariance):
     from scipy.linalg import solve_triangular
 
-    factor = np.linalg.cholesky(covariance)
-    off = solve_triangular(factor, (measured - mean).reshape(-1, len(mean)).T, lower=True)
-    square = np.sum(off**2, axis=0).reshape(measured.shape[:-1])
-    return -0.5 * square - np.log(np.diag(factor)).sum()
+    found = []
+    for mean, factor in zip(run.mean, np.linalg.cholesky(run.covariance), strict=True):
+        off = solve_triangular(factor, (measured - mean).reshape(-1, len(mean)).T, lower=True)
+        square = np.sum(off**2, axis=0).reshape(measured.shape[:-1])
+        found.append(-0.5 * square - np.log(np.diag(factor)).sum())
+    return np.stack(found, axis=-1)
 
 
 def divergence(run: Predictive) -> np.ndarray:

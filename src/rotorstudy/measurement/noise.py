@@ -22,9 +22,9 @@ MODELS = {
 }
 
 
-def standard_normal(seed, study, trials, shape, first=0):
+def standard_normal(seed, study, trials, shape):
     """(trial, *shape) standard normal numbers; trial t has its own stream (seed, study, t)."""
-    streams = (np.random.SeedSequence(seed, spawn_key=(study, first + t)) for t in range(trials))
+    streams = (np.random.SeedSequence(seed, spawn_key=(study, t)) for t in range(trials))
     return np.array([np.random.default_rng(stream).standard_normal(shape) for stream in streams])
 
 

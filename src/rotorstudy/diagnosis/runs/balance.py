@@ -90,37 +90,38 @@ def balance(
     noise = spectrum.at_harmonics(wanted)
     spectrum = with_model_error(noise, settings)
     whole, prior = base_model(model, settings)
-    whole, names, others = _with_unbalances(whole, planes, conventions)
-    own = [name for one in settings.run_to_run for name in model.amplitudes_of(one) if name in prior.names]
-    known = _fitted(whole, spectrum, prior, names, others)
-    still = {u.name: 0.0 for u in whole.output_unknowns}
-    motion, influence = _shown(whole, spectrum, known.values | still, names)
+    whole, in_planes, others = _with_unbalances(whole, planes, conventions)
+    known = _fitted(whole, spectrum, prior, in_planes, others)
+    no_errors = {u.name: 0.0 for u in whole.output_unknowns}  # of the probes
+    motion, influence = _shown(whole, spectrum, known.values | no_errors, in_planes)
     columns = spectrum.whitened(influence).T
-    check_identifiable(columns, names)
+    check_identifiable(columns, in_planes)
     normal = columns.T @ columns
     gain = invert(normal) @ columns.T
     corrections, choices = -gain @ spectrum.whitened(motion), None
     if holes:
         choices = chosen(holes, GRAM * corrections, normal / GRAM**2)
         corrections = np.concatenate([choice.total for choice in choices]) / GRAM
-    put = dict(zip(names, corrections + [known.values[name] for name in names], strict=True))
-    of_motion = np.array([name not in still for name in known.names])
-    slopes = _shown(whole, spectrum, known.values | still | put, known.names)[1] * of_motion[:, None, None, None]
+    unbalances = [known.values[name] for name in in_planes]
+    balanced = known.values | dict(zip(in_planes, corrections + unbalances, strict=True))
+    of_motion = np.array([name not in no_errors for name in known.names])
+    slopes = _shown(whole, spectrum, balanced | no_errors, known.names)[1] * of_motion[:, None, None, None]
     spread = gain @ spectrum.whitened(slopes).T
     runout = _runout(model, whole, spectrum, known.values)
     draws = np.random.default_rng(SEED)
     moved = known.drawn(draws)
-    left = _moved(whole, spectrum, known, known.values | still | put, moved * of_motion)
-    place, part = [known.names.index(name) for name in own], prior.part(own)
-    moved[:, place] = part.mean - known.free[place] + draws.normal(size=(DRAWS, len(own))) @ part.factor.T
-    shown = _moved(whole, spectrum, known, known.values | put, moved) - runout + _noise(noise, draws)
+    vibration = _moved(whole, spectrum, known, balanced | no_errors, moved * of_motion)
+    of_run = [name for one in settings.run_to_run for name in model.amplitudes_of(one) if name in prior.names]
+    place, part = [known.names.index(name) for name in of_run], prior.part(of_run)
+    moved[:, place] = part.mean - known.free[place] + draws.normal(size=(DRAWS, len(of_run))) @ part.factor.T
+    reading = _moved(whole, spectrum, known, balanced, moved) - runout + _noise(noise, draws)
     return Balancing(
         GRAM * corrections.reshape(-1, 2),
         GRAM**2 * spread @ known.covariance @ spread.T,
         choices,
         replace(spectrum, amplitude=spectrum.amplitude - runout),
         _axis(spectrum.amplitude - runout),
-        *(np.percentile(_axis(one), INTERVAL, axis=0) for one in (left, shown)),
+        *(np.percentile(_axis(one), INTERVAL, axis=0) for one in (vibration, reading)),
     )
 
 

@@ -350,28 +350,30 @@ def _of_one_harmonic(gram, products, own, scale, prior):
     from scipy.linalg import solve_triangular
 
     others, count = ~own & (scale > 0), len(gram)
-    of_data, of_errors = products[:, :count], products[:, count:]
+    on_data, on_errors = products[:, :count], products[:, count:]
     size = scale[others, None]
-    root = np.linalg.cholesky(np.eye(len(size)) + size * of_errors[np.ix_(others, others)] * size.T)
-    both = np.hstack([size * of_data[others], size * of_errors[np.ix_(others, own)]])
-    half = solve_triangular(root, both, lower=True, check_finite=False)
-    less = half.T @ half
-    variance, along = np.linalg.eigh(of_errors[np.ix_(own, own)] - less[count:, count:])
-    turned = along.T @ (of_data[own] - less[count:, :count])
+    root = np.linalg.cholesky(np.eye(len(size)) + size * on_errors[np.ix_(others, others)] * size.T)
+    on_others = np.hstack([size * on_data[others], size * on_errors[np.ix_(others, own)]])
+    half = solve_triangular(root, on_others, lower=True, check_finite=False)
+    by_others = half.T @ half  # of the data, then of the own errors
+    variance, axes = np.linalg.eigh(on_errors[np.ix_(own, own)] - by_others[count:, count:])
+    orthogonal = axes.T @ (on_data[own] - by_others[count:, :count])
     narrowed = 2 * np.log(np.diag(root)).sum() - prior
-    return _by_scale(gram - less[:count, :count], turned, np.maximum(variance, 0.0), narrowed)
+    return _by_scale(gram - by_others[:count, :count], orthogonal, np.maximum(variance, 0.0), narrowed)
 
 
-def _by_scale(gram, turned, variance, narrowed):
+def _by_scale(gram, on_errors, variance, narrowed):
     """Log evidence (scale,) of linearised data with errors in common on each of `SCALES`.
 
-    gram     : products of residual and derivatives, with those of the prior
-    turned   : (error, ...) products of the errors with these;  variance : (error,) of the errors, which are orthogonal
-    narrowed : log determinant of the covariance of other errors, less that of the precision of the prior
+    The Cholesky root of the normal matrix, bordered by the residual, gives its determinant and what a fit leaves.
+
+    gram      : products of residual and derivatives, with those of the prior
+    on_errors : (error, ...) products of orthogonal errors with these;  variance : (error,) of the errors
+    narrowed  : log determinant of the covariance of other errors, less that of the precision of the prior
     """
     every, whole = SCALES[:, None] ** 2 * variance, gram[0, 0]
-    gram, turned = np.roll(gram, -1, axis=(0, 1)), np.roll(turned, -1, axis=1)  # those of the residual come last
-    products = gram - turned.T @ ((SCALES[:, None] ** 2 / (1 + every))[..., None] * turned)
+    gram, on_errors = np.roll(gram, -1, axis=(0, 1)), np.roll(on_errors, -1, axis=1)  # those of the residual come last
+    products = gram - on_errors.T @ ((SCALES[:, None] ** 2 / (1 + every))[..., None] * on_errors)
     left, size = products[:, -1, -1].copy(), np.sqrt(np.diagonal(products, axis1=1, axis2=2))
     size[:, -1] = np.sqrt(whole) or 1.0
     products /= size[:, :, None] * size[:, None]

@@ -136,7 +136,7 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
             _fit_best(work, [[_proposed_again(work, one) for one in known]], possible)
             tried += [[work.nothing]] if work.best.causes and not work.is_doubtful else []
         while len(tried) < ROUNDS:
-            _drop_impossible(work, possible)
+            drop_impossible(work, possible)
             if current := _due(work, [one for some in tried for one in some]):
                 tried.append(current)
                 _fit_moves(work, current, possible)
@@ -148,17 +148,11 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
         if not is_asked_to_stop(stop):
             raise
         work = replace(work, stopped=True)
-    _drop_impossible(work, possible)
+    drop_impossible(work, possible)
     if work.best.causes and not work.stopped:
         possible.discard(work.best.kind)
         work.explain(work.best.causes, work.best.fit.values)  # with the steps that its first fit did not have
-        _drop_impossible(work, possible)
-    return work
-
-
-def without_impossible(work: Search) -> Search:
-    """The same without the explanations that cannot be true, as far as they could be the best."""
-    _drop_impossible(work, {frozenset()})
+        drop_impossible(work, possible)
     return work
 
 
@@ -226,7 +220,7 @@ def _laws(explanation):
 def _fit_best(work, groups, possible=None):
     """Fit the most promising proposals of some lists by turns, as promises of different lists do not compare.
 
-    groups : lists of Proposals;  possible : as of `_drop_impossible`, if what cannot be true is dropped
+    groups : lists of Proposals;  possible : as of `drop_impossible`, if what cannot be true is dropped
     """
     chosen, often = [], {}
     for one in filter(None, chain.from_iterable(zip_longest(*(_near(work, proposals) for proposals in groups)))):
@@ -244,7 +238,7 @@ def _fit_best(work, groups, possible=None):
         found = work.explain(one.causes, one.values)
         is_best = found and odds_of(found) > before
         if is_best and possible is not None:
-            _drop_impossible(work, possible)  # before others are measured by it
+            drop_impossible(work, possible)  # before others are measured by it
         if len(one.causes) > 1 and np.isfinite(one.log_odds):
             unfulfilled = 0 if is_best else unfulfilled + 1
         if unfulfilled == max(UNFULFILLED, len(groups)):
@@ -269,7 +263,7 @@ def _shift(work, shifted, possible):
 
     A single fault was judged at all its places, unless it is in a stretch of elements and not all are candidates.
 
-    shifted : kinds that were fitted so, to which more are added;  possible : as of `_drop_impossible`
+    shifted : kinds that were fitted so, to which more are added;  possible : as of `drop_impossible`
     returns : whether another place is better
     """
     first = best = work.best
@@ -283,7 +277,7 @@ def _shift(work, shifted, possible):
             if kind_of(causes) not in shifted:
                 shifted.add(kind_of(causes))
                 work.explain(causes, values)
-        _drop_impossible(work, possible)
+        drop_impossible(work, possible)
         before, best = best, work.best
     return best is not first
 
@@ -333,7 +327,7 @@ def _least(work, promised=-np.inf):
     return (min(known, promised) if work.is_doubtful else known) - WITHIN
 
 
-def _drop_impossible(work, possible):
+def drop_impossible(work: Search, possible: set[frozenset]) -> None:
     """Drop explanations that cannot be true, until the best ones can.
 
     possible : kinds that were examined, to which more are added

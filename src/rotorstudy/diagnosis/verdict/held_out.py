@@ -16,8 +16,8 @@ from rotorstudy.diagnosis.search.form import (
 )
 from rotorstudy.diagnosis.search.impossible import grows
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
-from rotorstudy.diagnosis.search.search import without_impossible
-from rotorstudy.diagnosis.search.shape_fit import Work, point_of, response_with_shape
+from rotorstudy.diagnosis.search.search import drop_impossible
+from rotorstudy.diagnosis.search.shape_fit import point_of, response_with_shape
 from rotorstudy.diagnosis.verdict.result import Gain
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import chi_square_p_value
@@ -143,7 +143,8 @@ def with_held_out(found: Search, held: Spectrum | None) -> Search:
     }
     forces = tuple(f._replace(log_odds=f.log_odds + max(gains.values()) - stated) for f in found.free_forces)
     before, found = found.best.kind, replace(found, found=weighed, free_forces=forces)
-    found = found if found.best.kind == before else without_impossible(found)
+    if found.best.kind != before:
+        drop_impossible(found, {frozenset()})
     is_stable = ~grows(found.base, held.speed)
     while found.best.causes and (grows(found.best.fit, held.speed) & is_stable).any():  # no steady records there
         del found.found[found.best.kind]
@@ -190,6 +191,5 @@ def _shown_and_slopes(found, one, held):
     fitted = one.fit
     if one.covariance is None:
         return shown_and_slopes(fitted.model, held, fitted.theta, fitted.names), fitted.covariance
-    work = Work(found.rig, found.whole, found.prior, held, found.settings)
-    points = [point_of(work, cause) for cause in one.causes]
+    work, points = replace(found, spectrum=held), [point_of(found, cause) for cause in one.causes]
     return response_with_shape(work, one.causes, fitted.free, points), one.covariance

@@ -146,25 +146,28 @@ def _just_seen(work, plugin, options, seen, near):
 
 
 def _smallest(clearness, needed, near, largest, parameter):
-    """About the smallest size whose clearness is enough, and the exponent of its growth; None if the largest is not."""
-    (size, exponent), known, before = near, None, None
+    """About the smallest size that is clear enough, and the exponent of its growth; None if the largest is not.
+
+    By secants of the logarithms, as the clearness grows about as a power of the size.
+    """
+    (size, exponent), seen, before = near, None, None
     for _ in range(STEPS):
-        found = clearness(size)
-        if before and 0 < found < np.inf and 0 < before[1] < np.inf and found != before[1]:
-            exponent = float(np.clip(np.log(found / before[1]) / np.log(size / before[0]), 0.3, 6.0))
-        known = size if found >= needed else known
-        if needed <= found <= CLOSE * needed:
+        clear = clearness(size)
+        if before and 0 < clear < np.inf and 0 < before[1] < np.inf and clear != before[1]:
+            exponent = float(np.clip(np.log(clear / before[1]) / np.log(size / before[0]), 0.3, 6.0))
+        seen = size if clear >= needed else seen
+        if needed <= clear <= CLOSE * needed:
             break
-        step = 2.0 if found == 0 else 0.5  # of what is not seen at all, or leaves no steady state
-        if 0 < found < np.inf:
-            step = (np.sqrt(CLOSE) * needed / found) ** (1 / exponent)
-        step = max(step, 0.5) if parameter.force else step  # a stiffer contact may be seen less
-        other = max(min(size * step, known or largest), SMALLEST * largest)
-        if other in (size, known):
+        factor = 2.0 if clear == 0 else 0.5  # of what is not seen at all, or leaves no steady state
+        if 0 < clear < np.inf:
+            factor = (np.sqrt(CLOSE) * needed / clear) ** (1 / exponent)
+        factor = max(factor, 0.5) if parameter.force else factor  # a stiffer contact may be seen less
+        other = max(min(size * factor, seen or largest), SMALLEST * largest)
+        if other in (size, seen):
             break
-        before, size = (size, found), other
-    known = largest if known is None and clearness(largest) >= needed else known
-    return known and (known, exponent)
+        before, size = (size, clear), other
+    seen = largest if seen is None and clearness(largest) >= needed else seen
+    return seen and (seen, exponent)
 
 
 def _clearness(work, sound, cost, term, fitted):

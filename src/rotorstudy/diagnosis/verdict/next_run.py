@@ -6,6 +6,7 @@ of the two densities; how often it suffices follows from drawing such runs.
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,7 +45,7 @@ def next_runs(found: Search, measured: Spectrum, held: Spectrum | None, decided:
     ranges = [part for part in (grid[grid <= top], grid[grid > top]) if len(part)]
     trials, runs = _trials(found, measured), []
     for speeds in ranges:
-        plain, *others = (_best_run(found, measured, fits, weights, speeds, *one, decided) for one in trials)
+        plain, *others = (_best_run(found, measured, fits, weights, decided, speeds, one) for one in trials)
         least = plain.decision_probability + GAIN if plain else 0.0
         runs += [plain] if plain else []
         runs += [run for run in others if run and run.decision_probability >= least]
@@ -59,9 +60,17 @@ def explanations_in_question(found: Search, decided: float) -> tuple[list[Fit], 
     return [explanation.fit for explanation, _ in chosen[:MOST]], weights / weights.sum()
 
 
+class _Trial(NamedTuple):
+    """A trial unbalance of a further run, kg m; without a place none."""
+
+    place: Place | None = None
+    term: Term | None = None
+    unbalance: float | None = None
+
+
 def _trials(found, measured):
-    """Place, Term, kg m: none, then an unbalance at each disc that changes the vibration by `TRIAL` of the largest."""
-    structure, trials, base = found.rig.structure, [(None, None, None)], found.base
+    """A _Trial without an unbalance, then one at each disc that changes the vibration by `TRIAL` of the largest."""
+    structure, trials, base = found.rig.structure, [_Trial()], found.base
     discs = structure.nodes if len(structure.nodes) == 1 else {disc.node for disc in structure.discs}
     for node in sorted(discs):
         item = {"kind": "unbalance", "node": node, "label": "trial of a further run"}
@@ -73,8 +82,9 @@ def _trials(found, measured):
         if not change.any():  # no 1X was measured
             continue
         size = TRIAL * _vibration(measured, measured.amplitude) / _vibration(measured, change) * parameter.typical
-        term = replace(term, values={parameter.name: complex(size)})
-        trials.append((Place.of("unbalance", {"node": node}, structure), term, size / parameter.also["unbalance"][1]))
+        term, place = replace(term, values={parameter.name: complex(size)}), {"node": node}
+        unbalance = size / parameter.also["unbalance"][1]
+        trials.append(_Trial(Place.of("unbalance", place, structure), term, unbalance))
     return trials
 
 
@@ -83,9 +93,9 @@ def _vibration(spectrum, amplitude):
     return np.abs(amplitude[..., spectrum.harmonics != 0, :]).max(initial=0)
 
 
-def _best_run(found, measured, fits, weights, speeds, place, term, size, decided):
-    """The NextRun at the speed that separates the explanations best, or None if there is none."""
-    base, *fits = (fitted if term is None else with_term(fitted, term) for fitted in (found.base, *fits))
+def _best_run(found, measured, fits, weights, decided, speeds, trial):
+    """The NextRun with a trial at the speed that separates the explanations best, or None if there is none."""
+    base, *fits = (with_term(fitted, trial.term) if trial.term else fitted for fitted in (found.base, *fits))
     spectrum, each = further_run(found, measured, base, fits, weights, speeds)
     bearable = BEARABLE * _vibration(measured, measured.amplitude)
     within = [i for i in range(len(spectrum.speed)) if _vibration(measured, each[:, i]) <= bearable]
@@ -102,7 +112,7 @@ def _best_run(found, measured, fits, weights, speeds, place, term, size, decided
             continue
         likely = decision_probability(runs[best], weights, decided)
         row = {"speed": speed, "expected_log_odds": expected[best], "decision_probability": likely}
-        return NextRun(**row, trial=place, trial_unbalance=size)
+        return NextRun(**row, trial=trial.place, trial_unbalance=trial.unbalance)
     return None
 
 
