@@ -265,6 +265,13 @@ def test_marks_of_a_run_up_are_followed_from_standstill_across_a_gap_and_past_gl
             assert found.is_followed(sign * np.array([22.0])) == (not lost)
 
 
+def test_the_last_pulse_before_standstill_is_no_mark_by_chance():
+    """It comes 4.996 of the last periods that were followed after the last mark, as the third pulse."""
+    marks = -np.sqrt(4 * np.pi * (np.arange(890, -1, -1) + 0.27) / 7)
+    found = count_revolutions(marks, swept=True)
+    assert np.interp(found.marks, marks, np.arange(891)) == pytest.approx(found.counts) and len(found.marks) > 885
+
+
 def test_speeds_without_marks_are_left_out(tmp_path):
     """Their number is known, as the speed changes evenly; the angle between them is not."""
     time, z, marks = sweep(0.05, 8.0)

@@ -169,9 +169,9 @@ def _follow(pulses, start, period, swept):
     for i in range(start + 1, len(pulses)):
         since = pulses[i] - pulses[kept[-1]]
         passed = since / period
-        if swept and passed > FEW_MISSING and len(kept) > 1 and i + 1 < len(pulses):
+        if swept and passed > FEW_MISSING and len(kept) > 1:
             beside = np.diff(pulses[kept[-6:]]), np.diff(pulses[i : i + 6])
-            passed = since * np.mean([1 / np.median(periods) for periods in beside])
+            passed = since * np.mean([1 / np.median(one) for one in beside]) if len(beside[1]) else 0.0  # not known
         whole = round(passed)
         if whole >= 1 and abs(passed - whole) < NEAR:
             period += gain * (since / whole - period)
