@@ -62,8 +62,10 @@ def test_a_spectrum_is_of_the_conventions_it_was_imported_by(tmp_path):
     measured_spectrum(spectrum, tmp_path / "bare.yaml")
 
 
-def test_node_labels_that_count_from_zero(tmp_path):
-    path, true = foreign_file(tmp_path / "a", label=0)
+@pytest.mark.parametrize("label", [0, 0.0])
+def test_node_labels_that_count_from_zero(tmp_path, label):
+    """Also as real numbers, as MATLAB writes coordinates."""
+    path, true = foreign_file(tmp_path / "a", label=label)
     found = read_measurement(path, rig_file(tmp_path, node_of_label={0: 1}))
     assert found.spectrum.sensors == (1,) and found.spectrum.amplitude[0, :, 0] == pytest.approx(true, abs=1e-11)
     refused(lambda: read_measurement(path, rig_file(tmp_path)), "unknown node '0'")

@@ -136,11 +136,12 @@ class Conventions(Strict):
 
     def node(self, label, where):
         """Node of the rig for the label of a node in a file."""
-        if not self.node_of_label and str(label).isdecimal():
+        label, *given = (str(one).removesuffix(".0") for one in (label, *self.node_of_label))
+        if not given and label.isdecimal():
             return int(label)
-        known = {str(one): node for one, node in self.node_of_label.items()}
-        check_known("node label", [str(label)], known, f"{where}; list it under 'measurement: node_of_label:'")
-        return known[str(label)]
+        known = dict(zip(given, self.node_of_label.values(), strict=True))
+        check_known("node label", [label], known, f"{where}; list it under 'measurement: node_of_label:'")
+        return known[label]
 
     @property
     def stated_speeds(self):
