@@ -6,6 +6,8 @@ from machine import HARMONICS, TIME, records, write, write_rig
 
 from rotorstudy import read_measurement
 from rotorstudy.measurement import lines
+from rotorstudy.measurement.analysis import integrated
+from rotorstudy.measurement.angle_fit import fit_harmonics
 from rotorstudy.measurement.lines import Line, _finding, likely_kind, orders_of_lines
 
 SPEEDS = [85.0, 100.0]
@@ -41,6 +43,25 @@ def test_each_kind_is_named_and_changes_no_harmonic(kind, tmp_path):
     assert np.all(np.abs(both[0].amplitude - both[1].amplitude) < np.sqrt(both[1].variance))
     # negative control: the line is a hundred times what it changes
     assert 100 * np.abs(both[0].amplitude - both[1].amplitude).max() < SIZE
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("noise", [0.0, 2e-3, 2e-2])
+def test_integrated_noise_shows_no_line_where_slow_motion_is_left_out(order, noise):
+    """A third of such records had one at 0.2 times the speed. Whirl is still found; 1X and 2X are right."""
+    time, speed = np.arange(15000) / 3000, 150.0
+    angle, random = speed * time, np.random.default_rng(order)
+    whole = angle < 2 * np.pi * 119
+    for whirl in (0.0, 0.03):
+        moves = ((1, 1.0), (2, 0.2), (0.47, whirl))
+        measured = sum(size * (1j * n * speed) ** order * np.exp(1j * n * angle) for n, size in moves)
+        measured = measured + speed**order * noise * (random.normal(size=(2, len(time))).T @ [1, 1j])
+        (shown,) = integrated(measured[None, whole], np.array([order]), time[whole], speed)
+        found = orders_of_lines(shown, angle[whole], [1, -1, 2, -2])
+        assert found == pytest.approx([0.47] * bool(whirl), abs=1e-3), (whirl, found)
+        if not noise:
+            fitted = fit_harmonics(shown, angle[whole], [1, 2]).amplitude
+            assert fitted == pytest.approx([1.0, 0.2], abs=3e-3 if whirl else 1e-4)
 
 
 @pytest.mark.parametrize(("order", "whirl"), [(0.49, True), (0.5, False)])

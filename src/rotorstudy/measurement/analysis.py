@@ -17,6 +17,7 @@ from rotorstudy.units import RAD_PER_S, number, spin, um
 
 NO_MEAN = 1e-3  # m, standard deviation of the mean displacement where a velocity or an acceleration is measured
 SLOWEST = 0.2  # of the speed: what a velocity or an acceleration shows of slower motion is drift
+STEEP = 8  # power of the frequency with which it fades: integrated noise shows no line there, and 1X loses 3e-6
 WHOLE_REVOLUTION = 0.01  # revolutions by which a record may fall short of a whole number: its marks are not exact
 PIECES = 50  # of a record, of which the loudest shows the state of the probes
 MOST_ROUNDED = 2  # steps between rounded times of neighbouring samples
@@ -79,12 +80,14 @@ def integrated(signals, orders, time, speed):
     """Displacements (node, time), m, without what is slower than SLOWEST; orders : (node,) of derivative of each."""
     found = signals.copy()
     frequency = 2 * np.pi * np.fft.fftfreq(len(time), np.median(np.diff(time)))
-    kept = np.abs(frequency) > SLOWEST * speed
+    fading = (frequency[1:] / (SLOWEST * speed)) ** STEEP
+    passed = fading / (1 + fading)
     for i in np.flatnonzero(orders):
         there = np.isfinite(signals[i])
         spectrum = np.fft.fft(np.interp(time, time[there], signals[i, there]) if there.any() else signals[i])
-        spectrum[kept] /= (1j * frequency[kept]) ** orders[i]
-        found[i] = np.where(there, np.fft.ifft(np.where(kept, spectrum, 0)), np.nan)
+        spectrum[1:] *= passed / (1j * frequency[1:]) ** orders[i]
+        spectrum[0] = 0
+        found[i] = np.where(there, np.fft.ifft(spectrum), np.nan)
     return found
 
 
