@@ -87,7 +87,7 @@ def _equations_at(model, speed, harmonics, names, order, condensation="exact"):
     known = _known_amplitudes(model, names)
     is_sensor = np.isin(np.arange(dof), model.measured)
     matrices = eliminating = operator(model, known, speed, blocks)
-    groups, keys, follows = [], [], None
+    groups, keys, following = [], [], None
     if condensation == "exact":
         involved = np.unique(np.concatenate([own_harmonic(group, carried).ravel() for group in blocks.groups]))
         for unknown in unknowns:
@@ -95,11 +95,7 @@ def _equations_at(model, speed, harmonics, names, order, condensation="exact"):
     elif any(shift for _, shift in model.couplings):
         raise RotorstudyError("condensation as in the thesis needs a weight-dominant crack; use the exact one")
     else:
-        structure = model.structure
-        still = Model(replace(structure, gyroscopic=np.zeros_like(structure.gyroscopic)))
-        eliminating = operator(still, still.theta, speed, blocks)
-        static = structure.stiffness - (speed[:, None] * harmonics)[..., None, None] ** 2 * structure.mass
-        follows = -np.swapaxes(_transfer(static, is_sensor), -1, -2)  # L_n
+        eliminating, following = _without_gyroscopic_moments(model.structure, speed, harmonics, blocks, is_sensor)
     for matrix, by, group, mirror in zip(matrices, eliminating, blocks.groups, blocks.mirrors, strict=True):
         # unknown and degree of freedom in one number
         coordinate = (group[..., None] * dof + np.arange(dof)).reshape(len(group), -1)
@@ -118,8 +114,8 @@ def _equations_at(model, speed, harmonics, names, order, condensation="exact"):
         amplitude = _about_rest(model, amplitude, speed, harmonics, deflection)
         displacement = np.zeros((*amplitude.shape[:-2], count, dof), complex)
         displacement[..., here, model.measured] = amplitude
-        if follows is not None:
-            hidden = np.einsum("snhm,...snm->...snh", follows, amplitude)
+        if following is not None:
+            hidden = np.einsum("snhm,...snm->...snh", following, amplitude)
             displacement[..., here, np.flatnonzero(~is_sensor)] = hidden
         columns = np.moveaxis(table.dense_columns(displacement, speed, carried, deflection), -1, 0)
         force = static_force(model, known, speed, carried, deflection)
@@ -133,6 +129,13 @@ def _equations_at(model, speed, harmonics, names, order, condensation="exact"):
         return Regression(np.moveaxis(left, 0, -1), right)
 
     return equations
+
+
+def _without_gyroscopic_moments(structure, speed, harmonics, blocks, is_sensor):
+    """Dynamic stiffness of groups by which the thesis eliminates what is not measured, and L_n of `regression`."""
+    still = Model(replace(structure, gyroscopic=np.zeros_like(structure.gyroscopic)))
+    stiffness = structure.stiffness - (speed[:, None] * harmonics)[..., None, None] ** 2 * structure.mass
+    return operator(still, still.theta, speed, blocks), -np.swapaxes(_transfer(stiffness, is_sensor), -1, -2)
 
 
 def _reduction(measured, transfer, direct, kept):

@@ -99,9 +99,9 @@ class Fit(Posterior):
         """(parameter,) values in the order of `model.names`."""
         return self.model.filled(self.names, self.free)
 
-    @property
+    @cached_property
     def values(self) -> dict[str, float]:
-        """Name -> value of every amplitude of the model."""
+        """Name -> value of every amplitude of the model, not to be changed."""
         return dict(zip(self.model.names, self.theta.tolist(), strict=True))
 
     @property

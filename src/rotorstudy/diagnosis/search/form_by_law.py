@@ -37,8 +37,8 @@ def with_other_laws(found: Search) -> Search:
 
 def _relative_odds(found, pair, one):
     """Log odds that one fault of a pair has an error of form like the law of the other, against both; -inf if none."""
-    faults = faults_of(pair.causes)
-    (parts,), (others,) = ([faults[name] for name in faults if (name in one.faults) == own] for own in (True, False))
+    faults, (own,) = faults_of(pair.causes), one.faults
+    parts, (others,) = faults.pop(own), faults.values()
     place = acted_on(parts)
     is_there = _acts_at(others, place) or _are_neighbours(parts[0], others[0])
     if not is_there or any(c.term.acts_on_output for c in pair.causes):
@@ -48,13 +48,13 @@ def _relative_odds(found, pair, one):
         motion = forces.motion(fitted.model, fitted.theta)
     except NoSteadyState:
         return -np.inf
-    changes, other = (changes_of(some, fitted.values, motion, forces, usual) for some in (parts, others))
-    inexact, other = [one for one in changes if one.of_motion], sum(one.change for one in other)
-    if not inexact or not np.any(other) or not np.any(found.spectrum.whitened(other)):
+    changes, others = (changes_of(some, fitted.values, motion, forces, usual) for some in (parts, others))
+    inexact, by_other = [change for change in changes if change.of_motion], sum(change.change for change in others)
+    if not inexact or not np.any(by_other) or not np.any(found.spectrum.whitened(by_other)):
         return -np.inf
-    size = _relative_size(found.spectrum, sum(one.change for one in inexact), other)
+    size = _relative_size(found.spectrum, sum(change.change for change in inexact), by_other)
     laws = {c.effect for c in found.candidates if not c.term.acts_on_output and _acts_at([c], place)}
-    std = usual * max(one.inexactness for one in inexact) * SCALES[1:]
+    std = usual * max(change.inexactness for change in inexact) * SCALES[1:]
     of_form = np.mean(np.exp(-0.5 * (size / std) ** 2) * np.sqrt(2 / np.pi) / std)  # density of the size
     of_fault = 1 / (size * np.log(WIDTHS[0] / WIDTHS[-1]))  # any size is equally likely, by order of magnitude
     prior = found.prior_odds.log_odds(one.causes) - found.prior_odds.log_odds(pair.causes) + np.log(BY_LAW / len(laws))

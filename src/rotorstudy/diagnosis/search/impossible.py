@@ -5,12 +5,11 @@ import numpy as np
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.odds import Explanation, total
-from rotorstudy.inference.prediction import carried_order
+from rotorstudy.inference.prediction import carried_order, shown_and_slopes
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.model.registry import registry
 from rotorstudy.model.terms import NonlinearForce, Parameter, Term
 from rotorstudy.response.alternating import affine_error
-from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.neighbourhood import carried_motion
 from rotorstudy.response.stability import growth_of_free_motion
 from rotorstudy.units import RAD_PER_S
@@ -126,19 +125,16 @@ def is_unseen(work: Search, explanation: Explanation) -> bool:
 
 def gain_over_affine(work: Search, explanation: Explanation, contact: Candidate) -> float:
     """By how much the cost would rise with a constant force and a stiffness instead of a contact, to first order."""
-    fitted, spectrum = explanation.fit, work.spectrum
-    affine = _affine(contact)
-    model = work.model.plus(*(cause.term for cause in explanation.causes), affine)
-    theta = np.array([fitted.values.get(name, 0.0) for name in model.names])
-    order = carried_order(spectrum, model)
-    change = measured_response_and_jacobian(model, spectrum.speed, spectrum.harmonics, theta, order=order).jacobian
-    instead = model.position([unknown.name for unknown in affine.unknowns])
-    own = change[..., model.position(contact.names)] @ np.array([fitted.values[name] for name in contact.names])
+    fitted, spectrum, affine = explanation.fit, work.spectrum, _affine(contact)
+    model, instead = fitted.model.plus(affine), [unknown.name for unknown in affine.unknowns]
+    theta = model.filled(fitted.model.names, fitted.theta)
+    _, slopes = shown_and_slopes(model, spectrum, theta, [*contact.names, *instead])
+    by_contact = np.tensordot([fitted.values[name] for name in contact.names], slopes[: -len(instead)], 1)
+    by_affine = spectrum.whitened(slopes[-len(instead) :]).T
     others = [i for i, name in enumerate(fitted.names) if name not in contact.names]
-    affine_columns = spectrum.whitened(np.moveaxis(change[..., instead], -1, 0)).T
     known = np.hstack([fitted.prior.whitener[np.ix_(others, others)], np.zeros((len(others), len(instead)))])
-    columns = np.vstack([np.hstack([fitted.jacobian[:, others], affine_columns]), known])
-    target = np.concatenate([spectrum.whitened(own), np.zeros(len(others))])
+    columns = np.vstack([np.hstack([fitted.jacobian[:, others], by_affine]), known])
+    target = np.concatenate([spectrum.whitened(by_contact), np.zeros(len(others))])
     scale = np.linalg.norm(columns, axis=0)
     columns = columns / np.where(scale > 0, scale, 1.0)
     left = target - columns @ np.linalg.lstsq(columns, target, rcond=None)[0]
@@ -146,12 +142,12 @@ def gain_over_affine(work: Search, explanation: Explanation, contact: Candidate)
 
 
 def _affine(contact):
-    """Term with the amplitudes of a constant force and of the stiffnesses of the coordinate that a contact acts on."""
+    """Term with a constant force and stiffnesses, all zero, of the coordinate that a contact acts on."""
     matrix, parameters = contact.term.parameters[0].force.matrix, []
     for number, (of, factor) in enumerate((of, factor) for of in OF_DISPLACEMENT for factor in (1, 1j)):
         at = NonlinearForce(matrix, lambda displacement, *_, of=of, factor=factor: factor * of(displacement))
         parameters.append(Parameter(f"affine {number}", "1", (), 1.0, force=at))
-    return Term("affine", tuple(parameters), label="affine")
+    return Term("affine", tuple(parameters), {p.name: 0.0 for p in parameters}, label="affine")
 
 
 def grows(fitted, speed):
