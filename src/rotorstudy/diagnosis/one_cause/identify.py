@@ -124,6 +124,14 @@ def _starts(work, fitted, laws, others=(), without=()):
     return found
 
 
+def _as_known(work, causes, amplitudes):
+    """A start with all amplitudes that are known, those of the rig and of causes of known size, at what is known."""
+    names = [*work.prior.names, *(name for cause in causes for name in cause.names)]
+    known = dict(zip(work.prior.names, work.prior.mean, strict=True))
+    known |= {name: mean for cause in causes if cause.fixed for name, (mean, _) in cause.prior.items()}
+    return causes, np.array([known.get(name, value) for name, value in zip(names, amplitudes, strict=True)])
+
+
 def _labelled(work, laws, label):
     return [reshaped(work, cause, point_of(work, cause), label) for cause in laws]
 
@@ -201,6 +209,8 @@ def _also_elsewhere(work, laws, found):
         for gone in best.causes:
             others = tuple(one for one in best.causes if one is not gone)
             starts += _starts(work, whole, _labelled(work, near, gone.term.label), others, gone.names)
+        if len(best.causes) > 1 and not _explains(work, best):  # what the rig took up of one may hold the others there
+            starts += [_as_known(work, *start) for start in starts]
         found = _fitted(work, starts, found)
         if found[0] is best or is_same(work, found[0], best):
             return found
