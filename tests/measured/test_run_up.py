@@ -265,6 +265,15 @@ def test_marks_of_a_run_up_are_followed_from_standstill_across_a_gap_and_past_gl
             assert found.is_followed(sign * np.array([22.0])) == (not lost)
 
 
+@pytest.mark.parametrize("samples", [10, 40])
+def test_marks_that_are_coarse_as_samples_are_all_in_place(samples):
+    """Many of them are evenly spaced to round-off, others off by up to a sample."""
+    marks = np.sqrt(4 * np.pi * np.arange(100, 900) / 7)
+    step = np.diff(marks).min() / samples
+    found = count_revolutions(np.rint(marks / step) * step, swept=True)
+    assert len(found.marks) == len(marks) and found.missing == found.doubled == 0
+
+
 def test_the_last_pulse_before_standstill_is_no_mark_by_chance():
     """It comes 4.996 of the last periods that were followed after the last mark, as the third pulse."""
     marks = -np.sqrt(4 * np.pi * (np.arange(890, -1, -1) + 0.27) / 7)

@@ -13,7 +13,7 @@ from rotorstudy.errors import RotorstudyError
 PULSE_OVER_NOISE = 8.0  # least height of a pulse, in standard deviations of the rest of the signal
 NEAR = 0.15  # revolutions by which a mark may differ from the prediction of the marks before it
 FEW_MISSING = 3.0  # revolutions without a mark, over which the speed of a sweep hardly changes
-ODD, LEAST_ODD = 12.0, 0.01  # distance of a mark from its place, over the median and in revolutions, that is no jitter
+ODD, LEAST_ODD = 4.0, 0.02  # over that of nine in ten marks, and in revolutions: what is not as far off is jitter
 LONGEST_PULSE = 0.4  # of a revolution: beyond it the pulse cannot be distinguished from the gap
 MARK_TOLERANCE = 0.05  # revolutions by which a pulse may differ from the others where none is repaired
 LABEL_TOLERANCE = 0.1  # relative, of the stated speed, for methods that take the speed from the pulses
@@ -188,7 +188,7 @@ def _in_place(marks, counts):
     off = np.abs(marks[1:-1] - (marks[:-2] * after + marks[2:] * before) / (before + after))
     off = np.pad(off / np.diff(marks)[1:], 1)
     farthest = (off >= np.roll(off, 1)) & (off >= np.roll(off, -1))
-    return ~farthest | (off <= max(ODD * np.median(off), LEAST_ODD))
+    return ~farthest | (off <= max(ODD * np.quantile(off, 0.9), LEAST_ODD))
 
 
 def steady_turning(speed, time):
