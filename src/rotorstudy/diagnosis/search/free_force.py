@@ -44,7 +44,6 @@ class FreeForce(NamedTuple):
     motion: str  # kind of force
     log_odds: float  # that it and nothing else acts, against no fault
     left: float  # misfit with the most probable force
-    count: int  # of data
     fitted: Fit | None = None  # of the rig with it, of the amplitude `FREE_FORCE`; None but at the best places
     force: np.ndarray | None = None  # (row, speed, harmonic), N, of that fit
 
@@ -87,9 +86,9 @@ def free_forces(work) -> list[FreeForce]:
 
     work : Search with its base fit
     """
-    spectrum, stated = work.spectrum, fit(work.model, work.spectrum, work.prior, steps=0)
+    spectrum, rows_of, fits = work.spectrum, dict(places_of(work.rig.structure)), {}
     _check_memory(spectrum)
-    rows_of, fits = dict(places_of(work.rig.structure)), {}
+    stated = fit(work.model, spectrum, work.prior, steps=0)
     try:
         shown_by, rig = _shown_by(stated, spectrum), _background(stated, spectrum)
         # first by the least smooth shares, which any force can follow; by all of them where that may matter
@@ -103,9 +102,8 @@ def free_forces(work) -> list[FreeForce]:
         known[place], fits[place] = _refitted(work, rows_of[place], known[place])
     prior = np.log(PRIOR / len(rows_of)) - work.base.evidence
     found = [
-        FreeForce({kind: number}, motion, at.evidence + prior, at.left, spectrum.data_count, *fits.get(place, ()))
+        FreeForce({place[0]: place[1]}, place[2], at.evidence + prior, at.left, *fits.get(place, ()))
         for place, at in known.items()
-        for kind, number, motion in [place]
     ]
     return sorted(found, key=lambda one: -one.log_odds)
 

@@ -73,7 +73,7 @@ def single_causes(work: Search) -> Iterator[list[list[Proposal]]]:
     those of a less certain form once more at the end.
     """
     forces = [one for one in work.free_forces if one.fitted is not None]
-    alone = [one for one in forces if one.left < EXPLAINS * one.count and one.log_odds > 0]
+    alone = [one for one in forces if one.left < EXPLAINS * work.spectrum.data_count and one.log_odds > 0]
     if not alone:
         fits = [work.base, *(one.fitted for one in forces[:1])]
         yield [found := additions(work, work.nothing, fits)]
@@ -162,16 +162,13 @@ class _Judge(NamedTuple):
         screened = zip(chosen, screen_each(projected, chosen, (), least - self.base), strict=True)
         return [self.proposal((c,), one.start, one.evidence) for c, one in screened if one.evidence > -np.inf]
 
-    def by_fits(self, proposals, values):
-        """Proposals of single causes, of which those that need a fit are judged by a few steps of it.
-
-        values : with which the fits begin
-        """
+    def by_fits(self, proposals):
+        """Proposals of single causes, of which those that need a fit are judged by a few steps of it."""
         told, untold = [], []
         for one in proposals:
             (untold if needs_fit(one.causes[0], self.work.rig.structure) else told).append(one)
         least = max((one.log_odds for one in told), default=0.0)
-        return told + by_steps_of_a_fit(self.work, [one.causes[0] for one in untold], values, least)
+        return told + by_steps_of_a_fit(self.work, [one.causes[0] for one in untold], self.values, least)
 
     def together(self, projected, usable):
         """Proposals of faults of several parts."""
@@ -247,7 +244,7 @@ def additions(
         judge = _Judge(wide, current.causes, fitted.values, base)
         least = odds_of(current) + max(0.5 * less, 0.0) + WORTH_ADDING if current.causes else -np.inf
         alone = judge.alone(projected, usable, least=least)
-        judged = (judge.by_fits(alone, fitted.values) if without else alone) + judge.together(projected, usable)
+        judged = (judge.by_fits(alone) if without else alone) + judge.together(projected, usable)
         judged += between_candidates(work, judge, partial(wide.project, fitted, without=without, free=free), alone)
         judged += judge.scanned(fitted, usable, plain, without, free, (plain if has_error else fitted).excess)
         found += [one for one in judged if one.log_odds > least]

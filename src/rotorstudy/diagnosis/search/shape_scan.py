@@ -123,7 +123,7 @@ def scan(
             return []
 
     for cause in chosen:
-        one = _Scan(work, fitted, projection, cause, motions, bool(without), plain, away)
+        one = _Scan(work, cause, projection, plain or fitted, motions, bool(without), away)
         if best := tried(cause, one.first):
             coarse.setdefault(cause.effect, []).append((one, best))
     found, whole = [], float(projection.residual @ projection.residual)
@@ -147,13 +147,12 @@ class _Scan(NamedTuple):
     """The scan of one cause."""
 
     work: Search
-    fitted: Fit  # without the cause
-    projection: Projection  # of that fit
     cause: Candidate
+    projection: Projection  # of a fit without the cause
+    plain: Fit  # the same fit without errors that the speeds have in common
     motions: dict[bytes, Motion]  # the Motion with a free force, for each coordinate (as bytes) for which it is known
-    has_motion: bool = False  # whether the motion of the fit is the one on which the cause acts
-    plain: Fit | None = None  # without errors that the speeds have in common
-    away: np.ndarray | None = None  # point (option,) that shapes face away from
+    has_motion: bool  # whether the motion of the fit is the one on which the cause acts
+    away: np.ndarray | None  # point (option,) that shapes face away from
 
     @property
     def ranges(self):
@@ -192,7 +191,7 @@ class _Scan(NamedTuple):
         """The Motions with a free force on coordinates."""
         if self.has_motion:
             return [self.projection.near.motion] * len(rows)
-        return motions_by_free_forces(self.plain or self.fitted, self.work.spectrum, rows, self.projection.near)
+        return motions_by_free_forces(self.plain, self.work.spectrum, rows, self.projection.near)
 
     def first(self):
         """The best of shapes over the whole range, from which `refined` starts; to turn a crack, itself turned."""

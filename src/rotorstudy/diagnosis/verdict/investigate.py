@@ -159,7 +159,7 @@ def _kind(found, probability, *, is_alone, is_contradicted):
 
 def _places_of_outside(found):
     """The OnePlace of each place at which a fault that the library lacks may act, if it explains the records."""
-    each = ((one, chi_square_p_value(one.left, one.count)) for one in found.outside_places(STATED_SET))
+    each = ((one, chi_square_p_value(one.left, found.spectrum.data_count)) for one in found.outside_places(STATED_SET))
     least = found.settings.significance
     return [OnePlace(where=one.where, motion=one.motion, p_value=p) for one, p in each if p >= least]
 
