@@ -227,6 +227,17 @@ def test_every_command_prints_json_alone_on_stdout(records, tmp_path, command):
     assert stop.value.code == 2
 
 
+def test_streams_that_are_closed_or_full_give_no_traceback(tmp_path, monkeypatch, capsys):
+    """A scheduler may close them (`>&-`), which Python shows as None; the answer to a full disk may not fit on it."""
+    full = SimpleNamespace(write=lambda text: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    monkeypatch.setattr("sys.stdout", full)
+    assert main(["check", RIG, "--json"]) == 1
+    assert capsys.readouterr().err.splitlines()[-1].startswith("error: OSError: [Errno 28]")
+    for name in ("stdout", "stderr"):
+        monkeypatch.setattr(f"sys.{name}", None)
+    assert main(["check", RIG]) == 0 and main(["check", "none.yaml"]) == 1
+
+
 @pytest.mark.usefixtures("unrendered")
 def test_units_of_a_rig_and_of_the_command_line(tmp_path, command):
     rig = tmp_path / "rig.yaml"

@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+from one_line_errors import refused
 
 from rotorstudy import __version__, registry
 from rotorstudy.presentation.plots import figure, save_figure
@@ -61,6 +62,11 @@ def test_a_temporary_folder_lies_in_one_that_exists_as_that_may_be_a_disk_of_its
         assert temporary.parent == (tmp_path / "out" if exists else tmp_path)
         write_text(temporary / "figures" / "a.txt", "x")
     assert names(tmp_path) == ["out"] and names(tmp_path / "out") == ["figures", *["old.txt"] * exists]
+
+
+def test_a_folder_that_cannot_be_made_is_named_as_it_was_given(tmp_path):
+    write_text(tmp_path / "file", "x")
+    refused(whole_folder(tmp_path / "file" / "out").__enter__, "file/out: cannot be written (Not a directory)")
 
 
 def test_complex_values_come_back_bit_for_bit_and_real_ones_stay_real(tmp_path):

@@ -38,7 +38,10 @@ def whole_folder(path):
     """
     path = Path(path)
     temporary = partial_path(path / path.name if path.is_dir() else path)
-    temporary.mkdir(parents=True)
+    try:
+        temporary.mkdir(parents=True)
+    except OSError as error:
+        raise _not_written(path, error) from None
     try:
         yield temporary
         for file in sorted(file for file in temporary.rglob("*") if file.is_file()):

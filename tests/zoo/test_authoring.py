@@ -80,6 +80,7 @@ def test_a_file_that_is_no_plugin_is_told_so(text, words, tmp_path):
     ("arguments", "words"),
     [
         (("crak", "mine"), "did you mean 'crack'"),
+        (("rgi", "mine"), "did you mean 'rig'"),
         (("crack", "My Crack"), "lower-case"),
         (("crack", "class"), "no keyword of Python"),
         (("crack", "é"), "lower-case"),

@@ -19,7 +19,7 @@ PLACEHOLDERS = {
 
 def new_plugin(kind, name, folder=None):
     """Write a working, commented plugin file, by default in the project's or the user's folder, and return its path."""
-    check_known("kind", [kind], KINDS)
+    check_known("kind", [kind], ["rig", *KINDS])  # as the command says it, which writes a rig otherwise
     if not name.isidentifier() or not name.isascii() or name != name.lower() or iskeyword(name):
         told = "use lower-case letters, digits and _, no keyword of Python"
         raise RotorstudyError(f"name '{name}': {told}, such as my_{kind}")

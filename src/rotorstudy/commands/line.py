@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import io
 import json
 import logging
 import os
@@ -161,7 +162,10 @@ def _stop(number, frame):
 
 def main(arguments=None):
     """The exit status: 0, 1 after an error or a failed check, 2 for a wrong command line, 130 or 143 if stopped."""
-    for stream in (sys.stdout, sys.stderr):
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by who started the command
+            setattr(sys, name, io.StringIO())
+        stream = getattr(sys, name)
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a terminal that has no sign for ± shows a question mark
     commands = parser()
@@ -199,5 +203,6 @@ def main(arguments=None):
         logging.getLogger("rotorstudy").removeHandler(handler)
     print(f"error: {message}", file=sys.stderr)
     if given.json:
-        print(json.dumps({"error": str(message)}))
+        with contextlib.suppress(OSError):  # of a full disk, which may be what is told
+            print(json.dumps({"error": str(message)}), flush=True)
     return 1
