@@ -69,6 +69,17 @@ WRONG = [
     *((f"{HOOK}{what}\n", "must return a Crack") for what in ("None", "Crack", "[3]", "Effect('e', len, source='a')")),
     (CRACK.format(name="wrong").replace("@Crack", "@Crak"), "a_broken.py:4: NameError: name 'Crak'"),
     (CRACK.format(name="wrong").replace('"a test"', '""'), "Crack 'wrong' has no source; name the paper"),
+    *(
+        (f"{HOOK}[]\n\n@Effect(source='a test', {stated})\ndef mine(structure):\n    return []\n", words)
+        for stated, words in (
+            ("base_rate='often'", "base_rate = 'often' in @Effect of 'mine': input should be a valid number"),
+            ("fold=0", "fold = 0 in @Effect of 'mine': input should be greater than or equal to 1"),
+            ("acts_on='sensors'", "acts_on = 'sensors' in @Effect of 'mine': input should be 'rotor' or 'output'"),
+            ("feared={'size': 1}", "key 'feared.largest' is missing in @Effect of 'mine'"),
+            ("positive=('drag')", "positive = 'drag' in @Effect of 'mine': input should be a valid boolean"),
+            ("shape={'gap_m': 0.1}", "shape.gap_m = 0.1 in @Effect of 'mine': input should be a valid tuple"),
+        )
+    ),
     (CRACK.format(name="wrong").replace('"a test"', "1 / 0"), "a_broken.py:4: ZeroDivisionError"),
     (
         CRACK.format(name="wrong").replace('source="a test"', 'sourse="a test"'),

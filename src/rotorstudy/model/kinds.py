@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 import pluggy
 
 from rotorstudy.errors import PluginError, check_known
-from rotorstudy.model.options import option_names
+from rotorstudy.model.options import NonNegative, Share, Whole, option_names
 
 hookimpl = pluggy.HookimplMarker("rotorstudy")
 
@@ -86,7 +86,7 @@ class Crack(Plugin):
     symmetric : claim that it opens as it closes: xi and eta are even in the angle, xi-eta is odd
     """
 
-    series: Callable = None
+    series: Callable | None = None
     symmetric: bool = False
 
 
@@ -103,7 +103,7 @@ class CrackDepth(Plugin):
     """
 
     valid: tuple[float, float] = (0.0, 0.5)
-    partly_open: Callable = None
+    partly_open: Callable | None = None
 
 
 @dataclass(frozen=True)
@@ -201,32 +201,32 @@ class Effect(Plugin):
                 forms of it differ by more than `diagnosis: form_error` of the rig; or that of some parameters
     """
 
-    acts_on: str = "rotor"
+    acts_on: Literal["rotor", "output"] = "rotor"
     confounders: dict = field(default_factory=dict, compare=False)
     places: Callable | None = field(default=None, compare=False)
     candidate: bool = True
     hypothesis: dict = field(default_factory=dict, compare=False)
-    shape: dict = field(default_factory=dict, compare=False)
+    shape: dict[str, tuple] = field(default_factory=dict, compare=False)
     form: tuple[dict, dict, dict] = field(default=({}, {}, {}), compare=False)
     stated: Callable | None = field(default=None, compare=False)
     alternatives: dict = field(default_factory=dict, compare=False)
     formulas: dict = field(default_factory=dict, compare=False)
     fixed: bool = False
-    fold: int = 1
+    fold: Whole = 1
     positive: bool | tuple[str, ...] = False
     parts: tuple[str, ...] = ()
     brings: tuple[str, ...] = ()
     switches: bool = False
-    base_rate: float = 1.0
-    change_rate: float | None = None
+    base_rate: NonNegative = 1.0
+    change_rate: NonNegative | None = None
     at_discs: bool = False
     place_rate: Callable | None = field(default=None, compare=False)
-    nuisance: float | Literal["clearance"] = 0.0
+    nuisance: NonNegative | Literal["clearance"] = 0.0
     changes_bearing: bool = False
     together: Callable | None = field(default=None, compare=False)
     feared: Feared | None = field(default=None, compare=False)
     any_form: tuple[dict, dict, dict] = field(default=({}, {}, {}), compare=False)
-    form_error: float | dict = 0.0
+    form_error: Share | dict[str, Share] = 0.0
 
     def __post_init__(self):
         super().__post_init__()

@@ -22,6 +22,7 @@ import pluggy
 
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.kinds import KINDS, Hooks, hookimpl
+from rotorstudy.model.options import check_options
 
 FOLDERS_VARIABLE = "ROTORSTUDY_PLUGINS"
 OWN_FOLDER = "rotorstudy_plugins"  # in the folder where a user works
@@ -138,7 +139,7 @@ def _hooks_of(module):
 
 
 def _plugins_of(kind, given):
-    """The plugins returned by the hook of a kind as a list; other types, or a missing source, are errors."""
+    """The plugins returned by the hook of a kind as a list; other types, also of what one states, are errors."""
     found = list(given) if isinstance(given, (list, tuple)) else [given]
     for plugin in found:
         if not isinstance(plugin, KINDS[kind]):
@@ -146,6 +147,7 @@ def _plugins_of(kind, given):
         if not str(plugin.source or "").strip():
             kind = type(plugin).__name__
             raise PluginError(f"{kind} '{plugin.name}' has no source; name the paper, book or equation it comes from")
+        check_options(type(plugin).__init__, vars(plugin), f"@{type(plugin).__name__} of '{plugin.name}'", ("self",))
     return found
 
 
