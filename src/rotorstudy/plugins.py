@@ -29,7 +29,7 @@ _HOME = {
     "solve_truncated solve_weighted undetermined whitened",
     "inference.prediction": "predicted_derivatives",
     "inference.output_error": "output_error_fit start_values",
-    "errors": "CannotAct NoConvergenceError RotorstudyError check_known unknown_name",
+    "errors": "CannotAct NoConvergenceError RotorstudyError UnidentifiableError check_known unknown_name",
 }
 _MODULE = {name: module for module, names in _HOME.items() for name in names.split()}
 

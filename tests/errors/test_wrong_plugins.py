@@ -51,6 +51,9 @@ WRONG = [  # kind, what is wrong, what is given back instead, and words of the a
     ("estimator", "nothing", "    return None", "gives NoneType; it must give an Estimate"),
     ("bearing", "entry", gives('Entry(-here, on="conjugate")'), "has on = 'conjugate'"),
     ("effect", "entry", gives(f"{HERE}, order=1.5)"), "order = 1.5"),
+    ("effect", "order", gives(f"{HERE}, order=3)"), "`order` 0, 1 or 2"),
+    ("effect", "text", gives(f"{HERE}, gain=lambda w: 'w')"), "gives str; it must give numbers"),
+    ("effect", "twice", gives(f"{HERE})").replace("[", "2 * [", 1), "gives two parameters called 'c'; rename one"),
     ("effect", "gain", gives(f"{HERE}, gain=3.0)"), "`gain` a function of the speed"),
     ("effect", "numbers", gives(f"{HERE}.astype(object))"), "matrix of numbers"),
     ("effect", "size", gives(f"{HERE})", 'float("nan")'), "typical = nan"),
@@ -162,11 +165,15 @@ def test_a_plugin_that_cannot_be_read_is_named(wrong_plugin, records, tmp_path, 
 
 @pytest.mark.parametrize(
     ("force", "words"),
-    [("np.ones(3)", "has shape (3,); it must be that of the displacement"), ("np.nan * z", "is NaN for a finite")],
+    [
+        ("z, v, still: np.ones(3)", "has shape (3,); it must be that of the displacement"),
+        ("z, v, still: np.nan * z", "is NaN for a finite"),
+        ("z, v: -z", "the function of the force of 'c' must take displacement, velocity, deflection"),
+    ],
 )
 def test_a_wrong_force_in_time_is_named_with_file_and_shapes(wrong_plugin, tmp_path, command, force, words):
     body = f"""    from rotorstudy.model.terms import NonlinearForce
-    return [Parameter("c", "N s/m", (), 50.0, force=NonlinearForce(here[None], lambda z, v, still: {force}))]"""
+    return [Parameter("c", "N s/m", (), 50.0, force=NonlinearForce(here[None], lambda {force}))]"""
     path = wrong_plugin("effect", body)
     (said,) = said_in_use(command, "effect", None, tmp_path)
     assert words in said and str(path) in said

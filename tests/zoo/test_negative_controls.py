@@ -11,7 +11,7 @@ from rotorstudy.authoring.invariants.base import BrokenInvariant, claimed, kind_
 from rotorstudy.authoring.invariants.crack import depth_keeps_to_its_range
 from rotorstudy.authoring.invariants.spectrum import spectrum_is_exact, spectrum_tolerates_outliers
 from rotorstudy.model.entries import planar_entries
-from rotorstudy.model.kinds import Bearing, Crack, CrackDepth, Effect, Estimator, Rotor, SpectrumMethod
+from rotorstudy.model.kinds import Bearing, Crack, CrackDepth, Effect, Estimator, Feared, Rotor, SpectrumMethod
 
 ZOO = registry()
 SAYS = {"source": "none", "checked": "nothing at all"}
@@ -58,6 +58,13 @@ def pushing(push):
     return Effect("wrong", lambda structure, node=None: [Parameter("k", "N/m", (), 1.0, force=force)], **SAYS)
 
 
+def with_a_stop(gap):
+    """A bearing with a spring, and a stop that never acts."""
+    force = NonlinearForce(np.eye(1), lambda z, *_: -np.maximum(np.abs(z) - gap, 0.0) * np.sign(z))
+    parameters = [Parameter("k", "N/m", (spring(-1.0),), 1e6), Parameter("stop", "N/m", (), 1e6, force=force)]
+    return Bearing("wrong", lambda structure, node=None: parameters, **SAYS)
+
+
 def planar(stiffness=(), damping=()):
     """A bearing with some coefficients {direction: value}."""
     entries = [e for ab, k in dict(stiffness).items() for e in planar_entries(ab, np.array([[-k]]), 0)]
@@ -90,6 +97,10 @@ def estimator(change):
     return Estimator("wrong", lambda problem: change(ZOO.get("estimator", "least_squares").function(problem)), **SAYS)
 
 
+def singular():
+    return Estimator("wrong", lambda problem: np.linalg.inv(np.zeros((2, 2))), **SAYS)
+
+
 def flipped(kind, name, flag):
     """A plugin of the library that claims what it does not hold, or does not claim what it holds."""
     plugin = ZOO.get(kind, name)
@@ -113,7 +124,12 @@ EVERY = {check.__name__: check for check in (stated, numbers_checked, *(c for ow
 CONTROLS = [
     ("stated", crack(lambda a: a), "no docstring"),
     ("stated", replace(ZOO.get("effect", "bow"), source=""), "no source"),
-    ("numbers_checked", replace(ZOO.get("effect", "bow"), checked=""), "'checked' is empty"),
+    (
+        "stated",
+        replace(ZOO.get("effect", "bow"), base_rate=-1.0),
+        "base_rate = -1.0 in @Effect of 'bow': input should be",
+    ),
+    ("numbers_checked", replace(ZOO.get("effect", "bow"), checked="theory"), "checked = 'theory' says too little"),
     ("rotor_is_mechanical", rotor(mass=-1.0), "mass matrix is not positive"),
     ("rotor_is_mechanical", rotor(mass=1j), "mass is not real"),
     ("rotor_weighs", rotor(load=0.0), "static load is zero"),
@@ -134,12 +150,18 @@ CONTROLS = [
     ("crack_series_is_the_function", crack(cosine, lambda n: ALONG_ETA), "along eta"),
     ("crack_force_is_its_table", crack(lambda a: a, drifting_series()), "force of one unit"),
     ("crack_is_found_again", crack(lambda a: 0 * a, lambda n: {0: 0.0}), "stiffness_loss"),
+    ("crack_is_bounded", crack(lambda a, share: share + 0 * a), "key 'share' is missing in example of 'wrong'"),
+    (
+        "depth_is_monotone",
+        replace(ZOO.get("depth", "elasticity"), example={}),
+        "key 'diameter_m' is missing in example",
+    ),
     ("depth_is_monotone", depth(lambda d: d + 1e-3), "zero depth"),
     ("depth_is_monotone", depth(lambda d: d * (0.6 - d)), "does not increase"),
     ("depth_is_monotone", depth(lambda d: 0.4 * d), "larger along eta"),
     ("depth_is_monotone", depth(lambda d: d / (0.5 - d) if d < 0.5 else np.inf), "two finite"),
     ("depth_keeps_to_its_range", depth(lambda d: d, valid=(0.5, 0.2)), "not a valid range"),
-    ("depth_comes_back", depth(lambda d: d, lambda d: 2 * d), "gives Loss"),
+    ("depth_comes_back", depth(lambda d: d, lambda d: 2 * d), "more along xi, and not all"),
     ("depth_comes_back", depth(lambda d: d * (0.6 - d), lambda d: 0.4 * d * (0.6 - d)), "of a smaller depth too"),
     ("term_states_units", term(Bearing, spring(), typical=0.0), "typical size 0"),
     ("term_is_one_table", term(Bearing, Forgetful(np.eye(1), gain=np.ones_like)), "differ"),
@@ -157,13 +179,18 @@ CONTROLS = [
     ("effect_offers_places", effect(places=lambda structure, sensors: []), "no place"),
     ("effect_offers_places", effect(places=lambda structure, sensors: [{}, {}]), "twice"),
     ("effect_offers_places", effect(places=lambda structure, sensors: [{"node": 7}]), "own place"),
+    ("effect_names_exist", effect(positive=("drag",)), r"unknown parameter 'drag'.*known: external_damping"),
+    ("effect_names_exist", effect(confounders={"unbalanc": "the speed"}), "did you mean 'unbalance'"),
+    ("effect_names_exist", effect(feared=Feared("size", 3.0)), "unknown option or parameter 'size'"),
     ("effect_shape_is_open", effect(shape={"clearance_m": (0, 1)}), "not an option"),
     ("effect_shape_is_open", effect(shape={"node": (1, 0)}), "range"),
     ("term_states_units", term(Effect, spring(), typical=0.0), "typical size 0"),
     ("term_states_units", term(Effect, spring(), unit=""), "no unit"),
+    ("term_states_units", term(Effect, spring(), unit="N/metre"), "unknown unit 'metre' in 'N/metre' of k"),
     ("term_is_one_table", term(Effect, Forgetful(np.eye(1), gain=np.ones_like)), "differ"),
     ("term_is_one_table", pushing(lambda z: -1e3 * z * (1 + (z.shape[-2] > 1))), "differ by"),
-    ("term_is_one_table", pushing(lambda z: np.zeros_like(z)), "zero on the bench; state options"),
+    ("term_is_one_table", pushing(lambda z: np.zeros_like(z)), "zero on the bench, which vibrates by"),
+    ("term_is_one_table", with_a_stop(1.0), "zero on the bench, which vibrates by"),
     ("term_is_found_again", term(Effect, spring(0.0)), "do not depend on k"),
     ("spectrum_is_exact", spectrum("fft", lambda a, c: (a * 1.001, c)), "is off by"),
     ("spectrum_covariance_is_honest", spectrum("fft", lambda a, c: (a, c / 4)), "times the scatter"),
@@ -173,6 +200,7 @@ CONTROLS = [
         "times the scatter",
     ),
     ("estimator_is_exact", estimator(lambda e: replace(e, theta=1.001 * e.theta)), "off by 0.001"),
+    ("estimator_handles_rank_deficiency", singular(), "LinAlgError: Singular matrix; without handles_.* must"),
     ("estimator_covariance_is_honest", estimator(lambda e: replace(e, covariance=e.covariance / 4)), "variance"),
 ]
 CLAIMS = [  # check, kind and plugin, the claim of it that is turned round, what is said
@@ -230,7 +258,7 @@ def test_a_plugin_that_neither_claims_nor_refuses_is_told_to_refuse():
     def check(plugin):
         raise BrokenInvariant("off by 0.1")
 
-    with pytest.raises(BrokenInvariant, match="without fits_output it must reject"):
+    with pytest.raises(BrokenInvariant, match="without fits_output it must raise RotorstudyError"):
         check(ZOO.get("estimator", "least_squares"))
 
 

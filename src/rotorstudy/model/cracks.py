@@ -172,7 +172,7 @@ def compliance(depth, depth_ratio, where="the depth of the crack", **options):
     low, high = depth.valid
     if not low <= depth_ratio <= high:
         raise RotorstudyError(
-            f"depth_ratio = {depth_ratio!r} in {where}: '{depth.name}' is valid from {low:g} to {high:g} times the "
+            f"depth_ratio = {depth_ratio:g} in {where}: '{depth.name}' is valid from {low:g} to {high:g} times the "
             "diameter; use another kind, or give the stiffness loss itself"
         )
     found = depth.function(depth_ratio, **options)

@@ -115,7 +115,11 @@ class Evaluated:
         speed = np.asarray(speed, float)
         if self.frequency_only:
             speed, harmonic = np.broadcast_arrays(speed, np.asarray(harmonic))
-        found = (self.gain(speed, harmonic) if self.frequency_only else self.gain(speed)) + 0 * speed
+        found = self.gain(speed, harmonic) if self.frequency_only else self.gain(speed)
+        try:
+            found = found + 0 * speed
+        except TypeError:
+            self._refuse_gain(found, speed)
         if np.shape(found) != speed.shape or not np.isfinite(found).all():
             self._refuse_gain(found, speed)
         return np.broadcast_to(found, shape)
@@ -124,6 +128,8 @@ class Evaluated:
         """Raise for a gain of a wrong shape or that is not finite, with the file and line of its function."""
         code = getattr(self.gain, "__code__", None)
         who = f"the gain of an entry ({code.co_filename}:{code.co_firstlineno})" if code else f"the gain {self.gain!r}"
+        if np.asarray(found).dtype.kind not in "biufc":
+            raise PluginError(f"{who} gives {type(found).__name__}; it must give numbers")
         if np.shape(found) != speed.shape:
             raise PluginError(f"{who} has shape {np.shape(found)} for speeds of shape {speed.shape}; give that one")
         at = ", ".join(f"{w:g}" for w in np.unique(speed[~np.isfinite(found)])[:3])

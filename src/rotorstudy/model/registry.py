@@ -27,6 +27,7 @@ from rotorstudy.model.options import check_options
 FOLDERS_VARIABLE = "ROTORSTUDY_PLUGINS"
 OWN_FOLDER = "rotorstudy_plugins"  # in the folder where a user works
 PACKAGED = Path(__file__).parents[1] / "zoo"  # the project's plugins in an installed package
+PROJECT = PACKAGED if PACKAGED.is_dir() else Path(__file__).parents[3] / "plugins"
 
 
 class Registry:
@@ -147,8 +148,14 @@ def _plugins_of(kind, given):
         if not str(plugin.source or "").strip():
             kind = type(plugin).__name__
             raise PluginError(f"{kind} '{plugin.name}' has no source; name the paper, book or equation it comes from")
-        check_options(type(plugin).__init__, vars(plugin), f"@{type(plugin).__name__} of '{plugin.name}'", ("self",))
+        if not _is_in(plugin.file, PROJECT):  # whose plugins the tests check, so that no start waits for pydantic
+            check_stated(plugin)
     return found
+
+
+def check_stated(plugin):
+    """Raise for a value that a plugin states of itself, and that its kind does not allow."""
+    check_options(type(plugin).__init__, vars(plugin), f"@{type(plugin).__name__} of '{plugin.name}'", ("self",))
 
 
 def _import_file(file):
@@ -207,8 +214,7 @@ def plugin_folders():
 
 @lru_cache
 def _plugin_folders(listed, working_folder, has_own):
-    project = Path(__file__).parents[3] / "plugins"
-    own = [PACKAGED if PACKAGED.is_dir() else project, *([Path(working_folder, OWN_FOLDER)] if has_own else [])]
+    own = [PROJECT, *([Path(working_folder, OWN_FOLDER)] if has_own else [])]
     extra = [Path(working_folder, folder) for folder in listed.split(os.pathsep) if folder]
     return tuple(dict.fromkeys(folder.resolve() for folder in own + extra))
 

@@ -245,8 +245,10 @@ def _checked_parameters(found, size, plugin, where):
     if not isinstance(found, (list, tuple)) or not all(isinstance(one, Parameter) for one in found):
         inside = f" of {type(found[0]).__name__}" if isinstance(found, (list, tuple)) and found else ""
         raise PluginError(f"{who} gives {type(found).__name__}{inside}; it must give a list of Parameter")
-    for parameter in found:
+    for i, parameter in enumerate(found):
         name, entries, local = parameter.name, parameter.entries, parameter.force
+        if name in [other.name for other in found[:i]]:
+            raise PluginError(f"{who} gives two parameters called '{name}'; rename one")
         if not parameter.unit:
             raise PluginError(f"{who}: '{name}' has no unit; write it as 'N s/m', or '1' for a pure number")
         if not isfinite(parameter.typical) or not isfinite(parameter.default or 0.0):
@@ -264,6 +266,9 @@ def _checked_parameters(found, size, plugin, where):
                 f"{who}: '{name}' multiplies a force in time: it must be real, act on the rotor, and have no entries "
                 f"and a matrix (coordinate, {size}) here"
             )
+        if local and not local.takes_its_arguments:
+            told = "displacement, velocity, deflection" + ", shaft_angle" * local.takes_angle
+            raise PluginError(f"{who}: the function of the force of '{name}' must take {told}")
         if is_table and not np.isfinite(entries.factor).all():
             raise PluginError(f"{who}: an entry of '{name}' is not finite")
         for i, entry in enumerate(() if is_table else entries):
@@ -278,12 +283,12 @@ def _check_entry(entry, size, who):
         raise PluginError(
             f"{who} has a matrix of shape {np.shape(entry.matrix)}; on '{entry.on}' it must be {needed} here"
         )
-    whole = all(isinstance(n, (int, np.integer)) for n in (entry.order, entry.shift)) and entry.order >= 0
+    whole = all(isinstance(n, (int, np.integer)) for n in (entry.order, entry.shift)) and 0 <= entry.order <= 2
     is_gain = entry.gain is None or callable(entry.gain)
     if entry.on not in ACTS_ON or not (whole and is_gain) or entry.nonzero[-1].dtype.kind not in "biufc":
         raise PluginError(
             f"{who} has on = {entry.on!r}, order = {entry.order!r}, shift = {entry.shift!r}; `on` must be one of "
-            f"{', '.join(ACTS_ON)}, `order` a whole number from 0, `shift` a whole number, `gain` a function of the "
+            f"{', '.join(ACTS_ON)}, `order` 0, 1 or 2, `shift` a whole number, `gain` a function of the "
             "speed, and the matrix of numbers"
         )
     if not np.isfinite(entry.nonzero[-1]).all():

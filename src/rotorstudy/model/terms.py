@@ -22,6 +22,17 @@ SPEEDS_COMPARED = np.array([1.0, 31.0, 470.0])  # rad/s; gains that agree there 
 class InTime:
     """What follows from the fields of a NonlinearForce."""
 
+    @property
+    def takes_its_arguments(self) -> bool:
+        """Whether its function can be called with the arguments that it is called with."""
+        import inspect
+
+        try:
+            inspect.signature(self.function).bind(*range(3 + self.takes_angle))
+        except TypeError:
+            return False
+        return True
+
     def at(self, displacement, velocity, deflection, shaft_angle) -> np.ndarray:
         """The force (..., time, coordinate), N, at a motion of that shape; PluginError for another shape, or NaN."""
         angle = (np.asarray(shaft_angle, float)[:, None],) if self.takes_angle else ()

@@ -7,6 +7,7 @@ from functools import wraps
 
 from rotorstudy.errors import PluginError, RotorstudyError
 from rotorstudy.model.kinds import KINDS
+from rotorstudy.model.registry import blamed, check_stated
 
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]
 SPEEDS = [50.0, 88.0, 120.0, 150.0, 199.0]  # rad/s
@@ -32,6 +33,7 @@ def claimed(flag, refused_with=None):
     """Decorate the check of a claim: a plugin that sets the flag must pass, any other fail, or raise `refused_with`."""
 
     denial = refused_with or (BrokenInvariant, RotorstudyError)
+    told = f"; without {{}} it must raise {refused_with.__name__}" if refused_with else ""
 
     def of(check):
         @wraps(check)
@@ -40,12 +42,10 @@ def claimed(flag, refused_with=None):
                 return check(plugin)
             try:
                 check(plugin)
-            except PluginError:
-                raise
-            except denial:
-                return None
-            except BrokenInvariant as error:
-                raise BrokenInvariant(f"{error}; without {flag} it must reject this with an error") from None
+            except Exception as error:
+                if isinstance(error, denial) and not isinstance(error, PluginError):
+                    return None
+                raise BrokenInvariant(f"{blamed(error) or error}{told.format(flag)}") from None
             raise BrokenInvariant(f"it has the property but does not claim it: set {flag}=True")
 
         tried.flag = flag
@@ -67,8 +67,10 @@ def stated(plugin):
     require(length < 120, f"the first line of the docstring has {length} characters; at most 120 are allowed")
     require(plugin.summary.endswith((".", ")")), "the first line of the docstring must end with a full stop")
     require(plugin.source, "no source; state the paper, book or equation")
+    check_stated(plugin)
 
 
 def numbers_checked(plugin):
     """states the published or closed-form numbers it was checked against"""
-    require(len(plugin.checked) > 10, "'checked' is empty; state the published or closed-form numbers it agrees with")
+    told = "state the published or closed-form numbers it agrees with"
+    require(len(plugin.checked) > 10, f"checked = {plugin.checked!r} says too little; {told}")

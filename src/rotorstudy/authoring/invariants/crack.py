@@ -7,6 +7,7 @@ from rotorstudy.authoring.invariants.bench import SERIES_ORDER, bench_structure,
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model import cracks
 from rotorstudy.model.entries import apply_entries
+from rotorstudy.model.options import check_options, option_names
 from rotorstudy.model.terms import Term
 from rotorstudy.response.integration import force_in_time
 
@@ -22,6 +23,7 @@ def _angles(count=GRID):
 
 def crack_is_bounded(plugin):
     """has a breathing function between 0 (closed) and 1 (open), along xi and eta"""
+    check_options(plugin.function, plugin.example, f"example of '{plugin.name}'", option_names(plugin.function)[:1])
     values = cracks.breathing_function(plugin, _angles(), plugin.example)
     require(np.isfinite(values).all(), "the breathing function has NaN or infinite values")
     for name, value in zip(DIRECTIONS[:2], values, strict=False):
@@ -113,6 +115,7 @@ def _depths(plugin):
 
 def depth_is_monotone(plugin):
     """has a compliance that is zero at zero depth and increases with it, larger along xi than along eta"""
+    check_options(plugin.function, plugin.example, f"example of '{plugin.name}'", option_names(plugin.function)[:1])
     found = np.array([cracks.compliance(plugin, depth, **plugin.example) for depth in _depths(plugin)])
     require(found.shape == (26, 2), f"it gives {found.shape[1:]} compliances, not one for xi and one for eta")
     require(np.isfinite(found).all(), "a compliance within its range is not finite")
@@ -136,9 +139,12 @@ def depth_keeps_to_its_range(plugin):
 
 def depth_comes_back(plugin):
     """follows from its stiffness loss, which grows with it and is less than the whole stiffness"""
-    last = 0.0
+    last, stiffness = 0.0, SHAFT["stiffness"]
     for depth in _depths(plugin)[1:-1:4]:
         loss = cracks.stiffness_loss(plugin, depth, **SHAFT, **plugin.example)
-        require(0 < loss.eta <= loss.xi < SHAFT["stiffness"], f"depth {depth:.3g} gives {loss} of {SHAFT['stiffness']}")
+        told = (
+            f"depth {depth:.3g} takes {loss.xi:.6g} N/m along xi and {loss.eta:.6g} N/m along eta of {stiffness:g} N/m"
+        )
+        require(0 < loss.eta <= loss.xi < stiffness, f"{told}; it must take more along xi, and not all")
         require(loss.xi > last, f"at depth {depth:.6g} the loss {loss.xi:.6g} N/m is that of a smaller depth too")
         last = loss.xi

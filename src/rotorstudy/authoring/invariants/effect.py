@@ -1,16 +1,21 @@
 """Invariants of an effect: places, units, agreement of time and frequency domain, and identifiability."""
 
 import inspect
+import re
+from dataclasses import replace
 
 import numpy as np
 
 from rotorstudy.authoring.invariants import bench
 from rotorstudy.authoring.invariants.base import SPEEDS, BrokenInvariant, require
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.model import Model
+from rotorstudy.model.registry import registry
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.integration import force_in_time, time_response
+
+UNITS = ("kg", "m", "s", "rad", "N", "Pa", "K", "V", "A", "W", "J", "Hz")  # of which others are made, all SI
 
 
 def effect_offers_places(plugin):
@@ -24,6 +29,24 @@ def effect_offers_places(plugin):
                 bench.typical_term(plugin, structure, place)
             except RotorstudyError as error:
                 raise BrokenInvariant(f"it cannot act at its own place {place}: {error}") from None
+
+
+def effect_names_exist(plugin):
+    """names options, parameters and other effects that exist"""
+    options = {*inspect.signature(plugin.function).parameters}
+    structure, place = bench.bench_of(plugin)
+    terms = [bench.typical_term(plugin, structure, place | more) for more in ({}, plugin.hypothesis)]
+    own = {parameter.name for term in terms for parameter in term.parameters}
+    feared = plugin.feared
+    for name, stated, known in (
+        ("option", [*plugin.hypothesis, *plugin.alternatives, *plugin.formulas, *plugin.parts], options),
+        ("parameter", plugin.positive if isinstance(plugin.positive, tuple) else (), own),
+        ("parameter", plugin.form_error if isinstance(plugin.form_error, dict) else (), own),
+        ("option or parameter", [feared.size] if feared else (), options | own),
+        ("option", [*feared.shape, *feared.worst] if feared else (), options),
+        ("effect", [*plugin.confounders, *plugin.brings], registry().plugins["effect"]),
+    ):
+        check_known(name, stated, known, f"@Effect of '{plugin.name}'")
 
 
 def effect_shape_is_open(plugin):
@@ -42,9 +65,9 @@ def term_states_units(plugin):
     parameters = bench.typical_term(plugin, *bench.bench_of(plugin)).parameters
     require(parameters, "it has no parameters")
     for parameter in parameters:
-        require(parameter.unit, f"{parameter.name} has no unit; write '1' for a pure number")
+        check_known("unit", re.findall("[^ ^/0-9-]+", parameter.unit), UNITS, f"'{parameter.unit}' of {parameter.name}")
         size = parameter.typical
-        require(size > 0, f"{parameter.name} has the typical size {size}; it must be positive")
+        require(size > 0, f"{parameter.name} has the typical size {size:g}; it must be positive")
 
 
 def term_is_one_table(plugin):
@@ -62,12 +85,18 @@ def term_is_one_table(plugin):
 
 def check_steady_state(term, structure, order=bench.HIGHEST):
     """Check that harmonic balance agrees with time integration, within a share of the effect of the force."""
-    without_term = Model(structure, bench.bench_terms(structure))
-    model, w = without_term.plus(term), SPEEDS[1]
+    forces = [p.name for p in term.parameters if p.force] or list(term.values)
+    other_terms, w = Model(structure, bench.bench_terms(structure)), SPEEDS[1]
+    model, inert = (
+        other_terms.plus(replace(term, values=term.values | zero)) for zero in ({}, dict.fromkeys(forces, 0.0))
+    )
     harmonics = np.arange(-order, order + 1)
-    found, without = (harmonic_response(m, [w], harmonics)[0] for m in (model, without_term))
-    size = np.abs(found - without).max()
-    require(size > 0, "the force is zero on the bench; state options with which it acts: example={'clearance_m': 1e-6}")
+    found, without = (harmonic_response(m, [w], harmonics)[0] for m in (model, inert))
+    size, moves = np.abs(found - without).max(), np.abs(without[harmonics != 0]).max()
+    told = (
+        f"the force is zero on the bench, which vibrates by {moves:.1g} m without it; state options with which it acts"
+    )
+    require(size > 0, f"{told}: example={{'clearance_m': {moves / 10:.1g}}}")
     # after two revolutions a wrong start has lost 96 % of its error
     sampled = (2 + np.arange(128) / 128) * 2 * np.pi / w
     start = (found.sum(axis=0), 1j * w * harmonics @ found)
