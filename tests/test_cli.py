@@ -71,7 +71,8 @@ def test_identify_notes_a_fit_better_than_usual(records, tmp_path, command):
     data = load(tmp_path / "right.nc")
     save(data.assign(covariance=data.covariance.copy(data=4 * data.covariance.values)), tmp_path / "wide.nc")
     told = [command("identify", tmp_path / f"{name}.nc", *given).err for name in ("right", "wide")]
-    assert told == ["", "note: the misfit is below the expected range\n"]
+    said = "note: the misfit is below the expected range: the noise is smaller than stated, and intervals are wide\n"
+    assert told == ["", said]
 
 
 def test_the_help_of_every_command_can_be_read(capsys):

@@ -156,6 +156,7 @@ def test_a_probe_at_a_node_of_a_mode_is_told(tmp_path):
         bearing |= {"bearing_stiffness_N_per_m": 3e5, "bearing_damping_N_s_per_m": 100.0}
     found = [f for f in check(rig, tmp_path)[1].findings if f.name == "probe at a nodal point"]
     assert found and all(f.severity == "warning" and "node 3" in f.text for f in found)
+    assert all("(0 % of its largest motion" in f.text for f in found)  # and not the round-off of its mode
 
 
 def test_speeds_end_where_a_table_does(tmp_path):

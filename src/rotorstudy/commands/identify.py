@@ -159,7 +159,7 @@ def _print_misfit(misfit, freedom):
     if misfit / freedom > high:
         tell(["warning: the model does not explain the records; the stated intervals are not valid"])
     elif misfit / freedom < low:
-        tell(["note: the misfit is below the expected range"])
+        tell(["note: the misfit is below the expected range: the noise is smaller than stated, and intervals are wide"])
 
 
 def _save(given, rig, plugins, rows):

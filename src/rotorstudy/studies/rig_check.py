@@ -209,5 +209,5 @@ def _probes_at_nodes(model, analysis, nodes):
         for node, part in seen.items():
             if part < BLIND:
                 severity = None if max(seen.values()) < BLIND else "note"
-                said = {"node": node, "share": percent(part, 2), "best": best}
+                said = {"node": node, "share": percent(round(part, 4), 2), "best": best}
                 yield told("probe at a nodal point", where, severity, **said)
