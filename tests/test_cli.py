@@ -18,7 +18,7 @@ import xarray as xr
 from one_line_errors import run
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from rotorstudy import __version__
+from rotorstudy import __version__, load_rig
 from rotorstudy.authoring.files import _folder_of
 from rotorstudy.commands import blind, demo
 from rotorstudy.commands.line import COMMANDS, QUIET_S, main, parser, show_progress
@@ -62,6 +62,16 @@ def test_identify_warns_when_the_model_does_not_explain_the_records(records, tmp
     out, err = command("identify", records, "--rig", wrong, *names)
     assert "misfit" in out
     assert err == "warning: the model does not explain the records; the stated intervals are not valid\n"
+
+
+def test_identify_states_an_eccentricity_as_an_unbalance_too(records, command):
+    said = command("identify", records, "--rig", RIG, "--unknowns", "eccentricity", "--units", "oz in").out.splitlines()
+    assert [line.split()[0] for line in said[:3]] == ["eccentricity", "unbalance", "eccentricity_phase"]
+    (mass,) = np.diag(load_rig(RIG).structure.mass)
+    ounce_inch = 0.028349523125 * 0.0254
+    eccentricity = float(said[0].split()[1]) * 1e-6
+    assert said[1].split()[4:6] == ["oz", "in"]
+    assert float(said[1].split()[1]) == pytest.approx(eccentricity * mass / ounce_inch, rel=1e-3)
 
 
 def test_identify_notes_a_fit_better_than_usual(records, tmp_path, command):

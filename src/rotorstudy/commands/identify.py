@@ -68,7 +68,7 @@ def run(given):
     estimate = estimate_rig(estimator, Problem(model, spectrum, unknowns), rig.given)
     names, theta, covariance = magnitude_and_phase(unknowns, estimate.theta, estimate.covariance)
     rows = estimate_rows(zip(names, theta, np.sqrt(np.diag(covariance)), model.reported_units(names), strict=True))
-    _print_estimates(rows)
+    _print_estimates(rows, {term.full_name(p): p for term in model.terms for p in term.parameters})
     if np.isfinite(estimate.misfit):
         _print_misfit(float(estimate.misfit), spectrum.data_count - len(names))
     if given.out:
@@ -139,11 +139,14 @@ def _explanation(found):
     return {"places": places, "estimates": estimate_rows(estimates_of(found)), "p_value": found.p_value}
 
 
-def _print_estimates(rows):
-    """Print each estimate with its standard deviation and its 95 % interval."""
+def _print_estimates(rows, parameters=()):
+    """Print each estimate with its standard deviation and its 95 % interval; an eccentricity is an unbalance, too."""
     width = max(24, *(len(row["name"]) for row in rows))
     for name, value, std, unit, ends in map(dict.values, rows):
         print(f"{name:{width}} {with_interval(value, std, unit, ends=ends)}")
+        for other, (unit, factor) in parameters[name].also.items() if name in parameters else ():
+            told = name.replace(parameters[name].name, other, 1)
+            print(f"{told:{width}} {with_interval(value / factor, std / factor, unit)}")
 
 
 def _print_misfit(misfit, freedom):
