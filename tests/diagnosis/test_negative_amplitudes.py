@@ -7,7 +7,7 @@ import pytest
 from machines import OFFSET_DISC, all_but, disc, jeffcott_rig, rig_of, shaft, spectrum_of, springs, unbalance
 from scipy.stats import norm
 
-from rotorstudy import build_model
+from rotorstudy import Entry, Parameter, build_model, registry
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.form_fit import fitted_with_form
@@ -19,6 +19,7 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.inference.prior import Prior
+from rotorstudy.model.kinds import Effect
 
 pytestmark = pytest.mark.usefixtures("right_conventions")
 
@@ -185,3 +186,16 @@ def test_a_bearing_loses_at_most_its_stiffness_along_a_direction(along, all_of_i
 
 def test_where_there_is_no_bearing_there_is_nothing_to_lose():
     assert loses_more_than_all(loss(3e4, 2, 0.3), HELD.structure, SLOWER)
+
+
+def test_a_magnetic_pull_takes_nothing_from_a_support(monkeypatch):
+    """The shaft holds it, as an electric machine is held between its bearings."""
+
+    def pull(structure, node: int | None = None):
+        here = np.outer(structure.unit(node), structure.unit(node))
+        return [Parameter("pull", "N/m", (Entry(here),), typical=1e4)]
+
+    monkeypatch.setitem(registry().plugins["effect"], "pull", Effect("pull", pull, source="none", positive=True))
+    found = fitted(HELD, candidate(HELD, "pull", {"node": 2}), [3e4], 1e-9, SLOWER, HARMONICS[:3])
+    assert found.fit.theta[-1] == pytest.approx(3e4, rel=1e-2)
+    assert not loses_more_than_all(found, HELD.structure, SLOWER)

@@ -8,6 +8,7 @@ from rotorstudy.diagnosis.search.odds import Explanation, total
 from rotorstudy.inference.prediction import carried_order, shown_and_slopes
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.model.registry import registry
+from rotorstudy.model.structure import at_supports
 from rotorstudy.model.terms import NonlinearForce, Parameter, Term
 from rotorstudy.response.alternating import affine_error
 from rotorstudy.response.neighbourhood import carried_motion
@@ -72,8 +73,8 @@ def _never_switches(work, explanation):
 def loses_more_than_all(explanation, structure, speed):
     """Whether the losses of stiffness at a node exceed that of its bearings, in any direction and at any speed.
 
-    The losses are those of causes that cannot be negative and act as a static stiffness. A rotor without bearings has
-    its own supports; how much of its stiffness is theirs is not known, and the answer is False.
+    The losses are those of causes at supports that cannot be negative and act as a static stiffness. A rotor without
+    bearings has its own supports; how much of its stiffness is theirs is not known, and the answer is False.
 
     explanation : Explanation;  structure : Structure of the rig;  speed : (speed,) rad/s
     """
@@ -83,7 +84,7 @@ def loses_more_than_all(explanation, structure, speed):
     for cause in explanation.causes:
         effect = registry().plugins["effect"][cause.effect]
         for p in cause.term.parameters:
-            if p.unit == "N/m" and p.entries and "node" in cause.where and effect.is_positive(p.name):
+            if p.unit == "N/m" and p.entries and effect.places is at_supports and effect.is_positive(p.name):
                 lost.setdefault(cause.where["node"], []).append(cause.term.full_name(p))
     fitted = explanation.fit
     return any(
