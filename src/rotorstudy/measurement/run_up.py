@@ -34,10 +34,8 @@ LEAST_APART = 2e-3  # relative, of the speeds that are given: nearer ones count 
 APART = 3  # steps between the speeds that are given: the noise of windows 3/4 apart is uncorrelated (1 %)
 HANN_VARIANCE = 1 / 12 - 1 / (2 * np.pi**2)  # of time under a Hann window, in squared lengths
 LEAST_PASSED = 0.5  # share that a window must pass of a part of the response for it to be restored
-FILLED, CONTINUED = (
-    (5, 3),
-    (3, 4),
-)  # degrees by which gaps are filled, and ends continued: for the result, and beside it
+# degrees by which gaps are filled and ends continued: for the result, and beside it
+FILLED, CONTINUED = (5, 3), (3, 4)
 HIDDEN = 0.5  # standard deviations between the two from which a harmonic is not known
 HALF_POWER = np.sqrt(0.5)
 PEAK = 3.0  # ratio of a resonance to the lowest response on either side
