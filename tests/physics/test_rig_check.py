@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 import yaml
-from machines import disc, film, rig_of, shaft, springs
+from machines import disc, film, point, rig_of, shaft, springs
 from one_line_errors import changed
 
 from rotorstudy import harmonic_response
@@ -187,3 +187,13 @@ def test_check_and_analyse_list_the_same_critical_speeds(damping, listed, hidden
     assert re.findall(r"(\S+) rpm \(", analysed) == speeds and len(speeds) == listed
     for told in (checked, analysed):
         assert ("2 more are overdamped" in told) == bool(hidden)
+
+
+def test_what_drives_an_instability_is_named_and_not_the_damping_that_it_overcomes(tmp_path):
+    """Which is larger than either of the two that drive it."""
+    effects = [{"kind": "external_damping", "external_damping_N_s_per_m": 60.0}]
+    effects += [{"kind": "internal_damping", "internal_damping_N_s_per_m": 60.0}]
+    effects += [{"kind": "cross_coupling", "cross_coupling_N_per_m": 1e4}]
+    found = check(rig_of(point(2.0, 7.6e5), [], *effects), tmp_path)[1].findings
+    (said,) = (one.text for one in found if one.name == "stability")
+    assert said.endswith("most of all by internal_damping")

@@ -9,7 +9,16 @@ from machines import disc, film, point, rig_of, shaft, springs
 from one_line_errors import refused, run
 from page_checks import problems
 
-from rotorstudy import NonlinearForce, Parameter, build_model, harmonic_response, measured_spectrum, read_rig, registry
+from rotorstudy import (
+    NonlinearForce,
+    Parameter,
+    build_model,
+    eigenvalues,
+    harmonic_response,
+    measured_spectrum,
+    read_rig,
+    registry,
+)
 from rotorstudy.model.kinds import Bearing
 from rotorstudy.presentation.rotor_files import analyse_files, measured_vectors
 from rotorstudy.presentation.rotor_page import check_words, resonances, summary
@@ -114,12 +123,31 @@ def test_the_narrow_range_in_which_an_asymmetric_shaft_grows_is_found():
     assert analysed(1.1 * share * MASS * NATURAL).threshold is None
 
 
-def test_damping_of_effects_is_the_difference_of_eigenvalues():
-    model = build_model(jeffcott(INTERNAL, EXTERNAL))
-    stiffer = build_model(jeffcott({**INTERNAL, "internal_damping_N_s_per_m": 60.06}, EXTERNAL))
-    growth = [damped_modes(one, [900.0], 2).eigenvalue.real.max() for one in (model, stiffer)]
-    slope = (growth[1] - growth[0]) / 0.001
-    assert damping_of_effects(model, 900.0)["internal_damping"] == pytest.approx(slope, rel=1e-3)
+def test_the_parts_of_effects_in_the_growth_rate_are_those_of_their_work():
+    """In closed form for one mass; on bearings a spring has none, and the parts together are the growth rate."""
+    swirl = {"kind": "cross_coupling", "cross_coupling_N_per_m": 9e3}
+    model = build_model(jeffcott(INTERNAL, EXTERNAL, swirl))
+    (value,) = (one for one in eigenvalues(model, [900.0])[0] if one.imag > 0)
+    external, internal = (one[f"{one['kind']}_N_s_per_m"] for one in (EXTERNAL, INTERNAL))
+    parts = {"external_damping": -external, "internal_damping": internal * (900.0 / value.imag - 1)}
+    expected = {**parts, "cross_coupling": 9e3 / value.imag}
+    expected = {name: one / (2 * MASS) for name, one in expected.items()}
+    assert damping_of_effects(model, 900.0) == pytest.approx(expected, rel=1e-9)
+    bearings = springs([1, 5], (2e6, 3e6), (400.0, 300.0))
+    rig = rig_of(
+        shaft(0.5, 4, disc(3, 3.0, 0.0085, 0.0044)), bearings, {"kind": "shaft_damping", "shaft_damping_s": 1e-5}
+    )
+    anisotropic = {"kind": "support_anisotropy", "node": 5, "support_anisotropy_N_per_m": 3e5}
+    for model in (build_model(rig), build_model(rig | {"effects": [*rig["effects"], anisotropic]})):
+        found = damping_of_effects(model, 2100.0)
+        assert sum(found.values()) == pytest.approx(eigenvalues(model, [2100.0]).real.max(), rel=1e-9)
+        assert [name for name, one in found.items() if one > 0] == ["shaft_damping"] and len(found) == 3
+
+
+def test_a_mode_that_does_not_oscillate_grows_by_a_negative_stiffness():
+    pull = {"kind": "support_stiffness", "support_stiffness_N_per_m": -1.01 * MASS * NATURAL**2}
+    found = damping_of_effects(build_model(jeffcott(EXTERNAL, pull)), 100.0)
+    assert max(found, key=found.get) == pull["kind"]
 
 
 def test_whirl_of_an_isotropic_rotor_is_circular_and_of_an_anisotropic_one_a_line():

@@ -25,7 +25,7 @@ _speed = partial(quantity, unit="rad/s", digits=5)
 
 def rotor_page(analysis, figures, charts, title, captions):
     """The page as HTML, of figures name -> PNG (path or bytes), and charts of `rotor_charts`."""
-    changes, heading = list(analysis.damping.items())[:MOST_EFFECTS], "change of the growth rate (1/s)"
+    changes, heading = list(analysis.damping.items())[:MOST_EFFECTS], "part of the growth rate (1/s)"
     found = {"criticals": criticals(analysis), "peaks": resonances(analysis), "loads": loads(analysis)}
     found["damping"] = [{"effect": name, heading: value} for name, value in changes]
     return render(

@@ -11,7 +11,7 @@ from rotorstudy.response.floquet import periodic_growth_rate, varies_in_time
 from rotorstudy.units import spin
 
 ROUND_OFF = 1e-12  # of the largest eigenvalue: real part of an undamped mode due to round-off
-RELATIVE_STEP = 1e-4  # of amplitudes, in the central difference of an eigenvalue
+RELATIVE_STEP = 1e-4  # of amplitudes, in the central difference of the forces of an effect
 NUMBERS_AT_ONCE = 2e6  # complex numbers in the state matrices of the speeds taken together, 32 MB
 SEARCHED = 400  # speeds of the search for a threshold
 SLOWEST_GROWTH = 1e-6  # per revolution; slower growth is round-off of an undamped mode
@@ -19,6 +19,13 @@ SLOWEST_GROWTH = 1e-6  # per revolution; slower growth is round-off of an undamp
 
 def state_matrix(model, speed, theta=None, shapes=None):
     """State matrix A (speed, state, state) of a time-invariant model: of q, or q on conj(q); or of shapes."""
+    k, c, m = _stiffness_damping_mass(model, speed, theta, shapes)
+    identity = np.broadcast_to(np.eye(k.shape[-1]), k.shape)
+    return np.block([[np.zeros_like(k), identity], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])
+
+
+def _stiffness_damping_mass(model, speed, theta, shapes):
+    """Matrices (3, speed, coordinate, coordinate) on q and its first and second derivative, as in `state_matrix`."""
     speed = check_speed(speed)
     model, theta = model.at(theta)
 
@@ -39,11 +46,7 @@ def state_matrix(model, speed, theta=None, shapes=None):
             row, column, value = entry.nonzero
             matrix = entry.matrix if shapes is None else shapes[row].T @ (value[:, None] * shapes[column])
             target[entry.order] -= theta[position] * entry.gain_at(speed, 0)[:, None, None] * matrix
-    k, c, m = on_z
-    if on_conj.any():
-        k, c, m = (np.block([[a, b], [b.conj(), a.conj()]]) for a, b in zip(on_z, on_conj, strict=True))
-    identity = np.broadcast_to(np.eye(k.shape[-1]), k.shape)
-    return np.block([[np.zeros_like(k), identity], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])
+    return np.block([[on_z, on_conj], [on_conj.conj(), on_z.conj()]]) if on_conj.any() else on_z
 
 
 def eigenvalues(
@@ -137,20 +140,32 @@ def stability_threshold(
 
 
 def damping_of_effects(model, speed):
-    """{effect with its label: its part of the growth rate of the least stable mode, 1/s}, the largest first."""
+    """{effect with its label: its part of the growth rate of the least stable mode, 1/s}, the largest first.
+
+    It is the work of its force in a cycle of the mode over twice the energy: a spring does none, and that of all
+    effects is the growth rate. Of a mode that does not oscillate it is the change with the force.
+    """
     theta = np.asarray(model.theta, float)
     shapes = few_shapes(model, theta)
     values, right = np.linalg.eig(state_matrix(model, [speed], theta, shapes)[0])
     worst = int(np.argmax(values.real))
-    left = np.linalg.inv(right)[worst]
+    mode, value = right[: len(right) // 2, worst], values[worst]
+    oscillates = abs(value.imag) > ROUND_OFF**0.5 * abs(value)
+    part, at = (np.imag, 1j * value.imag) if oscillates else (np.real, value)
+
+    def forces(amplitudes):
+        k, c, m = mode.conj() @ _stiffness_damping_mass(model, [speed], amplitudes, shapes)[:, 0] @ mode
+        return part(k + at * c + at**2 * m), part(c + 2 * at * m)
+
+    _, scale = forces(theta)
     effect_of = {u.name: f"{t.kind} ({t.label})" if t.label else t.kind for t in model.terms for u in t.unknowns}
     effects, found = np.array([effect_of[name] for name in model.names]), {}
     for effect in dict.fromkeys(effects.tolist()):
         change = RELATIVE_STEP * np.where(effects == effect, theta, 0)
-        up, down = (state_matrix(model, [speed], theta + one, shapes) for one in (change, -change))
-        slope = up - down
-        found[effect] = float((left @ slope[0] @ right[:, worst]).real / (2 * RELATIVE_STEP))
-    return {name: found[name] for name in sorted(found, key=lambda name: -abs(found[name])) if found[name]}
+        up, down = (forces(theta + one)[0] for one in (change, -change))
+        found[effect] = float((down - up) / (2 * RELATIVE_STEP * scale))
+    least = ROUND_OFF**0.5 * max(map(abs, found.values()), default=0.0)
+    return {name: found[name] for name in sorted(found, key=lambda name: -abs(found[name])) if abs(found[name]) > least}
 
 
 def growth_of_free_motion(model, speeds, theta=None):

@@ -172,7 +172,7 @@ def _of_analysis(analysis, path):
     if lifted := [f"node {load.node}" for load in analysis.loads if load.force.real < 0]:
         yield told("loads", path, nodes=", ".join(lifted))
     if analysis.threshold is not None:
-        cause = next(iter(analysis.damping), "stiffness that rotates with the shaft")
+        cause = max(analysis.damping, key=analysis.damping.get, default="stiffness that rotates with the shaft")
         severity = "error" if analysis.threshold <= float(analysis.data.speed[0]) * (1 + 1e-9) else None
         yield told("stability", path, severity, speed=_speed(analysis.threshold), cause=cause)
 

@@ -45,7 +45,7 @@ class RotorAnalysis(NamedTuple):
     loads: list  # list of Load, static, of the bearings
     weight: float  # of the rotor, N
     threshold: float | None  # lowest speed, rad/s, at which a free motion grows; None if there is none in the range
-    # {effect: change of the growth rate of the least stable mode, 1/s} at the threshold, else at the highest speed
+    # {effect: part of the growth rate of the least stable mode, 1/s} at the threshold, else at the highest speed
     damping: dict  # empty if the stiffness rotates with the shaft
     left_out: list  # kinds of effects of which whirl and response leave out what rotates with the shaft or is nonlinear
     timeless: list  # kinds of effects that whirl and stability leave out: they are stated in frequency only
