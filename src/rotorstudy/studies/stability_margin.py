@@ -12,6 +12,7 @@ from rotorstudy.response.whirl import Modes, damped_modes, is_in_time, synchrono
 
 LEAST_DECREMENT = 0.1  # API 617, 8th edition, part 1, 4.8.5
 FORWARD = 0.2  # direction of a mode above which it is forward whirl
+LINE = 1e-6  # direction of a motion along a line, which has no sense, but for round-off
 OSCILLATING = 0.9  # damping ratio of a mode that still whirls: its logarithmic decrement is 13
 ROUNDS, SETTLED = 20, 1e-6  # of the frequency at which a measured foundation is taken; relative change of the last one
 ROUND_OFF = 1e-9  # of an eigenvalue: real part of an undamped mode due to round-off, 5e-11 with up to 96 elements
@@ -94,13 +95,13 @@ def whirl_mode(model: Model, speed: float, choose: Callable, modes: Modes | None
 
 
 def first_forward(modes: Modes, speed: float) -> int | None:
-    """Position of the least damped forward mode below the speed, else the lowest forward one; None without."""
+    """Position of the least damped forward mode below the speed, else the lowest that is not backward; None without."""
     frequency, ratio = modes.frequency, modes.damping_ratio
-    forward = np.flatnonzero((modes.direction > FORWARD) & (ratio < OSCILLATING))
-    if not len(forward):
-        return None
-    below = forward[frequency[forward] < speed]
-    return int(below[ratio[below].argmin()] if len(below) else forward[frequency[forward].argmin()])
+    below = np.flatnonzero((modes.direction > FORWARD) & (ratio < OSCILLATING) & (frequency < speed))
+    if len(below):
+        return int(below[ratio[below].argmin()])
+    whirls = np.flatnonzero((modes.direction > -LINE) & (ratio < OSCILLATING))  # if only along an ellipse, or a line
+    return int(whirls[frequency[whirls].argmin()]) if len(whirls) else None
 
 
 def log_decrement(ratio: np.ndarray) -> np.ndarray:
