@@ -177,6 +177,8 @@ CONTROLS = [
     ("bearing_is_symmetric", term(Bearing, *planar({"xy": 3e4, "yx": -3e4}), symmetric=True), "drive a whirl"),
     ("bearing_is_symmetric", term(Bearing, *planar(damping={"xy": 20.0}), symmetric=True), "xy and yx differ"),
     ("effect_offers_places", effect(places=lambda structure, sensors: []), "no place"),
+    ("effect_offers_places", effect(places=lambda structure, sensors: {"node": 1}), "must give a list of options"),
+    ("effect_offers_places", effect(places=lambda structure: []), r"places\(structure, sensors\): .* takes 1"),
     ("effect_offers_places", effect(places=lambda structure, sensors: [{}, {}]), "twice"),
     ("effect_offers_places", effect(places=lambda structure, sensors: [{"node": 7}]), "own place"),
     ("effect_names_exist", effect(positive=("drag",)), r"unknown parameter 'drag'.*known: external_damping"),

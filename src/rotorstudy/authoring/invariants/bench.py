@@ -13,7 +13,7 @@ from rotorstudy.model.cracks import crack_parameters
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.kinds import Crack, Effect
 from rotorstudy.model.model import Model
-from rotorstudy.model.registry import registry
+from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.shaft import Section
 from rotorstudy.model.structure import Structure
@@ -78,7 +78,15 @@ def bench_terms(structure):
 
 def places_of(plugin, structure, sensors):
     """Options of each place where an effect can act on a rotor; a bearing has one place without options."""
-    return plugin.places(structure, sensors) if isinstance(plugin, Effect) else [{}]
+    if not isinstance(plugin, Effect):
+        return [{}]
+    try:
+        found = plugin.places(structure, sensors)
+    except TypeError as error:
+        raise BrokenInvariant(f"places(structure, sensors): {blamed(error) or error}") from None
+    given = isinstance(found, list) and all(isinstance(place, dict) for place in found)
+    require(given, f"places(structure, sensors) gives {found!r}; it must give a list of options, as [{{'node': 1}}]")
+    return found
 
 
 def bench_of(plugin):
