@@ -47,8 +47,7 @@ def facts(kind, plugin):
 def _options(kind, plugin):
     """'name = default' of every option, or (needed), or (optional) if nothing is its default."""
     known = inspect.signature(plugin.function).parameters
-    names = option_names(plugin.function, GIVEN.get(kind, ()))
-    defaults = {name: known[name].default for name in names}
+    defaults = {name: known[name].default for name in option_names(plugin.function, GIVEN.get(kind, ()))}
     marks = {inspect.Parameter.empty: " (needed)", None: " (optional)"}
     return ", ".join(
         name

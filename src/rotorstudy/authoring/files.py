@@ -65,12 +65,8 @@ def check_file(path):
     zoo = Registry(plugin_folders(), files=[path])
     mine = [(kind, plugin) for kind, plugin in zoo if Path(plugin.file).resolve() == path.resolve()]
     if not mine:
-        failed = [line for line in zoo.failures if str(path) in line or str(path.resolve()) in line]
-        reason = (
-            failed[0]
-            if failed
-            else f"{path} contains no plugin; state what it is above a function, as @Crack(source=...)"
-        )
-        raise PluginError(reason)
+        failed = (line for line in zoo.failures if str(path) in line or str(path.resolve()) in line)
+        none = f"{path} contains no plugin; state what it is above a function, as @Crack(source=...)"
+        raise PluginError(next(failed, none))
     with using(zoo):
         return [(kind, plugin.name, outcome) for kind, plugin in mine for outcome in outcomes(plugin)]

@@ -82,18 +82,13 @@ def scaled(options: object, pattern: re.Pattern, factor: float, path: str = "") 
 
 @dataclass(frozen=True, eq=False)
 class Holder:
-    """What has numbers: the rotor, or a bearing.
-
-    which     : label of a bearing, else its place; empty for the rotor
-    function  : builds it of its options, which are in SI
-    uncertain : path -> usual relative standard deviation
-    """
+    """What has numbers: the rotor, or a bearing."""
 
     section: str
-    which: str
-    function: Callable
-    options: dict
-    uncertain: dict
+    which: str  # label of a bearing, else its place; empty for the rotor
+    function: Callable  # builds it of its options
+    options: dict  # in SI
+    uncertain: dict  # path -> usual relative standard deviation
 
     @cached_property
     def paths(self) -> list[str]:
@@ -179,7 +174,7 @@ def uncertain_numbers(model, section: str, stated: Iterable[str] = ()) -> dict[s
         said = [pattern for name in stated if (pattern := holder.pattern(name))]
         free = [path for path in holder.paths if not any(pattern.fullmatch(path) for pattern in said)]
         for path, share in holder.uncertain.items():
-            if any(map(path_pattern(path).fullmatch, free)) and _acts(model, holder.name(path)):
+            if any(map(path_pattern(path).fullmatch, free)) and depends_on(model, holder.name(path)):
                 found[holder.name(path)] = share
     return found
 
@@ -218,7 +213,7 @@ def _check_known(model, name, where):
     raise unknown_name(f"number of the {section}", name, known, place)
 
 
-def _acts(model, name):
+def depends_on(model, name: str) -> bool:
     """Whether the model depends on a number; one of a rotor that is described by other options does not."""
     try:
         return _section_of(name) == "bearings" or bool(_rotor_term(model.structure, [name], "the rotor"))

@@ -109,8 +109,7 @@ def typical_term(plugin, structure, place=None):
 def check_round_trip(term, structure):
     """Check that a term is identified from its own response, from a start 30 % off."""
     model = Model(structure, (*bench_terms(structure), *structure.bearings, term))
-    shown = measured_response(model, SPEEDS, HARMONICS)
-    spectrum = exact_spectrum(model, shown)
+    spectrum = exact_spectrum(model, measured_response(model, SPEEDS, HARMONICS))
     names = tuple(unknown.name for unknown in term.unknowns)
     true = model.theta[model.position(names)]
     try:

@@ -25,7 +25,6 @@ def crack_is_bounded(plugin):
     """has a breathing function between 0 (closed) and 1 (open), along xi and eta"""
     check_options(plugin.function, plugin.example, f"example of '{plugin.name}'", option_names(plugin.function)[:1])
     values = cracks.breathing_function(plugin, _angles(), plugin.example)
-    require(np.isfinite(values).all(), "the breathing function has NaN or infinite values")
     for name, value in zip(DIRECTIONS[:2], values, strict=False):
         low, high = value.min(), value.max()
         bounded = low >= -1e-12 and high <= 1 + 1e-12
@@ -117,8 +116,6 @@ def depth_is_monotone(plugin):
     """has a compliance that is zero at zero depth and increases with it, larger along xi than along eta"""
     check_options(plugin.function, plugin.example, f"example of '{plugin.name}'", option_names(plugin.function)[:1])
     found = np.array([cracks.compliance(plugin, depth, **plugin.example) for depth in _depths(plugin)])
-    require(found.shape == (26, 2), f"it gives {found.shape[1:]} compliances, not one for xi and one for eta")
-    require(np.isfinite(found).all(), "a compliance within its range is not finite")
     if plugin.valid[0] == 0:
         require(np.abs(found[0]).max() == 0, f"at zero depth the compliance is {found[0].max():.3g} rad/(N m)")
     require((np.diff(found, axis=0) > 0).all(), "the compliance does not increase with the depth")

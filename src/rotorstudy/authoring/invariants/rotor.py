@@ -5,11 +5,10 @@ import re
 import numpy as np
 
 from rotorstudy.authoring.invariants.base import ROUND_OFF, require
-from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import option_names
 from rotorstudy.model.rig import build_model
-from rotorstudy.model.rig_numbers import numbers, uncertain_numbers, with_numbers
+from rotorstudy.model.rig_numbers import depends_on, numbers, uncertain_numbers
 
 
 def _example_structure(plugin):
@@ -19,10 +18,8 @@ def _example_structure(plugin):
 def rotor_is_mechanical(plugin):
     """has real symmetric matrices, positive mass and no negative stiffness"""
     structure = _example_structure(plugin)
-    size = len(structure.dofs)
     for name in ("mass", "stiffness", "gyroscopic"):
         matrix = getattr(structure, name)
-        require(matrix.shape == (size, size), f"{name} has shape {matrix.shape} for {size} coordinates")
         require(np.isrealobj(matrix), f"{name} is not real")
         require(np.array_equal(matrix, matrix.T), f"{name} is not symmetric")
     require(np.linalg.eigvalsh(structure.mass).min() > 0, "the mass matrix is not positive definite")
@@ -32,9 +29,7 @@ def rotor_is_mechanical(plugin):
 
 def rotor_weighs(plugin):
     """has a downward static load"""
-    structure = _example_structure(plugin)
-    load = structure.static_load
-    require(load.shape == (len(structure.dofs),), f"the static load has shape {load.shape}")
+    load = _example_structure(plugin).static_load
     require(load.sum() > 0, "the static load is zero or upward; gravity points along +x")
 
 
@@ -56,15 +51,8 @@ def rotor_numbers_move(plugin):
         require(re.split(r"[.\[]", path)[0] in options, f"uncertain: '{path}' is no option; known: {options}")
         require(0 < share < 1, f"uncertain: {path} has the relative standard deviation {share!r}; give 0.005 for 0.5 %")
     model = Model(structure)
-    moving = [name for name in numbers(model) if _moves(model, name)]
+    moving = [name for name in numbers(model) if depends_on(model, name)]
     require(moving, f"none of its numbers {numbers(model)} changes a matrix: pass numbers as float options")
     if plugin.uncertain:
         moving = uncertain_numbers(model, "rotor")
         require(moving, "none of the numbers that are uncertain changes a matrix of its example")
-
-
-def _moves(model, name):
-    try:
-        return bool(with_numbers(model, [name]))
-    except RotorstudyError:
-        return False
