@@ -5,6 +5,7 @@ of a bearing, between the housing and the ground; the bearing at that node then 
 """
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 
@@ -29,25 +30,25 @@ def on_housings(function: Callable, nodes: Iterable[int]) -> Callable:
         structure = function(**options)
         more = len(nodes)
 
-        def longer(row):
-            return np.pad(row, (0, more))
+        def longer(array):
+            return np.pad(array, (0, more))
 
-        def longer_section(section):
-            return section._replace(moment=longer(section.moment))
+        def section(at):
+            found = structure.section_at(at)
+            return found._replace(moment=longer(found.moment))
 
         def loss(of):
-            return {name: (np.pad(pattern, (0, more)), *rest) for name, (pattern, *rest) in of.items()}
+            return {name: (longer(pattern), *rest) for name, (pattern, *rest) in of.items()}
 
-        given = structure.stiffness_loss
+        given, matrices = structure.stiffness_loss, structure.matrices._asdict()
         return replace(
             structure,
-            **{name: np.pad(getattr(structure, name), (0, more)) for name in ("mass", "stiffness", "gyroscopic")},
-            static_load=longer(structure.static_load),
+            **{name: longer(matrix) for name, matrix in matrices.items()},
             dofs=(*structure.dofs, *((node, "housing") for node in nodes)),
             stiffness_loss=(lambda *at: loss(given(*at))) if callable(given) else loss(given),
             shape_at=structure.shape_at and (lambda at: longer(structure.shape_at(at))),
             curvature_at=structure.curvature_at and (lambda at: longer(structure.curvature_at(at))),
-            section_at=structure.section_at and (lambda at: longer_section(structure.section_at(at))),
+            section_at=structure.section_at and section,
         )
 
     return built
@@ -141,10 +142,8 @@ def springs_at_rest(structure: Structure, term: Term) -> np.ndarray:
 def _gain_somewhere(entry, speeds):
     """Gain of an entry at 0X at the first of some speeds where it exists; 0 if at none."""
     for speed in speeds:
-        try:
+        with suppress(RotorstudyError):  # outside its table, or without a film
             return complex(entry.gain_at(speed, 0))
-        except RotorstudyError:  # outside its table, or without a film
-            continue
     return 0.0
 
 

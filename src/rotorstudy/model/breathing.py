@@ -11,6 +11,7 @@ from rotorstudy.model.cracks import compliance
 from rotorstudy.model.registry import registry
 
 DIRECTIONS = 128  # of the moment, over 360 degrees; interpolation between them is wrong by 2e-4 of the kink
+PULL = 2 * np.pi / DIRECTIONS * np.arange(DIRECTIONS)  # directions in which the moment pulls, rad from xi
 ACROSS = 0.5  # of the flexibility across, in the formulas by the angle: they count only the half in tension
 ROUND_OFF = 1e-9  # of a cosine, and of the coefficients of shares, relative to the largest
 KEPT = 2048  # depths: a search tries the same one at many angles, and every search on a shaft begins with the same ones
@@ -27,7 +28,7 @@ def none(softer, side, sudden):
 
 def turning(softer, side, sudden):
     """The flexibility opens as (1 + cos) / 2 by the angle to the side that the weight stretches."""
-    softer = np.multiply.outer(softer, (1 + side * np.cos(_pull())) / 2)
+    softer = np.multiply.outer(softer, (1 + side * np.cos(PULL)) / 2)
     return _diagonal(*softer / (1 + softer))
 
 
@@ -36,12 +37,12 @@ def cosine(softer, side, sudden):
 
     Unlike the others, it depends on the length of the element.
     """
-    return _by_formula(softer, (1 + side * np.cos(_pull())) / 2)
+    return _by_formula(softer, (1 + side * np.cos(PULL)) / 2)
 
 
 def switching(softer, side, sudden):
     """The formula of Gasch: all of it is missing while the cosine of that angle is positive."""
-    towards = side * np.cos(_pull())
+    towards = side * np.cos(PULL)
     return _by_formula(softer, np.where(np.abs(towards) > ROUND_OFF, towards > 0, 0.5))
 
 
@@ -51,11 +52,11 @@ def weight(softer, side, sudden, *section):
     The derivative of |mu| c(psi) is c along mu and dc/dpsi across it.
     """
     *depth, stiffness = section
-    kink = softer[0] * np.maximum(np.cos(_pull()), 0) if sudden else stiffness * _partly_open(*depth)
+    kink = softer[0] * np.maximum(np.cos(PULL), 0) if sudden else stiffness * _partly_open(*depth)
     orders = np.fft.fftfreq(DIRECTIONS, 1 / DIRECTIONS)
     both = kink, np.fft.ifft(1j * orders * np.fft.fft(kink))
     along, sideways = (np.array([one.real, one.imag]) for one in both)
-    turn = np.array([[np.cos(_pull()), np.sin(_pull())], [-np.sin(_pull()), np.cos(_pull())]])  # to mu and across it
+    turn = np.array([[np.cos(PULL), np.sin(PULL)], [-np.sin(PULL), np.cos(PULL)]])  # to mu and across it
     matrix = np.moveaxis(along[:, None] * turn[0] + sideways[:, None] * turn[1], -1, 0)
     found = np.moveaxis(np.linalg.solve(np.eye(2) + matrix, matrix), 0, -1)
     return found[..., (-np.arange(DIRECTIONS) + (DIRECTIONS // 2) * (side < 0)) % DIRECTIONS]  # it turns backwards
@@ -106,7 +107,7 @@ def shares_of_parts(law, parts):
 @lru_cache
 def _opening(motion, order, side):
     """What part (direction,) of it is open."""
-    angle = side**order * np.exp(-1j * order * _pull())  # the moment turns backwards
+    angle = side**order * np.exp(-1j * order * PULL)  # the moment turns backwards
     return angle.imag / 2 if motion in ("coupled", "lagging") else (1 - angle.real) / 2 if order else angle.real
 
 
@@ -130,12 +131,6 @@ def _as_shares(kinks, least=ROUND_OFF):
     return found
 
 
-@lru_cache
-def _pull():
-    """Directions (direction,) in which the moment pulls, rad from xi."""
-    return 2 * np.pi / DIRECTIONS * np.arange(DIRECTIONS)
-
-
 @lru_cache(maxsize=KEPT)
 def open_compliance(name, depth_ratio, shaft):
     """Compliance (2,) of the open crack along xi and eta, rad/(N m); not to be changed."""
@@ -146,7 +141,7 @@ def open_compliance(name, depth_ratio, shaft):
 @lru_cache(maxsize=KEPT)
 def _partly_open(name, depth_ratio, shaft):
     """Kink c (direction,) by a unit moment in all directions, rad/(N m)."""
-    half = _pull()[: DIRECTIONS // 2]
+    half = PULL[: DIRECTIONS // 2]
     found = registry().get("depth", name, "the transverse crack").partly_open(depth_ratio, half, **dict(shaft))
     return np.concatenate([found, [0], found[:0:-1].conj()])  # closed in pure compression, and symmetric
 
@@ -155,13 +150,9 @@ def _partly_open(name, depth_ratio, shaft):
 def series_of(name, depth_ratio, shaft, stiffness):
     """Chebyshev coefficients (k, 2) in cos x of Re h(x) and of Im h(x) / sin x, of a crack at any angle."""
     kink = stiffness * _partly_open(name, depth_ratio, shaft)
-    turned = 1 + kink * np.exp(-1j * _pull())  # the imposed rotation in the direction of the moment
-    h = _coefficients(np.interp(_pull(), _pull() + np.angle(turned), kink / np.abs(turned), period=2 * np.pi))
+    turned = 1 + kink * np.exp(-1j * PULL)  # the imposed rotation in the direction of the moment
+    h = np.interp(PULL, PULL + np.angle(turned), kink / np.abs(turned), period=2 * np.pi)
+    h = (np.fft.fft(h).real / DIRECTIONS)[np.arange(-ORDER, ORDER + 1)]  # real, as the crack is symmetric
     along, odd = h[ORDER:] + h[ORDER::-1], h[ORDER + 1 :] - h[ORDER - 1 :: -1]
     across = np.array([2 * odd[k::2].sum() for k in range(ORDER + 1)])  # sin kx / sin x = 2 cos (k-1)x + ...
     return np.stack([along, across], axis=-1) / np.where(np.arange(ORDER + 1) > 0, 1, 2)[:, None]
-
-
-def _coefficients(values):
-    """Fourier coefficients (k,), k = -ORDER..ORDER, of a function of the direction; real, as the crack is symmetric."""
-    return (np.fft.fft(values).real / DIRECTIONS)[np.arange(-ORDER, ORDER + 1)]

@@ -72,8 +72,7 @@ def _transformed(crack, order, options):
     """Coefficients {k: (3,)} above round-off of a breathing function, by a discrete Fourier transform."""
     angle = (np.arange(SAMPLES) + 0.5) * 2 * np.pi / SAMPLES  # jumps at fractions of a revolution lie between samples
     transform = np.fft.fft(breathing_function(crack, angle, dict(options))) / SAMPLES
-    orders = range(-order, order + 1)
-    found = {k: transform[:, k] * np.exp(-1j * k * angle[0]) for k in orders}
+    found = {k: transform[:, k] * np.exp(-1j * k * angle[0]) for k in range(-order, order + 1)}
     return {k: s for k, s in found.items() if np.abs(s).max() > NOTHING}
 
 
@@ -133,8 +132,7 @@ def crack_parameters(
             for source, shift, factor in zip(on, (k, k + 2), factors, strict=True):
                 turned = (side**k) * factor * np.exp(1j * shift * angle_rad) if angle_rad else (side**k) * factor
                 entries.append(Entry(pattern * turned, on=source, shift=shift))
-        default = 0.0 if which else None
-        parameters.append(Parameter(name + which, unit, tuple(entries), typical, default=default))
+        parameters.append(Parameter(name + which, unit, tuple(entries), typical, default=0.0 if which else None))
     return parameters
 
 

@@ -144,13 +144,6 @@ class Columns(NamedTuple):
         return whole
 
 
-class _Moving(NamedTuple):
-    """Factors (speed, harmonic, kind) of entries on the motion, and the harmonics (harmonic, kind) that they act on."""
-
-    factor: np.ndarray
-    source: np.ndarray
-
-
 class _Still(NamedTuple):
     """Elements that do not act on the motion, at some speeds and harmonics, of those carried."""
 
@@ -195,9 +188,9 @@ class EntryTable:
     def _of_motion(self, amplitudes, speed, harmonics):
         """The Columns of the forces by the motion."""
         kind, column, weights = self._seen
-        moving, _ = self._factors(*_key(speed, harmonics))
-        seen = _with_conjugate(amplitudes)[..., moving.source[:, kind], column] * moving.factor[..., kind]
-        return Columns(*self._places, product(weights, seen))
+        (factor, source), _ = self._factors(*_key(speed, harmonics))
+        motions = np.concatenate([amplitudes, amplitudes.conj()], axis=-1)
+        return Columns(*self._places, product(weights, motions[..., source[:, kind], column] * factor[..., kind]))
 
     def _at_rest(self, speed, harmonics, deflection, constant=True):
         """The Columns of the forces that do not depend on the motion; only what the deflection changes of them."""
@@ -292,15 +285,15 @@ class EntryTable:
 
     @kept(KEPT)
     def _factors(self, speed, harmonics):
-        """The _Moving and the _Still at speeds and harmonics, both tuples."""
+        """What `_moving` returns, and the _Still, at speeds and harmonics, both tuples."""
         gains = {}  # (speed, harmonic) of the force, of many kinds the same
         for entry in (entry for _, kinds in (self._moving_elements, self._still_elements) for entry in kinds):
             if (entry.gain, entry.frequency_only) not in gains:
-                found = entry.gain_at(np.array(speed)[:, None], np.array(harmonics))
-                gains[entry.gain, entry.frequency_only] = found
+                gains[entry.gain, entry.frequency_only] = entry.gain_at(np.array(speed)[:, None], np.array(harmonics))
         return self._moving(speed, harmonics, gains), self._still(speed, harmonics, gains)
 
     def _moving(self, speed, harmonics, gains):
+        """Factors (speed, harmonic, kind) of entries on the motion, and harmonics (harmonic, kind) they act on."""
         (_, kinds), speed, every = self._moving_elements, np.array(speed)[:, None], np.arange(len(harmonics))
         factor = np.zeros((len(speed), len(harmonics), len(kinds)), complex)
         source = np.zeros((len(harmonics), len(kinds)), int)
@@ -308,7 +301,7 @@ class EntryTable:
             here, seen, n = harmonics_seen(entry.shift, entry.is_conjugate, harmonics)
             source[here, k] = every[seen]
             factor[:, here, k] = gains[entry.gain, entry.frequency_only][:, here] * (1j * n * speed) ** entry.order
-        return _Moving(factor, source)
+        return factor, source
 
     def _still(self, speed, harmonics, gains):
         elements, kinds = self._still_elements
@@ -325,7 +318,3 @@ class EntryTable:
 
 def _key(speed, harmonics):
     return tuple(np.asarray(speed, float).tolist()), tuple(np.asarray(harmonics).tolist())
-
-
-def _with_conjugate(amplitudes):
-    return np.concatenate([amplitudes, amplitudes.conj()], axis=-1)

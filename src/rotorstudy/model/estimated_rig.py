@@ -71,6 +71,8 @@ def settled(fitted: Callable, known: Callable):
 
 def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.ndarray, covariance: np.ndarray) -> dict:
     """A rig dict with estimates (parameter,) of some names, and their covariance in its `prior`."""
+    from scipy.linalg import block_diag
+
     theta = np.asarray(theta)
     relative = np.array([1 + value if is_number(name) else 1.0 for name, value in zip(names, theta, strict=True)])
     covariance = np.asarray(covariance) / np.outer(relative, relative)  # relative to the new value
@@ -80,10 +82,8 @@ def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.n
     result = rig_with_values(rig, model, dict(zip(names, theta, strict=True)))
     if model.uncertainty is not None:
         kept = [i for i, name in enumerate(model.uncertainty.names) if name not in names]
-        whole = np.zeros((len(names) + len(kept),) * 2)
-        whole[: len(names), : len(names)] = covariance
-        whole[len(names) :, len(names) :] = model.uncertainty.covariance[np.ix_(kept, kept)]
-        names, covariance = [*names, *(model.uncertainty.names[i] for i in kept)], whole
+        covariance = block_diag(covariance, model.uncertainty.covariance[np.ix_(kept, kept)])
+        names = [*names, *(model.uncertainty.names[i] for i in kept)]
     return {**result, "prior": uncertainty_section(names, covariance)}
 
 

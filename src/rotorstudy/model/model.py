@@ -307,8 +307,7 @@ class Model(Assembled):
             object.__setattr__(self, "sensors", self.structure.nodes)
         for node in self.sensors:
             self.structure.index(node)
-        ordered = sorted(self.terms, key=lambda term: term.acts_on_output)
-        object.__setattr__(self, "terms", tuple(ordered))
+        object.__setattr__(self, "terms", tuple(sorted(self.terms, key=lambda term: term.acts_on_output)))
         if len(set(self.names)) < len(self.names):
             doubled = [name for name in self.names if self.names.count(name) > 1]
             raise RigError(f"two items share the parameter {doubled[0]!r}; give each its own 'label:'")

@@ -41,8 +41,7 @@ class Registry:
         self._manager.add_hookspecs(Hooks)
         self._given = {}  # kind -> plugins returned by the file that is being registered
         for kind in KINDS:
-            hook = getattr(self._manager.hook, f"rotorstudy_{kind}")
-            hook.call_historic(partial(self._given.__setitem__, kind))
+            getattr(self._manager.hook, f"rotorstudy_{kind}").call_historic(partial(self._given.__setitem__, kind))
         self.plugins = {kind: {} for kind in KINDS}
         self.failures = []
         for folder in folders:

@@ -151,8 +151,7 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
             raise RotorstudyError(f"section '{section}' in {where} must be a list of items that start with '- kind:'")
         for i, item in enumerate(rig.get(section) or []):
             place, is_foundation = f"{where}, {section}[{i}]", section == "foundation"
-            kind = SECTIONS[section]
-            terms.append(make_term(kind, item, structure, sensors, place, is_foundation=is_foundation))
+            terms.append(make_term(SECTIONS[section], item, structure, sensors, place, is_foundation=is_foundation))
         if SECTIONS[section] == "bearing" and rig.get(section):
             own = tuple(term for term in terms if term.carries and not term.is_foundation)
             under = tuple(term for term in terms if term.is_foundation)

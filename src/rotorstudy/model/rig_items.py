@@ -69,8 +69,7 @@ def make_term(
     functions = (_every_crack, plugin.function) if is_crack else (plugin.function,)
     by_engine = ("angle",) if is_crack else tuple(fixed)
     if is_crack and "depth" in given:
-        depth = given.pop("depth")
-        given = {**keys_from_depth(depth, plugin, structure, given, where), **given}
+        given = keys_from_depth(given.pop("depth"), plugin, structure, given, where) | given
     names = {name for function in functions for name in option_names(function, by_engine)}
     given = in_si(given, spellings(names), where)
     for name in {*option_names(_every_crack), "depth", "label"} & {*option_names(plugin.function)} if is_crack else ():
@@ -95,13 +94,11 @@ def make_term(
     values = {key: value for key, value in given.items() if key not in options}
     values = _read_values(parameters, values, known, where)
     if is_crack:
-        losses = structure.stiffness_loss_at(options["node"], options["element"])
-        _check_losses(values, losses, structure, where)
+        _check_losses(values, structure.stiffness_loss_at(options["node"], options["element"]), structure, where)
     changes = getattr(plugin, "changes_bearing", False)
     is_number = changes or any(p.loads_films for p in parameters)
     kind = {"is_bearing_number": is_number, "is_foundation": is_foundation, "carries": section == "bearing" or changes}
-    acts_on = getattr(plugin, "acts_on", "rotor")
-    return Term(plugin.name, parameters, values, acts_on, label, options=options, **kind)
+    return Term(plugin.name, parameters, values, getattr(plugin, "acts_on", "rotor"), label, options=options, **kind)
 
 
 ACTS_ON = get_args(Entry.__annotations__["on"])
@@ -111,8 +108,7 @@ SUFFIXES = {"_deg": ("_rad", np.pi / 180), "_g_mm": ("_kg_m", 1e-6)}
 def with_options(term: Term, options: dict, structure: Structure, sensors: tuple[int, ...]) -> Term:
     """The Term of an effect with other options, SI, and without values; only what the plugin gives is checked."""
     plugin, options, where = registry().get("effect", term.kind), {**term.options, **options}, f"effect {term.kind}"
-    fixed = _fixed(plugin, "effect", structure, sensors)
-    parameters = _parameters(plugin, plugin.function, fixed, options, where)
+    parameters = _parameters(plugin, plugin.function, _fixed(plugin, "effect", structure, sensors), options, where)
     values = {p.name: p.default for p in parameters if p.default is not None}
     return replace(term, parameters=parameters, values=values, options=options)
 
@@ -176,7 +172,7 @@ def _every_crack(
 
 
 def _read_values(parameters, given, known, where):
-    allowed = {p.key for p in parameters} | {p.phase_key for p in parameters if p.is_complex}
+    allowed = _keys(parameters)
     for key, value in given.items():
         if key not in allowed:
             raise unknown_name("key", key, [*known, "label"], where)

@@ -13,14 +13,13 @@ The values themselves stay in the items of the rig.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Annotated
 
 import numpy as np
-from pydantic import Field
 
 from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.model import Model, Uncertainty
+from rotorstudy.model.options import Positive
 from rotorstudy.model.rig_numbers import with_numbers
 
 ROUND_OFF = 1e-9  # of a correlation: tolerated asymmetry of a matrix that is read
@@ -32,7 +31,7 @@ class Section(Strict):
     """The section `prior` of a rig file; (parameter,) names and standard deviations, rows of correlations."""
 
     parameters: list[str]
-    standard_deviations: list[Annotated[float, Field(gt=0)]]
+    standard_deviations: list[Positive]
     correlations: list[list[float]] | None = None
 
 

@@ -1,12 +1,10 @@
 """The file of runs: each run with its records, and what was added to the machine in it."""
 
 from pathlib import Path
-from typing import Annotated
-
-from annotated_types import Ge, MinLen
 
 from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.model.options import AtLeastOne, NonNegative
 from rotorstudy.yaml_file import read_yaml
 
 
@@ -14,16 +12,16 @@ class AddedUnbalance(Strict):
     """An unbalance in a run: g mm at an angle of the user's picture from the shaft's reference line, degrees."""
 
     node: int | str
-    unbalance_g_mm: Annotated[float, Ge(0)] | None = None
+    unbalance_g_mm: NonNegative | None = None
     angle_deg: float = 0.0
-    std_g_mm: Annotated[float, Ge(0)] = 0.0
+    std_g_mm: NonNegative = 0.0
 
 
 class RunItem(Strict):
     """A run in a file of runs."""
 
     name: str
-    records: Annotated[list[str], MinLen(1)]
+    records: AtLeastOne[str]
     unbalances: list[AddedUnbalance] = []
     effects: list[dict] = []
     own: list[str] = []
