@@ -83,16 +83,11 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
 
 
 def _as_identified(work, one):
-    """The Identified of a Fitted alone."""
-    p_value = chi_square_p_value(one.cost, 2 * work.spectrum.amplitude.size)
-    return Identified(shaped(work, one), _with_free_shapes(work, one), p_value, {}, work.rig.structure)
-
-
-def _with_free_shapes(work, one):
-    """The Fit at the values of a Fitted, with the derivatives and covariance of its amplitudes beside its shapes."""
+    """The Identified of a Fitted alone, with the covariance of its amplitudes beside its shapes."""
     data, count = 2 * work.spectrum.amplitude.size, len(one.amplitudes)
     slopes, covariance = one.minimum.jacobian[0, :data, :count], one.covariance[:count, :count]
-    return replace(as_fit(work, one), jacobian=slopes, covariance=covariance)
+    fitted = replace(as_fit(work, one), jacobian=slopes, covariance=covariance)
+    return Identified(shaped(work, one), fitted, chi_square_p_value(one.cost, data), {}, work.rig.structure)
 
 
 def interval_of(found: Identified, name: str) -> tuple[float, float]:

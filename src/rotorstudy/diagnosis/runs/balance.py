@@ -148,8 +148,7 @@ class Known(NamedTuple):
 
     def drawn(self, draws):
         """(draw, parameter) of the posterior, from the fit."""
-        counts = draws.multinomial(DRAWS, self.weights)
-        each = zip(counts, self.means, self.roots, strict=True)
+        each = zip(draws.multinomial(DRAWS, self.weights), self.means, self.roots, strict=True)
         return np.concatenate([m + draws.normal(size=(n, len(m))) @ r.T for n, m, r in each])
 
 
@@ -215,8 +214,7 @@ def _runout(model, whole, spectrum, values):
     output = [u for term in model.terms if term.acts_on_output for u in term.unknowns]
     names = [u.name for u in output if not any(entry.reads_motion for entry in u.entries)]
     stated = dict(zip(model.names, model.stated, strict=True))
-    columns = _shown(whole, spectrum, values, names)[1]
-    return np.tensordot([stated[name] for name in names], columns, 1)
+    return np.tensordot([stated[name] for name in names], _shown(whole, spectrum, values, names)[1], 1)
 
 
 def _shown(model, spectrum, values, names):

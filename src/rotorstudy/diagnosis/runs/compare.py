@@ -176,11 +176,10 @@ def _with_scatter(model, speed, after, settings):
     moving = [(h, n) for h, n in enumerate(after.harmonics.tolist()) if n]
     for k, w in enumerate(speed.tolist()):
         here, rate = _only_at(w), _only_at(w, 1 / w)
-        mark = tuple(Entry(1j * n * after.amplitude[k, h], on="one", shift=n, gain=here) for h, n in moving)
         parameters += [
             Parameter(f"{name} of the run at {w:.6g} rad/s", "1", entries, settings.repeatability)
             for name, entries in {
-                "mark": mark,
+                "mark": tuple(Entry(1j * n * after.amplitude[k, h], on="one", shift=n, gain=here) for h, n in moving),
                 "phase": (Entry(each, order=1, gain=rate),),  # n j z
                 "swing": (Entry(each, gain=here),),
             }.items()
@@ -199,7 +198,7 @@ def _only_at(speed, value=1.0):
     return lambda other: np.isclose(other, speed, rtol=1e-9, atol=0) * value
 
 
-def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tuple[Model, list[Finding]]:
+def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tuple[Model, list[Finding], float]:
     """The model as fitted to the state before with any offset; notes; the model error of the prediction of a change.
 
     The model error is raised until the fit leaves no more than noise: what the model cannot explain cancels in the

@@ -84,8 +84,7 @@ def identify_runs(runs_path: str | Path, rig: str | Path | RigFile) -> Identifie
         findings += [replace(one, where=f"run '{item.name}': {one.where}") for one in found]
         findings += check_slow_roll(spectrum.speed, own_model, f"run '{item.name}'") if item.slow_roll else []
     check_names(settings, model, f"{rig.path}, diagnosis")
-    conventions = read_conventions(rig.given, str(rig.path))
-    return _updated(_Runs(items, measured, rig, model, settings, conventions), findings)
+    return _updated(_Runs(items, measured, rig, model, settings, read_conventions(rig.given, str(rig.path))), findings)
 
 
 def _check_distinct(item, spectrum, others):
@@ -123,10 +122,8 @@ def _with_other_forces(runs):
     units = [_as_large_as_measured(whole, part, runs.measured) for part in parts]
     for _ in range(2):
         own = {n: (0.0, u * size) for part, u, size in zip(parts, units, sizes, strict=True) for n in part}
-        forces = terms, Prior.independent(own)
-        found, _ = _settled(runs, forces=forces)
-        odds = by_sizes(found.joint.posterior, parts, sizes)[0]
-        sizes = PAIRS[np.argmax(odds)]
+        found, _ = _settled(runs, forces=(terms, Prior.independent(own)))
+        sizes = PAIRS[np.argmax(by_sizes(found.joint.posterior, parts, sizes)[0])]
     return found
 
 
@@ -182,8 +179,7 @@ def _settled(runs, variance=1.0, forces=None):
 
     joint = settled(fitted, lambda joint: {name: joint.posterior.by_name[name] for name in shared_names(joint)})
     names = [name for name in shared_names(joint) if name in bare.names or is_number(name)]
-    updated = rig_with_estimate(rig.given, bare, names, *joint.of(names))
-    return IdentifiedRig(joint, updated, [], conventions), shared
+    return IdentifiedRig(joint, rig_with_estimate(rig.given, bare, names, *joint.of(names)), [], conventions), shared
 
 
 def shared_names(joint: JointFit) -> list[str]:

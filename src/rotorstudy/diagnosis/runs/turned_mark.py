@@ -29,8 +29,7 @@ DECISIVE = 40.0  # decrease of the cost: odds of e^20
 
 def without_turn(before: Spectrum, after: Spectrum, settings: Settings) -> tuple[Spectrum, list[Finding]]:
     """The later state turned back if it is the earlier one turned, at every speed and probe, and a Finding of that."""
-    shares = {"model_error": SCATTER * settings.repeatability, "covariance_error": 0.0}
-    allowed = settings.model_copy(update=shares)
+    allowed = settings.model_copy(update={"model_error": SCATTER * settings.repeatability, "covariance_error": 0.0})
     covariance = sum(with_model_error(one, allowed).covariance for one in (before, after))
     difference = replace(before, covariance=covariance)
 

@@ -103,8 +103,7 @@ def equivalent_residual_force(model, theta, speed, harmonics, residual):
 
     Coupled harmonics are solved together; the receptance of nonlinear forces is neglected.
     """
-    order = int(np.abs(harmonics).max()) + BEYOND
-    near = Neighbourhood(model, speed, np.asarray(harmonics), theta, order=order)
+    near = Neighbourhood(model, speed, np.asarray(harmonics), theta, order=int(np.abs(harmonics).max()) + BEYOND)
     units = [model.structure.unit(node) for node in model.sensors]
     shown = np.moveaxis(shown_forces(near, near, units), 2, 0)  # (speed, node, part and harmonic, harmonic, sensor)
     columns, right = shown.reshape(len(speed), -1, residual[0].size).swapaxes(1, 2), residual.reshape(len(speed), -1, 1)

@@ -26,7 +26,6 @@ def extended_rig(given, diagnosis):
         ]
         rig["effects"] = [*(rig.get("effects") or []), *items]
         for cause, item in zip(causes, items, strict=True):
-            mark = f"[{cause.term.label}]"
-            renamed |= {name: name.replace(mark, f"[{item['label']}]") for name in cause.names}
+            renamed |= {name: name.replace(f"[{cause.term.label}]", f"[{item['label']}]") for name in cause.names}
     theta, covariance = best.of(list(renamed))
     return rig_with_estimate(rig, build_model(rig), list(renamed.values()), theta, covariance)

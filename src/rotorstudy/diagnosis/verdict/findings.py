@@ -29,8 +29,7 @@ def findings_of(one, kind):
     found, chain, best = one.judged, one.chain, one.judged.best
     if chain:
         beside = f" with {place(chain.beside)}" if chain.beside else ""
-        left = percent(chain.residual_share)
-        yield told("measuring chain", "records and rig", chain=chain, beside=beside, left=left)
+        yield told("measuring chain", "records and rig", chain=chain, beside=beside, left=percent(chain.residual_share))
     elif kind == "nothing":
         yield from _within_uncertainty(found)
     else:
@@ -87,8 +86,7 @@ def _within_uncertainty(found):
             continue
         stated, (free, covariance) = complex(*prior.part(parts).mean), fitted.of(parts)
         value, std = complex(*free), float(np.sqrt(np.trace(covariance) / 2))
-        off = abs(value - stated)
-        if stated and off > max(OTHER * abs(stated), CERTAIN * std):
+        if stated and abs(value - stated) > max(OTHER * abs(stated), CERTAIN * std):
             called, (unit, factor) = next(iter(p.also.items()), (p.name, (p.unit, 1.0)))
             both = [f"{quantity(abs(v) / factor, unit)} at {quantity(np.angle(v), 'rad')}" for v in (value, stated)]
             said.append(f"{name.replace(p.name, called)} is {' instead of '.join(both)}")

@@ -109,8 +109,7 @@ def _judged(one, settings, findings):
     model, fitted, base, best = found.rig, found.spectrum, found.base, found.best
     of_change = model.before is not None
     left = residual_share(*(misfit(e.model, fitted, e.theta) for e in (base, best.fit)), fitted.data_count)
-    weights = found.posterior()
-    probability, inadequacy = _probability(weights), found.settings.model_inadequacy
+    probability, inadequacy = _probability(found.posterior()), found.settings.model_inadequacy
     stated, gain = _stated(found.credible(STATED_SET), best), gain_of(found, held, expected)
     kind = _kind(found, probability, is_alone=not stated, is_contradicted=is_contradicted(found, expected, gain))
     over, odd = over_its_forms(found, STATED_SET) if kind in ("cause", "ambiguous") else (None, [])
@@ -143,8 +142,7 @@ def _judged(one, settings, findings):
         findings=worst_first([*findings, *findings_of(one, kind), *odd]),
     )
     verdict = verdict.model_copy(update={"summary": summary(verdict, of_change)})
-    alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
-    return Diagnosis(verdict, found, held, best.fit, alternatives)
+    return Diagnosis(verdict, found, held, best.fit, frozenset(c.cause for _, parts, _ in stated for c in parts))
 
 
 def _kind(found, probability, *, is_alone, is_contradicted):

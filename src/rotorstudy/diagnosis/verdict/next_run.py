@@ -83,8 +83,7 @@ def _trials(found, measured):
             continue
         size = TRIAL * _vibration(measured, measured.amplitude) / _vibration(measured, change) * parameter.typical
         term, place = replace(term, values={parameter.name: complex(size)}), {"node": node}
-        unbalance = size / parameter.also["unbalance"][1]
-        trials.append(_Trial(Place.of("unbalance", place, structure), term, unbalance))
+        trials.append(_Trial(Place.of("unbalance", place, structure), term, size / parameter.also["unbalance"][1]))
     return trials
 
 

@@ -36,8 +36,7 @@ def resultant_of(found: Search, best: Explanation) -> Resultant | None:
     sums = np.kron(weights, np.eye(2))
     together, spread = sums @ vector, sums @ covariance @ sums.T
     each = np.sqrt(np.diag(covariance).reshape(-1, 2).mean(axis=1))
-    least = np.sqrt(np.trace(spread) / 2)
-    if each.max() < WORSE * least or each.max() < NEGLIGIBLE * np.hypot(*together):
+    if each.max() < WORSE * np.sqrt(np.trace(spread) / 2) or each.max() < NEGLIGIBLE * np.hypot(*together):
         return None
     _, (size, angle), spread = magnitude_and_phase(["sum_real", "sum_imag"], together, spread)
     std = np.sqrt(np.diag(spread))

@@ -141,8 +141,7 @@ def _named(causes):
 
 def _ambiguous(verdict, something):
     """The most likely causes of an ambiguous verdict; first those that are in doubt beside no other."""
-    least = verdict.settings.naming_probability
-    sure = [cause for cause in verdict.causes if cause.posterior_probability >= least]
+    sure = [cause for cause in verdict.causes if cause.posterior_probability >= verdict.settings.naming_probability]
     likely, what = _named([cause for cause in verdict.causes if cause not in sure] or verdict.causes)
     if not 0 < len(sure) < len(verdict.causes):
         return f"{something}. The most likely cause ({likely}) is {what}."

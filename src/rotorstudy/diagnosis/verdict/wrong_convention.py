@@ -43,8 +43,7 @@ def tested_convention(begun, spectrum):
     model, prior, about = base.model, base.prior, base.stated_theta  # all are linearised about the stated values
     every = list(hypotheses(spectrum, model))
     models = (model, replace(model, from_unloaded_line=not model.from_unloaded_line))
-    order = carried_order(spectrum)
-    linearised = [shown_and_slopes(one, spectrum, about, prior.names, order) for one in models]
+    linearised = [shown_and_slopes(one, spectrum, about, prior.names, carried_order(spectrum)) for one in models]
     films = begun.spectrum.covariance - with_model_error(spectrum, settings).covariance
     screened = []
     for hypothesis in every:
