@@ -61,7 +61,7 @@ def balanced(seed, updated="", share=1.0):
             write_rig(identify_runs(folder / "runs.yaml", folder / "rig.yaml").rig, rig, "updated")
         if updated == "by other records":
             write_table(folder / "baseline.csv", machine, machine.reading(machine.motion(own=own), rng))
-        found, _, _ = balance_files([folder / "baseline.csv"], rig, [node + 1 for node in PLANES])
+        found, _ = balance_files([folder / "baseline.csv"], rig, [node + 1 for node in PLANES])
     added = list(zip(PLANES, found.corrections @ [1, 1j], strict=True))
     left = np.abs(machine.motion(added, own)).sum(axis=1)
     shown = np.abs(machine.reading(machine.motion(added, machine.scattered(rng)), rng)).sum(axis=1)

@@ -33,7 +33,7 @@ def run(given):
     sense = conventions.sense
     holes = None if given.holes is None else equal_holes(given.holes, given.weights, sense)
     planes = [int(plane) if plane.isdecimal() else plane for plane in given.planes]
-    found, _, findings = balance_files(given.records, rig, planes, holes)
+    found, findings = balance_files(given.records, rig, planes, holes)
     tell(findings)
     if holes:
         where = f"in {given.holes} holes at equal angles ({conventions.shaft_angles})"

@@ -32,8 +32,7 @@ class Plugin:
     checked: str = field(default="", kw_only=True)
 
     def __new__(cls, *_, **stated):
-        known = [one.name for one in fields(cls)]
-        check_known("property", stated, known, f"@{cls.__name__}", PluginError)
+        check_known("property", stated, [one.name for one in fields(cls)], f"@{cls.__name__}", PluginError)
         return super().__new__(cls)
 
     def __post_init__(self):

@@ -166,8 +166,7 @@ class Assembled:
     @cached_property
     def output_table(self) -> tuple[list[int], EntryTable]:
         """Positions in `theta` and EntryTable of the amplitudes that the measured output is linear in."""
-        first = len(self.rotor_unknowns)
-        linear = [(p, u) for p, u in enumerate(self.output_unknowns, start=first) if not u.exact]
+        linear = [(p, u) for p, u in enumerate(self.output_unknowns, start=len(self.rotor_unknowns)) if not u.exact]
         return [p for p, _ in linear], EntryTable(tuple(u for _, u in linear), len(self.sensors))
 
     def matrices(self, theta: np.ndarray) -> Matrices:

@@ -89,8 +89,7 @@ def _options_model(functions, given_by_engine):
         if name not in given_by_engine:
             annotation = float if argument.annotation is argument.empty else argument.annotation
             fields[name] = (annotation, ... if argument.default is argument.empty else argument.default)
-    config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
-    return create_model("Options", __config__=config, **fields)
+    return create_model("Options", __config__=ConfigDict(extra="forbid", strict=True, allow_inf_nan=False), **fields)
 
 
 def named_keys(annotation, loc=()):

@@ -68,8 +68,7 @@ class Scales:
     @property
     def length(self) -> float:
         """Usual displacement, m: the static deflection g / w^2 or the vibration measured, whichever is larger."""
-        sag = self.gravity / self.frequency**2
-        return max(sag, self.measured) or STILL_LENGTH
+        return max(self.gravity / self.frequency**2, self.measured) or STILL_LENGTH
 
     @property
     def vibration(self) -> float:

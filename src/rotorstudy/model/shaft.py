@@ -55,6 +55,28 @@ class RigidDisc(NamedTuple):
 class Shaft:
     """What a Structure tells about its places, cracks and statics, from its fields."""
 
+    def default_node(self) -> int:
+        """The node of a rotor that has only one, for effects without a stated node; CannotAct if it has several."""
+        if len(self.nodes) > 1:
+            raise CannotAct(f"this rotor has nodes {list(self.nodes)}; choose one with 'node:'")
+        return self.nodes[0]
+
+    def against_casing(self, node: int | None) -> np.ndarray:
+        """Motion (dof,) of a node, 1, against its housing, or the casing on the nearest block under two bearings.
+
+        That of the node alone, as of `Structure.unit`, where there is neither.
+        """
+        here, at = self.unit(node), self.node_positions
+        if node in self.housings:
+            return here - self.unit(node, "housing")
+        under = (term.options for term in self.foundation)
+        blocks = [(one["node"], one["second_node"]) for one in under if one.get("second_node")]
+        if not blocks or node not in at:
+            return here
+        first, last = min(blocks, key=lambda ends: abs(at[ends[0]] + at[ends[1]] - 2 * at[node]))
+        share = (at[node] - at[first]) / (at[last] - at[first])
+        return here - (1 - share) * self.unit(first, "housing") - share * self.unit(last, "housing")
+
     def label_at(self, where: dict) -> str:
         """What the rig calls the disc or bearing at a place, such as {"node": 2}; empty if it has no label."""
         node = where.get("node")
@@ -160,8 +182,7 @@ class Shaft:
     def bearing_load(self, node: int) -> float:
         """Static load on a bearing, N downward, if bearings are rigid (exact for two); negative if the rotor lifts."""
         i = self.index(node)
-        deflection = self._deflection_on_rigid_bearings
-        left = self.static_load - self.stiffness @ deflection
+        left = self.static_load - self.stiffness @ self._deflection_on_rigid_bearings
         held = [self.dofs.index((n, "translation")) for n in self.bearing_nodes if (n, "translation") in self.dofs]
         if np.abs(np.delete(left, held)).max(initial=0) > UNBALANCED * np.abs(self.static_load).max():
             raise CannotAct("the bearings and supports do not carry the rotor, so their static loads are not known")

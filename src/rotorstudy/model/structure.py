@@ -201,46 +201,6 @@ class Structure(Shaft):
         here[self.index(node, motion)] = 1.0
         return here
 
-    def against_casing(self, node: int | None) -> np.ndarray:
-        """Motion of a node against its housing, or the casing on the block nearest to it that is under two bearings.
-
-        Parameters
-        ----------
-        node : int or None
-            As of `index`.
-
-        Returns
-        -------
-        array (dof,)
-            Of unit 1; that of `unit` where there is neither.
-        """
-        here, at = self.unit(node), self.node_positions
-        if node in self.housings:
-            return here - self.unit(node, "housing")
-        under = (term.options for term in self.foundation)
-        blocks = [(one["node"], one["second_node"]) for one in under if one.get("second_node")]
-        if not blocks or node not in at:
-            return here
-        first, last = min(blocks, key=lambda ends: abs(at[ends[0]] + at[ends[1]] - 2 * at[node]))
-        share = (at[node] - at[first]) / (at[last] - at[first])
-        return here - (1 - share) * self.unit(first, "housing") - share * self.unit(last, "housing")
-
-    def default_node(self) -> int:
-        """The node of a rotor that has only one, for effects without a stated node.
-
-        Returns
-        -------
-        int
-
-        Raises
-        ------
-        CannotAct
-            If the rotor has several nodes.
-        """
-        if len(self.nodes) > 1:
-            raise CannotAct(f"this rotor has nodes {list(self.nodes)}; choose one with 'node:'")
-        return self.nodes[0]
-
 
 def at_supports(structure, sensors):
     """Places of an effect of the supports: the nodes of the bearings; without bearings, every node."""

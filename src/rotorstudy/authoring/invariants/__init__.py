@@ -50,8 +50,3 @@ def _outcome(check, plugin):
         told = isinstance(error, (BrokenInvariant, RotorstudyError))
         return Outcome(check.__doc__, "fails", said if told else blamed(error) or f"{type(error).__name__}: {said}")
     return Outcome(check.__doc__, "holds" if is_claimed(check, plugin) else "not claimed", "")
-
-
-def broken_invariants(plugin):
-    """Failed checks of a plugin: statement -> what is wrong."""
-    return {outcome.statement: outcome.wrong for outcome in outcomes(plugin) if outcome.state == "fails"}

@@ -44,7 +44,6 @@ def bearing_carries(plugin):
         spring = "give it a spring of entries, or make its nonlinear force an effect beside a linear bearing"
         raise BrokenInvariant(f"it has no static stiffness and does not carry the shaft; {spring}") from None
     down = np.real(deflection @ structure.static_load)
-    require(np.isfinite(down).all(), "it has no static stiffness and does not carry the shaft")
     require((down > 0).all(), f"the shaft rises against its weight at {np.array(SPEEDS)[down <= 0]} rad/s")
 
 

@@ -192,10 +192,8 @@ def _tried(work, starts, convergence):
     """Fits from those starts at which the rotor has a steady state, the best first."""
     found = []
     for causes, amplitudes in starts:
-        try:
+        with suppress(CannotAct, NoSteadyState, NoConvergenceError):  # in that shape
             found.append(fitted_from(work, causes, amplitudes, convergence))
-        except (CannotAct, NoSteadyState, NoConvergenceError):  # in that shape
-            continue
     return _sorted(found)
 
 

@@ -59,15 +59,15 @@ class Balancing(NamedTuple):
 
 def balance_files(
     paths: Sequence[str | Path], rig: str | Path | RigFile, planes: Sequence[int | str], holes: Holes | None = None
-) -> tuple[Balancing, Conventions, list[Finding]]:
-    """`balance` by records, tables of harmonics or one imported spectrum; with the Conventions, and findings on them.
+) -> tuple[Balancing, list[Finding]]:
+    """`balance` by records, tables of harmonics or one imported spectrum; with findings on them.
 
     rig : best as updated by `rotorstudy identify`
     """
     rig = read_rig(rig)
     settings, conventions = read_settings(rig.given, str(rig.path)), read_conventions(rig.given, str(rig.path))
     spectrum, model, findings = measured_spectrum(paths, rig)
-    return balance(spectrum, model, planes, settings, conventions, holes), conventions, findings
+    return balance(spectrum, model, planes, settings, conventions, holes), findings
 
 
 def balance(

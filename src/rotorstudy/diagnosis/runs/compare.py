@@ -127,7 +127,6 @@ def _at_common_speeds(before, after):
     for name, one, other in (
         ("sensors", list(before.sensors), list(after.sensors)),
         ("harmonics", before.harmonics.tolist(), after.harmonics.tolist()),
-        ("single probes", before.single_probes, after.single_probes),
         ("directions of single probes in degrees", _directions(before), _directions(after)),
     ):
         if one != other:

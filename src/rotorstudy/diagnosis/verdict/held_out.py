@@ -1,5 +1,6 @@
 """Held-out speeds: which, how well each model predicts them, and what that says of an explanation."""
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -133,10 +134,8 @@ def with_held_out(found: Search, held: Spectrum | None) -> Search:
     least, gains = max(map(odds_of, found.explanations)) - NEAR, {frozenset(): stated}
     for key, one in found.found.items():
         if one.causes and odds_of(one) > least:
-            try:
+            with suppress(NoSteadyState):
                 gains[key] = log_likelihood(one, found, held)
-            except NoSteadyState:
-                continue
     weighed = {
         key: replace(found.found[key], log_posterior_odds=odds_of(found.found[key]) + gain - stated)
         for key, gain in gains.items()
