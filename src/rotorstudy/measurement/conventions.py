@@ -1,5 +1,6 @@
 """The section `measurement:` of a rig file: channels, their units and the directions of the probes."""
 
+from itertools import zip_longest
 from typing import Annotated, Literal
 
 import numpy as np
@@ -121,18 +122,16 @@ class Conventions(Strict):
 
     def reading(self, nodes, directions=()):
         """The Reading of records of some nodes. directions : (node,) rad of their only probes, NaN for orbits."""
-        probes = {}
-        for node in nodes:
-            own = (probe for probe in self.probes if probe.node in (None, node))
-            probes[node] = {probe.channel: float(self.direction_rad(probe.angle_deg)) for probe in own}
-        every = Reading({node: found for node, found in probes.items() if found})
-        for node, only in zip(nodes, directions, strict=False):
+        reading = Reading({}, float(self.sense * np.deg2rad(self.gravity_angle_deg)), self.mark_rad)
+        for node, only in zip_longest(nodes, directions, fillvalue=np.nan):
+            own = [probe for probe in self.probes if probe.node in (None, node)]
+            if own:
+                reading.probes[node] = {one.channel: float(self.direction_rad(one.angle_deg)) for one in own}
             if np.isfinite(only):
-                own = every.probes_at(node)
-                along = {name: a for name, a in own.items() if abs(np.sin(a - only)) < LEAST_ANGLE_RAD}
-                probes[node] = along or {"probe": float(only)}
-        gravity = self.sense * np.deg2rad(self.gravity_angle_deg)
-        return Reading({node: found for node, found in probes.items() if found}, float(gravity), self.mark_rad)
+                each = reading.probes_at(node).items()
+                along = {name: a for name, a in each if abs(np.sin(a - only)) < LEAST_ANGLE_RAD}
+                reading.probes[node] = along or {"probe": float(only)}
+        return reading
 
     def node(self, label, where):
         """Node of the rig for the label of a node in a file."""

@@ -1,6 +1,7 @@
 """What is corrected in a spectrum before a fit: repeats at one speed, slow roll, and a mean that was not recorded."""
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
@@ -30,8 +31,11 @@ def averaged(spectrum: Spectrum, where: str) -> tuple[Spectrum, list[Finding]]:
     mean = np.array([spectrum.amplitude[group].mean(axis=0) for group in groups])
     squares, expected, freedom = 0.0, 0.0, 0
     for group, centre in zip(groups, mean, strict=True):
-        _check_distinct(spectrum, group, where)
-        squares = squares + np.sum(np.abs(spectrum.amplitude[group] - centre) ** 2, axis=0)
+        records = spectrum.amplitude[group]
+        if len(spectrum.speed) <= MANY and any(np.array_equal(*pair) for pair in combinations(records, 2)):
+            speed = spin(spectrum.speed[group[0]])
+            raise RotorstudyError(f"{where}: the same record occurs twice at {speed}; give it once")
+        squares = squares + np.sum(np.abs(records - centre) ** 2, axis=0)
         expected = expected + (len(group) - 1) * spectrum.variance[group].mean(axis=0)
         freedom += 2 * (len(group) - 1)
     # the expected value of an inverse chi-square variable: few repeats leave the variance uncertain
@@ -53,15 +57,6 @@ def _groups(speed):
         else:
             groups.append([one])
     return groups
-
-
-def _check_distinct(spectrum, group, where):
-    if len(spectrum.speed) > MANY:
-        return
-    for i, one in enumerate(group):
-        if any(np.array_equal(spectrum.amplitude[one], spectrum.amplitude[other]) for other in group[:i]):
-            speed = spectrum.speed[one]
-            raise RotorstudyError(f"{where}: the same record occurs twice at {spin(speed)}; give it once")
 
 
 def _findings(squares, expected, freedom, counts, where):

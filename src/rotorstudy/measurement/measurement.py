@@ -80,8 +80,8 @@ def measured_spectrum(
     RotorstudyError
         For files that cannot be read, and for findings that are errors, which are listed.
     """
-    rig = read_rig(rig)
-    paths = _listed(paths)
+    rig, paths = read_rig(rig), _listed(paths)
+    conventions = read_conventions(rig.given, str(rig.path))
     imported = [path for path in paths if is_spectrum(path)]
     if imported:
         if len(paths) > 1:
@@ -89,14 +89,13 @@ def measured_spectrum(
         if method is not None:
             raise _no_record_for(method, imported[0], "is a spectrum")
         spectrum, findings, zero, read = load_imported(imported[0])
-        conventions = read_conventions(rig.given, str(rig.path))
         if rig.given.get("measurement") and read not in (None, conventions.as_text()):
             raise RotorstudyError(
                 f"{imported[0]}: it was imported by another section 'measurement:' than that of {rig.path}, {read}; "
                 "import the records again, or give this rig file the same section"
             )
-        conventions = conventions.model_copy(update={"displacement_zero": zero})
-        model = measured_model(rig, spectrum.sensors, [conventions], spectrum.directions)
+        stated = [conventions.model_copy(update={"displacement_zero": zero})]
+        model = measured_model(rig, spectrum.sensors, stated, spectrum.directions)
     else:
         measurement = read_measurement(paths, rig, with_signals=method is not None)
         spectrum, model, findings = measurement.spectrum, measurement.rig, measurement.findings
@@ -110,8 +109,7 @@ def measured_spectrum(
     where = ", ".join(path.name for path in paths)
     check_spectrum(spectrum, where)
     spectrum, notes = averaged(spectrum, where)
-    below = read_conventions(rig.given, str(rig.path)).slow_roll_below_rpm
-    spectrum, slow = without_slow_roll(spectrum, model, below, where)
+    spectrum, slow = without_slow_roll(spectrum, model, conventions.slow_roll_below_rpm, where)
     spectrum, coupled = without_missing_mean(spectrum, model, where)
     findings = worst_first([*findings, *notes, *slow, *coupled])
     for finding in findings:

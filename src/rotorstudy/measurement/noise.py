@@ -29,14 +29,10 @@ def standard_normal(seed, study, trials, shape):
 
 
 def noise_std(spectrum, level, model, samples):
-    """Standard deviation of the real and of the imaginary part of each harmonic.
+    """(speed, harmonic, sensor) standard deviation, m, of the real and of the imaginary part of each harmonic.
 
-    spectrum : Spectrum without noise;  level : 0.01 for 1 %
-    model    : "per harmonic": `level` times the size of that harmonic, circular; "per harmonic, same at all speeds":
-               the same, but with one draw used at every speed;
-               "white in time": white noise on each sample of x and of y, its std `level` times the rms of the
-               fluctuating part of the signal (mean of x and y), in a record of whole revolutions with `samples` samples
-    returns  : (speed, harmonic, sensor) m
+    spectrum : Spectrum without noise;  level : 0.01 for 1 %, of the size of each harmonic, or of the rms of the
+    fluctuating part (mean of x and y) as white noise on each of the `samples` samples of whole revolutions
     """
     size = np.abs(spectrum.amplitude)
     if MODELS[model].own_size:
@@ -55,6 +51,5 @@ def with_noise(spectrum, level, model, samples, numbers=None):
     known = replace(spectrum, covariance=independent_covariance(std**2))
     if numbers is None:
         return known
-    if MODELS[model].one_draw:
-        numbers = numbers[:, :, :1]
+    numbers = numbers[:, :, :1] if MODELS[model].one_draw else numbers
     return known.with_amplitude(spectrum.amplitude + std * (numbers[:, 0] + 1j * numbers[:, 1]))

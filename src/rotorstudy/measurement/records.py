@@ -114,9 +114,8 @@ def cut_to_whole_revolutions(record):
     step = (record.time[-1] - record.time[0]) / (len(record.time) - 1)
     revolutions = np.floor(record.speed * step * len(record.time) / (2 * np.pi) + 1e-6)
     samples = round(revolutions * 2 * np.pi / (record.speed * step))
-    signals = {name: getattr(record, name) for name in ("reference", "keyphasor")}
-    signals = {name: None if one is None else one[:samples] for name, one in signals.items()}
-    return replace(record, time=record.time[:samples], displacement=record.displacement[..., :samples], **signals)
+    signals = {name: getattr(record, name) for name in ("time", "displacement", "reference", "keyphasor")}
+    return replace(record, **{name: None if one is None else one[..., :samples] for name, one in signals.items()})
 
 
 def simulate_records(

@@ -50,6 +50,10 @@ class Whitened:
         """The spectrum with errors of unit variance that sensors share, as whitened data (component, unknown)."""
         return replace(self, shared_error=np.asarray(columns))
 
+    def without_common_error(self):
+        """The spectrum with the noise of its sensors alone, so that speeds are independent."""
+        return replace(self, common_error=None, shared_error=None)
+
     @cached_property
     def _common(self):
         """Directions (component, error) of the common errors, of data whitened by noise, and variances (error,)."""
@@ -65,6 +69,15 @@ class Whitened:
         speeds, sensors, size, _ = self.covariance.shape
         full = np.einsum("vsij,st->visjt", self.covariance, np.eye(sensors))
         return full.reshape(speeds, size * sensors, size * sensors)
+
+    def covariance_times(self, amplitude: np.ndarray) -> np.ndarray:
+        """Covariance, without shared errors, times harmonics (speed, harmonic, sensor), m: the same in m^3."""
+        real, imaginary = np.split(np.einsum("wscd,wds->wcs", self.covariance, components(amplitude)), 2, axis=1)
+        found = real + 1j * imaginary
+        if self.common_error is None:
+            return found
+        along = np.sum((self.common_error.conj() * amplitude).real, axis=(1, 2, 3))
+        return found + np.tensordot(along, self.common_error, 1)
 
     @cached_property
     def whitener(self) -> np.ndarray:
@@ -92,9 +105,7 @@ class Whitened:
     @property
     def log_shared_volume(self) -> float:
         """Logarithm of the determinant of the covariance of whitened data, which is that of the errors they share."""
-        if self.shared_error is None or not self.shared_error.size:
-            return 0.0
-        return float(np.log1p(self._shared[1]).sum())
+        return 0.0 if self.shared_error is None else float(np.log1p(self._shared[1]).sum())
 
     def log_change(self, matrix: np.ndarray) -> float:
         """Logarithm of the determinant of a linear change (sensor, component, component) of the data of all speeds."""
@@ -105,7 +116,7 @@ class Whitened:
     def whitened(self, amplitude: np.ndarray) -> np.ndarray:
         """Harmonics (..., speed, harmonic, sensor), m, as the data (..., component) in their standard deviations."""
         found = self.whitened_by_common(self._with_own_noise(amplitude))
-        return found if self.shared_error is None or not self.shared_error.size else _whitened(found, *self._shared)
+        return found if self.shared_error is None else _whitened(found, *self._shared)
 
     def whitened_by_common(self, data: np.ndarray) -> np.ndarray:
         """Data (..., component) in standard deviations of the noise of each sensor, whitened by common errors too."""
@@ -200,26 +211,6 @@ class Spectrum(Whitened):
         common = 0.0 if self.common_error is None else np.sum(np.abs(self.common_error) ** 2, axis=0)
         return np.swapaxes(real + imag, 1, 2) + common
 
-    def covariance_times(self, amplitude: np.ndarray) -> np.ndarray:
-        """Covariance, without shared errors, times harmonics.
-
-        Parameters
-        ----------
-        amplitude : array (speed, harmonic, sensor)
-            Complex, m.
-
-        Returns
-        -------
-        array (speed, harmonic, sensor)
-            Complex, m^3.
-        """
-        real, imaginary = np.split(np.einsum("wscd,wds->wcs", self.covariance, components(amplitude)), 2, axis=1)
-        found = real + 1j * imaginary
-        if self.common_error is None:
-            return found
-        along = np.sum((self.common_error.conj() * amplitude).real, axis=(1, 2, 3))
-        return found + np.tensordot(along, self.common_error, 1)
-
     def shown(self, amplitude: ArrayLike) -> np.ndarray:
         """What the probes show of harmonics: at a node with a single probe the motion along it.
 
@@ -271,15 +262,6 @@ class Spectrum(Whitened):
         """
         variance = variance * np.where(np.isnan(self.directions), 1.0, 2.0)
         return replace(self, covariance=self.covariance + independent_covariance(variance))
-
-    def without_common_error(self) -> "Spectrum":
-        """The spectrum with the noise of its sensors alone, so that speeds are independent.
-
-        Returns
-        -------
-        Spectrum
-        """
-        return replace(self, common_error=None, shared_error=None)
 
     def at_speeds(self, chosen: ArrayLike) -> "Spectrum":
         """The spectrum at some of its speeds.
