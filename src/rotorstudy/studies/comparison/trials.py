@@ -47,31 +47,29 @@ def make_trials(config, rotor_index, rotor, fault_name, place, levels, count):
 
 def trial_spectra(method, trials, harmonics):
     """Harmonics (level, trial, harmonic, sensor), and the mean over the trials of their stated covariance."""
-    sensors, samples = trials.signal.shape[2:]
+
+    def record(signal, keyphasor):
+        flat = signal.reshape(-1, len(trials.time))
+        return Record(trials.time, flat, trials.label, tuple(range(len(flat))), keyphasor=keyphasor)
 
     def spectrum(signal, keyphasor, phase):
         """Of signals (..., time): (..., harmonic), (..., component, component)."""
-        flat = signal.reshape(-1, samples)
-        record = Record(trials.time, flat, trials.label, tuple(range(len(flat))), keyphasor=keyphasor)
-        found = full_spectrum([record], harmonics, method, phase)
+        found = full_spectrum([record(signal, keyphasor)], harmonics, method, phase)
         amplitude, covariance = found.amplitude[0].T, found.covariance[0]
-        return tuple(part.reshape(*signal.shape[:-1], *part.shape[1:]) for part in (amplitude, covariance))
+        return [part.reshape(*signal.shape[:-1], *part.shape[1:]) for part in (amplitude, covariance)]
 
-    one_mark = len(trials.keyphasor) == 1
-    if one_mark or not method.uses_marks:
-        phase = "keyphasor" if one_mark else "none"
-        amplitude, covariance = spectrum(trials.signal, trials.keyphasor[0], phase)
-    if not one_mark:
-        turned = []
-        for t, keyphasor in enumerate(trials.keyphasor):
-            if method.uses_marks:
-                turned.append(spectrum(trials.signal[:, t], keyphasor, "keyphasor"))
-            else:
-                signal, sensor = trials.signal[0, t], tuple(range(sensors))
-                record = Record(trials.time, signal, trials.label, sensor, keyphasor=keyphasor)
-                phase = phase_by_marks(record, harmonics, method)
-                turned.append(compensate(amplitude[:, t], covariance[:, t], *phase))
-        amplitude, covariance = (np.stack(part, axis=1) for part in zip(*turned, strict=True))
+    def by_mark(part):
+        """Of all trials of one keyphasor, or of each of its own."""
+        return np.split(part, len(trials.keyphasor), axis=1)
+
+    pairs = list(zip(by_mark(trials.signal), trials.keyphasor, strict=True))
+    if method.uses_marks:
+        each = [spectrum(*pair, "keyphasor") for pair in pairs]
+    else:
+        parts = map(by_mark, spectrum(trials.signal, trials.keyphasor[0], "none"))
+        phases = (phase_by_marks(record(*pair), harmonics, method) for pair in pairs)
+        each = [compensate(*own, *phase) for *own, phase in zip(*parts, phases, strict=True)]
+    amplitude, covariance = (np.concatenate(part, axis=1) for part in zip(*each, strict=True))
     return np.swapaxes(amplitude, 2, 3), covariance.mean(axis=1)
 
 
