@@ -171,12 +171,8 @@ def _sense(seen):
 
 def likely_kind(speeds, orders, seen):
     """A sentence on what a line may be, with the reason."""
-    steady = np.ptp(orders * speeds) < SAME * np.mean(orders * speeds)
-    tracks = np.ptp(orders) < SAME * np.mean(orders)
-    one_speed = np.ptp(speeds) < APART * np.mean(speeds)
-    if one_speed:
-        steady = tracks = True  # one speed does not tell
-    kinds = []
+    one_speed, kinds = np.ptp(speeds) < APART * np.mean(speeds), []
+    steady, tracks = (one_speed or np.ptp(one) < SAME * np.mean(one) for one in (orders * speeds, orders))
     if steady:
         multiples = [(times, mains) for mains in MAINS_HZ for times in range(1, MOST_MAINS + 1)]
         near = [f"{m} x {mains:g} Hz" for m, mains in multiples if abs(seen.hertz / (m * mains) - 1) < MAINS_OFF]

@@ -202,10 +202,10 @@ def read_measurement(
     conventions = with_harmonics_of_tables(conventions, of_probes)
     nodes, found, findings = rig.model.structure.measurable, [], []
     for table in tables:
-        notes = check_stated(table, conventions)
-        of_speeds, more = read_table(table, conventions, nodes)
+        findings += check_stated(table, conventions)
+        of_speeds, notes = read_table(table, conventions, nodes)
         found += of_speeds
-        findings += notes + more
+        findings += notes
     analysed, read_by, notes = _analysed_records(in_time, conventions, nodes, with_signals)
     stated = [conventions] * len(found) + read_by
     found, findings = found + analysed, findings + notes

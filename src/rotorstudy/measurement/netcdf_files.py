@@ -71,18 +71,16 @@ def read_netcdf(path, conventions, nodes):
         time = _scaled(data.time, SECONDS, "s", path)
         speeds = [None] * data.sizes["speed"]
         if "speed" in data.coords:
-            speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path)
+            speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path).tolist()
         for i, speed in enumerate(speeds):
-            label = conventions.label_rad_per_s(Path(path), None if speed is None else float(speed))
+            label = conventions.label_rad_per_s(Path(path), speed)
             where = f"{path}" if label is None else f"{path}, {spin(label, 6)}"
             one = data.isel(speed=i)
             readings = _readings(path, one, probes, conventions, where)
-            signals = [one[name].values if name in data else None for name in ("keyphasor", "reference")]
-            marks = None
-            if "phase_mark_time" in data:
-                marks = _scaled(one.phase_mark_time, SECONDS, "s", path).ravel()
-                marks = marks[np.isfinite(marks)]
-            raw = assemble(readings, axes, nodes, time, label, signals[0], marks, signals[1], where)
+            keyphasor, reference = (one[name].values if name in data else None for name in ("keyphasor", "reference"))
+            marks = _scaled(one.phase_mark_time, SECONDS, "s", path) if "phase_mark_time" in data else None
+            marks = None if marks is None else marks[np.isfinite(marks)]
+            raw = assemble(readings, axes, nodes, time, label, keyphasor, marks, reference, where)
             yield replace(raw, conventions=as_read)
 
 

@@ -52,7 +52,8 @@ def check_rig(path):
     except RotorstudyError as error:
         said = str(error).removeprefix(str(path)).lstrip(":, ")
         return RigCheck([Finding("error", "not valid", str(path), said), *(_implausible(rig) if rig else ())])
-    findings = [*_sections(rig, model), *_implausible(rig), *odd_materials(rig.given["rotor"])]
+    probes, of_probes = _probes(rig, model)
+    findings = [*_diagnosis(rig, model), *of_probes, *_implausible(rig), *odd_materials(rig.given["rotor"])]
     bearings = [item for item in rig.given.get("bearings") or [] if isinstance(item, dict)]
     loads = _loads(model.structure)
     findings += [*odd_discs(model.structure), *stated_loads(bearings, loads), *odd_films(bearings, loads)]
@@ -68,7 +69,8 @@ def check_rig(path):
             findings.append(Finding("error", "rotor", str(path), str(error)))
         else:
             findings += [*_wide_orbits(model, analysis), *_of_analysis(analysis, str(path))]
-            findings += _probes_at_nodes(model, analysis, _probe_nodes(rig, model))
+            stated = {probe.node for probe in probes} & set(model.structure.nodes)
+            findings += _probes_at_nodes(model, analysis, sorted(stated) or model.sensors)
     return RigCheck(worst_first(findings), analysis, valid, model)
 
 
@@ -114,8 +116,8 @@ def _implausible(rig):
     return implausible_numbers({key: given for key, given in rig.given.items() if key not in NO_SIZES})
 
 
-def _sections(rig, model):
-    """Findings on the sections that other commands read."""
+def _diagnosis(rig, model):
+    """Findings on the section `diagnosis:`."""
     path = str(rig.path)
     try:
         settings = read_settings(rig.given, path)
@@ -125,37 +127,26 @@ def _sections(rig, model):
                 yield told("uncertainty", f"{path}, diagnosis", name=name, share=share, percent=percent(share))
     except RotorstudyError as error:
         yield Finding("error", "diagnosis", path, str(error))
+
+
+def _probes(rig, model):
+    """The probes of the section `measurement:`, and findings on it."""
+    path, probes = str(rig.path), []
     try:
-        conventions = read_conventions(rig.given, path)
-        for probe in conventions.probes:
-            if probe.node is not None:
-                check_known("node", [probe.node], model.structure.measurable, f"probe '{probe.channel}'")
+        probes = read_conventions(rig.given, path).probes
+        for probe in (probe for probe in probes if probe.node is not None):
+            check_known("node", [probe.node], model.structure.measurable, f"probe '{probe.channel}'")
     except RotorstudyError as error:
-        yield Finding("error", "measurement", path, str(error))
-        return
-    yield from check_probes(conventions.probes, path)
-    if "measurement" not in rig.given:
-        yield told("measurement", path)
-
-
-def _probe_nodes(rig, model):
-    try:
-        probes = read_conventions(rig.given, str(rig.path)).probes
-    except RotorstudyError:  # is a finding already
-        probes = []
-    stated = {probe.node for probe in probes} & set(model.structure.nodes)
-    return sorted(stated) or list(model.sensors)
+        return probes, [Finding("error", "measurement", path, str(error))]
+    return probes, [*check_probes(probes, path), *([] if "measurement" in rig.given else [told("measurement", path)])]
 
 
 def _loads(structure):
     """{node: N} static loads of the bearings if they are rigid."""
-    found = {}
-    for node in structure.bearing_nodes:
-        try:
-            found[node] = structure.bearing_load(node)
-        except CannotAct:
-            continue
-    return found
+    try:
+        return {node: structure.bearing_load(node) for node in structure.bearing_nodes}
+    except CannotAct:
+        return {}
 
 
 def _of_analysis(analysis, path):

@@ -64,10 +64,9 @@ def fronts(config):
             add_form(cracked, position, arc_form(part, depth, curvature, closing=moment), angle)
             try:
                 shown = _shown(machine, cracked) - rest * (machine.harmonics == 0)[:, None]
+                break
             except NoSteadyState:
                 unstable.append(trial)
-                continue
-            break
         spectrum = machine.noisy_spectrum(shown, config.usual_noise_percent)
         size = len(machine.prior.names)
         (draw,) = standard_normal(settings.seed, trial, 1, size + 2 * shown.size)
