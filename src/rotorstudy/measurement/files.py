@@ -115,10 +115,9 @@ def _times(path, conventions, channels, wanted, length):
                     "export all channels at one rate, or those with other times to another file"
                 )
         return time
-    try:
-        time = channels.values(name) * SECONDS[unit] if name in channels.names else np.zeros(2)
-    except RotorstudyError:  # a date
-        time = np.zeros(2)
+    time = np.zeros(2)
+    with suppress(RotorstudyError):  # of a date
+        time = channels.values(name) * SECONDS[unit] if name in channels.names else time
     if (np.diff(time) > 0).all() and abs((own := (len(time) - 1) / np.ptp(time)) / rate - 1) > SAME_RATE:
         raise RotorstudyError(
             f"{path}: channel '{name}' has {own:.6g} samples per second, and the rig states sample_rate_Hz = {rate:g}; "

@@ -124,12 +124,12 @@ def seen_by(readings, angle, harmonics):
     both = np.concatenate([[0], orders, -orders])
     enough = np.isfinite(readings).sum(axis=-1) > 2 * len(harmonics)
     fits = fit_each(readings, angle, both, in_cosines)
-    return [_seen(fit, len(orders)) if ok else Seen(0.0, 0.0, 0.0, 0.0) for fit, ok in zip(fits, enough, strict=True)]
+    return [_seen(fit) if ok else Seen(0.0, 0.0, 0.0, 0.0) for fit, ok in zip(fits, enough, strict=True)]
 
 
-def _seen(fit, orders):
+def _seen(fit):
     lines, samples = np.hypot(*np.split(fit.amplitude[1:], 2)) / np.sqrt(2), len(fit.residual)
-    noise = np.sqrt(np.sum(fit.residual**2) / max(1, samples - 2 * orders - 1))
+    noise = np.sqrt(np.sum(fit.residual**2) / max(1, samples - len(fit.amplitude)))
     return Seen(np.linalg.norm(lines), noise, np.sqrt(2 * LOUD / samples) * noise, lines.max())
 
 

@@ -104,23 +104,11 @@ def compare(config):
         return {"stiffness": stiffness, "mean_natural_frequency": mean, **found}
 
     losses = [[_loss(config.shaft, depth, ratio) for ratio in ratios] for depth in depths.values()]
-    return results(
-        "cracks",
-        config.title,
-        ("crack",),
-        at,
-        crack=list(cracks),
-        direction=list(DIRECTIONS),
-        shaft_angle=angle,
-        speed=config.shown_speeds_rad_s,
-        swept_speed=config.swept.speeds,
-        harmonic=config.harmonics,
-        depth=list(depths),
-        turning=["xi", "eta"],
-        depth_ratio=ratios,
-        natural_frequency=np.sqrt(k / mass),
-        depth_loss=np.moveaxis(np.array(losses), -1, 1),
-    )
+    given = {"crack": list(cracks), "direction": list(DIRECTIONS), "shaft_angle": angle, "harmonic": config.harmonics}
+    given |= {"speed": config.shown_speeds_rad_s, "swept_speed": config.swept.speeds}
+    given |= {"depth": list(depths), "turning": ["xi", "eta"], "depth_ratio": ratios}
+    given |= {"natural_frequency": np.sqrt(k / mass), "depth_loss": np.moveaxis(np.array(losses), -1, 1)}
+    return results("cracks", config.title, ("crack",), at, **given)
 
 
 def _directions(values, angle):

@@ -14,9 +14,7 @@ from rotorstudy.studies.common import results
 
 def steady_state(config, model, speeds, late_samples=0.0):
     """(speed, node, time) steady state in closed form, m; late_samples : delay of the start of the record."""
-    late = late_samples * config.record.step
-    angles = late * np.asarray(speeds)
-    options = {"start_angle_rad": angles, "keyphasor_wanted": False}
+    options = {"start_angle_rad": late_samples * config.record.step * np.asarray(speeds), "keyphasor_wanted": False}
     found = simulate_records(model, speeds, config.harmonics, config.record.time, **options)
     return np.array([record.displacement for record in found])
 
