@@ -218,7 +218,12 @@ def read_measurement(
     usable = sorted((one for one in found if np.isfinite(one.speed)), key=lambda one: one.speed)
     if not usable:
         return Measurement(None, [], found, worst_first(findings), model)
-    spectrum = _spectrum_of(usable, conventions.harmonics, model.sensors, directions)
+    of_sensors = [[one.nodes[node] for node in model.sensors] for one in usable]
+    speed, harmonics = np.array([one.speed for one in usable]), np.array(conventions.harmonics)
+    amplitude, covariance = (
+        np.array([[getattr(one, name) for one in own] for own in of_sensors]) for name in ("amplitude", "covariance")
+    )
+    spectrum = Spectrum(np.swapaxes(amplitude, 1, 2), speed, harmonics, model.sensors, covariance, directions)
     named = ", ".join(path.name for path in paths)
     check_numbers(spectrum, named)
     for one in (one for one in usable if one.record is not None):
@@ -252,15 +257,6 @@ def _analysed_records(paths, conventions, nodes, with_signals):
     if not dead or any(names <= dead for names in probes):
         return found, stated, []
     return [one for _, own in analysed(dead) for one in own], stated, quality.left_out(dead, first)
-
-
-def _spectrum_of(analysed, harmonics, sensors, directions):
-    """The Spectrum of several RecordFacts."""
-    of_sensors = [[one.nodes[node] for node in sensors] for one in analysed]
-    amplitude = np.array([[one.amplitude for one in own] for own in of_sensors])
-    covariance = np.array([[one.covariance for one in own] for own in of_sensors])
-    speed, amplitude = np.array([one.speed for one in analysed]), np.swapaxes(amplitude, 1, 2)
-    return Spectrum(amplitude, speed, np.array(harmonics), tuple(sensors), covariance, directions)
 
 
 def common_probes(found, rig):

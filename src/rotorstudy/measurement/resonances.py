@@ -122,24 +122,19 @@ def find_resonances(speed, vectors, swept):
         if chosen is None or score < chosen[0] - MUCH:
             chosen = score, complexity, fit, modes, rates
     _, complexity, fit, modes, rates = chosen
-    size = 2 * vectors.size
-    more = complexity - 4 * len(vectors)  # than a linear change over the range has
-    if size * np.log(_without_modes(speed, vectors) / fit.cost) < more * np.log(size) + MUCH:
+    size, linear = 2 * vectors.size, np.vstack([np.ones_like(speed), speed - speed.mean()]).T
+    left = np.linalg.lstsq(linear, vectors.T, rcond=None)[1].sum() / 2  # by a linear change over the range alone
+    more = complexity - 4 * len(vectors)  # than that has
+    if size * np.log(left / fit.cost) < more * np.log(size) + MUCH:
         return None
-    variance = 2 * fit.cost / (count * (1 - complexity / (2 * vectors.size)))
+    variance = 2 * fit.cost / (count * (1 - complexity / size))
     covariance = variance * np.linalg.inv(fit.jac.T @ fit.jac)
     order = np.argsort(fit.x[-2 * modes : -modes])
     place = [*range(rates), *(rates + order), *(rates + modes + order)]
     values, covariance = fit.x[place], covariance[np.ix_(place, place)]
-    noise = float(height * np.sqrt(2 * fit.cost / (2 * vectors.size - complexity)))
+    noise = float(height * np.sqrt(2 * fit.cost / (size - complexity)))
     rate = float(values[0]) if rates else 0.0
     return Resonances(values[rates : rates + modes], np.exp(values[rates + modes :]), rate, covariance, noise)
-
-
-def _without_modes(speed, vectors):
-    """Half the sum of squares that a linear change over the range leaves of the vectors."""
-    basis = np.vstack([np.ones_like(speed), speed - speed.mean()]).T
-    return float(np.linalg.lstsq(basis, vectors.T, rcond=None)[1].sum()) / 2
 
 
 def _fitted(speed, vectors, modes, rates, peak, bandwidth):

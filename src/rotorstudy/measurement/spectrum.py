@@ -46,6 +46,18 @@ class Whitened:
         """Number of real data."""
         return len(self.speed) * int(self._seen[0].sum())
 
+    def with_amplitude(self, amplitude: np.ndarray):
+        """The same speeds, harmonics, sensors and covariance with amplitudes (..., speed, harmonic, sensor), m."""
+        return replace(self, amplitude=amplitude)
+
+    def with_error(self, variance: np.ndarray):
+        """The spectrum with independent errors of a variance (speed, harmonic, sensor), m^2, of each part of harmonics.
+
+        Harmonics n and -n of a single probe are one datum: they share their error, which does not average out.
+        """
+        variance = variance * np.where(np.isnan(self.directions), 1.0, 2.0)
+        return replace(self, covariance=self.covariance + independent_covariance(variance))
+
     def with_shared_error(self, columns: np.ndarray):
         """The spectrum with errors of unit variance that sensors share, as whitened data (component, unknown)."""
         return replace(self, shared_error=np.asarray(columns))
@@ -197,7 +209,12 @@ class Spectrum(Whitened):
                 f"a spectrum has amplitude of shape {np.shape(self.amplitude)} and covariance of shape "
                 f"{np.shape(self.covariance)}; needed are (..., speed, harmonic, sensor), {sizes}, and {both}"
             )
-        check_pairs(self.harmonics, self.single_probes)
+        if self.single_probes and not any(n > 0 and -n in self.harmonics for n in self.harmonics):
+            raise RotorstudyError(
+                f"node {self.single_probes[0]} has a single probe, which shows harmonics n and -n together; of "
+                f"{list(map(int, self.harmonics))} none has its opposite: take both ('measurement: harmonics:' or "
+                "--harmonics)"
+            )
 
     @property
     def single_probes(self) -> list[int]:
@@ -246,23 +263,6 @@ class Spectrum(Whitened):
         shown = partial(along_probes, harmonics=self.harmonics, directions=single)
         return self._changed(shown, covariance=covariance, directions=both)
 
-    def with_error(self, variance: ArrayLike) -> "Spectrum":
-        """The spectrum with an independent error of each harmonic added to its covariance.
-
-        Harmonics n and -n of a single probe are one datum: they share their error, which does not average out.
-
-        Parameters
-        ----------
-        variance : array (speed, harmonic, sensor)
-            Of each of the real and imaginary parts, m^2.
-
-        Returns
-        -------
-        Spectrum
-        """
-        variance = variance * np.where(np.isnan(self.directions), 1.0, 2.0)
-        return replace(self, covariance=self.covariance + independent_covariance(variance))
-
     def at_speeds(self, chosen: ArrayLike) -> "Spectrum":
         """The spectrum at some of its speeds.
 
@@ -301,20 +301,6 @@ class Spectrum(Whitened):
         common = None if self.common_error is None else change(self.common_error)
         return replace(self, amplitude=change(self.amplitude), common_error=common, shared_error=None, **own)
 
-    def with_amplitude(self, amplitude: ArrayLike) -> "Spectrum":
-        """The same speeds, harmonics, sensors and covariance with other amplitudes.
-
-        Parameters
-        ----------
-        amplitude : array (..., speed, harmonic, sensor)
-            Complex, m.
-
-        Returns
-        -------
-        Spectrum
-        """
-        return replace(self, amplitude=amplitude)
-
 
 def components(amplitude):
     """(..., harmonic, sensor) complex -> (..., component, sensor) real: real parts, then imaginary parts."""
@@ -332,15 +318,6 @@ def independent_covariance(variance):
     """Covariance of circular noise, independent by harmonic, of the variance (speed, harmonic, sensor) of each part."""
     both = np.concatenate([variance, variance], axis=1)  # (speed, component, sensor)
     return np.moveaxis(both, -1, 1)[..., None] * np.eye(both.shape[1])
-
-
-def check_pairs(harmonics, nodes):
-    """Raise RotorstudyError if no harmonic has its opposite, which a single probe shows together with it."""
-    if len(nodes) and not any(n > 0 and -n in harmonics for n in harmonics):
-        raise RotorstudyError(
-            f"node {nodes[0]} has a single probe, which shows harmonics n and -n together; of "
-            f"{list(map(int, harmonics))} none has its opposite: take both ('measurement: harmonics:' or --harmonics)"
-        )
 
 
 def along_probes(amplitude, harmonics, directions):

@@ -98,10 +98,8 @@ def header_of(path, layout):
     for before in (_names(line, layout.separator) for line in above):
         units = units or (before if len(before) == len(names) and _are_units(before) else [])
     names = [name or f"Unnamed: {i}" for i, name in enumerate(names)]
-    count, seen = Counter(names), Counter()
-    for i, name in enumerate(names):  # a rig file has to say which one it means
-        seen[name] += 1
-        names[i] = f"{name} #{seen[name]}" if count[name] > 1 else name
+    count = Counter(names)  # a rig file has to say which one it means
+    names = [f"{name} #{names[: i + 1].count(name)}" if count[name] > 1 else name for i, name in enumerate(names)]
     return names, [*units, *[""] * len(names)][: len(names)], header + layout.unit_rows
 
 
