@@ -81,8 +81,7 @@ def _rotor(parameters, parts, path, said):
     effects.append(_unbalance(rotor, parameters, said))
     seals = {str(part.get("tag")) for name, part in parts if "Seal" in name}
     nodes = [item["node"] for item in bearings if item["label"] not in seals]
-    every = range(1, max(node_of.values()) + 1)
-    planes = (*dict.fromkeys(nodes), *(node for node in every if node not in nodes))
+    planes = tuple(dict.fromkeys([*nodes, *range(1, max(node_of.values()) + 1)]))
     said = [f"{one} ({n} times)" if (n := said.count(one)) > 1 else one for one in dict.fromkeys(said)]
     return RossRotor({"rotor": rotor, "bearings": bearings, "effects": effects}, said, planes)
 
@@ -158,8 +157,7 @@ def _shaft_damping(shaft, said):
 
 def _common(elements):
     """Options of the rotor: what all elements have in common, and the elements with the rest."""
-    shared = {key: value for key, value in elements[0].items() if all(one.get(key) == value for one in elements)}
-    shared = {key: value for key, value in shared.items() if key != "length_m"}
+    shared = {k: v for k, v in elements[0].items() if k != "length_m" and all(one.get(k) == v for one in elements)}
     return {**shared, "elements": [{k: v for k, v in one.items() if k not in shared} for one in elements]}
 
 

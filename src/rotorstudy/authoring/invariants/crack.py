@@ -89,13 +89,8 @@ def crack_force_is_its_table(plugin):
     force = force_in_time(loss.entries, w, time, motion[:, None])[:, 0]
     off = np.abs(force - expected * np.exp(1j * angle)).max()
     require(off < ROUND_OFF, f"the force of one unit of loss differs by {off:.3g} N from the stiffness lost")
-    still = apply_entries(
-        cracks.crack_parameters(plugin, structure, True, SERIES_ORDER, **plugin.example)[0].entries,
-        np.zeros((1, len(HARMONICS), 1), complex),
-        np.array([w]),
-        np.array(HARMONICS),
-        np.ones(1),
-    )
+    (at_rest,) = cracks.crack_parameters(plugin, structure, True, SERIES_ORDER, **plugin.example)
+    still = apply_entries(at_rest.entries, np.zeros((1, len(HARMONICS), 1), complex), [w], HARMONICS, np.ones(1))
     off = np.abs(still[0, :, 0] - cracks.participation_factors(plugin, HARMONICS, SERIES_ORDER, plugin.example)).max()
     require(off < ROUND_OFF, f"the participation factors differ by {off:.3g} from the weight-dominant force")
 
@@ -139,9 +134,8 @@ def depth_comes_back(plugin):
     last, stiffness = 0.0, SHAFT["stiffness"]
     for depth in _depths(plugin)[1:-1:4]:
         loss = cracks.stiffness_loss(plugin, depth, **SHAFT, **plugin.example)
-        told = (
-            f"depth {depth:.3g} takes {loss.xi:.6g} N/m along xi and {loss.eta:.6g} N/m along eta of {stiffness:g} N/m"
-        )
-        require(0 < loss.eta <= loss.xi < stiffness, f"{told}; it must take more along xi, and not all")
+        told = f"depth {depth:.3g} takes {loss.xi:.6g} N/m along xi and {loss.eta:.6g} N/m along eta"
+        less = 0 < loss.eta <= loss.xi < stiffness
+        require(less, f"{told} of {stiffness:g} N/m; it must take more along xi, and not all")
         require(loss.xi > last, f"at depth {depth:.6g} the loss {loss.xi:.6g} N/m is that of a smaller depth too")
         last = loss.xi

@@ -140,11 +140,6 @@ def _numbered(causes):
 
 def far_amplitudes(causes: Sequence[Candidate], values: Mapping[str, float]) -> dict[str, float]:
     """Amplitudes of causes of known size that are far from it -> how far, in standard deviations of their prior."""
-    off = {}
-    for cause in causes:
-        for name in cause.names if cause.fixed else ():
-            mean, std = cause.prior[name]
-            away = (values[name] - mean) / std
-            if abs(away) > FAR:
-                off[name] = away
-    return off
+    known = {name: one for cause in causes if cause.fixed for name, one in cause.prior.items()}
+    off = {name: (values[name] - mean) / std for name, (mean, std) in known.items()}
+    return {name: away for name, away in off.items() if abs(away) > FAR}

@@ -21,9 +21,7 @@ def extended_rig(given, diagnosis):
     if causes:
         labels = {item.get("label") for item in rig.get("effects") or []}
         free = (f"found {n}" for n in range(1, len(labels) + len(causes) + 1) if f"found {n}" not in labels)
-        items = [
-            {"kind": c.effect, "label": next(free), **c.options, **c.where, **c.variant, **c.shape} for c in causes
-        ]
+        items = [{"kind": c.effect, "label": next(free)} | c.options | c.where | c.variant | c.shape for c in causes]
         rig["effects"] = [*(rig.get("effects") or []), *items]
         for cause, item in zip(causes, items, strict=True):
             renamed |= {name: name.replace(f"[{cause.term.label}]", f"[{item['label']}]") for name in cause.names}

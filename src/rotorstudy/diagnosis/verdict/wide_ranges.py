@@ -88,8 +88,6 @@ def _fitted(whole, prior, spectrum, values, numbers=()):
 def _furthest(found, numbers):
     """' (bearings[DE].radial_clearance_m by 38 %)': the numbers of a part that a fit moved furthest."""
     prior = found.prior.by_name
-    changes = {
-        n: found.values[n] - prior[n][0] if not prior[n][0] else found.values[n] / prior[n][0] - 1 for n in numbers
-    }
+    changes = {n: found.values[n] / prior[n][0] - 1 if prior[n][0] else found.values[n] for n in numbers}
     said = [f"{n} by {percent(changes[n], 2)}" for n in sorted(changes, key=lambda n: -abs(changes[n]))[:MOVED]]
     return f" ({', '.join(said)})" * bool(said)
