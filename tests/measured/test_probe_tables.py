@@ -183,7 +183,7 @@ def test_a_table_of_a_probe_is_identified(tmp_path, command):
     arguments = ["identify", str(tmp_path / "run.csv"), "--rig", str(path), "--unknowns", "eccentricity"]
     printed = command(*arguments, "external_damping").out.splitlines()
     assert float(printed[0].split()[1]) == pytest.approx(15.0, rel=1e-3)  # µm
-    assert float(printed[2].split()[1]) == pytest.approx(20.0, rel=2e-3)
+    assert float(printed[3].split()[1]) == pytest.approx(20.0, rel=2e-3)
 
 
 def wide(name="peak-to-peak, mil, lag", unit="mil pp", row=False):
