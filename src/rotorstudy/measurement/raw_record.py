@@ -74,7 +74,6 @@ class Channel(NamedTuple):
 def assemble(readings, conventions, nodes, time, label, keyphasor, marks, reference, where):
     """A RawRecord from readings [(probe, node, (time,) m)]."""
     time = np.asarray(time, float)
-    readings = [(probe, node, _within_reach(values)) for probe, node, values in readings]
     keyphasor = None if keyphasor is None else _within_reach(keyphasor)
     if len(time) < 3:
         raise RotorstudyError(f"{where}: {len(time)} samples; the file is empty or incomplete")
@@ -92,10 +91,11 @@ def assemble(readings, conventions, nodes, time, label, keyphasor, marks, refere
         raise RotorstudyError(
             f"{where}: the phase marks do not increase strictly, or lie far outside the record; check phase_mark_time"
         )
-    at_nodes = [node for _, node, _ in readings]
-    check_known("node", at_nodes, nodes, f"{where}; the probes must sit at nodes of the rig")
-    at = [float(conventions.direction_rad(probe.angle_deg)) for probe, _, _ in readings]
-    channels = [Channel(p.channel, node, a, values, p.order) for a, (p, node, values) in zip(at, readings, strict=True)]
+    check_known("node", [node for _, node, _ in readings], nodes, f"{where}; the probes must sit at nodes of the rig")
+    channels = []
+    for probe, node, values in readings:
+        direction = float(conventions.direction_rad(probe.angle_deg))
+        channels.append(Channel(probe.channel, node, direction, _within_reach(values), probe.order))
     kinds = {(channel.node, channel.order) for channel in channels}
     if len(kinds) > len(dict(kinds)):
         raise RotorstudyError(f"{where}: a node has channels of displacement and of its derivative; number them apart")

@@ -159,9 +159,8 @@ def _one_unit(texts, columns, known, where):
     """The column of a long table for all columns {name: texts of the unit}, by {unit: column}, to the letter."""
     found = {}
     for name, both in texts.items():
-        held = {
-            columns.get(text) for text in (bare(one.strip(" .,:;-")).removeprefix("angle") for one in both) if text
-        } or {columns.get("")}
+        said = {bare(one.strip(" .,:;-")).removeprefix("angle") for one in both} - {""}
+        held = {columns.get(one) for one in said or {""}}
         found.setdefault(held.pop() if len(held) == 1 else None, name)
     if None in found:
         text = " ".join(texts[found[None]]).strip()

@@ -8,6 +8,7 @@ import re
 import warnings
 from array import array
 from collections import Counter, deque
+from contextlib import suppress
 from itertools import islice
 from pathlib import Path
 
@@ -66,14 +67,11 @@ def guess_layout(path):
 
 def layout_hint(path, stated):
     """'; it looks like csv: {separator: ";"}' if a text file looks otherwise than its CsvLayout states, else ''."""
-    try:
-        found = guess_layout(path)
-    except RotorstudyError:
-        found = stated
-    if found == stated:
-        return ""
-    other = found.model_dump(exclude_defaults=True)
-    return f"; the file looks like 'csv: {json.dumps(other)}' in 'measurement:'" if other else "; leave 'csv:' out"
+    with suppress(RotorstudyError):
+        if (found := guess_layout(path)) != stated:
+            other = json.dumps(found.model_dump(exclude_defaults=True))
+            return "; leave 'csv:' out" if other == "{}" else f"; the file looks like 'csv: {other}' in 'measurement:'"
+    return ""
 
 
 def header_of(path, layout):
@@ -128,15 +126,12 @@ def numbers_in(path, layout):
     names, _, above = header_of(path, layout)
     if layout.decimal == ".":  # numpy reads a table without gaps several times faster, and refuses any other
         separator = None if layout.separator in WHITESPACE else layout.separator
-        with _opened(path) as file, warnings.catch_warnings(action="error"):
-            try:
-                found = np.loadtxt(
-                    islice(file, above, None), comments=None, delimiter=separator, quotechar='"', ndmin=2
-                )
-            except (ValueError, UserWarning):  # a warning for a table without rows
-                found = np.zeros((0, 0))
-        if found.shape[1] == len(names):
-            return found, {}
+        refused = suppress(ValueError, UserWarning)  # a warning for a table without rows
+        with _opened(path) as file, warnings.catch_warnings(action="error"), refused:
+            rows = islice(file, above, None)
+            found = np.loadtxt(rows, comments=None, delimiter=separator, quotechar='"', ndmin=2)
+            if found.shape[1] == len(names):
+                return found, {}
     values, wrong = array("d"), {}
     for line, cells in rows_of(path, layout):
         for column, cell in enumerate(cells):

@@ -218,8 +218,7 @@ class StudyConfig(Strict):
         for name in self.rigs:
             self.rig(name).position(self.unknowns)
         self._check_kinds(where)
-        for rig in self.monte_carlo.rigs:
-            self.rig(rig)
+        check_known("rig", self.monte_carlo.rigs, self.rigs, f"study '{self.name}'")
         _ = self.methods  # an unknown name is an error
         self._check_measurements()
 

@@ -35,8 +35,7 @@ def growth_over_speed(model, still, speeds):
     some = some[np.append(True, np.diff(some) > APART * some[1:])]
     found = {speed: _growth(in_time, speed) for speed in some}
     found |= _at_edges(in_time, found)
-    some = np.sort(list(found))
-    growth = np.array([found[speed] for speed in some])
+    some, growth = np.array(sorted(found.items())).T
     unstable = some[_grows(growth, some)]
     return some, growth, float(unstable[0]) if len(unstable) else None
 
