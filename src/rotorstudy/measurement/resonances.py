@@ -155,8 +155,7 @@ def _fitted(speed, vectors, modes, rates, peak, bandwidth):
     high = np.array([*([np.inf] * rates), *([speed[-1]] * modes), *([decay + WIDEST] * modes)])
 
     def fit(start, steps):
-        bounds = {"bounds": (low, high), "x_scale": "jac"}
-        return least_squares(residual, np.clip(start, low, high), max_nfev=steps, **bounds)
+        return least_squares(residual, np.clip(start, low, high), bounds=(low, high), x_scale="jac", max_nfev=steps)
 
     tried = [fit(start, FIRST_STEPS) for start in _starts(modes, rates, peak, bandwidth)]
     tried.sort(key=lambda one: one.cost)

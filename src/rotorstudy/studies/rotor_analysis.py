@@ -93,27 +93,14 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None, covered=0.0):
     modes = whirl.damped_modes(still, speeds, MODES)
     decrement = decrement_over_speed(model, speeds, modes)
     growing, growth, threshold = growth_over_speed(moving, still, speeds)
+    given = {"speed": speeds, "mode": np.arange(1, MODES + 1), "log_decrement": decrement}
+    given |= {"frequency": modes.frequency, "damping_ratio": modes.damping_ratio, "direction": modes.direction}
+    given |= {"forward_shape": modes.forward, "backward_shape": modes.backward}
+    given |= {"growth_speed": growing, "growth_rate": growth, "response_speed": fine, "unbalance_response": read}
+    given |= {"probe": [f"{name} at node {node}" for node, name in probes], "probe_node": [node for node, _ in probes]}
+    given["coordinate"] = [f"{motion} at node {node}" for node, motion in model.structure.dofs]
     return RotorAnalysis(
-        data=results(
-            "rotor_analysis",
-            "rotordynamic analysis",
-            speed=speeds,
-            growth_speed=growing,
-            mode=np.arange(1, MODES + 1),
-            response_speed=fine,
-            probe=[f"{name} at node {node}" for node, name in probes],
-            coordinate=[f"{motion} at node {node}" for node, motion in model.structure.dofs],
-            frequency=modes.frequency,
-            damping_ratio=modes.damping_ratio,
-            direction=modes.direction,
-            log_decrement=decrement,
-            forward_shape=modes.forward,
-            backward_shape=modes.backward,
-            unbalance_response=read,
-            probe_node=[node for node, _ in probes],
-            growth_rate=growth,
-            static_deflection=deflection,
-        ),
+        data=results("rotor_analysis", "rotordynamic analysis", **given, static_deflection=deflection),
         criticals=criticals,
         peaks=found if timeless else _resonances(still, found, criticals, fine),
         loads=static_loads(at_rest, deflection, highest),

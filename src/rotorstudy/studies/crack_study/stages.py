@@ -109,20 +109,11 @@ def accuracy(config):
             return {}
         return {"bound": machine.bounds(changes, percent, crack, machine.chosen(planes[names]))}
 
-    along = {
-        "planes": list(planes),
-        "noise": np.array(config.noise_percent),
-        "position": position,
-        "depth_ratio": np.array(depths),
-    }
-    of_reference = {
-        "harmonic_group": list(groups(config)),
-        "speed": machine.speed,
-        "confounder": list(config.main.confounders),
-        **_of_the_reference(config, machine),
-    }
-    title = f"{config.title}: Cramer-Rao bounds"
-    return results("accuracy", title, tuple(along), bound, **along, shape=list(SHAPE), **of_reference)
+    along = {"planes": list(planes), "noise": np.array(config.noise_percent)}
+    along |= {"position": position, "depth_ratio": np.array(depths)}
+    given = {"shape": list(SHAPE), "harmonic_group": list(groups(config)), "speed": machine.speed}
+    given |= {"confounder": list(config.main.confounders), **_of_the_reference(config, machine)}
+    return results("accuracy", f"{config.title}: Cramer-Rao bounds", tuple(along), bound, **along, **given)
 
 
 def groups(config):
