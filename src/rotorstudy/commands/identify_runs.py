@@ -77,21 +77,12 @@ def _save(given, found, units, own):
     alone = {name: run for run, some in own.items() for name in some}
     theta, covariance = joint.of(names)
     costs, counts = np.array(list(joint.misfits.values())).T
-    data = results(
-        "joint_estimate",
-        "identification by several runs",
-        parameter=names,
-        other=names,
-        run=list(joint.misfits),
-        estimate=theta,
-        covariance=covariance,
-        unit=[units[name] for name in names],
-        own_of_run=[alone.get(name, "") for name in names],
-        misfit=costs,
-        data_count=counts.astype(int),
-        runs=str(given.runs),
-        findings="\n".join(map(str, found.findings)),
-    ).assign_attrs(provenance(rig.given, rig.plugins))
+    along = {"parameter": names, "other": names, "run": list(joint.misfits)}
+    shown = {"estimate": theta, "covariance": covariance, "misfit": costs, "data_count": counts.astype(int)}
+    shown |= {"unit": [units[name] for name in names], "own_of_run": [alone.get(name, "") for name in names]}
+    said = {"runs": str(given.runs), "findings": "\n".join(map(str, found.findings))}
+    data = results("joint_estimate", "identification by several runs", **along, **shown, **said)
+    data = data.assign_attrs(provenance(rig.given, rig.plugins))
     if given.out.lower().endswith(JSON):
         write_text(given.out, json.dumps(data.to_dict(), indent=1) + "\n")
     else:

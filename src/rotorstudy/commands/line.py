@@ -118,13 +118,11 @@ def run(given):
 
 def complete(commands):
     """Answer the shell that asks how a command line may go on, if the package argcomplete is installed."""
-    if "_ARGCOMPLETE" not in os.environ:
-        return
-    try:
-        import argcomplete
-    except ImportError:
-        return
-    argcomplete.autocomplete(commands)
+    if "_ARGCOMPLETE" in os.environ:
+        with contextlib.suppress(ImportError):
+            import argcomplete
+
+            argcomplete.autocomplete(commands)
 
 
 def show_progress(stream):

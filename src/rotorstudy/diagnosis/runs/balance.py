@@ -115,13 +115,11 @@ def balance(
     place, part = [known.names.index(name) for name in of_run], prior.part(of_run)
     moved[:, place] = part.mean - known.free[place] + draws.normal(size=(DRAWS, len(of_run))) @ part.factor.T
     reading = _moved(whole, spectrum, known, balanced, moved) - runout + _noise(noise, draws)
+    measured = replace(spectrum, amplitude=spectrum.amplitude - runout)
+    covariance = GRAM**2 * spread @ known.covariance @ spread.T
+    after = (np.percentile(_axis(one), INTERVAL, axis=0) for one in (vibration, reading))
     return Balancing(
-        GRAM * corrections.reshape(-1, 2),
-        GRAM**2 * spread @ known.covariance @ spread.T,
-        choices,
-        replace(spectrum, amplitude=spectrum.amplitude - runout),
-        _axis(spectrum.amplitude - runout),
-        *(np.percentile(_axis(one), INTERVAL, axis=0) for one in (vibration, reading)),
+        GRAM * corrections.reshape(-1, 2), covariance, choices, measured, _axis(measured.amplitude), *after
     )
 
 

@@ -95,13 +95,10 @@ def separating_measurements(causes, others, structure):
 
 def not_considered(causes, settings, known):
     """Declared confounders of the causes that are not candidates; known : effects of the rig."""
-    effects = registry().plugins["effect"]
+    effects = registry().plugins["effect"].items()
+    not_tried = {name for name, one in effects if name in settings.leave_out or not one.candidate} - known
     alike = dict.fromkeys(name for cause in causes for name in registry().confounders(cause.effect))
-    return [
-        name
-        for name in alike
-        if name in effects and name not in known and (name in settings.leave_out or not effects[name].candidate)
-    ]
+    return [name for name in alike if name in not_tried]
 
 
 def parameter_labels(model, causes):
