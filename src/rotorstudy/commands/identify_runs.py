@@ -33,20 +33,19 @@ def identify_several(given):
 
 def _print_estimates(found, names, units):
     """Print values with their uncertainty; an eccentricity as its unbalance, at an angle of the user's picture."""
-    of_real, imaginary, width = {}, set(), max([40, *map(len, names)])
+    shown, width = {}, max([40, *map(len, names)])
     for run in found.joint.runs:
         every = ((p, term.full_name(p)) for term in run.model.terms for p in term.parameters)
         for name, factor in ((name, p.also["unbalance"][1]) for p, name in every if "unbalance" in p.also):
             real, imag = parts = [run.joint_name(f"{name}_{part}") for part in ("real", "imag")]
             told = name.replace("eccentricity", "unbalance", 1) + real.removeprefix(f"{name}_real")
-            of_real[real] = told, parts, factor
-            imaginary.add(imag)
+            shown |= {real: (told, parts, factor), imag: None}
     for name in names:
-        if name in of_real:
-            told, parts, factor = of_real[name]
-            print(f"  {told:{width}} {_unbalance(found, parts, factor)}")
-        elif name not in imaginary:
+        if name not in shown:
             print(f"  {name:{width}} {with_interval(*found.joint.posterior.by_name[name], units[name])}")
+        elif shown[name]:
+            told, parts, factor = shown[name]
+            print(f"  {told:{width}} {_unbalance(found, parts, factor)}")
 
 
 def _unbalance(found, parts, factor):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorstudy.errors import CannotAct, RotorstudyError, check_known
+from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.bearings import on_housings, springs_at_rest
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import check_options, plain
@@ -186,10 +186,8 @@ def _check_together(structure, terms, where):
     for one, other in combinations(terms, 2):
         plugin = registry().plugins["effect"].get(one.kind)
         if one.kind == other.kind and plugin and plugin.together:
-            try:
+            with named(f"{where}, two effects {one.kind}"):
                 plugin.together(structure, one.options, other.options)
-            except CannotAct as error:
-                raise RotorstudyError(f"{where}, two effects {one.kind}: {error}") from None
 
 
 def _support(structure, terms):

@@ -12,6 +12,7 @@ from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
+from rotorstudy.model.rig_items import named
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.integration import force_in_time, time_response
 
@@ -25,10 +26,8 @@ def effect_offers_places(plugin):
         found = bench.places_of(plugin, structure, structure.nodes)
         require(all(found.count(place) == 1 for place in found), f"it states a place twice: {found}")
         for place in found:
-            try:
+            with named(f"it cannot act at its own place {place}"):
                 bench.typical_term(plugin, structure, place)
-            except RotorstudyError as error:
-                raise BrokenInvariant(f"it cannot act at its own place {place}: {error}") from None
 
 
 def effect_names_exist(plugin):

@@ -34,8 +34,7 @@ def stated_numbers(
     if effect.stated is None or not effect.shape.keys() <= cause.shape.keys():
         return {}
     if len(covariance) == len(amplitudes):
-        shape = [cause.shape_std.get(name) or 0.0 for name in cause.shape]
-        covariance = block_diag(np.diag(shape) ** 2, covariance)
+        covariance = block_diag(np.diag([cause.shape_std.get(name) or 0.0 for name in cause.shape]) ** 2, covariance)
     names = [*cause.shape, *(name.partition("[")[0] for name in cause.names)]
     values, std = np.array([*cause.shape.values(), *amplitudes]), np.sqrt(np.diag(covariance))
     taken = [i for i, name in enumerate(names) if name in option_names(effect.stated)]

@@ -50,8 +50,7 @@ class Hypothesis(NamedTuple):
         amplitude, covariance = spectrum.amplitude[..., order], spectrum.covariance[:, order]
         matrix = self._matrix(spectrum.harmonics, len(order))
         parts = np.concatenate([amplitude.real, amplitude.imag], axis=1)  # (speed, component, sensor)
-        moved = np.einsum("sij,wjs->wis", matrix, parts)
-        real, imag = np.split(moved, 2, axis=1)
+        real, imag = np.split(np.einsum("sij,wjs->wis", matrix, parts), 2, axis=1)
         covariance = matrix @ covariance @ np.swapaxes(matrix, -1, -2)
         directions = spectrum.directions[order]
         changed = replace(spectrum, amplitude=real + 1j * imag, covariance=covariance, directions=directions)
