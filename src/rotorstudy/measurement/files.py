@@ -53,7 +53,7 @@ def kind_of(path):
 
 def open_channels(path, conventions):
     """The Channels of a file that is no NetCDF file."""
-    return {"csv": open_csv, "matlab": open_matlab, "uff": open_uff}[kind_of(path)](existing(path), conventions)
+    return {"csv": open_csv, "matlab": open_matlab, "uff": open_uff}[kind_of(path)](path, conventions)
 
 
 def _from_channels(path, conventions, nodes, channels):

@@ -125,13 +125,9 @@ def _of_table(table, section, said, nodes):
     names = list(dict.fromkeys(table.text["probe"])) if "probe" in table.text else ["probe"]
     unit = next((unit for unit in METRES if f"amplitude_{unit}" in table.text), None)
     section["probes"], more = _probes(names, [{"unit": unit} if unit else {}] * len(names), nodes)
-    section |= {
-        "keyphasor": {"sensor_angle_deg": 0, "mark_angle_deg": 0},
-        "table_amplitude": "peak_to_peak",
-        "table_phase": "lag",
-        **table.stated,
-        "table_noise_m": INSTRUMENT_NOISE,
-    }
+    section["keyphasor"] = {"sensor_angle_deg": 0, "mark_angle_deg": 0}
+    section |= {"table_amplitude": "peak_to_peak", "table_phase": "lag"} | table.stated
+    section["table_noise_m"] = INSTRUMENT_NOISE
     size, turn = section["table_amplitude"].replace("_", " "), section["table_phase"]
     said += [*more, f"amplitudes: {size} (or state peak, peak_to_peak, rms); phases: {turn} (or state lead, lag)"]
     said.append(f"noise: {um(INSTRUMENT_NOISE)} besides the rounding, usual for eddy-current probes (a table has none)")

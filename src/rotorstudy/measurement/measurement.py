@@ -226,10 +226,10 @@ def read_measurement(
     spectrum = Spectrum(np.swapaxes(amplitude, 1, 2), speed, harmonics, model.sensors, covariance, directions)
     named = ", ".join(path.name for path in paths)
     check_numbers(spectrum, named)
-    for one in (one for one in usable if one.record is not None):
-        chosen = [one.record.sensors.index(node) for node in model.sensors]
-        one.record = replace(one.record, displacement=one.record.displacement[chosen], sensors=model.sensors)
-    records = [one.record for one in usable if one.record is not None]
+    records = []
+    for record in (one.record for one in usable if one.record is not None):
+        chosen = [record.sensors.index(node) for node in model.sensors]
+        records.append(replace(record, displacement=record.displacement[chosen], sensors=model.sensors))
     findings += check_together(spectrum, model, named)
     findings += check_speeds(spectrum.speed, model, named)
     if of_probes or any(one.is_tracked for one in found):

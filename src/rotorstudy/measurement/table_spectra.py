@@ -245,15 +245,14 @@ def _check_radians(phase, text, where):
 
 def _check_zeros(rows, where):
     """Whether readings are exactly zero at single speeds, as some exporters write one that is missing."""
-    found = []
-    for (node, probe, n), own in rows.groupby(["node", "probe", "harmonic"]):
-        size, std = own.reading.abs().to_numpy(), np.sqrt(own.along.to_numpy())
-        large = size > DEAD * std
-        odd = np.flatnonzero((size[1:-1] == 0) & large[:-2] & large[2:]) + 1
-        found += [(own.speed.iloc[i] / RAD_PER_S["rpm"], n, repr(probe) if probe else f"node {node}") for i in odd]
-    if found and 3 * len(found) <= len(rows):
-        rpm, n, place = found[0]
-        yield told("readings of zero", where, count=len(found), rpm=rpm, n=n, place=place)
+    size, reading = rows.reading.abs(), ["node", "probe", "harmonic"]
+    large = (size > DEAD * np.sqrt(rows.along)).groupby([rows[name] for name in reading])
+    odd = rows[(size == 0) & large.shift(1, fill_value=False) & large.shift(-1, fill_value=False)]
+    if 0 < 3 * len(odd) <= len(rows):
+        first = next(odd.sort_values(reading, kind="stable").itertuples())
+        place = repr(first.probe) if first.probe else f"node {first.node}"
+        rpm = first.speed / RAD_PER_S["rpm"]
+        yield told("readings of zero", where, count=len(odd), rpm=rpm, n=first.harmonic, place=place)
 
 
 def _dead(rows):
