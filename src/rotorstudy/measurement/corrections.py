@@ -1,5 +1,6 @@
 """What is corrected in a spectrum before a fit: repeats at one speed, slow roll, and a mean that was not recorded."""
 
+from contextlib import suppress
 from dataclasses import replace
 from itertools import combinations
 
@@ -99,13 +100,10 @@ def without_slow_roll(
 def check_slow_roll(speed: np.ndarray, rig: Model, where: str) -> list[Finding]:
     """A finding if speeds (speed,), rad/s, of a slow roll are above a critical speed of the rig: it is not runout."""
     fastest = float(np.max(speed))
-    try:
-        critical = first_resonance(rig, fastest)
-    except RotorstudyError:  # of a rotor whose motion is not free vibration, as of an asymmetric shaft
-        return []
-    if critical is None:
-        return []
-    return [told("slow roll above a critical speed", where, critical=spin(critical), fastest=spin(fastest))]
+    with suppress(RotorstudyError):  # of a rotor whose motion is not free vibration, as of an asymmetric shaft
+        if critical := first_resonance(rig, fastest):
+            return [told("slow roll above a critical speed", where, critical=spin(critical), fastest=spin(fastest))]
+    return []
 
 
 def without_missing_mean(spectrum: Spectrum, rig: Model, where: str) -> tuple[Spectrum, list[Finding]]:

@@ -80,10 +80,8 @@ def monte_carlo(config, rig, case, chunk=0, chunks=1):
         problem = config.problem(model, with_noise(spectrum, *noise))
         return _under_noise(problem, with_noise(spectrum, *noise, numbers), estimators, has_bound)
 
-    exact = []
-    for spectrum, samples in clean.values():
-        weighted = config.problem(model, with_noise(spectrum, 0.01, own.models[0], samples))
-        exact.append([_estimate(name, weighted)[0] for name in estimators])
+    weighted = [config.problem(model, with_noise(one, 0.01, own.models[0], samples)) for one, samples in clean.values()]
+    exact = [[_estimate(name, problem)[0] for name in estimators] for problem in weighted]
     given = config.coordinates | {"record": kinds, "noise_model": list(own.models), "noise": np.array(levels)}
     given |= {"estimator": estimators, "trial": np.arange(settings.trials)}
     given |= {"without_noise": exact, "true": config.true_values(model), "seed": settings.seed}

@@ -66,10 +66,7 @@ class CompareConfig(Strict):
             known, wanted = studies if compared.study else replays, compared.study or compared.replay
             check_known("study or replay", [wanted], known, f"compare, rotor '{name}'")
             if compared.harmonics is not None:
-                try:
-                    check_harmonics(compared.harmonics)
-                except RotorstudyError as error:
-                    raise RotorstudyError(f"compare, rotor '{name}': {error}") from None
+                check_harmonics(compared.harmonics, f"compare, rotor '{name}': harmonics")
         for name, fault in self.faults.items():
             known = self.levels_percent
             own = known if fault.levels_percent is None else fault.levels_percent
