@@ -261,6 +261,7 @@ def test_marks_of_a_run_up_are_followed_from_standstill_across_a_gap_and_past_gl
             truth = np.interp(sign * found.marks, marks, turns)
             assert np.ptp(found.counts - sign * truth) < 1e-6, (sign, lost, early)
             assert len(found.marks) > there.sum() - 2 * len(glitches) - 6
+            assert lost or early or (found.missing == 0 and found.doubled < 3), (sign, found.missing, found.doubled)
             assert found.is_followed(sign * np.array([19.0, 25.0])).all()
             assert found.is_followed(sign * np.array([22.0])) == (not lost)
 

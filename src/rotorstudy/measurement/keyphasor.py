@@ -181,12 +181,16 @@ def _follow(pulses, start, period, swept):
 
 
 def _in_place(marks, counts):
-    """(mark,) whether a mark is where its neighbours have it, as most are; of odd ones beside each other, the worst."""
+    """(mark,) whether a mark is where its neighbours have it, as most are; of odd ones beside each other, the worst.
+
+    Where the speed changes all are beside the middle of their neighbours, alike; about an odd one, on either side.
+    """
     if len(marks) < 6:
         return np.ones(len(marks), bool)
     before, after = np.diff(counts)[:-1], np.diff(counts)[1:]
-    off = np.abs(marks[1:-1] - (marks[:-2] * after + marks[2:] * before) / (before + after))
-    off = np.pad(off / np.diff(marks)[1:], 1)
+    off = (marks[1:-1] - (marks[:-2] * after + marks[2:] * before) / (before + after)) / np.diff(marks)[1:]
+    beside = np.pad(off, 1, "reflect")
+    off = np.pad(np.abs(2 * off - beside[:-2] - beside[2:]) / 3, 1)  # of a single odd one, by how much it is
     farthest = (off >= np.roll(off, 1)) & (off >= np.roll(off, -1))
     return ~farthest | (off <= max(ODD * np.quantile(off, 0.9), LEAST_ODD))
 
