@@ -99,6 +99,19 @@ def test_speeds_that_what_was_not_recorded_leaves_open_are_left_out_at_the_ends(
     assert len(speed) > 10 and sigma.max() < 3.5
 
 
+def test_samples_at_equal_angles_have_no_gap_where_the_shaft_is_slow(tmp_path):
+    """From 30 to 250 rad/s: their steps become eight times shorter. A record with a gap of 30 samples has one."""
+    slow, _, marks = sweep(0.05, 8.0, (30.0, 250.0))
+    angle = np.arange(0, 30 * slow[-1] + 4 * slow[-1] ** 2, 2 * np.pi / 32)
+    time = (np.sqrt(900 + 16 * angle) - 30) / 8
+    force = np.array([ECCENTRICITY * np.exp(1j * PHASE)])
+    _, z, _ = noisy(time, machine.swept(CRITICAL**2, 20.0, force, 30.0, 8.0, time)[0], 30.0, 8.0)
+    for there, expected in ((time > -1, 0), (np.abs(np.arange(len(time)) - 10000) > 15, 1)):
+        found = read_measurement([record(tmp_path, time[there], z[there], marks)], rig(tmp_path))
+        assert sum(one.name == "gaps" for one in found.findings) == expected
+        assert len(found.spectrum.speed) > 80
+
+
 def test_rows_that_a_recorder_dropped_are_missing_samples(tmp_path):
     """Of both the same speeds are left out, which is told; too many are refused."""
     time, z, marks = sweep(0.03, 8.0)

@@ -21,6 +21,7 @@ STEEP = 8  # power of the frequency with which it fades: integrated noise shows 
 WHOLE_REVOLUTION = 0.01  # revolutions by which a record may fall short of a whole number: its marks are not exact
 PIECES = 50  # of a record, of which the loudest shows the state of the probes
 MOST_ROUNDED = 2  # steps between rounded times of neighbouring samples
+STEPS_BESIDE = 51  # by which samples are missing: those of equal angles become shorter during a run-up
 REVOLUTIONS = 8  # at least, in the pieces in which spikes are sought
 
 
@@ -164,6 +165,8 @@ def _without_spikes(raw, pieces):
 
 def _tracked(whole, raw, pulses):
     """The RecordFacts of each speed of a sweep, by those of the whole without harmonics, which it is after an error."""
+    from scipy.ndimage import median_filter
+
     sweep = count_revolutions(pulses.time, pulses.resolution, swept=True)
     findings = whole.findings
     findings += quality.check_pulses(pulses, sweep, raw.conventions.keyphasor.polarity, raw.where)
@@ -171,7 +174,8 @@ def _tracked(whole, raw, pulses):
     grid, step = speed_grid(sweep), np.median(np.diff(raw.time))
     fastest = grid.speed.max() / (2 * np.pi)
     findings += quality.check_sampling(len(raw.time), len(raw.time) * step * fastest, harmonics, raw.where)
-    steps = np.rint(np.diff(raw.time) / step)
+    steps = np.diff(raw.time)
+    steps = np.rint(steps / np.maximum(median_filter(steps, STEPS_BESIDE), step / MOST_ROUNDED))
     row = np.concatenate([[0], np.cumsum(np.where(steps > MOST_ROUNDED, steps, 1))])  # with those that time leaves out
     loudest, missing = _loudest(raw, sweep), float(1 - np.isfinite(raw.displacement).mean() * len(row) / (row[-1] + 1))
     _check_signals(whole, raw, loudest, sweep.angle(raw.time[loudest]) + raw.conventions.mark_rad, missing)
