@@ -99,6 +99,16 @@ def test_speeds_that_what_was_not_recorded_leaves_open_are_left_out_at_the_ends(
     assert len(speed) > 10 and sigma.max() < 3.5
 
 
+def test_a_run_up_without_noise_states_most_of_its_speeds_within_a_hundred_thousandth_of_the_peak(tmp_path):
+    """As one that was simulated: the two ways to continue it differ by more than its noise, which it has not."""
+    time, _, marks = sweep(0.03, 8.0)
+    turned = machine.swept(CRITICAL**2, 12.0, np.array([ECCENTRICITY * np.exp(1j * PHASE)]), 150.0, 8.0, time)[0]
+    found = read_measurement([record(tmp_path, time, turned, marks)], rig(tmp_path)).spectrum
+    error, std = np.abs(found.amplitude[:, 1, 0] - steady(0.03, found.speed)), np.sqrt(2 * found.covariance[:, 0, 1, 1])
+    assert len(found.speed) > 38 and (error < std).all()
+    assert std == pytest.approx(1e-5 * np.abs(steady(0.03, CRITICAL)), rel=0.02)
+
+
 def test_samples_at_equal_angles_have_no_gap_where_the_shaft_is_slow(tmp_path):
     """From 30 to 250 rad/s: their steps become eight times shorter. A record with a gap of 30 samples has one."""
     slow, _, marks = sweep(0.05, 8.0, (30.0, 250.0))

@@ -36,6 +36,7 @@ HANN_VARIANCE = 1 / 12 - 1 / (2 * np.pi**2)  # of time under a Hann window, in s
 LEAST_PASSED = 0.5  # share that a window must pass of a part of the response for it to be restored
 # degrees by which gaps are filled and ends continued: for the result, and beside it
 FILLED, CONTINUED = (5, 3), (3, 4)
+EXACT = 1e-5  # of the greatest motion: least standard deviation, as of 16 bits; what the correction leaves is smaller
 HIDDEN = 0.5  # standard deviations between the two from which a harmonic is not known
 HALF_POWER = np.sqrt(0.5)
 PEAK = 3.0  # ratio of a resonance to the lowest response on either side
@@ -96,6 +97,8 @@ def track(signals, time, angle, grid, harmonics, directions, mark_variance):
     found = [[[_steady(fit[:, h], grid, n, one) for h, n in enumerate(harmonics)] for fit in own] for own, one in ways]
     steady, other = np.swapaxes(found, 2, 3)[:, :, grid.given]
     covariance, noise = fits[0][1][:, grid.given] * _noise_gain(), fits[0][2][:, grid.given]
+    least = EXACT * np.abs(steady[..., harmonics != 0]).max(axis=(1, 2), initial=0.0)
+    covariance += least[:, None, None, None] ** 2 / 2 * np.eye(2 * len(harmonics))
     for s, direction in enumerate(directions):
         channels = 2 if np.isnan(direction) else 1
         covariance[s] = along_probe(covariance[s] * 2 / channels, harmonics, direction)
