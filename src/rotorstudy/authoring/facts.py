@@ -49,11 +49,9 @@ def _options(kind, plugin):
     known = inspect.signature(plugin.function).parameters
     defaults = {name: known[name].default for name in option_names(plugin.function, GIVEN.get(kind, ()))}
     marks = {inspect.Parameter.empty: " (needed)", None: " (optional)"}
-    return ", ".join(
-        name
-        + (marks[d] if d in (None, inspect.Parameter.empty) else f" = {d:g}" if isinstance(d, float) else f" = {d}")
-        for name, d in defaults.items()
-    )
+    texts = {name: f" = {d:g}" if isinstance(d, float) else f" = {d}" for name, d in defaults.items()}
+    texts |= {name: marks[d] for name, d in defaults.items() if d in (None, inspect.Parameter.empty)}
+    return ", ".join(map("".join, texts.items()))
 
 
 def _inside(function):

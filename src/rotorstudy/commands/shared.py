@@ -46,16 +46,16 @@ def check_file(out, *inputs, option="--out", suffixes=()):
         )
 
 
-def check_folder(out, *inputs, option="--out"):
+def check_folder(out, *inputs):
     """Raise unless `out` is a folder, new or in use, whose parent exists and which contains no input."""
     path = Path(out)
     if path.is_file():
-        raise RotorstudyError(f"{option} {out}: is a file; give a folder")
+        raise RotorstudyError(f"--out {out}: is a file; give a folder")
     if path.suffix.lower() in OF_FILES and not path.is_dir():
-        raise RotorstudyError(f"{option} {out}: a folder is written, not one file; name it {path.with_suffix('')}")
-    _check_place(out, path if path.is_dir() else path.parent, option)
+        raise RotorstudyError(f"--out {out}: a folder is written, not one file; name it {path.with_suffix('')}")
+    _check_place(out, path if path.is_dir() else path.parent, "--out")
     if realpath(path) in [dirname(realpath(given)) for given in inputs]:
-        raise RotorstudyError(f"{option} {out}: contains an input; give a separate folder")
+        raise RotorstudyError(f"--out {out}: contains an input; give a separate folder")
 
 
 def _check_place(out, folder, option):

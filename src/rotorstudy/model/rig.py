@@ -165,9 +165,7 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
             raise RotorstudyError(f"{where}, foundation: what the bearing at node {node} stands on has no mass")
     held = _held_deflection(rig.get("static_deflection_m"), structure, where)
     model = Model(structure, tuple(terms), sensors, held)
-    if rig.get("prior") is None:
-        return model
-    return with_uncertainty(model, rig["prior"], f"{where}, prior")
+    return model if rig.get("prior") is None else with_uncertainty(model, rig["prior"], f"{where}, prior")
 
 
 def _check_sizes(given, where, key=""):

@@ -42,9 +42,9 @@ class Diagnosis:
     alternatives: frozenset[str]  # names (`Candidate.cause`) of the other causes that cannot be ruled out
 
 
-def diagnose(spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, findings=()) -> Verdict:
+def diagnose(spectrum: Spectrum, model: Model, *, hold_out=None, settings=None) -> Verdict:
     """The Verdict on what a model lacks to explain a spectrum; see `investigate`."""
-    return investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings).verdict
+    return investigate(spectrum, model, hold_out=hold_out, settings=settings).verdict
 
 
 @on_one_thread

@@ -193,59 +193,42 @@ class Identifiability(Result):
 
 
 class Verdict(Result):
-    """The content of verdict.json, in the order of the file.
-
-    verdict, summary : the kind of verdict; the same in sentences
-    causes, ambiguous_with : the causes that are named; others that cannot be ruled out
-    resultant : of unbalances of several discs that look alike in these records
-    separating_measurement : for pairs of causes
-    next_runs : up to three further runs that would decide an ambiguous verdict, the most decisive one first
-    excluded : up to four other effects, the most probable first
-    not_considered : effects that look like a named cause but are not tried: no candidates, or left out by the settings
-    broken_plugins : a line for each plugin that failed, with file and line
-    unexplained : harmonics and nodes with a significant residual
-    residual_p_value, residual_share : of the residual; the share of the excess error (rms) that is left
-    form_error : expected standard deviation of the error of the form of the causes, relative to what they change
-    log_posterior_odds : natural logarithm of the odds of the best causes against the base alone, whether or not they
-        are named; None if no cause was fitted
-    parameter_p_value : probability under the prior that the parameters lie as far from their stated values as the fit
-        needs, all together or the farthest one, times their number; below `significance` the fit is rejected
-    one_place : of the verdict unknown, places at which a fault that the library lacks may act (99 %)
-    outside_probability : of such a fault; above one half the verdict is unknown
-    detection_limit, hidden : what is detected with a probability of 95 %: each effect, and each feared fault
-    gain : at the held-out speeds; None if there are none
-    base_parameters, identifiability : of the rig: those that moved far, and those that the data do not tell
-    candidates : how many causes were considered
-    settings, findings, provenance : what was assumed; the findings on the records; versions and files
-    measuring_chain : the convention that seems to be stated wrongly, if any
-    """
+    """The content of verdict.json, in the order of the file."""
 
     format_version: Literal[3] = FORMAT_VERSION
-    verdict: Literal["nothing", "cause", "ambiguous", "unknown"]
-    summary: str = ""
-    causes: tuple[Cause, ...]
-    ambiguous_with: tuple[Cause, ...]
-    resultant: Resultant | None = None
-    separating_measurement: tuple[SeparatingMeasurement, ...]
+    verdict: Literal["nothing", "cause", "ambiguous", "unknown"]  # the kind of verdict
+    summary: str = ""  # the same in sentences
+    causes: tuple[Cause, ...]  # that are named
+    ambiguous_with: tuple[Cause, ...]  # others that cannot be ruled out
+    resultant: Resultant | None = None  # of unbalances of several discs that look alike in these records
+    separating_measurement: tuple[SeparatingMeasurement, ...]  # for pairs of causes
+    # up to three further runs that would decide an ambiguous verdict, the most decisive one first
     next_runs: tuple[NextRun, ...] = ()
-    excluded: tuple[Excluded, ...] = ()
+    excluded: tuple[Excluded, ...] = ()  # up to four other effects, the most probable first
+    # effects that look like a named cause but are not tried: no candidates, or left out by the settings
     not_considered: tuple[str, ...]
-    broken_plugins: tuple[str, ...]
-    unexplained: tuple[Unexplained, ...]
-    residual_p_value: PValues
-    residual_share: float
+    broken_plugins: tuple[str, ...]  # a line for each plugin that failed, with file and line
+    unexplained: tuple[Unexplained, ...]  # harmonics and nodes with a significant residual
+    residual_p_value: PValues  # of the residual
+    residual_share: float  # the share of the excess error (rms) that is left
+    # expected standard deviation of the error of the form of the causes, relative to what they change
     form_error: float
+    # natural logarithm of the odds of the best causes against the base alone, whether or not they are named; None if no
+    # cause was fitted
     log_posterior_odds: float | None
+    # probability under the prior that the parameters lie as far from their stated values as the fit needs, all together
+    # or the farthest one, times their number; below `significance` the fit is rejected
     parameter_p_value: float
+    # of the verdict unknown, places at which a fault that the library lacks may act (99 %)
     one_place: tuple[OnePlace, ...] = ()
-    outside_probability: float = 0.0
-    detection_limit: tuple[DetectionLimit, ...]
-    hidden: tuple[Hidden, ...] = ()
-    gain: Gain | None
-    base_parameters: tuple[MovedParameter, ...]
-    identifiability: Identifiability
-    candidates: int
-    settings: Settings
-    measuring_chain: ChainHypothesis | None = None
-    findings: tuple[Finding, ...] = ()
-    provenance: dict[str, str] = {}
+    outside_probability: float = 0.0  # of such a fault; above one half the verdict is unknown
+    detection_limit: tuple[DetectionLimit, ...]  # what is detected with a probability of 95 % of each effect
+    hidden: tuple[Hidden, ...] = ()  # likewise of each feared fault
+    gain: Gain | None  # at the held-out speeds; None if there are none
+    base_parameters: tuple[MovedParameter, ...]  # of the rig, those that moved far
+    identifiability: Identifiability  # of the rig, what the data do not tell
+    candidates: int  # how many causes were considered
+    settings: Settings  # what was assumed
+    measuring_chain: ChainHypothesis | None = None  # the convention that seems to be stated wrongly, if any
+    findings: tuple[Finding, ...] = ()  # on the records
+    provenance: dict[str, str] = {}  # versions and files
