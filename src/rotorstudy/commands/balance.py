@@ -30,8 +30,7 @@ def run(given):
         check_file(given.out, given.rig, *given.records, suffixes=NETCDF)
     rig = read_rig(given.rig)
     conventions = read_conventions(rig.given, given.rig)
-    sense = conventions.sense
-    holes = None if given.holes is None else equal_holes(given.holes, given.weights, sense)
+    holes = None if given.holes is None else equal_holes(given.holes, given.weights, conventions.sense)
     planes = [int(plane) if plane.isdecimal() else plane for plane in given.planes]
     found, findings = balance_files(given.records, rig, planes, holes)
     tell(findings)
@@ -40,7 +39,7 @@ def run(given):
         said = [_in_holes(choice, given.holes) for choice in found.choices]
     else:
         where = f"(± one standard deviation; angles {conventions.shaft_angles})"
-        said = _corrections(found, planes, sense)
+        said = _corrections(found, planes, conventions.sense)
     print(f"unbalance to be added{',' * bool(holes)} {where}")
     for plane, text in zip(planes, said, strict=True):
         print(f"  plane {plane}: {text}")

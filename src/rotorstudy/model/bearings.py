@@ -119,8 +119,7 @@ def journal_shift(structure: Structure, node: int, parameters: tuple, before: Ca
         each = (size * e.gain_at(speed, 0) * (moved.conj() if e.is_conjugate else moved) for e, size in springs)
         return sum(each) - more
 
-    entry = Entry(structure.unit(node), on="one", gain=force)
-    return replace(film, entries=(*film.entries, entry)), *others
+    return replace(film, entries=(*film.entries, Entry(structure.unit(node), on="one", gain=force))), *others
 
 
 def springs_at_rest(structure: Structure, term: Term) -> np.ndarray:

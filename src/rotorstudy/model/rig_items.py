@@ -172,9 +172,8 @@ def _every_crack(
 
 
 def _read_values(parameters, given, known, where):
-    allowed = _keys(parameters)
     for key, value in given.items():
-        if key not in allowed:
+        if key not in _keys(parameters):
             raise unknown_name("key", key, [*known, "label"], where)
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
             raise RotorstudyError(f"{key} = {value!r} in {where}: must be a finite number{number_hint(value)}")

@@ -183,8 +183,7 @@ def rig_with_changes(rig: dict, model, changes: dict[str, float]) -> dict:
     """A rig dict with relative changes of some of its numbers, {name: change}."""
 
     def changed(item, holder):
-        options = holder.changed(changes)
-        new = {k: v for k, v in options.items() if number_paths(v) and v != holder.options[k]}
+        new = {k: v for k, v in holder.changed(changes).items() if number_paths(v) and v != holder.options[k]}
         return {**item, **new}
 
     found = {**rig, "rotor": changed(rig["rotor"], model.structure.origin)}

@@ -93,9 +93,8 @@ def expected_of(one: Explanation, found: Search, held: Spectrum, *, largest: boo
     """Held-out speeds with the error of the form of the causes that the fit has, or the largest one (`form.py`)."""
     if not (changes := _changes(one, found, held)):
         return held
-    shares = one.form.shares
-    if largest and shares[0] > SLOWLY_VARYING[0]:  # the largest error varies over the speeds
-        shares = SLOWLY_VARYING
+    varies = largest and one.form.shares[0] > SLOWLY_VARYING[0]  # the largest error does, over the speeds
+    shares = SLOWLY_VARYING if varies else one.form.shares
     errors, at = form_errors(held.speed, changes, shares)
     stated = found.settings.form_error
     every = [largest_error(c.effect, p.name, stated) for c in one.causes for p in c.term.parameters] if largest else []
