@@ -30,7 +30,7 @@ def averaged(spectrum: Spectrum, where: str) -> tuple[Spectrum, list[Finding]]:
     if len(groups) == len(spectrum.speed):
         return spectrum, []
     mean = np.array([spectrum.amplitude[group].mean(axis=0) for group in groups])
-    squares, expected, freedom = 0.0, 0.0, 0
+    squares, expected, freedom = 0.0, 0.0, 2 * (len(spectrum.speed) - len(groups))
     for group, centre in zip(groups, mean, strict=True):
         records = spectrum.amplitude[group]
         if len(spectrum.speed) <= MANY and any(np.array_equal(*pair) for pair in combinations(records, 2)):
@@ -38,7 +38,6 @@ def averaged(spectrum: Spectrum, where: str) -> tuple[Spectrum, list[Finding]]:
             raise RotorstudyError(f"{where}: the same record occurs twice at {speed}; give it once")
         squares = squares + np.sum(np.abs(records - centre) ** 2, axis=0)
         expected = expected + (len(group) - 1) * spectrum.variance[group].mean(axis=0)
-        freedom += 2 * (len(group) - 1)
     # the expected value of an inverse chi-square variable: few repeats leave the variance uncertain
     wider = freedom / (freedom - 2) if freedom > 2 else 3.0
     scatter = wider * np.maximum(squares - expected, 0) / freedom  # of each of the real and imaginary parts

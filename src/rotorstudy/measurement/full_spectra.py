@@ -108,8 +108,7 @@ def full_spectra(records, harmonics, method, phases=PHASES, *, whole_revolutions
     speed, sensors, spectra = np.array([record.speed for record in records]), tuple(records[0].sensors), {}
     for phase in phases:
         amplitude, covariance = map(np.array, zip(*(one[phase] for one in seen), strict=True))
-        amplitude = np.swapaxes(amplitude, 1, 2)
-        spectra[phase] = Spectrum(amplitude, speed, np.asarray(harmonics), sensors, covariance)
+        spectra[phase] = Spectrum(np.swapaxes(amplitude, 1, 2), speed, harmonics, sensors, covariance)
     return spectra
 
 

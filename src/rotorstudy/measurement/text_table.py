@@ -208,12 +208,11 @@ def decoded(file, path):
     """An open file of bytes as text without its byte order mark: UTF-8, UTF-16, or else Windows-1252."""
     first = file.read(FIRST)
     file.seek(0)
-    if first.startswith((b"PK\3\4", b"\x1f\x8b")):
+    packed = first.startswith((b"PK\3\4", b"\x1f\x8b"))
+    if packed or not first.strip():
         file.close()
-        raise RotorstudyError(f"{path}: a workbook or a compressed file; export it as text, or unpack it")
-    if not first.strip():
-        file.close()
-        raise RotorstudyError(f"{path}: the file is empty; export it again, or leave it out")
+        wrong = "a workbook or a compressed file; export it as text, or unpack it"
+        raise RotorstudyError(f"{path}: {wrong if packed else 'the file is empty; export it again, or leave it out'}")
     if first.startswith((b"\xff\xfe", b"\xfe\xff")):
         encoding = "utf-16"
     elif b"\0" in first[:2]:

@@ -81,8 +81,7 @@ def odd_materials(rotor):
 def odd_discs(structure):
     """Findings on the discs: moments that no body has, or a mass that does not fit the moments and the shaft."""
     for disc in structure.discs:
-        label = structure.labels.get(disc.node)
-        where = f"disc at node {disc.node}" + (f" ({label})" if label else "")
+        where = _at_node("disc", disc.node, structure.labels.get(disc.node))
         if disc.polar_moment > 2 * disc.diametral_moment * (1 + THIN):
             moments = {"polar": disc.polar_moment, "diametral": disc.diametral_moment}
             yield told("moments of inertia", where, **moments)
@@ -109,7 +108,7 @@ def odd_films(bearings, loads):
     for item in bearings:
         if not {"radial_clearance_m", "diameter_m", "length_m"} <= set(item):
             continue
-        where, diameter = _bearing_name(item), item["diameter_m"]
+        where, diameter = _at_node("bearing", **item), item["diameter_m"]
         ratio = 2 * item["radial_clearance_m"] / diameter
         if not CLEARANCE[0] < ratio < CLEARANCE[1]:
             side = "larger" if ratio > CLEARANCE[1] else "smaller"
@@ -127,13 +126,13 @@ def stated_loads(bearings, loads):
         if load is None or not ("load_N" in item or "radial_clearance_m" in item):
             continue
         if "load_N" not in item:
-            yield told("load_N (by default)", _bearing_name(item), load=load)
+            yield told("load_N (by default)", _at_node("bearing", **item), load=load)
         elif abs(item["load_N"] - load) > 0.1 * abs(load):
-            yield told("load_N", _bearing_name(item), stated=item["load_N"], load=load)
+            yield told("load_N", _at_node("bearing", **item), stated=item["load_N"], load=load)
 
 
-def _bearing_name(item):
-    return f"bearing at node {item.get('node')}" + (f" ({item['label']})" if item.get("label") else "")
+def _at_node(what, node=None, label=None, **_):
+    return f"{what} at node {node}" + (f" ({label})" if label else "")
 
 
 def _shaft_diameter(structure, node):

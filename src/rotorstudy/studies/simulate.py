@@ -24,8 +24,7 @@ def from_rest(config, model, speeds, late_samples=0.0):
     record, speeds = config.record, np.asarray(speeds, float)
     time = record.time + late_samples * record.step
     settled = np.ceil(record.settling_s * speeds / (2 * np.pi) - 1e-9) * 2 * np.pi / speeds  # whole revolutions
-    integrated = partial(time_response, relative_tolerance=1e-8)
-    move = transient_response if record.from_rest == "exact" else integrated
+    move = transient_response if record.from_rest == "exact" else partial(time_response, relative_tolerance=1e-8)
     found = (move(model, w, time + start) for w, start in zip(speeds, settled, strict=True))
     return np.array([model.seen(motion).T for motion in found])
 

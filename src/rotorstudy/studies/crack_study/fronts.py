@@ -58,8 +58,7 @@ def fronts(config):
             depth, curvature, angle, closing, poisson = (rng.uniform(*ends) for ends in ranges)
             position = float(rng.choice(settings.positions)) * length
             cracked = _built(rotor, unbalance)
-            part = rotor.elements[int(np.searchsorted(rotor.positions, position)) - 1]
-            part = replace(part, poissons_ratio=poisson)
+            part = replace(rotor.elements[np.searchsorted(rotor.positions, position) - 1], poissons_ratio=poisson)
             moment = closing * static_moment(cracked, position)
             add_form(cracked, position, arc_form(part, depth, curvature, closing=moment), angle)
             try:
