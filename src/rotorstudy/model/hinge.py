@@ -129,13 +129,12 @@ class Hinge:
     def _whole_parts(self, rotation, shaft_angle):
         """Moments of parts of a law that are always open, and the direction of the moment that the crack carries."""
         imposed, turned, _ = self._imposed(rotation, shaft_angle)
-        tangent, found = self._tangent(imposed), {}
+        tangent, size = self._tangent(imposed), -self.section.stiffness * self._softer[0]
         strain = imposed - tangent(imposed)
         # along xi by the moment along xi; along eta by that along eta; each by the other
         kinks = {"across": strain.real, "along": 1j * strain.imag, "coupled": strain.imag + 1j * strain.real}
-        for motion, kink in kinks.items():
-            found[motion] = -self.section.stiffness * self._softer[0] * (kink - tangent(kink)) * turned
-        return found | {"laws": [1.0 + 0j, _direction(strain)]}
+        moments = {motion: size * (kink - tangent(kink)) * turned for motion, kink in kinks.items()}
+        return moments | {"laws": [1.0 + 0j, _direction(strain)]}
 
     def _imposed(self, rotation, shaft_angle):
         """The imposed rotation (...) in the frame of the crack, the turn of that frame, and what is known of it."""

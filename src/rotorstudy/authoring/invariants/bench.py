@@ -101,8 +101,7 @@ def typical_term(plugin, structure, place=None):
     """An effect or bearing at a place (its own by default), every parameter with its typical size."""
     item = {"kind": plugin.name, **(place or {}), **plugin.example}
     term = make_term(kind_of(plugin), item, structure, structure.nodes)
-    values = {p.name: p.typical * (np.exp(0.6j) if p.is_complex else 1) for p in term.parameters}
-    return replace(term, values=values)
+    return replace(term, values={p.name: p.typical * (np.exp(0.6j) if p.is_complex else 1) for p in term.parameters})
 
 
 def check_round_trip(term, structure):

@@ -99,9 +99,8 @@ def _one_comes_near(begun, screened, cost):
     there = [force.where for force in begun.free_forces[:1] if force.left < cost]
     others = np.flatnonzero([c.term.acts_on_output or c.where in there for c in begun.candidates])
     for i in dict.fromkeys([*np.argsort(-explained)[:FITTED].tolist(), *others.tolist()]):
-        cause = (begun.candidates[i],)
-        start = dict(zip(cause[0].names, screened[i].start, strict=True))
-        fitted = begun.held(cause, start, TRIAL_STEPS)
+        cause = begun.candidates[i]
+        fitted = begun.held((cause,), dict(zip(cause.names, screened[i].start, strict=True)), TRIAL_STEPS)
         if fitted is not None and fitted.cost < cost:
             return True
     return False
