@@ -72,6 +72,7 @@ def test_the_first_forward_mode_is_the_least_damped_one_below_the_speed():
     # of a shaft on supports of two stiffnesses, whose low modes are thin ellipses, or lines, and not one far above
     assert first(100.0, np.array([-1e-3, 1e-3, 0.1, 0.9])) == 1
     assert first(100.0, np.array([-1e-17, 1e-17, 0.0, 0.9])) == 0
+    assert first(400.0, np.array([-0.1, 0.1, 0.9, 1.0])) == 1  # nor the next one below the speed, which is damped more
 
 
 def said(rig, operating):

@@ -11,7 +11,6 @@ from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.whirl import Modes, damped_modes, is_in_time, synchronous, time_invariant, without_rotation
 
 LEAST_DECREMENT = 0.1  # API 617, 8th edition, part 1, 4.8.5
-FORWARD = 0.2  # direction of a mode above which it is forward whirl
 LINE = 1e-6  # direction of a motion along a line, which has no sense, but for round-off
 OSCILLATING = 0.9  # damping ratio of a mode that still whirls: its logarithmic decrement is 13
 ROUNDS, SETTLED = 20, 1e-6  # of the frequency at which a measured foundation is taken; relative change of the last one
@@ -95,13 +94,16 @@ def whirl_mode(model: Model, speed: float, choose: Callable, modes: Modes | None
 
 
 def first_forward(modes: Modes, speed: float) -> int | None:
-    """Position of the least damped forward mode below the speed, else the lowest that is not backward; None without."""
+    """Position of the least damped forward mode below the speed, else of the lowest one; None without.
+
+    Forward is what is not backward: also a thin ellipse, as of a shaft on supports of two stiffnesses, or a line.
+    """
     frequency, ratio = modes.frequency, modes.damping_ratio
-    below = np.flatnonzero((modes.direction > FORWARD) & (ratio < OSCILLATING) & (frequency < speed))
-    if len(below):
-        return int(below[ratio[below].argmin()])
-    whirls = np.flatnonzero((modes.direction > -LINE) & (ratio < OSCILLATING))  # if only along an ellipse, or a line
-    return int(whirls[frequency[whirls].argmin()]) if len(whirls) else None
+    forward = np.flatnonzero((modes.direction > -LINE) & (ratio < OSCILLATING))
+    if not len(forward):
+        return None
+    below = forward[frequency[forward] < speed]
+    return int(below[ratio[below].argmin()] if len(below) else forward[frequency[forward].argmin()])
 
 
 def log_decrement(ratio: np.ndarray) -> np.ndarray:
