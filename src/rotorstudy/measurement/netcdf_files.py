@@ -65,13 +65,11 @@ def read_netcdf(path, conventions, nodes):
     with netcdf(path) as data:
         _check_netcdf(path, data)
         data = data if "speed" in data.displacement.dims else data.expand_dims("speed")
-        if not data.sizes["speed"]:
+        if not (count := data.sizes["speed"]):
             raise RotorstudyError(f"{path}: no record; the dimension 'speed' is empty")
         probes, axes, as_read = _probes_of_netcdf(data, conventions)
         time = _scaled(data.time, SECONDS, "s", path)
-        speeds = [None] * data.sizes["speed"]
-        if "speed" in data.coords:
-            speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path).tolist()
+        speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path).tolist() if "speed" in data.coords else [None] * count
         for i, speed in enumerate(speeds):
             label = conventions.label_rad_per_s(Path(path), speed)
             where = f"{path}" if label is None else f"{path}, {spin(label, 6)}"

@@ -27,6 +27,7 @@ import numpy as np
 from rotorstudy.measurement.harmonics import circular_covariance, fit_basis, noise_power, with_phase_noise
 from rotorstudy.measurement.spectrum import along_probe
 from rotorstudy.response.series import rotating_basis
+from rotorstudy.response.whirl import HALF_POWER
 
 LEAST_REVOLUTIONS = 4.0  # in a window, so that neighbouring harmonics are separated
 STEPS = 4  # of speed in a window, on the grid of the correction
@@ -38,7 +39,6 @@ LEAST_PASSED = 0.5  # share that a window must pass of a part of the response fo
 FILLED, CONTINUED = (5, 3), (3, 4)
 EXACT = 1e-5  # of the greatest motion: least standard deviation, as of 16 bits; what the correction leaves is smaller
 HIDDEN = 0.5  # standard deviations between the two from which a harmonic is not known
-HALF_POWER = np.sqrt(0.5)
 PEAK = 3.0  # ratio of a resonance to the lowest response on either side
 SWEPT = 0.2  # relative change of the speed over a record from which it is a run-up or a coast-down
 FEWEST_MARKS = 40  # of a sweep
