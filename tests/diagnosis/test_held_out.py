@@ -16,6 +16,7 @@ from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.search.search import base_model, begin
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import held_out
+from rotorstudy.diagnosis.verdict.causes import cause_of
 from rotorstudy.diagnosis.verdict.held_out import gain_of, is_contradicted, rise_probability, split, with_held_out
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import fit
@@ -225,6 +226,17 @@ def test_the_largest_error_of_held_out_speeds_varies_with_the_speed_though_that_
     largest, usual = (held_out.expected_of(one, part, held, largest=is_largest) for is_largest in (True, False))
     assert held_out.held_out_misfit(part, one, largest).p_value > 1e-3
     assert held_out.held_out_misfit(part, one, usual).p_value < 1e-6
+
+
+def test_an_angle_is_no_better_known_than_the_form(cracked):
+    """A crack off by 10 % in phase, alike at all speeds. Negative control: of an exact form it is the fit alone."""
+    work, crack = cracked(SETTINGS, 0.1j)
+    one = _converged(work, crack)
+    exact = replace(one, form=one.form._replace(mean_std=0.0))
+    known, fitted = (cause_of(e.causes, e, 1.0, (0.0, 0.0)).parameters["angle_rad"].std for e in (one, exact))
+    assert one.form.mean_std > 0.01
+    assert fitted == pytest.approx(one.causes[0].shape_std["angle_rad"])
+    assert known == pytest.approx(np.hypot(fitted, one.form.mean_std))
 
 
 def _converged(work, cause):

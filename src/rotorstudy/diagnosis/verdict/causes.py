@@ -54,20 +54,20 @@ def _over_forms(found, explanation, name):
 
 def cause_of(parts, explanation, probability, inadequacy, variants=(), over=None):
     """The Cause of the parts of a fault, options listed where they differ; variants : that are not excluded."""
-    where, fitted = {}, explanation.fit
+    where, fitted, error = {}, explanation.fit, explanation.form.mean_std if explanation.form else 0.0
     for key in dict.fromkeys(key for part in parts for key in part.where):
         values = sorted({part.where[key] for part in parts if key in part.where})
         where[key] = values if len(values) > 1 else values[0]
     parameters = {}
     for part in parts:
-        found = _parameters(part, fitted)
+        found = _parameters(part, fitted, error)
         taken = "".join(f"_{key}_{own}" for key, own in part.where.items() if isinstance(where[key], list))
         parameters |= {f"{name}{taken}" if name in parameters else name: one for name, one in found.items()}
     usual, variant = {}, parts[0].variant
     if over and parts[0].cause == over.cause.cause:
-        usual, variant = _estimates(sizes_of(fitted, parts[0])), over.cause.variant
+        usual, variant = _estimates(sizes_of(fitted, parts[0]), error), over.cause.variant
         shape = {name: (value, over.cause.shape_std[name]) for name, value in over.cause.shape.items()}
-        parameters |= _estimates(shape | over.stated, over.intervals)
+        parameters |= _estimates(shape | over.stated, error, over.intervals)
     return Cause.of(
         parts[0].effect,
         where,
@@ -81,7 +81,7 @@ def cause_of(parts, explanation, probability, inadequacy, variants=(), over=None
     )
 
 
-def _parameters(candidate, fitted):
+def _parameters(candidate, fitted, error):
     """{name: ParameterEstimate} of a candidate as fitted, complex ones by magnitude and phase, then its shape."""
     _, theta, covariance = magnitude_and_phase(candidate.names, *fitted.of(candidate.names))
     estimates = zip(theta, np.sqrt(np.diag(covariance)), strict=True)
@@ -95,14 +95,23 @@ def _parameters(candidate, fitted):
         for name, (unit, factor) in p.also.items():
             also = {"value": size.value / factor, "std": size.std / factor, "unit": unit}
             parameters[name] = size.model_copy(update=also)
-    return parameters | _estimates(sizes_of(fitted, candidate))
+    return parameters | _estimates(sizes_of(fitted, candidate), error)
 
 
-def _estimates(sizes, intervals=None):
-    """{name: ParameterEstimate} of a shape; sizes : name -> (value, std);  intervals : name -> ends of 95 %."""
+def _estimates(sizes, error, intervals=None):
+    """{name: ParameterEstimate} of a shape.
+
+    Errors of form are independent between harmonics in a fit. One that turns all of them alike, as an angle does, is as
+    likely, and no fit can tell it from that angle: a crack whose front is not symmetric is found turned.
+
+    sizes : name -> (value, std);  error : of the form, std (rad where it turns);  intervals : name -> ends of 95 %
+    """
     found = {}
     for name, (value, std) in sizes.items():
         unit, ends = "rad" if name.endswith("_rad") else "", (intervals or {}).get(name)
+        if unit and std:
+            wider = np.hypot(std, error) / std
+            std, ends = wider * std, ends and tuple(value + wider * (end - value) for end in ends)
         found[name] = ParameterEstimate(value=value, std=std, unit=unit, part="shape", interval_95=ends)
     return found
 
