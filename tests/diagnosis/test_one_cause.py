@@ -172,6 +172,18 @@ def test_a_narrower_law_begins_at_the_columns_with_which_a_wider_one_ended(monke
     assert again.cost == pytest.approx(anew.cost, abs=0.1)  # to the step that is the last one
 
 
+def test_a_size_and_a_shape_that_show_the_same_far_above_the_noise_end_no_search():
+    """As where an amplitude has run away. The normal matrix is singular, and the effect was told as a broken plugin."""
+    work, cause, fitted = as_usual(records(crack()))
+    projection, ranges = Projection(fitted, work.spectrum, cause.names), ranges_of(work, cause)
+    shapes, point = HeldShapes(work, projection, cause, ranges, ()), point_of(work, cause)[None]
+    shown = 2.0**40 * np.sign(np.cos(np.arange(len(projection.residual))))
+    given = (np.tile(shown, (1, count, 1)) for count in (len(cause.names), len(ranges)))
+    found, step, least, _ = shapes._solved(point, *given, may_end=False)
+    assert all(np.isfinite(one).all() for one in (step, least, found.cost, found.log_volume))
+    assert np.linalg.eigvalsh(found.covariance[0]).min() > -1e-12
+
+
 def fitted_at_the_truth(spectrum, form, breathing="gradual", model=None, shape=TRUE, **variant):
     """What is known, and the crack fitted from its true shape: with a front of a form or, without one, straight."""
     model = model or build_model(rig())

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate
-from rotorstudy.diagnosis.search.screening import Projection, screen_each
+from rotorstudy.diagnosis.search.screening import Projection, inverted, screen_each
 from rotorstudy.diagnosis.search.shape_fit import Work, as_one, at_numbers, point_of, ranges_of, reshaped
 from rotorstudy.errors import CannotAct
 from rotorstudy.inference.fit import Fit
@@ -176,9 +176,9 @@ class HeldShapes(NamedTuple):
         precision = np.eye(known.shape[1]) + known @ np.swapaxes(known, 1, 2)
         right = (known @ left[..., None])[..., 0]
         right[:, count:] += off
-        covariance, whole = np.linalg.inv(precision), np.sum(left**2, axis=1) + np.sum(off**2, axis=1)
-        best = (covariance @ right[..., None])[..., 0]
-        unmoved = np.linalg.solve(precision[:, :count, :count], right[:, :count, None])[..., 0]
+        (covariance, narrowed), (unmoved, _) = inverted(precision), inverted(precision[:, :count, :count])
+        best, unmoved = ((one @ right[:, : one.shape[1], None])[..., 0] for one in (covariance, unmoved))
+        whole = np.sum(left**2, axis=1) + np.sum(off**2, axis=1)
         cost, least = (whole - np.sum(one * right[:, : one.shape[1]], axis=1) for one in (unmoved, best))
         step = best[:, count:]
         is_last = (np.abs(step).max(axis=1) < CLOSE) & may_end
@@ -186,7 +186,7 @@ class HeldShapes(NamedTuple):
         moved[:, self.free] += np.where(is_last[:, None], step, 0.0)
         place, sizes = [*range(points.shape[1], size), *self.free], np.concatenate([std, np.ones(slopes.shape[1])])
         spread[np.ix_(range(len(points)), place, place)] = covariance * np.outer(sizes, sizes)
-        amplitudes, log_volume = mean + std * best[:, :count], -0.5 * np.linalg.slogdet(precision)[1]
+        amplitudes, log_volume = mean + std * best[:, :count], -0.5 * narrowed
         cost = np.where(is_last, least, cost)
         return Shapes(moved, amplitudes, spread, cost, log_volume, points, columns, slopes), step, least, is_last
 

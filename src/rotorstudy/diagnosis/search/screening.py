@@ -173,7 +173,7 @@ def screen_each(
     return [found[i] for i in range(len(causes))]
 
 
-def _inverted(precision):
+def inverted(precision):
     """Inverse and log determinant of I + A^T A (..., unknown, unknown), also if I is lost beside A.
 
     No eigenvalue is below one; where round-off makes one so, as of dependent columns, it counts as one.
@@ -200,7 +200,7 @@ def _screen_alike(projected, sets, least=-np.inf):
     residual = projected.residual
     left = residual - (mean[:, None] @ columns)[:, 0]
     scaled = columns * std[..., None]
-    covariance, narrowed = _inverted(np.eye(std.shape[-1]) + scaled @ np.swapaxes(scaled, -1, -2))
+    covariance, narrowed = inverted(np.eye(std.shape[-1]) + scaled @ np.swapaxes(scaled, -1, -2))
     off = (covariance @ (scaled @ left[..., None]))[..., 0]  # in standard deviations of the prior
     cost = np.sum((left - (off[:, None] @ scaled)[:, 0]) ** 2, axis=-1) + np.sum(off**2, axis=-1)
     explained = residual @ residual - cost
