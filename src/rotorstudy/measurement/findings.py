@@ -63,7 +63,7 @@ error: reference signal: {problem}
 error: no displacement: a velocity or an acceleration during a run-up is not integrated; give displacements, or
     constant speeds
 note: run-up, coast-down: {kind} at {rate} rad/s per second, tracked at {count} of {every} speeds, from {first} to
-    {last} rpm; the others depend on missing samples or marks, or on what came before or after the record. The
+    {last} rpm; any others depend on missing samples or marks, or on what came before or after the record. The
     transient of the sweep is removed from the harmonics
 error: no speed: each of {every} speeds depends on missing samples or marks, or on what came before or after the
     record. Take a longer run-up without gaps
