@@ -1,5 +1,6 @@
 """Rub, looseness, clearance and cubic stiffness: closed forms, the independent simulator, what is known of them."""
 
+import inspect
 from dataclasses import replace
 
 import numpy as np
@@ -246,3 +247,16 @@ def test_a_force_in_time_that_the_engine_would_misread_is_refused(wrong, monkeyp
     monkeypatch.setitem(zoo, "wrong", plugin)
     with pytest.raises(PluginError, match="multiplies a force in time"):
         rotor({"kind": "wrong"})
+
+
+def test_the_arguments_of_closures_of_one_function_are_looked_at_once(monkeypatch):
+    """A search makes thousands. One of another function that takes too few is refused, whenever it comes."""
+    seen, true = [], inspect.signature
+    monkeypatch.setattr(inspect, "signature", lambda function: seen.append(function) or true(function))
+
+    def closure(size):
+        return lambda z, v, still: size * z
+
+    assert all(NonlinearForce(np.eye(1), closure(size)).takes_its_arguments for size in range(5)) and len(seen) == 1
+    assert not NonlinearForce(np.eye(1), closure(1.0), takes_angle=True).takes_its_arguments
+    assert not any(NonlinearForce(np.eye(1), lambda z, v: z).takes_its_arguments for _ in range(2))

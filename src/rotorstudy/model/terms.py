@@ -18,6 +18,8 @@ from rotorstudy.model.variation import Variation
 
 SPEEDS_COMPARED = np.array([1.0, 31.0, 470.0])  # rad/s; gains that agree there are taken as the same function
 
+CALLABLE = set()  # code of functions that take the arguments of a force: a signature takes longer than to make a force
+
 
 class InTime:
     """What follows from the fields of a NonlinearForce."""
@@ -27,10 +29,14 @@ class InTime:
         """Whether its function can be called with the arguments that it is called with."""
         import inspect
 
-        try:
-            inspect.signature(self.function).bind(*range(3 + self.takes_angle))
-        except TypeError:
-            return False
+        code = getattr(self.function, "__code__", None)  # of many closures: those of a search for shapes
+        alike = code, hasattr(self.function, "__self__"), self.takes_angle
+        if code is None or alike not in CALLABLE:
+            try:
+                inspect.signature(self.function).bind(*range(3 + self.takes_angle))
+            except TypeError:
+                return False
+            CALLABLE.add(alike)
         return True
 
     def at(self, displacement, velocity, deflection, shaft_angle) -> np.ndarray:
