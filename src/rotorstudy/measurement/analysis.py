@@ -20,8 +20,8 @@ SLOWEST = 0.2  # of the speed: what a velocity or an acceleration shows of slowe
 STEEP = 8  # power of the frequency with which it fades: integrated noise shows no line there, and 1X loses 3e-6
 WHOLE_REVOLUTION = 0.01  # revolutions by which a record may fall short of a whole number: its marks are not exact
 PIECES = 50  # of a record, of which the loudest shows the state of the probes
-MOST_ROUNDED = 2  # steps between rounded times of neighbouring samples
-STEPS_BESIDE = 51  # by which samples are missing: those of equal angles become shorter during a run-up
+MOST_ROUNDED = 2  # steps from one sample to the next where times are rounded; beyond it samples are missing
+STEPS_BESIDE = 51  # whose median is the usual step there: samples at equal angles come closer during a run-up
 REVOLUTIONS = 8  # at least, in the pieces in which spikes are sought
 
 

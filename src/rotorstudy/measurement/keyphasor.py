@@ -13,7 +13,7 @@ from rotorstudy.errors import RotorstudyError
 PULSE_OVER_NOISE = 8.0  # least height of a pulse, in standard deviations of the rest of the signal
 NEAR = 0.15  # revolutions by which a mark may differ from the prediction of the marks before it
 FEW_MISSING = 3.0  # revolutions without a mark, over which the speed of a sweep hardly changes
-ODD, LEAST_ODD = 4.0, 0.02  # over that of nine in ten marks, and in revolutions: what is not as far off is jitter
+ODD, LEAST_ODD = 4.0, 0.02  # times the offset that nine in ten marks do not exceed, and revolutions; below it: jitter
 LONGEST_PULSE = 0.4  # of a revolution: beyond it the pulse cannot be distinguished from the gap
 MARK_TOLERANCE = 0.05  # revolutions by which a pulse may differ from the others where none is repaired
 LABEL_TOLERANCE = 0.1  # relative, of the stated speed, for methods that take the speed from the pulses
@@ -181,9 +181,9 @@ def _follow(pulses, start, period, swept):
 
 
 def _in_place(marks, counts):
-    """(mark,) whether a mark is where its neighbours have it, as most are; of odd ones beside each other, the worst.
+    """(mark,) whether a mark is where its neighbours predict it; of several wrong ones in a row the worst is not.
 
-    Where the speed changes all are beside the middle of their neighbours, alike; about an odd one, on either side.
+    While the speed changes, all marks lie off the middle of their neighbours by about as much; a wrong one by another.
     """
     if len(marks) < 6:
         return np.ones(len(marks), bool)

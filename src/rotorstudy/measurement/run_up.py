@@ -35,7 +35,7 @@ LEAST_APART = 2e-3  # relative, of the speeds that are given: nearer ones count 
 APART = 3  # steps between the speeds that are given: the noise of windows 3/4 apart is uncorrelated (1 %)
 HANN_VARIANCE = 1 / 12 - 1 / (2 * np.pi**2)  # of time under a Hann window, in squared lengths
 LEAST_PASSED = 0.5  # share that a window must pass of a part of the response for it to be restored
-# degrees by which gaps are filled and ends continued: for the result, and beside it
+# degrees of the polynomials that fill gaps and continue the ends: of the result, and of what it is compared with
 FILLED, CONTINUED = (5, 3), (3, 4)
 EXACT = 1e-5  # of the greatest motion: least standard deviation, as of 16 bits; what the correction leaves is smaller
 HIDDEN = 0.5  # standard deviations between the two from which a harmonic is not known
@@ -84,8 +84,7 @@ def speed_grid(sweep):
 def track(signals, time, angle, grid, harmonics, directions, mark_variance):
     """Harmonics (node, speed, harmonic), m, of signals (node, time), m; covariance; noise (node, speed) of a sample, m.
 
-    What is missing, and what comes before and after the sweep, is continued in two ways; harmonics that differ by them
-    are NaN, also beside it.
+    Gaps are filled and both ends continued in two ways. Speeds at which the harmonics depend on the way are NaN.
 
     directions : (node,) rad of single probes, NaN for orbits
     """

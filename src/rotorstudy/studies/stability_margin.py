@@ -11,7 +11,7 @@ from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.whirl import Modes, damped_modes, is_in_time, synchronous, time_invariant, without_rotation
 
 LEAST_DECREMENT = 0.1  # API 617, 8th edition, part 1, 4.8.5
-LINE = 1e-6  # direction of a motion along a line, which has no sense, but for round-off
+LINE = 1e-6  # largest direction, by round-off, of a motion along a line, which has no sense of whirl
 OSCILLATING = 0.9  # damping ratio of a mode that still whirls: its logarithmic decrement is 13
 ROUNDS, SETTLED = 20, 1e-6  # of the frequency at which a measured foundation is taken; relative change of the last one
 ROUND_OFF = 1e-9  # of an eigenvalue: real part of an undamped mode due to round-off, 5e-11 with up to 96 elements

@@ -101,10 +101,10 @@ def _parameters(candidate, fitted, error):
 def _estimates(sizes, error, intervals=None):
     """{name: ParameterEstimate} of a shape.
 
-    Errors of form are independent between harmonics in a fit. One that turns all of them alike, as an angle does, is as
-    likely, and no fit can tell it from that angle: a crack whose front is not symmetric is found turned.
+    In a fit the errors of form of the harmonics are independent. An error that turns all of them alike is as likely,
+    and cannot be told from an angle. So the standard deviation of an angle includes it, in rad.
 
-    sizes : name -> (value, std);  error : of the form, std (rad where it turns);  intervals : name -> ends of 95 %
+    sizes : name -> (value, std);  error : standard deviation of the form;  intervals : name -> ends of 95 %
     """
     found = {}
     for name, (value, std) in sizes.items():
