@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
-from uniform_shaft import AREA, ENDS, GOOD, LENGTH, NU, RHO, SECOND_MOMENT, D, E, beam, rotor
+from uniform_shaft import AREA, ENDS, LENGTH, NU, RHO, SECOND_MOMENT, D, E, beam, rotor
 
-from rotorstudy import Model, build_model, eigenvalues
+from rotorstudy import Model, eigenvalues
 
 
 def frequencies(structure):
@@ -228,21 +228,3 @@ def test_a_disc_by_its_dimensions_and_steel_by_its_shear_modulus():
         assert getattr(one, name) == pytest.approx(whole, abs=1e-12 * np.abs(whole).max())
     own = rotor(discs=[{k: v for k, v in cylinder.items() if k != "density_kg_per_m3"}])
     assert own.discs[0].mass == pytest.approx(mass * RHO / 7800, rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    "item, ratio",
-    [
-        ({"kind": "modal_damping", "damping_ratio": 0.02}, lambda w: 0.02 + 0 * w),
-        ({"kind": "mass_proportional_damping", "mass_proportional_damping_1_per_s": 9.0}, lambda w: 4.5 / w),
-        ({"kind": "stiffness_proportional_damping", "stiffness_proportional_damping_s": 1e-5}, lambda w: 5e-6 * w),
-    ],
-)
-def test_damping_of_all_modes(item, ratio):
-    rig = {"rotor": {"kind": "finite_element", **GOOD, "shaft_inertia": "rotary"}, "effects": [item]}
-    model = build_model(rig)
-    values = eigenvalues(model, [1e-9])[0]
-    values = values[np.argsort(np.abs(values))][:8]
-    assert -values.real / np.abs(values) == pytest.approx(ratio(np.abs(values)), rel=1e-6)
-    w = np.repeat(frequencies(model.structure)[:4], 2)
-    assert np.abs(values) == pytest.approx(w, rel=1e-6)

@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from machines import HARMONICS, jeffcott
-from random_rotor import four_coordinates
 
-from rotorstudy import harmonic_response, measured_response_and_jacobian
-from rotorstudy.response import harmonic
+from rotorstudy import harmonic_response
 
 M, K, C_E, C_H, DK, E, G = 2.0, 7.6e5, 100.0, 20.0, 2.5e5, 5e-6 * np.exp(1j * np.pi / 6), 9.81
 
@@ -41,12 +39,3 @@ def test_displacement_counts_from_the_static_line_of_the_uncracked_rotor():
     assert np.abs(harmonic_response(still, [88.0], [0], theta)).max() < 1e-20
     loose = replace(still, structure=replace(still.structure, stiffness=np.zeros((1, 1))))
     assert loose.structure.static_deflection == 0  # not supported: no static line, all counts from zero
-
-
-def test_speeds_taken_in_parts_give_the_same(monkeypatch):
-    machine, speeds, harmonics = four_coordinates(1), np.linspace(50.0, 150.0, 7), range(-4, 5)
-    whole = measured_response_and_jacobian(machine, speeds, harmonics)
-    monkeypatch.setattr(harmonic, "NUMBERS_AT_ONCE", 10.0)
-    parts = measured_response_and_jacobian(machine, speeds, harmonics)
-    for one, other in zip(whole, parts, strict=True):
-        assert one == pytest.approx(other, rel=1e-12)

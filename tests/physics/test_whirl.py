@@ -44,21 +44,6 @@ def test_only_what_turns_is_taken_off():
     assert eigenvalues(time_invariant(model), [100.0]).shape == (1, 4)
 
 
-def test_modes_of_a_simply_supported_beam_are_sines():
-    rotor = shaft(1.0, 16, pinned_nodes=[1, 17], theory="euler_bernoulli", shaft_inertia="translation")
-    model = build_model({"rotor": rotor})
-    values, shapes = whirl_modes(model, 1e-3)
-    nodes = np.arange(2, 17)
-    rows = [model.structure.index(int(n)) for n in nodes]
-    forward = np.flatnonzero(values.imag > 0)
-    for n in (1, 2, 3):
-        shape = shapes[forward[n - 1]][rows]
-        sine = np.sin(n * np.pi * (nodes - 1) / 16)
-        ratio = shape / shape[np.abs(sine).argmax()]
-        assert ratio == pytest.approx(sine / sine[np.abs(sine).argmax()], abs=1e-3)
-        assert np.abs(ratio - np.cos(n * np.pi * (nodes - 1) / 16)).max() > 0.5
-
-
 def test_modes_solve_the_equations_of_motion():
     model = build_model(RIGS["anisotropic"])
     values, shapes = whirl_modes(model, 300.0)
