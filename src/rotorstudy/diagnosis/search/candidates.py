@@ -20,6 +20,7 @@ from rotorstudy.model.terms import Term, share_of
 
 SHAPES_TRIED = 9  # values of a shape option, before the best is refined
 ANGLES_TRIED = 16  # of the angles of a full turn: 11 degrees off at most, which even a fifth harmonic tells from noise
+ROUND_OFF = 1e-9
 DIFFERENCE = 1e-4  # of the range of a shape option, for a derivative by it
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of a prior over the widest one, equally likely by order of magnitude
 # distances of the law of a real fault from the nearest one of the library over those in `Effect.any_form`, equally
@@ -54,6 +55,7 @@ class Candidate(NamedTuple):
     freedoms: tuple[Freedom, ...] = ()  # of its form
     fixed_std: float = FIXED  # standard deviation of an amplitude that is fixed
     held: tuple[str, ...] = ()  # options of its shape that are held at a value among the `options`
+    half_turn: bool = False  # whether it acts alike when its angles are turned by half
 
     @property
     def cause(self):
@@ -118,7 +120,17 @@ def candidate(
     item = {"kind": effect, **options, **where, **shape, **variant, "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
     known = Candidate(effect, where, term, {}, {}, plugin.fixed, shape, variant, {}, options, freedoms)
-    return _with_prior(model, known, prior_width)
+    return _with_prior(model, known._replace(half_turn=_acts_alike_turned(known, model)), prior_width)
+
+
+def _acts_alike_turned(cause, model):
+    """Whether a cause acts alike when its angles are turned by half: an open crack looks the same from both sides."""
+    angles = [name for name in registry().get("effect", cause.effect).shape if name.endswith("_rad")]
+    if not angles or any(u.force or any(shift % 2 for _, _, shift in u.kinds) for u in cause.term.unknowns):
+        return False  # what turns with an odd multiple of the speed is the opposite half a turn later
+    turned = (cause.shape | dict.fromkeys(angles, angle) for angle in (0.0, np.pi))
+    here, there = (with_options(cause.term, shape, model.structure, model.sensors).unknowns for shape in turned)
+    return all(abs(share_of(one, other) - 1) < ROUND_OFF for one, other in zip(here, there, strict=True))
 
 
 def place_key(cause: Candidate) -> tuple:
@@ -248,10 +260,15 @@ class ShapeRange(NamedTuple):
         return [self.value(fraction) for fraction in np.linspace(0, 1, SHAPES_TRIED)]
 
 
-def shape_ranges(effect: str, structure: Structure, node: int | None = None) -> dict[str, ShapeRange]:
-    """Shape options of an effect on a rotor, or at a node, -> ShapeRange; angles go around."""
+def shape_ranges(
+    effect: str, structure: Structure, node: int | None = None, *, half_turn: bool = False
+) -> dict[str, ShapeRange]:
+    """Shape options of an effect on a rotor, or at a node, -> ShapeRange; angles go around, once or by half a turn."""
     plugin = registry().get("effect", effect, "diagnosis")
     ranges = plugin.ranges(structure, node)
+    if half_turn:
+        around = {name: ends for name, ends in ranges.items() if name.endswith("_rad") and np.ptp(ends) > np.pi}
+        ranges |= {name: (low / 2, high / 2) for name, (low, high) in around.items()}
     nodes = tuple(sorted(structure.node_positions.values()))
     along = {name for name, (_, _, *scale) in plugin.shape.items() if scale == ["shaft"]}
     return {n: ShapeRange(*ends, n.endswith("_rad"), nodes if n in along else ()) for n, ends in ranges.items()}
