@@ -16,7 +16,7 @@ from rotorstudy.presentation.diagnosis_figures import in_words, some_speeds
 from rotorstudy.presentation.pages import Table, cells, render, to_index, write_html
 from rotorstudy.presentation.plots import STYLE, figure, save_figure
 from rotorstudy.presentation.probe_figures import APART, probe_picture, spread
-from rotorstudy.units import interval, number, p_value, percent, quantity, spins, um, with_interval
+from rotorstudy.units import ends_of_interval, interval, number, p_value, percent, quantity, spins, um, with_interval
 from thesis.figures.estimates import bias, errors_and_bounds
 from thesis.figures.full_spectra import phases_near, phases_of
 from thesis.scoreboard import in_table_order, side_by_side
@@ -220,19 +220,20 @@ def test_p_values_say_what_they_do_not_resolve():
 
 
 def test_an_interval_holds_95_percent():
-    assert interval(1.2e-5, "m", 1e-7) == "11.80 to 12.20 µm"
-    low, high = (float(end) for end in interval(10.0, "1", 1.0).split(" to "))
+    assert interval("m", 1e-7, ends_of_interval(1.2e-5, 1e-7)) == "11.80 to 12.20 µm"
+    low, high = (float(end) for end in interval("1", 1.0, ends_of_interval(10.0, 1.0)).split(" to "))
     assert (low, high) == pytest.approx((10 - 1.96, 10 + 1.96), abs=0.05)
 
 
 def test_an_estimate_is_written_with_the_digits_that_are_known():
+    ends = ends_of_interval(0.5, 1.4, 0.0)
     assert with_interval(100.23, 4.0, "N/m").strip() == "100.2 ± 4.0 N/m (95 %: 92.4 to 108.1)"
     assert with_interval(4.512e-6, 1.4e-6, "1").strip() == "4.5e-06 ± 1.4e-06 (95 %: 1.8e-06 to 7.3e-06)"
     assert with_interval(23.3, 12.0, "1").strip() == "23 ± 12 (95 %: 0 to 47)"  # -0.2 rounds to zero, without a sign
     assert with_interval(0.5, 0.1, "rad").strip() == "28.6 ± 5.7 ° (95 %: 17.4 to 39.9)"
     assert with_interval(-7.9e-7, 1.9e-7, "m").strip() == "-0.79 ± 0.19 µm (95 %: -1.16 to -0.42)"
     assert with_interval(0.21, 0.0004, "m").strip().startswith("0.21000 ± 0.00040 m")
-    assert with_interval(0.5, 1.4, "g mm", least=0.0).strip() == "0.5 ± 1.4 g mm (95 %: 0.0 to 3.2)"
+    assert with_interval(0.5, 1.4, "g mm", ends).strip() == "0.5 ± 1.4 g mm (95 %: 0.0 to 3.2)"
     assert with_interval(0.5, 31.4, "rad") == quantity(0.5, "rad", 31.4) == "any angle"
     assert with_interval(1e7, 2e5, "N/m").strip() == "1.000e+07 ± 0.020e+07 N/m (95 %: 0.961e+07 to 1.039e+07)"
 

@@ -12,7 +12,7 @@ from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges, shape
 from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, as_fit, ranges_of, shaped
 from rotorstudy.inference.fit import Fit, chi_square_cost, chi_square_p_value
 from rotorstudy.model.structure import Structure
-from rotorstudy.units import ANY_ANGLE, HALF_INTERVAL, unit_ending
+from rotorstudy.units import ANY_ANGLE, ends_of_interval, unit_ending
 
 LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
 SAME = 3.0  # standard deviations of the shape, within which two fits are one
@@ -100,14 +100,12 @@ def estimates_of(found: Identified) -> list[tuple[str, float, float, str, tuple[
         known = sizes_of(found.fit, cause) | found.stated | {name: found.fit.by_name[name] for name in units}
         limits = _limits(found, cause)
         for name, (value, std) in known.items():
-            low, high = found.intervals.get(name, (value - HALF_INTERVAL * std, value + HALF_INTERVAL * std))
             least, most, goes_around = limits.get(name, (0.0, np.inf, False))  # what follows is positive
-            if not goes_around:
-                low, high = max(low, least), min(high, most)
-            elif std >= ANY_ANGLE:
-                low, high = least, most
+            ends = found.intervals.get(name) or ends_of_interval(value, std, least, most)
+            if goes_around:
+                ends = (least, most) if std >= ANY_ANGLE else ends_of_interval(value, std)
             unit = units.get(name) or unit_ending(name)[1] or "1"
-            rows.append((names.get(name, name + more), value, std, unit, (low, high)))
+            rows.append((names.get(name, name + more), value, std, unit, ends))
     return rows
 
 

@@ -152,10 +152,9 @@ def _with_prior(model, cause, width):
     for p in (p for p in term.parameters if p.name in known):
         mean, std = known[p.name]
         prior[term.full_name(p)] = mean * p.typical, std * p.typical
-    limited = {term.full_name(p) for p in term.parameters if plugin.is_positive(p.name)}
-    limited = [unknown for unknown in term.unknowns if unknown.name in limited]
+    limited = [unknown for unknown in term.unknowns if unknown.positive]
     together = limited if isinstance(plugin.positive, tuple) else []
-    positive = {unknown.name: _same(unknown, term, model) | _powers(unknown, together) for unknown in limited}
+    positive = {u.name: model.acting_alike(u, term.acts_on_output) | _powers(u, together) for u in limited}
     return cause._replace(prior=prior, positive=positive)
 
 
@@ -176,15 +175,6 @@ def freedoms_of(effect: str, *, any_form: bool) -> tuple[Freedom, ...]:
     law = {name: known for name, known in widest.items() if name not in own}
     spreads = tuple(x / SPREADS[-1] for x in SPREADS)
     return Freedom(options, own, spreads), Freedom({}, law, spreads)
-
-
-def _same(unknown, term, model):
-    """{parameter of the model: factor} of those that act as an unknown of a term does, so that the two add up."""
-    if unknown.force or not unknown.entries:
-        return {}
-    there = model.output_unknowns if term.acts_on_output else model.rotor_unknowns
-    shares = {known.name: share_of(unknown, known) for known in there if unknown.kinds <= known.kinds}
-    return {name: share for name, share in shares.items() if share > 0}
 
 
 def _powers(unknown, limited):
