@@ -10,6 +10,7 @@ import yaml
 from machines import disc, jeffcott_rig, point, shaft, springs, unbalance
 from one_line_errors import run
 from scipy.linalg import expm
+from scipy.signal import lfilter
 
 from rotorstudy import Problem, Spectrum, build_model, measured_spectrum, read_measurement
 from rotorstudy.inference.output_error import output_error_fit
@@ -51,17 +52,20 @@ def steady(ratio, speed):
 
 
 def tracked(ratio, rate, *gaps, ends=(150.0, 250.0)):
-    """Speeds, the errors of 1X over the peak, the same in standard deviations, and 2X over the peak.
+    """What `compared` says of a run-up or coast-down at a constant rate.
 
     gaps : (speed, s) of stretches that are missing
     """
     time, z, marks = sweep(ratio, rate, ends)
-    z = with_gaps(time, z, rate, *gaps)
+    return compared(ratio, time, with_gaps(time, z, rate, *gaps), marks)
+
+
+def compared(ratio, time, z, marks):
+    """Speeds, the errors of 1X over the peak, the same in standard deviations, and 2X over the peak."""
     found = count_revolutions(marks, swept=True)
-    grid = speed_grid(found)
-    of_node = track(z[None], time, found.angle(time), grid, [0, 1, -1, 2, -2], np.array([np.nan]), 0.0)
+    grid, jitter = speed_grid(found), found.jitter_rad**2 / 10
+    *of_node, known = track(z[None], time, found.angle(time), grid, [0, 1, -1, 2, -2], np.array([np.nan]), jitter)
     shown, covariance, _ = (part[0] for part in of_node)
-    known = np.isfinite(shown).all(axis=1)
     shown, covariance, speed = shown[known], covariance[known], grid.speed[grid.given][known]
     error, std = shown[:, 1] - steady(ratio, speed), np.sqrt(2 * covariance[:, 1, 1])
     peak = np.abs(steady(ratio, CRITICAL))
@@ -88,8 +92,8 @@ def test_speeds_that_a_gap_leaves_open_are_left_out_and_others_are_as_uncertain_
     """Also at the resonance, where the transient that is removed reaches far; single samples leave all speeds."""
     every = tracked(0.03, 8.0)[0]
     speed, _, sigma, _ = tracked(0.03, 8.0, *((one, seconds) for one in speeds))
-    assert np.isin(speed, every).all() and sigma.max() < 3.5
-    assert len(speed) > len(every) / 8 and (len(speed) == len(every) or seconds > 0.01)
+    assert len(every) / 2 < len(speed) <= len(every) and sigma.max() < 3.5
+    assert len(speed) == len(every) or seconds > 0.01
 
 
 @pytest.mark.parametrize("ends", [(150.0, 250.0), (130.0, 200.0), (205.0, 290.0)])
@@ -100,13 +104,14 @@ def test_speeds_that_what_was_not_recorded_leaves_open_are_left_out_at_the_ends(
 
 
 def test_a_run_up_without_noise_states_most_of_its_speeds_within_a_hundred_thousandth_of_the_peak(tmp_path):
-    """As one that was simulated: the two ways to continue it differ by more than its noise, which it has not."""
+    """As one that was simulated: the least standard deviation is that of 16 bits, and somewhat more at the ends."""
     time, _, marks = sweep(0.03, 8.0)
     turned = machine.swept(CRITICAL**2, 12.0, np.array([ECCENTRICITY * np.exp(1j * PHASE)]), 150.0, 8.0, time)[0]
     found = read_measurement([record(tmp_path, time, turned, marks)], rig(tmp_path)).spectrum
     error, std = np.abs(found.amplitude[:, 1, 0] - steady(0.03, found.speed)), np.sqrt(2 * found.covariance[:, 0, 1, 1])
-    assert len(found.speed) > 38 and (error < std).all()
-    assert std == pytest.approx(1e-5 * np.abs(steady(0.03, CRITICAL)), rel=0.02)
+    least = 1e-5 * np.abs(steady(0.03, CRITICAL))
+    assert len(found.speed) > 36 and (error < std).all()
+    assert np.median(std) == pytest.approx(least, rel=0.1) and (std < 2 * least).all()
 
 
 def test_samples_at_equal_angles_have_no_gap_where_the_shaft_is_slow(tmp_path):
@@ -139,11 +144,65 @@ def test_rows_that_a_recorder_dropped_are_missing_samples(tmp_path):
             assert f"tracked at {len(nan.speed)} of 46 speeds" in " ".join(f.text for f in found[0].findings)
 
 
+def uncorrected(shown, variance, *others):
+    return shown, variance, np.ones(shown.shape, bool)
+
+
 def test_without_the_correction_the_transient_would_show(monkeypatch):
     """Negative control: rate / decay rate^2 = 0.22, the first-order error of the peak."""
-    monkeypatch.setattr("rotorstudy.measurement.run_up._steady", lambda shown, grid, n, degree: shown)
+    monkeypatch.setattr("rotorstudy.measurement.run_up.steady_harmonic", uncorrected)
     _, error, _, _ = tracked(0.03, 8.0)
     assert 0.1 < error.max() < 0.4
+
+
+COURSES = {
+    "steepens": lambda t: 3 + 0.9 * t,
+    "flattens": lambda t: 16 * np.exp(-t / 7),
+    "steps": lambda t: np.where(t < 7.5, 6.0, 10.0),
+    "holds at the critical speed": lambda t: np.where((t > 6.25) & (t < 9.25), 0.0, 8.0),
+    "holds beside it": lambda t: np.where((t > 7) & (t < 10), 0.0, 8.0),
+    "goes up in stairs": lambda t: np.where(t % 2.75 < 1.25, 8.0, 0.0),
+    "wobbles": lambda t: 8 + 6 * np.sin(np.pi * t),
+    "goes back again and again": lambda t: 8 + 12 * np.sin(np.pi * t),
+}
+
+
+@cache
+def course(name, ratio=0.03):
+    """Time, z with noise and marks of a run-up from 150 to 250 rad/s; z by modes whose forcing is integrated exactly.
+
+    Time is that of six Gauss points in each sample, the rate being constant in one.
+    """
+    time = np.arange(30000) / RATE_HZ
+    rate = COURSES[name](time[:-1])
+    speed = 150 + np.r_[0, np.cumsum(rate)] / RATE_HZ
+    count = int(np.argmax(speed > 250)) or len(time)
+    time, speed, rate = time[:count], speed[:count], rate[: count - 1]
+    angle = np.r_[0, np.cumsum(speed[:-1] + rate / RATE_HZ / 2)] / RATE_HZ
+    places, weights = np.polynomial.legendre.leggauss(6)
+    late, force = (places + 1) / 2 / RATE_HZ, ECCENTRICITY * np.exp(1j * PHASE)
+    turned = angle[:-1, None] + speed[:-1, None] * late + rate[:, None] * late**2 / 2
+    pull = force * ((speed[:-1, None] + rate[:, None] * late) ** 2 - 1j * rate[:, None]) * np.exp(1j * turned)
+    roots, z = CRITICAL * (-ratio + 1j * np.sqrt(1 - ratio**2) * np.array([1, -1])), 0
+    for root, sign in zip(roots, (1, -1), strict=True):
+        added = (pull * np.exp(root * (1 / RATE_HZ - late))) @ weights / 2 / RATE_HZ
+        start = force * speed[0] ** 2 / (1j * speed[0] - root)
+        z = z + sign * lfilter([1], [1, -np.exp(root / RATE_HZ)], np.r_[start, added])
+    turns = np.arange(angle[-1] // (2 * np.pi) + 1)
+    at = np.clip(np.searchsorted(angle, 2 * np.pi * turns, side="right") - 1, 0, count - 2)
+    left, w, a = 2 * np.pi * turns - angle[at], speed[at], rate[at]
+    marks = time[at] + 2 * left / (w + np.sqrt(w**2 + 2 * a * left))
+    x, y = NOISE * np.random.default_rng(1).normal(size=(2, count))
+    return time, z / (roots[0] - roots[1]) + x + 1j * y, marks
+
+
+@pytest.mark.parametrize("name", COURSES)
+def test_the_harmonics_are_the_steady_ones_whatever_the_course_of_the_speed(name, monkeypatch):
+    """A model of a constant rate was off by up to 600 standard deviations; without a correction it is as many."""
+    speed, _, sigma, second = compared(0.03, *course(name))
+    assert len(speed) > 20 and second < 5e-3 and sigma.max() < 3.5
+    monkeypatch.setattr("rotorstudy.measurement.run_up.steady_harmonic", uncorrected)
+    assert compared(0.03, *course(name))[2].max() > 50
 
 
 @pytest.fixture(scope="module")

@@ -188,11 +188,10 @@ def _tracked(whole, raw, pulses):
     time = np.interp(np.arange(row[-1] + 1), row, raw.time)
     signals, angle = np.full((len(raw.nodes), len(time)), np.nan, complex), sweep.angle(time) + raw.conventions.mark_rad
     signals[:, row.astype(int)] = np.where(sweep.is_followed(raw.time), raw.displacement, np.nan)
-    tracked = track(signals, time, angle, grid, harmonics, raw.directions, variance + resolution)
-    known = np.isfinite(tracked[0]).all(axis=(0, 2))
+    *tracked, known = track(signals, time, angle, grid, harmonics, raw.directions, variance + resolution)
+    findings += check_sweep(grid, known, tracked[0], harmonics, raw.where)
     tracked, grid = [part[:, known] for part in tracked], grid._replace(given=grid.given[known])
-    speed, rate = grid.speed[grid.given], grid.rate[grid.given]
-    findings += check_sweep(speed, rate, tracked[0], harmonics, len(known), raw.where)
+    speed = grid.speed[grid.given]
     whole.is_tracked = True
     if errors_among(findings):
         return [whole]
@@ -220,15 +219,17 @@ def _loudest(raw, sweep):
     return inside & (piece == int(power.argmax()))
 
 
-def check_sweep(speed, rate, amplitude, harmonics, every, where):
+def check_sweep(grid, known, amplitude, harmonics, where):
     """A note on a sweep, amplitude (node, speed, harmonic), and whether it is too fast for its narrowest resonance."""
-    if not len(speed):
-        yield told("no speed", where, every=every)
-        return
-    kind, rpm = "run-up" if rate.mean() > 0 else "coast-down", RAD_PER_S["rpm"]
-    said = {"kind": kind, "rate": number(abs(np.median(rate))), "count": len(speed), "every": every}
-    yield told(kind, where, **said, first=number(speed[0] / rpm, 4), last=number(speed[-1] / rpm, 4))
-    once = amplitude[..., np.abs(harmonics) == 1]
+    speed, rate, rpm = grid.speed[grid.given], grid.rate[grid.given], RAD_PER_S["rpm"]
+    if known.any():
+        kind, (first, *_, last) = "run-up" if rate.mean() > 0 else "coast-down", [*speed[known], speed[known][-1]]
+        said = {"kind": kind, "rate": number(abs(np.median(rate))), "count": known.sum(), "every": len(known)}
+        yield told(kind, where, **said, first=number(first / rpm, 4), last=number(last / rpm, 4))
+    else:
+        yield told("no speed", where, every=len(known))
+    there = np.isfinite(amplitude).all(axis=(0, 2))
+    speed, rate, once = speed[there], rate[there], amplitude[:, there][..., np.abs(harmonics) == 1]
     resonances = peaks(speed, np.sqrt(np.sum(np.abs(once) ** 2, axis=(0, 2))))
     if not resonances:
         return

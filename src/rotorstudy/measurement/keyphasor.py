@@ -18,6 +18,7 @@ LONGEST_PULSE = 0.4  # of a revolution: beyond it the pulse cannot be distinguis
 MARK_TOLERANCE = 0.05  # revolutions by which a pulse may differ from the others where none is repaired
 LABEL_TOLERANCE = 0.1  # relative, of the stated speed, for methods that take the speed from the pulses
 PIECE_REVOLUTIONS = 10  # between knots of the spline: slower drift is followed, jitter is averaged
+KNOTS = (10, 5, 3, 2)  # marks from knot to knot of the spline of a run-up
 
 
 @dataclass(frozen=True)
@@ -106,6 +107,19 @@ class Turning:
         """(time,) rad/s."""
         return 2 * np.pi * self.revolutions(time, 1)
 
+    def extended(self, time, rate):
+        """(...) rad, also before the first mark, where the speed changed at a rate (rad/s^2), and at the last speed."""
+        first, last = self.marks[[0, -1]]
+        beyond = time - np.clip(time, first, last)
+        drift = np.where(beyond < 0, self.speed(first) + rate / 2 * beyond, self.speed(last))
+        return self.angle(time - beyond) + drift * beyond
+
+    @property
+    def first_rate(self):
+        """Rate of the speed, rad/s^2, over the first ten marks."""
+        first = self.marks[[0, min(PIECE_REVOLUTIONS, len(self.marks) - 1)]]
+        return float(np.diff(self.speed(first))[0] / np.diff(first)[0])
+
     @property
     def whole_marks(self):
         """(revolution,) s when the mark passed, missing ones interpolated."""
@@ -136,8 +150,8 @@ def count_revolutions(pulses, resolution_s=0.0, swept=False):
     changes least: a pulse near a whole number of revolutions after the last mark is a mark (more than one revolution if
     pulses are missing), any other is an extra pulse, and so is a mark that is far from between its neighbours. The
     start with the most marks is taken. The angle is a least-squares parabola in time (a line for fewer than six marks),
-    which follows a steady change of speed and averages jitter; of a run-up or coast-down (`swept`) a cubic spline with
-    a knot every ten revolutions, which follows any.
+    which follows a steady change of speed and averages jitter; of a run-up or coast-down (`swept`) a cubic spline whose
+    knots are as far apart as predicts marks best (generalised cross-validation), so that it follows any.
     """
     from scipy.interpolate import make_lsq_spline
 
@@ -154,11 +168,14 @@ def count_revolutions(pulses, resolution_s=0.0, swept=False):
     marks, counts = pulses[back][kept], np.abs(counts - counts[0])
     in_place = _in_place(marks, counts)
     marks, counts, degree = marks[in_place], counts[in_place], 3 if swept else 2 if len(kept) >= 6 else 1
-    inner = marks[PIECE_REVOLUTIONS:-PIECE_REVOLUTIONS:PIECE_REVOLUTIONS] if swept else []
-    knots = np.concatenate([[marks[0]] * (degree + 1), inner, [marks[-1]] * (degree + 1)])
-    revolutions = make_lsq_spline(marks, counts.astype(float), knots, degree)
-    off, freedom = counts - revolutions(marks), len(marks) - len(revolutions.c)
-    jitter = 2 * np.pi * np.sqrt(np.sum(off**2) / freedom) if freedom > 0 else 0.0
+    fits = []
+    for apart in KNOTS if swept else [len(marks)]:
+        knots = np.concatenate([[marks[0]] * (degree + 1), marks[apart:-apart:apart], [marks[-1]] * (degree + 1)])
+        revolutions = make_lsq_spline(marks, counts.astype(float), knots, degree)
+        left, freedom = np.sum((counts - revolutions(marks)) ** 2), len(marks) - len(revolutions.c)
+        fits.append((left / max(freedom, 1) ** 2, left / max(freedom, 1), revolutions))
+    _, variance, revolutions = min(fits, key=lambda fit: fit[0])
+    jitter = 2 * np.pi * np.sqrt(variance) if freedom > 0 else 0.0
     missing, doubled = int(counts[-1] + 1 - len(marks)), len(pulses) - len(marks)
     return Turning(revolutions, marks, counts, missing, doubled, float(jitter), resolution_s)
 
