@@ -125,32 +125,31 @@ def as_certain_as(values: Sequence[float], std: float) -> list[str]:
     return [f"{round(value / 10.0**power, digits) + 0.0:.{max(0, digits)}f}{exponent}" for value in values]
 
 
-def interval(
-    value: float, unit: str, std: float, least: float = -np.inf, ends: tuple[float, float] | None = None
-) -> str:
-    """The 95 % interval of a normally distributed value, or of its ends: 11.80 to 12.20 µm; all in SI."""
+def ends_of_interval(value: float, std: float, least: float = -np.inf, most: float = np.inf) -> tuple[float, float]:
+    """The 95 % interval of a normally distributed value, as far as it is possible; all of it if none of it is."""
+    low, high = value - HALF_INTERVAL * std, value + HALF_INTERVAL * std
+    return (max(low, least), min(high, most)) if low < most and high > least else (low, high)
+
+
+def interval(unit: str, std: float, ends: tuple[float, float]) -> str:
+    """An interval, in SI, with the digits of a standard deviation: 11.80 to 12.20 µm."""
     unit, factor = shown_unit(unit)
-    ends = (value - HALF_INTERVAL * std, value + HALF_INTERVAL * std) if ends is None else ends
-    ends = factor * np.maximum(ends, least)
-    return f"{' to '.join(as_certain_as(ends, std * factor))} {unit}".strip()
+    return f"{' to '.join(as_certain_as([factor * end for end in ends], std * factor))} {unit}".strip()
 
 
-def with_interval(
-    value: float, std: float, unit: str, least: float = -np.inf, ends: tuple[float, float] | None = None
-) -> str:
+def with_interval(value: float, std: float, unit: str, ends: tuple[float, float] | None = None) -> str:
     """A value in its unit with its standard deviation and its 95 % interval: 100.2 ± 4.0 mm (95 %: 92.4 to 108.0).
 
-    Angles, unbalances and lengths below 1 mm are written in the reader's units; an angle may be any. least : that is
-    possible, in the given unit;  ends : of the interval; 1.96 standard deviations from the value by default
+    Angles, unbalances and lengths below 1 mm are written in the reader's units; an angle may be any. ends : of the
+    interval; 1.96 standard deviations from the value by default
     """
     if unit == "rad" and std >= ANY_ANGLE:
         return "any angle"
-    low, high = ends or (value - HALF_INTERVAL * std, value + HALF_INTERVAL * std)
+    low, high = ends or ends_of_interval(value, std)
     if unit in ("rad", "kg m") or (unit == "m" and abs(value) < SMALL_LENGTH):
         unit, factor = shown_unit(unit)
-        value, std, least, low, high = (factor * one for one in (value, std, least, low, high))
-
-    value, std, low, high = as_certain_as((value, std, max(low, least), high), std)
+        value, std, low, high = (factor * one for one in (value, std, low, high))
+    value, std, low, high = as_certain_as((value, std, low, high), std)
     own = "" if unit == "1" else f" {unit}"
     return f"{value:>9} ± {std}{own} (95 %: {low} to {high})"
 

@@ -1,7 +1,6 @@
 """Gap voltages of a table, and where films say that journals run."""
 
 import numpy as np
-import pytest
 from machines import film, shaft
 from one_line_errors import refused
 
@@ -71,17 +70,6 @@ def test_gaps_in_another_unit_are_refused_and_one_at_rest_that_a_probe_lacks_is_
 
     refused(lambda: read(x, bare[1]), "column 'B1 Y Gap (V)': state 'gap_at_rest_V:' of this probe too")
     assert read(*bare) == {} and set(read(x, y)) == {1}
-
-
-@pytest.mark.parametrize("share", [0.2, 0.45])
-def test_a_short_and_a_plain_journal_run_alike(share):
-    """In a bearing that is short; 3 % of the clearance is what Ocvirk neglects there."""
-    lines = []
-    for kind in ("short_journal", "plain_journal"):
-        rig = dict(RIG, bearings=[one | {"kind": kind, "length_m": share * 0.08} for one in RIG["bearings"]])
-        lines.append(centrelines(build_model(rig), SPEEDS, {})[0])
-    apart = np.abs(lines[0].predicted - lines[1].predicted).max() / FILM["radial_clearance_m"]
-    assert apart < (0.03 if share < 0.3 else 0.12)
 
 
 def test_mean_positions_are_those_of_all_tables_by_speed(monkeypatch):

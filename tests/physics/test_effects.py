@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import OFFSET_DISC, disc, errors_of_derivatives, point, shaft
+from machines import OFFSET_DISC, errors_of_derivatives, point
 
 from rotorstudy import Model, build_model, full_spectrum, make_term, measured_response, registry, simulate_records
 from rotorstudy.response.harmonic import harmonic_response, harmonic_response_and_jacobian
@@ -11,7 +11,6 @@ MASS, STIFFNESS = 2.0, 7.6e5
 SPEEDS = np.array([60.0, 150.0, 250.0, 340.0])
 PLAIN = build_model({"rotor": point(MASS, STIFFNESS)}).structure
 TILTING = build_model({"rotor": OFFSET_DISC}).structure
-SHAFT = build_model({"rotor": shaft(0.6, 60, disc(21), theory="euler_bernoulli", pinned_nodes=[1, 61])}).structure
 SHAKEN = (
     {"kind": "unbalance", "eccentricity_m": 1e-5, "eccentricity_phase_rad": 0.4},
     {"kind": "external_damping", "external_damping_N_s_per_m": 60.0},
@@ -30,28 +29,6 @@ def whirl(structure, *items, harmonics=(0, 1, 2, -1), speeds=SPEEDS):
 
 def same(found, expected, tolerance=1e-12):
     return np.abs(found - expected).max() <= tolerance * np.abs(expected).max()
-
-
-@pytest.mark.parametrize(("pair", "couple", "key", "size"), [
-    ({"kind": "unbalance", "mass_kg": 1.0, "eccentricity_m": 1e-5}, "couple_unbalance", "couple_unbalance_kg_m2", 1e-5),
-    (
-        {"kind": "parallel_misalignment", "harmonics": [1], "misalignment_force_1X_N": 10.0},
-        "angular_misalignment",
-        "misalignment_moment_1X_N_m",
-        10.0,
-    ),
-], ids=["couple_unbalance", "angular_misalignment"])  # fmt: skip
-def test_two_opposite_forces_are_a_couple(pair, couple, key, size):
-    """But for the bending between their nodes, which falls with the square of their distance."""
-    phase = next(
-        k for k in ("eccentricity_phase_rad", "misalignment_force_1X_phase_rad") if k[:5] == list(pair)[-1][:5]
-    )
-    two = whirl(SHAFT, {**pair, "node": 32}, {**pair, "node": 30, phase: np.pi}, harmonics=[1])
-    options = {"harmonics": [1]} if "angular" in couple else {}
-    one = whirl(SHAFT, {"kind": couple, "node": 31, key: size * 0.02, **options}, harmonics=[1])
-    ends = [SHAFT.index(node) for node in (11, 21, 51)]
-    assert same(two[..., ends], one[..., ends], 5e-3)
-    assert not same(two[..., ends], -one[..., ends], 1.0)
 
 
 def test_speed_error_is_the_derivative_by_the_speed():

@@ -10,7 +10,7 @@ from shaft_with_a_crack import crack, rotor
 from rotorstudy import build_model, check_stable, simulate_records
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.response import few_shapes, floquet
-from rotorstudy.response.floquet import periodic_growth_rate, varies_in_time
+from rotorstudy.response.floquet import periodic_growth_rate
 from rotorstudy.response.stability import growth_rate
 
 MASS, STIFFNESS = 2.0, 7.6e5
@@ -121,15 +121,6 @@ def test_modes_far_above_the_speed_follow_a_cracked_shaft_statically(speed, monk
     monkeypatch.setattr(floquet, "TURN_STEPS", 2048)
     assert found == pytest.approx(periodic_growth_rate(model, [speed])[0], rel=1e-5)
     assert abs(found - growth_rate(build_model(SHAFT), [speed])[0]) > 1e-4 * abs(found)
-
-
-def test_without_a_turning_stiffness_it_is_the_growth_of_the_eigenvalues():
-    model = jeffcott({"kind": "internal_damping", "internal_damping_N_s_per_m": 100.0}, damping=50.0)
-    speeds = NATURAL * np.array([0.5, 1.2, 2.0])
-    assert not varies_in_time(model)
-    assert periodic_growth_rate(model, speeds) == pytest.approx(growth_rate(model, speeds), rel=1e-3)
-    with pytest.raises(NoSteadyState, match=r"grows by [\d.]+ 1/s"):
-        check_stable(model, speeds)
 
 
 def cracked(crack):

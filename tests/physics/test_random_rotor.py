@@ -1,18 +1,28 @@
-"""All readings of the table agree on rotors nobody chose: balance in time, integration, derivatives, equations."""
+"""All readings of the table agree on rotors nobody chose, and with closed forms."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import errors_of_derivatives, spectrum_of
-from random_rotor import SENSORS, on_translations, random_model
+from machines import HARMONICS, errors_of_derivatives, jeffcott, spectrum_of
+from random_rotor import SENSORS, four_coordinates, on_translations, random_model
 
-from rotorstudy import Entry, Model, Problem, RotorstudyError, full_spectrum, registry, simulate_records, time_response
+from rotorstudy import (
+    Entry,
+    Model,
+    Problem,
+    RotorstudyError,
+    full_spectrum,
+    harmonic_response,
+    measured_response_and_jacobian,
+    registry,
+    simulate_records,
+    time_response,
+)
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.linear import solve_linear
 from rotorstudy.inference.output_error import output_error_fit
-from rotorstudy.model.terms import Parameter, Term
-from rotorstudy.response.harmonic import harmonic_response
+from rotorstudy.model.terms import Parameter, Term, with_entries
 from rotorstudy.response.measured import measured_response
 
 SPEED, ORDER = 110.0, 30  # the response of these rotors falls below 1e-10 of its largest harmonic before the 15th
@@ -132,3 +142,104 @@ def test_simulated_records_hold_every_harmonic_a_probe_shows():
     records = simulate_records(model, [SPEED], [1, -1], time)
     found = full_spectrum(records, [1, -1], registry().get("spectrum", "regression"), "none").amplitude
     assert found == pytest.approx(measured_response(model, [SPEED], [1, -1]), rel=1e-9)
+
+
+SHOWN = np.arange(-5, 6)
+ROUND_OFF = 1e-10  # 1e-16 times the condition of 31 coupled harmonics, the highest with 200 times the inertia
+
+
+@pytest.fixture(params=[four_coordinates(1), four_coordinates(2), random_model(1)], ids=["four", "four too", "crack"])
+def coupled(request):
+    return request.param
+
+
+def rewritten(coupled, rule):
+    """The model with each entry replaced by what `rule` makes of it."""
+    return replace(coupled, terms=tuple(with_entries(term, lambda entry: [rule(entry)]) for term in coupled.terms))
+
+
+def response(coupled):
+    return harmonic_response(coupled, [SPEED], SHOWN)[0]
+
+
+def differs(found, expected):
+    """Largest difference relative to the largest harmonic."""
+    return np.abs(found - expected).max() / np.abs(expected).max()
+
+
+def in_frequency(entry):
+    """d/dt written as a gain that depends on the harmonic: harmonic n of e^{jkwt} x' is j (n - k) w x_{n-k}."""
+    if entry.on == "one":
+        return replace(entry, gain=lambda w, n: entry.gain_at(w, n), frequency_only=True)
+
+    def gain(w, n):
+        return entry.gain_at(w, n) * ((n - entry.shift) * w) ** entry.order
+
+    return replace(entry.times(1j**entry.order), order=0, gain=gain, frequency_only=True)
+
+
+def test_a_derivative_is_a_gain_of_the_harmonic(coupled):
+    same = rewritten(coupled, in_frequency)
+    assert differs(response(same), response(coupled)) < ROUND_OFF
+    found, expected = (measured_response_and_jacobian(m, [SPEED], SHOWN)[1] for m in (same, coupled))
+    for p, name in enumerate(coupled.names):
+        assert differs(found[..., p], expected[..., p]) < 100 * ROUND_OFF, name  # a derivative adds a second solve
+
+
+def exact(coupled):
+    return spectrum_of(coupled, [80.0, SPEED], np.arange(-15, 16), 1e-9)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_and_gives_the_same_equations_for_the_unknowns(seed):
+    coupled = four_coordinates(seed)
+    names = ("swirl", "turning", "backward", "push_real", "push_imag")
+    (a, b), (same_a, same_b) = (
+        Problem(m, exact(coupled), names).equations() for m in (coupled, rewritten(coupled, in_frequency))
+    )
+    for p, name in enumerate(names):
+        assert differs(same_a[:, p], a[:, p]) < ROUND_OFF, name
+    assert differs(same_b, b) < ROUND_OFF
+
+
+def test_trials_at_once_equal_trials_one_by_one_in_a_coupled_rotor(coupled):
+    theta = coupled.theta * (1 + 0.05 * np.random.default_rng(3).standard_normal((2, 3, len(coupled.theta))))
+    together, slopes = measured_response_and_jacobian(coupled, [80.0, SPEED], SHOWN, theta)
+    for trial in np.ndindex(2, 3):
+        one, slope = measured_response_and_jacobian(coupled, [80.0, SPEED], SHOWN, theta[trial])
+        assert differs(together[trial], one) < ROUND_OFF
+        assert differs(slopes[trial] * coupled.typical, slope * coupled.typical) < ROUND_OFF
+    assert differs(together[0, 0], together[1, 2]) > 1e-3  # negative control: trials differ
+
+
+M, K, C_E, C_H, DK, E, G = 2.0, 7.6e5, 100.0, 20.0, 2.5e5, 5e-6 * np.exp(1j * np.pi / 6), 9.81
+
+
+def switching_series(order):
+    """s_k of sigma = 1/2 + (2/pi)(cos - cos3 / 3 + ...), written down independently of the plugin."""
+    series = {0: 0.5}
+    for i, k in enumerate(range(1, order + 1, 2)):
+        series[k] = series[-k] = (-1) ** i / (np.pi * k)
+    return series
+
+
+def closed_form(w, n):
+    """Eqs. (2.24) to (2.26)."""
+    s = switching_series(99)
+    p = (s.get(n, 0) + s.get(n - 2, 0)) / 2
+    force = p * DK * M * G / K + (M * E * w**2 if n == 1 else 0) + (1j * w * C_H * M * G / K if n == 0 else 0)
+    return force / (K - M * (n * w) ** 2 + 1j * n * w * C_E + 1j * (n - 1) * w * C_H)
+
+
+@pytest.mark.parametrize("w", [88.0, 308.0])
+def test_weight_dominant_rotor_has_the_closed_form(w):
+    found = harmonic_response(jeffcott(), [w], HARMONICS)[0, :, 0]
+    assert found == pytest.approx([closed_form(w, n) for n in HARMONICS], rel=1e-12)  # round-off
+
+
+def test_displacement_counts_from_the_static_line_of_the_uncracked_rotor():
+    still = jeffcott(stiffness_loss=0.0)
+    theta = still.theta * 0
+    assert np.abs(harmonic_response(still, [88.0], [0], theta)).max() < 1e-20
+    loose = replace(still, structure=replace(still.structure, stiffness=np.zeros((1, 1))))
+    assert loose.structure.static_deflection == 0  # not supported: no static line, all counts from zero

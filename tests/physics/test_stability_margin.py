@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from machines import disc, film, jeffcott_rig, point, rig_of, shaft, springs
-from test_equivalent_descriptions import in_frequency, rewritten
+from test_random_rotor import in_frequency, rewritten
 
 from rotorstudy import build_model
 from rotorstudy.presentation.rotor_page import summary

@@ -1,17 +1,20 @@
-"""Critical speeds against closed forms."""
+"""Critical speeds, eigenvalues, thresholds of instability and motion from rest: closed forms and integration."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import disc, film, shaft, springs
+from machines import OFFSET_DISC, disc, film, in_x_and_y, jeffcott_rig, point, shaft, springs
+from one_line_errors import refused
+from random_rotor import random_model
+from scipy.linalg import expm
 from scipy.optimize import brentq
-from test_transient import LOSS, OFFSET_DISC, RIGS
 
-from rotorstudy import build_model, eigenvalues
+from rotorstudy import build_model, eigenvalues, time_response
 from rotorstudy.response import few_shapes, whirl
-from rotorstudy.response.stability import damping_of_effects, state_matrix
+from rotorstudy.response.integration import transient_response
+from rotorstudy.response.stability import check_stable, damping_of_effects, stability_threshold, state_matrix
 from rotorstudy.response.whirl import critical_speeds, damped_modes, time_invariant, whirl_modes
-
-JEFFCOTT = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
 
 
 def closed_form(order, sign):
@@ -34,7 +37,7 @@ def test_offset_disc_meets_the_closed_form(order, sign):
 
 def test_a_mode_that_is_damped_out_has_no_critical_speed():
     damping = [{"kind": "external_damping", "external_damping_N_s_per_m": 3e3}]  # over-critical: 2465 N s/m
-    assert len(critical_speeds(build_model({"rotor": JEFFCOTT, "effects": damping}), 2000.0)[0]) == 0
+    assert len(critical_speeds(build_model({"rotor": point(), "effects": damping}), 2000.0)[0]) == 0
 
 
 def test_only_what_turns_is_taken_off():
@@ -42,21 +45,6 @@ def test_only_what_turns_is_taken_off():
     kept = {term.kind for term in time_invariant(model).terms}
     assert kept == {"external_damping", "internal_damping", "unbalance"}
     assert eigenvalues(time_invariant(model), [100.0]).shape == (1, 4)
-
-
-def test_modes_of_a_simply_supported_beam_are_sines():
-    rotor = shaft(1.0, 16, pinned_nodes=[1, 17], theory="euler_bernoulli", shaft_inertia="translation")
-    model = build_model({"rotor": rotor})
-    values, shapes = whirl_modes(model, 1e-3)
-    nodes = np.arange(2, 17)
-    rows = [model.structure.index(int(n)) for n in nodes]
-    forward = np.flatnonzero(values.imag > 0)
-    for n in (1, 2, 3):
-        shape = shapes[forward[n - 1]][rows]
-        sine = np.sin(n * np.pi * (nodes - 1) / 16)
-        ratio = shape / shape[np.abs(sine).argmax()]
-        assert ratio == pytest.approx(sine / sine[np.abs(sine).argmax()], abs=1e-3)
-        assert np.abs(ratio - np.cos(n * np.pi * (nodes - 1) / 16)).max() > 0.5
 
 
 def test_modes_solve_the_equations_of_motion():
@@ -110,3 +98,101 @@ def test_on_a_fine_mesh_whirl_by_few_shapes_is_that_of_all_coordinates(monkeypat
     free = np.linalg.eigh(model.structure.stiffness)[1][:, :24]
     monkeypatch.setattr(whirl, "few_shapes", lambda *_: free)
     assert damped_modes(model, [300.0], 8).eigenvalue != pytest.approx(every.eigenvalue, rel=1e-4)
+
+
+M, K = 2.0, 7.6e5
+NATURAL = np.sqrt(K / M)
+POLAR, DIAMETRAL, TILTING = 0.02, 0.011, 4000.0
+JEFFCOTT = point(M, K)
+MID_SPAN = {"kind": "offset_disc", "mass_kg": M, "polar_moment_kg_m2": POLAR, "diametral_moment_kg_m2": DIAMETRAL}
+MID_SPAN |= {"k22_N_per_m": K, "k24_N": 0.0, "k44_N_m": TILTING}  # translation and tilt do not see each other
+OFF_MID_SPAN = {**MID_SPAN, "k24_N": 2.0e4}
+
+
+def rotor(kind, internal=0.0, external=0.0):
+    return build_model(jeffcott_rig(None, internal=internal, external=external, rotor=kind))
+
+
+BOTH = [(JEFFCOTT, 20.0, 100.0, up_to) for up_to in (8 * NATURAL, 4e4, 4e5, 4e6)]  # far above at the first speed tried
+
+
+@pytest.mark.parametrize(
+    ("kind", "internal", "external", "up_to"),
+    [*BOTH, (JEFFCOTT, 50.0, 25.0, 5e3), (JEFFCOTT, 30.0, 30.0, 5e3), (MID_SPAN, 20.0, 100.0, 5e3)],
+)
+def test_internal_damping_is_unstable_from_its_closed_form_on_also_beside_an_undamped_tilt(
+    kind, internal, external, up_to
+):
+    found = stability_threshold(rotor(kind, internal, external), up_to)
+    assert found == pytest.approx(NATURAL * (1 + external / internal), rel=1e-9)  # the root finder's 1e-9 rad/s
+
+
+@pytest.mark.parametrize("external", [0.0, 100.0])
+@pytest.mark.parametrize("kind", [JEFFCOTT, MID_SPAN, OFF_MID_SPAN], ids=["jeffcott", "mid-span", "off mid-span"])
+def test_external_damping_alone_and_round_off_without_any_have_no_threshold(kind, external):
+    """At mid-span the tilt is not damped, and nothing feeds it either."""
+    check_stable(rotor(kind, 0.0, external), [12.5, 62.5, 500.0])
+    assert stability_threshold(rotor(kind, 0.0, external), 5000.0) is None
+
+
+TURNING = 400.0
+STEADY = ("external_damping", "internal_damping", "damping", "anisotropy", "added_mass", "unbalance", "couple")
+
+
+def smallest_share(model, values):
+    """Smallest over largest singular value of s^2 M + s C + K at each s; zero where s is an eigenvalue."""
+    structure, zero = model.structure, np.zeros((3, 3), complex)
+    on_z = [structure.stiffness + 0j, -1j * TURNING * structure.gyroscopic, structure.mass + 0j]
+    on_conj = [zero, zero, zero]
+    for value, unknown in zip(model.theta, model.rotor_unknowns, strict=True):
+        for entry in (e for e in unknown.entries if e.on != "one"):
+            table = on_z if entry.on == "z" else on_conj
+            table[entry.order] = table[entry.order] - value * entry.gain_at(TURNING, 0) * entry.matrix
+    k, c, m = (in_x_and_y(*pair) for pair in zip(on_z, on_conj, strict=True))
+    singular = np.array([np.linalg.svd(s**2 * m + s * c + k, compute_uv=False) for s in values])
+    return singular[:, -1] / singular[:, 0]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_every_eigenvalue_solves_the_equations_in_x_and_y(seed):
+    """Gyroscopic, anisotropic, with both dampings and added mass, but nothing that varies in time."""
+    model = random_model(seed)
+    steady = replace(model, terms=tuple(term for term in model.terms if term.kind in STEADY))
+    values = eigenvalues(steady, [TURNING])[0]
+    assert len(values) == 12  # three coordinates in two planes, each with its mirror image
+    # round-off of 1e-16 times the ratio of the highest to the lowest mode, a few hundred
+    assert smallest_share(steady, values).max() < 1e-11
+    assert smallest_share(steady, values * (1 + 1e-6)).min() > 1e-9  # negative control
+
+
+DAMPINGS = [
+    {"kind": "external_damping", "external_damping_N_s_per_m": 27.0},
+    {"kind": "internal_damping", "internal_damping_N_s_per_m": 20.0},
+    {"kind": "unbalance", "eccentricity_m": 3e-5, "eccentricity_phase_rad": 0.5},
+]
+LOSS = {"stiffness_loss_22_N_per_m": 1.7e5, "stiffness_loss_44_N_m": 1.7e3}
+CRACKED = {"rotor": OFFSET_DISC, "effects": DAMPINGS, "cracks": [{"kind": "switching", **LOSS}]}
+RIGS = {"gyroscopic": CRACKED, "anisotropic": CRACKED | {"bearings": springs([1], (1e5, 3e5), (10.0, 30.0))}}
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_exact_motion_is_that_of_integration(name):
+    model, time = build_model(RIGS[name]), np.linspace(0, 0.3, 400)
+    exact, integrated = (response(model, 300.0, time) for response in (transient_response, time_response))
+    assert np.abs(exact - integrated).max() < 1e-8 * np.abs(integrated).max()  # the integrator's tolerance is 1e-10
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_motion_from_a_start_is_that_from_rest_and_the_free_motion(name):
+    model, time, generator = build_model(RIGS[name]), np.linspace(0, 0.3, 400), np.random.default_rng(3)
+    start = [scale * (generator.normal(size=2) + 1j * generator.normal(size=2)) for scale in (1e-5, 1e-3)]
+    state = state_matrix(model, [300.0])[0]  # of the gyroscopic rig without entries on conj(z)
+    both = start if len(state) == 4 else [np.append(part, part.conj()) for part in start]
+    free = (expm(time[:, None, None] * state) @ np.concatenate(both))[:, :2]
+    moved = time_response(model, 300.0, time, start=start) - time_response(model, 300.0, time)
+    assert np.abs(moved - free).max() < 1e-8 * np.abs(free).max()
+
+
+def test_a_crack_that_moves_with_the_shaft_has_no_exact_solution():
+    rig = {**CRACKED, "cracks": [{"kind": "switching", "weight_dominance": False, **LOSS}]}
+    refused(lambda: transient_response(build_model(rig), 300.0, np.linspace(0, 1, 10)), "time-varying")

@@ -77,15 +77,6 @@ def test_switching_cut_short_is_its_first_terms():
     assert np.abs(cut / whole - 1).max() > 1e-4
 
 
-def overshoot(terms):
-    return CRACKS["switching"].function(np.linspace(0, np.pi, 20001), terms).max() - 1
-
-
-def test_switching_cut_short_overshoots_as_said():
-    assert overshoot(1) == pytest.approx(2 / np.pi - 0.5)
-    assert overshoot(200) == pytest.approx(0.0895, abs=2e-4)  # Gibbs
-
-
 @pytest.mark.parametrize("depth_ratio", [0.05, 0.15, 0.25, 0.4, 0.5])
 def test_section_geometry_has_the_angles_and_moments_in_closed_form(depth_ratio):
     """Closed forms: area moments of the open section, angles where it begins and ends to shut."""

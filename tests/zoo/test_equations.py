@@ -14,7 +14,7 @@ ROUND_OFF = 1e-12  # relative: 1e-16 a product, some hundred products and sums
 SPEEDS = np.array([90.0, 200.0, 310.0, 450.0])  # below the critical speeds of both rotors
 HARMONICS = np.array([0, 1, 2, 3, 5, 7, -1, -3, -5])
 ROTORS = {name: build_model({"rotor": one}).structure for name, one in (("plain", point()), ("tilting", OFFSET_DISC))}
-# forces in time: tests/physics/test_alternating.py and test_breathing_by_the_moment.py
+# forces in time: tests/physics/test_alternating.py and test_transverse_crack.py
 LOCAL = {"rub", "looseness", "support_clearance", "cubic_stiffness", "transverse_crack"}
 CRACKS = list(registry().plugins["crack"].values())
 

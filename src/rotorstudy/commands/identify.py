@@ -4,7 +4,7 @@ from rotorstudy.commands.identify_runs import identify_several
 from rotorstudy.commands.shared import JSON, NETCDF, YAML, check_file, estimate_rows, tell
 from rotorstudy.errors import RotorstudyError, check_known
 from rotorstudy.model.registry import registry
-from rotorstudy.units import with_interval
+from rotorstudy.units import p_value, unit_ending, with_interval
 
 NOT_WITH_RUNS = ("unknowns", "cause", "harmonics", "spectrum", "estimator")
 ESTIMATOR = "maximum_likelihood"  # by default
@@ -67,16 +67,19 @@ def run(given):
     unknowns = model.unknown_names(given.unknowns)
     estimate = estimate_rig(estimator, Problem(model, spectrum, unknowns), rig.given)
     names, theta, covariance = magnitude_and_phase(unknowns, estimate.theta, estimate.covariance)
-    rows = estimate_rows(zip(names, theta, np.sqrt(np.diag(covariance)), model.reported_units(names), strict=True))
+    found = zip(names, theta, np.sqrt(np.diag(covariance)), model.reported_units(names), strict=True)
+    rows, warnings = estimate_rows(found, model.least_possible(model.filled(unknowns, estimate.theta)))
     _print_estimates(rows, {term.full_name(p): p for term in model.terms for p in term.parameters})
+    freedom = spectrum.data_count - len(names)
     if np.isfinite(estimate.misfit):
-        _print_misfit(float(estimate.misfit), spectrum.data_count - len(names))
+        warnings += _print_misfit(float(estimate.misfit), freedom)
+    tell(f"warning: {warning}" for warning in warnings)
     if given.out:
         _save(given, rig, [*rig.plugins, estimator, *([method] if method else [])], rows)
     if given.rig_out:
         found = rig_with_estimate(rig.given, model, unknowns, estimate.theta, estimate.covariance)
         write_rig(found, given.rig_out, f"{given.rig} identified from {', '.join(map(str, given.records))}")
-    return {"estimates": rows, "misfit": float(estimate.misfit)}
+    return {"estimates": rows, "misfit": float(estimate.misfit), "degrees_of_freedom": freedom, "warnings": warnings}
 
 
 def _check_options(given):
@@ -117,12 +120,12 @@ def _run_cause(given, rig, spectrum, model):
         _print_estimates(one["estimates"])
     for told, misfit in sorted(found.misfits.items(), key=lambda one: one[1]):
         print(f"misfit above the best, {told}: {misfit:.3g}")
-    print(f"p-value of the misfit: {found.p_value:.2g}")
+    print(f"misfit by noise alone: {p_value(found.p_value)}")
     warnings, names = [], shown_names(found.causes)
     if found.p_value < settings.significance:
         warnings.append(f"{given.cause} does not explain the records; its intervals are not valid")
     for name, away in far_amplitudes(found.causes, found.fit.values).items():
-        told = f"{names[name]} is {abs(away):.1f} standard deviations of what is usual from its value"
+        told = f"{names[name]} is {abs(away):.1f} times as far from its usual value as its usual standard deviation"
         warnings.append(f"{told}: the cause has another form than the model, and its intervals are not valid")
     tell(f"warning: {warning}" for warning in warnings)
     best, *others = every
@@ -136,33 +139,36 @@ def _explanation(found):
     from rotorstudy.diagnosis.one_cause.answer import estimates_of
 
     places = [{**cause.where, **cause.variant} for cause in found.causes]
-    return {"places": places, "estimates": estimate_rows(estimates_of(found)), "p_value": found.p_value}
+    return {"places": places, "estimates": estimate_rows(estimates_of(found))[0], "p_value": found.p_value}
 
 
 def _print_estimates(rows, parameters=()):
     """Print each estimate with its standard deviation and its 95 % interval; an eccentricity is an unbalance, too."""
     width = max(24, *(len(row["name"]) for row in rows))
     for name, value, std, unit, ends in map(dict.values, rows):
-        print(f"{name:{width}} {with_interval(value, std, unit, ends=ends)}")
+        stem, bracket, label = name.partition("[")
+        ending, own = unit_ending(stem)  # whose value may be shown in another unit
+        told = stem.removesuffix(ending) + bracket + label if own == unit else name
+        print(f"{told:{width}} {with_interval(value, std, unit, ends)}")
         for other, (unit, factor) in parameters[name].also.items() if name in parameters else ():
-            told = name.replace(parameters[name].name, other, 1)
-            print(f"{told:{width}} {with_interval(value / factor, std / factor, unit)}")
+            told, scaled = name.replace(parameters[name].name, other, 1), [end / factor for end in ends]
+            print(f"{told:{width}} {with_interval(value / factor, std / factor, unit, scaled)}")
 
 
 def _print_misfit(misfit, freedom):
-    """Print the misfit per degree of freedom and its 95 % range for a model that explains the records."""
+    """Print the misfit per degree of freedom and its 95 % range for a model that explains them; a warning if not."""
     from rotorstudy.inference.fit import chi_square_cost
 
     if freedom < 1:
         tell(["note: as many unknowns as data: the misfit does not tell whether the model explains the records"])
-        return
+        return []
     low, high = (chi_square_cost(p, freedom) / freedom for p in (0.975, 0.025))
     expected = f"{low:.2g} to {high:.2g} expected if only noise is left"
     print(f"misfit {misfit / freedom:.3g} per degree of freedom ({expected})")
-    if misfit / freedom > high:
-        tell(["warning: the model does not explain the records; the stated intervals are not valid"])
-    elif misfit / freedom < low:
+    if misfit / freedom < low:
         tell(["note: the misfit is below the expected range: the noise is smaller than stated, and intervals are wide"])
+    above = misfit / freedom > high
+    return ["the model does not explain the records; the stated intervals are not valid"] if above else []
 
 
 def _save(given, rig, plugins, rows):

@@ -1,7 +1,7 @@
 """`rotorstudy identify --runs`: update a rig by several runs of one machine, fitted together."""
 
 from rotorstudy.commands.shared import JSON, estimate_rows, tell
-from rotorstudy.units import shown_unit, with_interval
+from rotorstudy.units import ends_of_interval, shown_unit, with_interval
 
 
 def identify_several(given):
@@ -13,25 +13,31 @@ def identify_several(given):
     tell(found.findings)
     runs = found.joint.runs
     units = {run.joint_name(n): u for run in runs for n, u in zip(run.model.names, run.model.units, strict=True)}
+    known, least = found.joint.posterior.by_name, {}
+    for run in runs:
+        theta = [known.get(run.joint_name(n), (v,))[0] for n, v in zip(run.model.names, run.model.stated, strict=True)]
+        least |= {run.joint_name(n): value for n, value in run.model.least_possible(theta).items()}
     own = {run.name: [run.joint_name(name) for name in run.own.names] for run in runs}
     shared = shared_names(found.joint)
+    every = [name for names in (shared, *own.values()) for name in names]
+    rows, warnings = estimate_rows(((name, *known[name], units[name]) for name in every), least)
+    tell(f"warning: {warning}" for warning in warnings)
+    ends = {row["name"]: row["interval_95"] for row in rows}
     print(f"parameters of the machine (unbalances: angles {found.conventions.shaft_angles})")
-    _print_estimates(found, shared, units)
+    _print_estimates(found, shared, units, ends)
     for run, names in own.items():
         cost, count = found.joint.misfits[run]
         print(f"run '{run}': misfit {cost / count:.3g} per component of the spectrum")
-        _print_estimates(found, names, units)
+        _print_estimates(found, names, units, ends)
     if given.out:
         _save(given, found, units, own)
     if given.rig_out:
         write_rig(found.rig, given.rig_out, f"{given.rig} updated by the runs of {given.runs}")
-    known = found.joint.posterior.by_name
-    rows = estimate_rows((name, *known[name], units[name]) for names in (shared, *own.values()) for name in names)
     misfits = {name: float(cost / count) for name, (cost, count) in found.joint.misfits.items()}
-    return {"estimates": rows, "misfit_per_component": misfits}
+    return {"estimates": rows, "misfit_per_component": misfits, "warnings": warnings}
 
 
-def _print_estimates(found, names, units):
+def _print_estimates(found, names, units, ends):
     """Print values with their uncertainty; an eccentricity as its unbalance, at an angle of the user's picture."""
     shown, width = {}, max([40, *map(len, names)])
     for run in found.joint.runs:
@@ -42,7 +48,7 @@ def _print_estimates(found, names, units):
             shown |= {real: (told, parts, factor), imag: None}
     for name in names:
         if name not in shown:
-            print(f"  {name:{width}} {with_interval(*found.joint.posterior.by_name[name], units[name])}")
+            print(f"  {name:{width}} {with_interval(*found.joint.posterior.by_name[name], units[name], ends[name])}")
         elif shown[name]:
             told, parts, factor = shown[name]
             print(f"  {told:{width}} {_unbalance(found, parts, factor)}")
@@ -57,7 +63,8 @@ def _unbalance(found, parts, factor):
     _, (size, angle), spread = magnitude_and_phase(["x_real", "x_imag"], *found.joint.of(parts))
     unit, shown = shown_unit("kg m")
     std = np.sqrt(np.diag(spread))
-    weight = with_interval(size / factor * shown, std[0] / factor * shown, unit, least=0.0)
+    size, wide = size / factor * shown, std[0] / factor * shown
+    weight = with_interval(size, wide, unit, ends_of_interval(size, wide, 0.0))
     return f"{weight} at {with_interval(found.conventions.sense * angle % (2 * np.pi), std[1], 'rad').strip()}"
 
 

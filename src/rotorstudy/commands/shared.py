@@ -6,7 +6,7 @@ from os.path import dirname, realpath
 from pathlib import Path
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.units import HALF_INTERVAL, RAD_PER_S
+from rotorstudy.units import RAD_PER_S, ends_of_interval
 
 NETCDF, JSON, YAML, HTML = (".nc", ".nc4"), (".json",), (".yaml", ".yml"), (".html", ".htm")
 FORMAT_OF = {".nc": "NetCDF", ".yaml": "YAML", ".html": "HTML"}
@@ -72,14 +72,20 @@ def tell(findings):
         print(finding, file=sys.stderr)
 
 
-def estimate_rows(estimates):
-    """Each of some (name, value, standard deviation, unit, if known ends of 95 %) as for JSON, in SI."""
-    found = []
+def estimate_rows(estimates, least=None):
+    """Each of some (name, value, standard deviation, unit, if known ends of 95 %) as for JSON, in SI.
+
+    least : name -> least possible value;  returns : the rows, and a warning of those that are below by more than chance
+    """
+    rows, below = [], []
     for name, value, std, unit, *known in estimates:
-        (ends,) = known or [(value - HALF_INTERVAL * std, value + HALF_INTERVAL * std)]
+        lowest = (least or {}).get(name, -float("inf"))
+        (ends,) = known or [ends_of_interval(value, std, lowest)]
         row = {"name": name, "value": float(value), "standard_deviation": float(std), "unit": unit}
-        found.append(row | {"interval_95": list(map(float, ends))})
-    return found
+        rows.append(row | {"interval_95": list(map(float, ends))})
+        below += [name] * bool(ends[1] < lowest)
+    told = "cannot be so low; the rig lacks something that acts alike, or states something of it wrongly"
+    return rows, [f"{', '.join(below)} {told}"] if below else []
 
 
 def conclude(verdict, out):

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Literal, NamedTuple
 
+import numpy as np
 import pluggy
 
 from rotorstudy.errors import PluginError, check_known
@@ -88,6 +89,10 @@ class Crack(Plugin):
     series: Callable | None = None
     symmetric: bool = False
 
+    def is_positive(self, parameter):
+        """Whether an amplitude cannot be negative: no crack adds stiffness."""
+        return True
+
 
 @dataclass(frozen=True)
 class CrackDepth(Plugin):
@@ -130,6 +135,11 @@ class Bearing(Plugin):
     running: Callable | None = field(default=None, compare=False)
     positive_damping: bool = False
     symmetric: bool = False
+
+    def is_positive(self, parameter):
+        """Whether an amplitude is a spring, a damper or a mass, not a cross-coupling: a bearing carries, and damps."""
+        direct = (np.trace(np.real(e.matrix)) for e in parameter.entries if e.on == "z" and e.gain is None)
+        return any(trace < 0 for trace in direct)
 
 
 class Feared(NamedTuple):
@@ -239,8 +249,8 @@ class Effect(Plugin):
         return self.acts_on == "output"
 
     def is_positive(self, parameter):
-        """Whether the amplitude of this name cannot be negative."""
-        return parameter in self.positive if isinstance(self.positive, tuple) else self.positive
+        """Whether an amplitude cannot be negative."""
+        return parameter.name in self.positive if isinstance(self.positive, tuple) else self.positive
 
     def ranges(self, structure, node=None):
         """Option -> (low, high), the search ranges of `shape` on a rotor or at a node, in the units of the options."""

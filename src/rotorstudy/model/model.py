@@ -10,9 +10,9 @@ import numpy as np
 from rotorstudy.errors import MissingValue, RigError, RotorstudyError, check_known
 from rotorstudy.model.bearings import springs_at_rest
 from rotorstudy.model.entry_table import EntryTable
-from rotorstudy.model.rig_numbers import with_bearings_at
+from rotorstudy.model.rig_numbers import is_number, with_bearings_at
 from rotorstudy.model.structure import Structure
-from rotorstudy.model.terms import NonlinearForce, Parameter, Term
+from rotorstudy.model.terms import NonlinearForce, Parameter, Term, share_of
 from rotorstudy.model.variation import Matrices, Variation, kept
 
 ROUND_OFF = 1e-9  # relative, of a sum of stiffnesses
@@ -132,6 +132,31 @@ class Assembled:
         """Units of amplitudes as `magnitude_and_phase` names them: a magnitude has its own, a phase rad."""
         known = dict(zip(self.names, self.units, strict=True))
         return ["rad" if n.endswith("_phase") else known.get(n, known.get(f"{n}_real")) for n in names]
+
+    def acting_alike(self, unknown: Parameter, on_output: bool) -> dict[str, float]:
+        """{name: factor} of the amplitudes that act as an unknown does, so that they add up."""
+        if unknown.force or not unknown.entries:
+            return {}
+        there = self.output_unknowns if on_output else self.rotor_unknowns
+        shares = {known.name: share_of(unknown, known) for known in there if unknown.kinds <= known.kinds}
+        return {name: share for name, share in shares.items() if share > 0}
+
+    def least_possible(self, theta: np.ndarray) -> dict[str, float]:
+        """Least value of a size, of a number, and of what cannot be negative, together with what acts alike at values.
+
+        theta : (parameter,) values;  what the rig states as negative has no least value
+        """
+        values, stated = (dict(zip(self.names, known, strict=True)) for known in (theta, self.stated))
+        found = {}
+        for term in self.terms:
+            found |= {term.full_name(p): 0.0 for p in term.parameters if p.is_complex}
+            for one in term.unknowns:
+                if one.positive and not stated[one.name] < 0:
+                    alike = self.acting_alike(one, term.acts_on_output)
+                    found[one.name] = -sum(share * values[n] for n, share in alike.items() if n != one.name)
+                elif is_number(one.name):
+                    found[one.name] = -1.0
+        return found
 
     @cached_property
     def rotor_unknowns(self) -> tuple[Parameter, ...]:

@@ -141,7 +141,10 @@ def _parameters(plugin, function, fixed, options, where, is_foundation=False):
     with named(where):
         found = function(**fixed, **options)
     size = len(fixed["sensors"]) if "sensors" in fixed else len(fixed["structure"].dofs)
-    parameters = _checked_parameters(found, size, plugin, where)
+    parameters = [
+        replace(p, positive=True) if plugin.is_positive(p) and not p.is_complex else p
+        for p in _checked_parameters(found, size, plugin, where)
+    ]
     if getattr(plugin, "acts_on", None) == "rotor":
         parameters = loading_films(parameters, fixed["structure"].films)
     if isinstance(plugin, Bearing) or getattr(plugin, "places", None) is at_supports:

@@ -107,6 +107,7 @@ class Parameter:
     films   : entries of the oil films that it loads, by its real and by its imaginary part, see
               `rotorstudy.model.rig_numbers.loading_films`
     carries : whether it carries the static load, set where it is an unknown of a Term
+    positive : whether it cannot be negative, together with what acts alike, set where a rig is built
     """
 
     name: str
@@ -121,6 +122,7 @@ class Parameter:
     jumps: bool = False
     films: tuple[tuple[Entry, ...], tuple[Entry, ...]] = ((), ())
     carries: bool = False
+    positive: bool = False
 
     @property
     def key(self) -> str:

@@ -12,12 +12,11 @@ from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges, shape
 from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, as_fit, ranges_of, shaped
 from rotorstudy.inference.fit import Fit, chi_square_cost, chi_square_p_value
 from rotorstudy.model.structure import Structure
-from rotorstudy.units import ANY_ANGLE, HALF_INTERVAL, unit_ending
+from rotorstudy.units import ANY_ANGLE, ends_of_interval, unit_ending
 
 LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
 SAME = 3.0  # standard deviations of the shape, within which two fits are one
 FAR = 2.6  # standard deviations of the prior: an amplitude further away is as unlikely as a p-value of 1 %
-ALIKE = 0.5  # standard deviations of the data: predictions that are closer are the same
 
 
 class Identified(NamedTuple):
@@ -41,14 +40,9 @@ class Identified(NamedTuple):
 
 
 def is_same(work: Work, one: Fitted, other: Fitted) -> bool:
-    """Whether two fits have the same laws, and shapes within their uncertainty, in any order.
-
-    Where they predict the same, a half turn counts as none: a slot looks the same from both sides.
-    """
+    """Whether two fits have the same laws, and shapes within their uncertainty, in any order."""
     if one.variant != other.variant:
         return False
-    data = slice(2 * work.spectrum.amplitude.size)
-    alike = np.abs(one.minimum.residual[0, data] - other.minimum.residual[0, data]).max() < ALIKE
     pairs = (sorted(shaped(work, fitted), key=lambda c: (c.cause, *c.shape.values())) for fitted in (one, other))
     for a, b in zip(*pairs, strict=True):
         if a.where != b.where:
@@ -56,7 +50,7 @@ def is_same(work: Work, one: Fitted, other: Fitted) -> bool:
         for name, ends in ranges_of(work, a).items():
             if ends.mirrored:  # a form, which trades off with the rest
                 continue
-            turn, off = (ends.high - ends.low) / (2 if alike else 1), abs(a.shape[name] - b.shape[name])
+            turn, off = ends.high - ends.low, abs(a.shape[name] - b.shape[name])
             off = min(off % turn, -off % turn) if ends.goes_around else off
             if off > SAME * max(a.shape_std[name], b.shape_std[name]):
                 return False
@@ -106,20 +100,19 @@ def estimates_of(found: Identified) -> list[tuple[str, float, float, str, tuple[
         known = sizes_of(found.fit, cause) | found.stated | {name: found.fit.by_name[name] for name in units}
         limits = _limits(found, cause)
         for name, (value, std) in known.items():
-            low, high = found.intervals.get(name, (value - HALF_INTERVAL * std, value + HALF_INTERVAL * std))
             least, most, goes_around = limits.get(name, (0.0, np.inf, False))  # what follows is positive
-            if not goes_around:
-                low, high = max(low, least), min(high, most)
-            elif std >= ANY_ANGLE:
-                low, high = least, most
+            ends = found.intervals.get(name) or ends_of_interval(value, std, least, most)
+            if goes_around:
+                ends = (least, most) if std >= ANY_ANGLE else ends_of_interval(value, std)
             unit = units.get(name) or unit_ending(name)[1] or "1"
-            rows.append((names.get(name, name + more), value, std, unit, (low, high)))
+            rows.append((names.get(name, name + more), value, std, unit, ends))
     return rows
 
 
 def _limits(found, cause):
     """Name -> least and largest value of an option of the shape or an amplitude, and whether it goes around."""
-    ranges = shape_ranges(cause.effect, found.structure, cause.where.get("node")) | form_ranges(cause.effect)
+    given = cause.effect, found.structure, cause.where.get("node")
+    ranges = shape_ranges(*given, half_turn=cause.half_turn) | form_ranges(cause.effect)
     limits = {name: (ends.low, ends.high, ends.goes_around) for name, ends in ranges.items()}
     limits |= dict.fromkeys(cause.names, (-np.inf, np.inf, False))
     for name, same in cause.positive.items():  # together with what the rig has of the same

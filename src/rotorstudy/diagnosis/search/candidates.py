@@ -20,6 +20,7 @@ from rotorstudy.model.terms import Term, share_of
 
 SHAPES_TRIED = 9  # values of a shape option, before the best is refined
 ANGLES_TRIED = 16  # of the angles of a full turn: 11 degrees off at most, which even a fifth harmonic tells from noise
+ROUND_OFF = 1e-9
 DIFFERENCE = 1e-4  # of the range of a shape option, for a derivative by it
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of a prior over the widest one, equally likely by order of magnitude
 # distances of the law of a real fault from the nearest one of the library over those in `Effect.any_form`, equally
@@ -54,6 +55,7 @@ class Candidate(NamedTuple):
     freedoms: tuple[Freedom, ...] = ()  # of its form
     fixed_std: float = FIXED  # standard deviation of an amplitude that is fixed
     held: tuple[str, ...] = ()  # options of its shape that are held at a value among the `options`
+    half_turn: bool = False  # whether it acts alike when its angles are turned by half
 
     @property
     def cause(self):
@@ -118,7 +120,17 @@ def candidate(
     item = {"kind": effect, **options, **where, **shape, **variant, "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
     known = Candidate(effect, where, term, {}, {}, plugin.fixed, shape, variant, {}, options, freedoms)
-    return _with_prior(model, known, prior_width)
+    return _with_prior(model, known._replace(half_turn=_acts_alike_turned(known, model)), prior_width)
+
+
+def _acts_alike_turned(cause, model):
+    """Whether a cause acts alike when its angles are turned by half: an open crack looks the same from both sides."""
+    angles = [name for name in registry().get("effect", cause.effect).shape if name.endswith("_rad")]
+    if not angles or any(u.force or any(shift % 2 for _, _, shift in u.kinds) for u in cause.term.unknowns):
+        return False  # what turns with an odd multiple of the speed is the opposite half a turn later
+    turned = (cause.shape | dict.fromkeys(angles, angle) for angle in (0.0, np.pi))
+    here, there = (with_options(cause.term, shape, model.structure, model.sensors).unknowns for shape in turned)
+    return all(abs(share_of(one, other) - 1) < ROUND_OFF for one, other in zip(here, there, strict=True))
 
 
 def place_key(cause: Candidate) -> tuple:
@@ -140,10 +152,9 @@ def _with_prior(model, cause, width):
     for p in (p for p in term.parameters if p.name in known):
         mean, std = known[p.name]
         prior[term.full_name(p)] = mean * p.typical, std * p.typical
-    limited = {term.full_name(p) for p in term.parameters if plugin.is_positive(p.name)}
-    limited = [unknown for unknown in term.unknowns if unknown.name in limited]
+    limited = [unknown for unknown in term.unknowns if unknown.positive]
     together = limited if isinstance(plugin.positive, tuple) else []
-    positive = {unknown.name: _same(unknown, term, model) | _powers(unknown, together) for unknown in limited}
+    positive = {u.name: model.acting_alike(u, term.acts_on_output) | _powers(u, together) for u in limited}
     return cause._replace(prior=prior, positive=positive)
 
 
@@ -164,15 +175,6 @@ def freedoms_of(effect: str, *, any_form: bool) -> tuple[Freedom, ...]:
     law = {name: known for name, known in widest.items() if name not in own}
     spreads = tuple(x / SPREADS[-1] for x in SPREADS)
     return Freedom(options, own, spreads), Freedom({}, law, spreads)
-
-
-def _same(unknown, term, model):
-    """{parameter of the model: factor} of those that act as an unknown of a term does, so that the two add up."""
-    if unknown.force or not unknown.entries:
-        return {}
-    there = model.output_unknowns if term.acts_on_output else model.rotor_unknowns
-    shares = {known.name: share_of(unknown, known) for known in there if unknown.kinds <= known.kinds}
-    return {name: share for name, share in shares.items() if share > 0}
 
 
 def _powers(unknown, limited):
@@ -248,10 +250,15 @@ class ShapeRange(NamedTuple):
         return [self.value(fraction) for fraction in np.linspace(0, 1, SHAPES_TRIED)]
 
 
-def shape_ranges(effect: str, structure: Structure, node: int | None = None) -> dict[str, ShapeRange]:
-    """Shape options of an effect on a rotor, or at a node, -> ShapeRange; angles go around."""
+def shape_ranges(
+    effect: str, structure: Structure, node: int | None = None, *, half_turn: bool = False
+) -> dict[str, ShapeRange]:
+    """Shape options of an effect on a rotor, or at a node, -> ShapeRange; angles go around, once or by half a turn."""
     plugin = registry().get("effect", effect, "diagnosis")
     ranges = plugin.ranges(structure, node)
+    if half_turn:
+        around = {name: ends for name, ends in ranges.items() if name.endswith("_rad") and np.ptp(ends) > np.pi}
+        ranges |= {name: (low / 2, high / 2) for name, (low, high) in around.items()}
     nodes = tuple(sorted(structure.node_positions.values()))
     along = {name for name, (_, _, *scale) in plugin.shape.items() if scale == ["shaft"]}
     return {n: ShapeRange(*ends, n.endswith("_rad"), nodes if n in along else ()) for n, ends in ranges.items()}

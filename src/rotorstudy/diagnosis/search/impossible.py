@@ -84,7 +84,7 @@ def loses_more_than_all(explanation, structure, speed):
     for cause in explanation.causes:
         effect = registry().plugins["effect"][cause.effect]
         for p in cause.term.parameters:
-            if p.unit == "N/m" and p.entries and effect.places is at_supports and effect.is_positive(p.name):
+            if p.unit == "N/m" and p.entries and effect.places is at_supports and p.positive:
                 lost.setdefault(cause.where["node"], []).append(cause.term.full_name(p))
     fitted = explanation.fit
     return any(

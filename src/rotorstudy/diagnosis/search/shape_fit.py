@@ -70,7 +70,8 @@ class Fitted(NamedTuple):
 def ranges_of(work: Work, cause: Candidate) -> dict:
     """Option -> ShapeRange of the shape of a cause but what is held, and of its form where it has one."""
     form = {name: ends for name, ends in form_ranges(cause.effect).items() if name in cause.shape}
-    ranges = shape_ranges(cause.effect, work.rig.structure, cause.where.get("node")) | form
+    node, structure = cause.where.get("node"), work.rig.structure
+    ranges = shape_ranges(cause.effect, structure, node, half_turn=cause.half_turn) | form
     return {name: ends for name, ends in ranges.items() if name not in cause.held}
 
 

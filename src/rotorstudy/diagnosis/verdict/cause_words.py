@@ -4,7 +4,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.verdict.result import Place
 from rotorstudy.model.registry import registry
-from rotorstudy.units import ANY_ANGLE, interval, quantity, unit_ending
+from rotorstudy.units import ANY_ANGLE, ends_of_interval, interval, quantity, unit_ending
 
 FEW = 3  # amplitudes of a cause that are all said
 SMALL = 1e-3  # m; lengths below are said in µm
@@ -112,7 +112,8 @@ def sizes(cause):
             text = "not known"
         elif one.std is not None and np.isfinite(one.std) and one.std > 0:
             least = 0.0 if one.part == "magnitude" else -np.inf
-            text += f" (95 %: {interval(one.value, one.unit, one.std, least, one.interval_95)})"
+            ends = one.interval_95 or ends_of_interval(one.value, one.std, least)
+            text += f" (95 %: {interval(one.unit, one.std, ends)})"
         found[label] = text
     return found | _variants(cause)
 

@@ -1,13 +1,22 @@
-"""What binds a job to its files: figures and tables by name, results by name, and the code that a function needs."""
+"""Parts of the workflow: index, files by name, what binds a job to its code, pinned versions, locks."""
 
+import json
+import os
 import re
+import subprocess
+import sys
+import time
+import tomllib
+from importlib.metadata import distributions
 from pathlib import Path
 
 import pandas as pd
 import pytest
 from one_line_errors import refused
+from packaging.requirements import Requirement
 
 from jobs import run
+from jobs.index_page import write_index
 from jobs.plan import Job
 from jobs.report import captioned
 from jobs.run import code_digest, imported_files, named_function, opened, run_job
@@ -135,3 +144,94 @@ def test_every_kind_of_results_and_every_finding_on_a_rig_is_made_somewhere():
     checks = "".join(code[ROOT / "src/rotorstudy/studies" / name] for name in ("plausibility.py", "rig_check.py"))
     findings = re.findall(r"^\w+: (.+?): ", WORDS.read_text(), re.MULTILINE)
     assert sorted(findings) == sorted(re.findall(r'\btold\("(.+?)"', checks))
+
+
+SUMMARY = "Something <is> missing."
+
+
+def test_every_page_and_figure_is_linked(tmp_path):
+    report = tmp_path / "report.rst"
+    files = ["scoreboard.html", "scoreboard.csv", "chapter_2/tables/table_2_1.html", "chapter_2/figures/figure_2_4.png",
+             "diagnosis/chapter_3/index.html", "diagnosis/chapter_3/verdict.json", "new_chapter/page.html"]  # fmt: skip
+    for file in files:
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / file).write_text("status\nreproduced\nreproduced\nexplained\n")
+    (tmp_path / "diagnosis/chapter_3/verdict.json").write_text(json.dumps({"summary": SUMMARY}))
+    write_index(tmp_path / "index.html", [tmp_path / file for file in files], report)
+    page = (tmp_path / "index.html").read_text(encoding="utf-8")
+    links = re.findall(r'href="([^"#]+)"', page)
+    assert set(links) == {file for file in files if file.endswith((".html", ".png"))}
+    assert "Of 3 printed values: 2 reproduced, 1 explained." in page
+    assert "measured records: chapter 3</a></h2>" in page and "<p>Something &lt;is&gt; missing.</p>" in page
+    assert page.index("Something &lt;is") < page.index("Of 3 printed")  # what a machine owner wants to know comes first
+    assert "**The thesis, recomputed.** Of 3 printed values: 2 reproduced, 1 explained." in report.read_text()
+    assert f"chapter 3.** {SUMMARY}" in report.read_text()
+    assert "New chapter" in page and "Blind tests" not in page
+
+
+PIN = re.compile(
+    r"^([A-Za-z0-9._-]+)==([^\s;]+)(?: ;[^\\]*)? \\\n((?:    --hash=sha256:[0-9a-f]{64}(?: \\)?\n)+)", re.M
+)
+OWN = {"rotorstudy", "pip", "setuptools", "wheel"}  # the project, and what makes an environment
+
+
+def plain(name):
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def pins(text):
+    """{name: version} of the lines that have a hash; every line has to be of one."""
+    left = PIN.sub("", text)
+    assert all(line.startswith("#") for line in left.splitlines() if line), left[:200]
+    return {plain(name): version for name, version, _ in PIN.findall(text)}
+
+
+def test_every_installed_package_is_pinned_with_hashes(request):
+    pinned = pins((request.config.rootpath / "environment.txt").read_text())
+    installed = {plain(one.metadata["Name"]): one.version for one in distributions()}
+    assert {name: version for name, version in installed.items() if pinned.get(name) != version}.keys() <= OWN
+
+
+def test_what_the_project_asks_for_is_pinned(request):
+    project = tomllib.loads((request.config.rootpath / "pyproject.toml").read_text())
+    asked = [*project["build-system"]["requires"], *project["project"]["dependencies"]]
+    asked += [*project["project"]["optional-dependencies"]["uff"], *project["dependency-groups"]["dev"]]
+    pinned = pins((request.config.rootpath / "environment.txt").read_text())
+    for one in map(Requirement, asked):
+        assert one.specifier.contains(pinned[plain(one.name)], prereleases=True), one
+
+
+def test_a_line_without_a_hash_is_seen():
+    good = "a-b==1.0 \\\n    --hash=sha256:" + "0" * 64 + "\n"
+    assert pins(good) == {"a-b": "1.0"}
+    for wrong in ("c==1.0\n", "c>=1.0\n", "c==1.0 \\\n    --hash=md5:12\n"):
+        with pytest.raises(AssertionError):
+            pins(good + wrong)
+
+
+@pytest.mark.parametrize("name", ["snakemake", "another"])
+def test_the_lock_of_a_dead_run_is_removed_and_that_of_a_living_one_kept(name, tmp_path, request):
+    lock = tmp_path / ".snakemake" / "locks" / "0.output.lock"
+    lock.parent.mkdir(parents=True)
+    lock.write_text("results/a.nc\n")
+    waiting = [sys.executable, "-c", "import time; print(flush=True); time.sleep(600)", name]
+    with subprocess.Popen(waiting, cwd=tmp_path, stdout=subprocess.PIPE) as process:
+        process.stdout.readline()
+        call = [sys.executable, str(request.config.rootpath / "workflow" / "unlock.py")]
+        said = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, timeout=600, check=True).stderr
+        process.kill()
+    assert lock.exists() == (name == "snakemake") and said.startswith("locked" if lock.exists() else "unlocked")
+    assert (str(process.pid) in said) == lock.exists()
+
+
+def test_files_from_the_future_get_the_date_of_now_and_no_others(tmp_path, request):
+    (tmp_path / "results").mkdir()
+    early, late = tmp_path / "results" / "early.nc", tmp_path / "results" / "late.nc"
+    for path, seconds in ((early, -3600), (late, 86400)):
+        path.write_text(path.name)
+        os.utime(path, (time.time() + seconds,) * 2)
+    before = early.stat().st_mtime
+    call = [sys.executable, str(request.config.rootpath / "workflow" / "unlock.py")]
+    said = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, timeout=600, check=True).stderr
+    assert said.startswith("dated in the future") and ": 1 files" in said and early.stat().st_mtime == before
+    assert abs(late.stat().st_mtime - time.time()) < 60
